@@ -1,0 +1,412 @@
+"""Procedure 2.1: from a plant and requirements to a PID controller."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from . import analysis
+from .lmi import Unknown, block, eye
+from .lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
+from .proof import prove, prove_infeasible
+from .request import Frame, Request
+from .simulate import simulate
+from .system import SecondOrderSystem
+
+__all__ = ["Design", "analyse_pid", "design_pid"]
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A controller and everything that is known about its loop.
+
+    Parameters
+    ----------
+    request : Request
+        The plant and what was asked.
+    status : {"feasible", "infeasible", "undecided"}
+        Decided by the eigenvalues of the blocks, or by multipliers that
+        exclude a design; never by a solver's word.
+    K : (m, N) array or None
+        ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``.
+    P : (N, N), Y : (m, N) arrays or None
+        The solution of the LMIs; ``K = Y P^-1``.
+    margins : dict
+        From a block's name to its smallest eigenvalue, after scaling
+        its diagonal to one; all positive for a feasible design.
+    """
+
+    request: Request
+    status: str
+    K: np.ndarray = None
+    P: np.ndarray = None
+    Y: np.ndarray = None
+    margins: dict = None
+    _frame: Frame = None
+    _multipliers: list = None
+
+    def __repr__(self):
+        if self.K is None:
+            return f"<Design: {self.status}>"
+        worst = min(self.margins, key=self.margins.get)
+        return (
+            f"<Design: {self.status}, smallest margin "
+            f"{self.margins[worst]:.2g} ({worst})>"
+        )
+
+    @property
+    def K_P(self):
+        """Proportional gain, (m, n)."""
+        return self._gain()[:, :self.request.plant.n]
+
+    @property
+    def K_D(self):
+        """Derivative gain, (m, n)."""
+        n = self.request.plant.n
+        return self._gain()[:, n:2 * n]
+
+    @property
+    def K_I(self):
+        """Integral gain, (m, a)."""
+        return self._gain()[:, 2 * self.request.plant.n:]
+
+    @property
+    def K_A(self):
+        """Acceleration gain, (m, n), as given."""
+        plant = self.request.plant
+        if self.request.K_A is None:
+            return np.zeros((plant.m, plant.n))
+        return np.asarray(self.request.K_A, float)
+
+    @property
+    def gamma(self):
+        """The H-infinity bound that the design keeps, or None."""
+        return self.request.gamma
+
+    def _gain(self):
+        if self.K is None:
+            raise ValueError(
+                f"the design is {self.status}: there is no gain; see its "
+                "advice"
+            )
+        return self.K
+
+    def certify(self, digits=6):
+        """Prove the design in exact arithmetic.
+
+        Parameters
+        ----------
+        digits : int
+            K is rounded to so many significant digits first: the proof
+            is about the gain as it is printed.
+
+        Returns
+        -------
+        Certificate
+        """
+        return prove(self.request, self._gain(), self.P, digits)
+
+    @cached_property
+    def infeasibility(self):
+        """`InfeasibilityCertificate` where one was found, else None."""
+        if self._multipliers is None:
+            return None
+        return prove_infeasible(
+            self.request, self._frame, self._multipliers
+        )
+
+    @cached_property
+    def advice(self):
+        """Which requirement to relax first; empty if feasible.
+
+        Found by solving again with each requirement left out.
+        """
+        if self.status == "feasible":
+            return ""
+        names = self.request.requirements
+        if len(names) > 1:
+            enough = [
+                name for name in names
+                if _solve(self.request.without(name)).status == "feasible"
+            ]
+        else:
+            enough = []
+        if not enough:
+            return (
+                "Leaving out any single requirement isn't enough: relax "
+                "several of " + ", ".join(names) + "."
+            )
+        first = max(enough, key=self._weight)
+        text = f"Relax the {_WORDS.get(first, first)} first"
+        others = [_WORDS.get(n, n) for n in enough if n != first]
+        if others:
+            text += "; leaving out one of these would do as well: "
+            text += ", ".join(others)
+        return text + "."
+
+    def _weight(self, name):
+        """Share of the multipliers that a requirement's blocks carry."""
+        if self._multipliers is None:
+            return 0.0
+        expressions, _ = self.request.in_unknowns(
+            self._frame, _square(self.request.gamma)
+        )
+        keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max")}
+        wanted = keys.get(name, (name,))
+        return sum(
+            np.trace(z) for key, z in zip(expressions, self._multipliers)
+            if key.startswith(wanted)
+        )
+
+    def _each(self, function):
+        """Per vertex; unpacked for a single plant."""
+        found = [function(d) for d in self.request.vertices]
+        if isinstance(self.request.plant, SecondOrderSystem):
+            return found[0]
+        return found
+
+    def closed_loop(self):
+        """control.StateSpace from (w, r) to (z, u); a list per vertex."""
+        K = self._gain()
+        return self._each(lambda d: analysis.closed_loop(d, K))
+
+    def poles(self):
+        """Closed-loop poles in rad/s: (N,), or one row per vertex."""
+        K = self._gain()
+        return np.array(self._each(lambda d: analysis.poles(d, K)))
+
+    def hinf(self):
+        """True H-infinity norm from w to z, the largest of the vertices."""
+        K = self._gain()
+        if self.request.plant.p == 0:
+            raise ValueError("the plant has no F: there is no such norm")
+        return max(
+            analysis.hinf_norm(d, K) for d in self.request.vertices
+        )
+
+    def peak_input(self):
+        """Largest |K x(t)| from x0, over the vertices."""
+        K = self._gain()
+        if self.request.saturation is None:
+            raise ValueError("the design has no saturation, so no x0")
+        x0 = self.request.saturation.x0
+        return max(
+            analysis.peak_input(d, K, x0) for d in self.request.vertices
+        )
+
+    def simulate(self, t, r=None, w=None, x0=None):
+        """`Response` of the loop; a list of them per vertex.
+
+        Parameters
+        ----------
+        t : (k,) array_like
+            Increasing times in seconds, from 0.
+        r : (n,) array_like, optional
+            Constant set point.
+        w : Sine, optional
+            Disturbance.
+        x0 : (N,) array_like, optional
+            Initial state; zero without it.
+        """
+        K = self._gain()
+        return self._each(
+            lambda d: simulate(d, K, t, r, w, x0, self.K_A)
+        )
+
+
+_WORDS = {
+    "half-plane": "decay rate sigma",
+    "sector": "sector angle theta",
+    "disk": "disk radius rho",
+    "gamma": "H-infinity bound gamma",
+    "saturation": "input bound u_max",
+}
+
+
+def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
+               K_A=None, coupling="pairs", minimize=None, backoff=0.01):
+    r"""Design a robust PID controller (PD without ``U``).
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+    U : (a, n) array_like, optional
+        Which displacement errors are integrated.
+    region : PoleRegion or LMIRegion, optional
+        Where the closed-loop poles must lie.
+    gamma : float, optional
+        Bound of the H-infinity norm from w to z.
+    saturation : Saturation, optional
+        Bound of K x(t) from a given initial state.
+    K_A : (m, n) array_like, optional
+        Acceleration gain, where the mass is singular.
+    coupling : {"pairs", "vertices"}
+        ``"pairs"`` is sound; ``"vertices"`` is the thesis's reading,
+        which proves nothing between vertices of different ``E``.
+    minimize : {None, "gamma"}
+        With ``"gamma"``, find the smallest bound and design for it,
+        backed off by the fraction ``backoff`` and rounded up to three
+        digits.
+    backoff : float
+        See ``minimize``.
+
+    Returns
+    -------
+    Design
+        The analytic centre of everything that was asked for. Where that
+        set is unbounded, a block "scale" bounds it.
+
+    Raises
+    ------
+    ValueError
+        On bad input; an impossible request is no error, it comes back
+        with status "infeasible".
+
+    Notes
+    -----
+    Source: thesis, Procedure 2.1 (Theorems 2.1, 2.2 and Lemma 2.2).
+    Stability is always demanded.
+
+    Examples
+    --------
+    >>> robot = SecondOrderSystem(
+    ...     M=np.diag([10, 11]), D=[[4, 1], [1, 5]], S=[[8, 4], [-4, 9]],
+    ...     B=np.eye(2), F=np.eye(2))
+    >>> d = design_pid(robot, U=np.eye(2), gamma=1.257)
+    >>> d.status, d.certify().proven
+    ('feasible', True)
+    """
+    if minimize not in (None, "gamma"):
+        raise ValueError(
+            f'minimize must be None or "gamma", got {minimize!r}'
+        )
+    if minimize == "gamma" and gamma is not None:
+        raise ValueError('give gamma or minimize="gamma", not both')
+    request = Request(plant, U, region, gamma, saturation, K_A, coupling)
+    if minimize is None:
+        return _solve(request)
+    if not (np.isscalar(backoff) and backoff > 0):
+        raise ValueError(f"backoff must be positive, got {backoff!r}")
+    return _smallest_gamma(request, backoff)
+
+
+def analyse_pid(plant, K, U=None, region=None, gamma=None,
+                saturation=None, K_A=None, coupling="pairs"):
+    """Find a certificate for a given gain.
+
+    Parameters
+    ----------
+    K : (m, N) array_like
+        ``[K_P K_D K_I]``; the other parameters as in `design_pid`.
+
+    Returns
+    -------
+    Design
+        With this very K; "infeasible" means that no common Lyapunov
+        matrix P proves what is asked, not that it fails.
+    """
+    request = Request(
+        plant, U, region, gamma, saturation, K_A, coupling, gain=K
+    )
+    if request.gain is None:
+        raise ValueError("K is missing: give the gain to be analysed")
+    return _solve(request)
+
+
+def _square(gamma):
+    return None if gamma is None else gamma**2
+
+
+def _solve(request):
+    frame = Frame.of(request)
+    expressions, unknowns = request.in_unknowns(
+        frame, _square(request.gamma)
+    )
+    blocks = Blocks.of(expressions.values(), unknowns)
+    phase = phase_one(blocks)
+    if phase.x is None:
+        return Design(
+            request, phase.verdict, _frame=frame, _multipliers=phase.Z
+        )
+    return _finish(request, frame, blocks, unknowns, phase.x)
+
+
+def _finish(request, frame, blocks, unknowns, x):
+    try:
+        x = centre(blocks, x)
+    except Unbounded:
+        x = centre(_bounded(blocks, unknowns, x), x)
+    P = unknowns[0].unpack(x[:unknowns[0].size])
+    if request.gain is None:
+        Y = unknowns[1].unpack(x[unknowns[0].size:])
+        K = np.linalg.solve(P, Y.T).T
+        K = np.linalg.solve(frame.T.T, K.T).T * frame.scale
+    else:
+        K = request.gain
+    P = frame.T @ P @ frame.T.T
+    P = (P + P.T) / 2
+    margins = {
+        name: _margin(g) for name, g in request.blocks(
+            P, K @ P, _square(request.gamma)).items()
+    }
+    good = min(margins.values()) > 0
+    status = "feasible" if good else "undecided"
+    return Design(request, status, K, P, K @ P, margins, frame)
+
+
+def _margin(g):
+    """Smallest eigenvalue after scaling the diagonal to one."""
+    diagonal = np.diag(g)
+    if diagonal.min() <= 0:
+        return float(diagonal.min())
+    scale = 1 / np.sqrt(diagonal)
+    return float(np.linalg.eigvalsh(g * np.outer(scale, scale))[0])
+
+
+def _bounded(blocks, unknowns, x):
+    """The blocks, joined by [[r I - P, Y'], [Y, r I]] > 0 ("scale").
+
+    Where every block is homogeneous in (P, Y) the gain doesn't depend
+    on r.
+    """
+    P = unknowns[0]
+    if len(unknowns) == 2:
+        Y = unknowns[1]
+        shape = [[-P, Y.T], [Y, 0 * eye(Y.shape[0])]]
+    else:
+        shape = [[-P]]
+    lid = Blocks.of([block(shape)], unknowns)
+    r = 16.0
+    while True:
+        roof = [c + r * np.eye(len(c)) for c in lid.constants]
+        if np.linalg.eigvalsh(
+            roof[0] + np.tensordot(x, lid.slopes[0], 1)
+        )[0] > 0:
+            return Blocks(
+                blocks.constants + roof, blocks.slopes + lid.slopes
+            )
+        r *= 16
+
+
+def _smallest_gamma(request, backoff):
+    probe = replace(request, gamma=1.0)
+    frame = Frame.of(probe)
+    mean = probe.vertices[0]
+    unit = np.linalg.norm(mean.C @ frame.T, 2) ** 2
+    g = Unknown("gamma2", 1)
+    expressions, unknowns = probe.in_unknowns(frame, g * unit)
+    blocks = Blocks.of(expressions.values(), unknowns + [g])
+    phase = phase_one(blocks)
+    if phase.x is None:
+        return Design(probe.without("gamma"), phase.verdict)
+    cost = np.zeros(blocks.variables)
+    cost[-1] = 1.0
+    best, _ = minimize(blocks, cost, phase.x, gap=1e-5)
+    gamma = np.sqrt(best[-1] * unit) * (1 + backoff)
+    digits = 2 - int(np.floor(np.log10(gamma)))
+    gamma = float(np.round(np.ceil(gamma * 10.0**digits) / 10.0**digits,
+                           max(digits, 0)))
+    request = replace(request, gamma=gamma)
+    expressions, unknowns = request.in_unknowns(frame, gamma**2)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    return _finish(request, frame, blocks, unknowns, best[:-1])

@@ -1,0 +1,311 @@
+"""Interior point: phase one, analytic centre, linear objectives.
+
+Everything minimises, by Newton's method with an exact line search, the
+self-concordant barrier of blocks G_k(x) > 0 that are affine in x.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+__all__ = ["Blocks", "Phase", "Unbounded", "centre", "minimize", "phase_one"]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Affine symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka.
+
+    Parameters
+    ----------
+    constants : list of (q, q) arrays
+    slopes : list of (k, q, q) arrays
+        One slice for each of the k variables.
+    """
+
+    constants: list
+    slopes: list
+
+    @classmethod
+    def of(cls, expressions, unknowns):
+        """From `Affine` expressions in the given unknowns."""
+        constants = [g.constant for g in expressions]
+        slopes = [
+            np.concatenate([g.jacobian(u) for u in unknowns])
+            for g in expressions
+        ]
+        return cls(constants, slopes)
+
+    @property
+    def variables(self):
+        return len(self.slopes[0])
+
+    @property
+    def degree(self):
+        """Sum of the block sizes, the barrier's parameter."""
+        return sum(len(c) for c in self.constants)
+
+    def __call__(self, x):
+        return [
+            c + np.tensordot(x, s, 1)
+            for c, s in zip(self.constants, self.slopes)
+        ]
+
+    def adjoint(self, Z):
+        """sum_k <G_ka, Z_k> for each variable a."""
+        return sum(
+            np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z)
+        )
+
+    def value(self, Z):
+        """sum_k <G_k0, Z_k>."""
+        return sum((c * z).sum() for c, z in zip(self.constants, Z))
+
+    def scaled(self):
+        """Diagonal congruence to entries near one (powers of two)."""
+        factors = []
+        for c, s in zip(self.constants, self.slopes):
+            size = np.abs(np.diag(c)) + np.sqrt(
+                (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0)
+            )
+            size[size == 0] = 1
+            factors.append(2.0 ** np.round(-np.log2(size) / 2))
+        outer = [np.outer(d, d) for d in factors]
+        return Blocks(
+            [c * o for c, o in zip(self.constants, outer)],
+            [s * o for s, o in zip(self.slopes, outer)],
+        )
+
+
+class Unbounded(ValueError):
+    """Raised where a set has no analytic centre."""
+
+
+class _Barrier:
+    """Newton's method for weight * cost.x - sum log det G_k(x)."""
+
+    def __init__(self, blocks, radius=None):
+        self.blocks = blocks
+        self.radius = radius
+        # left factors laid out for one matrix product each
+        self._wide = [
+            s.transpose(1, 0, 2).reshape(s.shape[1], -1)
+            for s in blocks.slopes
+        ]
+
+    def inside(self, x):
+        """Whether all blocks are positive definite at x."""
+        return self._factors(x) is not None
+
+    def _factors(self, x):
+        if self.radius is not None and x @ x >= self.radius**2:
+            return None
+        try:
+            return [np.linalg.cholesky(g) for g in self.blocks(x)]
+        except np.linalg.LinAlgError:
+            return None
+
+    def _whiten(self, x):
+        """L^-1 G_ka L^-T of every block, as (k, q, q)."""
+        white = []
+        for L, wide in zip(self._factors(x), self._wide):
+            q = len(L)
+            inverse = solve_triangular(L, np.eye(q), lower=True)
+            half = (inverse @ wide).reshape(q, -1, q)
+            white.append((half @ inverse.T).transpose(1, 0, 2))
+        return white
+
+    def step(self, x, cost):
+        """One damped Newton step; returns the new x and the decrement."""
+        white = self._whiten(x)
+        gradient = cost - sum(
+            np.trace(w, axis1=1, axis2=2) for w in white
+        )
+        flat = np.hstack([w.reshape(len(w), -1) for w in white])
+        hessian = flat @ flat.T
+        if self.radius is not None:
+            room = self.radius**2 - x @ x
+            gradient = gradient + 2 * x / room
+            hessian += 2 / room * np.eye(len(x))
+            hessian += np.outer(2 * x / room, 2 * x / room)
+        scale = 1 / np.sqrt(np.diag(hessian))
+        factor = cho_factor(
+            hessian * np.outer(scale, scale)
+            + 1e-15 * np.eye(len(x))
+        )
+        direction = -scale * cho_solve(factor, scale * gradient)
+        decrement = np.sqrt(max(-gradient @ direction, 0.0))
+        rates = np.concatenate([
+            np.linalg.eigvalsh(np.tensordot(direction, w, 1))
+            for w in white
+        ])
+        length = self._search(x, direction, cost @ direction, rates)
+        while True:  # rounding may put the end point outside
+            moved = x + length * direction
+            if self.inside(moved):
+                return moved, decrement
+            length /= 2
+            if length < 1e-12:
+                return x, 0.0
+
+    def _search(self, x, direction, slope, rates):
+        """Minimise slope s - sum log(1 + s rate) (minus the ball's)."""
+        limit = np.inf
+        if rates.min() < 0:
+            limit = -1 / rates.min()
+        if self.radius is not None:
+            a, b = direction @ direction, x @ direction
+            room = self.radius**2 - x @ x
+            limit = min(limit, (np.sqrt(b * b + a * room) - b) / a)
+        s, low, high = min(1.0, 0.9 * limit), 0.0, limit
+        for _ in range(30):
+            ratio = rates / (1 + s * rates)
+            first, second = slope - ratio.sum(), (ratio**2).sum()
+            if self.radius is not None:
+                left = room - 2 * s * b - s * s * a
+                bend = 2 * (b + s * a) / left
+                first += bend
+                second += 2 * a / left + bend**2
+            if abs(first) < 1e-3 * np.sqrt(second):
+                break
+            low, high = (s, high) if first < 0 else (low, s)
+            s = s - first / second
+            if not low < s < high:
+                s = (low + high) / 2 if np.isfinite(high) else 2 * low
+        return min(s, 0.99 * limit)
+
+    def descend(self, x, cost, tolerance, most=100):
+        """Newton steps until the decrement falls below the tolerance."""
+        for _ in range(most):
+            x, decrement = self.step(x, cost)
+            if decrement < tolerance:
+                return x
+        return x
+
+    def multipliers(self, x):
+        """Inverse blocks: the dual point that belongs to a centre."""
+        found = []
+        for L in self._factors(x):
+            inverse = solve_triangular(L, np.eye(len(L)), lower=True)
+            found.append(inverse.T @ inverse)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """Outcome of phase one.
+
+    Parameters
+    ----------
+    verdict : {"feasible", "infeasible", "undecided"}
+    x : array or None
+        A strictly feasible point.
+    Z : list of arrays or None
+        Multipliers of an infeasibility proof: Z_k > 0,
+        sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> < 0.
+    """
+
+    verdict: str
+    x: np.ndarray = None
+    Z: list = None
+
+
+def phase_one(blocks, radius=1e4):
+    """Find x with all G_k(x) > 0, or multipliers that exclude it.
+
+    Maximises t subject to G_k(x) > t I along the central path, inside
+    the ball |x| < radius, and stops as soon as t is known to be
+    positive or known to stay negative.
+
+    Returns
+    -------
+    Phase
+    """
+    blocks = blocks.scaled()
+    k = blocks.variables
+    lifted = Blocks(
+        blocks.constants,
+        [
+            np.concatenate([s, -np.eye(s.shape[1])[None]])
+            for s in blocks.slopes
+        ],
+    )
+    barrier = _Barrier(lifted, radius)
+    start = min(np.linalg.eigvalsh(c)[0] for c in blocks.constants)
+    x = np.append(np.zeros(k), min(start, 0) - 1)
+    cost = np.zeros(k + 1)
+    cost[-1] = -1.0
+    strict = _Barrier(blocks)
+    weight = 1.0
+    while weight < 1e13:
+        for _ in range(50):
+            x, decrement = barrier.step(x, weight * cost)
+            if x[-1] > 0 and strict.inside(x[:-1]):
+                return Phase("feasible", x=x[:-1])
+            if decrement < 0.1:
+                break
+        else:
+            return Phase("undecided")
+        # at a centre, t* <= t + (degree + ball) / weight
+        if x[-1] + 2 * (lifted.degree + 1) / weight < 0:
+            x = barrier.descend(x, weight * cost, 1e-9, 20)
+            Z = [z / weight for z in barrier.multipliers(x)]
+            excluded = _excluded_radius(blocks, Z)
+            if excluded >= radius / 2:
+                return Phase("infeasible", Z=Z)
+            return Phase("undecided", Z=Z)
+        weight *= 8
+    return Phase("undecided")
+
+
+def _excluded_radius(blocks, Z):
+    """No feasible x is shorter than this, if all Z_k > 0."""
+    value, residual = blocks.value(Z), blocks.adjoint(Z)
+    size = np.linalg.norm(residual)
+    return 0.0 if value >= 0 else (-value / size if size else np.inf)
+
+
+def centre(blocks, x):
+    """The analytic centre, from a strictly feasible point.
+
+    Raises
+    ------
+    Unbounded
+        If the set is unbounded: it has no centre.
+    """
+    barrier = _Barrier(blocks)
+    zero = np.zeros(len(x))
+    for _ in range(200):
+        x, decrement = barrier.step(x, zero)
+        if decrement < 1e-8:
+            return barrier.step(x, zero)[0]
+        if x @ x > 1e16:
+            break
+    raise Unbounded(
+        "the feasible set is unbounded and has no analytic centre"
+    )
+
+
+def minimize(blocks, cost, x, gap=1e-6):
+    """Minimise cost.x over the blocks, from a strictly feasible point.
+
+    Parameters
+    ----------
+    gap : float
+        Stop when the optimum is known to this relative accuracy.
+
+    Returns
+    -------
+    x : array
+        Strictly feasible, nearly optimal.
+    bound : float
+        A lower bound of the optimum.
+    """
+    barrier = _Barrier(blocks)
+    weight = blocks.degree / max(abs(cost @ x), 1e-12)
+    while True:
+        x = barrier.descend(x, weight * cost, 0.1)
+        slack = 2 * blocks.degree / weight
+        if slack < gap * abs(cost @ x) or weight > 1e18:
+            return x, cost @ x - slack
+        weight *= 8

@@ -1,0 +1,296 @@
+"""Matrix-affine expressions: a constant plus terms ``L X R``.
+
+A theorem is a function of matrix-like things that know ``@ + - .T`` and
+scalars. It is written once and read with
+
+* `Unknown` (this module): gives the structure that the solver uses;
+* float arrays: gives the numbers that are checked;
+* arrays of exact rationals (``dtype=object``): gives what is proven;
+* cvxpy variables: gives constraints for the ecosystem's solvers.
+
+`block`, `he` and `eye` are the only other words a theorem needs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Affine", "Unknown", "block", "eye", "he"]
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """The product ``left @ X @ right``, with ``X`` transposed if asked."""
+
+    left: np.ndarray
+    unknown: "Unknown"
+    transposed: bool
+    right: np.ndarray
+
+    @property
+    def T(self):
+        flip = not self.transposed and not self.unknown.symmetric
+        return Term(self.right.T, self.unknown, flip, self.left.T)
+
+
+class Affine:
+    """A matrix ``constant + sum of L X R`` in unknown matrices ``X``.
+
+    Parameters
+    ----------
+    constant : (r, c) array
+        The value where all unknowns are zero.
+    terms : iterable of Term
+        The products in the unknowns.
+    """
+
+    __array_ufunc__ = None  # numpy hands its operators over to this class
+
+    def __init__(self, constant, terms=()):
+        self.constant = np.asarray(constant)
+        self.terms = tuple(terms)
+
+    @property
+    def shape(self):
+        return self.constant.shape
+
+    @property
+    def T(self):
+        return Affine(self.constant.T, [t.T for t in self.terms])
+
+    def __neg__(self):
+        return self * -1
+
+    def __add__(self, other):
+        other = _affine(other)
+        if other.shape != self.shape:
+            raise ValueError(
+                f"shapes {self.shape} and {other.shape} don't add up"
+            )
+        return Affine(
+            self.constant + other.constant, self.terms + other.terms
+        )
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        return self + (-_affine(other))
+
+    def __rsub__(self, other):
+        return _affine(other) - self
+
+    def __mul__(self, factor):
+        if isinstance(factor, Affine):
+            raise TypeError("a product of two unknowns isn't affine")
+        if np.ndim(factor) == 2:  # a 1 x 1 expression times a matrix
+            return self._times_matrix(np.asarray(factor))
+        terms = [
+            Term(factor * t.left, t.unknown, t.transposed, t.right)
+            for t in self.terms
+        ]
+        return Affine(factor * self.constant, terms)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor):
+        terms = [
+            Term(t.left / divisor, t.unknown, t.transposed, t.right)
+            for t in self.terms
+        ]
+        return Affine(self.constant / divisor, terms)
+
+    def __matmul__(self, matrix):
+        if isinstance(matrix, Affine):
+            raise TypeError("a product of two unknowns isn't affine")
+        matrix = np.asarray(matrix)
+        terms = [
+            Term(t.left, t.unknown, t.transposed, t.right @ matrix)
+            for t in self.terms
+        ]
+        return Affine(self.constant @ matrix, terms)
+
+    def __rmatmul__(self, matrix):
+        return (self.T @ np.asarray(matrix).T).T
+
+    def _times_matrix(self, matrix):
+        if self.shape != (1, 1):
+            raise ValueError("only a 1 x 1 expression scales a matrix")
+        identity = eye(matrix.shape[1])
+        total = Affine(self.constant[0, 0] * matrix)
+        for j in range(matrix.shape[1]):
+            column, row = matrix[:, j:j + 1], identity[j:j + 1]
+            total = total + column @ Affine([[0]], self.terms) @ row
+        return total
+
+    def value(self, values):
+        """The matrix for given unknowns.
+
+        Parameters
+        ----------
+        values : dict
+            From `Unknown` to its array.
+        """
+        total = self.constant
+        for t in self.terms:
+            x = values[t.unknown]
+            total = total + t.left @ (x.T if t.transposed else x) @ t.right
+        return total
+
+    def jacobian(self, unknown):
+        """Derivatives by the free entries of one unknown.
+
+        Returns
+        -------
+        (k, r, c) array
+            One matrix for each of the ``k`` entries of ``unknown.pack``.
+        """
+        rows, cols = unknown.shape
+        full = np.zeros((rows, cols) + self.shape, self.constant.dtype)
+        for t in self.terms:
+            if t.unknown is unknown:
+                axes = (1, 2, 0, 3) if not t.transposed else (2, 1, 0, 3)
+                outer = np.multiply.outer(t.left, t.right)
+                full = full + outer.transpose(axes)
+        if not unknown.symmetric:
+            return full.reshape((rows * cols,) + self.shape)
+        i, j = np.tril_indices(rows)
+        off = (i != j).astype(int)[:, None, None]
+        return full[i, j] + off * full[j, i]
+
+
+class Unknown(Affine):
+    """An unknown matrix, itself the simplest affine expression.
+
+    Examples
+    --------
+    >>> P = Unknown("P", 2, symmetric=True)
+    >>> A = np.array([[0, 1], [-2, -3]])
+    >>> lyapunov = he(A @ P)
+    >>> lyapunov.value({P: np.eye(2)})
+    array([[ 0., -1.],
+           [-1., -6.]])
+    """
+
+    def __init__(self, name, rows, cols=None, symmetric=False):
+        self.name = name
+        self.symmetric = symmetric
+        cols = rows if cols is None else cols
+        if symmetric and rows != cols:
+            raise ValueError(f"unknown {name}: symmetric but not square")
+        term = Term(eye(rows), self, False, eye(cols))
+        super().__init__(np.zeros((rows, cols), int), [term])
+
+    @property
+    def size(self):
+        """Number of free entries."""
+        rows, cols = self.shape
+        return rows * (rows + 1) // 2 if self.symmetric else rows * cols
+
+    def unpack(self, entries):
+        """The matrix with the given free entries."""
+        rows, cols = self.shape
+        if not self.symmetric:
+            return np.asarray(entries).reshape(rows, cols)
+        matrix = np.zeros((rows, rows), np.asarray(entries).dtype)
+        i, j = np.tril_indices(rows)
+        matrix[i, j] = matrix[j, i] = entries
+        return matrix
+
+    def pack(self, matrix):
+        """The free entries of a matrix."""
+        matrix = np.asarray(matrix)
+        if not self.symmetric:
+            return matrix.ravel()
+        return matrix[np.tril_indices(self.shape[0])]
+
+
+def _affine(x):
+    return x if isinstance(x, Affine) else Affine(x)
+
+
+def eye(size):
+    """Identity of integers: exact in every arithmetic."""
+    return np.eye(size, dtype=int)
+
+
+def he(x):
+    """``x + x.T``, the thesis's sm{x}."""
+    return x + x.T
+
+
+def block(rows):
+    """Assemble a block matrix; a plain ``0`` is a zero block that fits.
+
+    Parameters
+    ----------
+    rows : list of lists
+        Entries of one kind (see the module's head) or ``0``.
+
+    Raises
+    ------
+    ValueError
+        If a row or column has no entry that tells its size, or if the
+        sizes don't agree.
+
+    Examples
+    --------
+    >>> block([[np.eye(2), 0], [0, np.ones((1, 1))]])
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 0., 1.]])
+    """
+    heights = [_common(row, 0) for row in rows]
+    widths = [_common(column, 1) for column in zip(*rows, strict=True)]
+    full = [
+        [
+            np.zeros((h, w), int) if _is_zero(x) else x
+            for x, w in zip(row, widths, strict=True)
+        ]
+        for row, h in zip(rows, heights, strict=True)
+    ]
+    entries = [x for row in full for x in row]
+    if any(isinstance(x, Affine) for x in entries):
+        return _block_affine(full, heights, widths)
+    if all(isinstance(x, np.ndarray) for x in entries):
+        return np.block(full)
+    import cvxpy
+
+    return cvxpy.bmat(full)
+
+
+def _is_zero(x):
+    return isinstance(x, int) and x == 0
+
+
+def _common(entries, axis):
+    sizes = {x.shape[axis] for x in entries if not _is_zero(x)}
+    if len(sizes) != 1:
+        raise ValueError(f"block sizes {sorted(sizes)} don't fit")
+    return sizes.pop()
+
+
+def _block_affine(full, heights, widths):
+    tops = np.cumsum([0] + heights)
+    lefts = np.cumsum([0] + widths)
+    total = Affine(
+        np.block([[_affine(x).constant for x in row] for row in full])
+    )
+    terms = []
+    for row, top in zip(full, tops, strict=False):
+        for x, left in zip(row, lefts, strict=False):
+            for t in _affine(x).terms:
+                terms.append(
+                    Term(
+                        _pad(t.left, top, tops[-1]),
+                        t.unknown,
+                        t.transposed,
+                        _pad(t.right.T, left, lefts[-1]).T,
+                    )
+                )
+    return Affine(total.constant, terms)
+
+
+def _pad(matrix, start, size):
+    padded = np.zeros((size, matrix.shape[1]), matrix.dtype)
+    padded[start:start + matrix.shape[0]] = matrix
+    return padded

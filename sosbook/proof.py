@@ -1,0 +1,158 @@
+"""Proofs in exact rational arithmetic, of a loop or of its absence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .lmi.centre import Blocks
+from .lmi.certificate import (
+    exact,
+    pivots,
+    repair_multipliers,
+    round_digits,
+)
+
+__all__ = [
+    "Certificate",
+    "InfeasibilityCertificate",
+    "prove",
+    "prove_infeasible",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """An exact proof that a gain does what was asked, or its failure.
+
+    Parameters
+    ----------
+    proven : bool
+        Whether every block is positive definite, in rational arithmetic.
+    claims : tuple of str
+        What is proven, in words; empty without a proof.
+    K : (m, N) array
+        The gain that the proof is about: rounded to the printed digits.
+    P : (N, N) array
+        The rational Lyapunov matrix, as decimal floats.
+    blocks : dict
+        From a block's name to its smallest pivot, as a float.
+    failed : tuple of str
+        Names of the blocks that aren't positive definite.
+    """
+
+    proven: bool
+    claims: tuple
+    K: np.ndarray
+    P: np.ndarray
+    blocks: dict
+    failed: tuple
+
+    def __str__(self):
+        if self.proven:
+            return "proven: " + "; ".join(self.claims)
+        return "not proven: " + ", ".join(self.failed)
+
+
+@dataclass(frozen=True, eq=False)
+class InfeasibilityCertificate:
+    """Multipliers that exclude every design, by LMI duality.
+
+    Parameters
+    ----------
+    proven : bool
+        Whether the multipliers were made exact: then no P, Y exist.
+    value : float
+        sum <G_k0, Z_k>, negative. A design would need it positive.
+    multipliers : dict
+        From a block's name to its multiplier Z_k (in the coordinates in
+        which the LMIs were solved).
+    """
+
+    proven: bool
+    value: float
+    multipliers: dict
+
+
+def prove(request, K, P, digits=6):
+    """Check every block of a request in exact arithmetic.
+
+    Parameters
+    ----------
+    request : Request
+    K : (m, N) array
+        Rounded to ``digits`` significant digits before the proof.
+    P : (N, N) array
+        Rounded too; must be symmetric.
+
+    Returns
+    -------
+    Certificate
+    """
+    K = round_digits(K, digits)
+    P = np.asarray(P, float)
+    if not np.array_equal(P, P.T):
+        return Certificate(False, (), K, P, {}, ("P isn't symmetric",))
+    P = round_digits(P, 12)
+    gain, lyapunov = exact(K), exact(P)
+    gamma2 = None
+    if request.gamma is not None:
+        gamma2 = exact(request.gamma) ** 2
+    blocks = request.blocks(lyapunov, gain @ lyapunov, gamma2, exact)
+    found = {name: pivots(g) for name, g in blocks.items()}
+    failed = tuple(n for n, p in found.items() if p[-1] <= 0)
+    smallest = {n: float(min(p)) for n, p in found.items()}
+    claims = () if failed else _claims(request)
+    return Certificate(not failed, claims, K, P, smallest, failed)
+
+
+def _claims(request):
+    N = len(request.vertices)
+    if N == 1:
+        where = "the plant"
+    elif request.covers_polytope:
+        where = "every plant of the polytope"
+    else:
+        where = f"each of the {N} vertices (not the plants between)"
+    words = [f"{where}, under u = K x, is stable"]
+    words += [f"its poles lie in the {p.name}" for p in request.parts]
+    if request.gamma is not None:
+        words.append(f"its H-infinity norm is below {request.gamma:g}")
+    if request.saturation is not None:
+        words.append(
+            f"|K x(t)| <= {request.saturation.u_max:g} from x0 "
+            "(with r = 0, w = 0)"
+        )
+    return tuple(words)
+
+
+def prove_infeasible(request, frame, Z):
+    """Exact multipliers from float ones, where the repair succeeds.
+
+    Parameters
+    ----------
+    request : Request
+    frame : Frame
+    Z : list of arrays
+        Multipliers of the blocks in that frame.
+
+    Returns
+    -------
+    InfeasibilityCertificate
+    """
+    gamma2 = None
+    if request.gamma is not None:
+        gamma2 = exact(request.gamma) ** 2
+    expressions, unknowns = request.in_unknowns(frame, gamma2, exact)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    repaired = repair_multipliers(blocks, Z)
+    names = list(expressions)
+    if repaired is None:
+        value = float(sum(
+            (c.astype(float) * z).sum()
+            for c, z in zip(blocks.constants, Z)
+        ))
+        return InfeasibilityCertificate(False, value, dict(zip(names, Z)))
+    multipliers, value = repaired
+    return InfeasibilityCertificate(
+        True, float(value), dict(zip(names, multipliers))
+    )

@@ -1,0 +1,17 @@
+"""The thesis's theorems, each written once.
+
+Each function returns the matrix that must be positive definite, laid
+out as in the thesis (which prints the negative of most of them).
+"""
+
+from .hinf import bounded_real
+from .pole_region import pole_region, stability
+from .saturation import control_bound, initial_state
+
+__all__ = [
+    "bounded_real",
+    "control_bound",
+    "initial_state",
+    "pole_region",
+    "stability",
+]

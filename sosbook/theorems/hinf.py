@@ -1,0 +1,31 @@
+"""Theorem 2.1: a bound on the H-infinity norm from w to y = C x."""
+
+from ..lmi import block, eye, he
+
+
+def bounded_real(c, gamma2):
+    r"""The matrix of (2.15), times -1.
+
+    Parameters
+    ----------
+    c : Coupled
+        A vertex, or a pair of them.
+    gamma2 : scalar or 1 x 1 matrix-like
+        Square of the bound :math:`\gamma`.
+
+    Returns
+    -------
+    (N + n + p, N + n + p) matrix-like
+        Positive definite for all pairs, and P > 0, imply: every plant
+        of the polytope is stable with :math:`\|T_{yw}\|_\infty < \gamma`.
+
+    Notes
+    -----
+    Source: thesis (2.15).
+    """
+    outputs, disturbances = c.EPC.shape[1], c.Bw.shape[1]
+    return -block([
+        [he(c.Theta), c.EPC,                  c.Bw],
+        [c.EPC.T,     -gamma2 * eye(outputs), 0],
+        [c.Bw.T,      0,                      -eye(disturbances)],
+    ])
