@@ -4,7 +4,7 @@ Reads M z'' + D z' + S z = B u + F w; follows D. S. Gontijo, "Control
 Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 """
 
-from . import reproduction, thesis
+from . import counterexamples, plots, reproduction, thesis
 from .design import Design, analyse_pid, design_pid
 from .regions import LMIRegion, PoleRegion, Region
 from .request import Saturation
@@ -23,7 +23,9 @@ __all__ = [
     "SecondOrderSystem",
     "Sine",
     "analyse_pid",
+    "counterexamples",
     "design_pid",
+    "plots",
     "reproduction",
     "thesis",
 ]

@@ -123,25 +123,29 @@ class Design:
         """
         if self.status == "feasible":
             return ""
+        fixed = self.request.fixed_modes()
+        if len(fixed):
+            return (
+                f"No gain moves the mode at {fixed[0]:.4g}: it is "
+                "uncontrollable; change B, or ask for less there."
+            )
         names = self.request.requirements
-        if len(names) > 1:
-            enough = [
-                name for name in names
-                if _solve(self.request.without(name)).status == "feasible"
-            ]
-        else:
-            enough = []
+        enough = [
+            name for name in names
+            if _solve(self.request.without(name)).status == "feasible"
+        ]
         if not enough:
+            if len(names) < 2:
+                return "No gain makes this loop provably stable."
             return (
                 "Leaving out any single requirement isn't enough: relax "
-                "several of " + ", ".join(names) + "."
+                "several of " + _words(names) + "."
             )
-        first = max(enough, key=self._weight)
-        text = f"Relax the {_WORDS.get(first, first)} first"
-        others = [_WORDS.get(n, n) for n in enough if n != first]
-        if others:
+        enough.sort(key=self._weight, reverse=True)
+        text = f"Relax the {_words(enough[:1])} first"
+        if enough[1:]:
             text += "; leaving out one of these would do as well: "
-            text += ", ".join(others)
+            text += _words(enough[1:])
         return text + "."
 
     def _weight(self, name):
@@ -221,6 +225,10 @@ _WORDS = {
     "gamma": "H-infinity bound gamma",
     "saturation": "input bound u_max",
 }
+
+
+def _words(names):
+    return ", ".join(_WORDS.get(name, name) for name in names)
 
 
 def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
@@ -324,11 +332,12 @@ def _solve(request):
     )
     blocks = Blocks.of(expressions.values(), unknowns)
     phase = phase_one(blocks)
-    if phase.x is None:
-        return Design(
-            request, phase.verdict, _frame=frame, _multipliers=phase.Z
-        )
-    return _finish(request, frame, blocks, unknowns, phase.x)
+    if phase.x is not None:
+        return _finish(request, frame, blocks, unknowns, phase.x)
+    verdict = phase.verdict
+    if len(request.fixed_modes()):
+        verdict = "infeasible"
+    return Design(request, verdict, _frame=frame, _multipliers=phase.Z)
 
 
 def _finish(request, frame, blocks, unknowns, x):

@@ -111,6 +111,7 @@ def execute(notebook, folder=BOOK):
         record_timing=False,
         store_widget_state=False,
         coalesce_streams=True,
+        extra_arguments=["--IPKernelApp.log_level=ERROR"],
         resources={"metadata": {"path": str(folder)}},
     ).execute()
     return canonical(notebook)

@@ -62,7 +62,7 @@ class InfeasibilityCertificate:
     proven : bool
         Whether the multipliers were made exact: then no P, Y exist.
     value : float
-        sum <G_k0, Z_k>, negative. A design would need it positive.
+        sum <G_k0, Z_k>, not positive. A design would need it positive.
     multipliers : dict
         From a block's name to its multiplier Z_k (in the coordinates in
         which the LMIs were solved).
@@ -114,7 +114,7 @@ def _claims(request):
     else:
         where = f"each of the {N} vertices (not the plants between)"
     words = [f"{where}, under u = K x, is stable"]
-    words += [f"its poles lie in the {p.name}" for p in request.parts]
+    words += [f"its poles lie in the {p.text}" for p in request.parts]
     if request.gamma is not None:
         words.append(f"its H-infinity norm is below {request.gamma:g}")
     if request.saturation is not None:

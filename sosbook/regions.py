@@ -59,6 +59,8 @@ class LMIRegion(Region):
         Any real matrix.
     name : str
         Names the LMI block that demands it.
+    text : str, optional
+        The region in words, for certificates.
 
     Notes
     -----
@@ -71,7 +73,7 @@ class LMIRegion(Region):
     (True, False)
     """
 
-    def __init__(self, alpha, beta, name):
+    def __init__(self, alpha, beta, name, text=None):
         alpha = matrix("alpha", alpha)
         k = alpha.shape[0]
         if alpha.shape != (k, k) or not np.array_equal(alpha, alpha.T):
@@ -80,6 +82,7 @@ class LMIRegion(Region):
         object.__setattr__(self, "alpha", alpha)
         object.__setattr__(self, "beta", beta)
         object.__setattr__(self, "name", name)
+        object.__setattr__(self, "text", text or name)
         object.__setattr__(self, "parts", (self,))
 
     def __repr__(self):
@@ -99,7 +102,8 @@ class LMIRegion(Region):
     @classmethod
     def half_plane(cls, sigma, name="half-plane"):
         """Re s < -sigma (2.18)."""
-        return cls([[2 * _number("sigma", sigma)]], [[1]], name)
+        alpha = [[2 * _number("sigma", sigma)]]
+        return cls(alpha, [[1]], name, f"{name} Re s < {-sigma:g}")
 
     @classmethod
     def sector(cls, theta, apex=0.0, name="sector"):
@@ -119,14 +123,17 @@ class LMIRegion(Region):
         cos = np.cos(theta) + 4 * np.finfo(float).eps
         beta = np.array([[sin, cos], [-cos, sin]])
         alpha = -2 * sin * _number("apex", apex) * np.eye(2)
-        return cls(alpha, beta, name)
+        text = f"{name} of half-angle {np.degrees(theta):.4g} degrees"
+        return cls(alpha, beta, name, text)
 
     @classmethod
     def disk(cls, rho, centre=0.0, name="disk"):
         """|s - centre| < rho (2.19), (A.11)."""
         rho = _positive("rho", rho)
         centre = _number("centre", centre)
-        return cls([[-rho, -centre], [-centre, -rho]], [[0, 1], [0, 0]], name)
+        alpha = [[-rho, -centre], [-centre, -rho]]
+        text = f"{name} of radius {rho:g} around {centre:g}"
+        return cls(alpha, [[0, 1], [0, 0]], name, text)
 
     @classmethod
     def strip(cls, left, right, name="strip"):

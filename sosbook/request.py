@@ -120,6 +120,28 @@ class Request:
         whole = coupled_pairs(self.vertices, "pairs")
         return len(self.pairs) == len(whole)
 
+    def fixed_modes(self):
+        """Modes that no gain moves and that break a requirement.
+
+        Returns
+        -------
+        array of complex
+            Uncontrollable eigenvalues of a vertex, in rad/s, that lie
+            right of or on the imaginary axis or outside the region.
+        """
+        bad = []
+        for d in self.vertices:
+            A, B, _ = d.state_space()
+            size = np.abs(np.linalg.eigvals(A)).max() or 1.0
+            for s in np.linalg.eigvals(A):
+                pencil = np.hstack([(A - s * np.eye(len(A))) / size,
+                                    B / (np.linalg.norm(B, 2) or 1.0)])
+                fixed = np.linalg.svd(pencil)[1][-1] < 1e-10
+                inside = self.region is None or self.region.contains(s)
+                if fixed and not (inside and s.real < 0):
+                    bad.append(s)
+        return np.array(bad)
+
     @property
     def needs_stability(self):
         """Whether no other block already demands Re s < 0."""

@@ -7,7 +7,8 @@ self-concordant barrier of blocks G_k(x) > 0 that are affine in x.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dtrtri
 
 __all__ = ["Blocks", "Phase", "Unbounded", "centre", "minimize", "phase_one"]
 
@@ -62,7 +63,11 @@ class Blocks:
         return sum((c * z).sum() for c, z in zip(self.constants, Z))
 
     def scaled(self):
-        """Diagonal congruence to entries near one (powers of two)."""
+        """Diagonal congruence to entries near one (powers of two).
+
+        Returns the blocks, and the factors by which their entries and
+        multipliers are multiplied.
+        """
         factors = []
         for c, s in zip(self.constants, self.slopes):
             size = np.abs(np.diag(c)) + np.sqrt(
@@ -74,7 +79,7 @@ class Blocks:
         return Blocks(
             [c * o for c, o in zip(self.constants, outer)],
             [s * o for s, o in zip(self.slopes, outer)],
-        )
+        ), outer
 
 
 class Unbounded(ValueError):
@@ -87,62 +92,76 @@ class _Barrier:
     def __init__(self, blocks, radius=None):
         self.blocks = blocks
         self.radius = radius
+        self._sizes = [len(c) for c in blocks.constants]
+        self._ends = np.cumsum([q * q for q in self._sizes])[:-1]
+        k = blocks.variables
+        self._constant = np.concatenate(
+            [c.ravel() for c in blocks.constants]
+        ).astype(float)
+        self._slope = np.hstack(
+            [s.reshape(k, -1) for s in blocks.slopes]
+        ).astype(float)
         # left factors laid out for one matrix product each
         self._wide = [
-            s.transpose(1, 0, 2).reshape(s.shape[1], -1)
+            np.ascontiguousarray(s.transpose(1, 0, 2), float).reshape(
+                s.shape[1], -1)
             for s in blocks.slopes
         ]
 
-    def inside(self, x):
-        """Whether all blocks are positive definite at x."""
-        return self._factors(x) is not None
+    def _split(self, flat):
+        """A long vector as the list of its square blocks."""
+        parts = np.split(flat, self._ends)
+        return [x.reshape(q, q) for x, q in zip(parts, self._sizes)]
 
-    def _factors(self, x):
+    def factors(self, x):
+        """Cholesky factors of all blocks, or None outside."""
         if self.radius is not None and x @ x >= self.radius**2:
             return None
         try:
-            return [np.linalg.cholesky(g) for g in self.blocks(x)]
+            return [
+                np.linalg.cholesky(g)
+                for g in self._split(self._constant + x @ self._slope)
+            ]
         except np.linalg.LinAlgError:
             return None
 
-    def _whiten(self, x):
-        """L^-1 G_ka L^-T of every block, as (k, q, q)."""
+    def _whiten(self, factors):
+        """L^-1 G_ka L^-T of every block, each row a flat matrix."""
         white = []
-        for L, wide in zip(self._factors(x), self._wide):
+        for L, wide in zip(factors, self._wide):
             q = len(L)
-            inverse = solve_triangular(L, np.eye(q), lower=True)
-            half = (inverse @ wide).reshape(q, -1, q)
-            white.append((half @ inverse.T).transpose(1, 0, 2))
-        return white
+            inverse = dtrtri(L, lower=1)[0]
+            half = (inverse @ wide).reshape(-1, q) @ inverse.T
+            white.append(
+                half.reshape(q, -1, q).transpose(1, 0, 2).reshape(-1, q * q)
+            )
+        return np.hstack(white)
 
     def step(self, x, cost):
         """One damped Newton step; returns the new x and the decrement."""
-        white = self._whiten(x)
-        gradient = cost - sum(
-            np.trace(w, axis1=1, axis2=2) for w in white
-        )
-        flat = np.hstack([w.reshape(len(w), -1) for w in white])
-        hessian = flat @ flat.T
+        factors = self.factors(x)
+        white = self._whiten(factors)
+        ones = np.concatenate([np.eye(q).ravel() for q in self._sizes])
+        gradient = cost - white @ ones
+        hessian = white @ white.T
         if self.radius is not None:
             room = self.radius**2 - x @ x
             gradient = gradient + 2 * x / room
             hessian += 2 / room * np.eye(len(x))
             hessian += np.outer(2 * x / room, 2 * x / room)
         scale = 1 / np.sqrt(np.diag(hessian))
-        factor = cho_factor(
-            hessian * np.outer(scale, scale)
-            + 1e-15 * np.eye(len(x))
+        factor = _cholesky(hessian * np.outer(scale, scale))
+        direction = -scale * cho_solve(
+            factor, scale * gradient, check_finite=False
         )
-        direction = -scale * cho_solve(factor, scale * gradient)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
         rates = np.concatenate([
-            np.linalg.eigvalsh(np.tensordot(direction, w, 1))
-            for w in white
+            np.linalg.eigvalsh(d) for d in self._split(direction @ white)
         ])
         length = self._search(x, direction, cost @ direction, rates)
         while True:  # rounding may put the end point outside
             moved = x + length * direction
-            if self.inside(moved):
+            if self.factors(moved) is not None:
                 return moved, decrement
             length /= 2
             if length < 1e-12:
@@ -184,11 +203,18 @@ class _Barrier:
 
     def multipliers(self, x):
         """Inverse blocks: the dual point that belongs to a centre."""
-        found = []
-        for L in self._factors(x):
-            inverse = solve_triangular(L, np.eye(len(L)), lower=True)
-            found.append(inverse.T @ inverse)
-        return found
+        inverses = [dtrtri(L, lower=1)[0] for L in self.factors(x)]
+        return [inverse.T @ inverse for inverse in inverses]
+
+
+def _cholesky(matrix):
+    """Factor of a matrix with unit diagonal, lifted if it must be."""
+    for ridge in 10.0 ** np.arange(-15, 1):
+        try:
+            return cho_factor(matrix + ridge * np.eye(len(matrix)))
+        except np.linalg.LinAlgError:
+            continue
+    raise np.linalg.LinAlgError("the Hessian has NaN entries")
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +228,7 @@ class Phase:
         A strictly feasible point.
     Z : list of arrays or None
         Multipliers of an infeasibility proof: Z_k > 0,
-        sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> < 0.
+        sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
     """
 
     verdict: str
@@ -215,13 +241,18 @@ def phase_one(blocks, radius=1e4):
 
     Maximises t subject to G_k(x) > t I along the central path, inside
     the ball |x| < radius, and stops as soon as t is known to be
-    positive or known to stay negative.
+    positive or known to stay negative. Where all blocks are homogeneous
+    the first one, X > 0, is read as X > I, which changes nothing but
+    excludes x = 0.
 
     Returns
     -------
     Phase
     """
-    blocks = blocks.scaled()
+    if not any(c.any() for c in blocks.constants):
+        first = -np.eye(len(blocks.constants[0]))
+        blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
+    blocks, outer = blocks.scaled()
     k = blocks.variables
     lifted = Blocks(
         blocks.constants,
@@ -240,7 +271,7 @@ def phase_one(blocks, radius=1e4):
     while weight < 1e13:
         for _ in range(50):
             x, decrement = barrier.step(x, weight * cost)
-            if x[-1] > 0 and strict.inside(x[:-1]):
+            if x[-1] > 0 and strict.factors(x[:-1]) is not None:
                 return Phase("feasible", x=x[:-1])
             if decrement < 0.1:
                 break
@@ -250,10 +281,12 @@ def phase_one(blocks, radius=1e4):
         if x[-1] + 2 * (lifted.degree + 1) / weight < 0:
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
-            excluded = _excluded_radius(blocks, Z)
-            if excluded >= radius / 2:
-                return Phase("infeasible", Z=Z)
-            return Phase("undecided", Z=Z)
+            verdict = "undecided"
+            if _excluded_radius(blocks, Z) >= radius / 2:
+                verdict = "infeasible"
+            return Phase(
+                verdict, Z=[z * o for z, o in zip(Z, outer)]
+            )
         weight *= 8
     return Phase("undecided")
 

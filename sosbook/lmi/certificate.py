@@ -95,12 +95,6 @@ def pivots(x):
     return found
 
 
-def positive_definite(x):
-    """Whether an exact symmetric matrix is positive definite."""
-    found = pivots(x)
-    return len(found) == len(x) and found[-1] > 0
-
-
 def repair_multipliers(blocks, Z, digits=12):
     """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
 
@@ -112,7 +106,7 @@ def repair_multipliers(blocks, Z, digits=12):
     Returns
     -------
     (multipliers, value) or None
-        Exact positive definite Z_k, and sum <G_k0, Z_k> < 0; None if
+        Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
@@ -131,8 +125,24 @@ def repair_multipliers(blocks, Z, digits=12):
     for z in Z:
         part = entries[start:start + z.size].reshape(z.shape)
         start += z.size
-        if not positive_definite(part):
+        if not _stays_positive(z, part):
             return None
         out.append(part)
     value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
-    return (out, value) if value < 0 else None
+    return (out, value) if value <= 0 else None
+
+
+def _stays_positive(near, far):
+    """Whether ``far`` is positive definite because ``near`` is.
+
+    With short rationals in ``near``, and c above every entry of |far -
+    near|, near - q c I > 0 implies far > 0.
+    """
+    q = len(near)
+    change = max(abs(e) for e in (far - near).flat)
+    if change == 0:
+        c = fmpq(0)
+    else:
+        c = fmpq(1, 2) ** -(int(np.ceil(np.log2(float(change)))) + 1)
+    lowered = near - q * c * np.eye(q, dtype=int)
+    return pivots(lowered)[-1] > 0
