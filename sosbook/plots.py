@@ -263,7 +263,7 @@ def window_of(poles, region=None):
     Examples
     --------
     >>> window_of([-1 + 1j, -1 - 1j])
-    (-1.3, 0.3, 1.3)
+    (-1.3, 0.325, 1.3)
     """
     points = np.concatenate([np.ravel(np.asarray(p, complex)) for p in poles]
                             ) if len(poles) else np.array([-1 + 1j])

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""The project's commands. Python 3.11 or newer is all they need.
+
+    python3 tasks.py book     build the book and say where to open it
+    python3 tasks.py test     run every test (more words go to pytest)
+    python3 tasks.py lab      open the notebooks in JupyterLab
+    python3 tasks.py run      run the notebooks again and store their outputs
+    python3 tasks.py clean    remove what these commands made
+
+The first command makes a virtual environment in .venv and fills it from
+requirements.txt; later ones find it ready.
+"""
+
+import hashlib
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+STAMP = VENV / "ready"
+SITE = ROOT / "_build" / "html"
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT))
+from tests import browser  # noqa: E402
+
+
+def main():
+    if sys.version_info < (3, 11):
+        sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
+    name, *words = sys.argv[1:] or ["help"]
+    tasks = {"book": book, "test": test, "lab": lab, "run": run, "clean": clean}
+    if name not in tasks:
+        sys.exit(__doc__)
+    os.chdir(ROOT)
+    sys.exit(tasks[name](words))
+
+
+def book(words):
+    """Build the book; every warning is an error."""
+    prepare()
+    if status := build(words):
+        return status
+    print(f"\nThe book is ready. Open\n  {(SITE / 'index.html').as_uri()}")
+    return 0
+
+
+def test(words):
+    """Build the book, then run every test and every notebook."""
+    prepare()
+    chromium = browser.ensure(str(PYTHON))
+    if chromium is None and os.environ.get("CI"):
+        return fail(browser.MISSING)
+    if status := build([]):
+        return fail("The book does not build, so the tests were not run.", status)
+    notebooks = sorted(str(path) for path in Path("book").glob("*.ipynb"))
+    status = call(
+        *(PYTHON, "-m", "pytest", "-n", "2", "--dist", "loadscope"),
+        *("--nbval", "--nbval-current-env", "--nbval-cell-timeout", "600"),
+        *("--nbval-sanitize-with", "tests/nbval_sanitize.cfg"),
+        *("tests", "sosbook", *notebooks, *words),
+        SOSBOOK_SITE=str(SITE),
+    )
+    if chromium is None:
+        print("\nTHE BROWSER TESTS WERE SKIPPED.", browser.MISSING, file=sys.stderr)
+    return status
+
+
+def lab(words):
+    """Open JupyterLab; trusted notebooks show their sliders at once."""
+    prepare()
+    notebooks = sorted(str(path) for path in Path("book").glob("*.ipynb"))
+    call(PYTHON, "-m", "jupyter", "trust", *notebooks)
+    first = ["book/intro.ipynb"] if Path("book/intro.ipynb").exists() else []
+    root = ["--allow-root"] if browser.is_root() else []
+    return call(PYTHON, "-m", "jupyter", "lab", *root, *first, *words)
+
+
+def run(words):
+    """Run the notebooks again (all, or those named)."""
+    prepare()
+    return call(PYTHON, "-m", "sosbook.notebooks", "run", *words)
+
+
+def clean(words):
+    """Remove the environment, the built book and the caches."""
+    for name in (".venv", "_build", ".pytest_cache", ".hypothesis"):
+        shutil.rmtree(ROOT / name, ignore_errors=True)
+    for pattern in ("*.egg-info", "*/__pycache__", "*/*/__pycache__", "__pycache__"):
+        for path in ROOT.glob(pattern):
+            shutil.rmtree(path, ignore_errors=True)
+    return 0
+
+
+def build(words):
+    """All pages are read again, so that no warning hides in a cache."""
+    return call(
+        *(BIN / "jupyter-book", "build", ".", "--all"),
+        *("-W", "-n", "--keep-going", *words),
+    )
+
+
+def prepare():
+    """Make .venv and install requirements.txt, unless that is done already."""
+    wanted = hashlib.sha256(sys.version.encode())
+    for name in ("requirements.txt", "pyproject.toml"):
+        wanted.update((ROOT / name).read_bytes())
+    if STAMP.exists() and STAMP.read_text() == wanted.hexdigest():
+        return
+    if not works(PYTHON, "-c", "import pip"):
+        make_environment()
+    print("Installing requirements.txt into .venv; this takes a few minutes.")
+    if call(
+        *(PYTHON, "-m", "pip", "install", "--disable-pip-version-check"),
+        *("--quiet", "-r", "requirements.txt"),
+    ):
+        sys.exit("pip could not install requirements.txt; see its message above.")
+    STAMP.write_text(wanted.hexdigest())
+
+
+def make_environment():
+    if importlib.util.find_spec("ensurepip") is None:
+        if browser.is_root() and shutil.which("apt-get"):
+            browser.apt_install("python3-venv")
+        if not works(sys.executable, "-c", "import ensurepip"):
+            sys.exit(
+                "This Python cannot make virtual environments. On Debian or "
+                "Ubuntu:\n  sudo apt-get install python3-venv"
+            )
+    print("Making the virtual environment .venv")
+    if call(sys.executable, "-m", "venv", "--clear", VENV):
+        sys.exit("The virtual environment could not be made; see the message above.")
+
+
+def call(*command, **extra):
+    """Run a command with one thread to a process; return its exit status."""
+    environment = dict(os.environ, **extra)
+    environment["PATH"] = str(BIN) + os.pathsep + environment.get("PATH", "")
+    for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+        environment[f"{name}_NUM_THREADS"] = "1"
+    sys.stdout.flush()
+    words = [str(word) for word in command]
+    return subprocess.run(words, env=environment, check=False).returncode
+
+
+def works(*command):
+    words = [str(word) for word in command]
+    try:
+        return subprocess.run(words, capture_output=True, check=False).returncode == 0
+    except OSError:
+        return False
+
+
+def fail(message, status=1):
+    print(message, file=sys.stderr)
+    return status
+
+
+if __name__ == "__main__":
+    main()

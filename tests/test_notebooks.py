@@ -1,0 +1,143 @@
+"""What nbval cannot say about the notebooks: see sosbook.notebooks.problems."""
+
+import re
+from pathlib import Path
+
+import nbformat.v4 as v4
+import pytest
+
+from sosbook import notebooks
+
+ROOT = Path(__file__).resolve().parent.parent
+FILES = sorted((ROOT / "book").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_notebook_is_fit_for_the_book(path):
+    notebook = notebooks.read(path)
+    assert notebooks.problems(notebook) == []
+    assert notebooks.text(notebooks.canonical(notebook)) == path.read_text("utf-8")
+
+
+def test_every_notebook_is_in_the_table_of_contents():
+    contents = set(re.findall(r"book/(\w+)", (ROOT / "_toc.yml").read_text()))
+    assert {path.stem for path in FILES} <= contents
+
+
+def code(source="1", count=1, tags=(), outputs=()):
+    cell = v4.new_code_cell(source, execution_count=count, outputs=list(outputs))
+    cell.metadata["tags"] = list(tags)
+    return v4.new_notebook(cells=[cell])
+
+
+def shown(kind, content):
+    return v4.new_output("display_data", {kind: content})
+
+
+LIVE = ["nbval-ignore-output", "remove-output"]
+FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
+
+
+@pytest.mark.parametrize(
+    "notebook, fault",
+    [
+        (code(count=None), "execution count None"),
+        (code(count=7), "execution count 7"),
+        (code("x" * 73), "line of 73 characters"),
+        (code("\n".join("x" * 26)), "26 lines"),
+        (code(""), "is empty"),
+        (code("f();"), "semicolon"),
+        (code("# NBVAL_SKIP\nx"), "by a comment"),
+        (code(tags=["raises-exception"]), "raises-exception"),
+        (code(tags=["nbval-skip"]), "nbval-skip"),
+        (code("widget", tags=LIVE[:1]), "must carry both"),
+        (code("widget", tags=LIVE[1:]), "must carry both"),
+        (code("print(1)", tags=LIVE), "no widget"),
+        (code(outputs=[v4.new_output("stream", name="stderr", text="!")]), "stderr"),
+        (code(outputs=[v4.new_output("error", ename="E", evalue="")]), "failed"),
+        (code(outputs=[shown("image/png", "iVBO")]), "stores image/png"),
+        (code(outputs=[shown("image/svg+xml", FIGURE)]), "stores image/svg"),
+        (code(outputs=[shown("application/javascript", "1")]), "javascript"),
+        (code(outputs=[shown("text/html", "<svg></svg>")]), "picture without"),
+        (code(outputs=[shown("text/html", "<img src='a'>")]), "picture without"),
+        (code(outputs=[shown("text/plain", "<f at 0x7f12ab34cd>")]), "one machine"),
+        (code("open('/home/me/data')"), "one machine"),
+        (v4.new_notebook(cells=[v4.new_markdown_cell("![](a.svg)")]), "image without"),
+    ],
+)
+def test_a_fault_is_named(notebook, fault):
+    assert any(fault in problem for problem in notebooks.problems(notebook))
+
+
+@pytest.mark.parametrize(
+    "notebook",
+    [
+        code("sos.widgets.regions(plant)", tags=LIVE),
+        code(outputs=[shown("text/html", FIGURE)]),
+        code(outputs=[shown("text/plain", "0x1F 1/2 and/or 3.5e-7")]),
+    ],
+)
+def test_a_good_notebook_has_no_fault(notebook):
+    assert notebooks.problems(notebook) == []
+
+
+def test_running_twice_gives_the_same_bytes(tmp_path, capsys):
+    source = v4.new_notebook(
+        cells=[
+            v4.new_markdown_cell("# Title"),
+            v4.new_code_cell("print('one')\nprint('two')\n3"),
+            v4.new_code_cell("4", metadata={"tags": [], "collapsed": False}),
+        ]
+    )
+    path = tmp_path / "page.ipynb"
+    path.write_text(notebooks.text(source))
+    assert notebooks.main(["run", str(path)]) == 0
+    first = path.read_bytes()
+    assert notebooks.main(["run", str(path)]) == 0
+    assert path.read_bytes() == first
+    assert notebooks.main(["check", str(path)]) == 0
+    assert capsys.readouterr().out == "page.ipynb: stored\npage.ipynb: unchanged\n"
+    cells = notebooks.read(path).cells
+    assert cells[1].outputs[0].text == "one\ntwo\n"
+    assert cells[1].outputs[1].data == {"text/plain": "3"}
+    assert cells[2].metadata == {}
+
+
+def test_a_failing_cell_stores_nothing(tmp_path, capsys):
+    path = tmp_path / "page.ipynb"
+    path.write_text(notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])))
+    before = path.read_bytes()
+    assert notebooks.main(["run", str(path)]) == 1
+    assert path.read_bytes() == before
+    assert "ZeroDivisionError" in capsys.readouterr().err
+    assert notebooks.main(["check", str(path)]) == 1
+
+
+def rules():
+    """The pairs that nbval reads from the sanitize file."""
+    from nbval.plugin import get_sanitize_patterns
+
+    pairs = get_sanitize_patterns((ROOT / "tests/nbval_sanitize.cfg").read_text())
+    assert pairs
+    return pairs
+
+
+def sanitized(content):
+    for pattern, replacement in rules():
+        content = re.sub(pattern, replacement, content)
+    return content
+
+
+def test_comparison_forgives_the_decimals_of_coordinates_only():
+    path = '<path d="M 57.6 307.58 L {} 41.47 z" style="stroke-width: 1.5"/>'
+    assert sanitized(path.format("71.12")) == sanitized(path.format("71.13"))
+    assert sanitized(path.format("71.12")) != sanitized(path.format("72.12"))
+    for seen in (
+        "1.2345678",
+        "1.2345678 > 0",
+        "<td>1.2345678</td>",
+        "{'a': 1.2345678}",
+        '<svg aria-label="poles at -1.25 and -3.5 inside">',
+        '<script type="application/json">{"gain": [1.25, 2.5]}</script>',
+    ):
+        assert sanitized(seen) == seen

@@ -1,0 +1,182 @@
+"""The built book in a real browser, opened as a file and without a network."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
+PAGES = re.findall(r"^.*\b(?:root|file): *(\S+)", CONTENTS, re.MULTILINE)
+EXTRA = ["search", "genindex"]
+each_page = pytest.mark.parametrize("page", PAGES + EXTRA)
+
+#: Every element of the page, those inside custom elements too.
+ALL = """
+const all = (root, found = []) => {
+  for (const element of root.querySelectorAll("*")) {
+    found.push(element);
+    if (element.shadowRoot) all(element.shadowRoot, found);
+  }
+  return found;
+};
+"""
+
+UNNAMED = (
+    "() => {" + ALL + """
+  const text = (element) => (element ? element.textContent.trim() : "");
+  const named = (element) =>
+    element.getAttribute("aria-label") || element.title || element.alt ||
+    text(document.getElementById(element.getAttribute("aria-labelledby"))) ||
+    [...(element.labels || [])].some(text) ||
+    (element.matches("button, summary, figure") && text(element));
+  const hidden = (element) => element.closest("[aria-hidden=true], [type=hidden]");
+  const wanted = "input, select, textarea, button, summary, img, svg[role=img]";
+  return all(document)
+    .filter((element) => element.matches(wanted) && !hidden(element))
+    .filter((element) => !named(element))
+    .map((element) => element.outerHTML.slice(0, 200));
+}"""
+)
+
+FAINT = (
+    "() => {" + ALL + """
+  document.getAnimations().forEach((change) => change.finish());
+  const parse = (colour) => {
+    const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number);
+    return [r, g, b, a];
+  };
+  const over = ([r, g, b, a], [R, G, B]) =>
+    [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a), 1];
+  const parent = (element) => element.parentElement || element.getRootNode().host;
+  const paper = (element) => {
+    if (!element) return [255, 255, 255, 1];
+    const colour = parse(getComputedStyle(element).backgroundColor);
+    return colour[3] === 1 ? colour : over(colour, paper(parent(element)));
+  };
+  const light = (colour) => {
+    const [r, g, b] = colour.slice(0, 3).map((value) => {
+      const part = value / 255;
+      return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
+    });
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b + 0.05;
+  };
+  const contrast = (element) => {
+    const back = paper(element);
+    const [x, y] = [over(parse(getComputedStyle(element).color), back), back].map(light);
+    return Math.max(x, y) / Math.min(x, y);
+  };
+  const speaks = (element) =>
+    [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+  return all(document)
+    .filter((element) => element.checkVisibility({ opacityProperty: true }))
+    .filter((element) => speaks(element) && !element.closest("svg, script, style, mjx-container, .headerlink, option, :disabled"))
+    .map((element) => [contrast(element), element.outerHTML.slice(0, 120)])
+    .filter(([value]) => value < 4.5);
+}"""
+)
+
+
+@each_page
+def test_page_is_quiet_complete_and_named(site, visit, page):
+    tab = visit(site / f"{page}.html")
+    assert tab.errors == []
+    assert [url for url in tab.requests if not url.startswith("file:")] == []
+    assert tab.page.evaluate(UNNAMED) == []
+    formulas = tab.page.locator(".math").count()
+    typeset = tab.page.locator(".math:has(mjx-container)").count()
+    assert typeset == formulas
+    assert tab.page.locator("mjx-merror, [data-mjx-error]").count() == 0
+    assert tab.page.locator("mjx-container").count() == (
+        tab.page.locator("mjx-assistive-mml").count()
+    )
+
+
+@each_page
+def test_page_fits_a_phone(site, visit, page):
+    tab = visit(site / f"{page}.html", width=390)
+    needed, there = tab.page.evaluate(
+        "() => [document.scrollingElement.scrollWidth,"
+        " document.documentElement.clientWidth]"
+    )
+    assert needed <= there == 390
+
+
+@each_page
+def test_text_stands_out_in_light_and_dark(site, visit, page):
+    papers = set()
+    for scheme in ("light", "dark"):
+        tab = visit(site / f"{page}.html", scheme=scheme)
+        assert tab.page.evaluate(FAINT) == [], scheme
+        papers.add(
+            tab.page.evaluate("() => getComputedStyle(document.body).backgroundColor")
+        )
+    assert len(papers) == 2
+
+
+class Links(HTMLParser):
+    """Addresses that a page links to, those it loads, and its anchors."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.loads, self.anchors = [], [], {""}
+        self.feed(path.read_text("utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.anchors |= {given.get("id"), given.get("name")}
+        if tag == "a" and "href" in given:
+            self.links.append(given["href"])
+        elif tag in ("script", "img", "iframe", "source") and "src" in given:
+            self.loads.append(given["src"])
+        elif tag == "link" and "href" in given:
+            self.loads.append(given["href"])
+
+
+@each_page
+def test_links_lead_somewhere(site, page):
+    path = site / f"{page}.html"
+    found = Links(path)
+    assert [url for url in found.loads if urlsplit(url).netloc] == []
+    broken = []
+    for address in found.links + found.loads:
+        parts = urlsplit(address)
+        if parts.scheme or parts.netloc:
+            continue
+        target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+        if not target.is_file():
+            broken.append(address)
+        elif target.suffix == ".html" and parts.fragment:
+            if unquote(parts.fragment) not in Links(target).anchors:
+                broken.append(address)
+    assert broken == []
+
+
+def test_first_page_leads_to_the_introduction(site):
+    text = (site / "index.html").read_text("utf-8")
+    assert re.search(r'http-equiv="Refresh"[^>]*url=book/intro.html"', text)
+
+
+def test_search_finds_a_chapter_without_a_server(site, visit):
+    tab = visit((site / "search.html").as_uri() + "?q=saturation")
+    tab.page.locator("#search-results li a").first.wait_for()
+    assert tab.errors == []
+
+
+def test_each_notebook_can_be_downloaded_as_it_is_in_the_book(site):
+    for notebook in (ROOT / "book").glob("*.ipynb"):
+        copy = site / "_sources" / "book" / notebook.name
+        assert copy.read_bytes() == notebook.read_bytes()
+        assert f"_sources/book/{notebook.name}" in (
+            site / "book" / f"{notebook.stem}.html"
+        ).read_text("utf-8")
+
+
+def test_no_slider_is_dead_in_the_pages(site):
+    """A widget needs a kernel, so its output must not be in a page."""
+    for page in PAGES:
+        text = (site / f"{page}.html").read_text("utf-8")
+        assert "widget-view+json" not in text
+        assert "jupyter-widgets" not in text
