@@ -34,7 +34,7 @@ from tests import browser  # noqa: E402
 def main():
     if sys.version_info < (3, 11):
         sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
-    name, *words = sys.argv[1:] or ["help"]
+    name, *words = sys.argv[1:] or [""]
     tasks = {"book": book, "test": test, "lab": lab, "run": run, "clean": clean}
     if name not in tasks:
         sys.exit(__doc__)
@@ -108,7 +108,7 @@ def build(words):
 
 def prepare():
     """Make .venv and install requirements.txt, unless that is done already."""
-    wanted = hashlib.sha256(sys.version.encode())
+    wanted = hashlib.sha256()
     for name in ("requirements.txt", "pyproject.toml"):
         wanted.update((ROOT / name).read_bytes())
     if STAMP.exists() and STAMP.read_text() == wanted.hexdigest():

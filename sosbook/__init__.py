@@ -4,7 +4,7 @@ Reads M z'' + D z' + S z = B u + F w; follows D. S. Gontijo, "Control
 Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 """
 
-from . import counterexamples, plots, reproduction, thesis
+from . import counterexamples, plots, reproduction, thesis, widgets
 from .design import Design, analyse_pid, design_pid
 from .regions import LMIRegion, PoleRegion, Region
 from .request import Saturation
@@ -28,4 +28,5 @@ __all__ = [
     "plots",
     "reproduction",
     "thesis",
+    "widgets",
 ]

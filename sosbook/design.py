@@ -132,7 +132,7 @@ class Design:
         names = self.request.requirements
         enough = [
             name for name in names
-            if _solve(self.request.without(name)).status == "feasible"
+            if _search(self.request.without(name))[-1].x is not None
         ]
         if not enough:
             if len(names) < 2:
@@ -325,13 +325,18 @@ def _square(gamma):
     return None if gamma is None else gamma**2
 
 
-def _solve(request):
+def _search(request):
+    """Phase one: frame, unknowns, blocks and its outcome."""
     frame = Frame.of(request)
     expressions, unknowns = request.in_unknowns(
         frame, _square(request.gamma)
     )
     blocks = Blocks.of(expressions.values(), unknowns)
-    phase = phase_one(blocks)
+    return frame, unknowns, blocks, phase_one(blocks)
+
+
+def _solve(request):
+    frame, unknowns, blocks, phase = _search(request)
     if phase.x is not None:
         return _finish(request, frame, blocks, unknowns, phase.x)
     verdict = phase.verdict

@@ -62,8 +62,8 @@ def canonical(notebook):
     """Bring a notebook to the canonical form, in place, and return it.
 
     Only what the book needs stays: sources, outputs, tags. Times, versions,
-    widget state and the outputs of live cells go. A cell keeps its name (id)
-    if it has one of its own; else the name is a hash of its source.
+    widget state and the outputs of live cells go. A cell's id is a hash of its
+    source, so it does not depend on the editor that wrote it.
 
     Examples
     --------
@@ -75,18 +75,17 @@ def canonical(notebook):
     """
     notebook.metadata = nbformat.from_dict(METADATA)
     notebook.nbformat, notebook.nbformat_minor = 4, 5
-    names = set()
+    ids = set()
     for cell in notebook.cells:
         cell.source = "\n".join(line.rstrip() for line in cell.source.split("\n"))
         cell.source = cell.source.strip("\n")
         cell.metadata = nbformat.from_dict(
             {key: cell.metadata[key] for key in KEPT if cell.metadata.get(key)}
         )
-        name = cell.get("id") or _hash(cell.source)
-        while name in names:
-            name = _hash(name + cell.source)
-        names.add(name)
-        cell["id"] = name
+        cell.id = _hash(cell.source)
+        while cell.id in ids:
+            cell.id = _hash(cell.id + cell.source)
+        ids.add(cell.id)
         if cell.cell_type == "code":
             cell.outputs = _canonical_outputs(cell)
     return notebook

@@ -103,6 +103,15 @@ def test_running_twice_gives_the_same_bytes(tmp_path, capsys):
     assert cells[2].metadata == {}
 
 
+def test_ids_follow_from_the_sources():
+    def ids():
+        cells = [v4.new_code_cell(source) for source in ("a", "b", "a")]
+        return [c.id for c in notebooks.canonical(v4.new_notebook(cells=cells)).cells]
+
+    assert ids() == ids()
+    assert len(set(ids())) == 3
+
+
 def test_a_failing_cell_stores_nothing(tmp_path, capsys):
     path = tmp_path / "page.ipynb"
     path.write_text(notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])))

@@ -31,7 +31,7 @@ UNNAMED = (
     element.getAttribute("aria-label") || element.title || element.alt ||
     text(document.getElementById(element.getAttribute("aria-labelledby"))) ||
     [...(element.labels || [])].some(text) ||
-    (element.matches("button, summary, figure") && text(element));
+    (element.matches("button, summary") && text(element));
   const hidden = (element) => element.closest("[aria-hidden=true], [type=hidden]");
   const wanted = "input, select, textarea, button, summary, img, svg[role=img]";
   return all(document)
@@ -65,14 +65,16 @@ FAINT = (
   };
   const contrast = (element) => {
     const back = paper(element);
-    const [x, y] = [over(parse(getComputedStyle(element).color), back), back].map(light);
+    const ink = over(parse(getComputedStyle(element).color), back);
+    const [x, y] = [light(ink), light(back)];
     return Math.max(x, y) / Math.min(x, y);
   };
+  const silent = "svg, script, style, mjx-container, .headerlink, option, :disabled";
   const speaks = (element) =>
     [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
   return all(document)
+    .filter((element) => speaks(element) && !element.closest(silent))
     .filter((element) => element.checkVisibility({ opacityProperty: true }))
-    .filter((element) => speaks(element) && !element.closest("svg, script, style, mjx-container, .headerlink, option, :disabled"))
     .map((element) => [contrast(element), element.outerHTML.slice(0, 120)])
     .filter(([value]) => value < 4.5);
 }"""

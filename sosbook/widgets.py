@@ -1,0 +1,470 @@
+"""Live sliders for Jupyter: each move solves the LMIs again.
+
+The pictures are SVG strings in one HTML widget: drawing them takes a
+millisecond, so a move costs what the design costs.
+"""
+
+import html
+
+import ipywidgets
+import numpy as np
+
+from .design import analyse_pid, design_pid
+from .plots import (
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    INK,
+    SKY,
+    VERMILLION,
+    ellipse_outline,
+    largest_singular_value,
+    region_outline,
+    window_of,
+)
+from .regions import LMIRegion, PoleRegion
+from .request import Saturation
+
+__all__ = [
+    "Explorer",
+    "explore_design",
+    "explore_hinf",
+    "explore_region",
+    "explore_saturation",
+]
+
+
+class Explorer(ipywidgets.VBox):
+    """Sliders over a picture.
+
+    Parameters
+    ----------
+    sliders : dict of str to ipywidgets slider
+    draw : callable
+        Takes the sliders' values by name and yields HTML, once or more
+        often: first what is quick, then what takes longer.
+
+    Attributes
+    ----------
+    sliders : dict
+        Set ``sliders["rho"].value`` to move one from code.
+    picture : ipywidgets.HTML
+        What is shown.
+    """
+
+    def __init__(self, sliders, draw):
+        self.sliders = sliders
+        self.picture = ipywidgets.HTML()
+        self._draw = draw
+        for slider in sliders.values():
+            slider.observe(self._move, "value")
+        super().__init__([*sliders.values(), self.picture])
+        self._move()
+
+    def _move(self, change=None):
+        values = {name: s.value for name, s in self.sliders.items()}
+        try:
+            for page in self._draw(**values):
+                self.picture.value = page
+        except ValueError as error:  # e.g. an empty region
+            self.picture.value = _note(str(error))
+
+
+def _slider(kind, name, value, low, high, step, form=".3g"):
+    return kind(
+        value=value, min=low, max=high, step=step, description=name,
+        readout_format=form, continuous_update=True,
+        style={"description_width": "11em"},
+        layout=ipywidgets.Layout(width="min(36em, 95%)"),
+    )
+
+
+def _linear(name, value, low, high, form=".3g"):
+    step = 10.0 ** np.floor(np.log10((high - low) / 60))
+    return _slider(ipywidgets.FloatSlider, name, value, low, high, step, form)
+
+
+def _log(name, value, below, above):
+    middle = np.log10(value)
+    return _slider(
+        ipywidgets.FloatLogSlider, name, value,
+        middle - np.log10(below), middle + np.log10(above), 0.02,
+    )
+
+
+def explore_design(plant, U=None, region=None, gamma=None,
+                   saturation=None, coupling="pairs"):
+    """Move the requirements; see poles, gains, response and margins.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+    U, region, gamma, saturation, coupling
+        As in `design_pid`; ``region`` is a `PoleRegion`. Each
+        requirement that is given gets its slider.
+
+    Returns
+    -------
+    Explorer
+    """
+    sliders = {}
+    if region is not None and region.sigma is not None:
+        top = 3 * region.sigma or 1.0
+        sliders["sigma"] = _linear(
+            "decay rate sigma (1/s)", region.sigma, 0, top)
+    if region is not None and region.theta is not None:
+        sliders["theta"] = _linear(
+            "half-angle theta (degrees)", np.degrees(region.theta), 2, 90)
+    if region is not None and region.rho is not None:
+        sliders["rho"] = _linear(
+            "radius rho (rad/s)", region.rho, region.rho / 5,
+            3 * region.rho)
+    if gamma is not None:
+        sliders["gamma"] = _log("norm bound gamma", gamma, 10, 10)
+    if saturation is not None:
+        sliders["u_max"] = _log(
+            "input bound u_max", saturation.u_max, 10, 5)
+
+    def draw(sigma=None, theta=None, rho=None, gamma=None, u_max=None):
+        theta = None if theta is None else np.radians(theta)
+        asked = {sigma, theta, rho} - {None}
+        wanted = PoleRegion(sigma, theta, rho) if asked else None
+        bound = u_max and Saturation(u_max, saturation.x0)
+        design = design_pid(
+            plant, U, wanted, gamma, bound, coupling=coupling)
+        yield _design_page(design, wanted)
+        if design.status != "feasible":
+            yield _design_page(design, wanted, design.advice)
+
+    return Explorer(sliders, draw)
+
+
+def _design_page(design, region, advice=""):
+    plant = design.request.plant
+    feasible = design.status == "feasible"
+    poles = design.poles() if feasible else np.array([])
+    window = window_of([poles if feasible else plant.poles()], region)
+    chart = _Chart(
+        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
+        "Poles in the complex plane", square=True,
+    )
+    if region is not None:
+        outline = region_outline(region, window)
+        colour = GREEN if feasible else VERMILLION
+        chart.polygon(outline.real, outline.imag, colour, not feasible)
+    open_loop = plant.poles()
+    chart.marks(open_loop.real, open_loop.imag, GREY, "circle")
+    chart.marks(np.real(poles), np.imag(poles), BLUE, "cross")
+    if not feasible:
+        text = f"<strong>{design.status}</strong>. {html.escape(advice)}"
+        return _page(chart.svg(), _note(text, raw=True))
+    return _page(
+        chart.svg(), _step_chart(design, poles), _gains(design),
+        _margins(design.margins),
+    )
+
+
+def _step_chart(design, poles):
+    end = float(f"{min(10 / -poles.real.max(), 60):.1g}")
+    t = np.linspace(0, end, 161)
+    answer = design.simulate(t, r=np.ones(design.request.plant.n))
+    low, high = min(answer.z.min(), 0.0), max(answer.z.max(), 1.0)
+    room = 0.06 * (high - low)
+    chart = _Chart(
+        (0, end), (low - room, high + room), "t (s)", "z",
+        "Response to a unit set point",
+    )
+    chart.line([0, end], [1, 1], GREY, dashed=True)
+    for k, z in enumerate(answer.z):
+        chart.line(t, z, COLOURS[k % len(COLOURS)], name=f"z{k + 1}")
+    return chart.svg()
+
+
+def _gains(design):
+    names = ("K_P", "K_D", "K_I")
+    parts = [getattr(design, name) for name in names]
+    rows = "".join(
+        "<tr>" + "".join(
+            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>"
+            for part in parts for k in part[i]
+        ) + "</tr>"
+        for i in range(len(parts[0]))
+    )
+    heads = "".join(
+        f"<th scope='colgroup' colspan='{part.shape[1]}'>{name}</th>"
+        for name, part in zip(names, parts) if part.shape[1]
+    )
+    return f"<table class='gains'><tr>{heads}</tr>{rows}</table>"
+
+
+def _margins(margins):
+    rows = []
+    for name, value in margins.items():
+        width = 100 * np.clip(1 + np.log10(max(value, 1e-9)) / 4, 0.02, 1)
+        bar = (f"<div style='background:{BLUE};height:.7em;"
+               f"width:{width:.0f}%'></div>")
+        rows.append(
+            f"<tr><th scope='row' style='text-align:left;font-weight:"
+            f"normal'>{html.escape(name)}</th><td>{value:.2g}</td>"
+            f"<td style='width:9em'>{bar}</td></tr>"
+        )
+    head = "<caption>Margins (log scale)</caption>"
+    return f"<table class='margins'>{head}{''.join(rows)}</table>"
+
+
+def explore_region(A=None):
+    """Move the parts of a D-region over the poles of a matrix.
+
+    Parameters
+    ----------
+    A : (k, k) array_like, optional
+        Default: poles at -1, -2 and -1.5 +- 2j.
+
+    Returns
+    -------
+    Explorer
+    """
+    if A is None:
+        A = np.zeros((4, 4))
+        A[0, 0], A[1, 1] = -1, -2
+        A[2:, 2:] = [[-1.5, 2], [-2, -1.5]]
+    poles = np.linalg.eigvals(np.asarray(A, float))
+    sliders = {
+        "sigma": _linear("half-plane sigma (1/s)", 0.5, 0, 3),
+        "theta": _linear("sector theta (degrees)", 60, 5, 90),
+        "rho": _linear("disk radius rho (rad/s)", 4, 0.5, 8),
+        "centre": _linear("disk centre (1/s)", 0, -6, 1),
+    }
+
+    def draw(sigma, theta, rho, centre):
+        region = (LMIRegion.half_plane(sigma)
+                  & LMIRegion.sector(np.radians(theta))
+                  & LMIRegion.disk(rho, centre))
+        window = (-9.0, 2.0, 6.0)
+        chart = _Chart(window[:2], (-6, 6), "Re s (1/s)", "Im s (rad/s)",
+                       "Poles and the region", square=True)
+        outline = region_outline(region, window)
+        chart.polygon(outline.real, outline.imag, GREEN)
+        chart.marks(poles.real, poles.imag, BLUE, "cross")
+        rows = "".join(
+            f"<li>{name}: {d.min():+.2f} rad/s "
+            f"{'inside' if d.min() > 0 else 'OUTSIDE'}</li>"
+            for name, d in region.distances(poles).items()
+        )
+        words = "inside" if region.contains(poles) else "not all inside"
+        yield _page(chart.svg(), f"<div><strong>The poles are {words}."
+                                 f"</strong><ul>{rows}</ul></div>")
+
+    return Explorer(sliders, draw)
+
+
+def explore_hinf(plant, K, U=None, gamma=None):
+    """Move gamma: does one P prove the bound, and where is the norm?
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+        With ``F``.
+    K : (m, N) array_like
+        The gain that is analysed.
+    U : (a, n) array_like, optional
+    gamma : float, optional
+        Where the slider starts; twice the norm without it.
+
+    Returns
+    -------
+    Explorer
+    """
+    design = analyse_pid(plant, K, U)
+    norm = design.hinf()
+    loop = design.closed_loop()
+    p, n = plant.p, plant.n
+    size = np.abs(loop.poles())
+    grid = np.geomspace(size.min() / 30, size.max() * 30, 200)
+    curve = largest_singular_value(
+        loop.A, loop.B[:, :p], loop.C[:n], loop.D[:n, :p], grid)
+    sliders = {"gamma": _log("bound gamma", gamma or 2 * norm, 10, 10)}
+
+    def draw(gamma):
+        found = analyse_pid(plant, K, U, gamma=gamma)
+        chart = _Chart(
+            np.log10(grid[[0, -1]]), np.log10([norm / 1e3, norm * 30]),
+            "frequency (rad/s)", "largest singular value",
+            "Gain from w to z over the frequency", log=True,
+        )
+        feasible = found.status == "feasible"
+        colour = GREEN if feasible else VERMILLION
+        edge = np.log10(grid[[0, -1]])
+        chart.line(np.log10(grid), np.log10(curve), BLUE, name="gain")
+        chart.line(edge, np.log10([gamma] * 2), colour, True, "gamma")
+        words = (
+            f"The LMI is <strong>{found.status}</strong> at gamma = "
+            f"{gamma:.4g}. The norm is {norm:.4g}."
+        )
+        margin = _margins(found.margins) if feasible else ""
+        yield _page(chart.svg(), f"<div><p>{words}</p>{margin}</div>")
+
+    return Explorer(sliders, draw)
+
+
+def explore_saturation(plant, U, region, saturation, gamma=None):
+    """Move u_max and the size of x(0): ellipsoid and |K x(t)|.
+
+    Parameters
+    ----------
+    plant, U, region, gamma
+        As in `design_pid`.
+    saturation : Saturation
+        Where the sliders start.
+
+    Returns
+    -------
+    Explorer
+    """
+    sliders = {
+        "u_max": _log("input bound u_max", saturation.u_max, 5, 5),
+        "scale": _linear("x(0), times", 1.0, 0.1, 3.0),
+    }
+
+    def draw(u_max, scale):
+        bound = Saturation(u_max, scale * saturation.x0)
+        design = design_pid(plant, U, region, gamma, bound)
+        if design.status != "feasible":
+            yield _note(f"<strong>{design.status}</strong>.", raw=True)
+            yield _note(f"<strong>{design.status}</strong>. "
+                        + html.escape(design.advice), raw=True)
+            return
+        n = plant.n
+        slowest = -design.poles().real.max()
+        t = np.linspace(0, float(f"{6 / slowest:.1g}"), 201)
+        answer = design.simulate(t, x0=bound.x0)
+        outline = ellipse_outline(design.P, (0, n))
+        reach = 1.1 * np.abs(outline).max(axis=1)
+        shadow = _Chart(
+            (-reach[0], reach[0]), (-reach[1], reach[1]), "z1", "z1'",
+            "Shadow of the ellipsoid, and x(t)",
+        )
+        shadow.polygon(*outline, SKY)
+        shadow.line(answer.x[0], answer.x[n], INK)
+        shadow.marks(bound.x0[:1], bound.x0[n:n + 1], VERMILLION, "circle")
+        effort = np.linalg.norm(answer.u, axis=0)
+        chart = _Chart((0, t[-1]), (0, 1.1 * u_max), "t (s)", "|K x|",
+                       "Norm of the input, and its bound")
+        chart.line(t, effort, BLUE, name="|K x(t)|")
+        chart.line([0, t[-1]], [u_max] * 2, VERMILLION, True, "u_max")
+        yield _page(shadow.svg(), chart.svg(), _gains(design))
+
+    return Explorer(sliders, draw)
+
+
+def _note(text, raw=False):
+    text = text if raw else html.escape(text)
+    return (f"<p role='status' style='padding:.6em 1em;border-left:4px solid "
+            f"{VERMILLION};background:#fff4ee;color:{INK}'>{text}</p>")
+
+
+def _page(*parts):
+    cells = "".join(f"<div>{part}</div>" for part in parts if part)
+    return ("<div style='display:flex;flex-wrap:wrap;gap:1em;background:white;"
+            f"color:{INK};padding:.5em'>{cells}</div>")
+
+
+class _Chart:
+    """A small SVG plot with axes, built as a string."""
+
+    width, height = 330, 280
+    left, right, top, bottom = 48, 8, 24, 38
+
+    def __init__(self, x, y, x_label, y_label, title, square=False,
+                 log=False):
+        self.x, self.y = tuple(map(float, x)), tuple(map(float, y))
+        self.labels, self.title, self.log = (x_label, y_label), title, log
+        self.names, self.body = [], []
+        wide = self.width - self.left - self.right
+        high = self.height - self.top - self.bottom
+        sx = wide / (self.x[1] - self.x[0])
+        sy = high / (self.y[1] - self.y[0])
+        self.scale = (min(sx, sy),) * 2 if square else (sx, sy)
+
+    def _at(self, x, y):
+        px = self.left + (np.asarray(x, float) - self.x[0]) * self.scale[0]
+        base = self.top + (self.y[1] - self.y[0]) * self.scale[1]
+        return px, base - (np.asarray(y, float) - self.y[0]) * self.scale[1]
+
+    def _points(self, x, y):
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*self._at(x, y)))
+
+    def polygon(self, x, y, colour, dashed=False):
+        dash = " stroke-dasharray='5 4'" if dashed else ""
+        self.body.append(
+            f"<polygon points='{self._points(x, y)}' fill='{colour}' "
+            f"fill-opacity='{0.08 if dashed else 0.2}' stroke='{colour}'"
+            f"{dash}/>")
+
+    def line(self, x, y, colour, dashed=False, name=""):
+        dash = " stroke-dasharray='6 4'" if dashed else ""
+        self.body.append(
+            f"<polyline points='{self._points(x, y)}' fill='none' "
+            f"stroke='{colour}' stroke-width='1.6'{dash}/>")
+        if name:
+            self.names.append((name, colour))
+
+    def marks(self, x, y, colour, shape):
+        for a, b in zip(*self._at(x, y)):
+            if shape == "circle":
+                mark = f"<circle cx='{a:.1f}' cy='{b:.1f}' r='4'"
+            else:
+                mark = (f"<path d='M{a - 4:.1f} {b - 4:.1f}l8 8m0-8l-8 8'")
+            self.body.append(
+                f"{mark} fill='none' stroke='{colour}' stroke-width='1.8'/>")
+
+    def svg(self):
+        right, bottom = self._at(self.x[1], self.y[0])
+        wide, high = right - self.left, bottom - self.top
+        window = (f"x='{self.left}' y='{self.top}' width='{wide:.1f}' "
+                  f"height='{high:.1f}'")
+        frame = [f"<rect {window} fill='none' stroke='{GREY}'/>"]
+        for v in _ticks(*self.x):
+            a, _ = self._at(v, self.y[0])
+            frame.append(
+                f"<text x='{a:.1f}' y='{bottom + 13:.1f}' "
+                f"text-anchor='middle'>{self._tick(v)}</text>")
+        for v in _ticks(*self.y):
+            _, b = self._at(self.x[0], v)
+            frame.append(
+                f"<text x='{self.left - 4}' y='{b + 3:.1f}' "
+                f"text-anchor='end'>{self._tick(v)}</text>")
+        middle = (self.top + bottom) / 2
+        frame.append(
+            f"<text x='{(self.left + right) / 2:.0f}' "
+            f"y='{bottom + 29:.0f}' text-anchor='middle'>"
+            f"{html.escape(self.labels[0])}</text>"
+            f"<text x='12' y='{middle:.0f}' text-anchor='middle' "
+            f"transform='rotate(-90 12 {middle:.0f})'>"
+            f"{html.escape(self.labels[1])}</text>")
+        for k, (name, colour) in enumerate(self.names):
+            frame.append(
+                f"<text x='{self.left + 70 * k}' y='15' fill='{colour}' "
+                f"font-weight='bold'>{html.escape(name)}</text>")
+        title = html.escape(self.title, quote=True)
+        return (
+            f"<svg role='img' aria-label='{title}' width='{self.width}' "
+            f"height='{self.height}' viewBox='0 0 {self.width} "
+            f"{self.height}' font-size='11' font-family='sans-serif' "
+            f"fill='{INK}'><svg {window} viewBox='{self.left} {self.top} "
+            f"{wide:.1f} {high:.1f}'>{''.join(self.body)}</svg>"
+            f"{''.join(frame)}</svg>")
+
+    def _tick(self, v):
+        return f"1e{v:.0f}" if self.log else f"{v + 0.0:.4g}"
+
+
+def _ticks(low, high):
+    """Round numbers within an interval."""
+    step = 10.0 ** np.floor(np.log10((high - low) / 3))
+    for factor in (1, 2, 5, 10):
+        if (high - low) / (factor * step) <= 5.5:
+            break
+    step *= factor
+    return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)

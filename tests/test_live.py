@@ -1,0 +1,126 @@
+"""The sliders in a running JupyterLab, in a real browser."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import nbformat
+import pytest
+
+pytestmark = pytest.mark.live
+TOKEN = "sosbook"
+PROGRAM = """\
+import sosbook as sos
+robot = sos.thesis.example_1()
+sos.widgets.explore_design(robot.plant, **robot.requirements)"""
+PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Address of a JupyterLab that holds one notebook."""
+    folder = tmp_path_factory.mktemp("lab")
+    notebook = nbformat.v4.new_notebook(
+        cells=[nbformat.v4.new_code_cell(PROGRAM)],
+        metadata={"kernelspec": {"name": "python3", "display_name": "Python",
+                                 "language": "python"}},
+    )
+    nbformat.write(notebook, folder / "live.ipynb")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    root = Path(__file__).resolve().parent.parent
+    environment = dict(
+        os.environ, PYTHONPATH=str(root),
+        JUPYTER_CONFIG_DIR=str(folder / "config"),
+        JUPYTER_DATA_DIR=str(folder / "data"),
+    )
+    server = subprocess.Popen(
+        [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root",
+         "--ip=127.0.0.1", f"--port={port}",
+         f"--IdentityProvider.token={TOKEN}", f"--notebook-dir={folder}"],
+        env=environment, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        _wait(f"http://127.0.0.1:{port}/api/status?token={TOKEN}", server)
+        yield f"http://127.0.0.1:{port}/lab/tree/live.ipynb?token={TOKEN}"
+    finally:
+        server.terminate()
+        server.wait(timeout=20)
+
+
+def _wait(address, server):
+    for _ in range(240):
+        assert server.poll() is None, "JupyterLab ended"
+        try:
+            with urllib.request.urlopen(address, timeout=5) as answer:
+                json.load(answer)
+                return
+        except OSError:
+            time.sleep(0.25)
+    pytest.fail("JupyterLab didn't answer within a minute")
+
+
+@pytest.fixture(scope="module")
+def page(lab, browser):
+    context = browser.new_context(viewport={"width": 1400, "height": 1000})
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+    page.goto(lab)
+    page.locator(".jp-CodeCell").first.wait_for()
+    page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_text("Run All Cells", exact=True).click()
+    page.locator(PICTURE).wait_for()
+    yield page
+    context.close()
+
+
+def _handle(page, label):
+    row = page.locator(".widget-slider", has_text=label)
+    return row.locator(".noUi-handle")
+
+
+def _changes(page, act):
+    """Whether the picture becomes another one after an action."""
+    before = page.locator(PICTURE).inner_html()
+    act()
+    page.wait_for_function(
+        "([where, old]) => document.querySelector(where)?.innerHTML !== old",
+        arg=[PICTURE, before],
+    )
+    return page.locator(PICTURE).inner_html() != before
+
+
+def test_arrow_keys_move_the_design(page):
+    handle = _handle(page, "radius rho")
+    handle.focus()
+    assert _changes(page, lambda: handle.press("ArrowRight"))
+
+
+def test_the_mouse_drags_the_design(page):
+    handle = _handle(page, "decay rate sigma")
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def drag():
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x - 40, y, steps=4)
+        page.mouse.up()
+
+    assert _changes(page, drag)
+
+
+def test_an_impossible_wish_is_said(page):
+    handle = _handle(page, "norm bound gamma")
+    handle.focus()
+    handle.press("Home")
+    page.get_by_text("infeasible", exact=True).wait_for()
+    page.get_by_text("Relax the").wait_for()

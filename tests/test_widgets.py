@@ -1,0 +1,95 @@
+"""Sliders solve again: the picture follows, infeasible is said."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import widgets
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return sos.thesis.example_1()
+
+
+@pytest.fixture
+def explorer(robot):
+    return widgets.explore_design(robot.plant, **robot.requirements)
+
+
+@pytest.mark.parametrize(
+    "name, value",
+    [("sigma", 0.5), ("theta", 40), ("rho", 7), ("gamma", 2), ("u_max", 200)],
+)
+def test_each_slider_shows_the_gains_of_a_new_design(
+    explorer, robot, name, value
+):
+    before = explorer.picture.value
+    explorer.sliders[name].value = value
+    moved = {key: s.value for key, s in explorer.sliders.items()}
+    design = sos.design_pid(
+        robot.plant, robot.U,
+        sos.PoleRegion(
+            moved["sigma"], np.radians(moved["theta"]), moved["rho"]),
+        moved["gamma"], sos.Saturation(moved["u_max"], robot.saturation.x0),
+    )
+    after = explorer.picture.value
+    assert after != before
+    for gain in design.K.ravel():
+        assert f">{gain:.4g}<" in after
+
+
+def test_an_infeasible_request_is_drawn_as_such_with_advice(explorer):
+    explorer.sliders["gamma"].value = 0.2
+    page = explorer.picture.value
+    assert "<strong>infeasible</strong>" in page
+    assert "Relax the" in page
+    assert "K_P" not in page
+    assert "stroke-dasharray" in page
+
+
+def test_an_empty_region_is_explained(explorer):
+    explorer.sliders["rho"].value = 1
+    explorer.sliders["sigma"].value = 1.5
+    assert "the region is empty" in explorer.picture.value
+
+
+def test_the_way_back_shows_the_first_picture_again(explorer):
+    before = explorer.picture.value
+    explorer.sliders["rho"].value = 8
+    explorer.sliders["rho"].value = 5
+    assert explorer.picture.value == before
+
+
+def test_region_explorer_says_which_part_is_violated():
+    explorer = widgets.explore_region()
+    assert "The poles are inside" in explorer.picture.value
+    explorer.sliders["rho"].value = 2
+    assert "disk: -0.50 rad/s OUTSIDE" in explorer.picture.value
+
+
+def test_hinf_explorer_turns_infeasible_below_the_norm(robot):
+    explorer = widgets.explore_hinf(robot.plant, robot.K, robot.U)
+    norm = sos.analyse_pid(robot.plant, robot.K, robot.U).hinf()
+    explorer.sliders["gamma"].value = 1.1 * norm
+    assert "<strong>feasible</strong>" in explorer.picture.value
+    explorer.sliders["gamma"].value = 0.9 * norm
+    assert "<strong>infeasible</strong>" in explorer.picture.value
+
+
+def test_saturation_explorer_follows_x0(robot):
+    explorer = widgets.explore_saturation(
+        robot.plant, robot.U, robot.region, robot.saturation, robot.gamma)
+    before = explorer.picture.value
+    explorer.sliders["scale"].value = 1.2
+    assert "svg" in explorer.picture.value != before
+    explorer.sliders["u_max"].value = 40
+    assert "<strong>infeasible</strong>" in explorer.picture.value
+
+
+def test_every_slider_has_a_label_and_every_picture_an_alternative(
+    explorer
+):
+    assert all(s.description for s in explorer.sliders.values())
+    page = explorer.picture.value
+    assert page.count("<svg role='img' aria-label='") == 2
