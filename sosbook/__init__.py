@@ -4,7 +4,14 @@ Reads M z'' + D z' + S z = B u + F w; follows D. S. Gontijo, "Control
 Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 """
 
-from . import counterexamples, plots, reproduction, thesis, widgets
+from . import (
+    atlas,
+    counterexamples,
+    plots,
+    reproduction,
+    thesis,
+    widgets,
+)
 from .design import Design, analyse_pid, design_pid
 from .regions import LMIRegion, PoleRegion, Region
 from .request import Saturation
@@ -23,6 +30,7 @@ __all__ = [
     "SecondOrderSystem",
     "Sine",
     "analyse_pid",
+    "atlas",
     "counterexamples",
     "design_pid",
     "plots",
