@@ -9,6 +9,7 @@ from . import (
     counterexamples,
     plots,
     reproduction,
+    tables,
     thesis,
     widgets,
 )
@@ -35,6 +36,7 @@ __all__ = [
     "design_pid",
     "plots",
     "reproduction",
+    "tables",
     "thesis",
     "widgets",
 ]

@@ -7,6 +7,7 @@ never interpolated, and where there is none the page says "infeasible".
 
 import html
 import json
+import re
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import product
@@ -330,12 +331,8 @@ def _text(key, value):
 
 
 def _block(name):
-    """Index of the words for a block; pairs are named after their theorem."""
-    for k, key in enumerate(BLOCKS):
-        if name == key or name.startswith(key + " ") or \
-                name.startswith(key + "["):
-            return k
-    raise ValueError(f"unknown block {name!r}")
+    """Index of the words for a block; "sector 1,2" is vertices 1 and 2."""
+    return list(BLOCKS).index(re.sub(r" [\d,]+$", "", name))
 
 
 def _digits(value, count):

@@ -1,0 +1,46 @@
+"""The tables show every row, escaped, with heads that name their cells."""
+
+import re
+
+import sosbook as sos
+
+
+def page(table):
+    return table._repr_html_()
+
+
+def test_every_reproduction_row_is_in_the_table():
+    rows = sos.reproduction.rows()
+    text = page(sos.tables.reproduction(rows))
+    assert text.count("<tr>") == len(rows) + 1
+    for row in rows:
+        assert f'href="{row.chapter}.html"' in text
+        assert row.verdict in text
+
+
+def test_every_erratum_is_in_the_table():
+    errata = sos.reproduction.errata()
+    text = page(sos.tables.errata(errata))
+    assert text.count("<tr>") == len(errata) + 1
+
+
+def test_text_is_escaped():
+    row = sos.reproduction.Row(
+        "01_x", "a < b", "<script>", "&", "<b>", "differs", "<i>")
+    text = page(sos.tables.reproduction([row]))
+    assert "<script>" not in text and "<b>" not in text
+    assert "a &lt; b" in text
+
+
+def test_columns_and_rows_have_heads_and_a_caption():
+    text = page(sos.tables.verdicts(sos.reproduction.rows()))
+    assert text.count('scope="col"') == 3
+    assert text.count('scope="row"') == len(sos.reproduction.VERDICTS)
+    assert "<caption>" in text
+
+
+def test_the_counts_add_up():
+    rows = sos.reproduction.rows()
+    text = page(sos.tables.verdicts(rows))
+    counts = map(int, re.findall(r"<td>(\d+)</td>", text))
+    assert sum(counts) == len(rows)
