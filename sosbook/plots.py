@@ -368,12 +368,12 @@ def response(response, u_max=None, disturbance=None, panels=None,
         rows, columns, squeeze=False, sharex=True,
         figsize=figsize or (6.8 if columns == 2 else 4.6, 0.4 + 2.1 * rows))
     for ax, key in zip(axes.flat, panels):
-        signal(ax, response.t, getattr(response, key), name=key[-1] if
-               key != "dz" else "z′", disturbance=disturbance)
+        signal(ax, response.t, np.transpose(getattr(response, key)),
+               name="z′" if key == "dz" else key, disturbance=disturbance)
         if key == "u" and u_max is not None:
-            input_limit(ax, response.t, response.u, u_max)
+            input_limit(ax, response.t, np.transpose(response.u), u_max)
         ax.set_ylabel(labels[key])
-        _legend_above(ax, 4)
+        _legend_above(ax, 5)
     for ax in axes.flat[len(panels):]:
         ax.set_visible(False)
     for ax in axes[-1]:

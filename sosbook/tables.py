@@ -60,10 +60,10 @@ def reproduction(rows, caption="Printed numbers and claims"):
     """A `Table` of `sosbook.reproduction.Row`."""
     return Table(
         caption,
-        ["What", "Where", "Printed", "Ours", "Verdict", "Why"],
+        ["What and where", "Printed", "Ours", "Verdict", "Why"],
         [
-            [_link(r.chapter, r.item), *map(_text, (
-                r.place, r.printed, r.ours)), _verdict(r.verdict),
+            [f"{_link(r.chapter, r.item)}<br>{_text(r.place)}",
+             *map(_text, (r.printed, r.ours)), _verdict(r.verdict),
              _text(r.why)]
             for r in rows
         ],

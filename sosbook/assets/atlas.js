@@ -97,9 +97,9 @@
   }
 
   // ------------------------------------------------------------- drawing
-  // Axes in a 340 x 300 viewBox; returns the mapping and the grid.
+  // Axes in a 340 x 340 viewBox; returns the mapping and the grid.
   function frame(x, y, xlabel, ylabel) {
-    const [l, r, t, b] = [46, 332, 10, 258];
+    const [l, r, t, b] = [46, 332, 10, 298];
     const X = v => l + (v - x[0]) / (x[1] - x[0]) * (r - l);
     const Y = v => b - (v - y[0]) / (y[1] - y[0]) * (b - t);
     let grid = "";
@@ -111,7 +111,7 @@
       grid += `<line class="sos-grid" x1="${l}" x2="${r}" y1="${round(Y(v))}" y2="${round(Y(v))}"/>` +
         `<text x="${l - 6}" y="${round(Y(v)) + 4}" text-anchor="end">${clean(v, 6)}</text>`;
     }
-    grid += `<text x="${(l + r) / 2}" y="292" text-anchor="middle">${xlabel}</text>` +
+    grid += `<text x="${(l + r) / 2}" y="332" text-anchor="middle">${xlabel}</text>` +
       `<text transform="translate(11 ${(t + b) / 2}) rotate(-90)" text-anchor="middle">${ylabel}</text>`;
     const path = points => points.map(([u, v], k) =>
       `${k ? "L" : "M"}${round(X(u))} ${round(Y(v))}`).join("");
@@ -239,8 +239,8 @@
 
     map(design) {
       const [left, right, height] = this.data.window;
-      const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 248) / 2;
-      const tall = half * 248 / 286;
+      const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 288) / 2;
+      const tall = half * 288 / 286;
       const x = [middle - half, middle + half], y = [-tall, tall];
       const f = frame(x, y, "Re s (1/s)", "Im s (rad/s)");
       const polygon = regionPolygon(design.asked, [x[0], x[1], tall]);
@@ -255,7 +255,7 @@
       const label = inside
         ? `Pole map: poles at ${design.poles.map(p => complex(...p)).join(", ")}, all in the shaded region.`
         : `Pole map: the region is hatched, because no design is known (${design.status}).`;
-      return `<svg role="img" viewBox="0 0 340 300" aria-label="${escape(label)}"><defs>` +
+      return `<svg role="img" viewBox="0 0 340 340" aria-label="${escape(label)}"><defs>` +
         `<pattern id="${this.name}-hatch" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
         `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>${f.grid}` +
         (area ? `<path class="sos-region${inside ? "" : " sos-empty"}" d="${area}"` +
@@ -270,7 +270,7 @@
       const {horizon, r, vertices} = this.data;
       if (design.status !== "feasible") {
         const f = frame([0, horizon], [-0.2, 1.4], "time t (s)", "position z");
-        return `<svg role="img" viewBox="0 0 340 300" aria-label="Step response: none, ${design.status}.">` +
+        return `<svg role="img" viewBox="0 0 340 340" aria-label="Step response: none, ${design.status}.">` +
           `${f.grid}<text class="sos-no" x="${(f.l + f.r) / 2}" y="40" text-anchor="middle">no design</text></svg>`;
       }
       const steps = 150, all = vertices.map(v => stepResponse(v, design.K, r, horizon, steps));
@@ -289,7 +289,7 @@
           ` x1="${u}" x2="${u + 24}" y1="${f.b - 12}" y2="${f.b - 12}"/><text x="${u + 28}" y="${f.b - 8}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
       }).join("");
       const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
-      return `<svg role="img" viewBox="0 0 340 300" aria-label="Step response over ${clean(horizon)} seconds: ` +
+      return `<svg role="img" viewBox="0 0 340 340" aria-label="Step response over ${clean(horizon)} seconds: ` +
         `${peaks.join(", ")}.">${f.grid}${targets}${lines}${key}</svg>`;
     }
 
@@ -307,7 +307,7 @@
       const [n, , a] = this.data.shape;
       const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(p => p[2] > p[1]);
       const gains = parts.map(([name, from, to]) =>
-        `<span class="sos-gain">K<sub>${name}</sub> = <span class="sos-matrix" style="grid-template-columns:repeat(${to - from},auto)">` +
+        `<span class="sos-gain"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:repeat(${to - from},auto)">` +
         design.K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, 5)}</span>`).join(" ") + `</span></span>`).join(" ");
       const poles = design.poles.map(p => `<span class="sos-number">${complex(...p)}</span>`).join(", ");
       const [block, margin] = design.margin;
