@@ -415,7 +415,13 @@ def _smallest_gamma(request, backoff):
         return Design(probe.without("gamma"), phase.verdict)
     cost = np.zeros(blocks.variables)
     cost[-1] = 1.0
-    best, _ = minimize(blocks, cost, phase.x, gap=1e-5)
+    try:
+        best, _ = minimize(blocks, cost, phase.x, gap=1e-5)
+    except Unbounded:
+        raise ValueError(
+            'minimize="gamma" has no minimum: larger gains always give a '
+            "smaller bound; limit them with saturation or a disk (rho)"
+        ) from None
     gamma = np.sqrt(best[-1] * unit) * (1 + backoff)
     digits = 2 - int(np.floor(np.log10(gamma)))
     gamma = float(np.round(np.ceil(gamma * 10.0**digits) / 10.0**digits,

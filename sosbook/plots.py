@@ -186,7 +186,7 @@ def _rename(body, stem):
 
 # --------------------------------------------------------------- the D-region
 
-def region_outline(region, window=(-10.0, 2.0, 6.0), rays=180):
+def region_outline(region, window=(-10.0, 2.0, 6.0), rays=360):
     """Corners of a polygon that traces a D-region within a window.
 
     A region f(z) = alpha + beta z + beta' conj(z) < 0 is convex and symmetric
@@ -233,9 +233,7 @@ def region_outline(region, window=(-10.0, 2.0, 6.0), rays=180):
     if worst[k] >= -1e-9:
         return np.empty(0, complex)
     centre = grid[k]
-    # Denser where a slanted edge is far away: angles about the window's shape.
-    angle = np.pi * (np.arange(rays) + 0.5) / rays * 2
-    directions = np.exp(1j * angle)
+    directions = np.exp(2j * np.pi * (np.arange(rays) + 0.5) / rays)
     reach = np.full(rays, np.inf)
     for alpha, beta in pairs:
         at_centre = alpha + centre * (beta + beta.T)
@@ -420,12 +418,15 @@ def margins(ax, margins, labels=None):
     ax : matplotlib Axes
     margins : dict
         {"half-plane": 0.12, …}: smallest eigenvalue of each block, scaled.
+        Of the blocks of a polytope, "half-plane 1", "half-plane 1,2", …,
+        the smallest is drawn.
     labels : dict, optional
         Other words for the keys.
     """
     names = {"P": "P > 0", "half-plane": "half-plane σ", "sector": "sector θ",
              "disk": "disk ρ", "hinf": "H∞ bound γ", "x0": "x(0) in ellipsoid",
              "u_max": "‖u‖ ≤ u_max"} | dict(labels or {})
+    margins = smallest_of_each(margins)
     keys = list(margins)
     sizes = np.array([abs(float(margins[key])) for key in keys])
     held = [float(margins[key]) > 0 for key in keys]
@@ -446,6 +447,21 @@ def margins(ax, margins, labels=None):
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("smallest eigenvalue of the scaled block")
     return ax
+
+
+def smallest_of_each(margins):
+    """The smallest margin of each requirement over vertices and pairs.
+
+    Examples
+    --------
+    >>> smallest_of_each({"P": 0.3, "disk 1": 0.2, "disk 1,2": 0.1})
+    {'P': 0.3, 'disk': 0.1}
+    """
+    least = {}
+    for name, value in margins.items():
+        name = re.sub(r" [\d,]+$", "", name)
+        least[name] = min(float(value), least.get(name, np.inf))
+    return least
 
 
 def singular_values(ax, systems, gamma=None, frequency=None):

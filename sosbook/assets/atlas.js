@@ -268,6 +268,7 @@
 
     step(design) {
       const {horizon, r, vertices} = this.data;
+      this.response = [];
       if (design.status !== "feasible") {
         const f = frame([0, horizon], [-0.2, 1.4], "time t (s)", "position z");
         return `<svg role="img" viewBox="0 0 340 340" aria-label="Step response: none, ${design.status}.">` +
@@ -302,7 +303,8 @@
         return head + `<p>Neither a design nor a proof that there is none was found.</p>`;
       }
       if (design.status === "infeasible") {
-        return head + `<p>No gain is proven to meet all of this. ${escape(this.advice())}</p>`;
+        const empty = design.asked.rho <= design.asked.sigma;
+        return head + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(this.advice())}</p>`;
       }
       const [n, , a] = this.data.shape;
       const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(p => p[2] > p[1]);

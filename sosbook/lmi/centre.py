@@ -333,12 +333,18 @@ def minimize(blocks, cost, x, gap=1e-6):
         Strictly feasible, nearly optimal.
     bound : float
         A lower bound of the optimum.
+
+    Raises
+    ------
+    Unbounded
+        If no such point is found: the infimum is zero or isn't attained.
     """
     barrier = _Barrier(blocks)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
-    while True:
+    for _ in range(20):
         x = barrier.descend(x, weight * cost, 0.1)
         slack = 2 * blocks.degree / weight
-        if slack < gap * abs(cost @ x) or weight > 1e18:
+        if slack < gap * abs(cost @ x):
             return x, cost @ x - slack
         weight *= 8
+    raise Unbounded("the infimum is zero or isn't attained")

@@ -1,0 +1,356 @@
+"""Sliders of the rendered page: solved designs, in a browser and in Python."""
+
+import json
+import re
+from itertools import product
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.analysis import poles as loop_poles
+from sosbook.atlas import Atlas, Slider, design_atlas, record
+from sosbook.simulate import simulate
+
+ANGLES = np.radians([30, 45, 60])
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return sos.thesis.example_1()
+
+
+@pytest.fixture(scope="module")
+def atlas(robot):
+    return design_atlas(
+        robot.plant, robot.U, [0.4, 1.257], robot.saturation,
+        sigma=[0.3, 0.7, 1.3], theta=ANGLES, rho=[1, 3, 5], u_max=[100, 150],
+        start={"sigma": 0.7, "rho": 5, "gamma": 1.257, "u_max": 150},
+        title="The <robot> & its designs")
+
+
+@pytest.fixture(scope="module")
+def sheet(atlas, tmp_path_factory):
+    """A page with two atlases, as a chapter may have."""
+    page = tmp_path_factory.mktemp("page") / "atlas.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+    return page
+
+
+def request_at(robot, atlas, place):
+    """The design at a place of the grid, solved here and now."""
+    asked = {s.key: s.values[at] for s, at in zip(atlas.sliders, place)}
+    return sos.design_pid(
+        robot.plant, robot.U,
+        sos.PoleRegion(asked["sigma"], asked["theta"], asked["rho"]),
+        asked["gamma"], sos.Saturation(asked["u_max"], robot.saturation.x0))
+
+
+# ------------------------------------------------------------------ in Python
+
+def test_what_is_stored_is_what_is_solved(robot, atlas):
+    n = 0
+    for place in sorted(atlas.designs)[::7]:
+        stored = atlas.designs[place]
+        if stored == 0:
+            continue
+        n += 1
+        fresh = request_at(robot, atlas, place)
+        assert fresh.status == "feasible"
+        gain, poles, (block, margin), norm, peak = stored
+        assert np.allclose(gain, fresh.K.ravel(), rtol=6e-5)
+        upper = fresh.poles()[fresh.poles().imag >= 0]
+        assert np.allclose(poles[::2], upper.real, rtol=6e-4)
+        assert np.allclose(poles[1::2], upper.imag, rtol=6e-4)
+        assert np.isclose(margin, min(fresh.margins.values()), rtol=0.06)
+        assert np.isclose(norm, fresh.hinf(), rtol=6e-3)
+        assert np.isclose(peak, fresh.peak_input(), rtol=6e-3)
+    assert n >= 3
+
+
+def test_infeasible_is_never_put_where_a_design_exists(robot, atlas):
+    """The places that were skipped, because a looser request failed."""
+    bad = [place for place, stored in atlas.designs.items() if stored == 0]
+    empty = [p for p in bad if atlas.sliders[2].values[p[2]]
+             <= atlas.sliders[0].values[p[0]]]
+    assert len(bad) > 20 and empty
+    for place in sorted(set(bad) - set(empty))[::8]:
+        assert request_at(robot, atlas, place).status == "infeasible"
+
+
+def test_feasible_places_have_only_feasible_looser_ones(atlas):
+    for place, stored in atlas.designs.items():
+        for k, slider in enumerate(atlas.sliders):
+            looser = (*place[:k], place[k] + slider.looser, *place[k + 1:])
+            if not isinstance(stored, int) and looser in atlas.designs:
+                assert not isinstance(atlas.designs[looser], int)
+
+
+def test_the_output_is_the_same_twice_and_survives_any_title(robot):
+    def small(title):
+        return design_atlas(robot.plant, robot.U, sigma=[0.5, 0.7], theta=0.8,
+                            rho=5.0, title=title)
+
+    wicked = 'a</script><b>"&'
+    html = small(wicked).html
+    assert html == small(wicked).html
+    data = re.search(r'<script type="application/json">(.*?)</script>', html)
+    assert json.loads(data[1])["title"] == wicked
+    assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data[1])
+    assert "http" not in html.replace("http://www.w3.org", "")
+
+
+def test_fixed_requirements_are_asked_and_named(robot):
+    atlas = design_atlas(robot.plant, robot.U, sigma=[0.5, 0.7], rho=5.0)
+    assert atlas.data["also"] == ["ρ = 5 1/s"]
+    fresh = sos.design_pid(robot.plant, robot.U, sos.PoleRegion(0.7, rho=5))
+    assert atlas.designs[(1,)] == record(fresh)
+    assert atlas.designs[(1,)][4] is None  # no x(0), so no peak
+
+
+def test_a_polytope_stores_the_poles_of_every_vertex(robot):
+    first = robot.plant
+    second = sos.SecondOrderSystem(
+        1.1 * first.M, first.D, first.S, first.B, first.F)
+    both = sos.Polytope([first, second])
+    atlas = design_atlas(both, robot.U, sigma=[0.3, 0.5], rho=6.0)
+    fresh = sos.design_pid(both, robot.U, sos.PoleRegion(0.5, rho=6))
+    stored = atlas.designs[(1,)]
+    assert len(stored[1]) == 2 * (fresh.poles().imag >= 0).sum()
+    assert len(atlas.data["vertices"]) == 2
+    assert atlas.data["caption"].endswith("every vertex.")
+
+
+@pytest.mark.parametrize("wrong, words", [
+    ({}, "nothing to slide"),
+    ({"sigma": [0.5, 0.7], "start": {"sigma": 0.6}}, "is not a value"),
+    ({"sigma": [0.5, 0.7], "start": {"rho": 5}}, "names no slider"),
+    ({"sigma": [0.5, 0.7], "r": [1]}, "r must hold n = 2"),
+    ({"u_max": [100, 150]}, "u_max needs saturation"),
+])
+def test_bad_input_is_explained(robot, wrong, words):
+    with pytest.raises(ValueError, match=words):
+        design_atlas(robot.plant, robot.U, **wrong)
+
+
+def test_a_grid_with_a_hole_is_refused():
+    with pytest.raises(ValueError, match="lacks 1 places"):
+        Atlas("t", [Slider("rho", (1.0, 2.0))], {(0,): 0}, {})
+
+
+# -------------------------------------------------------------- in the browser
+
+def first(tab):
+    return tab.page.locator("sos-atlas").first
+
+
+def say(tab):
+    return first(tab).locator(".sos-readout").inner_text()
+
+
+def numbers(text):
+    return [float(x) for x in re.findall(
+        r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text.replace("−", "-"))]
+
+
+@pytest.fixture
+def tab(visit, sheet):
+    tab = visit(sheet)
+    yield tab
+    assert tab.errors == []
+    assert all(re.match("file:|data:", url) for url in tab.requests)
+
+
+LABELS = ["Decay rate σ", "Half-angle θ", "Disk radius ρ", "H∞ bound γ",
+          "Input bound u_max"]
+
+
+def test_every_slider_has_its_own_visible_label(tab, atlas):
+    for part in tab.page.locator("sos-atlas").all():
+        sliders = part.locator("input[type=range]")
+        assert sliders.count() == len(atlas.sliders)
+        for label in LABELS:
+            found = part.get_by_label(label)
+            assert found.count() == 1 and found.is_visible()
+            name = found.get_attribute("id")
+            assert part.locator(f"label[for='{name}']").is_visible()
+            assert tab.page.locator(f"[id='{name}']").count() == 1
+    assert first(tab).get_by_label("Half-angle θ").get_attribute(
+        "aria-valuetext") == "θ = 45°"
+    live = first(tab).locator(".sos-readout")
+    assert live.get_attribute("aria-live") == "polite"
+    assert first(tab).locator("svg[role=img][aria-label]").count() == 2
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_each_slider_works_by_keyboard(tab, label):
+    slider = first(tab).get_by_label(label)
+    before, place = say(tab), slider.input_value()
+    words = slider.get_attribute("aria-valuetext")
+    slider.focus()
+    slider.press("ArrowLeft")
+    assert slider.input_value() != place
+    assert slider.get_attribute("aria-valuetext") != words
+    assert say(tab) != before
+    assert slider.get_attribute("aria-valuetext") in say(tab)
+    slider.press("ArrowRight")
+    assert say(tab) == before
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_each_slider_works_by_mouse(tab, label):
+    slider = first(tab).get_by_label(label)
+    slider.scroll_into_view_if_needed()
+    before, box = say(tab), slider.bounding_box()
+    share = float(slider.input_value()) / float(slider.get_attribute("max"))
+    grip = 8 + share * (box["width"] - 16)
+    middle = box["y"] + box["height"] / 2
+    tab.page.mouse.move(box["x"] + grip, middle)
+    tab.page.mouse.down()
+    tab.page.mouse.move(box["x"] + 4, middle, steps=4)
+    tab.page.mouse.up()
+    assert slider.input_value() == "0"
+    assert say(tab) != before
+
+
+def test_the_second_atlas_moves_alone(tab):
+    before = say(tab)
+    other = tab.page.locator("sos-atlas").nth(1)
+    slider = other.get_by_label("Decay rate σ")
+    slider.focus()
+    slider.press("Home")
+    assert "σ = 0.3" in other.locator(".sos-readout").inner_text()
+    assert say(tab) == before
+
+
+def test_the_page_says_what_was_solved(tab, robot, atlas):
+    fresh = request_at(robot, atlas, atlas.start)
+    text = say(tab)
+    assert text.startswith("Feasible for σ = 0.7 1/s, θ = 45°, ρ = 5 1/s")
+    n = robot.plant.n
+    shown = numbers(text[text.index("KP"):text.index("Poles")])
+    blocks = [fresh.K[:, :n], fresh.K[:, n:2 * n], fresh.K[:, 2 * n:]]
+    gains = np.concatenate([block.ravel() for block in blocks])
+    assert np.allclose(shown, gains, rtol=6e-5)
+    poles = numbers(text[text.index("Poles"):text.index("Smallest")])
+    upper = fresh.poles()[fresh.poles().imag >= 0]
+    parts = [x for s in upper for x in (
+        (s.real, s.imag) if s.imag else (s.real,))]
+    assert np.allclose(poles, parts, rtol=6e-3)
+    least = min(fresh.margins, key=fresh.margins.get)
+    assert f"{fresh.margins[least]:.2g}" in text and "u_max" in text
+
+
+def test_the_element_holds_every_solved_design(tab, atlas):
+    held = tab.page.evaluate("document.querySelector('sos-atlas').data")
+    places = product(*(range(len(s.values)) for s in atlas.sliders))
+    assert held["designs"] == [atlas.designs[place] for place in places]
+
+
+def test_the_step_response_is_the_one_of_python(tab, robot, atlas):
+    """The page's matrix exponential against `sosbook.simulate`."""
+    data = tab.page.evaluate(
+        "(() => { const a = document.querySelector('sos-atlas');"
+        "return {z: a.response[0], K: a.design.K, T: a.data.horizon}; })()")
+    K, z = np.array(data["K"]), np.array(data["z"])
+    t = np.linspace(0, data["T"], len(z))
+    request = request_at(robot, atlas, atlas.start).request
+    true = simulate(request.vertices[0], K, t, r=np.ones(2))
+    assert np.abs(z - true.z.T).max() < 1e-9
+    assert np.abs(z[-1] - 1).max() < 0.02
+    assert (loop_poles(request.vertices[0], K).real < 0).all()
+
+
+def test_the_poles_are_drawn_in_the_shaded_region(tab):
+    inside = tab.page.evaluate("""() => {
+      const atlas = document.querySelector("sos-atlas");
+      const area = atlas.querySelector(".sos-region");
+      return [...atlas.querySelectorAll(".sos-pole")].map(pole => {
+        const box = pole.getBBox(), at = new DOMPoint(
+          box.x + box.width / 2, box.y + box.height / 2);
+        return area.isPointInFill(at);
+      }); }""")
+    assert inside == [True] * 6
+
+
+def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
+    place = list(atlas.start)
+    for label, key in [("Decay rate σ", "End"), ("H∞ bound γ", "Home"),
+                       ("Input bound u_max", "Home")]:
+        slider = first(tab).get_by_label(label)
+        slider.focus()
+        slider.press(key)
+        place[LABELS.index(label)] = int(slider.input_value())
+    assert request_at(robot, atlas, place).status == "infeasible"
+    text = say(tab)
+    assert text.startswith("Infeasible for σ = 1.3")
+    assert "KP" not in text
+    assert first(tab).locator(".sos-pole").count() == 0
+    assert first(tab).locator(".sos-map text.sos-no").inner_html() == (
+        "infeasible")
+    hatch = first(tab).locator(".sos-region").get_attribute("style")
+    name = re.search(r"url\(#(.+?)\)", hatch)[1]
+    assert first(tab).locator(f"pattern[id='{name}']").count() == 1
+    # Do what the page says: the result must be feasible.
+    advice = text[text.index("Relax"):].split(".  ")[0]
+    moves = re.split(r"Moving one other", advice)[0]
+    for k, slider in enumerate(atlas.sliders):
+        for at, words in enumerate(slider.texts):
+            if re.search(re.escape(words) + r"(?=[.;,]|\s|$)", moves):
+                place[k] = at
+    assert request_at(robot, atlas, place).status == "feasible"
+
+
+def test_an_empty_region_is_infeasible(tab):
+    for label, key in [("Decay rate σ", "End"), ("Disk radius ρ", "Home")]:
+        first(tab).get_by_label(label).focus()
+        first(tab).get_by_label(label).press(key)
+    assert say(tab).startswith("Infeasible")
+    assert "The region is empty." in say(tab)
+    assert first(tab).locator(".sos-region").count() == 0
+
+
+def brightness(tab, selector, kind):
+    return tab.page.evaluate("""([selector, kind]) => {
+      const style = getComputedStyle(document.querySelector(selector));
+      const [r, g, b] = style[kind].match(/[\\d.]+/g).map(x => {
+        const c = x / 255;
+        return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+      });
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b; }""", [selector, kind])
+
+
+@pytest.mark.parametrize("scheme, theme, dark", [
+    ("light", None, False), ("dark", None, True),
+    ("light", "dark", True), ("dark", "light", False)])
+def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
+    tab = visit(sheet, scheme=scheme)
+    if theme:
+        tab.page.evaluate(
+            "t => document.documentElement.dataset.theme = t", theme)
+    paper = brightness(tab, "sos-atlas", "backgroundColor")
+    assert paper < 0.05 if dark else paper > 0.8
+    tint = brightness(tab, "sos-atlas .sos-readout", "backgroundColor")
+    for selector, kind, ground in [
+        ("sos-atlas", "color", paper), ("sos-atlas svg text", "fill", paper),
+        ("sos-atlas figcaption", "color", paper),
+        ("sos-atlas .sos-readout p", "color", tint),
+        ("sos-atlas .sos-status", "color", tint),
+    ]:
+        ink = brightness(tab, selector, kind)
+        low, high = sorted([ink, ground])
+        assert (high + 0.05) / (low + 0.05) > 4.5, selector
+    assert tab.errors == []
+
+
+def test_a_phone_needs_no_sideways_scroll(visit, sheet):
+    tab = visit(sheet, width=390, height=844)
+    assert tab.page.evaluate(
+        "document.documentElement.scrollWidth <= innerWidth")
+    box = first(tab).get_by_label("Decay rate σ").bounding_box()
+    assert box["width"] > 250 and box["height"] >= 24
+    assert tab.errors == []
