@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .lmi import he
-from .system import matrix
+from .system import matrix, rank_deficient
 
 __all__ = ["Coupled", "Descriptor", "coupled_pairs", "descriptors"]
 
@@ -92,13 +92,13 @@ def descriptors(plant, U=None, K_A=None):
 def _descriptor(v, U, K_A):
     n, a = v.n, U.shape[0]
     inertia = v.M - v.B @ K_A
-    if np.linalg.cond(inertia) > 1e14:
+    if rank_deficient(inertia, 1e-14):
         raise ValueError(
             "M - B K_A is singular: give an acceleration gain K_A that "
             "makes it regular (Lemma 2.1)"
         )
-    if a and _rank_deficient(np.block([[-v.S, v.B],
-                                       [U, np.zeros((a, v.m))]])):
+    if a and rank_deficient(np.block([[-v.S, v.B],
+                                      [U, np.zeros((a, v.m))]])):
         raise ValueError(
             "U is uncontrollable: [-S B; U 0] lacks full row rank, so a "
             "transmission zero at s = 0 hides an integrator from u; "
@@ -126,14 +126,6 @@ def _descriptor(v, U, K_A):
         Bw=stack(None, v.F, None),
         C=np.hstack([one, zero, tall]),
     )
-
-
-def _rank_deficient(M):
-    """Rank test after scaling rows and columns to unit size."""
-    for axis in (1, 0, 1, 0):
-        size = np.abs(M).max(axis=axis, keepdims=True)
-        M = M / np.where(size == 0, 1, size)
-    return np.linalg.matrix_rank(M, tol=1e-10) < M.shape[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from .lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
 from .proof import prove, prove_infeasible
 from .request import Frame, Request
 from .simulate import simulate
-from .system import SecondOrderSystem
+from .system import SecondOrderSystem, positive
 
 __all__ = ["Design", "analyse_pid", "design_pid"]
 
@@ -135,6 +135,13 @@ class Design:
             if _search(self.request.without(name))[-1].x is not None
         ]
         if not enough:
+            if self.request.gain is not None:
+                if not names:
+                    return "No common P proves that this gain is stable."
+                return (
+                    "No common P proves what is asked of this gain, even "
+                    "with any single requirement left out."
+                )
             if len(names) < 2:
                 return "No gain makes this loop provably stable."
             return (
@@ -157,9 +164,14 @@ class Design:
         )
         keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max")}
         wanted = keys.get(name, (name,))
+        if len(self.request.vertices) > 1:  # drop the vertices' numbers
+            expressions = [
+                key if key in ("P", "x0", "u_max") else key.rsplit(" ", 1)[0]
+                for key in expressions
+            ]
         return sum(
             np.trace(z) for key, z in zip(expressions, self._multipliers)
-            if key.startswith(wanted)
+            if key in wanted
         )
 
     def _each(self, function):
@@ -293,9 +305,7 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     request = Request(plant, U, region, gamma, saturation, K_A, coupling)
     if minimize is None:
         return _solve(request)
-    if not (np.isscalar(backoff) and backoff > 0):
-        raise ValueError(f"backoff must be positive, got {backoff!r}")
-    return _smallest_gamma(request, backoff)
+    return _smallest_gamma(request, positive("backoff", backoff))
 
 
 def analyse_pid(plant, K, U=None, region=None, gamma=None,
@@ -349,7 +359,10 @@ def _finish(request, frame, blocks, unknowns, x):
     try:
         x = centre(blocks, x)
     except Unbounded:
-        x = centre(_bounded(blocks, unknowns, x), x)
+        try:
+            x = centre(_bounded(blocks, unknowns, x), x)
+        except Unbounded:
+            pass  # a degenerate set: keep the feasible point
     P = unknowns[0].unpack(x[:unknowns[0].size])
     if request.gain is None:
         Y = unknowns[1].unpack(x[unknowns[0].size:])

@@ -11,6 +11,7 @@ from .lmi.certificate import (
     repair_multipliers,
     round_digits,
 )
+from .system import matrix
 
 __all__ = [
     "Certificate",
@@ -49,7 +50,7 @@ class Certificate:
 
     def __str__(self):
         if self.proven:
-            return "proven: " + "; ".join(self.claims)
+            return "\n- ".join(["proven:", *self.claims])
         return "not proven: " + ", ".join(self.failed)
 
 
@@ -88,8 +89,10 @@ def prove(request, K, P, digits=6):
     -------
     Certificate
     """
-    K = round_digits(K, digits)
-    P = np.asarray(P, float)
+    if not isinstance(digits, int) or digits < 1:
+        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    K = round_digits(matrix("K", K, (request.plant.m, request.order)), digits)
+    P = matrix("P", P, (request.order, request.order))
     if not np.array_equal(P, P.T):
         return Certificate(False, (), K, P, {}, ("P isn't symmetric",))
     P = round_digits(P, 12)
@@ -116,11 +119,12 @@ def _claims(request):
     words = [f"{where}, under u = K x, is stable"]
     words += [f"its poles lie in the {p.text}" for p in request.parts]
     if request.gamma is not None:
-        words.append(f"its H-infinity norm is below {request.gamma:g}")
+        gamma = repr(request.gamma).removesuffix(".0")
+        words.append(f"its H-infinity norm is below {gamma}")
     if request.saturation is not None:
+        u_max = repr(request.saturation.u_max).removesuffix(".0")
         words.append(
-            f"|K x(t)| <= {request.saturation.u_max:g} from x0 "
-            "(with r = 0, w = 0)"
+            f"|K x(t)| <= {u_max} from x0 (with r = 0, w = 0)"
         )
     return tuple(words)
 

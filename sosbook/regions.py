@@ -5,9 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from .system import matrix
+from .system import matrix, number, positive
 
 __all__ = ["LMIRegion", "PoleRegion", "Region"]
+
+# names of other LMI blocks and requirements
+_RESERVED = (
+    "P", "stability", "hinf", "x0", "u_max", "scale", "gamma", "saturation",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,12 +22,40 @@ class Region:
     Parameters
     ----------
     parts : tuple of LMIRegion
-        The regions that are intersected.
+        The regions that are intersected. A name that comes twice gets
+        a number: "disk", "disk#2".
+
+    Raises
+    ------
+    ValueError
+        If there is no part, or one of them isn't an LMIRegion.
     """
 
     parts: tuple
 
+    def __post_init__(self):
+        parts, names = [], set()
+        for part in self.parts:
+            if not isinstance(part, LMIRegion):
+                raise ValueError(
+                    "parts must be LMIRegion objects, got "
+                    f"{type(part).__name__}"
+                )
+            name, count = part.name, 1
+            while name in names:
+                count += 1
+                name = f"{part.name}#{count}"
+            names.add(name)
+            if count > 1:
+                part = LMIRegion(part.alpha, part.beta, name, part.text)
+            parts.append(part)
+        if not parts:
+            raise ValueError("parts is empty: a region needs an LMIRegion")
+        object.__setattr__(self, "parts", tuple(parts))
+
     def __and__(self, other):
+        if not isinstance(other, Region):
+            return NotImplemented
         return Region(self.parts + other.parts)
 
     def distances(self, poles):
@@ -79,6 +112,13 @@ class LMIRegion(Region):
         if alpha.shape != (k, k) or not np.array_equal(alpha, alpha.T):
             raise ValueError("alpha must be symmetric")
         beta = matrix("beta", beta, (k, k))
+        if not beta.any():
+            raise ValueError("beta is zero: the region has no boundary")
+        if not isinstance(name, str) or name in ("", *_RESERVED):
+            raise ValueError(
+                f"name = {name!r} must be a string and none of "
+                + ", ".join(_RESERVED)
+            )
         object.__setattr__(self, "alpha", alpha)
         object.__setattr__(self, "beta", beta)
         object.__setattr__(self, "name", name)
@@ -88,6 +128,14 @@ class LMIRegion(Region):
     def __repr__(self):
         alpha, beta = self.alpha.tolist(), self.beta.tolist()
         return f"LMIRegion({alpha}, {beta}, {self.name!r})"
+
+    @property
+    def implies_stability(self):
+        """Whether one scalar of it says Re s < -c with c >= 0."""
+        return (
+            self.alpha.shape == (1, 1)
+            and self.alpha[0, 0] >= 0 and self.beta[0, 0] > 0
+        )
 
     def characteristic(self, s):
         """The Hermitian matrices f(s) of (A.8), one for each pole."""
@@ -102,8 +150,8 @@ class LMIRegion(Region):
     @classmethod
     def half_plane(cls, sigma, name="half-plane"):
         """Re s < -sigma (2.18)."""
-        alpha = [[2 * _number("sigma", sigma)]]
-        return cls(alpha, [[1]], name, f"{name} Re s < {-sigma:g}")
+        alpha = [[2 * number("sigma", sigma)]]
+        return cls(alpha, [[1]], name, f"{name} Re s < {_words(0.0 - sigma)}")
 
     @classmethod
     def sector(cls, theta, apex=0.0, name="sector"):
@@ -113,51 +161,60 @@ class LMIRegion(Region):
         (sin, cos) is rounded inwards: the region that is proven lies
         inside the region that is named.
         """
-        theta = _number("theta", theta)
+        theta = number("theta", theta)
         if not 0 < theta <= np.pi / 2:
             raise ValueError(
                 f"theta = {theta} is outside (0, pi/2]: it is the "
                 "half-angle of the sector, in radians"
             )
-        sin = np.sin(theta) - 4 * np.finfo(float).eps
-        cos = np.cos(theta) + 4 * np.finfo(float).eps
+        sin = np.sin(theta) * (1 - 4 * np.finfo(float).eps)
+        cos = np.cos(theta) * (1 + 4 * np.finfo(float).eps)
         beta = np.array([[sin, cos], [-cos, sin]])
-        alpha = -2 * sin * _number("apex", apex) * np.eye(2)
-        text = f"{name} of half-angle {np.degrees(theta):.4g} degrees"
+        apex = number("apex", apex)
+        alpha = -2 * sin * apex * np.eye(2)
+        text = f"{name} of half-angle {_degrees(theta)} degrees"
+        if apex:
+            text += f" with apex {_words(apex)}"
         return cls(alpha, beta, name, text)
 
     @classmethod
     def disk(cls, rho, centre=0.0, name="disk"):
         """|s - centre| < rho (2.19), (A.11)."""
-        rho = _positive("rho", rho)
-        centre = _number("centre", centre)
+        rho = positive("rho", rho)
+        centre = number("centre", centre)
         alpha = [[-rho, -centre], [-centre, -rho]]
-        text = f"{name} of radius {rho:g} around {centre:g}"
+        text = f"{name} of radius {_words(rho)} around {_words(centre)}"
         return cls(alpha, [[0, 1], [0, 0]], name, text)
 
     @classmethod
     def strip(cls, left, right, name="strip"):
         """left < Re s < right."""
-        left, right = _number("left", left), _number("right", right)
+        left, right = number("left", left), number("right", right)
         if left >= right:
             raise ValueError(f"left = {left} must be below right = {right}")
         alpha = np.diag([2 * left, -2 * right])
-        return cls(alpha, np.diag([-1, 1]), name)
+        text = f"{name} {_words(left)} < Re s < {_words(right)}"
+        return cls(alpha, np.diag([-1, 1]), name, text)
 
     @classmethod
     def horizontal_strip(cls, omega, name="horizontal strip"):
         """|Im s| < omega."""
-        omega = _positive("omega", omega)
-        return cls(-2 * omega * np.eye(2), [[0, 1], [-1, 0]], name)
+        omega = positive("omega", omega)
+        text = f"{name} |Im s| < {_words(omega)}"
+        return cls(-2 * omega * np.eye(2), [[0, 1], [-1, 0]], name, text)
 
     @classmethod
     def ellipse(cls, centre, a, b, name="ellipse"):
         """((Re s - centre) / a)^2 + (Im s / b)^2 < 1."""
-        centre = _number("centre", centre)
-        a, b = _positive("a", a), _positive("b", b)
+        centre = number("centre", centre)
+        a, b = positive("a", a), positive("b", b)
         plus, minus = (1 / a + 1 / b) / 2, (1 / a - 1 / b) / 2
         alpha = [[-1, -centre / a], [-centre / a, -1]]
-        return cls(alpha, [[0, plus], [minus, 0]], name)
+        text = (
+            f"{name} of half axes {_words(a)} and {_words(b)} around "
+            f"{_words(centre)}"
+        )
+        return cls(alpha, [[0, plus], [minus, 0]], name, text)
 
 
 class PoleRegion(Region):
@@ -193,7 +250,7 @@ class PoleRegion(Region):
     def __init__(self, sigma=None, theta=None, rho=None):
         parts = []
         if sigma is not None:
-            if _number("sigma", sigma) < 0:
+            if number("sigma", sigma) < 0:
                 raise ValueError(
                     f"sigma = {sigma} is negative; for a region that "
                     "reaches right of the imaginary axis use "
@@ -223,16 +280,15 @@ class PoleRegion(Region):
         )
 
 
-def _number(name, value):
-    if not np.isscalar(value) or not np.isfinite(value):
-        raise ValueError(f"{name} must be a finite number, got {value!r}")
-    return float(value)
+def _words(x):
+    """A float with all its digits, but 5 instead of 5.0."""
+    return repr(float(x)).removesuffix(".0")
 
 
-def _positive(name, value):
-    if _number(name, value) <= 0:
-        raise ValueError(f"{name} must be positive, got {value}")
-    return float(value)
+def _degrees(theta):
+    """To four digits, rounded up: never more than is proven."""
+    degrees = round(float(np.degrees(theta)), 10)
+    return _words(round(np.ceil(degrees * 100) / 100, 2))
 
 
 def _numerical_radius(beta):

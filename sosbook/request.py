@@ -3,13 +3,19 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import cholesky, solve_continuous_are
+from scipy.linalg import cholesky, matrix_balance, solve_continuous_are
 
 from .descriptor import Coupled, Descriptor, coupled_pairs, descriptors
 from .lmi import Unknown
 from .lmi.certificate import round_digits
 from .regions import Region
-from .system import Polytope, SecondOrderSystem, matrix
+from .system import (
+    Polytope,
+    SecondOrderSystem,
+    matrix,
+    positive,
+    rank_deficient,
+)
 from .theorems import (
     bounded_real,
     control_bound,
@@ -37,14 +43,12 @@ class Saturation:
     x0: np.ndarray
 
     def __post_init__(self):
-        if not (np.isscalar(self.u_max) and 0 < self.u_max < np.inf):
-            raise ValueError(f"u_max must be positive, got {self.u_max!r}")
-        x0 = np.array(self.x0, dtype=float)
-        if x0.ndim != 1 or not np.isfinite(x0).all():
+        u_max = positive("u_max", self.u_max)
+        if np.ndim(self.x0) != 1:
             raise ValueError("x0 must be a vector of finite numbers")
-        x0.flags.writeable = False
+        x0 = matrix("x0", [self.x0])[0]
         object.__setattr__(self, "x0", x0)
-        object.__setattr__(self, "u_max", float(self.u_max))
+        object.__setattr__(self, "u_max", u_max)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +83,9 @@ class Request:
             )
         if not isinstance(self.saturation, (Saturation, type(None))):
             raise ValueError("saturation must be a Saturation(u_max, x0)")
-        gamma = self.gamma
-        if gamma is not None:
-            if not (np.isscalar(gamma) and 0 < gamma < np.inf):
-                raise ValueError(f"gamma must be positive, got {gamma!r}")
+        if self.gamma is not None:
+            gamma = positive("gamma", self.gamma)
+            object.__setattr__(self, "gamma", gamma)
             if self.plant.p == 0:
                 raise ValueError(
                     "gamma is given but the plant has no F: say where "
@@ -130,8 +133,10 @@ class Request:
             right of or on the imaginary axis or outside the region.
         """
         bad = []
-        for d in self.vertices:
+        for d in self.vertices if self.gain is None else ():
             A, B, _ = d.state_space()
+            A, T = matrix_balance(A, permute=False)
+            B = np.linalg.solve(T, B)
             size = np.abs(np.linalg.eigvals(A)).max() or 1.0
             for s in np.linalg.eigvals(A):
                 pencil = np.hstack([(A - s * np.eye(len(A))) / size,
@@ -146,8 +151,7 @@ class Request:
     def needs_stability(self):
         """Whether no other block already demands Re s < 0."""
         return self.gamma is None and not any(
-            part.name == "half-plane" and part.alpha[0, 0] >= 0
-            for part in self.parts
+            part.implies_stability for part in self.parts
         )
 
     def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None):
@@ -165,6 +169,11 @@ class Request:
             Coordinates of P and Y; the plant's own without it.
         """
         vertices = [d.map(number) for d in self.vertices]
+        if self.K_A is not None:  # M - B K_A without a rounding error
+            K_A, n = number(np.array(self.K_A, float)), self.plant.n
+            for d, v in zip(vertices, self.plant.vertices):
+                inertia = number(v.M) - number(v.B) @ K_A
+                d.E[n:2 * n, n:2 * n] = inertia
         scale, x0 = 1, None
         if self.saturation is not None:
             x0 = number(self.saturation.x0)
@@ -256,6 +265,8 @@ class Frame:
     def of(cls, request):
         """From the Riccati equation of the mean vertex."""
         mean = _mean(request.vertices)
+        if rank_deficient(mean.E, 1e-6):  # between regular vertices
+            mean = request.vertices[0]
         A, B, Bw = mean.state_space()
         omega = _rate(request, A)
         weight = _energy(request, omega)
@@ -294,11 +305,12 @@ def _mean(vertices):
 def _rate(request, A):
     """A typical angular frequency of the closed loop, in rad/s."""
     for part in request.parts:
-        if part.name == "disk":
-            return -part.alpha[0, 0] / 2
+        if np.array_equal(part.beta, [[0, 1], [0, 0]]):  # disk
+            rho, shift = -part.alpha[0]
+            return rho / 2 + abs(shift)
     for part in request.parts:
-        if part.name == "half-plane" and part.alpha[0, 0] > 0:
-            return 2 * part.alpha[0, 0]
+        if part.implies_stability and part.alpha[0, 0] > 0:
+            return 2 * part.alpha[0, 0] / part.beta[0, 0]
     return np.abs(np.linalg.eigvals(A)).max() or 1.0
 
 

@@ -90,7 +90,8 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     """
     n, N, p = len(d.C), len(d.E), d.Bw.shape[1]
     t = np.asarray(t, float)
-    if t.ndim != 1 or len(t) < 2 or t[0] != 0 or (np.diff(t) <= 0).any():
+    good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
+    if not good or t[0] != 0 or (np.diff(t) <= 0).any():
         raise ValueError("t must increase from 0 and hold two times")
     r = _vector("r", r, n)
     x0 = _vector("x0", x0, N)
@@ -116,7 +117,7 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     cache = {}
     for k, (now, then) in enumerate(zip(nodes, nodes[1:])):
         active = on <= now < off
-        key = (active, round(then - now, 12))
+        key = (active, f"{then - now:.11e}")
         if key not in cache:
             cache[key] = expm((loud if active else quiet) * (then - now))
         phase = 0.0 if w is None else w.omega * now
@@ -151,6 +152,9 @@ def _disturbance(w, p):
         raise ValueError("w must be a Sine (or None)")
     if p == 0:
         raise ValueError("w is given but the plant has no F")
+    for name in ("amplitude", "offset"):
+        if np.shape(getattr(w, name)) not in ((), (1,), (p,)):
+            raise ValueError(f"w: {name} must be one number or {p} of them")
     sine = np.broadcast_to(np.asarray(w.amplitude, float), (p,))
     level = np.broadcast_to(np.asarray(w.offset, float), (p,))
     return w.start, w.stop, sine, level

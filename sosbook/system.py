@@ -8,9 +8,26 @@ from scipy.linalg import eigvals
 __all__ = ["Polytope", "SecondOrderSystem"]
 
 
+def number(name, value):
+    """A finite float, or a ValueError that names it."""
+    real = isinstance(value, (int, float, np.integer, np.floating))
+    if not real or not np.isfinite(value):
+        raise ValueError(f"{name} must be a finite number, got {value!r}")
+    return float(value)
+
+
+def positive(name, value):
+    """A positive float, or a ValueError that names it."""
+    if number(name, value) <= 0:
+        raise ValueError(f"{name} must be positive, got {value!r}")
+    return float(value)
+
+
 def matrix(name, value, shape=None):
     """A read-only float matrix, or a ValueError that names it."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError("it has complex entries")
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name} must be a real matrix: {error}") from None
@@ -86,10 +103,7 @@ class SecondOrderSystem:
             object.__setattr__(self, name, value)
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
-        scale = np.abs(np.hstack([self.M, self.B])).max(axis=1)
-        scale[scale == 0] = 1
-        stacked = np.hstack([self.M, self.B]) / scale[:, None]
-        if np.linalg.matrix_rank(stacked) < n:
+        if rank_deficient(np.hstack([self.M, self.B]), 1e-14):
             raise ValueError(
                 "[M B] lacks full row rank: no acceleration feedback can "
                 "make M - B K_A nonsingular; remove the rows that carry "
@@ -120,6 +134,10 @@ class SecondOrderSystem:
         """Finite open-loop poles, in rad/s, sorted by real part."""
         n = self.n
         zero, one = np.zeros((n, n)), np.eye(n)
+        if not rank_deficient(self.M):
+            rows = np.linalg.solve(self.M, np.hstack([-self.S, -self.D]))
+            upper = np.hstack([zero, one])
+            return sort_poles(eigvals(np.vstack([upper, rows])))
         A = np.block([[zero, one], [-self.S, -self.D]])
         E = np.block([[one, zero], [zero, self.M]])
         return sort_poles(_finite(A, E))
@@ -150,7 +168,13 @@ class Polytope:
     vertices: tuple = field()
 
     def __post_init__(self):
-        vertices = tuple(self.vertices)
+        try:
+            vertices = tuple(self.vertices)
+        except TypeError:
+            raise ValueError(
+                "vertices must be a sequence of SecondOrderSystem objects, "
+                f"got {type(self.vertices).__name__}"
+            ) from None
         if not vertices:
             raise ValueError("vertices is empty: a polytope needs a plant")
         for v in vertices:
@@ -224,6 +248,14 @@ class Polytope:
         rng = np.random.default_rng(seed)
         weights = rng.dirichlet(np.ones(self.N), size=count)
         return [self.at(w) for w in weights]
+
+
+def rank_deficient(M, tolerance=1e-10):
+    """Rank test after scaling rows and columns to unit size."""
+    for axis in (1, 0, 1, 0):
+        size = np.abs(M).max(axis=axis, keepdims=True)
+        M = M / np.where(size == 0, 1, size)
+    return np.linalg.matrix_rank(M, tol=tolerance) < M.shape[0]
 
 
 def _finite(A, E):

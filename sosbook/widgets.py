@@ -4,6 +4,7 @@ The pictures are SVG strings in one HTML widget: drawing them takes a
 millisecond, so a move costs what the design costs.
 """
 
+import asyncio
 import html
 
 import ipywidgets
@@ -21,6 +22,7 @@ from .plots import (
     ellipse_outline,
     largest_singular_value,
     region_outline,
+    smallest_of_each,
     window_of,
 )
 from .regions import LMIRegion, PoleRegion
@@ -57,18 +59,35 @@ class Explorer(ipywidgets.VBox):
         self.sliders = sliders
         self.picture = ipywidgets.HTML()
         self._draw = draw
+        self._waiting = None
         for slider in sliders.values():
             slider.observe(self._move, "value")
         super().__init__([*sliders.values(), self.picture])
         self._move()
 
     def _move(self, change=None):
+        if self._waiting is not None:
+            self._waiting.cancel()
         values = {name: s.value for name, s in self.sliders.items()}
+        pages = self._draw(**values)
+        self._show(pages, 1)
+        self._waiting = _when_idle(lambda: self._show(pages))
+
+    def _show(self, pages, count=None):
         try:
-            for page in self._draw(**values):
+            for _, page in zip(range(count or 9), pages):
                 self.picture.value = page
         except ValueError as error:  # e.g. an empty region
-            self.picture.value = _note(str(error))
+            self.picture.value = _note(html.escape(str(error)))
+
+
+def _when_idle(function, seconds=0.25):
+    """Call when the sliders rest; at once where no event loop runs."""
+    try:
+        loop = asyncio.get_running_loop()
+    except RuntimeError:
+        return function()
+    return loop.call_later(seconds, function)
 
 
 def _slider(kind, name, value, low, high, step, form=".3g"):
@@ -99,7 +118,8 @@ def explore_design(plant, U=None, region=None, gamma=None,
 
     Parameters
     ----------
-    plant : SecondOrderSystem
+    plant : SecondOrderSystem or Polytope
+        Of a polytope, the poles and the response of every vertex are drawn.
     U, region, gamma, saturation, coupling
         As in `design_pid`; ``region`` is a `PoleRegion`. Each
         requirement that is given gets its slider.
@@ -143,8 +163,9 @@ def explore_design(plant, U=None, region=None, gamma=None,
 def _design_page(design, region, advice=""):
     plant = design.request.plant
     feasible = design.status == "feasible"
-    poles = design.poles() if feasible else np.array([])
-    window = window_of([poles if feasible else plant.poles()], region)
+    open_loop = np.concatenate([v.poles() for v in plant.vertices])
+    poles = np.ravel(design.poles()) if feasible else np.array([])
+    window = window_of([poles if feasible else open_loop], region)
     chart = _Chart(
         window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
         "Poles in the complex plane", square=True,
@@ -153,15 +174,23 @@ def _design_page(design, region, advice=""):
         outline = region_outline(region, window)
         colour = GREEN if feasible else VERMILLION
         chart.polygon(outline.real, outline.imag, colour, not feasible)
-    open_loop = plant.poles()
     chart.marks(open_loop.real, open_loop.imag, GREY, "circle")
     chart.marks(np.real(poles), np.imag(poles), BLUE, "cross")
+    words = f"<strong>{design.status}</strong>. {html.escape(advice)}"
     if not feasible:
-        text = f"<strong>{design.status}</strong>. {html.escape(advice)}"
-        return _page(chart.svg(), _note(text, raw=True))
-    return _page(
+        return _note(words) + _page(chart.svg())
+    words += f"Poles: {_poles(poles)}. Crosses: closed loop; circles: plant."
+    return _note(words, BLUE) + _page(
         chart.svg(), _step_chart(design, poles), _gains(design),
         _margins(design.margins),
+    )
+
+
+def _poles(poles):
+    upper = poles[poles.imag >= 0]
+    return ", ".join(
+        f"{s.real:.3g} ± {s.imag:.3g}j" if s.imag else f"{s.real:.3g}"
+        for s in upper
     )
 
 
@@ -169,15 +198,19 @@ def _step_chart(design, poles):
     end = float(f"{min(10 / -poles.real.max(), 60):.1g}")
     t = np.linspace(0, end, 161)
     answer = design.simulate(t, r=np.ones(design.request.plant.n))
-    low, high = min(answer.z.min(), 0.0), max(answer.z.max(), 1.0)
+    answers = answer if isinstance(answer, list) else [answer]
+    z = np.stack([answer.z for answer in answers])
+    low, high = min(z.min(), 0.0), max(z.max(), 1.0)
     room = 0.06 * (high - low)
     chart = _Chart(
         (0, end), (low - room, high + room), "t (s)", "z",
         "Response to a unit set point",
     )
     chart.line([0, end], [1, 1], GREY, dashed=True)
-    for k, z in enumerate(answer.z):
-        chart.line(t, z, COLOURS[k % len(COLOURS)], name=f"z{k + 1}")
+    for k in range(z.shape[1]):
+        for j, vertex in enumerate(z):
+            chart.line(t, vertex[k], COLOURS[k % len(COLOURS)], k % 2,
+                       name="" if j else f"z{k + 1}")
     return chart.svg()
 
 
@@ -200,7 +233,7 @@ def _gains(design):
 
 def _margins(margins):
     rows = []
-    for name, value in margins.items():
+    for name, value in smallest_of_each(margins).items():
         width = 100 * np.clip(1 + np.log10(max(value, 1e-9)) / 4, 0.02, 1)
         bar = (f"<div style='background:{BLUE};height:.7em;"
                f"width:{width:.0f}%'></div>")
@@ -331,9 +364,9 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
         bound = Saturation(u_max, scale * saturation.x0)
         design = design_pid(plant, U, region, gamma, bound)
         if design.status != "feasible":
-            yield _note(f"<strong>{design.status}</strong>.", raw=True)
-            yield _note(f"<strong>{design.status}</strong>. "
-                        + html.escape(design.advice), raw=True)
+            words = f"<strong>{design.status}</strong>."
+            yield _note(words)
+            yield _note(f"{words} {html.escape(design.advice)}")
             return
         n = plant.n
         slowest = -design.poles().real.max()
@@ -358,10 +391,10 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
     return Explorer(sliders, draw)
 
 
-def _note(text, raw=False):
-    text = text if raw else html.escape(text)
-    return (f"<p role='status' style='padding:.6em 1em;border-left:4px solid "
-            f"{VERMILLION};background:#fff4ee;color:{INK}'>{text}</p>")
+def _note(words, colour=VERMILLION):
+    return (f"<p role='status' style='margin:0;padding:.4em 1em;"
+            f"border-left:5px solid {colour};background:#f6f8fa;"
+            f"color:{INK}'>{words}</p>")
 
 
 def _page(*parts):
@@ -395,12 +428,18 @@ class _Chart:
     def _points(self, x, y):
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*self._at(x, y)))
 
-    def polygon(self, x, y, colour, dashed=False):
-        dash = " stroke-dasharray='5 4'" if dashed else ""
+    def polygon(self, x, y, colour, hatched=False):
+        fill, edge = f"fill='{colour}' fill-opacity='0.2'", ""
+        if hatched:
+            fill, edge = "fill='url(#sos-hatch)'", " stroke-dasharray='5 4'"
+            self.body.append(
+                "<pattern id='sos-hatch' width='9' height='9' "
+                "patternUnits='userSpaceOnUse' "
+                "patternTransform='rotate(45)'><line y2='9' "
+                f"stroke='{colour}' stroke-width='1.4'/></pattern>")
         self.body.append(
-            f"<polygon points='{self._points(x, y)}' fill='{colour}' "
-            f"fill-opacity='{0.08 if dashed else 0.2}' stroke='{colour}'"
-            f"{dash}/>")
+            f"<polygon points='{self._points(x, y)}' {fill} "
+            f"stroke='{colour}'{edge}/>")
 
     def line(self, x, y, colour, dashed=False, name=""):
         dash = " stroke-dasharray='6 4'" if dashed else ""

@@ -12,12 +12,17 @@ from pathlib import Path
 import nbformat
 import pytest
 
+import sosbook as sos
+
 pytestmark = pytest.mark.live
 TOKEN = "sosbook"
 PROGRAM = """\
 import sosbook as sos
 robot = sos.thesis.example_1()
 sos.widgets.explore_design(robot.plant, **robot.requirements)"""
+ATLAS = """\
+sos.atlas.design_atlas(
+    robot.plant, robot.U, sigma=[0.3, 0.5], rho=[4, 6])"""
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 
 
@@ -25,12 +30,17 @@ PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 def lab(tmp_path_factory):
     """Address of a JupyterLab that holds one notebook."""
     folder = tmp_path_factory.mktemp("lab")
-    notebook = nbformat.v4.new_notebook(
-        cells=[nbformat.v4.new_code_cell(PROGRAM)],
-        metadata={"kernelspec": {"name": "python3", "display_name": "Python",
-                                 "language": "python"}},
-    )
-    nbformat.write(notebook, folder / "live.ipynb")
+    kernel = {"name": "python3", "display_name": "Python",
+              "language": "python"}
+    program, atlas = map(nbformat.v4.new_code_cell, (PROGRAM, ATLAS))
+    nbformat.write(nbformat.v4.new_notebook(
+        cells=[program, atlas], metadata={"kernelspec": kernel},
+    ), folder / "live.ipynb")
+    atlas.outputs = [nbformat.v4.new_output(
+        "execute_result", {"text/html": _stored_atlas()}, execution_count=1)]
+    nbformat.write(nbformat.v4.new_notebook(
+        cells=[atlas], metadata={"kernelspec": kernel},
+    ), folder / "stranger.ipynb")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -49,10 +59,16 @@ def lab(tmp_path_factory):
     )
     try:
         _wait(f"http://127.0.0.1:{port}/api/status?token={TOKEN}", server)
-        yield f"http://127.0.0.1:{port}/lab/tree/live.ipynb?token={TOKEN}"
+        yield f"http://127.0.0.1:{port}/lab/tree/{{}}?token={TOKEN}".format
     finally:
         server.terminate()
         server.wait(timeout=20)
+
+
+def _stored_atlas():
+    robot = sos.thesis.example_1()
+    return sos.atlas.design_atlas(
+        robot.plant, robot.U, sigma=[0.3, 0.5], rho=6.0).html
 
 
 def _wait(address, server):
@@ -72,7 +88,7 @@ def page(lab, browser):
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page = context.new_page()
     page.set_default_timeout(60_000)
-    page.goto(lab)
+    page.goto(lab("live.ipynb"))
     page.locator(".jp-CodeCell").first.wait_for()
     page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
     page.get_by_role("menuitem", name="Run", exact=True).click()
@@ -124,3 +140,24 @@ def test_an_impossible_wish_is_said(page):
     handle.press("Home")
     page.get_by_text("infeasible", exact=True).wait_for()
     page.get_by_text("Relax the").wait_for()
+
+
+def test_the_atlas_works_in_the_notebook(page):
+    slider = page.get_by_label("Decay rate σ")
+    slider.scroll_into_view_if_needed()
+    readout = page.locator("sos-atlas .sos-readout")
+    assert readout.inner_text().startswith("Feasible for σ = 0.5 1/s")
+    slider.focus()
+    slider.press("ArrowLeft")
+    assert readout.inner_text().startswith("Feasible for σ = 0.3 1/s")
+
+
+def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab("stranger.ipynb"))
+    page.locator(".jp-OutputArea-output").get_by_text(
+        "trust the notebook").wait_for(timeout=60_000)
+    assert page.locator("sos-atlas input").count() == 0
+    page.screenshot(path="/tmp/vis/untrusted.png")
+    context.close()

@@ -1,5 +1,7 @@
 """Sliders solve again: the picture follows, infeasible is said."""
 
+import asyncio
+
 import numpy as np
 import pytest
 
@@ -45,7 +47,42 @@ def test_an_infeasible_request_is_drawn_as_such_with_advice(explorer):
     assert "<strong>infeasible</strong>" in page
     assert "Relax the" in page
     assert "K_P" not in page
-    assert "stroke-dasharray" in page
+    assert "url(#sos-hatch)" in page
+
+
+def test_advice_waits_until_the_sliders_rest(explorer, monkeypatch):
+    asked = []
+    true = sos.Design.advice.func
+    monkeypatch.setattr(sos.Design, "advice", property(
+        lambda design: asked.append(design) or true(design)))
+
+    async def drag():
+        for gamma in (0.3, 0.25, 0.2):
+            explorer.sliders["gamma"].value = gamma
+            assert "<strong>infeasible</strong>" in explorer.picture.value
+            assert "Relax" not in explorer.picture.value
+        await asyncio.sleep(1)
+
+    asyncio.run(drag())
+    assert len(asked) == 1
+    assert "Relax the" in explorer.picture.value
+
+
+def test_a_polytope_shows_every_vertex(robot):
+    plant = robot.plant
+    heavy = sos.SecondOrderSystem(
+        1.1 * plant.M, plant.D, plant.S, plant.B, plant.F)
+    pair = sos.Polytope([plant, heavy])
+    region = sos.PoleRegion(sigma=0.5, rho=6)
+    explorer = widgets.explore_design(pair, robot.U, region)
+    page = explorer.picture.value
+    assert page.count("l8 8m0-8l-8 8") == 12  # closed-loop poles
+    assert page.count("<circle") == 8  # poles of the two plants
+    assert page.count("<polyline") == 5  # the set point, z1, z2 twice
+    explorer.sliders["rho"].value = 5
+    design = sos.design_pid(pair, robot.U, sos.PoleRegion(0.5, rho=5))
+    for gain in design.K.ravel():
+        assert f">{gain:.4g}<" in explorer.picture.value
 
 
 def test_an_empty_region_is_explained(explorer):
@@ -93,3 +130,4 @@ def test_every_slider_has_a_label_and_every_picture_an_alternative(
     assert all(s.description for s in explorer.sliders.values())
     page = explorer.picture.value
     assert page.count("<svg role='img' aria-label='") == 2
+    assert "role='status'" in page

@@ -133,11 +133,11 @@
       this.view = document.createElement("div");
       this.view.innerHTML =
         `<p class="sos-title">${escape(this.data.title)}</p>` +
-        `<div class="sos-sliders" role="group" aria-label="Requirements">` +
+        `<div class="sos-sliders" role="group" aria-label="Requirements" data-lm-suppress-shortcuts="true">` +
         this.data.sliders.map((slider, k) => this.sliderMarkup(slider, k)).join("") +
-        `</div><div class="sos-panels"><figure><div class="sos-map"></div>` +
-        `<figcaption>Closed-loop poles over the region that was asked for.</figcaption></figure>` +
-        `<figure><div class="sos-step"></div><figcaption>${escape(this.data.caption)}` +
+        `</div><div class="sos-panels"><figure class="sos-panel"><div class="sos-map"></div>` +
+        `<figcaption class="sos-caption">Closed-loop poles over the region that was asked for.</figcaption></figure>` +
+        `<figure class="sos-panel"><div class="sos-step"></div><figcaption class="sos-caption">${escape(this.data.caption)}` +
         `</figcaption></figure></div>` +
         `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
       this.append(this.view);

@@ -137,6 +137,7 @@ class _Barrier:
             )
         return np.hstack(white)
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def step(self, x, cost):
         """One damped Newton step; returns the new x and the decrement."""
         factors = self.factors(x)
@@ -149,6 +150,8 @@ class _Barrier:
             gradient = gradient + 2 * x / room
             hessian += 2 / room * np.eye(len(x))
             hessian += np.outer(2 * x / room, 2 * x / room)
+        idle = np.diag(hessian) == 0  # variables of no block
+        hessian[idle, idle] = 1.0
         scale = 1 / np.sqrt(np.diag(hessian))
         factor = _cholesky(hessian * np.outer(scale, scale))
         direction = -scale * cho_solve(
@@ -209,12 +212,14 @@ class _Barrier:
 
 def _cholesky(matrix):
     """Factor of a matrix with unit diagonal, lifted if it must be."""
+    if not np.isfinite(matrix).all():
+        raise np.linalg.LinAlgError("the Hessian has NaN entries")
     for ridge in 10.0 ** np.arange(-15, 1):
         try:
             return cho_factor(matrix + ridge * np.eye(len(matrix)))
         except np.linalg.LinAlgError:
             continue
-    raise np.linalg.LinAlgError("the Hessian has NaN entries")
+    raise np.linalg.LinAlgError("the Hessian has no factor")
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +274,7 @@ def phase_one(blocks, radius=1e4):
     strict = _Barrier(blocks)
     weight = 1.0
     while weight < 1e13:
-        for _ in range(50):
+        for _ in range(300):
             x, decrement = barrier.step(x, weight * cost)
             if x[-1] > 0 and strict.factors(x[:-1]) is not None:
                 return Phase("feasible", x=x[:-1])
@@ -342,7 +347,10 @@ def minimize(blocks, cost, x, gap=1e-6):
     barrier = _Barrier(blocks)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     for _ in range(20):
-        x = barrier.descend(x, weight * cost, 0.1)
+        try:
+            x = barrier.descend(x, weight * cost, 0.1)
+        except np.linalg.LinAlgError:
+            break
         slack = 2 * blocks.degree / weight
         if slack < gap * abs(cost @ x):
             return x, cost @ x - slack

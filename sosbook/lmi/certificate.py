@@ -95,8 +95,12 @@ def pivots(x):
     return found
 
 
-def repair_multipliers(blocks, Z, digits=12):
+def repair_multipliers(blocks, Z, digits=8):
     """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
+
+    Each Z_k becomes L (I + X) L', where L is its rounded Cholesky
+    factor, and the X_k are the smallest that satisfy the equations. It
+    is positive definite if each row of |X| sums to less than one.
 
     Parameters
     ----------
@@ -109,40 +113,46 @@ def repair_multipliers(blocks, Z, digits=12):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
-    Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
-    flat = _matrix(np.hstack(
-        [s.reshape(len(s), -1) for s in blocks.slopes]
-    ))
-    vector = _matrix(np.concatenate([z.ravel() for z in Z])[:, None])
-    gram = flat * flat.transpose()
     try:
-        weights = gram.solve(flat * vector)
+        factors = [
+            _matrix(exact(round_digits(np.linalg.cholesky(z), digits)))
+            for z in Z
+        ]
+    except np.linalg.LinAlgError:
+        return None
+    white, total = [], None
+    for L, slopes in zip(factors, blocks.slopes):
+        turned = [L.transpose() * _matrix(g) * L for g in slopes]
+        white.append(turned)
+        rows = fmpq_mat(len(turned), L.nrows() ** 2,
+                        [e for h in turned for e in h.entries()])
+        ones = fmpq_mat(L.nrows() ** 2, 1, [
+            int(i == j) for i in range(L.nrows()) for j in range(L.nrows())
+        ])
+        part = rows * rows.transpose(), rows * ones
+        total = part if total is None else (
+            total[0] + part[0], total[1] + part[1])
+    gram, residual = total
+    # a variable that no block holds needs no equation
+    used = [a for a in range(gram.nrows()) if gram[a, a] != 0]
+    try:
+        weights = fmpq_mat(len(used), len(used), [
+            gram[a, b] for a in used for b in used
+        ]).solve(fmpq_mat(len(used), 1, [residual[a, 0] for a in used]))
     except ZeroDivisionError:
         return None
-    repaired = vector - flat.transpose() * weights
-    entries = np.array(repaired.entries(), dtype=object)
-    out, start = [], 0
-    for z in Z:
-        part = entries[start:start + z.size].reshape(z.shape)
-        start += z.size
-        if not _stays_positive(z, part):
+    out = []
+    for L, turned in zip(factors, white):
+        q = L.nrows()
+        X = fmpq_mat(q, q)
+        for k, a in enumerate(used):
+            X -= turned[a] * weights[k, 0]
+        if any(sum(abs(e) for e in row) >= 1 for row in X.table()):
             return None
-        out.append(part)
+        one = fmpq_mat(q, q, [
+            int(i == j) for i in range(q) for j in range(q)
+        ])
+        repaired = L * (one + X) * L.transpose()
+        out.append(np.array(repaired.table(), dtype=object).reshape(q, q))
     value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
     return (out, value) if value <= 0 else None
-
-
-def _stays_positive(near, far):
-    """Whether ``far`` is positive definite because ``near`` is.
-
-    With short rationals in ``near``, and c above every entry of |far -
-    near|, near - q c I > 0 implies far > 0.
-    """
-    q = len(near)
-    change = max(abs(e) for e in (far - near).flat)
-    if change == 0:
-        c = fmpq(0)
-    else:
-        c = fmpq(1, 2) ** -(int(np.ceil(np.log2(float(change)))) + 1)
-    lowered = near - q * c * np.eye(q, dtype=int)
-    return pivots(lowered)[-1] > 0
