@@ -136,7 +136,8 @@ class Atlas:
             f"<style>{style}</style>"
             "<noscript>Sliders over solved designs. They need JavaScript; "
             "in JupyterLab, trust the notebook (View → Activate Command "
-            "Palette → Trust Notebook) and run the cell.</noscript>"
+            "Palette → Trust Notebook) and run the cell, or open the book "
+            "with python3 tasks.py lab.</noscript>"
             f'<script type="application/json">{data}</script>'
             f"</sos-atlas>\n<script>\n{script}\n</script>")
 

@@ -28,7 +28,8 @@ class Design:
         Decided by the eigenvalues of the blocks, or by multipliers that
         exclude a design; never by a solver's word.
     K : (m, N) array or None
-        ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``.
+        ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
+        given to `analyse_pid` stays, whatever the status.
     P : (N, N), Y : (m, N) arrays or None
         The solution of the LMIs; ``K = Y P^-1``.
     margins : dict
@@ -46,7 +47,7 @@ class Design:
     _multipliers: list = None
 
     def __repr__(self):
-        if self.K is None:
+        if self.margins is None:
             return f"<Design: {self.status}>"
         worst = min(self.margins, key=self.margins.get)
         return (
@@ -104,7 +105,12 @@ class Design:
         -------
         Certificate
         """
-        return prove(self.request, self._gain(), self.P, digits)
+        if self.P is None:
+            raise ValueError(
+                f"the design is {self.status}: there is nothing to "
+                "certify; see its advice and infeasibility"
+            )
+        return prove(self.request, self.K, self.P, digits)
 
     @cached_property
     def infeasibility(self):
@@ -352,7 +358,9 @@ def _solve(request):
     verdict = phase.verdict
     if len(request.fixed_modes()):
         verdict = "infeasible"
-    return Design(request, verdict, _frame=frame, _multipliers=phase.Z)
+    return Design(
+        request, verdict, request.gain, _frame=frame, _multipliers=phase.Z
+    )
 
 
 def _finish(request, frame, blocks, unknowns, x):

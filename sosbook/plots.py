@@ -432,7 +432,7 @@ def margins(ax, margins, labels=None):
     held = [float(margins[key]) > 0 for key in keys]
     floor = 10.0 ** np.floor(np.log10(max(np.min(
         sizes, where=sizes > 0, initial=1.0), 1e-16)) - 0.5)
-    top = max(1.0, 3 * np.max(sizes, initial=0.0))
+    top = max(floor, np.max(sizes, initial=0.0)) * 30
     places = np.arange(len(keys))[::-1]
     for place, size, good in zip(places, np.maximum(sizes, floor), held):
         ax.barh(place, size - floor, left=floor, height=0.62,
@@ -442,10 +442,10 @@ def margins(ax, margins, labels=None):
         ax.text(size * 1.15, place, f"{size:.1e}" if good else
                 f"violated by {size:.1e}", va="center", fontsize=8)
     ax.set_xscale("log")
-    ax.set_xlim(floor, top * 8)
+    ax.set_xlim(floor, top)
     ax.set_yticks(places, [names.get(key, key) for key in keys])
     ax.grid(axis="y", visible=False)
-    ax.set_xlabel("smallest eigenvalue of the scaled block")
+    ax.set_xlabel("smallest scaled eigenvalue")
     return ax
 
 

@@ -159,5 +159,4 @@ def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
     page.locator(".jp-OutputArea-output").get_by_text(
         "trust the notebook").wait_for(timeout=60_000)
     assert page.locator("sos-atlas input").count() == 0
-    page.screenshot(path="/tmp/vis/untrusted.png")
     context.close()

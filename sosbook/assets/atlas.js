@@ -133,7 +133,7 @@
       this.view = document.createElement("div");
       this.view.innerHTML =
         `<p class="sos-title">${escape(this.data.title)}</p>` +
-        `<div class="sos-sliders" role="group" aria-label="Requirements" data-lm-suppress-shortcuts="true">` +
+        `<div class="sos-sliders" role="group" aria-label="Requirements">` +
         this.data.sliders.map((slider, k) => this.sliderMarkup(slider, k)).join("") +
         `</div><div class="sos-panels"><figure class="sos-panel"><div class="sos-map"></div>` +
         `<figcaption class="sos-caption">Closed-loop poles over the region that was asked for.</figcaption></figure>` +
@@ -154,7 +154,8 @@
       return `<div class="sos-slider"><label for="${id}"><span>${escape(slider.label)}</span>` +
         `<output for="${id}"></output></label>` +
         `<input id="${id}" type="range" min="0" max="${slider.values.length - 1}" step="1"` +
-        ` value="${this.place[k]}" data-key="${escape(slider.key)}" autocomplete="off"></div>`;
+        ` value="${this.place[k]}" data-key="${escape(slider.key)}" autocomplete="off"` +
+        ` data-lm-suppress-shortcuts="true"></div>`;
     }
 
     index(place) {

@@ -95,12 +95,8 @@ def pivots(x):
     return found
 
 
-def repair_multipliers(blocks, Z, digits=8):
+def repair_multipliers(blocks, Z, digits=12):
     """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
-
-    Each Z_k becomes L (I + X) L', where L is its rounded Cholesky
-    factor, and the X_k are the smallest that satisfy the equations. It
-    is positive definite if each row of |X| sums to less than one.
 
     Parameters
     ----------
@@ -113,46 +109,67 @@ def repair_multipliers(blocks, Z, digits=8):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
+    Z = _refined(blocks, Z)
+    Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
+    flat = _matrix(np.hstack(
+        [s.reshape(len(s), -1) for s in blocks.slopes]
+    ))
+    vector = _matrix(np.concatenate([z.ravel() for z in Z])[:, None])
+    gram = flat * flat.transpose()
+    for a in range(gram.nrows()):  # a variable that no block holds
+        if gram[a, a] == 0:
+            gram[a, a] = 1
     try:
-        factors = [
-            _matrix(exact(round_digits(np.linalg.cholesky(z), digits)))
-            for z in Z
-        ]
-    except np.linalg.LinAlgError:
-        return None
-    white, total = [], None
-    for L, slopes in zip(factors, blocks.slopes):
-        turned = [L.transpose() * _matrix(g) * L for g in slopes]
-        white.append(turned)
-        rows = fmpq_mat(len(turned), L.nrows() ** 2,
-                        [e for h in turned for e in h.entries()])
-        ones = fmpq_mat(L.nrows() ** 2, 1, [
-            int(i == j) for i in range(L.nrows()) for j in range(L.nrows())
-        ])
-        part = rows * rows.transpose(), rows * ones
-        total = part if total is None else (
-            total[0] + part[0], total[1] + part[1])
-    gram, residual = total
-    # a variable that no block holds needs no equation
-    used = [a for a in range(gram.nrows()) if gram[a, a] != 0]
-    try:
-        weights = fmpq_mat(len(used), len(used), [
-            gram[a, b] for a in used for b in used
-        ]).solve(fmpq_mat(len(used), 1, [residual[a, 0] for a in used]))
+        weights = gram.solve(flat * vector)
     except ZeroDivisionError:
         return None
-    out = []
-    for L, turned in zip(factors, white):
-        q = L.nrows()
-        X = fmpq_mat(q, q)
-        for k, a in enumerate(used):
-            X -= turned[a] * weights[k, 0]
-        if any(sum(abs(e) for e in row) >= 1 for row in X.table()):
+    repaired = vector - flat.transpose() * weights
+    entries = np.array(repaired.entries(), dtype=object)
+    out, start = [], 0
+    for z in Z:
+        part = entries[start:start + z.size].reshape(z.shape)
+        start += z.size
+        if not _stays_positive(z, part):
             return None
-        one = fmpq_mat(q, q, [
-            int(i == j) for i in range(q) for j in range(q)
-        ])
-        repaired = L * (one + X) * L.transpose()
-        out.append(np.array(repaired.table(), dtype=object).reshape(q, q))
+        out.append(part)
     value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
     return (out, value) if value <= 0 else None
+
+
+def _refined(blocks, Z):
+    """The same equations in floats, with Z_k = L (I + X) L', X small.
+
+    Unlike the exact repair this spares the small eigenvalues of Z_k.
+    """
+    slopes = [s.astype(float) for s in blocks.slopes]
+    try:
+        factors = [np.linalg.cholesky(z) for z in Z]
+    except np.linalg.LinAlgError:
+        return Z
+    white = [L.T @ s @ L for L, s in zip(factors, slopes)]
+    rows = np.hstack([h.reshape(len(h), -1) for h in white])
+    size = np.linalg.norm(rows, axis=1)
+    rows = rows / np.where(size == 0, 1, size)[:, None]
+    ones = np.concatenate([np.eye(len(L)).ravel() for L in factors])
+    X = -np.linalg.lstsq(rows, rows @ ones, rcond=1e-12)[0]
+    ends = np.cumsum([L.size for L in factors])[:-1]
+    return [
+        L @ (np.eye(len(L)) + x.reshape(L.shape)) @ L.T
+        for L, x in zip(factors, np.split(X, ends))
+    ]
+
+
+def _stays_positive(near, far):
+    """Whether ``far`` is positive definite because ``near`` is.
+
+    With short rationals in ``near``, and c above every entry of |far -
+    near|, near - q c I > 0 implies far > 0.
+    """
+    q = len(near)
+    change = max(abs(e) for e in (far - near).flat)
+    if change == 0:
+        c = fmpq(0)
+    else:
+        c = fmpq(1, 2) ** -(int(np.ceil(np.log2(float(change)))) + 1)
+    lowered = near - q * c * np.eye(q, dtype=int)
+    return pivots(lowered)[-1] > 0
