@@ -13,6 +13,7 @@ from importlib.resources import files
 from itertools import product
 
 import numpy as np
+from tqdm.auto import tqdm
 
 from .design import design_pid
 from .regions import PoleRegion
@@ -145,7 +146,7 @@ class Atlas:
 def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
                  theta=None, rho=None, u_max=None, K_A=None,
                  coupling="pairs", r=None, horizon=None, start=None,
-                 title="Move the requirements", progress=False):
+                 title="Move the requirements", progress=True):
     """Solve Procedure 2.1 on a grid of requirements and return its `Atlas`.
 
     Each of sigma, theta, rho, gamma and u_max is left out (not asked), a
@@ -174,7 +175,8 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
         grid.  A slider that isn't named stands in the middle.
     title : str
     progress : bool
-        Show a progress bar.
+        Show a progress bar, unless the environment variable
+        TQDM_DISABLE is set.
 
     Returns
     -------
@@ -259,9 +261,9 @@ def _solve_grid(sliders, solve, progress):
                      for at, top, s in zip(place, tops, sliders))
 
     places.sort(key=lambda place: (sum(demand(place)), place))
-    if progress:
-        from tqdm.auto import tqdm
-        places = tqdm(places, unit=" designs")
+    # TQDM_DISABLE hides the bar where outputs are stored or compared
+    hidden = {} if progress else {"disable": True}
+    places = tqdm(places, unit="design", leave=False, **hidden)
     found, reach = {}, 0.0
     for place in places:
         looser = [place[:k] + (place[k] + s.looser,) + place[k + 1:]

@@ -26,7 +26,10 @@ class Design:
         The plant and what was asked.
     status : {"feasible", "infeasible", "undecided"}
         Decided by the eigenvalues of the blocks, or by multipliers that
-        exclude a design; never by a solver's word.
+        exclude a design; never by a solver's word. "infeasible" is a
+        theorem where ``infeasibility.proven``; elsewhere the multipliers
+        exclude a large ball of (P, Y) in scaled coordinates, or a mode
+        is uncontrollable to ten digits.
     K : (m, N) array or None
         ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
         given to `analyse_pid` stays, whatever the status.
@@ -440,8 +443,9 @@ def _smallest_gamma(request, backoff):
         best, _ = minimize(blocks, cost, phase.x, gap=1e-5)
     except Unbounded:
         raise ValueError(
-            'minimize="gamma" has no minimum: larger gains always give a '
-            "smaller bound; limit them with saturation or a disk (rho)"
+            'minimize="gamma" has no minimum: the bound goes to zero or '
+            "is reached by infinite gains only; limit them with saturation "
+            "or a disk (rho)"
         ) from None
     gamma = np.sqrt(best[-1] * unit) * (1 + backoff)
     digits = 2 - int(np.floor(np.log10(gamma)))

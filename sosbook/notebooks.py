@@ -255,6 +255,7 @@ def main(words=None):
     arguments = parser.parse_args(words)
     for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
         os.environ[f"{name}_NUM_THREADS"] = "1"
+    os.environ["TQDM_DISABLE"] = "1"  # no progress bars in stored outputs
     task = _run if arguments.task == "run" else _check
     files = arguments.files or sorted(BOOK.glob("*.ipynb"))
     for path in files:

@@ -134,15 +134,22 @@ def _inline(text, alt, caption):
     body = text[text.index(">", text.index("<svg")) + 1:]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.S)
     body = re.sub(r"<!--.*?-->", "", body, flags=re.S)
+    # This rule would reach the whole page; the root's attributes do instead.
+    body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
     body = re.sub(r'(<path[^>]*? d=")([^"]*)"',
                   lambda found: found[1] + _short(found[2]) + '"', body,
                   flags=re.S)
     body = re.sub(r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
                   lambda found: f'{found[1]}{_number(float(found[2]))}"', body)
+    body = re.sub(r"translate\(([^)]*)\)", lambda found: (
+        f"translate({_short(found[1])})"), body)
+    body = re.sub(r'style="([^"]*)"', lambda found: (
+        'style="' + re.sub(r"([:;]) ", r"\1", found[1]) + '"'), body)
     body = _rename(body, _stem(alt + caption))
     body = re.sub(r"\n\s*", "\n", body).replace(">\n<", "><").strip()
     return (f'<svg xmlns="http://www.w3.org/2000/svg" '
             f'xmlns:xlink="http://www.w3.org/1999/xlink" '
+            'stroke-linejoin="round" stroke-linecap="butt" '
             f'role="img" aria-label="{html.escape(alt)}" '
             f'viewBox="0 0 {_number(width)} {_number(height)}" '
             f'style="display:block;width:100%;max-width:{width * 4 / 3:.0f}px;'
@@ -159,7 +166,8 @@ def _short(path):
     """Path data with two decimals: a hundredth of a point can't be seen."""
     path = re.sub(r"-?\d+\.\d+(e-?\d+)?",
                   lambda found: _number(float(found[0])), path)
-    return re.sub(r"\s+", " ", path).strip()
+    path = re.sub(r"\s+", " ", path).strip()
+    return re.sub(r" ?([A-Za-z]) ?", r"\1", path)
 
 
 def _stem(text):
@@ -368,6 +376,8 @@ def response(response, u_max=None, disturbance=None, panels=None,
     for ax, key in zip(axes.flat, panels):
         signal(ax, response.t, np.transpose(getattr(response, key)),
                name="z′" if key == "dz" else key, disturbance=disturbance)
+        if ax is not axes[0, 0] and disturbance is not None:
+            ax.patches[0].set_label("_")           # named once is enough
         if key == "u" and u_max is not None:
             input_limit(ax, response.t, np.transpose(response.u), u_max)
         ax.set_ylabel(labels[key])
@@ -391,7 +401,8 @@ def signal(ax, t, values, name="z", disturbance=None, points=400):
     for k, column in enumerate(values.T):
         mark = _subscript(k + 1) if values.shape[1] > 1 else ""
         ax.plot(t[keep], column[keep], color=COLOURS[k % 6],
-                linestyle=DASHES[k % 6], label=name + mark)
+                linestyle=DASHES[k % 6],
+                label=name.rstrip("′") + mark + "′" * name.endswith("′"))
     ax.margins(x=0)
     return ax
 
@@ -569,4 +580,5 @@ def _legend_above(ax, columns):
     """A legend over the axes, where it hides nothing."""
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2,
-                  ncols=columns, handlelength=2.2, columnspacing=1.2)
+                  ncols=columns, handlelength=1.8, columnspacing=0.9,
+                  handletextpad=0.5)

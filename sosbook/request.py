@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import cholesky, matrix_balance, solve_continuous_are
+from scipy.linalg import cholesky, solve_continuous_are
 
 from .descriptor import Coupled, Descriptor, coupled_pairs, descriptors
 from .lmi import Unknown
@@ -135,15 +135,10 @@ class Request:
         bad = []
         for d in self.vertices if self.gain is None else ():
             A, B, _ = d.state_space()
-            A, T = matrix_balance(A, permute=False)
-            B = np.linalg.solve(T, B)
-            size = np.abs(np.linalg.eigvals(A)).max() or 1.0
             for s in np.linalg.eigvals(A):
-                pencil = np.hstack([(A - s * np.eye(len(A))) / size,
-                                    B / (np.linalg.norm(B, 2) or 1.0)])
-                fixed = np.linalg.svd(pencil)[1][-1] < 1e-10
+                pencil = np.hstack([A - s * np.eye(len(A)), B])
                 inside = self.region is None or self.region.contains(s)
-                if fixed and not (inside and s.real < 0):
+                if rank_deficient(pencil) and not (inside and s.real < 0):
                     bad.append(s)
         return np.array(bad)
 

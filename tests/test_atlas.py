@@ -305,6 +305,66 @@ def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     assert request_at(robot, atlas, place).status == "feasible"
 
 
+def test_the_nearest_single_move_is_named_first(tab, atlas):
+    """Against the same search in Python, at every infeasible place."""
+    places = [p for p, stored in atlas.designs.items() if stored == 0]
+    said = tab.page.evaluate("""places => {
+      const atlas = document.querySelector("sos-atlas");
+      return places.map(place => { atlas.place = place; return atlas.advice(); });
+    }""", [list(place) for place in places])
+    single = 0
+    for place, words in zip(places, said):
+        steps = {}
+        for k, slider in enumerate(atlas.sliders):
+            for far in range(1, len(slider.values)):
+                at = place[k] + far * slider.looser
+                goal = (*place[:k], at, *place[k + 1:])
+                if not isinstance(atlas.designs.get(goal, 0), int):
+                    steps[slider.texts[at]] = far
+                    break
+        if not steps:
+            assert words.startswith("No ")
+            continue
+        single += 1
+        named = [text for text in steps if f"first: {text}." in words]
+        assert len(named) == 1 and steps[named[0]] == min(steps.values())
+        assert all(text in words for text in steps)
+    assert 5 < single < len(places)
+
+
+def test_the_shaded_region_is_the_one_asked_for(tab, atlas):
+    asked = [s.values[at] for s, at in zip(atlas.sliders, atlas.start)]
+    region = sos.PoleRegion(*asked[:3])
+    held = tab.page.evaluate("""() => {
+      const atlas = document.querySelector("sos-atlas");
+      const ticks = [...atlas.querySelectorAll(".sos-map .sos-grid")];
+      const area = atlas.querySelector(".sos-region");
+      const labels = [...atlas.querySelectorAll(".sos-map text[text-anchor]")];
+      const scale = (side, anchor) => {   // two ticks fix the axis
+        const lines = ticks.filter(
+          line => line.getAttribute(side + "1") === line.getAttribute(side + "2"));
+        const values = labels.filter(t => t.getAttribute("text-anchor") === anchor)
+          .map(t => Number(t.textContent.replace("−", "-")));
+        const at = lines.map(line => Number(line.getAttribute(side + "1")));
+        return v => at[0] + (v - values[0]) * (at[1] - at[0]) / (values[1] - values[0]);
+      };
+      const X = scale("x", "middle"), Y = scale("y", "end"), found = [];
+      for (let re = -5.9; re < 0.9; re += 0.4) {
+        for (let im = -4.9; im < 5; im += 0.4) {
+          found.push([re, im, area.isPointInFill(new DOMPoint(X(re), Y(im)))]);
+        }
+      }
+      return found; }""")
+    compared = 0
+    for re_, im, inside in held:
+        least = min(d.min() for d in region.distances(
+            [complex(re_, im)]).values())
+        if abs(least) > 0.1:
+            compared += 1
+            assert inside == (least > 0), (re_, im)
+    assert compared > 350
+
+
 def test_an_empty_region_is_infeasible(tab):
     for label, key in [("Decay rate σ", "End"), ("Disk radius ρ", "Home")]:
         first(tab).get_by_label(label).focus()

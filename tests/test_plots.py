@@ -89,7 +89,7 @@ def test_an_output_is_small_accessible_svg_without_a_date(design, kind):
     assert "width:100%" in svg.get("style")
     assert not svg.get("width") and svg.get("viewBox")
     assert figure[1].tag == "figcaption" and figure[1].text == "1 < 2"
-    for word in ("<metadata", "<!--", "<?xml", "dc:date", "<text", "-0 "):
+    for word in ("<metadata", "<style", "<!--", "<?xml", "dc:date", "<text", "-0 "):
         assert word not in page
     assert "NaN" not in page and "nan" not in page
 

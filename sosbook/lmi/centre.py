@@ -241,14 +241,16 @@ class Phase:
     Z: list = None
 
 
-def phase_one(blocks, radius=1e4):
+def phase_one(blocks, radius=1e4, wide=1e8):
     """Find x with all G_k(x) > 0, or multipliers that exclude it.
 
     Maximises t subject to G_k(x) > t I along the central path, inside
     the ball |x| < radius, and stops as soon as t is known to be
     positive or known to stay negative. Where all blocks are homogeneous
     the first one, X > 0, is read as X > I, which changes nothing but
-    excludes x = 0.
+    excludes x = 0. Where only the ball stands in the way, the larger
+    ball ``wide`` is tried: what stays infeasible then has no solution
+    within ``radius``, and none was found beyond.
 
     Returns
     -------
@@ -286,9 +288,12 @@ def phase_one(blocks, radius=1e4):
         if x[-1] + 2 * (lifted.degree + 1) / weight < 0:
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
-            verdict = "undecided"
-            if _excluded_radius(blocks, Z) >= radius / 2:
-                verdict = "infeasible"
+            reach = _excluded_radius(blocks, Z)
+            verdict = "infeasible" if reach >= radius / 2 else "undecided"
+            if reach < wide / 2 and radius < wide:
+                further = phase_one(blocks, wide)
+                if further.x is not None:
+                    return further
             return Phase(
                 verdict, Z=[z * o for z, o in zip(Z, outer)]
             )

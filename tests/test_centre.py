@@ -1,0 +1,137 @@
+"""The interior point method against closed forms and cvxpy."""
+
+import cvxpy
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi.centre import (
+    Blocks,
+    Unbounded,
+    centre,
+    minimize,
+    phase_one,
+)
+from sosbook.lmi.conic import cvxpy_constraints
+
+
+def lyapunov(A, Q):
+    """-(A P + P A') - Q > 0."""
+    P = Unknown("P", len(A), symmetric=True)
+    return Blocks.of([P, -he(A @ P) - Q], [P])
+
+
+def test_centre_of_an_interval():
+    x = Unknown("x", 1)
+    blocks = Blocks.of([x + 3 * eye(1), 5 * eye(1) - x], [x])
+    assert np.allclose(centre(blocks, np.zeros(1)), 1, atol=1e-12)
+
+
+def test_centre_of_a_disk():
+    x = Unknown("x", 2, 1)
+    shift = np.array([[3.0], [4.0]])
+    ball = block([[np.eye(2), x - shift], [(x - shift).T, eye(1)]])
+    found = centre(Blocks.of([ball], [x]), np.array([2.9, 4.5]))
+    assert np.allclose(found, [3, 4], atol=1e-9)
+
+
+def test_centre_of_an_unbounded_set_is_refused():
+    x = Unknown("x", 1)
+    with pytest.raises(Unbounded, match="no analytic centre"):
+        centre(Blocks.of([x - eye(1)], [x]), np.full(1, 2.0))
+
+
+def test_example_1_is_the_centre_that_cvxpy_finds():
+    """cvxpy and Clarabel maximise the sum of log det of the blocks.
+
+    In coordinates where P is the identity: in SI units Clarabel stops
+    early.
+    """
+    ex = sos.thesis.example_1()
+    d = sos.design_pid(ex.plant, **ex.requirements)
+    P = cvxpy.Variable((6, 6), symmetric=True)
+    Y = cvxpy.Variable((2, 6))
+    T = np.linalg.cholesky(d.P)
+    blocks = d.request.blocks(T @ P @ T.T, 100 * Y @ T.T, ex.gamma**2)
+    volume = sum(cvxpy.log_det((g + g.T) / 2) for g in blocks.values())
+    cvxpy.Problem(cvxpy.Maximize(volume)).solve(solver="CLARABEL")
+    K = 100 * np.linalg.solve(P.value, Y.value.T).T @ np.linalg.inv(T)
+    assert np.abs(K - d.K).max() < 1e-3
+
+
+def test_gradient_of_the_barrier_vanishes_at_the_centre():
+    """By finite differences of log det, not by our derivatives."""
+    ex = sos.thesis.example_1()
+    d = sos.design_pid(ex.plant, **ex.requirements)
+    rng = np.random.default_rng(2)
+
+    def barrier(P, Y):
+        found = d.request.blocks(P, Y, ex.gamma**2).values()
+        return sum(np.linalg.slogdet(g)[1] for g in found)
+
+    L = np.linalg.cholesky(d.P)
+    for _ in range(10):
+        dP = 1e-4 * L @ he(rng.standard_normal((6, 6))) @ L.T
+        dY = d.K @ dP + rng.standard_normal((2, 6)) @ L.T * 1e-4
+        up = barrier(d.P + dP, d.Y + dY)
+        down = barrier(d.P - dP, d.Y - dY)
+        bend = up + down - 2 * barrier(d.P, d.Y)
+        assert bend < 0
+        assert abs(up - down) < 1e-3 * abs(bend)
+
+
+@pytest.mark.parametrize("decay, word", [(-0.1, "feasible"),
+                                         (0.1, "infeasible")])
+def test_phase_one_on_lyapunovs_inequality(decay, word):
+    A = decay * np.eye(2) + np.array([[0, 3.0], [-3, 0]])
+    found = phase_one(lyapunov(A, np.zeros((2, 2))))
+    assert found.verdict == word
+    if word == "infeasible":
+        blocks = lyapunov(A, np.zeros((2, 2)))
+        assert np.abs(blocks.adjoint(found.Z)).max() < 1e-6
+        assert all(np.linalg.eigvalsh(z)[0] > 0 for z in found.Z)
+
+
+def test_smallest_trace_is_lyapunovs_solution():
+    """min tr P with A P + P A' + Q <= 0 solves the equation."""
+    A, Q = np.array([[-1.0, 2], [0, -3]]), np.diag([1.0, 2])
+    blocks = lyapunov(A, Q)
+    P = Unknown("P", 2, symmetric=True)
+    cost = P.pack(np.eye(2))
+    x, bound = minimize(blocks, cost, phase_one(blocks).x)
+    # by hand: P22 = 1/3, P12 = 1/6, P11 = 1/2 + 2 P12
+    wanted = np.array([[5 / 6, 1 / 6], [1 / 6, 1 / 3]])
+    assert np.allclose(P.unpack(x), wanted, rtol=1e-5)
+    assert bound <= np.trace(wanted) <= cost @ x
+
+
+def test_an_infimum_that_is_not_attained_is_refused():
+    x = Unknown("x", 2, symmetric=True)
+    blocks = Blocks.of([x - np.array([[0, 1], [1, 0]])], [x])
+    with pytest.raises(Unbounded, match="attained"):
+        minimize(blocks, np.array([1.0, 0, 0]), np.array([2.0, 0, 2]))
+
+
+def test_a_far_solution_is_found():
+    """x = 1e6 in units where everything else is one."""
+    x, far = Unknown("x", 1), 1e6
+    blocks = Blocks.of([x - (far - 1) * eye(1), (far + 1) * eye(1) - x], [x])
+    found = phase_one(blocks)
+    assert found.verdict == "feasible"
+    assert abs(found.x[0] - far) < 1
+
+
+def test_an_idle_variable_does_no_harm():
+    x, idle = Unknown("x", 1), Unknown("idle", 1)
+    blocks = Blocks.of([x + eye(1), eye(1) - x], [x, idle])
+    assert abs(centre(blocks, np.array([0.5, 0.0]))[0]) < 1e-9
+
+
+def test_cvxpy_constraints_hold_the_design():
+    ex = sos.thesis.example_1()
+    d = sos.design_pid(ex.plant, **ex.requirements)
+    constraints, P, Y = cvxpy_constraints(d.request)
+    P.value, Y.value = d.P, d.Y
+    assert len(constraints) == len(d.margins)
+    assert all(c.violation() == 0 for c in constraints)

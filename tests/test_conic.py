@@ -1,0 +1,74 @@
+"""Verdicts and bounds against Clarabel, on the same blocks."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.lmi import Unknown
+from sosbook.lmi.centre import Blocks
+from sosbook.lmi.conic import clarabel_minimize, clarabel_phase_one
+from sosbook.request import Frame, Request
+from tests.cases import car_seats, random_request
+
+
+def scaled_blocks(request):
+    """The request's blocks in its frame, entries near one."""
+    frame = Frame.of(request)
+    gamma2 = None if request.gamma is None else request.gamma**2
+    expressions, unknowns = request.in_unknowns(frame, gamma2)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
+        first = -np.eye(request.order)
+        blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
+    return blocks.scaled()[0]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_verdict(seed):
+    """Clarabel's largest t with G >= t I has the sign of ours."""
+    d = sos.design_pid(**random_request(seed))
+    _, t, status = clarabel_phase_one(scaled_blocks(d.request))
+    assert d.status != "undecided"
+    if status == "Solved" and abs(t) > 1e-4:
+        assert (t > 0) == (d.status == "feasible")
+
+
+def smallest_gamma(plant, asked):
+    """Clarabel's infimum of gamma, in coordinates where P is near I."""
+    near = sos.design_pid(plant, minimize="gamma", **asked)
+    request = Request(plant, gamma=1.0, **asked)
+    mean = np.mean([d.E for d in request.vertices], axis=0)
+    T = np.linalg.cholesky(near.P)
+    frame = Frame(
+        np.linalg.inv(mean @ T), T, np.linalg.inv(T),
+        np.linalg.norm(near.K @ T, 2),
+    )
+    g, unit = Unknown("gamma2", 1), near.gamma**2
+    expressions, unknowns = request.in_unknowns(frame, g * unit)
+    blocks = Blocks.of(expressions.values(), unknowns + [g])
+    blocks, _ = blocks.scaled()
+    cost = np.zeros(blocks.variables)
+    cost[-1] = 1.0
+    x, status = clarabel_minimize(blocks, cost)
+    assert status in ("Solved", "AlmostSolved")
+    return near, np.sqrt(x[-1] * unit)
+
+
+def example_1():
+    ex = sos.thesis.example_1()
+    return ex.plant, dict(
+        U=ex.U, region=ex.region, saturation=ex.saturation)
+
+
+def car_seat_pair():
+    plants, asked = car_seats()
+    del asked["gamma"]
+    return plants, asked
+
+
+@pytest.mark.parametrize("case", [example_1, car_seat_pair])
+def test_smallest_gamma(case):
+    """Ours is Clarabel's infimum, one percent backed off, rounded up."""
+    design, wanted = smallest_gamma(*case())
+    assert design.certify().proven
+    assert 1.0099 * wanted < design.gamma < 1.02 * wanted

@@ -1,0 +1,151 @@
+"""Each theorem in its four readings, and beside the printed matrices."""
+
+import cvxpy
+import numpy as np
+import pytest
+
+from sosbook import LMIRegion, theorems
+from sosbook.descriptor import Coupled, Descriptor, descriptors
+from sosbook.lmi import Unknown
+from sosbook.lmi.certificate import exact
+from tests.cases import random_plant
+
+GAMMA2, U_MAX2 = 1.7, 30.0
+
+
+def pair(seed):
+    """Two descriptors and a symmetric P, a Y; n, m, a, p all differ."""
+    rng = np.random.default_rng(seed)
+    plants = random_plant(rng, 3, 2, 4, vertices=2, spread=0.3)
+    both = descriptors(plants, U=rng.standard_normal((1, 3)))
+    P, Y = rng.standard_normal((7, 7)), rng.standard_normal((2, 7))
+    return both, P + P.T, Y, rng.standard_normal(7)
+
+
+def matrices(c, x0, gamma2, u_max2, number=lambda x: x):
+    """All theorems of a pair, by name."""
+    regions = {
+        "half-plane": LMIRegion.half_plane(0.7),
+        "disk": LMIRegion.disk(5, -1),
+        "sector": LMIRegion.sector(0.6, apex=0.3),
+        "ellipse": LMIRegion.ellipse(-3, 2, 1),
+    }
+    found = {
+        name: theorems.pole_region(c, number(r.alpha), number(r.beta))
+        for name, r in regions.items()
+    }
+    found["stability"] = theorems.stability(c)
+    found["hinf"] = theorems.bounded_real(c, gamma2)
+    found["x0"] = theorems.initial_state(c.P, x0)
+    found["u_max"] = theorems.control_bound(c.P, c.Y, u_max2)
+    return found
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("j", [0, 1], ids=["vertex", "pair"])
+def test_four_readings_agree(seed, j):
+    both, P, Y, x0 = pair(seed)
+    floats = matrices(Coupled(both[0], both[j], P, Y), x0, GAMMA2, U_MAX2)
+
+    def same(found):
+        for name, wanted in floats.items():
+            scale = np.abs(wanted).max()
+            got = np.asarray(found[name], float)
+            assert np.abs(got - wanted).max() < 1e-13 * scale, name
+
+    p, y = Unknown("P", 7, symmetric=True), Unknown("Y", 2, 7)
+    symbolic = matrices(Coupled(both[0], both[j], p, y), x0, GAMMA2, U_MAX2)
+    same({k: g.value({p: P, y: Y}) for k, g in symbolic.items()})
+
+    rational = [d.map(exact) for d in both]
+    c = Coupled(rational[0], rational[j], exact(P), exact(Y))
+    same(matrices(c, exact(x0), exact(GAMMA2), exact(U_MAX2), exact))
+
+    p, y = cvxpy.Variable((7, 7), symmetric=True), cvxpy.Variable((2, 7))
+    p.value, y.value = P, Y
+    convex = matrices(Coupled(both[0], both[j], p, y), x0, GAMMA2, U_MAX2)
+    same({k: g.value for k, g in convex.items()})
+
+
+@pytest.fixture
+def vertex():
+    """One vertex, its Theta by hand, and E P E'."""
+    (d, _), P, Y, x0 = pair(4)
+    Theta = d.A @ P @ d.E.T + d.Bu @ Y @ d.E.T
+    return d, P, Y, x0, Theta, d.E @ P @ d.E.T
+
+
+def test_2_15(vertex):
+    d, P, Y, _, Theta, _ = vertex
+    rows = [
+        [Theta + Theta.T, d.E @ P @ d.C.T, d.Bw],
+        [d.C @ P @ d.E.T, -GAMMA2 * np.eye(3), np.zeros((3, 4))],
+        [d.Bw.T, np.zeros((4, 3)), -np.eye(4)],
+    ]
+    found = theorems.bounded_real(Coupled(d, d, P, Y), GAMMA2)
+    assert np.allclose(found, -np.block(rows), atol=1e-13)
+
+
+def test_2_18(vertex):
+    d, P, Y, _, _, EPE = vertex
+    sigma, E, A, B = 0.7, d.E, d.A, d.Bu
+    printed = (
+        2 * sigma * EPE + A @ P @ E.T + E @ P @ A.T
+        + B @ Y @ E.T + E @ Y.T @ B.T
+    )
+    part = LMIRegion.half_plane(sigma)
+    found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
+    assert np.allclose(found, -printed, atol=1e-13)
+
+
+def test_2_18_with_sigma_zero_is_stability(vertex):
+    d, P, Y, *_ = vertex
+    c, part = Coupled(d, d, P, Y), LMIRegion.half_plane(0)
+    found = theorems.pole_region(c, part.alpha, part.beta)
+    assert np.allclose(found, theorems.stability(c), atol=1e-14)
+
+
+def test_2_19(vertex):
+    d, P, Y, _, Theta, EPE = vertex
+    printed = np.block([[-5 * EPE, Theta], [Theta.T, -5 * EPE]])
+    part = LMIRegion.disk(5)
+    found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
+    assert np.allclose(found, -printed, atol=1e-13)
+
+
+def test_2_20(vertex):
+    d, P, Y, _, Theta, _ = vertex
+    sin, cos = np.sin(0.6), np.cos(0.6)
+    plus, minus = sin * (Theta + Theta.T), cos * (Theta - Theta.T)
+    printed = np.block([[plus, minus], [-minus, plus]])
+    part = LMIRegion.sector(0.6)
+    found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
+    assert np.allclose(found, -printed, atol=1e-12)
+
+
+def test_2_21(vertex):
+    _, P, Y, x0, *_ = vertex
+    first = np.block([[np.eye(1), x0[None]], [x0[:, None], P]])
+    second = np.block([[P, Y.T], [Y, U_MAX2 * np.eye(2)]])
+    assert np.array_equal(theorems.initial_state(P, x0), first)
+    assert np.array_equal(theorems.control_bound(P, Y, U_MAX2), second)
+
+
+def test_pairs_are_the_polar_form_of_the_vertices():
+    """With weights a, L(a) = sum over i, j of a_i a_j L_ij."""
+    (first, second), P, Y, x0 = pair(5)
+    weights = np.array([0.3, 0.7])
+    mixed = Descriptor(*(
+        weights[0] * x + weights[1] * y
+        for x, y in zip(vars(first).values(), vars(second).values())
+    ))
+    whole = matrices(Coupled(mixed, mixed, P, Y), x0, GAMMA2, U_MAX2)
+    both = (first, second)
+    total = {name: 0 for name in whole}
+    for i in range(2):
+        for j in range(2):
+            part = matrices(Coupled(both[i], both[j], P, Y), x0, GAMMA2, U_MAX2)
+            for name, g in part.items():
+                total[name] = total[name] + weights[i] * weights[j] * g
+    for name, g in whole.items():
+        assert np.allclose(total[name], g, atol=1e-12), name
