@@ -7,6 +7,7 @@ never interpolated, and where there is none the page says "infeasible".
 
 import html
 import json
+import os
 import re
 from dataclasses import dataclass
 from importlib.resources import files
@@ -261,9 +262,9 @@ def _solve_grid(sliders, solve, progress):
                      for at, top, s in zip(place, tops, sliders))
 
     places.sort(key=lambda place: (sum(demand(place)), place))
-    # TQDM_DISABLE hides the bar where outputs are stored or compared
-    hidden = {} if progress else {"disable": True}
-    places = tqdm(places, unit="design", leave=False, **hidden)
+    # in notebooks tqdm doesn't read the variable itself
+    hidden = not progress or "TQDM_DISABLE" in os.environ
+    places = tqdm(places, unit="design", leave=False, disable=hidden)
     found, reach = {}, 0.0
     for place in places:
         looser = [place[:k] + (place[k] + s.looser,) + place[k + 1:]

@@ -1,0 +1,271 @@
+"""Designs: what they promise is true, and doesn't depend on units."""
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_lyapunov
+
+import sosbook as sos
+from tests.cases import car_seats, chain, random_request
+
+ONE = [[1.0]]
+
+
+@pytest.fixture(scope="module")
+def example():
+    ex = sos.thesis.example_1()
+    return ex.plant, ex.requirements
+
+
+@pytest.fixture(scope="module")
+def design(example):
+    return sos.design_pid(example[0], **example[1])
+
+
+def close(K, wanted, tolerance=1e-5):
+    return np.abs(K - wanted).max() < tolerance * np.abs(wanted).max()
+
+
+def test_example_1(design):
+    assert design.status == "feasible"
+    assert min(design.margins.values()) > 0.01
+    assert design.request.region.contains(design.poles())
+    assert design.hinf() < design.gamma
+    assert design.peak_input() < 150
+    assert np.hstack([design.K_P, design.K_D, design.K_I]).shape == (2, 6)
+    assert np.allclose(design.Y, design.K @ design.P)
+    assert design.advice == ""
+    assert design.infeasibility is None
+
+
+def test_car_seat_in_si_units_over_the_whole_polytope():
+    """Section 3.1, Example 2, as printed but for S22 = k1 + k2."""
+    plants, asked = car_seats()
+    d = sos.design_pid(plants, coupling="pairs", **asked)
+    proof = d.certify()
+    assert proof.proven
+    assert "every plant of the polytope" in proof.claims[0]
+    assert set(d.margins) >= {"hinf 1", "hinf 2", "hinf 1,2"}
+    for plant in plants.sample(10, seed=1):
+        loop = sos.analyse_pid(plant, d.K, **asked)
+        assert asked["region"].contains(loop.poles())
+        assert loop.hinf() < asked["gamma"]
+        assert loop.peak_input() < 40000
+
+
+def test_units_of_displacement(example, design):
+    """z in units of (1/30, 1/0.2) metres; the state is scaled alike."""
+    plant, asked = example
+    T = np.diag([30.0, 0.2])
+    big = np.kron(np.eye(3), T)
+    inverse = np.linalg.inv(T)
+    limit = asked["saturation"]
+    other = sos.design_pid(
+        sos.SecondOrderSystem(
+            plant.M @ inverse, plant.D @ inverse, plant.S @ inverse,
+            plant.B, plant.F),
+        **asked | dict(
+            U=T @ asked["U"] @ inverse, gamma=None,
+            saturation=sos.Saturation(150, big @ limit.x0)),
+    )
+    here = sos.design_pid(plant, **asked | dict(gamma=None))
+    assert close(other.K @ big, here.K)
+
+
+def test_units_of_force_and_of_equations(example, design):
+    """u in units of 1/1000 N, and each equation multiplied by a number."""
+    plant, asked = example
+    rows = np.array([[3.0, 1], [0, 0.01]])
+    other = sos.design_pid(
+        sos.SecondOrderSystem(
+            rows @ plant.M, rows @ plant.D, rows @ plant.S,
+            rows @ plant.B / 1000, rows @ plant.F),
+        **asked | dict(saturation=sos.Saturation(
+            150e3, asked["saturation"].x0)),
+    )
+    assert close(other.K / 1000, design.K)
+
+
+def test_units_of_time(example):
+    """Time in milliseconds; without gamma, whose -I block has units."""
+    plant, asked = example
+    c = 1000.0  # old seconds to new units
+    x0 = asked["saturation"].x0 * np.repeat([1, 1 / c, c], 2)
+    here = sos.design_pid(plant, **asked | dict(gamma=None))
+    there = sos.design_pid(
+        sos.SecondOrderSystem(
+            plant.M * c**2, plant.D * c, plant.S, plant.B, plant.F),
+        U=asked["U"], saturation=sos.Saturation(150, x0),
+        region=sos.PoleRegion(0.7 / c, np.pi / 4, 5 / c),
+    )
+    assert close(there.K * np.repeat([1, 1 / c, c], 2), here.K)
+    assert np.allclose(there.poles() * c, here.poles(), rtol=1e-5)
+
+
+def test_a_stronger_disturbance_and_gamma_go_together(example):
+    """F times c and gamma times c: w in other units."""
+    plant, asked = example
+    only = dict(U=asked["U"], region=asked["region"])
+    here = sos.design_pid(plant, gamma=1.0, **only)
+    there = sos.design_pid(
+        sos.SecondOrderSystem(
+            plant.M, plant.D, plant.S, plant.B, 1e3 * plant.F),
+        gamma=1e3, **only)
+    assert close(there.K, here.K)
+
+
+def test_numbers_of_degrees_of_freedom(example, design):
+    plant, asked = example
+    swap = np.eye(2)[::-1]
+    big = np.kron(np.eye(3), swap)
+    other = sos.design_pid(
+        sos.SecondOrderSystem(*(
+            swap @ getattr(plant, x) @ swap for x in "MDSBF")),
+        **asked | dict(saturation=sos.Saturation(
+            150, big @ asked["saturation"].x0)),
+    )
+    assert close(swap @ other.K @ big, design.K, 1e-8)
+
+
+def test_order_of_the_vertices():
+    plants, asked = car_seats()
+    first = sos.design_pid(plants, **asked)
+    second = sos.design_pid(sos.Polytope(plants.vertices[::-1]), **asked)
+    assert close(second.K, first.K)
+
+
+def test_a_polytope_of_one_plant_is_that_plant(example, design):
+    plant, asked = example
+    other = sos.design_pid(sos.Polytope([plant]), **asked)
+    assert np.array_equal(other.K, design.K)
+    assert other.poles().shape == (1, 6)
+
+
+def test_the_same_again_is_the_same(example, design):
+    assert np.array_equal(sos.design_pid(
+        example[0], **example[1]).K, design.K)
+
+
+def test_analysis_finds_a_proof_for_every_design():
+    for seed in range(12):
+        asked = random_request(seed)
+        d = sos.design_pid(**asked)
+        if d.status == "feasible":
+            again = sos.analyse_pid(K=d.K, **asked)
+            assert again.status == "feasible", seed
+            assert np.array_equal(again.K, d.K)
+            assert again.certify(17).proven, seed
+
+
+def test_lyapunovs_closed_form_with_one_degree_of_freedom():
+    """z'' + 2 z' + 3 z = 0: the smallest P with (2.15) is Gramian-like.
+
+    For PD gains fixed, the smallest gamma of the LMI is the norm
+    (bounded real lemma), here 1 / (2 zeta sqrt(1 - zeta^2) w^2).
+    """
+    plant = sos.SecondOrderSystem(ONE, [[2.0]], [[3.0]], ONE, ONE)
+    K = np.zeros((1, 2))
+    zeta = 1 / np.sqrt(3)
+    norm = 1 / (2 * zeta * np.sqrt(1 - zeta**2) * 3)
+    assert sos.analyse_pid(plant, K, gamma=norm * 1.001).status == "feasible"
+    below = sos.analyse_pid(plant, K, gamma=norm * 0.999)
+    assert below.status == "infeasible"
+    assert np.isclose(below.request.plant.poles()[0].real, -1)
+
+
+def test_decay_rate_of_a_given_gain():
+    """Alone, (2.18) holds up to the loop's own decay rate."""
+    plant = sos.SecondOrderSystem(ONE, ONE, ONE, ONE)
+    K = [[-24.0, -9.0, -20.0]]
+    d = sos.analyse_pid(plant, K, U=ONE)
+    decay = -d.poles().real.max()
+    for factor, word in [(0.999, "feasible"), (1.001, "infeasible")]:
+        region = sos.PoleRegion(sigma=factor * decay)
+        found = sos.analyse_pid(plant, K, U=ONE, region=region)
+        assert found.status == word
+
+
+def test_the_certificate_bounds_lyapunovs_solution():
+    """P satisfies A P + P A' < 0, so it exceeds the solution of = -R."""
+    plant = sos.SecondOrderSystem(ONE, ONE, ONE, ONE)
+    d = sos.design_pid(plant)
+    A = np.array([[0, 1], [-1, -1]]) + [[0.0], [1]] @ d.K
+    R = -(A @ d.P + d.P @ A.T)
+    assert np.linalg.eigvalsh(R)[0] > 0
+    assert np.allclose(solve_continuous_lyapunov(A, -R), d.P)
+
+
+@pytest.mark.parametrize("U", [None, ONE])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_one_degree_of_freedom_in_any_unit(U, scale):
+    plant = sos.SecondOrderSystem(
+        [[scale]], [[0.1 * scale]], [[scale]], ONE, ONE)
+    start = np.eye(3 if U else 2)[0]
+    d = sos.design_pid(
+        plant, U, sos.PoleRegion(0.5, 1.0, 20), 10 / scale,
+        sos.Saturation(100 * scale, start))
+    assert d.certify().proven
+    assert d.K_I.shape == (1, 1 if U else 0)
+
+
+@pytest.mark.parametrize("power", [3, 6])
+def test_masses_of_different_size(power):
+    plant = sos.SecondOrderSystem(
+        np.diag([10.0**-power, 10.0**power]), np.eye(2), np.eye(2),
+        np.eye(2), np.eye(2))
+    assert sos.design_pid(plant, np.eye(2)).certify().proven
+
+
+def test_a_stiff_beam():
+    """Eigenfrequencies over three decades."""
+    n = 4
+    S = np.diag([1.0, 1e2, 1e4, 1e6])
+    S[0, 3] = S[3, 0] = 10
+    plant = sos.SecondOrderSystem(
+        np.eye(n), 0.02 * np.sqrt(S), S, np.eye(n)[:, :2], np.eye(n)[:, :1])
+    d = sos.design_pid(plant, [[1, 0, 0, 0]])
+    assert d.certify().proven
+
+
+def test_a_chain_of_eight_masses():
+    d = sos.design_pid(
+        chain(8), np.eye(8)[:1], sos.PoleRegion(sigma=0.005), gamma=1e3)
+    assert d.K.shape == (4, 17)
+    assert d.certify().proven
+
+
+def test_more_inputs_than_degrees_of_freedom():
+    plant = sos.SecondOrderSystem(ONE, ONE, ONE, [[1.0, 2.0, 0.0]])
+    assert sos.design_pid(plant, ONE).certify().proven
+
+
+def test_the_smallest_gamma_is_kept(example):
+    plant, asked = example
+    rest = {k: v for k, v in asked.items() if k != "gamma"}
+    d = sos.design_pid(plant, minimize="gamma", **rest)
+    assert d.certify().proven
+    assert d.gamma < asked["gamma"]
+    lower = sos.design_pid(plant, gamma=d.gamma * 0.98, **rest)
+    assert lower.status == "infeasible"
+    loose = sos.design_pid(plant, minimize="gamma", backoff=0.5, **rest)
+    assert np.isclose(loose.gamma / d.gamma, 1.5 / 1.01, rtol=5e-3)
+
+
+def test_acceleration_feedback_repairs_a_singular_mass():
+    plant = sos.SecondOrderSystem(
+        np.diag([3.0, 0]), [[2, -1], [-1, 1]], [[2, -1], [-1, 1]],
+        np.eye(2), np.eye(2))
+    K_A = [[0, 0], [0, -2.0]]
+    d = sos.design_pid(
+        plant, np.eye(2), sos.PoleRegion(0.5, 1.2, 30), 10, K_A=K_A)
+    assert d.certify().proven
+    assert np.array_equal(d.K_A, K_A)
+    assert len(d.poles()) == 6
+
+
+def test_what_a_design_without_the_data_cannot_say():
+    d = sos.design_pid(sos.SecondOrderSystem(ONE, ONE, ONE, ONE))
+    with pytest.raises(ValueError, match="no F"):
+        d.hinf()
+    with pytest.raises(ValueError, match="no saturation"):
+        d.peak_input()
+    assert repr(d).startswith("<Design: feasible")
