@@ -55,6 +55,7 @@ _MACHINE = re.compile(
     rf"|{re.escape(str(BOOK.parent))}\b)"
     r"|site-packages|\b[A-Z]:\\\w|<ipython-input|ipykernel_\d"
 )
+_DIGITS = re.compile(r"\d\.\d{11,}")  # more than other processors agree on
 _WIDGET = re.compile(r"\bwidgets?\b|\binteract(ive)?\b")
 
 
@@ -203,12 +204,20 @@ def _output_faults(output):
         if output.name != "stdout":
             yield f"wrote to {output.name}: {output.text.strip()[:200]}"
         yield from _text_faults(output.text)
+        yield from _digit_faults(output.text)
     else:
         for kind, content in output.data.items():
+            if kind == "text/plain":
+                yield from _digit_faults(content)
             if kind in TEXTS:
                 yield from _text_faults(content)
             else:
                 yield f"stores {kind}: show figures with sosbook.plots.show"
+
+
+def _digit_faults(content):
+    if match := _DIGITS.search(content):
+        yield f"prints digits that may differ elsewhere: {match[0]}"
 
 
 def _text_faults(content):

@@ -1,10 +1,12 @@
 """Designs: what they promise is true, and doesn't depend on units."""
 
+import control
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
+from sosbook.descriptor import descriptors
 from tests.cases import car_seats, chain, random_request
 
 ONE = [[1.0]]
@@ -156,20 +158,30 @@ def test_analysis_finds_a_proof_for_every_design():
             assert again.certify(17).proven, seed
 
 
-def test_lyapunovs_closed_form_with_one_degree_of_freedom():
-    """z'' + 2 z' + 3 z = 0: the smallest P with (2.15) is Gramian-like.
+def test_smallest_gamma_of_a_given_gain_is_its_norm():
+    """Bounded real lemma, one degree of freedom, K = 0.
 
-    For PD gains fixed, the smallest gamma of the LMI is the norm
-    (bounded real lemma), here 1 / (2 zeta sqrt(1 - zeta^2) w^2).
+    z'' + 2 z' + 3 z = w has the norm 1 / (2 zeta sqrt(1 - zeta^2) 3).
     """
     plant = sos.SecondOrderSystem(ONE, [[2.0]], [[3.0]], ONE, ONE)
-    K = np.zeros((1, 2))
-    zeta = 1 / np.sqrt(3)
+    K, zeta = np.zeros((1, 2)), 1 / np.sqrt(3)
     norm = 1 / (2 * zeta * np.sqrt(1 - zeta**2) * 3)
-    assert sos.analyse_pid(plant, K, gamma=norm * 1.001).status == "feasible"
-    below = sos.analyse_pid(plant, K, gamma=norm * 0.999)
-    assert below.status == "infeasible"
-    assert np.isclose(below.request.plant.poles()[0].real, -1)
+    for factor, word in [(1.001, "feasible"), (0.999, "infeasible")]:
+        d = sos.analyse_pid(plant, K, gamma=factor * norm)
+        assert d.status == word
+
+
+def test_smallest_gamma_of_the_printed_gain_is_its_norm(example):
+    """Alone, (2.15) is not conservative: python-control's norm."""
+    plant, asked = example
+    ex = sos.thesis.example_1()
+    (d,) = descriptors(plant, ex.U)
+    A = np.linalg.solve(d.E, d.A + d.Bu @ ex.K)
+    loop = control.ss(A, np.linalg.solve(d.E, d.Bw), d.C, np.zeros((2, 2)))
+    norm = control.norm(loop, p=np.inf, tol=1e-9)
+    for factor, word in [(1.001, "feasible"), (0.999, "infeasible")]:
+        d = sos.analyse_pid(plant, ex.K, ex.U, gamma=factor * norm)
+        assert d.status == word
 
 
 def test_decay_rate_of_a_given_gain():
@@ -198,10 +210,10 @@ def test_the_certificate_bounds_lyapunovs_solution():
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_one_degree_of_freedom_in_any_unit(U, scale):
     plant = sos.SecondOrderSystem(
-        [[scale]], [[0.1 * scale]], [[scale]], ONE, ONE)
+        [[scale]], [[0.1 * scale]], [[scale]], ONE, [[scale]])
     start = np.eye(3 if U else 2)[0]
     d = sos.design_pid(
-        plant, U, sos.PoleRegion(0.5, 1.0, 20), 10 / scale,
+        plant, U, sos.PoleRegion(0.5, 1.0, 20), 10,
         sos.Saturation(100 * scale, start))
     assert d.certify().proven
     assert d.K_I.shape == (1, 1 if U else 0)

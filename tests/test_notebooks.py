@@ -62,6 +62,7 @@ FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
         (code(outputs=[shown("text/html", "<img src='a'>")]), "picture without"),
         (code(outputs=[shown("text/plain", "<f at 0x7f12ab34cd>")]), "one machine"),
         (code("open('/home/me/data')"), "one machine"),
+        (code(outputs=[shown("text/plain", "0.12345678901")]), "digits"),
         (v4.new_notebook(cells=[v4.new_markdown_cell("![](a.svg)")]), "image without"),
     ],
 )

@@ -1,0 +1,131 @@
+"""Poles, norms and peaks against python-control and brute force."""
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import sosbook as sos
+from sosbook.analysis import hinf_norm, peak_input
+from sosbook.descriptor import descriptors
+from tests.cases import car_seats, random_plant
+
+
+def stable_loop(seed, p=2):
+    """A random plant and the gain of a design for it."""
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng, 2, 2, p)
+    d = sos.design_pid(plant, np.eye(2), sos.PoleRegion(0.3, rho=30))
+    return d, descriptors(plant, np.eye(2))[0]
+
+
+def lightly_damped(damping, scale=1.0, rate=1.0):
+    """Two masses, K = 0; scale is F's size, rate the unit of time."""
+    S = np.array([[3.0, -1], [-1, 2]])
+    plant = sos.SecondOrderSystem(
+        np.eye(2) / rate**2, damping * S / rate, S, np.eye(2),
+        [[scale], [0.3 * scale]])
+    return descriptors(plant)[0], np.zeros((2, 4))
+
+
+def sweep(d, K):
+    """The largest gain over a dense grid of frequencies."""
+    A = np.linalg.solve(d.E, d.A + d.Bu @ K)
+    poles = np.linalg.eigvals(A)
+    near = [abs(q.imag) + np.linspace(-5, 5, 3001) * q.real for q in poles]
+    wide = np.abs(poles).max() * np.logspace(-5, 1, 2000)
+    omega = np.concatenate([[0.0], wide, *near])[:, None, None]
+    answer = np.linalg.solve(
+        1j * omega * np.eye(len(A)) - A, np.linalg.solve(d.E, d.Bw) + 0j)
+    return np.linalg.norm(d.C @ answer, 2, axis=(1, 2)).max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_norm_and_poles_agree_with_python_control(seed):
+    d, v = stable_loop(seed)
+    loop = d.closed_loop()
+    assert np.allclose(
+        np.sort_complex(d.poles() + 0j), np.sort_complex(loop.poles()))
+    w_to_z = control.ss(loop.A, loop.B[:, :2], loop.C[:2], loop.D[:2, :2])
+    norm = control.norm(w_to_z, p=np.inf, tol=1e-9)
+    assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6)
+
+
+@pytest.mark.parametrize("p", [1, 3])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_norm_for_any_number_of_disturbances(seed, p):
+    """python-control 0.10 fails where z and w differ in size."""
+    d, v = stable_loop(seed, p)
+    norm = hinf_norm(v, d.K)
+    assert sweep(v, d.K) <= norm * (1 + 1e-8)
+    assert np.isclose(sweep(v, d.K), norm, rtol=1e-5)
+
+
+@pytest.mark.parametrize("damping", [0.5, 1e-5])
+@pytest.mark.parametrize("scale, rate", [(1, 1), (1e-9, 1), (1e9, 1e4)])
+def test_norm_in_any_unit(damping, scale, rate):
+    d, K = lightly_damped(damping, scale, rate)
+    assert np.isclose(hinf_norm(d, K), sweep(d, K), rtol=1e-5)
+    unit, _ = lightly_damped(damping)
+    assert np.isclose(
+        hinf_norm(d, K), scale * hinf_norm(unit, K), rtol=1e-7)
+
+
+def test_norm_of_a_disturbance_that_does_nothing_is_zero():
+    d, K = lightly_damped(0.5, scale=0)
+    assert hinf_norm(d, K) == 0
+
+
+def test_unstable_loops_have_no_finite_norm_or_peak():
+    d, K = lightly_damped(-0.1)
+    assert hinf_norm(d, K) == np.inf
+    assert peak_input(d, K, np.ones(4)) == np.inf
+
+
+def dense_peak(d, K, x0, end):
+    A = np.linalg.solve(d.E, d.A + d.Bu @ K)
+    done = solve_ivp(lambda t, x: A @ x, (0, end), x0, rtol=1e-10,
+                     atol=1e-12, method="LSODA", dense_output=True)
+    times = np.union1d(np.linspace(0, end, 20001), done.t)
+    return np.linalg.norm(K @ done.sol(times), axis=0).max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_peak_against_a_dense_simulation(seed):
+    d, v = stable_loop(seed)
+    x0 = np.random.default_rng(seed).standard_normal(6)
+    peak = peak_input(v, d.K, x0)
+    assert np.isclose(peak, dense_peak(v, d.K, x0, 30), rtol=1e-6)
+
+
+def test_late_peak_of_a_stiff_loop():
+    """Poles -1, -2 and -1e5: u = z1' peaks at t = ln 2, long after."""
+    plant = sos.SecondOrderSystem(
+        np.diag([1, 1e-5]), np.diag([3.0, 1]), np.diag([2, 1e-5]),
+        np.eye(2))
+    (d,) = descriptors(plant)
+    K = 1e-9 * np.array([[0.0, 0, 0, 0], [1, 0, 0, 0]])
+    # z1 = 2 e^-t - e^-2t from z1 = 1, z1' = 0: no later peak; with
+    # z1(0) = 0, z1'(0) = 1 it is e^-t - e^-2t, at most 1/4
+    assert np.isclose(peak_input(d, K, [0, 0, 1, 0]), 0.25e-9, rtol=1e-6)
+
+
+def test_peak_of_a_slow_beat():
+    """Lightly damped, far more periods than a fixed grid would hold."""
+    d, _ = lightly_damped(1e-4)
+    K = 1e-12 * np.array([[0, 1.0, 0, 0], [0, 0, 0, 0]])
+    x0 = np.array([1.0, 0, 0, 0])
+    assert np.isclose(
+        peak_input(d, K, x0), dense_peak(d, K, x0, 200), rtol=1e-5)
+
+
+def test_one_answer_for_each_vertex():
+    plants, asked = car_seats()
+    d = sos.design_pid(plants, **asked)
+    assert d.poles().shape == (2, 6)
+    assert len(d.closed_loop()) == 2
+    single = [sos.analyse_pid(v, d.K, **asked) for v in plants.vertices]
+    assert d.hinf() == max(s.hinf() for s in single)
+    assert d.peak_input() == max(s.peak_input() for s in single)
+    assert all(
+        np.allclose(row, s.poles()) for row, s in zip(d.poles(), single))

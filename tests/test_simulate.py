@@ -1,0 +1,162 @@
+"""Simulated loops against an ODE solver and python-control."""
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import sosbook as sos
+from tests.cases import car_seats
+
+SINE = sos.Sine(5, 10, offset=5, start=1, stop=2.05)
+R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
+
+
+@pytest.fixture(scope="module")
+def design():
+    ex = sos.thesis.example_1()
+    return sos.analyse_pid(ex.plant, ex.K, **ex.requirements)
+
+
+def second_order(d, r, w, K_A=None):
+    """M z'' = B u + F w - D z' - S z and x3' = U e, written out."""
+    v, U = d.request.plant, d.request.U
+    M = v.M if K_A is None else v.M - v.B @ K_A
+
+    def rate(t, x):
+        z, dz, x3 = x[:2], x[2:4], x[4:]
+        u = d.K_P @ (z - r) + d.K_D @ dz + d.K_I @ x3
+        force = v.B @ u + v.F @ w([t])[:, 0] - v.D @ dz - v.S @ z
+        return np.concatenate([dz, np.linalg.solve(M, force), U @ (z - r)])
+
+    return rate
+
+
+def integrate(rate, pieces, x0, t):
+    """Piece by piece, so that no jump lies within one."""
+    found = np.empty((len(x0), len(t)))
+    for now, then in zip(pieces, pieces[1:]):
+        inside = (t >= now) & (t <= then)
+        done = solve_ivp(
+            rate, (now, then), x0, rtol=1e-11, atol=1e-12, method="DOP853",
+            t_eval=np.union1d(t[inside], [then]))
+        found[:, inside] = done.y[:, np.isin(done.t, t[inside])]
+        x0 = done.y[:, -1]
+    return found
+
+
+def test_against_an_ode_solver(design):
+    t = np.linspace(0, 4, 401)
+    answer = design.simulate(t, r=R, w=SINE, x0=X0)
+
+    def w(t):  # on through the closed interval, unlike Sine
+        t = np.asarray(t)
+        on = (t >= 1 - 1e-9) & (t <= 2.05 + 1e-9)
+        return np.tile(on * (5 * np.sin(10 * t) + 5), (2, 1))
+
+    rate = second_order(design, R, w)
+    off = second_order(design, R, lambda t: np.zeros((2, 1)))
+    x = integrate(off, [0, 1], X0, t)
+    first, second, third = t <= 1, (t > 1) & (t <= 2.05), t > 2.05
+    now = x[:, first][:, -1]
+    middle = integrate(rate, [1, 2.05], now, t[second])
+    x[:, second] = middle
+    x[:, third] = integrate(off, [2.05, 4], middle[:, -1], t[third])
+    assert np.abs(answer.x - x).max() < 1e-8
+    assert np.array_equal(answer.e, answer.z - R[:, None])
+    assert np.allclose(answer.w[:, second][:, :-1], w(t[second])[:, :-1])
+
+
+def test_against_python_control(design):
+    """Set point and start at once; python-control's matrix exponential."""
+    t = np.linspace(0, 10, 1001)
+    answer = design.simulate(t, r=R, x0=X0)
+    inputs = np.zeros((4, len(t)))
+    inputs[2:] = R[:, None]
+    other = control.forced_response(
+        design.closed_loop(), t, inputs, X0)
+    assert np.abs(np.vstack([answer.z, answer.u]) - other.outputs).max() < 1e-8
+
+
+def test_constant_set_points_are_reached(design):
+    answer = design.simulate(np.linspace(0, 40, 11), r=R)
+    assert np.abs(answer.e[:, -1]).max() < 1e-10
+
+
+def test_steps_of_any_length_give_the_same_points(design):
+    t = np.linspace(0, 4, 9)
+    fine = np.union1d(t, np.random.default_rng(1).uniform(0, 4, 100))
+    coarse = design.simulate(t, r=R, w=SINE, x0=X0)
+    dense = design.simulate(fine, r=R, w=SINE, x0=X0)
+    assert np.allclose(
+        dense.x[:, np.isin(fine, t)], coarse.x, atol=1e-10)
+
+
+def test_a_time_scale_of_picoseconds():
+    """Steps far below 1e-12 s aren't mistaken for each other."""
+    one, c = [[1.0]], 1e-13
+    fast = sos.SecondOrderSystem([[c * c]], [[3 * c]], [[2.0]], one, one)
+    slow = sos.SecondOrderSystem(one, [[3.0]], [[2.0]], one, one)
+    t = np.array([0, 0.1, 0.5, 0.7, 2.0, 3.0])
+    K, w = np.zeros((1, 2)), sos.Sine(1.0, 2.0)
+    here = sos.analyse_pid(slow, K).simulate(t, w=w)
+    there = sos.analyse_pid(fast, K).simulate(t * c, w=sos.Sine(1.0, 2 / c))
+    assert np.allclose(here.z, there.z, rtol=1e-9)
+
+
+def test_acceleration_feedback_is_counted_in_u():
+    """M z'' + D z' + S z = B u + F w, u with its K_A z''."""
+    ex = sos.thesis.example_1()
+    K_A = np.array([[-1.0, 0.5], [0, -2]])
+    d = sos.analyse_pid(ex.plant, ex.K, ex.U, K_A=K_A)
+    t = np.linspace(0, 1, 100001)
+    answer = d.simulate(t, r=R, w=sos.Sine(3, 4), x0=X0)
+    v = ex.plant
+    ddz = np.gradient(answer.dz, t, axis=1)
+    left = v.M @ ddz + v.D @ answer.dz + v.S @ answer.z
+    right = v.B @ answer.u + v.F @ answer.w
+    assert np.abs(left - right)[:, 5:-5].max() < 1e-5
+
+
+def test_channels_of_the_disturbance(design):
+    t = np.linspace(0, 1, 11)
+    both = design.simulate(t, w=sos.Sine([1, 0], 2, offset=[0, 3]))
+    assert np.allclose(both.w[0], np.sin(2 * t))
+    assert np.allclose(both.w[1], 3)
+
+
+def test_one_response_for_each_vertex():
+    plants, asked = car_seats()
+    d = sos.design_pid(plants, **asked)
+    answers = d.simulate([0, 1, 2], r=[1, 0])
+    assert len(answers) == 2
+    assert not np.allclose(answers[0].z, answers[1].z)
+
+
+@pytest.mark.parametrize("t", [
+    [0.0], [1.0, 2.0], [0, 1, 1], [0, 2, 1], [0, np.nan, 1], [0, np.inf],
+    [[0, 1]], [],
+])
+def test_times_are_checked(design, t):
+    with pytest.raises(ValueError, match="t must increase from 0"):
+        design.simulate(t)
+
+
+@pytest.mark.parametrize("bad, words", [
+    (dict(r=[1.0]), "r must hold 2"),
+    (dict(r=[1.0, np.nan]), "r must hold 2"),
+    (dict(x0=np.zeros(4)), "x0 must hold 6"),
+    (dict(w=np.sin), "w must be a Sine"),
+    (dict(w=sos.Sine([1, 2, 3], 1)), "w: amplitude"),
+    (dict(w=sos.Sine(1, 1, offset=[1, 2, 3])), "w: offset"),
+])
+def test_signals_are_checked(design, bad, words):
+    with pytest.raises(ValueError, match=words):
+        design.simulate([0, 1], **bad)
+
+
+def test_a_disturbance_needs_f():
+    one = [[1.0]]
+    d = sos.design_pid(sos.SecondOrderSystem(one, one, one, one))
+    with pytest.raises(ValueError, match="no F"):
+        d.simulate([0, 1], w=sos.Sine(1, 1))
