@@ -358,12 +358,16 @@ def _solve(request):
     frame, unknowns, blocks, phase = _search(request)
     if phase.x is not None:
         return _finish(request, frame, blocks, unknowns, phase.x)
-    verdict = phase.verdict
-    if len(request.fixed_modes()):
-        verdict = "infeasible"
-    return Design(
-        request, verdict, request.gain, _frame=frame, _multipliers=phase.Z
+    refused = Design(
+        request, phase.verdict, request.gain, _frame=frame,
+        _multipliers=phase.Z,
     )
+    if refused.status == "undecided" and (
+        len(request.fixed_modes())
+        or refused.infeasibility and refused.infeasibility.proven
+    ):
+        return replace(refused, status="infeasible")
+    return refused
 
 
 def _finish(request, frame, blocks, unknowns, x):

@@ -178,7 +178,7 @@ def test_smallest_gamma_of_the_printed_gain_is_its_norm(example):
     (d,) = descriptors(plant, ex.U)
     A = np.linalg.solve(d.E, d.A + d.Bu @ ex.K)
     loop = control.ss(A, np.linalg.solve(d.E, d.Bw), d.C, np.zeros((2, 2)))
-    norm = control.norm(loop, p=np.inf, tol=1e-9)
+    norm = control.system_norm(loop, p="inf", tol=1e-9)
     for factor, word in [(1.001, "feasible"), (0.999, "infeasible")]:
         d = sos.analyse_pid(plant, ex.K, ex.U, gamma=factor * norm)
         assert d.status == word

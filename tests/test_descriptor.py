@@ -1,0 +1,96 @@
+"""The descriptor form and the coupling of vertex pairs."""
+
+import control
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.descriptor import Coupled, coupled_pairs, descriptors
+from tests.cases import car_seat, car_seats, random_plant
+
+
+def test_matrices_of_2_8():
+    rng = np.random.default_rng(1)
+    v, U, K_A = random_plant(rng, 2, 1), [[1.0, 2.0]], [[0.3, -0.1]]
+    (d,) = descriptors(v, U, K_A)
+    Z, z = np.zeros((2, 2)), np.zeros((2, 1))
+    one = np.eye(2)
+    assert np.array_equal(d.E, np.block([
+        [one, Z, z], [Z, v.M - v.B @ K_A, z], [z.T, z.T, np.eye(1)]]))
+    assert np.array_equal(d.A, np.block([
+        [Z, one, z], [-v.S, -v.D, z], [np.array(U), z.T, np.zeros((1, 1))]]))
+    assert np.array_equal(d.Bu, np.vstack([z, v.B, [[0]]]))
+    assert np.array_equal(d.Bw, np.vstack([z, v.F, [[0]]]))
+    assert np.array_equal(d.C, np.hstack([one, Z, z]))
+
+
+def test_state_space_is_the_transfer_function_of_2_1():
+    """z = (M s^2 + D s + S)^-1 B u at some points s."""
+    v = random_plant(np.random.default_rng(2), 3, 2)
+    A, B, Bw = descriptors(v)[0].state_space()
+    loop = control.ss(A, B, np.eye(6)[:3], np.zeros((3, 2)))
+    for s in (0.3j, 2.0, 1 + 5j):
+        wanted = np.linalg.solve(v.M * s**2 + v.D * s + v.S, v.B)
+        assert np.allclose(loop(s), wanted)
+
+
+def test_the_sign_of_the_integrator():
+    """With the minus that (2.7) prints, the printed gains are unstable."""
+    ex = sos.thesis.example_1()
+    K = ex.K.copy()
+    assert sos.analyse_pid(ex.plant, K, ex.U).poles().real.max() < -0.9
+    K[:, 4:] *= -1
+    assert sos.analyse_pid(ex.plant, K, ex.U).poles().real.max() > 0
+
+
+def test_controllability_test_agrees_with_kalmans_rank():
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        S = np.diag(rng.integers(0, 3, 2)).astype(float)
+        B = rng.integers(0, 2, (2, 1)).astype(float)
+        U = np.eye(2)[rng.integers(0, 2)][None]
+        if not B.any():
+            continue
+        v = sos.SecondOrderSystem(np.eye(2), np.diag([1.0, 3]), S, B)
+        A = np.zeros((5, 5))
+        A[:2, 2:4], A[4:, :2] = np.eye(2), U
+        A[2:4, :4] = np.hstack([-S, -v.D])
+        b = np.vstack([np.zeros((2, 1)), B, [[0]]])
+        plain = control.ctrb(A[:4, :4], b[:4])
+        if np.linalg.matrix_rank(plain) < 4:
+            continue
+        full = np.linalg.matrix_rank(control.ctrb(A, b)) == 5
+        if full:
+            descriptors(v, U)
+        else:
+            with pytest.raises(ValueError, match="U is uncontrollable"):
+                descriptors(v, U)
+
+
+def test_pairs():
+    vertices = descriptors(car_seats()[0])
+    assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
+    assert coupled_pairs(vertices, "pairs") == [(0, 0), (1, 1), (0, 1)]
+
+
+def test_pairs_with_one_mass_are_the_mean_of_their_vertices():
+    """Where E is certain no pair is needed."""
+    v = car_seat(100)
+    stiff = sos.SecondOrderSystem(v.M, 2 * v.D, 3 * v.S, 0.5 * v.B, v.F)
+    both = descriptors(sos.Polytope([v, stiff]))
+    assert coupled_pairs(both, "pairs") == [(0, 0), (1, 1)]
+    rng = np.random.default_rng(4)
+    P, Y = rng.standard_normal((4, 4)), rng.standard_normal((2, 4))
+    P = P + P.T
+    i, j, ij = (Coupled(both[a], both[b], P, Y)
+                for a, b in [(0, 0), (1, 1), (0, 1)])
+    for part in ("Theta", "EPE", "EPC", "Bw"):
+        mean = (getattr(i, part) + getattr(j, part)) / 2
+        assert np.allclose(getattr(ij, part), mean)
+
+
+def test_very_different_masses_are_not_singular():
+    plant = sos.SecondOrderSystem(
+        np.diag([1e-9, 1e9]), np.eye(2), np.eye(2), np.eye(2))
+    A, B, _ = descriptors(plant)[0].state_space()
+    assert np.allclose(A[2:, :2], np.diag([-1e9, -1e-9]))

@@ -1,0 +1,109 @@
+"""Promises that hold for every plant: hypothesis looks for exceptions."""
+
+import numpy as np
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
+
+import sosbook as sos
+from sosbook.analysis import hinf_norm, peak_input, poles
+from sosbook.descriptor import descriptors
+from sosbook.lmi.conic import clarabel_phase_one
+from tests.cases import random_plant, random_request
+from tests.test_conic import scaled_blocks
+
+few = settings(max_examples=40, derandomize=True, deadline=None)
+seeds = st.integers(0, 10**6)
+
+
+@few
+@given(seeds)
+def test_a_feasible_design_keeps_its_promises(seed):
+    """Over the vertices and sampled plants of the polytope."""
+    asked = random_request(seed)
+    d = sos.design_pid(**asked)
+    event(d.status)
+    assert d.status in ("feasible", "infeasible")
+    if d.status == "infeasible":
+        assert d.K is None
+        return
+    assert d.certify(12).proven
+    plant, U = asked["plant"], asked.get("U")
+    inside = [*plant.vertices]
+    if len(inside) > 1:
+        inside += [plant.mean, *plant.sample(5, seed=1)]
+    for v in inside:
+        (e,) = descriptors(v, U)
+        found = poles(e, d.K)
+        assert found.real.max() < 0
+        if "region" in asked:
+            assert asked["region"].contains(found)
+        if d.gamma is not None:
+            assert hinf_norm(e, d.K) < d.gamma
+        if "saturation" in asked:
+            limit = asked["saturation"]
+            assert peak_input(e, d.K, limit.x0) <= limit.u_max
+
+
+@few
+@given(seeds)
+def test_the_verdict_is_clarabels(seed):
+    d = sos.design_pid(**random_request(seed))
+    _, t, status = clarabel_phase_one(scaled_blocks(d.request))
+    if status == "Solved" and abs(t) > 1e-4:
+        assert (t > 0) == (d.status == "feasible")
+
+
+@few
+@given(seeds, st.floats(-6, 6), st.floats(-6, 6), st.booleans())
+def test_units_do_not_decide(seed, length, force, integrate):
+    """Displacements and forces in other units, same verdict."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    v = random_plant(rng, n, n)
+    z, u = 10.0**length, 10.0**force
+    other = sos.SecondOrderSystem(
+        v.M * z, v.D * z, v.S * z, v.B * u, v.F)
+    U = np.eye(n) if integrate else None
+    region = sos.PoleRegion(sigma=rng.uniform(0.1, 2), rho=10)
+    start = rng.standard_normal(2 * n + (n if integrate else 0))
+    u_max = 10 ** rng.uniform(0, 3)
+    here = sos.design_pid(v, U, region, None, sos.Saturation(u_max, start))
+    there = sos.design_pid(
+        other, U, region, None, sos.Saturation(u_max / u, start / z))
+    assert here.status == there.status
+    if here.status == "feasible":
+        scale = np.abs(here.K).max()
+        assert np.abs(there.K * u / z - here.K).max() < 1e-4 * scale
+
+
+@few
+@given(seeds)
+def test_relaxing_a_request_keeps_it_feasible(seed):
+    asked = random_request(seed)
+    if sos.design_pid(**asked).status != "feasible":
+        return
+    if "gamma" in asked:
+        asked["gamma"] *= 1.1
+    if "saturation" in asked:
+        limit = asked["saturation"]
+        asked["saturation"] = sos.Saturation(
+            1.1 * limit.u_max, 0.9 * limit.x0)
+    if "region" in asked:
+        given_ = asked["region"]
+        asked["region"] = sos.PoleRegion(
+            given_.sigma and 0.9 * given_.sigma,
+            given_.theta and min(1.05 * given_.theta, np.pi / 2),
+            given_.rho and 1.1 * given_.rho)
+    assert sos.design_pid(**asked).status == "feasible"
+
+
+@few
+@given(seeds)
+def test_an_exact_proof_of_infeasibility_is_never_wrong(seed):
+    """If multipliers are proven, no solver may find a design."""
+    d = sos.design_pid(**random_request(seed))
+    if d.status == "infeasible" and d.infeasibility.proven:
+        event("proven infeasible")
+        assert d.infeasibility.value <= 0
+        _, t, _ = clarabel_phase_one(scaled_blocks(d.request))
+        assert t < 1e-6

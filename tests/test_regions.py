@@ -1,0 +1,145 @@
+"""Pole regions: what they contain, and what they refuse."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import LMIRegion, PoleRegion, Region
+
+DEFINITIONS = {
+    "half-plane": (LMIRegion.half_plane(1), lambda x, y: -1 - x),
+    "right boundary": (LMIRegion.half_plane(-2), lambda x, y: 2 - x),
+    "sector": (LMIRegion.sector(0.6),
+               lambda x, y: -x * np.sin(0.6) - abs(y) * np.cos(0.6)),
+    "sector with apex": (LMIRegion.sector(0.6, apex=-1), lambda x, y:
+                         (-1 - x) * np.sin(0.6) - abs(y) * np.cos(0.6)),
+    "disk": (LMIRegion.disk(3), lambda x, y: 3 - np.hypot(x, y)),
+    "shifted disk": (LMIRegion.disk(2, -3),
+                     lambda x, y: 2 - np.hypot(x + 3, y)),
+    "strip": (LMIRegion.strip(-4, -1),
+              lambda x, y: np.minimum(x + 4, -1 - x)),
+    "horizontal strip": (LMIRegion.horizontal_strip(2),
+                         lambda x, y: 2 - abs(y)),
+}
+RNG = np.random.default_rng(3)
+POINTS = RNG.uniform(-6, 4, 2000) + 1j * RNG.uniform(-5, 5, 2000)
+
+
+@pytest.mark.parametrize("name", DEFINITIONS)
+def test_distance_is_the_geometric_one(name):
+    region, formula = DEFINITIONS[name]
+    (found,) = region.distances(POINTS).values()
+    wanted = formula(POINTS.real, POINTS.imag)
+    assert np.allclose(found[wanted > 0], wanted[wanted > 0], atol=1e-9)
+    assert np.array_equal(found > 0, wanted > 0)
+
+
+def test_ellipse():
+    region = LMIRegion.ellipse(-3, 2, 0.5)
+    (found,) = region.distances(POINTS).values()
+    x, y = POINTS.real, POINTS.imag
+    assert np.array_equal(found > 0, ((x + 3) / 2) ** 2 + (2 * y) ** 2 < 1)
+    for s, d in zip(POINTS[found > 0], found[found > 0]):
+        circle = s + 0.999 * d * np.exp(1j * np.linspace(0, 6.3, 50))
+        assert region.contains(circle)
+
+
+def test_intersection():
+    region = PoleRegion(0.7, np.pi / 4, 5) & LMIRegion.strip(-3, -1)
+    parts = [part.contains(s) for part in region.parts for s in POINTS]
+    inside = np.reshape(parts, (4, -1)).all(axis=0)
+    assert np.array_equal(inside, [region.contains(s) for s in POINTS])
+    assert 0 < inside.sum() < len(POINTS)
+
+
+def test_parts_with_one_name_are_all_kept():
+    region = LMIRegion.disk(5) & LMIRegion.disk(2, -3) & PoleRegion(rho=9)
+    assert len(region.distances([-3])) == 3
+    assert not region.contains([0])
+    d = sos.design_pid(
+        sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]]), region=region)
+    assert len(d.margins) == 5
+    assert region.contains(d.poles())
+
+
+def test_every_part_binds_in_a_design():
+    """One more half-plane moves the poles behind both."""
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    near, far = LMIRegion.half_plane(1), LMIRegion.half_plane(30)
+    for region in (near & far, far & near):
+        poles = sos.design_pid(plant, region=region).poles()
+        assert poles.real.max() < -30
+
+
+@pytest.mark.parametrize("region", [
+    LMIRegion([[2]], [[-1]], "half-plane"),  # Re s > 1
+    LMIRegion.strip(1, 2),
+    LMIRegion.disk(1, 3),
+])
+def test_right_half_plane_regions_are_infeasible(region):
+    """Stability is demanded whatever a region is called."""
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    assert sos.design_pid(plant, region=region).status == "infeasible"
+
+
+@pytest.mark.parametrize("region", [
+    LMIRegion.horizontal_strip(0.1),
+    LMIRegion.half_plane(-5),
+    LMIRegion.sector(0.3, apex=2),
+    LMIRegion.disk(5, 3),
+])
+def test_regions_that_reach_right_still_give_stable_loops(region):
+    plant = sos.SecondOrderSystem([[1]], [[-1]], [[1]], [[1]])
+    d = sos.design_pid(plant, region=region)
+    assert d.poles().real.max() < 0
+    assert region.contains(d.poles())
+    assert d.certify().proven
+
+
+@pytest.mark.parametrize("region", [
+    LMIRegion.disk(1, -100),
+    LMIRegion.disk(0.01, -1),
+    LMIRegion.sector(0.01),
+    LMIRegion.ellipse(-50, 1, 5),
+    PoleRegion(sigma=1000),
+    PoleRegion(sigma=1e-6),
+    PoleRegion(theta=np.pi / 2),
+    PoleRegion(rho=1e4, theta=0.1),
+])
+def test_small_and_far_regions(region):
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    d = sos.design_pid(plant, region=region)
+    assert region.contains(d.poles())
+    assert d.certify(12).proven
+
+
+@pytest.mark.parametrize("make, words", [
+    (lambda: PoleRegion(), "needs sigma, theta or rho"),
+    (lambda: PoleRegion(sigma=-1), "sigma = -1 is negative"),
+    (lambda: PoleRegion(sigma=np.nan), "sigma must be a finite"),
+    (lambda: PoleRegion(theta=45), "half-angle of the sector, in radians"),
+    (lambda: PoleRegion(theta=0), "theta = 0.0 is outside"),
+    (lambda: PoleRegion(rho=0), "rho must be positive"),
+    (lambda: PoleRegion(rho="5"), "rho must be a finite number"),
+    (lambda: PoleRegion(rho=1j), "rho must be a finite number"),
+    (lambda: PoleRegion(sigma=5, rho=5), "the region is empty"),
+    (lambda: LMIRegion.strip(-1, -2), "left = -1.0 must be below"),
+    (lambda: LMIRegion.horizontal_strip(-1), "omega must be positive"),
+    (lambda: LMIRegion.ellipse(0, 0, 1), "a must be positive"),
+    (lambda: LMIRegion.disk(1, np.inf), "centre must be a finite"),
+    (lambda: LMIRegion([[0, 1], [0, 0]], np.eye(2), "r"), "alpha must be sym"),
+    (lambda: LMIRegion([[0]], np.eye(2), "r"), "beta has 2 rows"),
+    (lambda: LMIRegion([[-1]], [[0]], "r"), "beta is zero"),
+    (lambda: LMIRegion([[-1]], [[1]], "hinf"), "name = 'hinf'"),
+    (lambda: LMIRegion([[-1]], [[1]], ""), "name = ''"),
+    (lambda: Region(()), "parts is empty"),
+    (lambda: Region(["disk"]), "parts must be LMIRegion"),
+])
+def test_bad_regions_are_refused(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_intersection_with_something_else_is_refused():
+    with pytest.raises(TypeError):
+        LMIRegion.disk(1) & 3

@@ -1,0 +1,104 @@
+"""The thesis's data, and the rows and errata made from it."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import reproduction
+
+BOOK = Path(__file__).resolve().parent.parent / "book"
+ROWS = reproduction.rows()
+ERRATA = reproduction.errata()
+
+
+def test_printed_poles_of_example_1():
+    """Table 3.1, from the printed matrices with numpy alone."""
+    M, D, S = np.diag([10, 11]), [[4, 1], [1, 5]], [[8, 4], [-4, 9]]
+    ex = sos.thesis.example_1()
+    A = np.zeros((6, 6))
+    A[:2, 2:4], A[4:, :2] = np.eye(2), np.eye(2)
+    A[2:4, :2] = -np.linalg.solve(M, S)
+    A[2:4, 2:4] = -np.linalg.solve(M, D)
+    for loop, printed, tolerance in [
+        (A[:4, :4], ex.open_loop_poles, 1e-4),
+        (A + np.vstack([np.zeros((2, 6)), np.linalg.solve(M, ex.K),
+                        np.zeros((2, 6))]), ex.closed_loop_poles, 2e-4),
+    ]:
+        poles = list(np.linalg.eigvals(loop))
+        for p in printed:
+            near = min(poles, key=lambda q: abs(p - q))
+            poles.remove(near)
+            assert abs(near - p) < tolerance
+        assert not poles
+
+
+def test_printed_gains_of_example_1():
+    ex = sos.thesis.example_1()
+    assert ex.K.shape == (2, 6)
+    assert ex.K[0, 0] == -101.9639
+    assert ex.K[1, 5] == -61.5149
+    assert (ex.gamma, ex.saturation.u_max) == (1.257, 150)
+
+
+def row(item):
+    (found,) = [r for r in ROWS if r.item.startswith(item)]
+    return found
+
+
+@pytest.mark.parametrize("item, verdict", [
+    ("open-loop poles", "reproduced"),
+    ("closed-loop poles", "reproduced"),
+    ("all closed-loop poles lie", "property holds"),
+    ("the printed gains satisfy", "property holds"),
+    ("K_P, K_D, K_I", "differs"),
+    ("H-infinity norm", "property holds"),
+    ("|K x(t)| at most 150", "property holds"),
+    ("the error goes to zero", "property holds"),
+    ("the curves of", "not reproducible"),
+])
+def test_verdicts(item, verdict):
+    assert row(item).verdict == verdict
+
+
+def test_every_row_is_complete():
+    for r in ROWS:
+        assert r.verdict in reproduction.VERDICTS
+        assert all(vars(r).values())
+    names = [(r.chapter, r.item, r.place) for r in ROWS]
+    assert len(set(names)) == len(names)
+
+
+def test_every_erratum_is_complete():
+    for e in ERRATA:
+        assert all(vars(e).values())
+        assert e.printed != e.correct
+
+
+@pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
+def test_chapters_that_rows_and_errata_name_exist():
+    for found in {x.chapter for x in (*ROWS, *ERRATA)}:
+        assert list(BOOK.glob(found + ".*")), found
+
+
+def test_an_unknown_verdict_is_refused():
+    with pytest.raises(ValueError, match="unknown verdict"):
+        reproduction.Row("a", "b", "c", "d", "e", "perhaps", "f")
+
+
+def test_numbers_in_the_rows_are_those_of_other_means():
+    """The norm by a sweep, the peak by small steps."""
+    ex = sos.thesis.example_1()
+    d = sos.analyse_pid(ex.plant, ex.K, ex.U)
+    loop = d.closed_loop()
+    omega = np.linspace(0, 20, 4001)
+    gains = [np.linalg.norm(loop(1j * w)[:2, :2], 2) for w in omega]
+    printed = float(row("H-infinity norm").ours)
+    assert abs(max(gains) - printed) < 1e-5
+    t = np.linspace(0, 20, 20001)
+    x = d.simulate(t, x0=ex.saturation.x0).x
+    peak = np.linalg.norm(ex.K @ x, axis=0).max()
+    ours = re.match(r"[\d.]+", row("|K x(t)| at most").ours)[0]
+    assert abs(peak - float(ours)) < 0.1
