@@ -248,7 +248,7 @@ class Frame:
 
     The blocks only undergo congruences: neither the feasible set nor
     its centre depends on the frame, only the accuracy does. Entries
-    are rounded to three digits, which keeps exact arithmetic short.
+    are rounded to six digits, which keeps exact arithmetic short.
     """
 
     left: np.ndarray
@@ -282,11 +282,11 @@ class Frame:
         if request.gamma is not None:
             push = np.linalg.solve(T, Bw)
             size = max(size, np.linalg.norm(push, 2) ** 2 / omega)
-        T = round_digits(T * np.sqrt(size or 1.0), 3)
-        left = round_digits(np.linalg.inv(mean.E @ T), 3)
+        T = round_digits(T * np.sqrt(size or 1.0), 6)
+        left = round_digits(np.linalg.inv(mean.E @ T), 6)
         scale = omega / (np.linalg.norm(left @ mean.Bu, 2) or 1.0)
         return cls(
-            left, T, round_digits(np.linalg.inv(T), 3), float(round_digits(scale, 3))
+            left, T, round_digits(np.linalg.inv(T), 6), float(round_digits(scale, 6))
         )
 
 

@@ -200,3 +200,13 @@ def test_the_ellipse_is_the_shadow_of_the_ellipsoid(design):
         assert np.isclose(corner @ np.linalg.solve(block, corner), 1)
     assert np.isclose(np.abs(outline[0]).max(), np.sqrt(design.P[i, i]),
                       rtol=1e-3)
+
+
+def test_signals_come_one_row_a_channel():
+    t = np.linspace(0, 1, 5)
+    figure, ax = plt.subplots()
+    plots.signal(ax, t, np.array([t, 2 * t]))
+    assert [line.get_ydata()[-1] for line in ax.lines] == [1, 2]
+    with pytest.raises(ValueError, match="one row a channel"):
+        plots.signal(ax, t, np.array([t, 2 * t]).T)
+    plt.close(figure)

@@ -10,7 +10,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dtrtri
 
-__all__ = ["Blocks", "Phase", "Unbounded", "centre", "minimize", "phase_one"]
+__all__ = [
+    "Blocks", "Phase", "Unbounded", "centre", "minimize", "phase_one",
+    "refine",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,6 +292,9 @@ def phase_one(blocks, radius=1e4, wide=1e8):
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
             reach = _excluded_radius(blocks, Z)
+            if reach < radius / 2:
+                Z = refine(blocks, Z)
+                reach = _excluded_radius(blocks, Z)
             verdict = "infeasible" if reach >= radius / 2 else "undecided"
             if reach < wide / 2 and radius < wide:
                 further = phase_one(blocks, wide)
@@ -306,6 +312,30 @@ def _excluded_radius(blocks, Z):
     value, residual = blocks.value(Z), blocks.adjoint(Z)
     size = np.linalg.norm(residual)
     return 0.0 if value >= 0 else (-value / size if size else np.inf)
+
+
+def refine(blocks, Z):
+    """Multipliers that satisfy sum <G_ka, Z_k> = 0 more closely.
+
+    Each Z_k = L L' becomes L (I + X) L' with the smallest X_k: that
+    spares the small eigenvalues of Z_k.
+    """
+    slopes = [s.astype(float) for s in blocks.slopes]
+    try:
+        factors = [np.linalg.cholesky(z) for z in Z]
+    except np.linalg.LinAlgError:
+        return Z
+    white = [L.T @ s @ L for L, s in zip(factors, slopes)]
+    rows = np.hstack([h.reshape(len(h), -1) for h in white])
+    size = np.linalg.norm(rows, axis=1)
+    rows = rows / np.where(size == 0, 1, size)[:, None]
+    ones = np.concatenate([np.eye(len(L)).ravel() for L in factors])
+    X = -np.linalg.lstsq(rows, rows @ ones, rcond=1e-12)[0]
+    ends = np.cumsum([L.size for L in factors])[:-1]
+    changes = [x.reshape(L.shape) for L, x in zip(factors, np.split(X, ends))]
+    if min(np.linalg.eigvalsh(x)[0] for x in changes) <= -1:
+        return Z
+    return [L @ (np.eye(len(L)) + x) @ L.T for L, x in zip(factors, changes)]
 
 
 def centre(blocks, x):
@@ -355,6 +385,8 @@ def minimize(blocks, cost, x, gap=1e-6):
         try:
             x = barrier.descend(x, weight * cost, 0.1)
         except np.linalg.LinAlgError:
+            break
+        if x @ x > 1e16:
             break
         slack = 2 * blocks.degree / weight
         if slack < gap * abs(cost @ x):

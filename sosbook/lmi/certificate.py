@@ -5,6 +5,8 @@ from fractions import Fraction
 import numpy as np
 from flint import fmpq, fmpq_mat
 
+from .centre import refine
+
 __all__ = ["exact", "pivots", "repair_multipliers", "round_digits"]
 
 
@@ -109,7 +111,7 @@ def repair_multipliers(blocks, Z, digits=12):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
-    Z = _refined(blocks, Z)
+    Z = refine(blocks, Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     flat = _matrix(np.hstack(
         [s.reshape(len(s), -1) for s in blocks.slopes]
@@ -134,29 +136,6 @@ def repair_multipliers(blocks, Z, digits=12):
         out.append(part)
     value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
     return (out, value) if value <= 0 else None
-
-
-def _refined(blocks, Z):
-    """The same equations in floats, with Z_k = L (I + X) L', X small.
-
-    Unlike the exact repair this spares the small eigenvalues of Z_k.
-    """
-    slopes = [s.astype(float) for s in blocks.slopes]
-    try:
-        factors = [np.linalg.cholesky(z) for z in Z]
-    except np.linalg.LinAlgError:
-        return Z
-    white = [L.T @ s @ L for L, s in zip(factors, slopes)]
-    rows = np.hstack([h.reshape(len(h), -1) for h in white])
-    size = np.linalg.norm(rows, axis=1)
-    rows = rows / np.where(size == 0, 1, size)[:, None]
-    ones = np.concatenate([np.eye(len(L)).ravel() for L in factors])
-    X = -np.linalg.lstsq(rows, rows @ ones, rcond=1e-12)[0]
-    ends = np.cumsum([L.size for L in factors])[:-1]
-    return [
-        L @ (np.eye(len(L)) + x.reshape(L.shape)) @ L.T
-        for L, x in zip(factors, np.split(X, ends))
-    ]
 
 
 def _stays_positive(near, far):
