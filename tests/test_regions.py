@@ -46,10 +46,11 @@ def test_ellipse():
 
 def test_intersection():
     region = PoleRegion(0.7, np.pi / 4, 5) & LMIRegion.strip(-3, -1)
-    parts = [part.contains(s) for part in region.parts for s in POINTS]
-    inside = np.reshape(parts, (4, -1)).all(axis=0)
-    assert np.array_equal(inside, [region.contains(s) for s in POINTS])
-    assert 0 < inside.sum() < len(POINTS)
+    points = POINTS[:300]
+    x, y = points.real, abs(points.imag)
+    wanted = (x < -1) & (x > -3) & (y < -x) & (abs(points) < 5)
+    assert np.array_equal(wanted, [region.contains(s) for s in points])
+    assert 0 < wanted.sum() < len(points)
 
 
 def test_parts_with_one_name_are_all_kept():

@@ -97,7 +97,7 @@ PLANTS = {
     "F has one row": (bad(F=[[1.0]]), "F has 1 rows, needs 2"),
     "NaN in M": (bad(M=nan), "M has NaN"),
     "NaN in D": (bad(D=nan), "D has NaN"),
-    "infinite S": (bad(S=np.inf * I2), "S has NaN or infinite"),
+    "infinite S": (bad(S=[[np.inf, 0], [0, 1]]), "S has NaN or infinite"),
     "NaN in B": (bad(B=nan), "B has NaN"),
     "NaN in F": (bad(F=nan), "F has NaN"),
     "rank of [M B]": (bad(M=np.diag([1, 0]), B=[[1], [0]]), r"\[M B\] lacks"),
