@@ -144,3 +144,14 @@ def test_asking_an_infeasible_design_for_its_gain():
     for ask in (lambda: d.K_P, d.certify, d.poles, d.closed_loop):
         with pytest.raises(ValueError, match="the design is infeasible"):
             ask()
+
+
+@pytest.mark.parametrize("share", [0.999, 0.99, 0.9])
+def test_a_bound_just_below_the_norm_is_proven_impossible(share):
+    robot = sos.thesis.example_1()
+    norm = sos.analyse_pid(robot.plant, robot.K, robot.U).hinf()
+    below = sos.analyse_pid(
+        robot.plant, robot.K, robot.U, gamma=share * norm
+    )
+    assert below.status == "infeasible"
+    assert below.infeasibility.proven

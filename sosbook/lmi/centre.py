@@ -298,7 +298,7 @@ def phase_one(blocks, radius=1e4, wide=1e8):
             verdict = "infeasible" if reach >= radius / 2 else "undecided"
             if reach < wide / 2 and radius < wide:
                 further = phase_one(blocks, wide)
-                if further.verdict != "undecided":
+                if further.x is not None or verdict == "undecided":
                     return further
             return Phase(
                 verdict, Z=[z * o for z, o in zip(Z, outer)]
