@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from flint import fmpq, fmpq_mat
+from flint import fmpq
 
 import sosbook as sos
 from sosbook.lmi.certificate import exact
