@@ -7,7 +7,14 @@ from scipy.optimize import minimize_scalar
 
 from .system import sort_poles
 
-__all__ = ["closed_loop", "hinf_norm", "loop_matrix", "peak_input"]
+__all__ = [
+    "closed_loop",
+    "hinf_norm",
+    "loop_matrix",
+    "open_loop",
+    "peak_input",
+    "poles",
+]
 
 
 def loop_matrix(d, K):
@@ -18,6 +25,46 @@ def loop_matrix(d, K):
 def poles(d, K):
     """Closed-loop poles of one vertex, in rad/s, sorted."""
     return sort_poles(np.linalg.eigvals(loop_matrix(d, K)))
+
+
+def open_loop(d):
+    """The plant with its integrators as python-control's StateSpace.
+
+    Parameters
+    ----------
+    d : Descriptor
+
+    Returns
+    -------
+    control.StateSpace
+        Inputs u (m of them), w (p), r (n). Outputs the state x = [z; z';
+        x3]: the feedback u = K (x - [r; 0; 0]) closes the loop.
+
+    Notes
+    -----
+    Source: thesis (2.8), with x3 = + integral of U e.
+    """
+    n, N = len(d.C), len(d.E)
+    A, B, Bw = d.state_space()
+    m, p = B.shape[1], Bw.shape[1]
+    names = {
+        "inputs": [f"u{k + 1}" for k in range(m)]
+        + [f"w{k + 1}" for k in range(p)]
+        + [f"r{k + 1}" for k in range(n)],
+        "outputs": [f"x{k + 1}" for k in range(N)],
+    }
+    return control.ss(
+        A, np.hstack([B, Bw, _set_point(d)]),
+        np.eye(N), np.zeros((N, m + p + n)), **names,
+    )
+
+
+def _set_point(d):
+    """How a constant r enters x': only through the integrators."""
+    n, N = len(d.C), len(d.E)
+    entry = np.zeros((N, n))
+    entry[2 * n:] = -d.A[2 * n:, :n]
+    return entry
 
 
 def closed_loop(d, K):
@@ -42,8 +89,6 @@ def closed_loop(d, K):
     n, N = len(d.C), len(d.E)
     _, B, Bw = d.state_space()
     A = loop_matrix(d, K)
-    set_point = np.zeros((N, n))
-    set_point[2 * n:] = -d.A[2 * n:, :n]
     K_P = K[:, :n]
     D = np.zeros((n + len(K), d.Bw.shape[1] + n))
     D[n:, d.Bw.shape[1]:] = -K_P
@@ -54,7 +99,7 @@ def closed_loop(d, K):
         + [f"u{k + 1}" for k in range(len(K))],
     }
     return control.ss(
-        A, np.hstack([Bw, set_point - B @ K_P]),
+        A, np.hstack([Bw, _set_point(d) - B @ K_P]),
         np.vstack([d.C, K]), D, **names,
     )
 

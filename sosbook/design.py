@@ -6,12 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from . import analysis
+from .descriptor import descriptors
 from .lmi import Unknown, block, eye
 from .lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
 from .proof import prove, prove_infeasible
 from .request import Frame, Request
 from .simulate import simulate
-from .system import SecondOrderSystem, positive
+from .system import Polytope, SecondOrderSystem, positive
 
 __all__ = ["Design", "analyse_pid", "design_pid"]
 
@@ -190,33 +191,70 @@ class Design:
             return found[0]
         return found
 
+    def _loops(self, samples, seed):
+        """Descriptors of the vertices and of random plants between."""
+        vertices, plant = self.request.vertices, self.request.plant
+        if not samples:
+            return vertices
+        if not isinstance(plant, Polytope):
+            raise ValueError("samples needs a Polytope; the plant is one")
+        inside = Polytope(plant.sample(samples, seed))
+        return vertices + descriptors(
+            inside, self.request.U, self.request.K_A
+        )
+
+    def open_loop(self):
+        """control.StateSpace from (u, w, r) to x; a list per vertex."""
+        return self._each(analysis.open_loop)
+
     def closed_loop(self):
         """control.StateSpace from (w, r) to (z, u); a list per vertex."""
         K = self._gain()
         return self._each(lambda d: analysis.closed_loop(d, K))
 
-    def poles(self):
-        """Closed-loop poles in rad/s: (N,), or one row per vertex."""
-        K = self._gain()
-        return np.array(self._each(lambda d: analysis.poles(d, K)))
+    def poles(self, samples=0, seed=0):
+        """Closed-loop poles, in rad/s.
 
-    def hinf(self):
-        """True H-infinity norm from w to z, the largest of the vertices."""
+        Parameters
+        ----------
+        samples : int
+            For a Polytope: how many random plants join the vertices.
+        seed : int
+            Of the random plants.
+
+        Returns
+        -------
+        (N,) array, or one row per vertex and sample
+        """
+        K = self._gain()
+        found = [analysis.poles(d, K) for d in self._loops(samples, seed)]
+        single = isinstance(self.request.plant, SecondOrderSystem)
+        return found[0] if single else np.array(found)
+
+    def hinf(self, samples=0, seed=0):
+        """The largest true H-infinity norm from w to z.
+
+        Over the vertices and random plants; parameters as in `poles`.
+        """
         K = self._gain()
         if self.request.plant.p == 0:
             raise ValueError("the plant has no F: there is no such norm")
         return max(
-            analysis.hinf_norm(d, K) for d in self.request.vertices
+            analysis.hinf_norm(d, K) for d in self._loops(samples, seed)
         )
 
-    def peak_input(self):
-        """Largest |K x(t)| from x0, over the vertices."""
+    def peak_input(self, samples=0, seed=0):
+        """The largest |K x(t)| from x0.
+
+        Over the vertices and random plants; parameters as in `poles`.
+        """
         K = self._gain()
         if self.request.saturation is None:
             raise ValueError("the design has no saturation, so no x0")
         x0 = self.request.saturation.x0
         return max(
-            analysis.peak_input(d, K, x0) for d in self.request.vertices
+            analysis.peak_input(d, K, x0)
+            for d in self._loops(samples, seed)
         )
 
     def simulate(self, t, r=None, w=None, x0=None):

@@ -129,3 +129,35 @@ def test_one_answer_for_each_vertex():
     assert d.peak_input() == max(s.peak_input() for s in single)
     assert all(
         np.allclose(row, s.poles()) for row, s in zip(d.poles(), single))
+
+
+def test_feedback_closes_the_open_loop():
+    robot = sos.thesis.example_1()
+    design = sos.analyse_pid(robot.plant, robot.K, robot.U)
+    loop = control.feedback(
+        design.open_loop()[:, :2], control.ss([], [], [], robot.K), sign=1)
+    assert np.allclose(
+        np.sort_complex(loop.poles()), np.sort_complex(design.poles()))
+    names = design.open_loop().input_labels
+    assert names == ["u1", "u2", "w1", "w2", "r1", "r2"]
+
+
+def test_samples_join_the_vertices_of_a_polytope():
+    robot = sos.thesis.example_1()
+    heavy = sos.SecondOrderSystem(
+        1.2 * robot.plant.M, robot.plant.D, robot.plant.S,
+        robot.plant.B, robot.plant.F)
+    design = sos.analyse_pid(
+        sos.Polytope([robot.plant, heavy]), robot.K, **robot.requirements)
+    few, many = design.poles(), design.poles(samples=5, seed=1)
+    assert many.shape == (7, 6) and np.array_equal(many[:2], few)
+    assert robot.region.contains(many)
+    assert design.hinf() <= design.hinf(samples=5) < robot.gamma
+    assert design.peak_input() <= design.peak_input(samples=5) <= 150
+
+
+def test_a_single_plant_has_nothing_to_sample():
+    robot = sos.thesis.example_1()
+    design = sos.analyse_pid(robot.plant, robot.K, robot.U)
+    with pytest.raises(ValueError, match="samples needs a Polytope"):
+        design.poles(samples=3)
