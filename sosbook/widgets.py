@@ -11,6 +11,7 @@ import ipywidgets
 import numpy as np
 
 from .chart import Chart
+from .descriptor import descriptors
 from .design import analyse_pid, design_pid
 from .plots import (
     BLUE,
@@ -35,6 +36,7 @@ __all__ = [
     "explore_hinf",
     "explore_region",
     "explore_saturation",
+    "explore_segment",
 ]
 
 
@@ -388,6 +390,50 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
         chart.line(t, effort, BLUE, name="|K x(t)|")
         chart.line([0, t[-1]], [u_max] * 2, VERMILLION, True, "u_max")
         yield _page(shadow.svg(), chart.svg(), _gains(design))
+
+    return Explorer(sliders, draw)
+
+
+def explore_segment(plants, P):
+    """Move between two uncontrolled vertices that share a P.
+
+    Parameters
+    ----------
+    plants : Polytope
+        Of two vertices.
+    P : (2n, 2n) array
+        Satisfies the stability LMI at both.
+
+    Returns
+    -------
+    Explorer
+    """
+    if plants.N != 2:
+        raise ValueError(f"plants has {plants.N} vertices, needs two")
+    weights = np.linspace(0, 1, 41)
+    every = np.concatenate(
+        [plants.at([1 - a, a]).poles() for a in weights])
+    window = window_of([every])
+    sliders = {
+        "weight": _linear("weight of the second vertex", 0.0, 0, 1)}
+
+    def draw(weight):
+        plant = plants.at([1 - weight, weight])
+        poles = plant.poles()
+        (d,) = descriptors(plant)
+        lyapunov = d.A @ P @ d.E.T
+        top = np.linalg.eigvalsh(lyapunov + lyapunov.T)[-1]
+        chart = Chart(
+            window[:2], (-window[2], window[2]), "Re s (1/s)",
+            "Im s (rad/s)", "Poles between the vertices", square=True)
+        chart.line([0, 0], [-window[2], window[2]], GREY, True)
+        chart.marks(every.real, every.imag, GREY, "circle")
+        chart.marks(poles.real, poles.imag, BLUE, "cross")
+        words = "stable" if poles.real.max() < 0 else "UNSTABLE"
+        yield _page(chart.svg(), (
+            f"<div><p>The plant is <strong>{words}</strong>: largest real "
+            f"part {poles.real.max():+.2f}.</p><p>Largest eigenvalue of "
+            f"the stability LMI with this P: {top:+.2f}.</p></div>"))
 
     return Explorer(sliders, draw)
 

@@ -131,3 +131,19 @@ def test_every_slider_has_a_label_and_every_picture_an_alternative(
     page = explorer.picture.value
     assert page.count("<svg role='img' aria-label='") == 2
     assert "role='status'" in page
+
+
+def test_segment_explorer_finds_the_unstable_middle():
+    plants, P = sos.counterexamples.mechanical()
+    explorer = widgets.explore_segment(plants, P)
+    assert "<strong>stable</strong>" in explorer.picture.value
+    explorer.sliders["weight"].value = 0.5
+    assert "<strong>UNSTABLE</strong>" in explorer.picture.value
+    assert "+3.91" in explorer.picture.value
+    explorer.sliders["weight"].value = 1
+    assert "<strong>stable</strong>" in explorer.picture.value
+
+
+def test_segment_explorer_wants_two_vertices(robot):
+    with pytest.raises(ValueError, match="needs two"):
+        widgets.explore_segment(sos.Polytope([robot.plant]), np.eye(4))
