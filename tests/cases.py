@@ -5,30 +5,6 @@ import numpy as np
 import sosbook as sos
 
 
-def car_seat(mass):
-    """Thesis, section 3.1, Example 2, in SI units; S22 = k1 + k2."""
-    k1, k2, b1, b2 = 4e4, 5e3, 4e3, 500
-    return sos.SecondOrderSystem(
-        M=np.diag([mass, 1500]),
-        D=[[b2, -b2], [-b2, b1 + b2]],
-        S=[[k2, -k2], [-k2, k1 + k2]],
-        B=np.eye(2),
-        F=np.diag([0, 1]),
-    )
-
-
-def car_seats():
-    """The polytope of Example 2 and what is asked of its loop."""
-    start = [-0.1, -0.1, 0.09, 0.09, 0.05, 0.05]
-    asked = dict(
-        U=np.eye(2),
-        region=sos.PoleRegion(sigma=0.9, theta=np.pi / 3, rho=15),
-        gamma=0.1732,
-        saturation=sos.Saturation(40000, start),
-    )
-    return sos.Polytope([car_seat(70), car_seat(120)]), asked
-
-
 def chain(n):
     """n masses between walls, a force on each second one."""
     S = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)

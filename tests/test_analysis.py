@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 import sosbook as sos
 from sosbook.analysis import hinf_norm, peak_input
 from sosbook.descriptor import descriptors
-from tests.cases import car_seats, random_plant
+from tests.cases import random_plant
 
 
 def stable_loop(seed, p=2):
@@ -120,7 +120,8 @@ def test_peak_of_a_slow_beat():
 
 
 def test_one_answer_for_each_vertex():
-    plants, asked = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked = seat.plant, seat.requirements
     d = sos.design_pid(plants, **asked)
     assert d.poles().shape == (2, 6)
     assert len(d.closed_loop()) == 2

@@ -15,7 +15,7 @@ from sosbook.lmi.certificate import (
     round_digits,
 )
 from sosbook.lmi.centre import Blocks
-from tests.cases import car_seats
+
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +150,8 @@ def positive_definite(matrix):
 
 
 def test_vertices_prove_nothing_between_them():
-    plants, asked_for = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked_for = seat.plant, seat.requirements
     d = sos.design_pid(plants, coupling="vertices", **asked_for)
     proof = d.certify()
     assert proof.proven

@@ -8,7 +8,7 @@ from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.conic import clarabel_minimize, clarabel_phase_one
 from sosbook.request import Frame, Request
-from tests.cases import car_seats, random_request
+from tests.cases import random_request
 
 
 def scaled_blocks(request):
@@ -61,7 +61,8 @@ def example_1():
 
 
 def car_seat_pair():
-    plants, asked = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked = seat.plant, seat.requirements
     del asked["gamma"]
     return plants, asked
 

@@ -6,7 +6,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.descriptor import Coupled, coupled_pairs, descriptors
-from tests.cases import car_seat, car_seats, random_plant
+from tests.cases import random_plant
 
 
 def test_matrices_of_2_8():
@@ -68,14 +68,14 @@ def test_controllability_test_agrees_with_kalmans_rank():
 
 
 def test_pairs():
-    vertices = descriptors(car_seats()[0])
+    vertices = descriptors(sos.thesis.example_2().plant)
     assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
     assert coupled_pairs(vertices, "pairs") == [(0, 0), (1, 1), (0, 1)]
 
 
 def test_pairs_with_one_mass_are_the_mean_of_their_vertices():
     """Where E is certain no pair is needed."""
-    v = car_seat(100)
+    v = sos.thesis.car_seat(100)
     stiff = sos.SecondOrderSystem(v.M, 2 * v.D, 3 * v.S, 0.5 * v.B, v.F)
     both = descriptors(sos.Polytope([v, stiff]))
     assert coupled_pairs(both, "pairs") == [(0, 0), (1, 1)]

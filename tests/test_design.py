@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook.descriptor import descriptors
-from tests.cases import car_seats, chain, random_request
+from tests.cases import chain, random_request
 
 ONE = [[1.0]]
 
@@ -41,7 +41,8 @@ def test_example_1(design):
 
 def test_car_seat_in_si_units_over_the_whole_polytope():
     """Section 3.1, Example 2, as printed but for S22 = k1 + k2."""
-    plants, asked = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked = seat.plant, seat.requirements
     d = sos.design_pid(plants, coupling="pairs", **asked)
     proof = d.certify()
     assert proof.proven
@@ -129,7 +130,8 @@ def test_numbers_of_degrees_of_freedom(example, design):
 
 
 def test_order_of_the_vertices():
-    plants, asked = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked = seat.plant, seat.requirements
     first = sos.design_pid(plants, **asked)
     second = sos.design_pid(sos.Polytope(plants.vertices[::-1]), **asked)
     assert close(second.K, first.K)

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sosbook as sos
-from tests.cases import car_seats
+
 
 SINE = sos.Sine(5, 10, offset=5, start=1, stop=2.05)
 R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
@@ -126,7 +126,8 @@ def test_channels_of_the_disturbance(design):
 
 
 def test_one_response_for_each_vertex():
-    plants, asked = car_seats()
+    seat = sos.thesis.example_2()
+    plants, asked = seat.plant, seat.requirements
     d = sos.design_pid(plants, **asked)
     answers = d.simulate([0, 1, 2], r=[1, 0])
     assert len(answers) == 2

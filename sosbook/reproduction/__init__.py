@@ -1,0 +1,22 @@
+"""What holds of what is printed: rows for the book's tables and tests.
+
+Every "ours" is computed when `rows` is called; the verdict follows from
+it. `errata` lists corrections to the printed text, with their evidence.
+One module for each subject of the table.
+"""
+
+from functools import cache
+
+from . import example_1
+from .corrections import errata
+from .table import VERDICTS, Erratum, Row
+
+__all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
+
+_SUBJECTS = (example_1,)
+
+
+@cache
+def rows():
+    """All rows, computed, in the order of the thesis."""
+    return tuple(row for subject in _SUBJECTS for row in subject.rows())

@@ -1,0 +1,98 @@
+"""Sliders over a picture: what every explorer is made of."""
+
+import asyncio
+import html
+
+import ipywidgets
+import numpy as np
+
+from ..plots import INK, VERMILLION
+
+__all__ = ["Explorer", "linear", "log", "note", "page"]
+
+
+class Explorer(ipywidgets.VBox):
+    """Sliders over a picture.
+
+    Parameters
+    ----------
+    sliders : dict of str to ipywidgets slider
+    draw : callable
+        Takes the sliders' values by name and yields HTML, once or more
+        often: first what is quick, then what takes longer.
+
+    Attributes
+    ----------
+    sliders : dict
+        Set ``sliders["rho"].value`` to move one from code.
+    picture : ipywidgets.HTML
+        What is shown.
+    """
+
+    def __init__(self, sliders, draw):
+        self.sliders = sliders
+        self.picture = ipywidgets.HTML()
+        self._draw = draw
+        self._waiting = None
+        for slider in sliders.values():
+            slider.observe(self._move, "value")
+        super().__init__([*sliders.values(), self.picture])
+        self._move()
+
+    def _move(self, change=None):
+        if self._waiting is not None:
+            self._waiting.cancel()
+        values = {name: s.value for name, s in self.sliders.items()}
+        pages = self._draw(**values)
+        self._show(pages, 1)
+        self._waiting = _when_idle(lambda: self._show(pages))
+
+    def _show(self, pages, count=None):
+        try:
+            for _, page in zip(range(count or 9), pages):
+                self.picture.value = page
+        except ValueError as error:  # e.g. an empty region
+            self.picture.value = note(html.escape(str(error)))
+
+
+def _when_idle(function, seconds=0.25):
+    """Call when the sliders rest; at once where no event loop runs."""
+    try:
+        loop = asyncio.get_running_loop()
+    except RuntimeError:
+        return function()
+    return loop.call_later(seconds, function)
+
+
+def _slider(kind, name, value, low, high, step, form=".3g"):
+    return kind(
+        value=value, min=low, max=high, step=step, description=name,
+        readout_format=form, continuous_update=True,
+        style={"description_width": "11em"},
+        layout=ipywidgets.Layout(width="min(36em, 95%)"),
+    )
+
+
+def linear(name, value, low, high, form=".3g"):
+    step = 10.0 ** np.floor(np.log10((high - low) / 60))
+    return _slider(ipywidgets.FloatSlider, name, value, low, high, step, form)
+
+
+def log(name, value, below, above):
+    middle = np.log10(value)
+    return _slider(
+        ipywidgets.FloatLogSlider, name, value,
+        middle - np.log10(below), middle + np.log10(above), 0.02,
+    )
+
+
+def note(words, colour=VERMILLION):
+    return (f"<p role='status' style='margin:0;padding:.4em 1em;"
+            f"border-left:5px solid {colour};background:#f6f8fa;"
+            f"color:{INK}'>{words}</p>")
+
+
+def page(*parts):
+    cells = "".join(f"<div>{part}</div>" for part in parts if part)
+    return ("<div style='display:flex;flex-wrap:wrap;gap:1em;background:white;"
+            f"color:{INK};padding:.5em'>{cells}</div>")
