@@ -86,7 +86,7 @@ def closed_loop(d, K):
     -----
     Source: thesis (2.8), with x3 = + integral of U e.
     """
-    n, N = len(d.C), len(d.E)
+    n = len(d.C)
     _, B, Bw = d.state_space()
     A = loop_matrix(d, K)
     K_P = K[:, :n]

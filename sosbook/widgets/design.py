@@ -13,12 +13,19 @@ from ..plots import (
     GREY,
     VERMILLION,
     region_outline,
-    smallest_of_each,
     window_of,
 )
 from ..regions import PoleRegion
 from ..request import Saturation
-from .explorer import Explorer, linear, log, note, page
+from .explorer import (
+    Explorer,
+    gains_table,
+    linear,
+    log,
+    margins_table,
+    note,
+    page,
+)
 
 __all__ = ["explore_design"]
 
@@ -91,8 +98,8 @@ def _design_page(design, region, advice=""):
         return note(words) + page(chart.svg())
     words += f"Poles: {_poles(poles)}. Crosses: closed loop; circles: plant."
     return note(words, BLUE) + page(
-        chart.svg(), _step_chart(design, poles), _gains(design),
-        _margins(design.margins),
+        chart.svg(), _step_chart(design, poles), gains_table(design),
+        margins_table(design.margins),
     )
 
 
@@ -122,35 +129,3 @@ def _step_chart(design, poles):
             chart.line(t, vertex[k], COLOURS[k % len(COLOURS)], k % 2,
                        name="" if j else f"z{k + 1}")
     return chart.svg()
-
-
-def _gains(design):
-    names = ("K_P", "K_D", "K_I")
-    parts = [getattr(design, name) for name in names]
-    rows = "".join(
-        "<tr>" + "".join(
-            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>"
-            for part in parts for k in part[i]
-        ) + "</tr>"
-        for i in range(len(parts[0]))
-    )
-    heads = "".join(
-        f"<th scope='colgroup' colspan='{part.shape[1]}'>{name}</th>"
-        for name, part in zip(names, parts) if part.shape[1]
-    )
-    return f"<table class='gains'><tr>{heads}</tr>{rows}</table>"
-
-
-def _margins(margins):
-    rows = []
-    for name, value in smallest_of_each(margins).items():
-        width = 100 * np.clip(1 + np.log10(max(value, 1e-9)) / 4, 0.02, 1)
-        bar = (f"<div style='background:{BLUE};height:.7em;"
-               f"width:{width:.0f}%'></div>")
-        rows.append(
-            f"<tr><th scope='row' style='text-align:left;font-weight:"
-            f"normal'>{html.escape(name)}</th><td>{value:.2g}</td>"
-            f"<td style='width:9em'>{bar}</td></tr>"
-        )
-    head = "<caption>Margins (log scale)</caption>"
-    return f"<table class='margins'>{head}{''.join(rows)}</table>"

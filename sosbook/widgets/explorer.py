@@ -6,9 +6,9 @@ import html
 import ipywidgets
 import numpy as np
 
-from ..plots import INK, VERMILLION
+from ..plots import BLUE, INK, VERMILLION, smallest_of_each
 
-__all__ = ["Explorer", "linear", "log", "note", "page"]
+__all__ = ["Explorer", "gains_table", "linear", "log", "margins_table", "note", "page"]
 
 
 class Explorer(ipywidgets.VBox):
@@ -96,3 +96,37 @@ def page(*parts):
     cells = "".join(f"<div>{part}</div>" for part in parts if part)
     return ("<div style='display:flex;flex-wrap:wrap;gap:1em;background:white;"
             f"color:{INK};padding:.5em'>{cells}</div>")
+
+
+def margins_table(margins):
+    """The smallest margin of each requirement, with bars."""
+    rows = []
+    for name, value in smallest_of_each(margins).items():
+        width = 100 * np.clip(1 + np.log10(max(value, 1e-9)) / 4, 0.02, 1)
+        bar = (f"<div style='background:{BLUE};height:.7em;"
+               f"width:{width:.0f}%'></div>")
+        rows.append(
+            f"<tr><th scope='row' style='text-align:left;font-weight:"
+            f"normal'>{html.escape(name)}</th><td>{value:.2g}</td>"
+            f"<td style='width:9em'>{bar}</td></tr>"
+        )
+    head = "<caption>Margins (log scale)</caption>"
+    return f"<table class='margins'>{head}{''.join(rows)}</table>"
+
+
+def gains_table(design):
+    """The gains of a design, one row for each input."""
+    names = ("K_P", "K_D", "K_I")
+    parts = [getattr(design, name) for name in names]
+    rows = "".join(
+        "<tr>" + "".join(
+            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>"
+            for part in parts for k in part[i]
+        ) + "</tr>"
+        for i in range(len(parts[0]))
+    )
+    heads = "".join(
+        f"<th scope='colgroup' colspan='{part.shape[1]}'>{name}</th>"
+        for name, part in zip(names, parts) if part.shape[1]
+    )
+    return f"<table class='gains'><tr>{heads}</tr>{rows}</table>"

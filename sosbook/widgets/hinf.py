@@ -5,7 +5,7 @@ import numpy as np
 from ..chart import Chart
 from ..design import analyse_pid
 from ..plots import BLUE, GREEN, VERMILLION, largest_singular_value
-from .explorer import Explorer, log, page
+from .explorer import Explorer, log, margins_table, page
 
 __all__ = ["explore_hinf"]
 
@@ -53,7 +53,7 @@ def explore_hinf(plant, K, U=None, gamma=None):
             f"The LMI is <strong>{found.status}</strong> at gamma = "
             f"{gamma:.4g}. The norm is {norm:.4g}."
         )
-        margin = _margins(found.margins) if feasible else ""
+        margin = margins_table(found.margins) if feasible else ""
         yield page(chart.svg(), f"<div><p>{words}</p>{margin}</div>")
 
     return Explorer(sliders, draw)

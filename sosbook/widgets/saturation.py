@@ -8,7 +8,7 @@ from ..chart import Chart
 from ..design import design_pid
 from ..plots import BLUE, INK, SKY, VERMILLION, ellipse_outline
 from ..request import Saturation
-from .explorer import Explorer, linear, log, note, page
+from .explorer import Explorer, gains_table, linear, log, note, page
 
 __all__ = ["explore_saturation"]
 
@@ -58,6 +58,6 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
                        "Norm of the input, and its bound")
         chart.line(t, effort, BLUE, name="|K x(t)|")
         chart.line([0, t[-1]], [u_max] * 2, VERMILLION, True, "u_max")
-        yield page(shadow.svg(), chart.svg(), _gains(design))
+        yield page(shadow.svg(), chart.svg(), gains_table(design))
 
     return Explorer(sliders, draw)
