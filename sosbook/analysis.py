@@ -145,9 +145,10 @@ def hinf_norm(d, K):
     return float(best * unit)
 
 
-def peak_input(d, K, x0):
+def peak_input(d, K, x0, K_A=None):
     """The largest |K x(t)| of the free response from x0.
 
+    With K_A the largest |K x(t) + K_A z''(t)|, the whole signal.
     Infinite for an unstable loop. Looks at times close enough for the
     fastest mode that is still alive, until a Lyapunov function x'Xx
     excludes a later peak.
@@ -156,6 +157,9 @@ def peak_input(d, K, x0):
     poles, x = np.linalg.eigvals(A), np.asarray(x0, float)
     if poles.real.max() >= 0:
         return np.inf
+    if K_A is not None:
+        n = len(d.C)
+        K = K + K_A @ A[n:2 * n]
     rate = np.abs(poles).max()
     X = solve_continuous_lyapunov(A.T / rate, -np.eye(len(A)))
     reach = np.sqrt(np.linalg.norm(K @ np.linalg.solve(X, K.T), 2))

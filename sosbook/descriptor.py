@@ -12,7 +12,16 @@ import numpy as np
 from .lmi import he
 from .system import matrix, rank_deficient
 
-__all__ = ["Coupled", "Descriptor", "coupled_pairs", "descriptors"]
+__all__ = [
+    "COUPLINGS",
+    "Coupled",
+    "Descriptor",
+    "SlackVertex",
+    "coupled_pairs",
+    "descriptors",
+]
+
+COUPLINGS = ("pairs", "vertices", "slack")
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,25 +188,77 @@ class Coupled:
         return (self.i.Bw + self.j.Bw) / 2
 
 
+@dataclass(frozen=True, eq=False)
+class SlackVertex:
+    """What the theorems with a slack matrix ask of a vertex.
+
+    Parameters
+    ----------
+    i : Descriptor
+        The vertex.
+    E0 : (N, N) array
+        Any nonsingular matrix; near the E_i, P_i and V come out alike.
+    P : (N, N) matrix-like
+        The vertex's own: x' V'^-1 P V^-1 x is its Lyapunov function.
+    V : (N, N) matrix-like
+        Common to all vertices and requirements; not symmetric.
+    Y : (m, N) matrix-like
+        ``K V'``.
+    """
+
+    i: Descriptor
+    E0: np.ndarray
+    P: object
+    V: object
+    Y: object
+
+    @property
+    def Theta(self):
+        """(A_i Vᵀ + B_i Y) E0ᵀ."""
+        return (self.i.A @ self.V.T + self.i.Bu @ self.Y) @ self.E0.T
+
+    @property
+    def EPE(self):
+        """E0 P_i E0ᵀ."""
+        return self.E0 @ self.P @ self.E0.T
+
+    @property
+    def EVE(self):
+        """E_i Vᵀ E0ᵀ."""
+        return self.i.E @ self.V.T @ self.E0.T
+
+    @property
+    def EVC(self):
+        """E0 V Cᵀ."""
+        return self.E0 @ self.V @ self.i.C.T
+
+    @property
+    def Bw(self):
+        """B_w,i."""
+        return self.i.Bw
+
+
 def coupled_pairs(vertices, coupling):
     """Indices (i, j), i <= j, of the vertex pairs that need a block.
 
     Parameters
     ----------
     vertices : sequence of Descriptor
-    coupling : {"pairs", "vertices"}
+    coupling : {"pairs", "vertices", "slack"}
         ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
         the thesis's reading, which proves nothing inside the polytope
-        when ``E`` is uncertain.
+        when ``E`` is uncertain. ``"slack"`` needs no pairs: its blocks
+        are affine in the plant.
 
     Notes
     -----
     Where ``E_i = E_j`` the pair's block is the mean of the vertices'
     blocks and is left out.
     """
-    if coupling not in ("pairs", "vertices"):
+    if coupling not in COUPLINGS:
         raise ValueError(
-            f'coupling must be "pairs" or "vertices", got {coupling!r}'
+            'coupling must be "pairs", "vertices" or "slack", got '
+            f"{coupling!r}"
         )
     N = len(vertices)
     pairs = [(i, i) for i in range(N)]

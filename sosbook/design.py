@@ -1,24 +1,24 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from . import analysis
 from .descriptor import descriptors
-from .lmi import Unknown, block, eye
-from .lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
 from .proof import prove, prove_infeasible
-from .request import Frame, Request
+from .request import Request
 from .simulate import simulate
+from .solve import Solution, feasible, solve
 from .system import Polytope, SecondOrderSystem, positive
 
 __all__ = ["Design", "analyse_pid", "design_pid"]
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -35,20 +35,18 @@ class Design:
         ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
         given to `analyse_pid` stays, whatever the status.
     P : (N, N), Y : (m, N) arrays or None
-        The solution of the LMIs; ``K = Y P^-1``.
+        The solution of the LMIs; ``K = Y P^-1``. With a slack matrix P
+        holds one for each vertex, and ``K = Y V'^-1``.
+    V : (N, N) array or None
+        The slack matrix, with ``coupling="slack"``.
     margins : dict
         From a block's name to its smallest eigenvalue, after scaling
         its diagonal to one; all positive for a feasible design.
+    frame : Frame
+        The coordinates in which the LMIs were solved.
+    multipliers : list of arrays or None
+        Of the blocks, in that frame, where there is no design.
     """
-
-    request: Request
-    status: str
-    K: np.ndarray = None
-    P: np.ndarray = None
-    Y: np.ndarray = None
-    margins: dict = None
-    _frame: Frame = None
-    _multipliers: list = None
 
     def __repr__(self):
         if self.margins is None:
@@ -88,6 +86,16 @@ class Design:
         """The H-infinity bound that the design keeps, or None."""
         return self.request.gamma
 
+    @property
+    def mu(self):
+        """The scalar of Theorem 2.1 that was used."""
+        return self.request.mu
+
+    @property
+    def slack(self):
+        """The scalar of the slack LMIs that was used, in seconds."""
+        return self.request.slack
+
     def _gain(self):
         if self.K is None:
             raise ValueError(
@@ -114,15 +122,15 @@ class Design:
                 f"the design is {self.status}: there is nothing to "
                 "certify; see its advice and infeasibility"
             )
-        return prove(self.request, self.K, self.P, digits)
+        return prove(self.request, self.K, self.P, digits, self.V)
 
     @cached_property
     def infeasibility(self):
         """`InfeasibilityCertificate` where one was found, else None."""
-        if self._multipliers is None:
+        if self.multipliers is None:
             return None
         return prove_infeasible(
-            self.request, self._frame, self._multipliers
+            self.request, self.frame, self.multipliers
         )
 
     @cached_property
@@ -142,7 +150,7 @@ class Design:
         names = self.request.requirements
         enough = [
             name for name in names
-            if _search(self.request.without(name))[-1].x is not None
+            if feasible(self.request.without(name))
         ]
         if not enough:
             if self.request.gain is not None:
@@ -167,20 +175,19 @@ class Design:
 
     def _weight(self, name):
         """Share of the multipliers that a requirement's blocks carry."""
-        if self._multipliers is None:
+        if self.multipliers is None:
             return 0.0
         expressions, _ = self.request.in_unknowns(
-            self._frame, _square(self.request.gamma)
+            self.frame, (self.request.gamma or 0) ** 2
         )
         keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max")}
         wanted = keys.get(name, (name,))
         if len(self.request.vertices) > 1:  # drop the vertices' numbers
             expressions = [
-                key if key in ("P", "x0", "u_max") else key.rsplit(" ", 1)[0]
-                for key in expressions
+                re.sub(r" \d+(,\d+)?$", "", key) for key in expressions
             ]
         return sum(
-            np.trace(z) for key, z in zip(expressions, self._multipliers)
+            np.trace(z) for key, z in zip(expressions, self.multipliers)
             if key in wanted
         )
 
@@ -244,16 +251,18 @@ class Design:
         )
 
     def peak_input(self, samples=0, seed=0):
-        """The largest |K x(t)| from x0.
+        """The largest signal that saturation bounds, from x0.
 
-        Over the vertices and random plants; parameters as in `poles`.
+        That is |K x(t)|, or |K x + K_A z''| with ``acceleration``. Over
+        the vertices and random plants; parameters as in `poles`.
         """
         K = self._gain()
-        if self.request.saturation is None:
+        saturation = self.request.saturation
+        if saturation is None:
             raise ValueError("the design has no saturation, so no x0")
-        x0 = self.request.saturation.x0
+        K_A = self.K_A if saturation.acceleration else None
         return max(
-            analysis.peak_input(d, K, x0)
+            analysis.peak_input(d, K, saturation.x0, K_A)
             for d in self._loops(samples, seed)
         )
 
@@ -291,7 +300,8 @@ def _words(names):
 
 
 def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
-               K_A=None, coupling="pairs", minimize=None, backoff=0.01):
+               K_A=None, coupling="pairs", mu=1.0, slack=None,
+               minimize=None, backoff=0.01):
     r"""Design a robust PID controller (PD without ``U``).
 
     Parameters
@@ -307,9 +317,18 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         Bound of K x(t) from a given initial state.
     K_A : (m, n) array_like, optional
         Acceleration gain, where the mass is singular.
-    coupling : {"pairs", "vertices"}
-        ``"pairs"`` is sound; ``"vertices"`` is the thesis's reading,
-        which proves nothing between vertices of different ``E``.
+    coupling : {"pairs", "vertices", "slack"}
+        ``"pairs"`` is sound, with one Lyapunov matrix for all plants.
+        ``"slack"`` is sound too, with one for each vertex.
+        ``"vertices"`` is the thesis's reading, which proves nothing
+        between vertices of different ``E``.
+    mu : float or "free"
+        Any positive value keeps Theorem 2.1 true; 1 is the printed one.
+        ``"free"`` searches the one with the smallest provable gamma.
+    slack : float, optional
+        The scalar epsilon of the slack LMIs, in seconds. Without it a
+        line search: the first value that succeeds, or with
+        ``minimize="gamma"`` the best.
     minimize : {None, "gamma"}
         With ``"gamma"``, find the smallest bound and design for it,
         backed off by the fraction ``backoff`` and rounded up to three
@@ -321,7 +340,8 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     -------
     Design
         The analytic centre of everything that was asked for. Where that
-        set is unbounded, a block "scale" bounds it.
+        set is unbounded, a block "scale" bounds it. Where a line search
+        finds nothing, the status is "undecided".
 
     Raises
     ------
@@ -343,20 +363,16 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     >>> d.status, d.certify().proven
     ('feasible', True)
     """
-    if minimize not in (None, "gamma"):
-        raise ValueError(
-            f'minimize must be None or "gamma", got {minimize!r}'
-        )
-    if minimize == "gamma" and gamma is not None:
-        raise ValueError('give gamma or minimize="gamma", not both')
-    request = Request(plant, U, region, gamma, saturation, K_A, coupling)
-    if minimize is None:
-        return _solve(request)
-    return _smallest_gamma(request, positive("backoff", backoff))
+    return _design(
+        mu, minimize, backoff, plant=plant, U=U, region=region,
+        gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
+        slack=slack,
+    )
 
 
 def analyse_pid(plant, K, U=None, region=None, gamma=None,
-                saturation=None, K_A=None, coupling="pairs"):
+                saturation=None, K_A=None, coupling="pairs", mu=1.0,
+                slack=None, minimize=None, backoff=0.01):
     """Find a certificate for a given gain.
 
     Parameters
@@ -370,132 +386,29 @@ def analyse_pid(plant, K, U=None, region=None, gamma=None,
         With this very K; "infeasible" means that no common Lyapunov
         matrix P proves what is asked, not that it fails.
     """
-    request = Request(
-        plant, U, region, gamma, saturation, K_A, coupling, gain=K
-    )
-    if request.gain is None:
+    if K is None:
         raise ValueError("K is missing: give the gain to be analysed")
-    return _solve(request)
-
-
-def _square(gamma):
-    return None if gamma is None else gamma**2
-
-
-def _search(request):
-    """Phase one: frame, unknowns, blocks and its outcome."""
-    frame = Frame.of(request)
-    expressions, unknowns = request.in_unknowns(
-        frame, _square(request.gamma)
+    return _design(
+        mu, minimize, backoff, plant=plant, U=U, region=region,
+        gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
+        slack=slack, gain=K,
     )
-    blocks = Blocks.of(expressions.values(), unknowns)
-    return frame, unknowns, blocks, phase_one(blocks)
 
 
-def _solve(request):
-    frame, unknowns, blocks, phase = _search(request)
-    if phase.x is not None:
-        return _finish(request, frame, blocks, unknowns, phase.x)
-    refused = Design(
-        request, phase.verdict, request.gain, _frame=frame,
-        _multipliers=phase.Z,
-    )
-    if refused.status == "undecided" and (
-        len(request.fixed_modes())
-        or refused.infeasibility and refused.infeasibility.proven
-    ):
-        return replace(refused, status="infeasible")
-    return refused
-
-
-def _finish(request, frame, blocks, unknowns, x):
-    try:
-        x = centre(blocks, x)
-    except Unbounded:
-        try:
-            x = centre(_bounded(blocks, unknowns, x), x)
-        except Unbounded:
-            pass  # a degenerate set: keep the feasible point
-    P = unknowns[0].unpack(x[:unknowns[0].size])
-    if request.gain is None:
-        Y = unknowns[1].unpack(x[unknowns[0].size:])
-        K = np.linalg.solve(P, Y.T).T
-        K = np.linalg.solve(frame.T.T, K.T).T * frame.scale
-    else:
-        K = request.gain
-    P = frame.T @ P @ frame.T.T
-    P = (P + P.T) / 2
-    margins = {
-        name: _margin(g) for name, g in request.blocks(
-            P, K @ P, _square(request.gamma)).items()
-    }
-    good = min(margins.values()) > 1e-9
-    if not good:  # too close for floats
-        good = prove(request, K, P, 17).proven
-    status = "feasible" if good else "undecided"
-    return Design(request, status, K, P, K @ P, margins, frame)
-
-
-def _margin(g):
-    """Smallest eigenvalue after scaling the diagonal to one."""
-    diagonal = np.diag(g)
-    if diagonal.min() <= 0:
-        return float(diagonal.min())
-    scale = 1 / np.sqrt(diagonal)
-    return float(np.linalg.eigvalsh(g * np.outer(scale, scale))[0])
-
-
-def _bounded(blocks, unknowns, x):
-    """The blocks, joined by [[r I - P, Y'], [Y, r I]] > 0 ("scale").
-
-    Where every block is homogeneous in (P, Y) the gain doesn't depend
-    on r.
-    """
-    P = unknowns[0]
-    if len(unknowns) == 2:
-        Y = unknowns[1]
-        shape = [[-P, Y.T], [Y, 0 * eye(Y.shape[0])]]
-    else:
-        shape = [[-P]]
-    lid = Blocks.of([block(shape)], unknowns)
-    r = 16.0
-    while True:
-        roof = [c + r * np.eye(len(c)) for c in lid.constants]
-        if np.linalg.eigvalsh(
-            roof[0] + np.tensordot(x, lid.slopes[0], 1)
-        )[0] > 0:
-            return Blocks(
-                blocks.constants + roof, blocks.slopes + lid.slopes
-            )
-        r *= 16
-
-
-def _smallest_gamma(request, backoff):
-    probe = replace(request, gamma=1.0)
-    frame = Frame.of(probe)
-    mean = probe.vertices[0]
-    unit = np.linalg.norm(mean.C @ frame.T, 2) ** 2
-    g = Unknown("gamma2", 1)
-    expressions, unknowns = probe.in_unknowns(frame, g * unit)
-    blocks = Blocks.of(expressions.values(), unknowns + [g])
-    phase = phase_one(blocks)
-    if phase.x is None:
-        return Design(probe.without("gamma"), phase.verdict)
-    cost = np.zeros(blocks.variables)
-    cost[-1] = 1.0
-    try:
-        best, _ = minimize(blocks, cost, phase.x, gap=1e-5)
-    except Unbounded:
+def _design(mu, minimize, backoff, **asked):
+    if minimize not in (None, "gamma"):
         raise ValueError(
-            'minimize="gamma" has no minimum: the bound goes to zero or '
-            "is reached by infinite gains only; limit them with saturation "
-            "or a disk (rho)"
-        ) from None
-    gamma = np.sqrt(best[-1] * unit) * (1 + backoff)
-    digits = 2 - int(np.floor(np.log10(gamma)))
-    gamma = float(np.round(np.ceil(gamma * 10.0**digits) / 10.0**digits,
-                           max(digits, 0)))
-    request = replace(request, gamma=gamma)
-    expressions, unknowns = request.in_unknowns(frame, gamma**2)
-    blocks = Blocks.of(expressions.values(), unknowns)
-    return _finish(request, frame, blocks, unknowns, best[:-1])
+            f'minimize must be None or "gamma", got {minimize!r}'
+        )
+    if minimize == "gamma" and asked["gamma"] is not None:
+        raise ValueError('give gamma or minimize="gamma", not both')
+    free = isinstance(mu, str)
+    if free and mu != "free":
+        raise ValueError(f'mu must be a number or "free", got {mu!r}')
+    if free and minimize is None and asked["gamma"] is None:
+        raise ValueError('mu="free" needs gamma or minimize="gamma"')
+    request = Request(**asked, mu=1.0 if free else mu)
+    found = solve(
+        request, minimize == "gamma", free, positive("backoff", backoff)
+    )
+    return Design(**vars(found))

@@ -33,12 +33,14 @@ class Certificate:
         What is proven, in words; empty without a proof.
     K : (m, N) array
         The gain that the proof is about: rounded to the printed digits.
-    P : (N, N) array
+    P : (N, N) array, or (vertices, N, N) with a slack matrix
         The rational Lyapunov matrix, as decimal floats.
     blocks : dict
         From a block's name to its smallest pivot, as a float.
     failed : tuple of str
         Names of the blocks that aren't positive definite.
+    V : (N, N) array or None
+        The rational slack matrix.
     """
 
     proven: bool
@@ -47,6 +49,7 @@ class Certificate:
     P: np.ndarray
     blocks: dict
     failed: tuple
+    V: np.ndarray = None
 
     def __str__(self):
         if self.proven:
@@ -74,7 +77,7 @@ class InfeasibilityCertificate:
     multipliers: dict
 
 
-def prove(request, K, P, digits=6):
+def prove(request, K, P, digits=6, V=None):
     """Check every block of a request in exact arithmetic.
 
     Parameters
@@ -83,7 +86,10 @@ def prove(request, K, P, digits=6):
     K : (m, N) array
         Rounded to ``digits`` significant digits before the proof.
     P : (N, N) array
-        Rounded too; must be symmetric.
+        Rounded too; must be symmetric. With ``coupling="slack"`` one
+        for each vertex.
+    V : (N, N) array, optional
+        The slack matrix; rounded too.
 
     Returns
     -------
@@ -91,25 +97,38 @@ def prove(request, K, P, digits=6):
     """
     if not isinstance(digits, int) or digits < 1:
         raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    shape = (request.order, request.order)
     K = round_digits(matrix("K", K, (request.plant.m, request.order)), digits)
-    P = matrix("P", P, (request.order, request.order))
-    if not np.array_equal(P, P.T):
-        return Certificate(False, (), K, P, {}, ("P isn't symmetric",))
+    if request.coupling == "slack":
+        P = np.array([matrix("P", p, shape) for p in P])
+        V = matrix("V", V, shape)
+    else:
+        P = V = matrix("P", P, shape)
+    slack = V if request.coupling == "slack" else None
+    if not np.array_equal(P, P.swapaxes(-1, -2)):
+        return Certificate(
+            False, (), K, P, {}, ("P isn't symmetric",), slack
+        )
     gamma2 = None
     if request.gamma is not None:
         gamma2 = exact(request.gamma) ** 2
+    gain = exact(K)
     for places in (12, 17):  # short rationals first, then all digits
-        rounded = round_digits(P, places)
-        gain, lyapunov = exact(K), exact(rounded)
-        blocks = request.blocks(lyapunov, gain @ lyapunov, gamma2, exact)
+        lyapunov = exact(round_digits(P, places))
+        right = exact(round_digits(V, places))
+        blocks = request.blocks(
+            lyapunov, gain @ right.T, gamma2, exact, V=right
+        )
         found = {name: pivots(g) for name, g in blocks.items()}
         if all(p[-1] > 0 for p in found.values()):
             break
-    P = rounded
+    P = round_digits(P, places)
+    if slack is not None:
+        slack = round_digits(V, places)
     failed = tuple(n for n, p in found.items() if p[-1] <= 0)
     smallest = {n: float(min(p)) for n, p in found.items()}
     claims = () if failed else _claims(request)
-    return Certificate(not failed, claims, K, P, smallest, failed)
+    return Certificate(not failed, claims, K, P, smallest, failed, slack)
 
 
 def _claims(request):
@@ -127,8 +146,12 @@ def _claims(request):
         words.append(f"its H-infinity norm is below {gamma}")
     if request.saturation is not None:
         u_max = repr(request.saturation.u_max).removesuffix(".0")
+        signal = (
+            "K x + K_A z''" if request.saturation.acceleration else "K x(t)"
+        )
         words.append(
-            f"|K x(t)| <= {u_max} from x0 (with r = 0, w = 0)"
+            f"|{signal}| <= {u_max} from x0 "
+            "(with r = 0, w = 0)"
         )
     return tuple(words)
 

@@ -5,9 +5,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import cholesky, solve_continuous_are
 
-from .descriptor import Coupled, Descriptor, coupled_pairs, descriptors
-from .lmi import Unknown
-from .lmi.certificate import round_digits
+from .descriptor import (
+    Coupled,
+    Descriptor,
+    SlackVertex,
+    coupled_pairs,
+    descriptors,
+)
+from .lmi import Unknown, eye
+from .lmi.certificate import inverse, round_digits
 from .regions import Region
 from .system import (
     Polytope,
@@ -21,6 +27,10 @@ from .theorems import (
     control_bound,
     initial_state,
     pole_region,
+    slack_bounded_real,
+    slack_initial_state,
+    slack_pole_region,
+    slack_stability,
     stability,
 )
 
@@ -37,10 +47,14 @@ class Saturation:
         Bound of the Euclidean norm of K x, in the unit of u.
     x0 : (N,) array_like
         Initial state [z(0); z'(0); x3(0)].
+    acceleration : bool
+        Bound the whole signal u = K x + K_A z'' instead, which the
+        lemma as printed doesn't. ``M - B K_A`` must be certain.
     """
 
     u_max: float
     x0: np.ndarray
+    acceleration: bool = False
 
     def __post_init__(self):
         u_max = positive("u_max", self.u_max)
@@ -49,6 +63,11 @@ class Saturation:
         x0 = matrix("x0", [self.x0])[0]
         object.__setattr__(self, "x0", x0)
         object.__setattr__(self, "u_max", u_max)
+        if not isinstance(self.acceleration, bool):
+            raise ValueError(
+                f"acceleration must be True or False, got "
+                f"{self.acceleration!r}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +85,8 @@ class Request:
     saturation: Saturation = None
     K_A: np.ndarray = None
     coupling: str = "pairs"
+    mu: float = 1.0
+    slack: float = None
     gain: np.ndarray = None
     vertices: tuple = field(init=False)
     pairs: list = field(init=False)
@@ -96,6 +117,21 @@ class Request:
         object.__setattr__(
             self, "pairs", coupled_pairs(vertices, self.coupling)
         )
+        object.__setattr__(self, "mu", positive("mu", self.mu))
+        if self.slack is not None:
+            object.__setattr__(self, "slack", positive("slack", self.slack))
+            if self.coupling != "slack":
+                raise ValueError(
+                    'slack is given, but coupling is not "slack": leave one '
+                    "out"
+                )
+        if self.saturation is not None and self.saturation.acceleration:
+            first = vertices[0].E
+            if any(not np.array_equal(d.E, first) for d in vertices):
+                raise ValueError(
+                    "saturation: acceleration=True needs the same M - B K_A "
+                    "at every vertex; bound K x only"
+                )
         if self.saturation is not None and len(
             self.saturation.x0
         ) != self.order:
@@ -120,6 +156,8 @@ class Request:
     @property
     def covers_polytope(self):
         """Whether the blocks say something about the whole polytope."""
+        if self.coupling == "slack":
+            return True
         whole = coupled_pairs(self.vertices, "pairs")
         return len(self.pairs) == len(whole)
 
@@ -149,39 +187,29 @@ class Request:
             part.implies_stability for part in self.parts
         )
 
-    def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None):
+    def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None, V=None):
         """All blocks that must be positive definite, by name.
 
         Parameters
         ----------
         P, Y : matrix-like
-            In any arithmetic that the theorems can be read in.
+            In any arithmetic that the theorems can be read in. With
+            ``coupling="slack"`` P is a sequence, one for each vertex.
         gamma2 : scalar or 1 x 1 matrix-like
             Square of the H-infinity bound; unused without one.
         number : callable
             Brings floats into that arithmetic.
         frame : Frame, optional
-            Coordinates of P and Y; the plant's own without it.
+            Coordinates of P, V and Y; the plant's own without it.
+        V : matrix-like, optional
+            The slack matrix.
         """
-        vertices = [d.map(number) for d in self.vertices]
-        if self.K_A is not None:  # M - B K_A without a rounding error
-            K_A, n = number(np.array(self.K_A, float)), self.plant.n
-            for d, v in zip(vertices, self.plant.vertices):
-                inertia = number(v.M) - number(v.B) @ K_A
-                d.E[n:2 * n, n:2 * n] = inertia
-        scale, x0 = 1, None
-        if self.saturation is not None:
-            x0 = number(self.saturation.x0)
-            u_max = number(np.array(self.saturation.u_max)).item()
-        if frame is not None:
-            left, T, back = (
-                number(f) for f in (frame.left, frame.T, frame.back)
-            )
-            scale = number(np.array(frame.scale)).item()
-            vertices = [d.change(left, T, scale) for d in vertices]
+        data = self._data(number, frame)
+        if self.coupling == "slack":
+            return self._slack_blocks(data, P, V, Y, gamma2, number)
         found = {"P": P}
         for i, j in self.pairs:
-            c = Coupled(vertices[i], vertices[j], P, Y)
+            c = Coupled(data.vertices[i], data.vertices[j], P, Y)
             tag = self._tag(i, j)
             if self.needs_stability:
                 found["stability" + tag] = stability(c)
@@ -190,32 +218,101 @@ class Request:
                     c, number(part.alpha), number(part.beta)
                 )
             if self.gamma is not None:
-                found["hinf" + tag] = bounded_real(c, gamma2)
+                found["hinf" + tag] = bounded_real(c, gamma2, data.mu)
         if self.saturation is not None:
-            if frame is None:
-                found["x0"] = initial_state(P, x0)
-            else:  # back is T's inverse, up to rounding
-                near = back @ T
-                found["x0"] = initial_state(near @ P @ near.T, back @ x0)
-            found["u_max"] = control_bound(P, Y, (u_max / scale) ** 2)
+            found["x0"] = initial_state(data.near(P), data.x0)
+            for tag, of_x, of_v in data.signals:
+                found["u_max" + tag] = control_bound(
+                    P, of_x @ P + of_v @ Y, data.u_max2
+                )
+        return found
+
+    def _slack_blocks(self, data, P, V, Y, gamma2, number):
+        found = {}
+        epsilon = number(np.array(self.slack)).item()
+        for i, d in enumerate(data.vertices):
+            c = SlackVertex(d, data.E0, P[i], V, Y)
+            tag = self._tag(i, i)
+            found["P" + tag] = P[i]
+            if self.needs_stability:
+                found["stability" + tag] = slack_stability(c, epsilon)
+            for part in self.parts:
+                found[part.name + tag] = slack_pole_region(
+                    c, number(part.alpha), number(part.beta), epsilon
+                )
+            if self.gamma is not None:
+                found["hinf" + tag] = slack_bounded_real(
+                    c, gamma2, data.mu, epsilon
+                )
+            if self.saturation is not None:
+                found["x0" + tag] = slack_initial_state(
+                    data.near(P[i]), data.near(V), data.x0
+                )
+                _, of_x, of_v = data.signals[i % len(data.signals)]
+                found["u_max" + tag] = control_bound(
+                    P[i], of_x @ V.T + of_v @ Y, data.u_max2
+                )
+        return found
+
+    def _data(self, number, frame):
+        """The plant and the bounds in an arithmetic and a frame."""
+        vertices = [d.map(number) for d in self.vertices]
+        if self.K_A is not None:  # M - B K_A without a rounding error
+            K_A, n = number(np.array(self.K_A, float)), self.plant.n
+            for d, v in zip(vertices, self.plant.vertices):
+                inertia = number(v.M) - number(v.B) @ K_A
+                d.E[n:2 * n, n:2 * n] = inertia
+        data = _Data(vertices, number(_mean(self.vertices).E))
+        data.mu = number(np.array(self.mu)).item()
+        if self.saturation is not None:
+            data.x0 = number(self.saturation.x0)
+            data.u_max2 = number(np.array(self.saturation.u_max)).item() ** 2
+            data.signals = self._signals(vertices, number)
+        if frame is not None:
+            data.change(*(
+                number(np.array(f))
+                for f in (frame.left, frame.T, frame.back, frame.scale)
+            ))
+        return data
+
+    def _signals(self, vertices, number):
+        """(tag, G_x, G_v): the bounded signal is G_x x + G_v K x."""
+        n, m = self.plant.n, self.plant.m
+        if self.K_A is None or not self.saturation.acceleration:
+            return [("", np.zeros((m, self.order), int), eye(m))]
+        K_A, found = number(np.array(self.K_A, float)), []
+        for i, d in enumerate(vertices):  # z'' = E2^-1 (.. x + B K x)
+            answer = K_A @ inverse(d.E[n:2 * n, n:2 * n])
+            found.append((
+                self._tag(i, i), answer @ d.A[n:2 * n],
+                answer @ d.Bu[n:2 * n] + eye(m),
+            ))
         return found
 
     def in_unknowns(self, frame, gamma2, number=lambda x: x):
         """`blocks` in unknowns P, Y (P alone if the gain is given).
 
+        With ``coupling="slack"`` in P 1, P 2, ..., V, Y.
+
         Returns
         -------
         dict, list of Unknown
         """
-        P = Unknown("P", self.order, symmetric=True)
+        N, q = self.order, len(self.vertices)
+        if self.coupling == "slack":
+            P = [Unknown(f"P {i + 1}", N, symmetric=True) for i in range(q)]
+            V = Unknown("V", N, N)
+            unknowns = [*P, V]
+        else:
+            P = V = Unknown("P", N, symmetric=True)
+            unknowns = [P]
         if self.gain is None:
-            Y = Unknown("Y", self.plant.m, self.order)
-            unknowns = [P, Y]
+            Y = Unknown("Y", self.plant.m, N)
+            unknowns.append(Y)
         else:
             scale = number(np.array(frame.scale)).item()
-            Y = (number(self.gain) @ number(frame.T) / scale) @ P
-            unknowns = [P]
-        return self.blocks(P, Y, gamma2, number, frame), unknowns
+            Y = (number(self.gain) @ number(frame.T) / scale) @ V.T
+        return self.blocks(P, Y, gamma2, number, frame, V), unknowns
 
     def _tag(self, i, j):
         if len(self.vertices) == 1:
@@ -242,6 +339,30 @@ class Request:
         return names
 
 
+class _Data:
+    """Vertices and bounds in one arithmetic and one frame."""
+
+    def __init__(self, vertices, E0):
+        self.vertices, self.E0 = vertices, E0
+        self.mu = self.x0 = self.u_max2 = self.signals = self.back = None
+
+    def change(self, left, T, back, scale):
+        scale = scale.item()
+        self.vertices = [d.change(left, T, scale) for d in self.vertices]
+        self.E0 = left @ self.E0 @ T
+        if self.signals is not None:
+            self.signals = [
+                (tag, of_x @ T / scale, of_v) for tag, of_x, of_v in self.signals
+            ]
+            self.u_max2 = self.u_max2 / scale**2
+            self.x0 = back @ self.x0
+            self.back = back @ T  # back is T's inverse, up to rounding
+
+    def near(self, P):
+        """P where x0 is compared with it."""
+        return P if self.back is None else self.back @ P @ self.back.T
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """Coordinates x = T xi, u = scale v in which the LMIs are solved.
@@ -260,10 +381,8 @@ class Frame:
     def of(cls, request):
         """From the Riccati equation of the mean vertex."""
         mean = _mean(request.vertices)
-        if rank_deficient(mean.E, 1e-6):  # between regular vertices
-            mean = request.vertices[0]
         A, B, Bw = mean.state_space()
-        omega = _rate(request, A)
+        omega = typical_rate(request)
         weight = _energy(request, omega)
         effort = (B.T * weight) @ B / omega**2
         effort = np.diag(np.where(np.diag(effort) > 0, np.diag(effort), 1))
@@ -281,7 +400,8 @@ class Frame:
             size = max(size, 2 * start @ start)
         if request.gamma is not None:
             push = np.linalg.solve(T, Bw)
-            size = max(size, np.linalg.norm(push, 2) ** 2 / omega)
+            push = np.linalg.norm(push, 2) ** 2 / request.mu
+            size = max(size, push / omega)
         T = round_digits(T * np.sqrt(size or 1.0), 6)
         left = round_digits(np.linalg.inv(mean.E @ T), 6)
         scale = omega / (np.linalg.norm(left @ mean.Bu, 2) or 1.0)
@@ -291,13 +411,15 @@ class Frame:
 
 
 def _mean(vertices):
-    return Descriptor(**{
+    """The mean vertex; the first one if the mean isn't regular."""
+    mean = Descriptor(**{
         name: sum(getattr(d, name) for d in vertices) / len(vertices)
         for name in ("E", "A", "Bu", "Bw", "C")
     })
+    return vertices[0] if rank_deficient(mean.E, 1e-6) else mean
 
 
-def _rate(request, A):
+def typical_rate(request):
     """A typical angular frequency of the closed loop, in rad/s."""
     for part in request.parts:
         if np.array_equal(part.beta, [[0, 1], [0, 0]]):  # disk
@@ -306,6 +428,7 @@ def _rate(request, A):
     for part in request.parts:
         if part.implies_stability and part.alpha[0, 0] > 0:
             return 2 * part.alpha[0, 0] / part.beta[0, 0]
+    A, _, _ = _mean(request.vertices).state_space()
     return np.abs(np.linalg.eigvals(A)).max() or 1.0
 
 

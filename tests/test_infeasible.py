@@ -50,7 +50,7 @@ def test_the_certificate_is_a_proof(name):
     proof = d.infeasibility
     assert proof.proven
     gamma2 = None if d.gamma is None else exact(d.gamma) ** 2
-    expressions, unknowns = d.request.in_unknowns(d._frame, gamma2, exact)
+    expressions, unknowns = d.request.in_unknowns(d.frame, gamma2, exact)
     assert set(proof.multipliers) == set(expressions)
     blocks = Blocks.of(expressions.values(), unknowns)
     Z = [proof.multipliers[name] for name in expressions]

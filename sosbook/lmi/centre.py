@@ -11,8 +11,8 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dtrtri
 
 __all__ = [
-    "Blocks", "Phase", "Unbounded", "centre", "minimize", "phase_one",
-    "refine",
+    "Blocks", "Phase", "Unbounded", "centre", "margin", "minimize",
+    "phase_one", "refine",
 ]
 
 
@@ -393,3 +393,12 @@ def minimize(blocks, cost, x, gap=1e-6):
             return x, cost @ x - slack
         weight *= 8
     raise Unbounded("the infimum is zero or isn't attained")
+
+
+def margin(g):
+    """Smallest eigenvalue after scaling the diagonal to one."""
+    diagonal = np.diag(g)
+    if diagonal.min() <= 0:
+        return float(diagonal.min())
+    scale = 1 / np.sqrt(diagonal)
+    return float(np.linalg.eigvalsh(g * np.outer(scale, scale))[0])

@@ -7,7 +7,13 @@ from flint import fmpq, fmpq_mat
 
 from .centre import refine
 
-__all__ = ["exact", "pivots", "repair_multipliers", "round_digits"]
+__all__ = [
+    "exact",
+    "inverse",
+    "pivots",
+    "repair_multipliers",
+    "round_digits",
+]
 
 
 def exact(x):
@@ -53,6 +59,21 @@ def _matrix(x):
     rows, cols = x.shape
     entries = [e if isinstance(e, fmpq) else fmpq(int(e)) for e in x.flat]
     return fmpq_mat(rows, cols, entries)
+
+
+def inverse(x):
+    """Inverse of a matrix of floats or of rationals.
+
+    Examples
+    --------
+    >>> inverse(exact(np.array([[2.0, 1.0], [1.0, 1.0]])))
+    array([[1, -1],
+           [-1, 2]], dtype=object)
+    """
+    if x.dtype != object:
+        return np.linalg.inv(x)
+    entries = _matrix(x).inv().entries()
+    return np.array(entries, dtype=object).reshape(x.shape)
 
 
 def pivots(x):

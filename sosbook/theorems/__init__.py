@@ -7,11 +7,21 @@ out as in the thesis (which prints the negative of most of them).
 from .hinf import bounded_real
 from .pole_region import pole_region, stability
 from .saturation import control_bound, initial_state
+from .slack import (
+    slack_bounded_real,
+    slack_initial_state,
+    slack_pole_region,
+    slack_stability,
+)
 
 __all__ = [
     "bounded_real",
     "control_bound",
     "initial_state",
     "pole_region",
+    "slack_bounded_real",
+    "slack_initial_state",
+    "slack_pole_region",
+    "slack_stability",
     "stability",
 ]

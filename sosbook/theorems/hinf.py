@@ -3,7 +3,7 @@
 from ..lmi import block, eye, he
 
 
-def bounded_real(c, gamma2):
+def bounded_real(c, gamma2, mu=1):
     r"""The matrix of (2.15), times -1.
 
     Parameters
@@ -12,6 +12,9 @@ def bounded_real(c, gamma2):
         A vertex, or a pair of them.
     gamma2 : scalar or 1 x 1 matrix-like
         Square of the bound :math:`\gamma`.
+    mu : scalar
+        Any positive number; 1 in print. 1 / sqrt(mu) is the unit in
+        which w is measured.
 
     Returns
     -------
@@ -21,11 +24,13 @@ def bounded_real(c, gamma2):
 
     Notes
     -----
-    Source: thesis (2.15).
+    Source: thesis (2.15) for mu = 1. P = Q / mu satisfies it for mu
+    exactly if Q does for mu = 1, with the same gamma: mu matters only
+    where another block fixes the size of P.
     """
     outputs, disturbances = c.EPC.shape[1], c.Bw.shape[1]
     return -block([
-        [he(c.Theta), c.EPC,                  c.Bw],
-        [c.EPC.T,     -gamma2 * eye(outputs), 0],
-        [c.Bw.T,      0,                      -eye(disturbances)],
+        [he(c.Theta), c.EPC,                       c.Bw],
+        [c.EPC.T,     -gamma2 / mu * eye(outputs), 0],
+        [c.Bw.T,      0,                           -mu * eye(disturbances)],
     ])

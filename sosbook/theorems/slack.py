@@ -1,0 +1,100 @@
+"""The theorems with a slack matrix: one Lyapunov matrix per vertex.
+
+A closed loop E x' = A x is affine in the data of the plant, its LMIs in
+P aren't: A P E' multiplies A by E. Finsler's lemma takes E x' = A x as a
+constraint with multipliers [Lambda_1 x F; Lambda_2 x F] instead. After a
+congruence with V = F^-1 each block is affine in (E, A, B_u, B_w): what
+holds at the vertices holds between them, with P(a) = sum a_i P_i.
+"""
+
+import numpy as np
+
+from ..lmi import block, eye, he
+
+__all__ = [
+    "slack_bounded_real",
+    "slack_initial_state",
+    "slack_pole_region",
+    "slack_stability",
+]
+
+
+def slack_pole_region(c, alpha, beta, epsilon):
+    r"""All poles in :math:`\alpha + \beta s + \beta^\top \bar s < 0`.
+
+    Parameters
+    ----------
+    c : SlackVertex
+    alpha, beta : (k, k) array
+    epsilon : scalar
+        Positive, in seconds. A disk doesn't use it.
+
+    Returns
+    -------
+    (2kN, 2kN) matrix-like, (2N, 2N) for a disk
+        Positive definite at all vertices, and all P_i > 0, imply: every
+        plant of the polytope has all its poles in the region.
+
+    Notes
+    -----
+    Source: Peaucelle, Arzelier, Bachelier and Bernussou (2000) for the
+    regions R11 + R12 s + R12' s* + R22 |s|^2 < 0; de Oliveira, Bernussou
+    and Geromel (1999) for the disk; here with E.
+    """
+    if _is_disk(beta):  # |s - q| < rho
+        q = -alpha[0:1, 1:2]
+        rho = -alpha[0:1, 0:1]
+        return -block(_form(c, q * q - rho * rho, -q, eye(1), -q, eye(1)))
+    k = eye(len(alpha))
+    return -block(_form(c, alpha, beta, 0 * k, beta, epsilon * k))
+
+
+def slack_stability(c, epsilon):
+    """The half-plane Re s < 0."""
+    return slack_pole_region(c, 0 * eye(1), eye(1), epsilon)
+
+
+def slack_bounded_real(c, gamma2, mu, epsilon):
+    """The H-infinity norm from w to y = C x is below gamma.
+
+    Parameters as in `bounded_real` and `slack_pole_region`.
+    """
+    (rate, cross), (_, last) = _form(
+        c, 0 * eye(1), eye(1), 0 * eye(1), eye(1), epsilon * eye(1)
+    )
+    y, w = c.EVC.shape[1], c.Bw.shape[1]
+    return -block([
+        [rate,    cross,            c.EVC,                c.Bw],
+        [cross.T, last,             0,                    epsilon * c.Bw],
+        [c.EVC.T, 0,                -gamma2 / mu * eye(y), 0],
+        [c.Bw.T,  epsilon * c.Bw.T, 0,                    -mu * eye(w)],
+    ])
+
+
+def slack_initial_state(P, V, x0):
+    """x(0) lies in the ellipsoid of V' P^-1 V >= V + V' - P.
+
+    Parameters
+    ----------
+    P, V : (N, N) matrix-like
+    x0 : (N,) array
+    """
+    x0 = np.asarray(x0)[:, None]
+    return block([[eye(1), x0.T], [x0, he(V) - P]])
+
+
+def _is_disk(beta):
+    return np.array_equal(beta, [[0, 1], [0, 0]])
+
+
+def _form(c, R11, R12, R22, L1, L2):
+    """The four blocks that must be negative definite."""
+    mixed = _kron(R12, c.EPE) - _kron(L1, c.EVE) + _kron(L2, c.Theta).T
+    return [
+        [_kron(R11, c.EPE) + he(_kron(L1, c.Theta)), mixed],
+        [mixed.T, _kron(R22, c.EPE) - he(_kron(L2, c.EVE))],
+    ]
+
+
+def _kron(factors, x):
+    return block([[f * x for f in row] for row in factors])
