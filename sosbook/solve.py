@@ -250,7 +250,7 @@ def _search_mu(request):
 
     def bound(mu):
         if mu not in known:
-            found = _smallest_gamma(replace(request, mu=mu), 1e-3)[0]
+            found = _smallest_gamma(replace(request, mu=mu), 1e-2)[0]
             known[mu] = np.inf if found is None else found
         return known[mu]
 
@@ -259,9 +259,9 @@ def _search_mu(request):
         mu *= 256
         if mu > 1e24:
             return request, False
-    for ratio in (16.0, 4.0, 2.0, 1.2):
+    for ratio in (16.0, 4.0, 1.6, 1.2):
         for step in (ratio, 1 / ratio):
-            while bound(_near(mu * step)) < 0.999 * bound(mu):
+            while bound(_near(mu * step)) < 0.99 * bound(mu):
                 mu = _near(mu * step)
     return replace(request, mu=mu), True
 

@@ -5,7 +5,12 @@ import numpy as np
 import pytest
 
 from sosbook import LMIRegion, theorems
-from sosbook.descriptor import Coupled, Descriptor, descriptors
+from sosbook.descriptor import (
+    Coupled,
+    Descriptor,
+    SlackVertex,
+    descriptors,
+)
 from sosbook.lmi import Unknown
 from sosbook.lmi.certificate import exact
 from tests.cases import random_plant
@@ -149,3 +154,76 @@ def test_pairs_are_the_polar_form_of_the_vertices():
                 total[name] = total[name] + weights[i] * weights[j] * g
     for name, g in whole.items():
         assert np.allclose(total[name], g, atol=1e-12), name
+
+
+def slack_matrices(c, x0, gamma2, mu, epsilon, number=lambda x: x):
+    """All theorems with a slack matrix, by name."""
+    regions = {
+        "half-plane": LMIRegion.half_plane(0.7),
+        "disk": LMIRegion.disk(5, -1),
+        "sector": LMIRegion.sector(0.6, apex=0.3),
+        "ellipse": LMIRegion.ellipse(-3, 2, 1),
+    }
+    found = {
+        name: theorems.slack_pole_region(
+            c, number(r.alpha), number(r.beta), epsilon)
+        for name, r in regions.items()
+    }
+    found["stability"] = theorems.slack_stability(c, epsilon)
+    found["hinf"] = theorems.slack_bounded_real(c, gamma2, mu, epsilon)
+    found["x0"] = theorems.slack_initial_state(c.P, c.V, x0)
+    return found
+
+
+def test_four_readings_of_the_slack_theorems_agree():
+    (d, other), P, Y, x0 = pair(5)
+    V = np.random.default_rng(5).standard_normal((7, 7))
+    E0 = (d.E + other.E) / 2
+    scalars = GAMMA2, 0.5, 0.25
+    floats = slack_matrices(SlackVertex(d, E0, P, V, Y), x0, *scalars)
+
+    def same(found):
+        for name, wanted in floats.items():
+            scale = np.abs(wanted).max()
+            got = np.asarray(found[name], float)
+            assert np.abs(got - wanted).max() < 1e-13 * scale, name
+
+    p, v, y = Unknown("P", 7, symmetric=True), Unknown("V", 7), Unknown("Y", 2, 7)
+    symbolic = slack_matrices(SlackVertex(d, E0, p, v, y), x0, *scalars)
+    same({k: g.value({p: P, v: V, y: Y}) for k, g in symbolic.items()})
+
+    c = SlackVertex(d.map(exact), exact(E0), exact(P), exact(V), exact(Y))
+    same(slack_matrices(c, exact(x0), *map(exact, scalars), exact))
+
+    p = cvxpy.Variable((7, 7), symmetric=True)
+    v, y = cvxpy.Variable((7, 7)), cvxpy.Variable((2, 7))
+    p.value, v.value, y.value = P, V, Y
+    convex = slack_matrices(SlackVertex(d, E0, p, v, y), x0, *scalars)
+    same({k: g.value for k, g in convex.items()})
+
+
+@pytest.mark.parametrize("region", [
+    LMIRegion.half_plane(0.4), LMIRegion.sector(0.9),
+    LMIRegion.disk(6, -2), LMIRegion.strip(-9, -0.2),
+])
+def test_slack_blocks_imply_a_lyapunov_inequality(region):
+    """On E x' = (A + B K) x the slack drops out and V'^-1 P V^-1 is left."""
+    rng = np.random.default_rng(3)
+    (d, _), P, Y, _ = pair(3)
+    V = rng.standard_normal((7, 7))
+    c = SlackVertex(d, np.eye(7), P, V, Y)
+    found = theorems.slack_pole_region(c, region.alpha, region.beta, 0.3)
+    K = np.linalg.solve(V, Y.T).T
+    loop = np.linalg.solve(d.E, d.A + d.Bu @ K)
+    rate = np.linalg.solve(V.T, loop @ V.T)  # of V'^-1 x
+    k = len(found) // 14
+    N = np.hstack([np.eye(7 * k), np.kron(np.eye(k), rate.T)])
+    alpha, beta = region.alpha, region.beta
+    if k < len(alpha):  # the disk |s - q| < rho as one row
+        rho, q = -alpha[0]
+        left = rate - q * np.eye(7)
+        wanted = rho**2 * P - left.T @ P @ left
+    else:
+        half = np.kron(beta, P @ rate)
+        wanted = -(np.kron(alpha, P) + half + half.T)
+    assert np.allclose(N @ found @ N.T, wanted, atol=1e-9 * np.abs(wanted).max())

@@ -1,0 +1,76 @@
+"""A bound of the whole signal u = K x + K_A z'', and not of K x alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.analysis import peak_input
+from sosbook.descriptor import descriptors
+
+
+@pytest.fixture(scope="module")
+def chain():
+    return sos.thesis.example_3()
+
+
+@pytest.fixture(scope="module")
+def whole(chain):
+    asked = chain.requirements
+    asked["saturation"] = replace(asked["saturation"], acceleration=True)
+    return sos.design_pid(chain.plant, **asked)
+
+
+def test_peak_with_acceleration_is_the_simulated_one(chain):
+    d, = descriptors(chain.plant, chain.U, chain.K_A)
+    x0, t = chain.saturation.x0, np.linspace(0, 8, 8001)
+    loop = sos.analyse_pid(chain.plant, chain.K, **chain.requirements)
+    u = np.linalg.norm(loop.simulate(t, x0=x0).u, axis=0).max()
+    found = peak_input(d, chain.K, x0, chain.K_A)
+    assert u <= found * (1 + 1e-9) and abs(u - found) < 1e-3 * found
+    assert found > 1.2 * peak_input(d, chain.K, x0)
+
+
+def test_the_whole_signal_is_bounded_and_proven(chain, whole):
+    proof = whole.certify()
+    assert proof.proven and "K_A z''" in proof.claims[-1]
+    assert whole.peak_input() <= 120
+
+
+def test_the_bound_is_tight_enough_to_refuse(chain):
+    """Half of the true peak can't be proven."""
+    given = sos.analyse_pid(chain.plant, chain.K, **chain.requirements)
+    d, = given.request.vertices
+    peak = peak_input(d, chain.K, chain.saturation.x0, chain.K_A)
+    asked = chain.requirements
+    asked["saturation"] = sos.Saturation(
+        0.5 * peak, chain.saturation.x0, acceleration=True
+    )
+    assert sos.analyse_pid(chain.plant, chain.K, **asked).status == "infeasible"
+
+
+def test_without_K_A_nothing_changes():
+    robot = sos.thesis.example_1()
+    asked = robot.requirements
+    plain = sos.design_pid(robot.plant, **asked)
+    asked["saturation"] = replace(asked["saturation"], acceleration=True)
+    assert np.allclose(sos.design_pid(robot.plant, **asked).K, plain.K)
+
+
+def test_uncertain_mass_is_refused():
+    seat = sos.thesis.example_2()
+    asked = seat.requirements
+    asked["saturation"] = replace(asked["saturation"], acceleration=True)
+    with pytest.raises(ValueError, match="same M - B K_A"):
+        sos.design_pid(seat.plant, **asked)
+
+
+def test_slack_bounds_it_too(chain):
+    start = chain.saturation.x0
+    d = sos.design_pid(
+        chain.plant, chain.U, K_A=chain.K_A, coupling="slack",
+        saturation=sos.Saturation(120, start, acceleration=True),
+    )
+    assert d.status == "feasible" and d.peak_input() <= 120
+    assert d.certify().proven
