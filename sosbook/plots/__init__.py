@@ -1,0 +1,66 @@
+"""Figures of the book: accessible inline SVG, the same bytes on every run.
+
+Small functions draw into Axes; `show` turns a Figure into an output with
+an alternative text and a caption. Colours are Okabe and Ito's, which stay
+apart for colour-blind readers; marks and dashes differ too.
+"""
+
+from .ellipsoids import ellipse_outline, ellipsoid
+from .margins import margins, smallest_of_each
+from .output import Figure, show
+from .regions import (
+    pole_map,
+    poles,
+    region_outline,
+    region_parts,
+    shade_region,
+    window_of,
+)
+from .signals import input_limit, response, signal
+from .spectra import largest_singular_value, singular_values
+from .style import (
+    BLUE,
+    COLOURS,
+    DASHES,
+    GREEN,
+    GREY,
+    INK,
+    MARKERS,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    use_book_style,
+)
+
+__all__ = [
+    "BLUE",
+    "COLOURS",
+    "DASHES",
+    "Figure",
+    "GREEN",
+    "GREY",
+    "INK",
+    "MARKERS",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "VERMILLION",
+    "ellipse_outline",
+    "ellipsoid",
+    "input_limit",
+    "largest_singular_value",
+    "margins",
+    "pole_map",
+    "poles",
+    "region_outline",
+    "region_parts",
+    "response",
+    "shade_region",
+    "show",
+    "signal",
+    "singular_values",
+    "smallest_of_each",
+    "use_book_style",
+    "window_of",
+]

@@ -1,0 +1,56 @@
+"""Shadows of ellipsoids."""
+
+import numpy as np
+
+from .style import BLUE, INK, SKY, VERMILLION, legend_above, subscript
+
+__all__ = [
+    "ellipse_outline",
+    "ellipsoid",
+]
+
+
+def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
+    """Shadow of the ellipsoid x' P⁻¹ x <= 1 on two coordinates (Lemma 2.2).
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    P : (order, order) array
+    plane : (int, int)
+        The two coordinates of x.
+    x0 : array, optional
+        The start, drawn as a dot.
+    x : (T, order) array, optional
+        A trajectory to draw.
+    names : (str, str), optional
+    """
+    i, j = plane
+    outline = ellipse_outline(P, plane)
+    ax.fill(*outline, facecolor=SKY, alpha=0.25, edgecolor=BLUE, linewidth=1,
+            label="x' P⁻¹ x ≤ 1")
+    if x is not None:
+        x = np.asarray(x)
+        ax.plot(x[:, i], x[:, j], color=INK, linestyle="-", linewidth=1.1,
+                label="x(t)")
+    if x0 is not None:
+        ax.plot(x0[i], x0[j], marker="o", linestyle="none", color=VERMILLION,
+                label="x(0)")
+    ax.set_xlabel((names or (f"x{subscript(i + 1)}",) * 2)[0])
+    ax.set_ylabel((names or ("", f"x{subscript(j + 1)}"))[1])
+    legend_above(ax, 3)
+    return ax
+
+
+def ellipse_outline(P, plane=(0, 1), corners=120):
+    """Outline (2, corners) of the shadow of x' P⁻¹ x <= 1 on two coordinates.
+
+    Examples
+    --------
+    >>> ellipse_outline([[4, 0], [0, 9]], corners=2).round(6) + 0.0
+    array([[ 2., -2.],
+           [ 0.,  0.]])
+    """
+    block = np.asarray(P, float)[np.ix_(plane, plane)]
+    angle = 2 * np.pi * np.arange(corners) / corners
+    return np.linalg.cholesky(block) @ np.array([np.cos(angle), np.sin(angle)])

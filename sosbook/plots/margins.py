@@ -1,0 +1,69 @@
+"""How far each requirement is from failing."""
+
+import re
+
+import numpy as np
+
+from .style import BLUE, VERMILLION
+
+__all__ = [
+    "margins",
+    "smallest_of_each",
+]
+
+
+def margins(ax, margins, labels=None):
+    """Bars on a logarithmic scale: how far each requirement is from failing.
+
+    A requirement that is violated is hatched and says so; its bar has the
+    size of the violation.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    margins : dict
+        {"half-plane": 0.12, …}: smallest eigenvalue of each block, scaled.
+        Of the blocks of a polytope, "half-plane 1", "half-plane 1,2", …,
+        the smallest is drawn.
+    labels : dict, optional
+        Other words for the keys.
+    """
+    names = {"P": "P > 0", "half-plane": "half-plane σ", "sector": "sector θ",
+             "disk": "disk ρ", "hinf": "H∞ bound γ", "x0": "x(0) in ellipsoid",
+             "u_max": "‖u‖ ≤ u_max"} | dict(labels or {})
+    margins = smallest_of_each(margins)
+    keys = list(margins)
+    sizes = np.array([abs(float(margins[key])) for key in keys])
+    held = [float(margins[key]) > 0 for key in keys]
+    floor = 10.0 ** np.floor(np.log10(max(np.min(
+        sizes, where=sizes > 0, initial=1.0), 1e-16)) - 0.5)
+    top = max(floor, np.max(sizes, initial=0.0)) * 30
+    places = np.arange(len(keys))[::-1]
+    for place, size, good in zip(places, np.maximum(sizes, floor), held):
+        ax.barh(place, size - floor, left=floor, height=0.62,
+                color=BLUE if good else "white", linewidth=1,
+                edgecolor=BLUE if good else VERMILLION,
+                hatch=None if good else "////")
+        ax.text(size * 1.15, place, f"{size:.1e}" if good else
+                f"violated by {size:.1e}", va="center", fontsize=8)
+    ax.set_xscale("log")
+    ax.set_xlim(floor, top)
+    ax.set_yticks(places, [names.get(key, key) for key in keys])
+    ax.grid(axis="y", visible=False)
+    ax.set_xlabel("smallest scaled eigenvalue")
+    return ax
+
+
+def smallest_of_each(margins):
+    """The smallest margin of each requirement over vertices and pairs.
+
+    Examples
+    --------
+    >>> smallest_of_each({"P": 0.3, "disk 1": 0.2, "disk 1,2": 0.1})
+    {'P': 0.3, 'disk': 0.1}
+    """
+    least = {}
+    for name, value in margins.items():
+        name = re.sub(r" [\d,]+$", "", name)
+        least[name] = min(float(value), least.get(name, np.inf))
+    return least
