@@ -7,6 +7,8 @@ Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 from . import (
     atlas,
     counterexamples,
+    couplings,
+    maps,
     plots,
     reproduction,
     tables,
@@ -14,7 +16,15 @@ from . import (
     widgets,
 )
 from .design import Design, analyse_pid, design_pid
+from .integrators import IntegratorChoice, admissible_U
+from .nonlinear import Steps, simulate_nonlinear
 from .regions import LMIRegion, PoleRegion, Region
+from .regularization import (
+    InfiniteModes,
+    Regularization,
+    infinite_modes,
+    regularize,
+)
 from .request import Saturation
 from .simulate import Response, Sine
 from .system import Polytope, SecondOrderSystem
@@ -22,20 +32,30 @@ from .system import Polytope, SecondOrderSystem
 __version__ = "0.1.0"
 __all__ = [
     "Design",
+    "InfiniteModes",
+    "IntegratorChoice",
     "LMIRegion",
     "PoleRegion",
     "Polytope",
     "Region",
+    "Regularization",
     "Response",
     "Saturation",
     "SecondOrderSystem",
     "Sine",
+    "Steps",
+    "admissible_U",
     "analyse_pid",
     "atlas",
     "counterexamples",
+    "couplings",
     "design_pid",
+    "infinite_modes",
+    "maps",
     "plots",
+    "regularize",
     "reproduction",
+    "simulate_nonlinear",
     "tables",
     "thesis",
     "widgets",

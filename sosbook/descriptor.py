@@ -19,6 +19,7 @@ __all__ = [
     "SlackVertex",
     "coupled_pairs",
     "descriptors",
+    "mean_descriptor",
 ]
 
 COUPLINGS = ("pairs", "vertices", "slack")
@@ -268,3 +269,12 @@ def coupled_pairs(vertices, coupling):
             if not np.array_equal(vertices[i].E, vertices[j].E)
         ]
     return pairs
+
+
+def mean_descriptor(vertices):
+    """The mean vertex; the first one if the mean isn't regular."""
+    mean = Descriptor(**{
+        name: sum(getattr(d, name) for d in vertices) / len(vertices)
+        for name in ("E", "A", "Bu", "Bw", "C")
+    })
+    return vertices[0] if rank_deficient(mean.E, 1e-6) else mean

@@ -319,7 +319,9 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         Acceleration gain, where the mass is singular.
     coupling : {"pairs", "vertices", "slack"}
         ``"pairs"`` is sound, with one Lyapunov matrix for all plants.
-        ``"slack"`` is sound too, with one for each vertex.
+        ``"slack"`` is sound too, with one for each vertex, for plants
+        that don't change with time; ``"pairs"`` also covers those that
+        move through the polytope, as fast as they like.
         ``"vertices"`` is the thesis's reading, which proves nothing
         between vertices of different ``E``.
     mu : float or "free"

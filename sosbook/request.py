@@ -3,17 +3,16 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import cholesky, solve_continuous_are
 
 from .descriptor import (
     Coupled,
-    Descriptor,
     SlackVertex,
     coupled_pairs,
     descriptors,
+    mean_descriptor,
 )
 from .lmi import Unknown, eye
-from .lmi.certificate import inverse, round_digits
+from .lmi.certificate import inverse
 from .regions import Region
 from .system import (
     Polytope,
@@ -34,7 +33,7 @@ from .theorems import (
     stability,
 )
 
-__all__ = ["Frame", "Request", "Saturation"]
+__all__ = ["Request", "Saturation"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +261,7 @@ class Request:
             for d, v in zip(vertices, self.plant.vertices):
                 inertia = number(v.M) - number(v.B) @ K_A
                 d.E[n:2 * n, n:2 * n] = inertia
-        data = _Data(vertices, number(_mean(self.vertices).E))
+        data = _Data(vertices, number(mean_descriptor(self.vertices).E))
         data.mu = number(np.array(self.mu)).item()
         if self.saturation is not None:
             data.x0 = number(self.saturation.x0)
@@ -361,88 +360,3 @@ class _Data:
     def near(self, P):
         """P where x0 is compared with it."""
         return P if self.back is None else self.back @ P @ self.back.T
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """Coordinates x = T xi, u = scale v in which the LMIs are solved.
-
-    The blocks only undergo congruences: neither the feasible set nor
-    its centre depends on the frame, only the accuracy does. Entries
-    are rounded to six digits, which keeps exact arithmetic short.
-    """
-
-    left: np.ndarray
-    T: np.ndarray
-    back: np.ndarray
-    scale: float
-
-    @classmethod
-    def of(cls, request):
-        """From the Riccati equation of the mean vertex."""
-        mean = _mean(request.vertices)
-        A, B, Bw = mean.state_space()
-        omega = typical_rate(request)
-        weight = _energy(request, omega)
-        effort = (B.T * weight) @ B / omega**2
-        effort = np.diag(np.where(np.diag(effort) > 0, np.diag(effort), 1))
-        try:
-            shift = A + 0.1 * omega * np.eye(len(A))
-            X = solve_continuous_are(
-                shift / omega, B / omega, np.diag(weight), effort
-            )
-            T = np.linalg.inv(cholesky(X, lower=True)).T
-        except (np.linalg.LinAlgError, ValueError):  # no such solution
-            T = np.diag(1 / np.sqrt(weight))
-        size = 0.0
-        if request.saturation is not None:
-            start = np.linalg.solve(T, request.saturation.x0)
-            size = max(size, 2 * start @ start)
-        if request.gamma is not None:
-            push = np.linalg.solve(T, Bw)
-            push = np.linalg.norm(push, 2) ** 2 / request.mu
-            size = max(size, push / omega)
-        T = round_digits(T * np.sqrt(size or 1.0), 6)
-        left = round_digits(np.linalg.inv(mean.E @ T), 6)
-        scale = omega / (np.linalg.norm(left @ mean.Bu, 2) or 1.0)
-        return cls(
-            left, T, round_digits(np.linalg.inv(T), 6), float(round_digits(scale, 6))
-        )
-
-
-def _mean(vertices):
-    """The mean vertex; the first one if the mean isn't regular."""
-    mean = Descriptor(**{
-        name: sum(getattr(d, name) for d in vertices) / len(vertices)
-        for name in ("E", "A", "Bu", "Bw", "C")
-    })
-    return vertices[0] if rank_deficient(mean.E, 1e-6) else mean
-
-
-def typical_rate(request):
-    """A typical angular frequency of the closed loop, in rad/s."""
-    for part in request.parts:
-        if np.array_equal(part.beta, [[0, 1], [0, 0]]):  # disk
-            rho, shift = -part.alpha[0]
-            return rho / 2 + abs(shift)
-    for part in request.parts:
-        if part.implies_stability and part.alpha[0, 0] > 0:
-            return 2 * part.alpha[0, 0] / part.beta[0, 0]
-    A, _, _ = _mean(request.vertices).state_space()
-    return np.abs(np.linalg.eigvals(A)).max() or 1.0
-
-
-def _energy(request, omega):
-    """Diagonal weights of x that have the unit of energy."""
-    plants = request.plant.vertices
-    n = plants[0].n
-    d = request.vertices[0]
-    inertia = sum(
-        np.abs(v.M) + np.abs(v.D) / omega + np.abs(v.S) / omega**2
-        for v in plants
-    ).diagonal() / len(plants)
-    inertia = np.where(inertia > 0, inertia, 1.0)
-    U = np.abs(d.A[2 * n:, :n])
-    return np.concatenate(
-        [omega**2 * inertia, inertia, omega**4 * (U @ inertia)]
-    )

@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .frame import Frame, typical_rate
 from .lmi import Unknown, block, eye
 from .lmi.centre import (
+    CERTAIN,
     Blocks,
     Unbounded,
     centre,
@@ -15,9 +17,9 @@ from .lmi.centre import (
 )
 from .lmi.certificate import round_digits
 from .proof import prove, prove_infeasible
-from .request import Frame, Request, typical_rate
+from .request import Request
 
-__all__ = ["Solution", "feasible", "solve"]
+__all__ = ["Solution", "feasible", "finish", "solve"]
 
 # epsilon in units of 1 / (typical rate), in the order of trial
 SLACK_STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
@@ -76,17 +78,50 @@ def feasible(request):
     """Whether phase one finds a solution of this very request."""
     if request.coupling == "slack" and request.slack is None:
         return _search_slack(request, False)[1]
-    return _search(request)[-1].x is not None
+    return _search(request)[0].x is not None
 
 
-def _search(request):
-    """Phase one: frame, unknowns, blocks and its outcome."""
-    frame = Frame.of(request)
-    expressions, unknowns = request.in_unknowns(
-        frame, _square(request.gamma)
-    )
-    blocks = Blocks.of(expressions.values(), unknowns)
-    return frame, unknowns, blocks, phase_one(blocks)
+def _search(request, smallest=False):
+    """Phase one, in up to four frames.
+
+    Returns
+    -------
+    phase, frame, blocks, unknowns, unit
+        With ``smallest`` the last variable of the blocks is gamma^2 in
+        that unit.
+    """
+    frame, tried = Frame.of(request), []
+    for _ in range(4):
+        gamma2, more, unit = _square(request.gamma), [], None
+        if smallest:
+            C = request.vertices[0].C @ frame.T
+            unit = request.mu * np.linalg.norm(C, 2) ** 2
+            more = [Unknown("gamma2", 1)]
+            gamma2 = more[0] * unit
+        expressions, unknowns = request.in_unknowns(frame, gamma2)
+        blocks = Blocks.of(expressions.values(), unknowns + more)
+        phase = phase_one(blocks)
+        tried.append((phase, frame, blocks, unknowns, unit))
+        if phase.x is not None:
+            return tried[-1]
+        if phase.reach > CERTAIN:
+            break
+        frame = _closer(request, frame, unknowns, phase.near)
+    return max(tried, key=lambda found: (
+        found[0].verdict == "infeasible", found[0].reach))
+
+
+def _closer(request, frame, unknowns, near):
+    """A frame in which the least infeasible P is the identity.
+
+    A solution of bad condition in the first frame may be plain there.
+    """
+    size = sum(u.size for u in unknowns)
+    values = _unpack(unknowns, near[:size])
+    P = sum(v for u, v in zip(unknowns, values) if u.symmetric)
+    sizes, directions = np.linalg.eigh(P)
+    sizes = np.sqrt(np.maximum(sizes / sizes.max(), 1e-6))
+    return Frame.at(request, frame.T @ (directions * sizes), frame.scale)
 
 
 def _square(gamma):
@@ -94,9 +129,9 @@ def _square(gamma):
 
 
 def _solve(request):
-    frame, unknowns, blocks, phase = _search(request)
+    phase, frame, blocks, unknowns, _ = _search(request)
     if phase.x is not None:
-        return _finish(request, frame, blocks, unknowns, phase.x)
+        return finish(request, frame, blocks, unknowns, phase.x)
     refused = Solution(
         request, phase.verdict, request.gain, frame=frame,
         multipliers=phase.Z,
@@ -110,7 +145,8 @@ def _solve(request):
     return refused
 
 
-def _finish(request, frame, blocks, unknowns, x):
+def finish(request, frame, blocks, unknowns, x):
+    """The analytic centre as a Solution, from a feasible point."""
     try:
         x = centre(blocks, x)
     except Unbounded:
@@ -150,7 +186,7 @@ def _unpack(unknowns, x):
     return [u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))]
 
 
-def _bounded(blocks, unknowns, x):
+def _bounded(blocks, unknowns, x, r=16.0):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
@@ -167,7 +203,11 @@ def _bounded(blocks, unknowns, x):
         rows, cols = X.shape
         lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
     lid = Blocks.of(lids, unknowns)
-    r = 16.0
+    extra = blocks.variables - lid.variables  # gamma^2 isn't bounded
+    lid = Blocks(lid.constants, [
+        np.concatenate([g, np.zeros((extra, *g.shape[1:]))])
+        for g in lid.slopes
+    ])
     while True:
         roof = [c + r * np.eye(len(c)) for c in lid.constants]
         if min(
@@ -181,28 +221,37 @@ def _bounded(blocks, unknowns, x):
 
 
 def _smallest_gamma(request, gap):
-    """Smallest gamma, its point and the LMIs; None if infeasible."""
+    """Smallest gamma, its point, or phase one's outcome; the frame."""
     probe = replace(request, gamma=1.0)
-    frame = Frame.of(probe)
-    mean = probe.vertices[0]
-    unit = probe.mu * np.linalg.norm(mean.C @ frame.T, 2) ** 2
-    g = Unknown("gamma2", 1)
-    expressions, unknowns = probe.in_unknowns(frame, g * unit)
-    blocks = Blocks.of(expressions.values(), unknowns + [g])
-    phase = phase_one(blocks)
+    phase, frame, blocks, unknowns, unit = _search(probe, smallest=True)
     if phase.x is None:
         return None, phase, frame
     cost = np.zeros(blocks.variables)
     cost[-1] = 1.0
+    best = _minimize(blocks, unknowns, cost, phase.x, gap)
+    return np.sqrt(best[-1] * unit), best[:-1], frame
+
+
+def _minimize(blocks, unknowns, cost, x, gap):
+    """The minimum, if need be with bounded unknowns."""
     try:
-        best, _ = minimize(blocks, cost, phase.x, gap)
+        return minimize(blocks, cost, x, gap)[0]
+    except Unbounded:  # perhaps in a direction that costs nothing
+        bounds = 1e5, 1e7
+    try:
+        near, far = (
+            minimize(_bounded(blocks, unknowns, x, r), cost, x, gap)[0]
+            for r in bounds
+        )
     except Unbounded:
+        far = None
+    if far is None or far[-1] < 0.99 * near[-1]:
         raise ValueError(
             'minimize="gamma" has no minimum: the bound goes to zero or '
             "is reached by infinite gains only; limit them with saturation "
             "or a disk (rho)"
-        ) from None
-    return np.sqrt(best[-1] * unit), best[:-1], frame
+        )
+    return near
 
 
 def _at_smallest_gamma(request, backoff):
@@ -216,7 +265,7 @@ def _at_smallest_gamma(request, backoff):
     request = replace(request, gamma=gamma)
     expressions, unknowns = request.in_unknowns(frame, gamma**2)
     blocks = Blocks.of(expressions.values(), unknowns)
-    return _finish(request, frame, blocks, unknowns, x)
+    return finish(request, frame, blocks, unknowns, x)
 
 
 def _search_slack(request, smallest):

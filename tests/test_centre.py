@@ -135,3 +135,13 @@ def test_cvxpy_constraints_hold_the_design():
     P.value, Y.value = d.P, d.Y
     assert len(constraints) == len(d.margins)
     assert all(c.violation() == 0 for c in constraints)
+
+
+def test_phase_one_starts_inside_its_ball():
+    """However large the entries beside the diagonal are."""
+    constant = np.array([[1.0, 1e6], [1e6, 1.0]])
+    slope = np.array([[[0.0, 1.0], [1.0, 0.0]]])
+    phase = phase_one(Blocks([constant], [slope]))
+    assert phase.verdict != "infeasible"  # x = -1e6 is feasible
+    blocks = Blocks([constant, np.eye(1)], [slope, 1e-3 * np.ones((1, 1, 1))])
+    assert phase_one(blocks).x is None  # x > -1e3 excludes it

@@ -8,14 +8,13 @@ import pytest
 from flint import fmpq, fmpq_mat
 
 import sosbook as sos
+from sosbook.lmi.centre import Blocks
 from sosbook.lmi.certificate import (
     exact,
     pivots,
     repair_multipliers,
     round_digits,
 )
-from sosbook.lmi.centre import Blocks
-
 
 
 @pytest.fixture(scope="module")

@@ -283,3 +283,27 @@ def test_what_a_design_without_the_data_cannot_say():
     with pytest.raises(ValueError, match="no saturation"):
         d.peak_input()
     assert repr(d).startswith("<Design: feasible")
+
+
+def test_asking_for_less_is_never_harder():
+    """A design of bad condition is found in coordinates of its own."""
+    ex = sos.thesis.example_3()
+    fast = sos.PoleRegion(8.6, ex.region.theta, 20)
+    asked = dict(U=ex.U, K_A=ex.K_A)
+    d = sos.design_pid(ex.plant, region=fast, **asked)
+    assert d.status == "feasible"
+    assert d.certify(17).proven and fast.contains(d.poles())
+    given = sos.analyse_pid(
+        ex.plant, ex.K, saturation=ex.saturation, **asked)
+    assert given.status == "feasible" and given.certify(8).proven
+
+
+def test_an_idle_direction_does_not_hide_the_smallest_gamma():
+    """Without sigma a part of P may grow without bound."""
+    robot = sos.thesis.example_1()
+    d = sos.design_pid(
+        robot.plant, robot.U, sos.PoleRegion(rho=5), minimize="gamma")
+    assert d.status == "feasible" and d.hinf() < d.gamma
+    assert d.certify(12).proven
+    with pytest.raises(ValueError, match="no minimum"):
+        sos.design_pid(robot.plant, robot.U, minimize="gamma")

@@ -5,8 +5,8 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
-from sosbook.lmi.certificate import exact
 from sosbook.lmi.centre import Blocks
+from sosbook.lmi.certificate import exact
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]

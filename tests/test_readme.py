@@ -7,12 +7,15 @@ ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text()
 
 
-def test_the_program_in_the_readme_designs_a_proven_controller():
-    (program,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+def test_the_programs_in_the_readme_design_proven_controllers(capsys):
+    first, second = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     names = {}
-    exec(program, names)
-    assert names["design"].status == "feasible"
-    assert names["design"].certify().proven
+    exec(first, names)
+    exec(second, names)
+    for name in ("design", "robust", "sharp"):
+        assert names[name].status == "feasible"
+        assert names[name].certify().proven
+    assert "admissible" in capsys.readouterr().out
 
 
 def test_files_that_the_readme_names_exist():

@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 
 import sosbook as sos
 
-
 SINE = sos.Sine(5, 10, offset=5, start=1, stop=2.05)
 R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
 

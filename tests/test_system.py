@@ -165,7 +165,7 @@ REQUESTS = {
         dict(saturation=sos.Saturation(1, [1, 0])), "x0 has 2 entries"),
     "x0 lacks x3": (
         dict(U=I2, saturation=sos.Saturation(1, START)), "2n . a = 6"),
-    "coupling": (dict(coupling="pair"), 'coupling must be "pairs" or'),
+    "coupling": (dict(coupling="pair"), 'coupling must be "pairs", "vertices" or'),
     "minimize": (dict(minimize="norm"), "minimize must be None or"),
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
     "minimize without F": (

@@ -85,6 +85,9 @@ class Blocks:
         ), outer
 
 
+CERTAIN = 1e10  # a solution longer than this is none in floats
+
+
 class Unbounded(ValueError):
     """Raised where a set has no analytic centre."""
 
@@ -237,11 +240,17 @@ class Phase:
     Z : list of arrays or None
         Multipliers of an infeasibility proof: Z_k > 0,
         sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
+    near : array or None
+        Where no feasible point was found: the least infeasible one.
+    reach : float
+        No feasible point is shorter than this.
     """
 
     verdict: str
     x: np.ndarray = None
     Z: list = None
+    near: np.ndarray = None
+    reach: float = 0.0
 
 
 def phase_one(blocks, radius=1e4, wide=1e8):
@@ -252,13 +261,15 @@ def phase_one(blocks, radius=1e4, wide=1e8):
     positive or known to stay negative. Where all blocks are homogeneous
     the first one, X > 0, is read as X > I, which changes nothing but
     excludes x = 0. Where only the ball stands in the way, the larger
-    ball ``wide`` is tried: what stays infeasible then has no solution
-    within ``radius``, and none was found beyond.
+    ball ``wide`` is tried. "infeasible" says that there is no solution
+    within ``reach``, half the radius or more, and that none was found
+    beyond.
 
     Returns
     -------
     Phase
     """
+    given = blocks
     if not any(c.any() for c in blocks.constants):
         first = -np.eye(len(blocks.constants[0]))
         blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
@@ -271,9 +282,10 @@ def phase_one(blocks, radius=1e4, wide=1e8):
             for s in blocks.slopes
         ],
     )
-    barrier = _Barrier(lifted, radius)
     start = min(np.linalg.eigvalsh(c)[0] for c in blocks.constants)
     x = np.append(np.zeros(k), min(start, 0) - 1)
+    radius = max(radius, 10 * abs(x[-1]))  # the ball holds the start
+    barrier = _Barrier(lifted, radius)
     cost = np.zeros(k + 1)
     cost[-1] = -1.0
     strict = _Barrier(blocks)
@@ -286,25 +298,24 @@ def phase_one(blocks, radius=1e4, wide=1e8):
             if decrement < 0.1:
                 break
         else:
-            return Phase("undecided")
+            return Phase("undecided", near=x[:-1])
         # at a centre, t* <= t + (degree + ball) / weight
         if x[-1] + 2 * (lifted.degree + 1) / weight < 0:
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
             reach = _excluded_radius(blocks, Z)
-            if reach < radius / 2:
+            if reach < CERTAIN:
                 Z = refine(blocks, Z)
                 reach = _excluded_radius(blocks, Z)
             verdict = "infeasible" if reach >= radius / 2 else "undecided"
             if reach < wide / 2 and radius < wide:
-                further = phase_one(blocks, wide)
+                further = phase_one(given, wide)
                 if further.x is not None or verdict == "undecided":
                     return further
-            return Phase(
-                verdict, Z=[z * o for z, o in zip(Z, outer)]
-            )
+            Z = [z * o for z, o in zip(Z, outer)]
+            return Phase(verdict, Z=Z, near=x[:-1], reach=reach)
         weight *= 8
-    return Phase("undecided")
+    return Phase("undecided", near=x[:-1])
 
 
 def _excluded_radius(blocks, Z):

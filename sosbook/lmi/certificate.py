@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 from flint import fmpq, fmpq_mat
+from scipy.linalg import qr
 
 from .centre import refine
 
@@ -118,8 +119,11 @@ def pivots(x):
     return found
 
 
-def repair_multipliers(blocks, Z, digits=12):
+def repair_multipliers(blocks, Z, digits=15):
     """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
+
+    Only as many entries are changed as there are variables: those that
+    the smallest eigenvalues of the Z_k leave the most room to change.
 
     Parameters
     ----------
@@ -134,27 +138,40 @@ def repair_multipliers(blocks, Z, digits=12):
     """
     Z = refine(blocks, Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
-    flat = _matrix(np.hstack(
-        [s.reshape(len(s), -1) for s in blocks.slopes]
-    ))
-    vector = _matrix(np.concatenate([z.ravel() for z in Z])[:, None])
-    gram = flat * flat.transpose()
-    for a in range(gram.nrows()):  # a variable that no block holds
-        if gram[a, a] == 0:
-            gram[a, a] = 1
+    lower = [np.tril_indices(len(z)) for z in Z]
+    slopes = [
+        np.where(i == j, 1, 2) * s[:, i, j]
+        for s, (i, j) in zip(blocks.slopes, lower)
+    ]
+    flat = np.hstack(slopes)
+    flat = flat[(flat != 0).any(axis=1)]  # variables that a block holds
+    vector = np.concatenate([z[ij] for z, ij in zip(Z, lower)])
     try:
-        weights = gram.solve(flat * vector)
+        stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]
+    except np.linalg.LinAlgError:
+        return None
+    if min(s.min() for s in stiff) <= 0:
+        return None
+    room = np.concatenate([
+        1 / np.sqrt(s[i] * s[j]) for s, (i, j) in zip(stiff, lower)
+    ])
+    white = flat.astype(float) * room
+    white /= np.linalg.norm(white, axis=1)[:, None]
+    few = qr(white, mode="economic", pivoting=True)[2][:len(flat)]
+    residual = _matrix(flat) * _matrix(vector[:, None])
+    try:
+        change = _matrix(flat[:, few]).solve(residual).entries()
     except ZeroDivisionError:
         return None
-    repaired = vector - flat.transpose() * weights
-    entries = np.array(repaired.entries(), dtype=object)
-    out, start = [], 0
-    for z in Z:
-        part = entries[start:start + z.size].reshape(z.shape)
-        start += z.size
-        if not _stays_positive(z, part):
+    vector[few] -= change
+    ends = np.cumsum([len(i) for i, _ in lower])[:-1]
+    out = []
+    for z, (i, j), part in zip(Z, lower, np.split(vector, ends)):
+        repaired = z.copy()
+        repaired[i, j] = repaired[j, i] = part
+        if not _stays_positive(z, repaired):
             return None
-        out.append(part)
+        out.append(repaired)
     value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
     return (out, value) if value <= 0 else None
 
@@ -162,14 +179,11 @@ def repair_multipliers(blocks, Z, digits=12):
 def _stays_positive(near, far):
     """Whether ``far`` is positive definite because ``near`` is.
 
-    With short rationals in ``near``, and c above every entry of |far -
-    near|, near - q c I > 0 implies far > 0.
+    With short rationals in ``near``, and c_i above the sum of row i of
+    |far - near|, near - diag(c) > 0 implies far > 0 (Gershgorin).
     """
-    q = len(near)
-    change = max(abs(e) for e in (far - near).flat)
-    if change == 0:
-        c = fmpq(0)
-    else:
-        c = fmpq(1, 2) ** -(int(np.ceil(np.log2(float(change)))) + 1)
-    lowered = near - q * c * np.eye(q, dtype=int)
+    lowered = near.copy()
+    for i, row in enumerate(far - near):
+        change = sum(abs(float(e)) + 1e-300 for e in row if e != 0)
+        lowered[i, i] -= exact(float(f"{1.01 * change:.2e}"))
     return pivots(lowered)[-1] > 0

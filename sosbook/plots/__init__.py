@@ -5,6 +5,8 @@ an alternative text and a caption. Colours are Okabe and Ito's, which stay
 apart for colour-blind readers; marks and dashes differ too.
 """
 
+from . import sketches
+from .bands import band, branches, pole_cloud
 from .ellipsoids import ellipse_outline, ellipsoid
 from .margins import margins, smallest_of_each
 from .output import Figure, show
@@ -46,11 +48,14 @@ __all__ = [
     "PURPLE",
     "SKY",
     "VERMILLION",
+    "band",
+    "branches",
     "ellipse_outline",
     "ellipsoid",
     "input_limit",
     "largest_singular_value",
     "margins",
+    "pole_cloud",
     "pole_map",
     "poles",
     "region_outline",
@@ -60,6 +65,7 @@ __all__ = [
     "show",
     "signal",
     "singular_values",
+    "sketches",
     "smallest_of_each",
     "use_book_style",
     "window_of",

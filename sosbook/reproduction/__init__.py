@@ -7,13 +7,24 @@ One module for each subject of the table.
 
 from functools import cache
 
-from . import example_1
+from . import (
+    example_1,
+    example_2,
+    example_3,
+    example_4,
+    integrators,
+    singular_mass,
+    vertices,
+)
 from .corrections import errata
 from .table import VERDICTS, Erratum, Row
 
 __all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
 
-_SUBJECTS = (example_1,)
+_SUBJECTS = (
+    singular_mass, vertices, example_1, example_2, example_3, example_4,
+    integrators,
+)
 
 
 @cache

@@ -53,13 +53,15 @@ def errata():
             "nothing in the inequality carries j", "05_hinf",
         ),
         Erratum(
-            "Theorems 2.1, 2.2, proofs",
+            "Theorems 2.1, 2.2, 2.4, proofs",
             "to check the LMIs at the vertices suffices",
-            "also check the pairs (or let E be certain)",
-            "A(a) P E(a)^T is quadratic in a; two counterexamples are "
-            "computed in the tests: both vertices pass, a plant between "
-            "them is unstable",
-            "16_how_far_to_trust",
+            "true if E is certain or E^-1 [A B_u B_w] stays in the hull of "
+            "its vertices, as in Examples 1-4; otherwise check the pairs "
+            "too, or use a slack matrix",
+            "A(a) P E(a)^T is quadratic in a; computed: vertices that pass "
+            "with a proof, and an unstable plant between them, also for a "
+            "design; for the disk even if only M varies",
+            "09_when_vertices_are_not_enough",
         ),
         Erratum(
             "Theorem 2.2", "if and only if",
@@ -94,5 +96,70 @@ def errata():
         Erratum(
             "Chapter 3, opening", "three delay-free examples",
             "four", "they are numbered 1 to 4", "07_grasping_robot",
+        ),
+        Erratum(
+            "Example 2, S", "k1 + b2", "k1 + k2",
+            "units, and the equation of motion; the printed gains are "
+            "proven with either reading, so poles can't decide",
+            "11_car_seat",
+        ),
+        Erratum(
+            "Example 2", "u1, u2 adjust stiffness and damping",
+            "u1, u2 are forces on seat and car",
+            "B = I in (2.1): the inputs enter as forces", "11_car_seat",
+        ),
+        Erratum(
+            "Example 2, Fig. 3.8", "u doesn't exceed u_max",
+            "true without any margin, and for this w only",
+            "holding r = (1, 1) takes |S r| = k1 = u_max; with -w the "
+            "signal reaches 41622 N", "11_car_seat",
+        ),
+        Erratum(
+            "Example 3, Fig. 3.12", "u_max is respected",
+            "K x respects it; u = K x + K_A e'' reaches 165.5",
+            "simulated from x(0) = 0 with the unit set point: u1(0) = m1 / "
+            "(m1 - K_A11) times its K x; Lemma 2.2 leaves K_A e'' out",
+            "12_singular_chain",
+        ),
+        Erratum(
+            "Example 3", "impulsive behavior due to the pole at infinity",
+            "a jump of z4' (index one); the impulse is in z4'' only",
+            "A22 = -b4 is regular in (A.5); infinite_modes counts no "
+            "impulsive mode", "08_singular_mass",
+        ),
+        Erratum(
+            "Procedure 2.1, step 3", "find K_A by Lemma 2.1",
+            "possible for some beta iff N'(M + M')N > 0 with N a basis of "
+            "the directions that B' annihilates (one plant)",
+            "M = diag(-1, 0), B = [0 1]^T: proven infeasible for every "
+            "beta, though some K_A makes M - B K_A regular",
+            "08_singular_mass",
+        ),
+        Erratum(
+            "Example 4", "polytopic set in (??)", "(2.4)",
+            "an unresolved reference", "13_flexible_arm",
+        ),
+        Erratum(
+            "Example 4, S2", "50.64", "50 + 2/pi = 50.6366",
+            "with 50.64 the second row of Table 3.3 is missed by 0.05 "
+            "rad/s, with 50 + 2/pi it is met to 1e-3", "13_flexible_arm",
+        ),
+        Erratum(
+            "Table 3.3, first column", "-pi/2 and pi/2", "0 and ± pi/2",
+            "sinc is even: -pi/2 and pi/2 are one vertex; the first row "
+            "has the poles of sinc = 1", "13_flexible_arm",
+        ),
+        Erratum(
+            "Example 4", "U isn't given", "U = [0 1]",
+            "U = [1 0] misses Table 3.3 by 3 rad/s", "13_flexible_arm",
+        ),
+        Erratum(
+            "Example 4, Figs 3.15 and 3.16",
+            "set points with the polytope of sinc on [-pi/2, pi/2]",
+            "factors in [cos(phi_max), 1], or [-1, 1] for every set point",
+            "around a set point the factor is a mean of cos; the printed "
+            "gains do have a common P over [-1, 1], at the rate 2.2, and "
+            "phi1 keeps the error -(m g l / k) sin(phi1)",
+            "13_flexible_arm",
         ),
     )

@@ -6,6 +6,7 @@ out as in the thesis (which prints the negative of most of them).
 
 from .hinf import bounded_real
 from .pole_region import pole_region, stability
+from .regularization import regular_mass
 from .saturation import control_bound, initial_state
 from .slack import (
     slack_bounded_real,
@@ -19,6 +20,7 @@ __all__ = [
     "control_bound",
     "initial_state",
     "pole_region",
+    "regular_mass",
     "slack_bounded_real",
     "slack_initial_state",
     "slack_pole_region",

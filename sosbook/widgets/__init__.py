@@ -5,18 +5,30 @@ millisecond, so a move costs what the design costs. One module for each
 explorer.
 """
 
+from .arm import explore_swing
+from .car_seat import explore_mass_range
+from .coupling import explore_coupling
 from .design import explore_design
 from .explorer import Explorer
+from .gamma import explore_mu
 from .hinf import explore_hinf
+from .integrators import explore_integrators
 from .region import explore_region
+from .regularization import explore_regularization
 from .saturation import explore_saturation
 from .segment import explore_segment
 
 __all__ = [
     "Explorer",
+    "explore_coupling",
     "explore_design",
     "explore_hinf",
+    "explore_integrators",
+    "explore_mass_range",
+    "explore_mu",
     "explore_region",
+    "explore_regularization",
     "explore_saturation",
     "explore_segment",
+    "explore_swing",
 ]

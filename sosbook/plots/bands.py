@@ -1,0 +1,170 @@
+"""Figures over a set of plants: envelopes of signals, branches of poles.
+
+A polytope isn't a curve but a bundle of them. `band` shades what a signal
+can do from one plant to the next, `pole_cloud` follows each pole while a
+parameter moves.
+"""
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from .regions import shade_region, window_of
+from .style import BLUE, COLOURS, GREY, VERMILLION
+
+__all__ = ["band", "branches", "pole_cloud"]
+
+
+def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
+    """Shade the envelope of one signal over several plants.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    t : (k,) array_like
+        Times, in seconds.
+    signals : (plants, k) array_like
+        The signal of each plant.
+    name : str
+        In the legend.
+    middle : int, optional
+        Row that is drawn as a line inside the band.
+    colour : str
+    points : int
+        About how many times are drawn.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        If there is no plant, or a row doesn't fit to the times.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> figure, ax = plt.subplots()
+    >>> ax = band(ax, [0, 1, 2], [[0, 1, 1], [0, 2, 1]], "z")
+    >>> ax.collections[0].get_datalim(ax.transData).intervaly
+    array([0., 2.])
+    >>> plt.close(figure)
+    """
+    t, signals = np.asarray(t, float), np.atleast_2d(signals)
+    if not signals.size or signals.ndim != 2 or signals.shape[1] != len(t):
+        raise ValueError(
+            f"signals has shape {signals.shape}, needs a row for each plant "
+            f"and a column for each of the {len(t)} times"
+        )
+    step = max(1, len(t) // points)
+    keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
+    low, high = signals.min(axis=0)[keep], signals.max(axis=0)[keep]
+    ax.fill_between(t[keep], low, high, color=colour, alpha=0.3,
+                    linewidth=0.6, label=name)
+    if middle is not None:
+        ax.plot(t[keep], signals[middle][keep], color=colour, linestyle="-",
+                linewidth=1.1)
+    ax.margins(x=0)
+    return ax
+
+
+def branches(poles):
+    """Order each row of poles so that a column follows one pole.
+
+    Parameters
+    ----------
+    poles : (count, N) array_like of complex
+        A row for each value of a parameter, in its order.
+
+    Returns
+    -------
+    (count, N) array of complex
+        The same rows, each permuted to be nearest to the row before.
+
+    Examples
+    --------
+    >>> branches([[-1, -3], [-2.9, -1.1]]).real
+    array([[-1. , -3. ],
+           [-1.1, -2.9]])
+    """
+    rows = np.array(poles, complex)
+    if rows.ndim != 2 or not rows.size:
+        raise ValueError("poles must have a row for each parameter value")
+    size = np.abs(rows).max() or 1.0
+    for before, row in zip(rows, rows[1:]):
+        x, y = before[:, None], row[None, :]
+        # a pair that meets on the real axis could part either way
+        tie = x.imag * y.real + x.real * y.imag
+        distance = np.abs(x - y) + 1e-6 * tie / size
+        row[:] = row[linear_sum_assignment(distance)[1]]
+    return rows
+
+
+def pole_cloud(ax, poles, values, region=None, window=None, name="value",
+               start=0):
+    """Poles over a range of a parameter, over the shaded D-region.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    poles : (count, N) array_like of complex
+        A row for each value of the parameter, in rad/s.
+    values : (count,) array_like
+        The parameter, in increasing order.
+    region : PoleRegion or LMIRegion, optional
+    window : (left, right, height), optional
+        The part of the plane shown; chosen to fit if left out.
+    name : str
+        Of the parameter, in the legend.
+    start : int
+        Which of the book's colours come first: for a second cloud.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    ValueError
+        If poles hasn't one row for each value.
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> figure, ax = plt.subplots()
+    >>> ax = pole_cloud(ax, [[-1, -3], [-2, -4]], [70, 120], name="m")
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['m = 70', 'm = 120']
+    >>> plt.close(figure)
+    """
+    rows, values = branches(poles), np.asarray(values, float)
+    if values.shape != (len(rows),):
+        raise ValueError(
+            f"values has shape {values.shape}, needs one for each of the "
+            f"{len(rows)} rows of poles"
+        )
+    window = window or window_of([rows], region)
+    left, right, height = window
+    if region is not None:
+        shade_region(ax, region, window)
+    ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    colour = COLOURS[start % 6]
+    for branch in rows.T:
+        ax.plot(branch.real, branch.imag, color=colour, linestyle="-",
+                linewidth=2, alpha=0.6, zorder=2.5)
+    ends = ((0, "o", "none", colour), (-1, "x", VERMILLION, VERMILLION))
+    for k, marker, face, edge in ends:
+        ax.plot(rows[k].real, rows[k].imag, linestyle="none", marker=marker,
+                markerfacecolor=face, markeredgecolor=edge, markersize=5.5,
+                markeredgewidth=1.3, zorder=3,
+                label=f"{name} = {values[k]:g}")
+    ax.set_xlim(left, right)
+    ax.set_ylim(-height, height)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("Re s (1/s)")
+    ax.set_ylabel("Im s (rad/s)")
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2,
+              ncols=3, handlelength=1.2, columnspacing=0.9,
+              handletextpad=0.4)
+    return ax

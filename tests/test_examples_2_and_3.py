@@ -1,0 +1,140 @@
+"""Examples 2 and 3: the chapters' statements, from first principles."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import sosbook as sos
+from sosbook.analysis import poles
+from sosbook.descriptor import descriptors
+from sosbook.reproduction import example_2, example_3
+from sosbook.simulate import simulate
+
+
+@pytest.fixture(scope="module")
+def seat():
+    return sos.thesis.example_2()
+
+
+@pytest.fixture(scope="module")
+def chain():
+    return sos.thesis.example_3()
+
+
+def divided(mass):
+    """Example 2, its first equation divided by the mass."""
+    c, rows = sos.thesis.car_seat(mass), np.diag([1 / mass, 1])
+    return sos.SecondOrderSystem(
+        rows @ c.M, rows @ c.D, rows @ c.S, rows @ c.B, rows @ c.F)
+
+
+def test_the_verdicts_of_example_2():
+    rows = {row.item: row for row in example_2.rows()}
+    other = {k for k, row in rows.items() if row.verdict == "differs"}
+    assert other == {"lower right entry of S", "K_P, K_D, K_I"}
+    limit = rows["u(t) doesn't exceed u_max for m_s = 100"]
+    assert 39990 < float(limit.ours) <= 40000
+    assert "41622" in limit.why
+
+
+def test_the_verdicts_of_example_3():
+    rows = {row.item: row for row in example_3.rows()}
+    other = {k for k, row in rows.items() if row.verdict == "differs"}
+    assert other == {"u stays below u_max", "K_P, K_D, K_I"}
+    assert rows["u stays below u_max"].ours.startswith("165.5")
+    for place in ("finite open-loop poles",
+                  "closed-loop poles of the printed gains"):
+        assert rows[place].verdict == "reproduced"
+
+
+def test_one_uncertain_mass_needs_no_pair(seat):
+    """The blocks at any mass are the mean of those at the ends."""
+    ends = sos.Polytope([divided(70), divided(400)])
+    design = sos.design_pid(ends, **seat.requirements)
+    assert design.certify().proven
+    assert design.request.covers_polytope and len(design.request.pairs) == 2
+    for mass in (71, 95, 150, 280, 399):
+        weight = (1 / mass - 1 / 400) / (1 / 70 - 1 / 400)
+        between = ends.at([weight, 1 - weight])
+        there = divided(mass)
+        for name in "MDSBF":
+            assert np.allclose(getattr(between, name), getattr(there, name))
+        (loop,) = descriptors(sos.thesis.car_seat(mass), seat.U)
+        assert seat.region.contains(poles(loop, design.K))
+
+
+def test_pairs_are_more_demanding_there(seat):
+    ends = [sos.thesis.car_seat(m) for m in (70, 400)]
+    pairs = sos.design_pid(sos.Polytope(ends), **seat.requirements)
+    assert pairs.status == "infeasible"
+
+
+@pytest.mark.parametrize("mass", [70, 100, 120])
+def test_a_step_is_a_free_motion_from_minus_the_equilibrium(seat, mass):
+    r = np.array([1.0, 0.7])
+    plant = sos.thesis.car_seat(mass)
+    (loop,) = descriptors(plant, seat.U)
+    u_eq = plant.S @ r
+    rest = np.r_[r, 0, 0, np.linalg.solve(seat.K_I, u_eq)]
+    t = np.linspace(0, 6, 301)
+    step = simulate(loop, seat.K, t, r)
+    free = simulate(loop, seat.K, t, x0=-rest)
+    assert np.allclose(step.u, free.u + u_eq[:, None], atol=1e-6)
+    assert np.allclose(step.z, free.z + r[:, None])
+
+
+def test_the_whole_signal_of_the_chain_by_an_ode_solver(chain):
+    """M z'' = B u - S z - D z' for the u that is reported."""
+    v, r = chain.plant, np.ones(4)
+    M, K, K_A = v.M - v.B @ chain.K_A, chain.K, chain.K_A
+
+    def acceleration(x):
+        e = x - np.r_[r, np.zeros(6)]
+        forces = v.B @ (K @ e) - v.S @ x[:4] - v.D @ x[4:8]
+        return np.linalg.solve(M, forces)
+
+    def slope(_, x):
+        return np.r_[x[4:8], acceleration(x), chain.U @ (x[:4] - r)]
+
+    t = np.linspace(0, 1, 101)
+    exact = solve_ivp(slope, (0, 1), np.zeros(10), t_eval=t, rtol=1e-10,
+                      atol=1e-12).y
+    (loop,) = descriptors(v, chain.U, K_A)
+    answer = simulate(loop, K, t, r, K_A=K_A)
+    assert np.allclose(answer.x, exact, atol=1e-7)
+    for x, u in zip(exact.T, answer.u.T):
+        whole = K @ (x - np.r_[r, np.zeros(6)]) + K_A @ acceleration(x)
+        assert np.allclose(u, whole, atol=1e-6)
+        balance = v.M @ acceleration(x) + v.D @ x[4:8] + v.S @ x[:4]
+        assert np.allclose(balance, v.B @ whole, atol=1e-6)
+    size = np.linalg.norm(answer.u, axis=0)
+    assert size[0] > 165 and np.isclose(answer.u[1, 0], 0, atol=1e-9)
+
+
+def test_set_points_that_the_chain_can_hold(chain):
+    design = sos.analyse_pid(
+        chain.plant, chain.K, chain.U, chain.region, K_A=chain.K_A)
+    S, t = chain.plant.S, np.linspace(0, 25, 251)
+    inner = -np.linalg.solve(S[1:3, 1:3], S[1:3, [0, 3]] @ [1, -0.5])
+    held = np.r_[1, inner, -0.5]
+    other = held + [0, 0.2, 0, 0]
+    assert np.abs(design.simulate(t, held).e[:, -1]).max() < 1e-6
+    error = design.simulate(t, other).e[:, -1]
+    assert np.abs(error[[0, 3]]).max() < 1e-6
+    assert np.abs(error[[1, 2]]).max() > 0.1
+
+
+def test_the_chain_with_a_light_last_mass(chain):
+    def loaded(mass):
+        v = chain.plant
+        M = v.M + np.diag([0, 0, 0, mass])
+        return sos.SecondOrderSystem(M, v.D, v.S, v.B, v.F)
+
+    ends = sos.Polytope([loaded(0), loaded(0.3)])
+    found = sos.analyse_pid(ends, chain.K, **chain.requirements)
+    assert found.certify(7).proven
+    for mass, inside in ((0.3, True), (0.33, True), (0.34, False)):
+        (loop,) = descriptors(loaded(mass), chain.U, chain.K_A)
+        assert chain.region.contains(poles(loop, chain.K)) == inside
+    (bare,) = descriptors(loaded(0.01), chain.U)  # without K_A
+    assert poles(bare, chain.K).real.max() > 1000

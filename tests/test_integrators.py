@@ -1,0 +1,354 @@
+"""The choice of U: rank condition, distance, proof over a polytope."""
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import sosbook as sos
+from sosbook import integrators
+from sosbook.descriptor import descriptors
+from sosbook.integrators import admissible_U, proven_everywhere
+from tests.cases import random_plant
+
+EXAMPLES = [
+    sos.thesis.example_1, sos.thesis.example_2,
+    sos.thesis.example_3, sos.thesis.example_4,
+]
+
+
+def robot(d=0.1066, e=0.0294):
+    """The thesis's mobile inverted pendulum, (4.15)."""
+    a, b, c, f = 0.4747e-3, 0.3482e-3, 0.9641e-3, 0.0069
+    return sos.SecondOrderSystem(
+        [[c, b], [b, a]], f * np.array([[1, -1], [-1, 1]]),
+        np.diag([-d, 0]), [[-e], [e]])
+
+
+def two_masses(s22):
+    return sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[2, -1], [-1, s22]], [[1], [0]])
+
+
+def integer_plant(seed):
+    """Small integers: rank deficiencies happen, and are exact."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    m = int(rng.integers(1, n + 1))
+    M = np.eye(n) + np.diag(rng.integers(0, 3, n))
+    D, S = rng.integers(-2, 3, (2, n, n))
+    B = rng.integers(-1, 2, (n, m))
+    return sos.SecondOrderSystem(M, D, S, B)
+
+
+def augmented(plant, U):
+    """x' = A x + B u of plant and integrators, made by hand."""
+    n, a = plant.n, len(U)
+    A = np.zeros((2 * n + a, 2 * n + a))
+    A[:n, n:2 * n] = np.eye(n)
+    A[n:2 * n, :n] = -np.linalg.solve(plant.M, plant.S)
+    A[n:2 * n, n:2 * n] = -np.linalg.solve(plant.M, plant.D)
+    A[2 * n:, :n] = U
+    B = np.zeros((2 * n + a, plant.m))
+    B[n:2 * n] = np.linalg.solve(plant.M, plant.B)
+    return A, B
+
+
+def unreached(A, B):
+    """Uncontrollable eigenvalues, by Hautus's test."""
+    found = []
+    for s in np.linalg.eigvals(A):
+        pencil = np.hstack([A - s * np.eye(len(A)), B])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] < 1e-6:
+            found.append(s)
+    return np.array(found)
+
+
+@settings(max_examples=80, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_condition_is_stabilisability_of_the_augmented_pair(seed):
+    plant = integer_plant(seed)
+    alone = unreached(*augmented(plant, np.zeros((0, plant.n))))
+    if (alone.real > -1e-4).any():
+        with pytest.raises(ValueError, match="can't be stabilised"):
+            admissible_U(plant)
+        return
+    for choice in admissible_U(plant):
+        lost = unreached(*augmented(plant, choice.U))
+        assert choice.admissible == (not (lost.real > -1e-4).any())
+        assert choice.admissible == (choice.distance > 0)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(st.integers(0, 10**6))
+def test_agrees_with_ctrb_of_python_control(seed):
+    plant = integer_plant(seed)
+    A, B = augmented(plant, np.zeros((0, plant.n)))
+    if np.linalg.matrix_rank(control.ctrb(A, B)) < len(A):
+        return
+    for choice in admissible_U(plant):
+        A, B = augmented(plant, choice.U)
+        rank = np.linalg.matrix_rank(control.ctrb(A, B))
+        assert choice.admissible == (rank == len(A))
+
+
+@pytest.mark.parametrize("s22", [1, 0.2, 0.01, 0, -0.01, -1])
+def test_inadmissible_means_a_transmission_zero_at_the_origin(s22):
+    plant = two_masses(s22)
+    (choice,) = admissible_U(plant, [[[1, 0]]])
+    A, B = augmented(plant, np.zeros((0, 2)))
+    zeros = control.zeros(control.ss(A, B, [[1, 0, 0, 0]], 0))
+    assert np.abs(zeros).min() == pytest.approx(
+        np.abs(np.roots([1, 1, s22])).min(), abs=1e-9)
+    assert choice.admissible == (s22 != 0)
+
+
+@pytest.mark.parametrize("make", EXAMPLES)
+def test_the_core_refuses_exactly_the_inadmissible(make):
+    example = make()
+    for choice in admissible_U(example.plant):
+        if choice.admissible:
+            descriptors(example.plant, choice.U, example.K_A)
+        else:
+            with pytest.raises(ValueError, match="uncontrollable"):
+                descriptors(example.plant, choice.U, example.K_A)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_with_regular_stiffness_it_is_the_rank_of_the_dc_gain(seed):
+    plant = random_plant(np.random.default_rng(seed), 3, 2)
+    gain = np.linalg.solve(plant.S, plant.B)
+    for choice in admissible_U(plant, [[[1, 1, 0]], np.eye(3)[:2], np.eye(3)]):
+        rank = np.linalg.matrix_rank(choice.U @ gain)
+        assert choice.admissible == (rank == choice.a)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_mass_damping_and_acceleration_gain_play_no_part(seed):
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng, 3, 2)
+    other = sos.SecondOrderSystem(
+        plant.M - plant.B @ rng.standard_normal((2, 3)),
+        rng.standard_normal((3, 3)), plant.S, plant.B)
+    for here, there in zip(admissible_U(plant), admissible_U(other)):
+        assert here.channels == there.channels
+        assert here.distance == there.distance
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_distance_is_that_of_the_nearest_inadmissible_plant(seed):
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng, 3, 2)
+    S, B = plant.S, plant.B
+    size_S, size_B = np.linalg.norm(S, 2), np.linalg.norm(B, 2)
+    for choice in admissible_U(plant):
+        rest = np.delete(np.eye(3), choice.channels, axis=1)
+        both = np.hstack([S @ rest / size_S, B / size_B])
+        left, sizes, right = np.linalg.svd(both)
+        step = -sizes[2] * np.outer(left[:, 2], right[2])
+        k = rest.shape[1]
+        change_S = size_S * step[:, :k] @ rest.T
+        change_B = size_B * step[:, k:]
+        size = np.linalg.norm(
+            np.hstack([change_S / size_S, change_B / size_B]), 2)
+        assert size == pytest.approx(choice.distance)
+        near = sos.SecondOrderSystem(
+            plant.M, plant.D, S + change_S, B + change_B)
+        (there,) = admissible_U(near, [choice.U])
+        assert not there.admissible and there.distance == 0
+        almost = sos.SecondOrderSystem(
+            plant.M, plant.D, S + 0.99 * change_S, B + 0.99 * change_B)
+        assert admissible_U(almost, [choice.U])[0].admissible
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_distance_bounds_what_holds_a_set_point(seed):
+    rng = np.random.default_rng(seed)
+    plant = random_plant(rng, 4, 2)
+    ratio = np.linalg.norm(plant.S, 2) / np.linalg.norm(plant.B, 2)
+    for choice in admissible_U(plant):
+        r = rng.standard_normal(choice.a)
+        R = np.block([[-plant.S, plant.B],
+                      [choice.U, np.zeros((choice.a, 2))]])
+        weight = np.r_[np.ones(4), np.full(2, 1 / ratio)]
+        rest = np.linalg.lstsq(
+            R / weight, np.r_[np.zeros(4), r], rcond=None)[0] / weight
+        z, u = rest[:4], rest[4:]
+        assert np.allclose(plant.S @ z, plant.B @ u)
+        bound = np.linalg.norm(r) / choice.distance
+        others = np.delete(z, choice.channels)
+        assert np.hypot(
+            np.linalg.norm(others), np.linalg.norm(u) / ratio
+        ) <= bound * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_distance_has_no_unit(seed):
+    plant = random_plant(np.random.default_rng(seed), 3, 2)
+    other = sos.SecondOrderSystem(
+        plant.M, plant.D, 1000 * plant.S, 0.01 * plant.B)
+    for here, there in zip(admissible_U(plant), admissible_U(other)):
+        assert here.distance == pytest.approx(there.distance)
+
+
+def test_fewer_channels_are_further_away():
+    plant = random_plant(np.random.default_rng(1), 4, 3)
+    found = {c.channels: c.distance for c in admissible_U(plant)}
+    assert len(found) == 4 + 6 + 4
+    for more, distance in found.items():
+        for k in more:
+            fewer = tuple(c for c in more if c != k)
+            if fewer:
+                assert found[fewer] >= distance - 1e-12
+
+
+def test_choices_come_sorted():
+    found = admissible_U(sos.thesis.example_3().plant)
+    keys = [(c.a, c.distance) for c in found]
+    assert keys == sorted(keys, reverse=True)
+    assert [c.a for c in found] == 6 * [2] + 4 * [1]
+
+
+def test_every_example_of_the_thesis():
+    for make in EXAMPLES:
+        example = make()
+        found = admissible_U(example.plant)
+        assert all(c.admissible for c in found)
+        assert any(np.array_equal(c.U, example.U) for c in found)
+        if isinstance(example.plant, sos.Polytope):
+            assert all(c.certified for c in found)
+        else:
+            assert all(c.certified is None for c in found)
+
+
+def test_the_mobile_inverted_pendulum_admits_the_wheel_only():
+    wheel, body = admissible_U(robot())
+    assert wheel.channels == (1,) and wheel.admissible
+    assert body.channels == (0,) and not body.admissible
+    (both,) = admissible_U(robot(), [np.eye(2)])
+    assert not both.admissible
+    (summed,) = admissible_U(robot(), [[[1, 1]]])
+    assert summed.admissible and summed.channels == (0, 1)
+
+
+def test_followed_without_error_and_never_without():
+    plant = two_masses(1)
+    t = np.linspace(0, 60, 601)
+    constant = sos.Sine(0, 1, offset=[0.3, -0.7])
+    pushed = sos.SecondOrderSystem(
+        plant.M, plant.D, plant.S, plant.B, np.eye(2))
+    for choice in admissible_U(plant):
+        design = sos.design_pid(
+            pushed, choice.U, sos.PoleRegion(sigma=0.3, rho=3))
+        answer = design.simulate(t, r=[0.5, 0.5], w=constant)
+        assert np.abs(choice.U @ answer.e[:, -1]).max() < 1e-5
+
+
+def test_dependent_rows_and_too_many_integrators_are_inadmissible():
+    plant = two_masses(1)
+    for U in ([[1, 0], [1, 0]], [[0, 0]], np.eye(2)):
+        (choice,) = admissible_U(plant, [U])
+        assert not choice.admissible
+        assert choice.distance == 0
+
+
+def test_a_singular_mass_is_no_obstacle():
+    plant = sos.SecondOrderSystem([[0]], [[0]], [[0]], [[1]])
+    (choice,) = admissible_U(plant)
+    assert choice.admissible
+
+
+@pytest.mark.parametrize("low, high, proven", [
+    (1, 2, True), (0.01, 3, True), (-2, -0.1, True),
+    (1, -1, False), (0, 1, False), (1e-3, -5, False),
+])
+def test_proof_over_a_polytope(low, high, proven):
+    plants = sos.Polytope([two_masses(low), two_masses(high)])
+    assert proven_everywhere(plants, [[1, 0]]) == proven
+
+
+def test_admissible_vertices_with_an_inadmissible_middle():
+    plants = sos.Polytope([two_masses(1), two_masses(-1)])
+    (choice,) = admissible_U(plants, [[[1, 0]]])
+    assert choice.admissible and choice.certified is False
+    assert not admissible_U(plants.mean, [[[1, 0]]])[0].admissible
+    with pytest.raises(ValueError, match="uncontrollable"):
+        descriptors(plants.mean, [[1, 0]])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_proven_holds_at_sampled_plants(seed):
+    rng = np.random.default_rng(seed)
+    plants = random_plant(rng, 3, 2, vertices=3, spread=0.5)
+    for choice in admissible_U(plants):
+        inside = [
+            admissible_U(v, [choice.U])[0].distance
+            for v in plants.sample(60, seed)
+        ]
+        if choice.certified:
+            assert min(inside) > 1e-6
+
+
+def test_halving_proves_what_one_matrix_cannot(monkeypatch):
+    stiffness = [
+        [[0, -2, 0], [1, 0, 0], [1, 1, -1]],
+        [[1, -2, -1], [2, -2, -1], [-1, 1, 1]],
+        [[-1, -2, 1], [-2, 0, -2], [1, 0, 1]],
+    ]
+    inputs = [[[0], [1], [0]], [[1], [0], [-1]], [[0], [-1], [-1]]]
+    plants = sos.Polytope([
+        sos.SecondOrderSystem(np.eye(3), np.eye(3), S, B)
+        for S, B in zip(stiffness, inputs)
+    ])
+    assert proven_everywhere(plants, [[1, 0, 0]])
+    monkeypatch.setattr(integrators, "MOST_PIECES", 1)
+    assert not proven_everywhere(plants, [[1, 0, 0]])
+
+
+def test_a_design_for_the_polytope_is_a_proof_too():
+    example = sos.thesis.example_4()
+    design = sos.design_pid(example.plant, [[1, 0]], sos.PoleRegion(sigma=1))
+    assert design.certify().proven
+    assert proven_everywhere(example.plant, [[1, 0]])
+
+
+@pytest.mark.parametrize("plant, message", [
+    (two_masses, "plant must be a SecondOrderSystem"),
+    (sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.eye(2), [[1], [0]]),
+     r"can't be stabilised: u doesn't reach its mode at s = .*1j"),
+    (sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, 0]), [[1], [0]]),
+     r"can't be stabilised: .* s = 0"),
+    (sos.SecondOrderSystem(
+        np.eye(13), np.eye(13), np.eye(13), np.eye(13)),
+     "13 displacements and 2.13 choices: pass the candidates"),
+])
+def test_bad_plants_are_named(plant, message):
+    with pytest.raises(ValueError, match=message):
+        admissible_U(plant)
+
+
+def test_the_vertex_that_cannot_be_stabilised_is_named():
+    stuck = sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), np.diag([1, -1]), [[1], [0]])
+    plants = sos.Polytope([two_masses(1), stuck])
+    with pytest.raises(ValueError, match="stabilised at vertex 2"):
+        admissible_U(plants)
+
+
+@pytest.mark.parametrize("candidates, message", [
+    ([[[1, 0, 0]]], r"candidates\[0\] has 3 columns, needs 2"),
+    ([[[1, 0]], [[np.nan, 0]]], r"candidates\[1\] has NaN"),
+    ([np.zeros((0, 2))], "no row"),
+    ([[1, 0]], r"candidates\[0\] must be a matrix"),
+])
+def test_bad_candidates_are_named(candidates, message):
+    with pytest.raises(ValueError, match=message):
+        admissible_U(two_masses(1), candidates)
+
+
+def test_words():
+    plants = sos.Polytope([two_masses(1), two_masses(-1)])
+    assert repr(admissible_U(plants, [[[1, 0]]])[0]).endswith("not proven>")
+    assert repr(admissible_U(robot())[1]) == (
+        "<1 on z1: inadmissible, distance 0>")

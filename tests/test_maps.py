@@ -1,0 +1,355 @@
+"""Edges and frontiers: proven on both sides, monotone, the same anyhow."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import maps
+from sosbook.maps.search import replaced
+from sosbook.proof import prove, prove_infeasible
+
+NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return sos.thesis.example_1()
+
+
+@pytest.fixture(scope="module")
+def edges(robot):
+    """Of Example 1, to two digits."""
+    return {name: maps.edge(name, robot.plant, **robot.requirements,
+                            digits=2) for name in NAMES}
+
+
+@pytest.fixture(scope="module")
+def force(robot):
+    return maps.frontier(
+        "gamma", "u_max", robot.plant, **robot.requirements,
+        values=[2, 0.6, 1.2, 0.8], progress=False)
+
+
+def harder(name, value, factor):
+    return value * factor if name == "sigma" else value / factor
+
+
+# ------------------------------------------------------------------- edges
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_sides_are_proven_for_what_they_say(edges, name):
+    edge = edges[name]
+    assert edge.proven
+    for side, design in ((edge.feasible, edge.design),
+                         (edge.infeasible, edge.excluded)):
+        asked = maps.requirements(design.request)
+        assert np.isclose(asked[name], side, rtol=1e-12)
+    others = {k: v for k, v in maps.requirements(
+        edge.design.request).items() if k != name}
+    printed = maps.requirements(maps.request(sos.thesis.example_1()))
+    assert others == {k: v for k, v in printed.items() if k != name}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_sides_are_neighbours_on_the_harder_side(edges, robot, name):
+    edge = edges[name]
+    printed = maps.requirements(maps.request(robot))[name]
+    yes, no = (maps.shown(name, v) for v in (edge.feasible, edge.infeasible))
+    assert np.allclose([yes, no], [float(f"{v:.1e}") for v in (yes, no)],
+                       rtol=1e-14)
+    digits = [round(v / 10 ** (np.floor(np.log10(min(yes, no))) - 1))
+              for v in (yes, no)]
+    assert abs(digits[0] - digits[1]) == 1
+    assert edge.feasible > printed if name == "sigma" else (
+        edge.feasible < printed)
+
+
+def test_relaxing_keeps_the_solution(edges):
+    """The theorem on edges: with the same P and Y."""
+    for name, edge in edges.items():
+        known = maps.requirements(edge.design.request)
+        easier = replaced(
+            edge.design.request,
+            known | {name: harder(name, known[name], 0.8)})
+        assert prove(easier, edge.design.K, edge.design.P).proven
+
+
+def test_an_infeasible_request_finds_its_edge_on_the_easier_side(robot):
+    asked = robot.requirements | dict(gamma=0.1)
+    edge = maps.edge("gamma", robot.plant, **asked, digits=2)
+    assert (edge.feasible, edge.infeasible) == (0.64, 0.63)
+    assert edge.proven
+
+
+def test_an_edge_with_a_lyapunov_matrix_of_bad_condition():
+    arm = sos.thesis.example_4()
+    edge = maps.edge("sigma", arm.plant, **arm.requirements, digits=2)
+    assert edge.proven
+    assert (edge.feasible, edge.infeasible) == (6.4, 6.5)
+
+
+def test_no_edge_is_said_and_not_invented(robot):
+    edge = maps.edge("sigma", robot.plant, robot.U,
+                     sos.PoleRegion(sigma=0.7), digits=1)
+    assert edge.infeasible is None and edge.excluded is None
+    assert edge.feasible == 700 and edge.design.certify().proven
+    assert "nothing is proven infeasible up to sigma = 700" in edge.reason
+    assert not edge.proven and "none is not" in repr(edge)
+    with pytest.raises(ValueError, match="one side only"):
+        edge.shares
+
+
+def test_no_design_is_said_too(robot):
+    asked = robot.requirements | dict(
+        region=sos.PoleRegion(1.4, np.pi / 4, 5))
+    edge = maps.edge("rho", robot.plant, **asked, digits=1)
+    assert edge.feasible is None and edge.design is None
+    assert edge.excluded.infeasibility.proven
+    assert edge.reason == "no design down to rho = 5000"
+
+
+def test_other_couplings_have_edges_too():
+    arm = sos.thesis.example_4()
+    edge = maps.edge("rho", arm.plant, **arm.requirements, digits=2,
+                     coupling="slack", slack=0.05)
+    assert edge.design.V is not None and edge.design.certify().proven
+    assert edge.design.request.slack == 0.05
+    with pytest.raises(ValueError, match="one Lyapunov matrix only"):
+        edge.shares
+
+
+def test_shares_are_the_slope_of_the_frontier(robot):
+    asked = robot.requirements
+    shares = maps.edge("u_max", robot.plant, **asked).shares
+    assert np.isclose(sum(shares.values()), 1)
+    assert set(shares) == set(NAMES)
+    assert min(shares.values()) >= 0 and shares["rho"] < 0.01
+    ends = [maps.edge("u_max", robot.plant, **asked | dict(gamma=g)).feasible
+            for g in (1.257 / 1.2, 1.257 * 1.2)]
+    slope = -np.log(ends[1] / ends[0]) / np.log(1.44)
+    assert np.isclose(slope, shares["gamma"] / shares["u_max"], rtol=0.03)
+
+
+def test_shares_do_not_depend_on_units(robot):
+    plant = robot.plant
+    tons = sos.SecondOrderSystem(  # forces in kilonewtons, w alike
+        plant.M / 1e3, plant.D / 1e3, plant.S / 1e3, plant.B,
+        plant.F / 1e3)
+    asked = robot.requirements | dict(
+        saturation=sos.Saturation(0.15, robot.saturation.x0))
+    one = maps.edge("gamma", plant, **robot.requirements, digits=2)
+    two = maps.edge("gamma", tons, **asked, digits=2)
+    assert one.feasible == two.feasible
+    for name, share in one.shares.items():
+        assert np.isclose(share, two.shares[name], atol=2e-3)
+
+
+@pytest.mark.parametrize("change, fault", [
+    (dict(name="speed"), "name = 'speed' must be one of sigma"),
+    (dict(digits=0), "digits = 0"), (dict(digits=2.5), "digits = 2.5"),
+    (dict(region=sos.LMIRegion.disk(3)), "region must be a PoleRegion"),
+    (dict(name="u_max", saturation=None), "u_max needs saturation"),
+])
+def test_bad_input_is_named(robot, change, fault):
+    asked = dict(name="sigma", plant=robot.plant) | robot.requirements
+    with pytest.raises(ValueError, match=fault):
+        maps.edge(**asked | change)
+
+
+def test_gamma_needs_a_disturbance():
+    arm = sos.thesis.example_4()
+    with pytest.raises(ValueError, match="gamma needs a plant with F"):
+        maps.edge("gamma", arm.plant, **arm.requirements)
+
+
+# --------------------------------------------------------------- frontiers
+
+def test_a_frontier_is_a_monotone_staircase(force):
+    assert force.values == (2, 1.2, 0.8, 0.6)
+    assert all(edge.proven for edge in force.edges)
+    assert (np.diff(force.feasible) > 0).all()
+    assert (force.infeasible < force.feasible).all()
+    for gamma, edge in zip(force.values, force.edges):
+        asked = maps.requirements(edge.design.request)
+        assert asked["gamma"] <= gamma and asked["u_max"] <= edge.feasible
+        asked = maps.requirements(edge.excluded.request)
+        assert asked["gamma"] >= gamma and asked["u_max"] >= edge.infeasible
+
+
+def test_each_entry_is_the_edge_found_alone(force, robot):
+    for gamma, edge in zip(force.values, force.edges):
+        asked = robot.requirements | dict(gamma=gamma)
+        alone = maps.edge("u_max", robot.plant, **asked, digits=2)
+        assert alone.feasible == edge.feasible
+        assert alone.infeasible == edge.infeasible
+
+
+def test_workers_change_nothing(force, robot):
+    again = maps.frontier(
+        "gamma", "u_max", robot.plant, **robot.requirements,
+        values=force.values, n_jobs=2, progress=False)
+    for one, two in zip(force.edges, again.edges):
+        assert one.feasible == two.feasible
+        assert one.infeasible == two.infeasible
+        assert np.array_equal(one.design.K, two.design.K)
+
+
+def test_status_is_what_the_proofs_say(force, robot):
+    seen = set()
+    for gamma in (0.5, 0.7, 1.0, 1.5, 3.0):
+        for u_max in (30, 60, 90, 130, 400):
+            status = force.status(gamma, u_max)
+            seen.add(status)
+            fresh = sos.design_pid(
+                robot.plant, robot.U, robot.region, gamma,
+                sos.Saturation(u_max, robot.saturation.x0))
+            assert status in (fresh.status, "undecided")
+            found = force.design(gamma, u_max)
+            if status == "feasible":
+                assert prove(fresh.request, found.K, found.P).proven
+    assert seen == {"feasible", "infeasible", "undecided"}
+    with pytest.raises(ValueError, match="u_max = -1 must be positive"):
+        force.status(1, -1)
+
+
+def test_the_set_of_bounds_is_convex(force):
+    """One certificate excludes a half-plane; no design lies in it."""
+    for edge in force.edges:
+        d = edge.excluded
+        proof = prove_infeasible(d.request, d.frame, d.multipliers)
+        N, n = d.request.order, d.request.plant.n
+        Z = {k: z.astype(float) for k, z in proof.multipliers.items()}
+        b = np.trace(Z["hinf"][N:N + n, N:N + n])
+        c = np.trace(Z["u_max"][N:, N:]) / d.frame.scale**2
+        a = proof.value - b * d.gamma**2 - c * edge.infeasible**2
+        assert b > 0 and c > 0
+        assert (a + b * np.square(force.values)
+                + c * force.feasible**2 > 0).all()
+
+
+def test_sigma_and_theta_are_not_convex(robot):
+    front = maps.frontier(
+        "sigma", "theta", robot.plant, **robot.requirements,
+        values=[0.3, 0.8, 1.3], progress=False)
+    half = (front.feasible[0] + front.feasible[-1]) / 2
+    assert front.status(0.3, front.feasible[0]) == "feasible"
+    assert front.status(1.3, front.feasible[-1]) == "feasible"
+    assert front.status(0.8, half) == "infeasible"
+
+
+@pytest.mark.parametrize("change, fault", [
+    (dict(y="gamma"), "x and y are both"), (dict(x="speed"), "must be one"),
+    (dict(values=[1]), "values of gamma must be two or more"),
+    (dict(values=[1, -1]), "values of gamma"),
+])
+def test_bad_frontiers_are_named(robot, change, fault):
+    asked = dict(x="gamma", y="u_max", plant=robot.plant, values=[1, 2])
+    with pytest.raises(ValueError, match=fault):
+        maps.frontier(**asked | robot.requirements | change)
+
+
+# ------------------------------------------------------------------- atlas
+
+@pytest.fixture(scope="module")
+def atlas(force):
+    arm = sos.thesis.example_4()
+    radius = maps.frontier("sigma", "rho", arm.plant, **arm.requirements,
+                           values=[4, 5, 6], progress=False)
+    return maps.MapAtlas({"The <robot> & co": [force], "Arm": [radius]},
+                         title='a</script><b>"&')
+
+
+@pytest.fixture(scope="module")
+def sheet(atlas, tmp_path_factory):
+    page = tmp_path_factory.mktemp("page") / "map.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+    return page
+
+
+def test_the_page_stores_the_proofs(atlas, force):
+    data = re.search(
+        r'<script type="application/json">(.*?)</script>', atlas.html)[1]
+    assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data)
+    stored = json.loads(data)
+    assert stored["title"] == 'a</script><b>"&'
+    (first,) = stored["groups"][0]["maps"]
+    assert first["held"] == ["σ = 0.7 1/s", "θ = 45°", "ρ = 5 1/s"]
+    for row, edge in zip(first["rows"], force.edges):
+        assert row[:2] == [edge.feasible, edge.infeasible]
+        K = first["designs"][row[2]]["K"]
+        assert np.allclose(K, edge.design.K.ravel(), rtol=6e-4)
+        shares = dict(first["refusals"][row[3]]["shares"])
+        assert 98 <= sum(shares.values()) <= 102
+    assert "http" not in atlas.html.replace("http://www.w3.org", "")
+    assert repr(atlas) == "MapAtlas: 2 frontiers"
+    with pytest.raises(ValueError, match="one Frontier or more"):
+        maps.MapAtlas({})
+
+
+def test_the_page_says_what_python_says(visit, sheet, atlas, force):
+    tab = visit(sheet)
+    box = tab.page.locator("sos-map").first
+    say = box.locator(".sos-readout")
+    words = {"feasible": "Certified", "infeasible": "Excluded",
+             "undecided": "Undecided"}
+    axes = atlas.data["groups"][0]["maps"][0]
+    seen = set()
+    for i, gamma in enumerate(axes["x"]["values"]):
+        box.get_by_role("slider", name="H∞ bound γ").fill(str(i))
+        for j in range(0, len(axes["y"]["values"]), 7):
+            box.get_by_role("slider", name="Input bound u_max").fill(str(j))
+            status = force.status(gamma, axes["y"]["values"][j])
+            assert say.inner_text().startswith(words[status])
+            seen.add(status)
+    assert {"feasible", "infeasible"} <= seen
+    assert tab.errors == [] and all(
+        r.startswith(("file:", "data:")) for r in tab.requests)
+
+
+def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
+    tab = visit(sheet)
+    box = tab.page.locator("sos-map").first
+    readout = box.locator("[role=status]")
+    assert readout.get_attribute("aria-live") == "polite"
+    assert readout.inner_text().startswith("Certified")
+    box.get_by_label("Plant").select_option(label="Arm")
+    radius = box.get_by_role("slider", name="Disk radius ρ")
+    assert radius.get_attribute("aria-valuetext") == "ρ = 15 1/s"
+    for _ in range(3):
+        radius.press("ArrowRight")
+    assert readout.inner_text().startswith("Excluded")
+    assert "Disk radius ρ:" in readout.inner_text()
+    label = box.locator("svg").get_attribute("aria-label")
+    assert "ρ = 12 1/s is infeasible" in label
+    ids = tab.page.evaluate(
+        "[...document.querySelectorAll('[id]')].map(e => e.id)")
+    assert len(ids) == len(set(ids)) > 8
+    assert tab.errors == []
+
+
+@pytest.mark.parametrize("scheme, dark", [("light", False), ("dark", True)])
+def test_it_is_readable_on_a_phone(visit, sheet, scheme, dark):
+    tab = visit(sheet, width=390, height=844, scheme=scheme)
+    assert tab.page.evaluate(
+        "document.documentElement.scrollWidth <= innerWidth")
+    ratio = """() => {
+      const light = c => { const [r, g, b] = c.match(/[\\d.]+/g).map(x => {
+        const v = x / 255;
+        return v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; });
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+      const look = e => getComputedStyle(document.querySelector(e));
+      const paper = light(look('sos-map').backgroundColor);
+      const inks = [look('sos-map').color, look('sos-map select').color,
+        look('sos-map svg text').fill, look('sos-map figcaption').color];
+      return [paper, Math.min(...inks.map(light).map(i =>
+        (Math.max(i, paper) + .05) / (Math.min(i, paper) + .05)))]; }"""
+    paper, contrast = tab.page.evaluate(ratio)
+    assert (paper < 0.05) == dark and contrast > 4.5
+    assert tab.errors == []

@@ -1,0 +1,307 @@
+"""coupling="slack" promises less data, never less truth.
+
+Blocks against matrices built by hand, verdicts against cvxpy and
+Clarabel, and hypothesis looking for a broken promise between vertices.
+"""
+
+from dataclasses import replace
+
+import cvxpy
+import numpy as np
+import pytest
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
+
+import sosbook as sos
+from sosbook import counterexamples
+from sosbook.couplings import promises, widen
+from sosbook.proof import prove
+from sosbook.request import Request
+from tests.cases import random_plant, random_request
+
+few = settings(max_examples=30, derandomize=True, deadline=None)
+seeds = st.integers(0, 10**6)
+
+
+def he(x):
+    return x + x.T
+
+
+def uncertain(seed):
+    """A polytope whose mass is strongly uncertain, and requirements."""
+    rng = np.random.default_rng(seed)
+    kind = rng.integers(3)
+    if kind == 0:
+        plants = widen(
+            counterexamples.random_pair(seed, 9), rng.uniform(0.3, 1))
+    elif kind == 1:
+        plants = counterexamples.random_chain(
+            seed, 2, rng.uniform(0.2, 0.95), bool(rng.integers(2)))
+    else:
+        plants = widen(counterexamples.actuated(), rng.uniform(0.3, 1.1))
+    asked = {"plant": plants}
+    if rng.random() < 0.5:
+        asked["gamma"] = 10 ** rng.uniform(-0.5, 1)
+    if rng.random() < 0.5:
+        asked["saturation"] = sos.Saturation(
+            10 ** rng.uniform(0, 2), [1, 0, 0, 0])
+    if rng.random() < 0.6 or len(asked) == 1:
+        asked["region"] = sos.PoleRegion(
+            rng.choice([None, rng.uniform(0.05, 0.5)]),
+            rng.uniform(0.4, 1.4), rng.uniform(5, 20))
+    return asked
+
+
+def keeps_its_promises(design):
+    event(f"{design.request.coupling}: {design.status}")
+    if design.status != "feasible":
+        assert design.K is None
+        return
+    proof = design.certify(12)
+    assert proof.proven
+    assert not any("vertices" in claim for claim in proof.claims)
+    kept = promises(design, 9)
+    assert min(kept.values()) > 0, kept
+
+
+@few
+@given(seeds)
+def test_pairs_keep_their_promises_with_uncertain_masses(seed):
+    keeps_its_promises(sos.design_pid(**uncertain(seed)))
+
+
+@few
+@given(seeds, st.sampled_from([0.03, 0.1, 0.3]))
+def test_slack_keeps_its_promises_with_uncertain_masses(seed, slack):
+    keeps_its_promises(sos.design_pid(
+        **uncertain(seed), coupling="slack", slack=slack))
+
+
+@few
+@given(seeds)
+def test_slack_keeps_its_promises_with_any_requirements(seed):
+    asked = random_request(seed)
+    if len(asked["plant"].vertices) == 1:
+        asked["plant"] = sos.Polytope(asked["plant"].vertices)
+    keeps_its_promises(sos.design_pid(
+        **asked, coupling="slack", slack=0.1))
+
+
+def polytope(seed):
+    rng = np.random.default_rng(seed)
+    return random_plant(rng, 2, 1, 1, vertices=3, spread=0.4), rng
+
+
+def by_hand(request, P, V, Y):
+    """The blocks of a request, from the formulas of the chapter."""
+    vertices = request.vertices
+    E0 = sum(d.E for d in vertices) / len(vertices)
+    back, e, found = np.linalg.inv(E0), request.slack, {}
+    mu = request.mu
+    for k, d in enumerate(vertices, 1):
+        Theta = back @ (d.A @ V.T + d.Bu @ Y)
+        Z, Bw, Pk = back @ d.E @ V.T, back @ d.Bw, P[k - 1]
+        p, q = Bw.shape[1], len(d.C)
+        for part in request.parts:
+            a, b = part.alpha, part.beta
+            if part.name == "disk":
+                rho, c = -a[0, 0], -a[0, 1]
+                right = -c * (Pk - Z) + Theta.T
+                g = np.block([
+                    [(c**2 - rho**2) * Pk - c * he(Theta), right],
+                    [right.T, Pk - he(Z)]])
+                two = np.kron(np.eye(2), E0)
+            else:
+                one = np.eye(len(a))
+                right = np.kron(b, Pk - Z) + e * np.kron(one, Theta.T)
+                g = np.block([
+                    [np.kron(a, Pk) + he(np.kron(b, Theta)), right],
+                    [right.T, -e * np.kron(one, he(Z))]])
+                two = np.kron(np.eye(2 * len(a)), E0)
+            found[f"{part.name} {k}"] = -two @ g @ two.T
+        right = Pk - Z + e * Theta.T
+        g = np.block([
+            [he(Theta), right, V @ d.C.T, Bw],
+            [right.T, -e * he(Z), np.zeros((len(V), q)), e * Bw],
+            [d.C @ V.T, np.zeros((q, len(V))),
+             -request.gamma**2 / mu * np.eye(q), np.zeros((q, p))],
+            [Bw.T, e * Bw.T, np.zeros((p, q)), -mu * np.eye(p)]])
+        size = 2 * len(V)
+        two = np.eye(size + p + q)
+        two[:size, :size] = np.kron(np.eye(2), E0)
+        found[f"hinf {k}"] = -two @ g @ two.T
+        x0, u_max = request.saturation.x0, request.saturation.u_max
+        found[f"x0 {k}"] = np.block([
+            [np.ones((1, 1)), x0[None]], [x0[:, None], he(V) - Pk]])
+        found[f"u_max {k}"] = np.block([
+            [Pk, Y.T], [Y, u_max**2 * np.eye(len(Y))]])
+        found[f"P {k}"] = Pk
+    return found
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_blocks_are_the_formulas(seed):
+    plants, rng = polytope(seed)
+    region = sos.LMIRegion.disk(7, -1) & sos.LMIRegion.half_plane(0.3)
+    region = region & sos.LMIRegion.sector(0.9)
+    request = Request(
+        plants, np.ones((1, 2)), region, 2.5,
+        sos.Saturation(3, rng.standard_normal(5)), coupling="slack",
+        slack=0.2, mu=1.5)
+    P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
+    V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
+    made = request.blocks(P, Y, 2.5**2, V=V)
+    hand = by_hand(request, P, V, Y)
+    assert set(made) == set(hand)
+    for name, g in made.items():
+        assert np.allclose(g, hand[name], rtol=1e-9, atol=1e-9), name
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_blocks_are_affine_in_the_plant(seed):
+    """The block of a mixture is the mixture of the vertices' blocks."""
+    plants, rng = polytope(seed)
+    weights = rng.dirichlet(np.ones(3))
+    region = sos.PoleRegion(0.3, 0.9, 8)
+    asked = dict(U=np.ones((1, 2)), region=region, gamma=2.0,
+                 coupling="slack", slack=0.2)
+    fourth = plants.at(weights)
+    request = Request(sos.Polytope([*plants.vertices, fourth]), **asked)
+    P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
+    every = [*P, sum(w * p for w, p in zip(weights, P))]
+    V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
+    made = request.blocks(every, Y, 4.0, V=V)
+    for name in ("half-plane", "sector", "disk", "hinf"):
+        mean = sum(
+            w * made[f"{name} {k + 1}"] for k, w in enumerate(weights))
+        assert np.allclose(made[f"{name} 4"], mean)
+
+
+def clarabel_margin(request):
+    """The largest t <= 1 with all blocks >= t I, by cvxpy; P scaled."""
+    n, N = len(request.vertices), request.order
+    P = [cvxpy.Variable((N, N), symmetric=True) for _ in range(n)]
+    V, Y = cvxpy.Variable((N, N)), cvxpy.Variable((request.plant.m, N))
+    e, t, constraints = request.slack, cvxpy.Variable(), []
+    E0 = sum(d.E for d in request.vertices) / n
+    back = np.linalg.inv(E0)
+
+    def demand(g):
+        size = g.shape[0]
+        constraints.append((g + g.T) / 2 >> t * np.eye(size))
+
+    for p, d in zip(P, request.vertices):
+        Theta = back @ (d.A @ V.T + d.Bu @ Y)
+        Z = back @ d.E @ V.T
+        demand(p)
+        for part in request.parts:
+            a, b = part.alpha, part.beta
+            if part.name == "disk":
+                rho = -a[0, 0]
+                demand(-cvxpy.bmat([
+                    [-rho**2 * p, Theta.T], [Theta, p - Z - Z.T]]))
+                continue
+            right = cvxpy.kron(b, p - Z) + e * cvxpy.kron(
+                np.eye(len(a)), Theta.T)
+            turned = cvxpy.kron(b, Theta)
+            demand(-cvxpy.bmat([
+                [cvxpy.kron(a, p) + turned + turned.T, right],
+                [right.T, -e * cvxpy.kron(np.eye(len(a)), Z + Z.T)]]))
+    room = [cvxpy.norm(x, "fro") <= 1e3 for x in (*P, V, Y)]
+    problem = cvxpy.Problem(
+        cvxpy.Maximize(t), [*constraints, *room, t <= 1])
+    problem.solve(solver="CLARABEL")
+    return float(t.value)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("share", [0.4, 1.0])
+def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
+    plants = widen(counterexamples.random_pair(seed, 9), share)
+    region = sos.PoleRegion(0.1, np.pi / 6, 6)
+    design = sos.design_pid(
+        plants, region=region, coupling="slack", slack=0.1)
+    margin = clarabel_margin(design.request)
+    if margin > 1e-4:
+        assert design.status == "feasible"
+    elif margin < 1e-7:
+        assert design.status == "infeasible"
+
+
+@few
+@given(seeds)
+def test_a_certain_E_makes_slack_at_least_as_good(seed):
+    """With a small scalar the slack LMIs contain the common P."""
+    rng = np.random.default_rng(seed)
+    base = random_plant(rng, 2, int(rng.integers(1, 3)))
+    plants = sos.Polytope([
+        replace(base, S=base.S * f, D=base.D / f) for f in (0.9, 1.1)])
+    region = sos.PoleRegion(
+        rng.uniform(0.1, 2), rng.uniform(0.2, 1.4), rng.uniform(2.5, 9))
+    common = sos.design_pid(plants, region=region)
+    event(common.status)
+    if common.status == "feasible" and min(common.margins.values()) > 1e-4:
+        found = [
+            sos.design_pid(
+                plants, region=region, coupling="slack", slack=e).status
+            for e in (1e-2, 1e-3)
+        ]
+        assert "feasible" in found
+
+
+@few
+@given(seeds, st.sampled_from([0.02, 0.2]))
+def test_one_plant_gains_nothing(seed, slack):
+    """Slack LMIs of one plant give a common P of the thesis's LMIs."""
+    asked = random_request(seed)
+    asked["plant"] = asked["plant"].vertices[0]
+    found = sos.design_pid(**asked, coupling="slack", slack=slack)
+    event(found.status)
+    if found.status == "feasible":
+        assert sos.design_pid(**asked).status == "feasible"
+        V = found.V
+        P = V.T @ np.linalg.solve(found.P[0], V)
+        request = Request(**asked)
+        blocks = request.blocks(
+            (P + P.T) / 2, found.K @ (P + P.T) / 2,
+            (asked.get("gamma") or 0) ** 2)
+        assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
+
+
+def test_a_spoilt_proof_is_refused():
+    design = sos.design_pid(
+        counterexamples.actuated(), region=sos.PoleRegion(rho=10),
+        coupling="slack", slack=0.1)
+    request, K, P, V = design.request, design.K, design.P, design.V
+    assert prove(request, K, P, 6, V).proven
+    swapped = prove(request, K, P[::-1], 6, V)
+    assert not swapped.proven
+    assert not prove(request, -K, P, 6, V).proven
+    assert not prove(request, K, P, 6, V.T).proven
+    assert not prove(
+        replace(request, region=sos.PoleRegion(rho=5)), K, P, 6, V).proven
+
+
+def test_a_gain_that_is_given_keeps_its_own_matrices():
+    plants = counterexamples.actuated()
+    region = sos.PoleRegion(rho=10)
+    design = sos.design_pid(
+        plants, region=region, coupling="slack", slack=0.1)
+    given_ = sos.analyse_pid(
+        plants, design.K, region=region, coupling="slack", slack=0.1)
+    assert given_.certify().proven
+    wrong = sos.design_pid(plants, region=region, coupling="vertices")
+    refused = sos.analyse_pid(
+        plants, wrong.K, region=region, coupling="slack", slack=0.1)
+    assert refused.status == "infeasible"
+
+
+def test_the_same_search_finds_what_the_vertices_break():
+    """Otherwise the promises above would be kept by easy cases only."""
+    broken = 0
+    for seed in range(40):
+        design = sos.design_pid(**uncertain(seed), coupling="vertices")
+        if design.status == "feasible":
+            assert design.certify(12).proven
+            broken += min(promises(design, 9).values()) <= 0
+    assert broken >= 2

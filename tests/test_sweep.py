@@ -1,0 +1,169 @@
+"""One result, in any order, on any workers, also when one of them dies."""
+
+import os
+import random
+import time
+import warnings
+from functools import partial
+
+import joblib
+import numpy as np
+import pytest
+from tqdm import tqdm
+
+from sosbook.maps.parallel import sweep
+
+POINTS = [(k, 0.1 * k + 0.05) for k in range(9)]
+
+
+# Functions inside functions travel by value: the workers of the tests don't
+# import this module, nor the package.
+
+def make_work():
+    def work(point):
+        """Some linear algebra; the early points take longest."""
+        k, x = point
+        time.sleep(0.02 * (9 - k) / 9)
+        A = np.sin(np.arange(36.0).reshape(6, 6) + x) + 7 * np.eye(6)
+        return np.linalg.solve(A, np.ones(6)).tobytes()
+
+    return work
+
+
+def make_deadly(folder, fatal):
+    """Work that kills its process at the fatal points, the first time."""
+    work = make_work()
+
+    def deadly(point):
+        flag = folder / str(point[0])
+        if point[0] in fatal and not flag.exists():
+            flag.touch()
+            os._exit(1)
+        return work(point)
+
+    return deadly
+
+
+def make_place():
+    return lambda _: (os.environ.get("OPENBLAS_NUM_THREADS"), os.getpid())
+
+
+work, place = make_work(), make_place()
+
+
+@pytest.fixture(scope="module")
+def serial():
+    return [work(p) for p in POINTS]
+
+
+def test_parallel_is_serial_in_the_order_of_the_points(serial):
+    assert sweep(work, POINTS) == serial
+    assert sweep(work, POINTS, n_jobs=2) == serial
+    assert sweep(work, iter(POINTS), n_jobs=-1) == serial
+
+
+def test_the_order_of_the_points_does_not_matter(serial):
+    order = list(range(len(POINTS)))
+    random.Random(1).shuffle(order)
+    found = sweep(work, [POINTS[k] for k in order], n_jobs=2)
+    assert found == [serial[k] for k in order]
+
+
+def test_no_points_no_results():
+    assert sweep(work, [], n_jobs=2) == []
+
+
+def test_each_worker_has_one_blas_thread(monkeypatch):
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "4")
+    found = sweep(place, range(4), n_jobs=3)  # a new pool: of three
+    assert {count for count, _ in found} == {"1"}
+    assert os.getpid() not in {process for _, process in found}
+
+
+def test_a_worker_that_dies_is_survived(serial, tmp_path):
+    found = sweep(make_deadly(tmp_path, {4}), POINTS, n_jobs=2)
+    assert found == serial
+    assert [f.name for f in tmp_path.iterdir()] == ["4"]
+
+
+def test_so_are_several(serial, tmp_path):
+    deadly = make_deadly(tmp_path, {0, 3, 6})
+    found = sweep(deadly, POINTS, n_jobs=2, retries=1)
+    assert found == serial
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_a_point_that_always_kills_is_named():
+    def fatal(k):
+        return os._exit(1) if k == 7 else k
+
+    with pytest.raises(RuntimeError, match=r"point 2, 7, kills its worker"):
+        sweep(fatal, [5, 6, 7, 8], n_jobs=2, retries=1)
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_an_exception_comes_back_with_its_point(n_jobs):
+    def fail(k):
+        if k == 6:
+            raise ZeroDivisionError("six")
+        return k
+
+    with pytest.raises(ZeroDivisionError, match="six") as caught:
+        sweep(fail, [4, 5, 6, 7], n_jobs=n_jobs)
+    assert caught.value.__notes__ == ["at point 2 of the sweep: 6"]
+
+
+@pytest.mark.parametrize("n_jobs", [0, 1.5, "2"])
+def test_bad_n_jobs_is_named(n_jobs):
+    with pytest.raises(ValueError, match="n_jobs"):
+        sweep(work, POINTS, n_jobs=n_jobs)
+
+
+def test_the_bar_counts_the_points(monkeypatch, capsys):
+    monkeypatch.delenv("TQDM_DISABLE", raising=False)
+    monkeypatch.setattr("sosbook.maps.parallel.tqdm", partial(tqdm, mininterval=0))
+    sweep(abs, range(3))
+    assert "3/3" in capsys.readouterr().err
+    sweep(abs, range(3), progress=False)
+    monkeypatch.setenv("TQDM_DISABLE", "1")
+    sweep(abs, range(3))
+    assert capsys.readouterr().err == ""
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True,
+            host="127.0.0.1", dashboard_address="127.0.0.1:0", memory_limit=0,
+        ) as workers, distributed.Client(workers) as client:
+            yield client
+
+
+def test_the_same_call_runs_on_a_dask_cluster(cluster, serial):
+    with joblib.parallel_config(backend="dask"):
+        assert sweep(work, POINTS) == serial
+        assert sweep(work, POINTS, n_jobs=2) == serial
+        places = sweep(place, range(4))
+    assert {count for count, _ in places} == {"1"}
+    assert os.getpid() not in {process for _, process in places}
+
+
+def test_dask_survives_a_death_too(cluster, serial, tmp_path):
+    with joblib.parallel_config(backend="dask"):
+        found = sweep(make_deadly(tmp_path, {4}), POINTS)
+    assert found == serial
+    assert [f.name for f in tmp_path.iterdir()] == ["4"]
+
+
+def test_dask_brings_exceptions_back(cluster):
+    def fail(k):
+        raise KeyError(f"no {k}")
+
+    with joblib.parallel_config(backend="dask"), pytest.raises(
+        KeyError, match="no 3"
+    ) as caught:
+        sweep(fail, [3])
+    assert caught.value.__notes__ == ["at point 0 of the sweep: 3"]
