@@ -23,6 +23,24 @@ sos.widgets.explore_design(robot.plant, **robot.requirements)"""
 ATLAS = """\
 sos.atlas.design_atlas(
     robot.plant, robot.U, sigma=[0.3, 0.5], rho=[4, 6])"""
+START = """\
+import numpy as np
+import sosbook as sos
+robot, chain = sos.thesis.example_1(), sos.thesis.example_3()
+driven = sos.counterexamples.actuated()
+def family(k):
+    return sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[2, -1], [-1, 1 - k]], [[1], [0]])"""
+EXPLORERS = {
+    "swing": "explore_swing()",
+    "mass range": "explore_mass_range()",
+    "coupling":
+        "explore_coupling(driven, slack=0.1, region=sos.PoleRegion(rho=10))",
+    "mu": "explore_mu(robot.plant, robot.K, robot.U, robot.region,"
+          " robot.saturation)",
+    "integrators": "explore_integrators(family, 0.5, -1, 2)",
+    "regularization": "explore_regularization(chain.plant)",
+}
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 
 
@@ -36,6 +54,11 @@ def lab(tmp_path_factory):
     nbformat.write(nbformat.v4.new_notebook(
         cells=[program, atlas], metadata={"kernelspec": kernel},
     ), folder / "live.ipynb")
+    cells = [START, *("sos.widgets." + e for e in EXPLORERS.values())]
+    nbformat.write(nbformat.v4.new_notebook(
+        cells=[nbformat.v4.new_code_cell(c) for c in cells],
+        metadata={"kernelspec": kernel},
+    ), folder / "explorers.ipynb")
     atlas.outputs = [nbformat.v4.new_output(
         "execute_result", {"text/html": _stored_atlas()}, execution_count=1)]
     nbformat.write(nbformat.v4.new_notebook(
@@ -87,15 +110,31 @@ def _wait(address, server):
 def page(lab, browser):
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page = context.new_page()
+    _run(page, lab("live.ipynb"))
+    page.locator(PICTURE).wait_for()
+    yield page
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def explorers(lab, browser):
+    """The newer explorers, all in one notebook."""
+    context = browser.new_context(viewport={"width": 1400, "height": 1000})
+    page = context.new_page()
+    own = lab("explorers.ipynb").replace(  # a workspace without other tabs
+        "/lab/tree", "/lab/workspaces/explorers/tree")
+    _run(page, own)
+    yield page
+    context.close()
+
+
+def _run(page, address):
     page.set_default_timeout(60_000)
-    page.goto(lab("live.ipynb"))
+    page.goto(address)
     page.locator(".jp-CodeCell").first.wait_for()
     page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
     page.get_by_role("menuitem", name="Run", exact=True).click()
     page.get_by_text("Run All Cells", exact=True).click()
-    page.locator(PICTURE).wait_for()
-    yield page
-    context.close()
 
 
 def _handle(page, label):
@@ -140,6 +179,25 @@ def test_an_impossible_wish_is_said(page):
     handle.press("Home")
     page.get_by_text("infeasible", exact=True).wait_for()
     page.get_by_text("Relax the").wait_for()
+
+
+@pytest.mark.parametrize("name", EXPLORERS)
+def test_every_explorer_moves(explorers, name):
+    """A key on its first slider, and its picture is another one."""
+    cell = explorers.locator(".jp-CodeCell").nth(
+        1 + list(EXPLORERS).index(name))
+    cell.scroll_into_view_if_needed()
+    picture = cell.locator(".widget-html-content").last
+    picture.locator("svg").first.wait_for(timeout=90_000)
+    before = picture.inner_html()
+    handle = cell.locator(".widget-slider .noUi-handle").first
+    handle.focus()
+    handle.press("ArrowLeft")
+    for _ in range(240):
+        if picture.inner_html() != before:
+            break
+        time.sleep(0.1)
+    assert picture.inner_html() != before
 
 
 def test_the_atlas_works_in_the_notebook(page):

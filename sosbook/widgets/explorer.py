@@ -68,8 +68,8 @@ def _slider(kind, name, value, low, high, step, form=".3g"):
     return kind(
         value=value, min=low, max=high, step=step, description=name,
         readout_format=form, continuous_update=True,
-        style={"description_width": "11em"},
-        layout=ipywidgets.Layout(width="min(36em, 95%)"),
+        style={"description_width": "14em"},
+        layout=ipywidgets.Layout(width="min(40em, 95%)"),
     )
 
 
