@@ -8,6 +8,7 @@ import pytest
 import sosbook as sos
 from sosbook.analysis import peak_input
 from sosbook.descriptor import descriptors
+from sosbook.request import Request
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +75,24 @@ def test_slack_bounds_it_too(chain):
     )
     assert d.status == "feasible" and d.peak_input() <= 120
     assert d.certify().proven
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
+    """Its corner is (K + K_A [z'' per x]) P, or V' with a slack matrix."""
+    asked = chain.requirements
+    asked["saturation"] = replace(asked["saturation"], acceleration=True)
+    request = Request(
+        chain.plant, **asked, coupling=coupling,
+        slack=0.1 if coupling == "slack" else None,
+    )
+    (d,), N = request.vertices, request.order
+    V = np.random.default_rng(1).standard_normal((N, N))
+    P = V + V.T
+    right = P if coupling == "pairs" else V.T
+    found = request.blocks(
+        P if coupling == "pairs" else [P], chain.K @ right, 1.0, V=V)
+    rate = np.linalg.solve(d.E, d.A + d.Bu @ chain.K)
+    n = chain.plant.n
+    whole = chain.K + chain.K_A @ rate[n:2 * n]
+    assert np.allclose(found["u_max"][N:, :N], whole @ right)
