@@ -29,8 +29,9 @@ class Design(Solution):
         Decided by the eigenvalues of the blocks, or by multipliers that
         exclude a design; never by a solver's word. "infeasible" is a
         theorem where ``infeasibility.proven``; elsewhere the multipliers
-        exclude a large ball of (P, Y) in scaled coordinates, or a mode
-        is uncontrollable to ten digits.
+        exclude a large ball of (P, Y), in coordinates in which the least
+        infeasible P is near the identity, or a mode is uncontrollable
+        to ten digits.
     K : (m, N) array or None
         ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
         given to `analyse_pid` stays, whatever the status.
