@@ -120,6 +120,8 @@ def _closer(request, frame, unknowns, near):
     values = _unpack(unknowns, near[:size])
     P = sum(v for u, v in zip(unknowns, values) if u.symmetric)
     sizes, directions = np.linalg.eigh(P)
+    if sizes[-1] <= 0:  # it points nowhere
+        return frame
     sizes = np.sqrt(np.maximum(sizes / sizes.max(), 1e-6))
     return Frame.at(request, frame.T @ (directions * sizes), frame.scale)
 

@@ -5,8 +5,11 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
+from sosbook.frame import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.certificate import exact
+from sosbook.request import Request
+from sosbook.solve import _closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]
@@ -155,3 +158,14 @@ def test_a_bound_just_below_the_norm_is_proven_impossible(share):
     )
     assert below.status == "infeasible"
     assert below.infeasibility.proven
+
+
+def test_a_point_without_direction_keeps_the_frame():
+    """Where the least infeasible P isn't positive in any direction."""
+    request = Request(mass())
+    frame = Frame.of(request)
+    _, unknowns = request.in_unknowns(frame, None)
+    for size in (0.0, -1.0):
+        P = size * np.eye(2)
+        near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])
+        assert _closer(request, frame, unknowns, near) is frame
