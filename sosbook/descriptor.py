@@ -6,6 +6,7 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 """
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -162,7 +163,7 @@ class Coupled:
     P: object
     Y: object
 
-    @property
+    @cached_property
     def Theta(self):
         """½[(A_i P + B_i Y) E_jᵀ + (A_j P + B_j Y) E_iᵀ]."""
         i, j = self.i, self.j
@@ -171,19 +172,19 @@ class Coupled:
             return left
         return (left + (j.A @ self.P + j.Bu @ self.Y) @ i.E.T) / 2
 
-    @property
+    @cached_property
     def EPE(self):
         """½(E_i P E_jᵀ + E_j P E_iᵀ)."""
         if self.i is self.j:
             return self.i.E @ self.P @ self.i.E.T
         return he(self.i.E @ self.P @ self.j.E.T) / 2
 
-    @property
+    @cached_property
     def EPC(self):
         """½(E_i + E_j) P Cᵀ."""
         return (self.i.E + self.j.E) @ self.P @ self.i.C.T / 2
 
-    @property
+    @cached_property
     def Bw(self):
         """½(B_w,i + B_w,j)."""
         return (self.i.Bw + self.j.Bw) / 2
@@ -213,27 +214,27 @@ class SlackVertex:
     V: object
     Y: object
 
-    @property
+    @cached_property
     def Theta(self):
         """(A_i Vᵀ + B_i Y) E0ᵀ."""
         return (self.i.A @ self.V.T + self.i.Bu @ self.Y) @ self.E0.T
 
-    @property
+    @cached_property
     def EPE(self):
         """E0 P_i E0ᵀ."""
         return self.E0 @ self.P @ self.E0.T
 
-    @property
+    @cached_property
     def EVE(self):
         """E_i Vᵀ E0ᵀ."""
         return self.i.E @ self.V.T @ self.E0.T
 
-    @property
+    @cached_property
     def EVC(self):
         """E0 V Cᵀ."""
         return self.E0 @ self.V @ self.i.C.T
 
-    @property
+    @cached_property
     def Bw(self):
         """B_w,i."""
         return self.i.Bw

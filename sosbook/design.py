@@ -302,7 +302,7 @@ def _words(names):
 
 def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
                K_A=None, coupling="pairs", mu=1.0, slack=None,
-               minimize=None, backoff=0.01):
+               minimize=None, backoff=0.01, start=None):
     r"""Design a robust PID controller (PD without ``U``).
 
     Parameters
@@ -338,6 +338,10 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         digits.
     backoff : float
         See ``minimize``.
+    start : Design, optional
+        A neighbouring design, of the same plant or one like it, to
+        start from: faster, the answer is the same. One that isn't
+        feasible is no help and is passed over.
 
     Returns
     -------
@@ -367,7 +371,7 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     ('feasible', True)
     """
     return _design(
-        mu, minimize, backoff, plant=plant, U=U, region=region,
+        mu, minimize, backoff, start, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
         slack=slack,
     )
@@ -392,13 +396,13 @@ def analyse_pid(plant, K, U=None, region=None, gamma=None,
     if K is None:
         raise ValueError("K is missing: give the gain to be analysed")
     return _design(
-        mu, minimize, backoff, plant=plant, U=U, region=region,
+        mu, minimize, backoff, None, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
         slack=slack, gain=K,
     )
 
 
-def _design(mu, minimize, backoff, **asked):
+def _design(mu, minimize, backoff, start, **asked):
     if minimize not in (None, "gamma"):
         raise ValueError(
             f'minimize must be None or "gamma", got {minimize!r}'
@@ -411,7 +415,25 @@ def _design(mu, minimize, backoff, **asked):
     if free and minimize is None and asked["gamma"] is None:
         raise ValueError('mu="free" needs gamma or minimize="gamma"')
     request = Request(**asked, mu=1.0 if free else mu)
+    if start is not None:
+        _check_start(start, request)
     found = solve(
-        request, minimize == "gamma", free, positive("backoff", backoff)
+        request, minimize == "gamma", free, positive("backoff", backoff),
+        start,
     )
     return Design(**vars(found))
+
+
+def _check_start(start, request):
+    if not isinstance(start, Design):
+        raise ValueError(
+            f"start must be a Design, got {type(start).__name__}"
+        )
+    other = start.request
+    if (other.order, other.plant.m, len(other.vertices)) != (
+        request.order, request.plant.m, len(request.vertices)
+    ) or (other.coupling == "slack") != (request.coupling == "slack"):
+        raise ValueError(
+            "start has other sizes, vertices or coupling than this "
+            "request: leave it out"
+        )

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lmi.centre import Blocks
 from .lmi.certificate import (
+    definite,
     exact,
-    pivots,
     repair_multipliers,
     round_digits,
 )
@@ -36,7 +35,8 @@ class Certificate:
     P : (N, N) array, or (vertices, N, N) with a slack matrix
         The rational Lyapunov matrix, as decimal floats.
     blocks : dict
-        From a block's name to its smallest pivot, as a float.
+        From a block's name to its smallest pivot, as a float (in large
+        blocks to six digits: see `sosbook.lmi.certificate.definite`).
     failed : tuple of str
         Names of the blocks that aren't positive definite.
     V : (N, N) array or None
@@ -119,14 +119,14 @@ def prove(request, K, P, digits=6, V=None):
         blocks = request.blocks(
             lyapunov, gain @ right.T, gamma2, exact, V=right
         )
-        found = {name: pivots(g) for name, g in blocks.items()}
-        if all(p[-1] > 0 for p in found.values()):
+        found = {name: definite(g) for name, g in blocks.items()}
+        if all(proven for proven, _ in found.values()):
             break
     P = round_digits(P, places)
     if slack is not None:
         slack = round_digits(V, places)
-    failed = tuple(n for n, p in found.items() if p[-1] <= 0)
-    smallest = {n: float(min(p)) for n, p in found.items()}
+    failed = tuple(n for n, (proven, _) in found.items() if not proven)
+    smallest = {n: float(measure) for n, (_, measure) in found.items()}
     claims = () if failed else _claims(request)
     return Certificate(not failed, claims, K, P, smallest, failed, slack)
 
@@ -174,13 +174,12 @@ def prove_infeasible(request, frame, Z):
     if request.gamma is not None:
         gamma2 = exact(request.gamma) ** 2
     expressions, unknowns = request.in_unknowns(frame, gamma2, exact)
-    blocks = Blocks.of(expressions.values(), unknowns)
-    repaired = repair_multipliers(blocks, Z)
+    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
     names = list(expressions)
     if repaired is None:
         value = float(sum(
-            (c.astype(float) * z).sum()
-            for c, z in zip(blocks.constants, Z)
+            (g.constant.astype(float) * z).sum()
+            for g, z in zip(expressions.values(), Z)
         ))
         return InfeasibilityCertificate(False, value, dict(zip(names, Z)))
     multipliers, value = repaired

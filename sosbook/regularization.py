@@ -327,11 +327,10 @@ def _prove_singular(plant, beta, multipliers):
             W.append(back @ Z[name] @ back.T)
     if not blocks:
         return InfeasibilityCertificate(False, np.nan, Z)
-    blocks = Blocks.of(blocks, [K_A])
-    flat = np.hstack([s.reshape(len(s), -1) for s in blocks.slopes])
+    flat = np.hstack([
+        g.jacobian(K_A).reshape(K_A.size, -1) for g in blocks])
     free = _leading(_rational(flat.T))  # independent entries of K_A
-    blocks = Blocks(blocks.constants, [s[free] for s in blocks.slopes])
-    repaired = repair_multipliers(blocks, W)
+    repaired = repair_multipliers(blocks, [K_A], W, free=free)
     if repaired is None:
         return InfeasibilityCertificate(False, np.nan, Z)
     Z = {

@@ -40,7 +40,7 @@ class Solution:
     multipliers: list = None
 
 
-def solve(request, smallest=False, free_mu=False, backoff=0.01):
+def solve(request, smallest=False, free_mu=False, backoff=0.01, start=None):
     """Solve a request; search what it leaves open.
 
     Parameters
@@ -53,6 +53,8 @@ def solve(request, smallest=False, free_mu=False, backoff=0.01):
         Search mu.
     backoff : float
         What is added to the smallest gamma, as a fraction.
+    start : Solution, optional
+        Of a request of the same shape: where to start from.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def solve(request, smallest=False, free_mu=False, backoff=0.01):
             return Solution(request, "undecided", request.gain)
     if smallest:
         return _at_smallest_gamma(request, backoff)
-    answer = _solve(request)
+    answer = _follow(request, start) or _solve(request)
     if free_mu and answer.status == "infeasible":  # for this mu only
         return replace(answer, status="undecided")
     return answer
@@ -147,15 +149,55 @@ def _solve(request):
     return refused
 
 
+def _follow(request, start):
+    """The Solution near another one, or None.
+
+    What is infeasible or unbounded is left to the way that doesn't
+    depend on the start.
+    """
+    if start is None or start.status != "feasible":
+        return None
+    frame = Frame.at(request, start.frame.T, start.frame.scale)
+    expressions, unknowns = request.in_unknowns(
+        frame, _square(request.gamma))
+    blocks = Blocks.of(expressions.values(), unknowns)
+    x = _packed(request, frame, unknowns, start)
+    phase = phase_one(blocks, start=x)
+    if phase.x is None:
+        return None
+    try:
+        x = centre(blocks, phase.x)
+    except Unbounded:
+        return None
+    return _solution(request, frame, unknowns, x)
+
+
+def _packed(request, frame, unknowns, start):
+    """The variables in a frame, from a Solution of the same shape."""
+    V = start.P if start.V is None else start.V
+    right = frame.back @ V @ frame.back.T
+    gain = start.K @ frame.T / frame.scale
+    P = [frame.back @ p @ frame.back.T for p in np.atleast_3d(start.P.T).T]
+    values = {"V": right, "Y": gain @ right.T}
+    lyapunov = [u for u in unknowns if u.name.startswith("P")]
+    values.update((u.name, p) for u, p in zip(lyapunov, P, strict=True))
+    return np.concatenate([u.pack(values[u.name]) for u in unknowns])
+
+
 def finish(request, frame, blocks, unknowns, x):
     """The analytic centre as a Solution, from a feasible point."""
     try:
         x = centre(blocks, x)
     except Unbounded:
+        joined, x = _bounded(blocks, unknowns, x)
         try:
-            x = centre(_bounded(blocks, unknowns, x), x)
+            x = centre(joined, x)
         except Unbounded:
             pass  # a degenerate set: keep the feasible point
+    return _solution(request, frame, unknowns, x)
+
+
+def _solution(request, frame, unknowns, x):
     values = _unpack(unknowns, x)
     lyapunov = [
         v for u, v in zip(unknowns, values) if u.name.startswith("P")
@@ -192,7 +234,8 @@ def _bounded(blocks, unknowns, x, r=16.0):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r.
+    block is homogeneous the gain doesn't depend on r. It grows until
+    there is a point inside, which is returned too: x if that will do.
     """
     P = [u for u in unknowns if u.symmetric]
     rest = [u for u in unknowns if not u.symmetric]
@@ -204,21 +247,14 @@ def _bounded(blocks, unknowns, x, r=16.0):
     for X in rest:
         rows, cols = X.shape
         lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    lid = Blocks.of(lids, unknowns)
-    extra = blocks.variables - lid.variables  # gamma^2 isn't bounded
-    lid = Blocks(lid.constants, [
-        np.concatenate([g, np.zeros((extra, *g.shape[1:]))])
-        for g in lid.slopes
-    ])
     while True:
-        roof = [c + r * np.eye(len(c)) for c in lid.constants]
-        if min(
-            np.linalg.eigvalsh(c + np.tensordot(x, s, 1))[0]
-            for c, s in zip(roof, lid.slopes)
-        ) > 0:
-            return Blocks(
-                blocks.constants + roof, blocks.slopes + lid.slopes
-            )
+        roof = [g + r * eye(len(g.constant)) for g in lids]
+        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
+        if joined.contain(x):
+            return joined, x
+        found = phase_one(joined).x
+        if found is not None:
+            return joined, found
         r *= 16
 
 
@@ -242,8 +278,9 @@ def _minimize(blocks, unknowns, cost, x, gap):
         bounds = 1e5, 1e7
     try:
         near, far = (
-            minimize(_bounded(blocks, unknowns, x, r), cost, x, gap)[0]
-            for r in bounds
+            minimize(joined, cost, inside, gap)[0]
+            for joined, inside in (
+                _bounded(blocks, unknowns, x, r) for r in bounds)
         )
     except Unbounded:
         far = None

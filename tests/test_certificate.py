@@ -2,19 +2,28 @@
 
 from dataclasses import replace
 from decimal import Decimal
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from flint import fmpq, fmpq_mat
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.lmi.centre import Blocks
+from sosbook.lmi import Unknown, certificate, eye
 from sosbook.lmi.certificate import (
+    Rational,
+    definite,
     exact,
+    inverse,
     pivots,
     repair_multipliers,
     round_digits,
 )
+from sosbook.proof import prove
+from sosbook.request import Request
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +221,178 @@ def test_round_digits_keeps_short_numbers():
 
 def test_multipliers_that_exclude_nothing_are_refused():
     """x > 0 and 1 - x > 0 have a solution: no repair may succeed."""
-    zero, one = exact(np.zeros((1, 1))), exact(np.ones((1, 1)))
-    blocks = Blocks([zero, one], [one[None], -one[None]])
+    x, one = Unknown("x", 1), exact(np.ones((1, 1)))
     for z in (1.0, 0.5, 1e-3):
-        assert repair_multipliers(blocks, [np.full((1, 1), z)] * 2) is None
+        Z = [np.full((1, 1), z)] * 2
+        assert repair_multipliers([one @ x, one - x], [x], Z) is None
+
+
+def test_multipliers_are_repaired():
+    """X - 1 > 0 excludes -X - 0.1 A X A' > 0; an unused y is no harm."""
+    X, y = Unknown("X", 2, symmetric=True), Unknown("y", 1)
+    A, one = exact(np.array([[0.1, 0.7], [0.3, -0.2]])), exact(np.eye(2))
+    blocks = [one @ X - one, -one @ X - A @ X @ A.T / 10]
+    second = np.array([[3.0, 0.4], [0.4, 2]])
+    a = A.astype(float)
+    first = second + a.T @ second @ a / 10
+    noise = np.array([[1e-9, 2e-9], [2e-9, -1e-9]])
+    Z, value = repair_multipliers(blocks, [X, y], [first + noise, second])
+    assert all(positive_definite(z) for z in Z)
+    assert (Z[0] == Z[1] + A.T @ Z[1] @ A / 10).all()
+    assert value == -Z[0][0, 0] - Z[0][1, 1]
+
+
+def as_large(x):
+    """`definite` in the way in which it treats large matrices."""
+    with patch.object(certificate, "SMALL", 0):
+        return definite(x)
+
+
+def chain(q):
+    """2 on the diagonal, -1 beside it: its pivots are (k + 1) / k."""
+    x = 2 * np.eye(q) - np.eye(q, k=1) - np.eye(q, k=-1)
+    return exact(x), fmpq(q + 1, q)
+
+
+@pytest.mark.parametrize("q", [1, 2, 3, 7, 24, 25, 40, 60])
+def test_definite_around_the_border(q):
+    """Less than the last pivot off the last entry, all of it, and more."""
+    tiny = fmpq(1, 10**40)
+    for decide in (definite, as_large):
+        x, smallest = chain(q)
+        proven, measure = decide(x)
+        assert proven
+        assert (1 - fmpq(1, 10**6)) * smallest <= measure <= smallest
+        x[-1, -1] -= smallest - tiny
+        proven, measure = decide(x)
+        assert proven
+        assert 0 < measure <= tiny
+        x[-1, -1] -= tiny
+        assert decide(x) == (False, 0)
+        x[-1, -1] -= tiny
+        proven, measure = decide(x)
+        assert not proven
+        assert measure <= 0
+
+
+@pytest.mark.parametrize("q", [2, 5, 30])
+def test_semidefinite_is_not_definite(q):
+    """A Gram matrix of q vectors with q - 1 entries has no inverse."""
+    g = np.random.default_rng(q).integers(-9, 10, (q, q - 1))
+    x = exact((g @ g.T).astype(float))
+    assert definite(x)[0] is False
+    assert as_large(x)[0] is False
+    assert as_large(x + exact(np.eye(q)) / 10**20)[0] is True
+    assert as_large(x - exact(np.eye(q)) / 10**20)[0] is False
+
+
+@pytest.mark.parametrize("q", range(1, 61, 7))
+def test_definite_is_what_the_pivots_say(q):
+    rng = np.random.default_rng(q)
+    g = rng.integers(-9, 10, (q, q))
+    for shift in (0, 1, 50):
+        x = exact((g @ g.T - shift * eye(q)).astype(float))
+        found = pivots(x)
+        proven, measure = as_large(x)
+        assert proven == (found[-1] > 0)
+        if proven:
+            smallest = min(found)
+            assert 0 <= smallest - measure <= smallest / 10**6
+        else:
+            assert measure <= 0
+
+
+@settings(max_examples=150)
+@given(st.integers(1, 7), st.integers(0, 10**9), st.booleans())
+def test_no_integer_matrix_is_judged_wrongly(q, seed, gram):
+    """Small integers: many are singular, or have a zero on the way."""
+    g = np.random.default_rng(seed).integers(-2, 3, (q, q))
+    x = exact((g @ g.T if gram else g + g.T + 2 * eye(q)).astype(float))
+    found = pivots(x)
+    proven, measure = as_large(x)
+    assert proven == (found[-1] > 0) == (measure > 0)
+    assert proven == positive_definite(x)
+
+
+def test_floats_may_be_wrong_either_way():
+    part = fmpq(1, 19)
+    low = np.array([[1, part], [part, part**2 - fmpq(1, 10**30)]])
+    assert np.linalg.cholesky(low.astype(float)).shape == (2, 2)
+    assert as_large(low)[0] is False
+    high = np.array([[fmpq(1), fmpq(1)], [fmpq(1), 1 + fmpq(1, 10**30)]])
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(high.astype(float))
+    proven, measure = as_large(high)
+    assert proven
+    assert 0 <= fmpq(1, 10**30) - measure < fmpq(1, 10**36)
+
+
+@pytest.mark.parametrize("q", [10, 30])
+def test_units_of_the_rows_do_not_decide(q):
+    """Rows in units from 1e-15 to 1e15, condition 1e12 besides."""
+    rng = np.random.default_rng(3)
+    Q = np.linalg.qr(rng.standard_normal((q, q)))[0]
+    x = (Q * np.logspace(0, -12, q)) @ Q.T
+    x = exact((x + x.T) / 2)
+    units = np.diag(exact(10.0 ** rng.integers(-15, 16, q)))
+    scaled = units @ x @ units
+    assert np.linalg.cond(scaled.astype(float)) > 1e20
+    assert as_large(scaled)[0] is True
+    x[0, 0] -= fmpq(1, 10**6)
+    assert as_large(units @ x @ units)[0] is False
+
+
+def test_far_from_definite():
+    """Entries that no scaling brings near those of the diagonal."""
+    x = exact(np.eye(30))
+    x[4, 2] = x[2, 4] = fmpq(10) ** 400
+    assert definite(x)[0] is False
+    x[0, 0] = fmpq(-1, 10**400)
+    assert definite(x) == (False, fmpq(-1, 10**400))
+
+
+def test_what_definite_refuses_to_judge():
+    with pytest.raises(ValueError, match="isn't symmetric"):
+        definite(exact(np.eye(30) + 1e-300 * np.eye(30, k=1)))
+    with pytest.raises(TypeError):
+        definite(np.array([[0.5]]))  # a float is no rational
+
+
+def test_a_chain_of_twenty_masses_is_proven():
+    """Damped springs alone hold it: K is zero, P solves Lyapunov's."""
+    n = 20
+    springs = chain(n)[0].astype(float)
+    one = np.eye(n)
+    plant = sos.SecondOrderSystem(one, one + springs, springs, one)
+    asked = Request(plant, region=sos.PoleRegion(theta=np.pi / 2 - 0.01))
+    A, _, _ = asked.vertices[0].state_space()
+    P = solve_continuous_lyapunov(A, -np.eye(2 * n))
+    P = (P + P.T) / 2
+    proof = prove(asked, np.zeros((n, 2 * n)), P)
+    assert proof.proven
+    wrong = prove(asked, -10 * np.hstack([one, one]), P)
+    assert not wrong.proven
+    assert "P" not in wrong.failed
+
+
+def test_rationals_are_multiplied_as_numpy_does():
+    rng = np.random.default_rng(0)
+    A, B = exact(rng.random((3, 4))), exact(rng.random((4, 2)))
+    plain = [np.array(x, object) for x in (A, B)]
+    assert isinstance(A @ B, Rational)
+    assert (A @ B == np.dot(*plain)).all()
+    assert (plain[0] @ B == A @ plain[1]).all()
+    assert (A @ eye(4) == A).all()
+    assert (eye(3) @ A == A).all()
+    assert (A @ B[:, 0] == (A @ B)[:, 0]).all()
+    assert (A[:, :0] @ B[:0] == 0).all()
+    assert (inverse(A[:, :3]) @ A[:, :3] == eye(3)).all()
+    assert (A.astype(float) @ B.astype(float)).dtype == float
+    with pytest.raises(ValueError):
+        A @ A
+
+
+def test_rationals_multiply_unknowns():
+    X = Unknown("X", 2)
+    L, x = exact(np.array([[0.1, 2]])), exact(np.array([[3, 0.7], [1, 9]]))
+    assert ((L @ X @ L.T).value({X: x}) == L @ x @ L.T).all()

@@ -7,82 +7,16 @@ self-concordant barrier of blocks G_k(x) > 0 that are affine in x.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.linalg.lapack import dtrtri
+
+from .blocks import Blocks
+from .newton import Newton
+from .primal_dual import raise_blocks
+from .stacks import squares, transposed
 
 __all__ = [
     "Blocks", "Phase", "Unbounded", "centre", "margin", "minimize",
     "phase_one", "refine",
 ]
-
-
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """Affine symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka.
-
-    Parameters
-    ----------
-    constants : list of (q, q) arrays
-    slopes : list of (k, q, q) arrays
-        One slice for each of the k variables.
-    """
-
-    constants: list
-    slopes: list
-
-    @classmethod
-    def of(cls, expressions, unknowns):
-        """From `Affine` expressions in the given unknowns."""
-        constants = [g.constant for g in expressions]
-        slopes = [
-            np.concatenate([g.jacobian(u) for u in unknowns])
-            for g in expressions
-        ]
-        return cls(constants, slopes)
-
-    @property
-    def variables(self):
-        return len(self.slopes[0])
-
-    @property
-    def degree(self):
-        """Sum of the block sizes, the barrier's parameter."""
-        return sum(len(c) for c in self.constants)
-
-    def __call__(self, x):
-        return [
-            c + np.tensordot(x, s, 1)
-            for c, s in zip(self.constants, self.slopes)
-        ]
-
-    def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a."""
-        return sum(
-            np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z)
-        )
-
-    def value(self, Z):
-        """sum_k <G_k0, Z_k>."""
-        return sum((c * z).sum() for c, z in zip(self.constants, Z))
-
-    def scaled(self):
-        """Diagonal congruence to entries near one (powers of two).
-
-        Returns the blocks, and the factors by which their entries and
-        multipliers are multiplied.
-        """
-        factors = []
-        for c, s in zip(self.constants, self.slopes):
-            size = np.abs(np.diag(c)) + np.sqrt(
-                (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0)
-            )
-            size[size == 0] = 1
-            factors.append(2.0 ** np.round(-np.log2(size) / 2))
-        outer = [np.outer(d, d) for d in factors]
-        return Blocks(
-            [c * o for c, o in zip(self.constants, outer)],
-            [s * o for s, o in zip(self.slopes, outer)],
-        ), outer
 
 
 CERTAIN = 1e10  # a solution longer than this is none in floats
@@ -95,79 +29,39 @@ class Unbounded(ValueError):
 class _Barrier:
     """Newton's method for weight * cost.x - sum log det G_k(x)."""
 
-    def __init__(self, blocks, radius=None):
-        self.blocks = blocks
+    def __init__(self, newton, radius=None):
+        self.newton = newton
         self.radius = radius
-        self._sizes = [len(c) for c in blocks.constants]
-        self._ends = np.cumsum([q * q for q in self._sizes])[:-1]
-        k = blocks.variables
-        self._constant = np.concatenate(
-            [c.ravel() for c in blocks.constants]
-        ).astype(float)
-        self._slope = np.hstack(
-            [s.reshape(k, -1) for s in blocks.slopes]
-        ).astype(float)
-        # left factors laid out for one matrix product each
-        self._wide = [
-            np.ascontiguousarray(s.transpose(1, 0, 2), float).reshape(
-                s.shape[1], -1)
-            for s in blocks.slopes
-        ]
-
-    def _split(self, flat):
-        """A long vector as the list of its square blocks."""
-        parts = np.split(flat, self._ends)
-        return [x.reshape(q, q) for x, q in zip(parts, self._sizes)]
+        self._known = None, None
 
     def factors(self, x):
         """Cholesky factors of all blocks, or None outside."""
+        if self._known[0] is x:
+            return self._known[1]
         if self.radius is not None and x @ x >= self.radius**2:
             return None
         try:
-            return [
-                np.linalg.cholesky(g)
-                for g in self._split(self._constant + x @ self._slope)
-            ]
+            found = [np.linalg.cholesky(g) for g in self.newton.at(x)]
         except np.linalg.LinAlgError:
             return None
-
-    def _whiten(self, factors):
-        """L^-1 G_ka L^-T of every block, each row a flat matrix."""
-        white = []
-        for L, wide in zip(factors, self._wide):
-            q = len(L)
-            inverse = dtrtri(L, lower=1)[0]
-            half = (inverse @ wide).reshape(-1, q) @ inverse.T
-            white.append(
-                half.reshape(q, -1, q).transpose(1, 0, 2).reshape(-1, q * q)
-            )
-        return np.hstack(white)
+        self._known = x, found
+        return found
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-    def step(self, x, cost):
+    def step(self, x, cost, tolerance=0.1):
         """One damped Newton step; returns the new x and the decrement."""
-        factors = self.factors(x)
-        white = self._whiten(factors)
-        ones = np.concatenate([np.eye(q).ravel() for q in self._sizes])
-        gradient = cost - white @ ones
-        hessian = white @ white.T
+        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        gradient = cost - self.newton.adjoint(squares(roots))
         if self.radius is not None:
-            room = self.radius**2 - x @ x
-            gradient = gradient + 2 * x / room
-            hessian += 2 / room * np.eye(len(x))
-            hessian += np.outer(2 * x / room, 2 * x / room)
-        idle = np.diag(hessian) == 0  # variables of no block
-        hessian[idle, idle] = 1.0
-        scale = 1 / np.sqrt(np.diag(hessian))
-        factor = _cholesky(hessian * np.outer(scale, scale))
-        direction = -scale * cho_solve(
-            factor, scale * gradient, check_finite=False
-        )
+            gradient = gradient + 2 * x / (self.radius**2 - x @ x)
+        solve = self.newton.solver(roots, x, self.radius)
+        direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
-        rates = np.concatenate([
-            np.linalg.eigvalsh(d) for d in self._split(direction @ white)
-        ])
-        length = self._search(x, direction, cost @ direction, rates)
+        length = 1.0
+        if decrement > 0.2:  # otherwise Newton's step is as good
+            rates, weights = self._rates(roots, direction)
+            length = self._search(
+                x, direction, cost @ direction, rates, weights)
         while True:  # rounding may put the end point outside
             moved = x + length * direction
             if self.factors(moved) is not None:
@@ -176,7 +70,19 @@ class _Barrier:
             if length < 1e-12:
                 return x, 0.0
 
-    def _search(self, x, direction, slope, rates):
+    def _rates(self, roots, direction):
+        """Eigenvalues of the whitened change of the blocks, weights."""
+        rates = [
+            np.linalg.eigvalsh(N @ d @ transposed(N)).ravel()
+            for N, d in zip(roots, self.newton.along(direction))
+        ]
+        weights = [
+            np.full(len(r), s.weight)
+            for r, s in zip(rates, self.newton.stacks)
+        ]
+        return np.concatenate(rates), np.concatenate(weights)
+
+    def _search(self, x, direction, slope, rates, weights):
         """Minimise slope s - sum log(1 + s rate) (minus the ball's)."""
         limit = np.inf
         if rates.min() < 0:
@@ -188,7 +94,8 @@ class _Barrier:
         s, low, high = min(1.0, 0.9 * limit), 0.0, limit
         for _ in range(30):
             ratio = rates / (1 + s * rates)
-            first, second = slope - ratio.sum(), (ratio**2).sum()
+            first = slope - weights @ ratio
+            second = weights @ ratio**2
             if self.radius is not None:
                 left = room - 2 * s * b - s * s * a
                 bend = 2 * (b + s * a) / left
@@ -212,20 +119,8 @@ class _Barrier:
 
     def multipliers(self, x):
         """Inverse blocks: the dual point that belongs to a centre."""
-        inverses = [dtrtri(L, lower=1)[0] for L in self.factors(x)]
-        return [inverse.T @ inverse for inverse in inverses]
-
-
-def _cholesky(matrix):
-    """Factor of a matrix with unit diagonal, lifted if it must be."""
-    if not np.isfinite(matrix).all():
-        raise np.linalg.LinAlgError("the Hessian has NaN entries")
-    for ridge in 10.0 ** np.arange(-15, 1):
-        try:
-            return cho_factor(matrix + ridge * np.eye(len(matrix)))
-        except np.linalg.LinAlgError:
-            continue
-    raise np.linalg.LinAlgError("the Hessian has no factor")
+        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        return self.newton.unstacked(squares(roots))
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +148,7 @@ class Phase:
     reach: float = 0.0
 
 
-def phase_one(blocks, radius=1e4, wide=1e8):
+def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None):
     """Find x with all G_k(x) > 0, or multipliers that exclude it.
 
     Maximises t subject to G_k(x) > t I along the central path, inside
@@ -265,6 +160,16 @@ def phase_one(blocks, radius=1e4, wide=1e8):
     within ``reach``, half the radius or more, and that none was found
     beyond.
 
+    Parameters
+    ----------
+    blocks : Blocks
+    radius, wide : float
+        Of the balls.
+    start : array, optional
+        Where to start from; 0 without it.
+    watch : callable, optional
+        See `raise_blocks`.
+
     Returns
     -------
     Phase
@@ -272,35 +177,54 @@ def phase_one(blocks, radius=1e4, wide=1e8):
     given = blocks
     if not any(c.any() for c in blocks.constants):
         first = -np.eye(len(blocks.constants[0]))
-        blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
-    blocks, outer = blocks.scaled()
-    k = blocks.variables
-    lifted = Blocks(
-        blocks.constants,
-        [
-            np.concatenate([s, -np.eye(s.shape[1])[None]])
-            for s in blocks.slopes
-        ],
-    )
-    start = min(np.linalg.eigvalsh(c)[0] for c in blocks.constants)
-    x = np.append(np.zeros(k), min(start, 0) - 1)
-    radius = max(radius, 10 * abs(x[-1]))  # the ball holds the start
-    barrier = _Barrier(lifted, radius)
-    cost = np.zeros(k + 1)
-    cost[-1] = -1.0
-    strict = _Barrier(blocks)
+        blocks = blocks.with_constants([first, *blocks.constants[1:]])
+    # t is raised in units in which the blocks' diagonals are near one
+    newton = Newton(blocks, [-np.diag(1 / d**2) for d in blocks.sizes])
+    x = np.zeros(blocks.variables) if start is None else start
+    least = _least(newton, blocks, x)
+    if start is not None and least > 0 and given is blocks:
+        return Phase("feasible", x=x)
+    x = np.append(x, min(least, 0) - (1 if start is None else abs(least)))
+    verdict, near = raise_blocks(newton, x, watch=watch)
+    if verdict == "feasible":
+        return Phase("feasible", x=near[:-1])
     weight = 1.0
+    if verdict == "infeasible":
+        near[-1] *= 2
+        if _Barrier(newton).factors(near) is not None:
+            x = near
+            while weight < -2 * blocks.degree / x[-1]:
+                weight *= 8  # t < 0 can't be seen with less
+    return _central_path(given, blocks, newton, x, weight, radius, wide)
+
+
+def _least(newton, blocks, x):
+    """The smallest eigenvalue of all blocks, their diagonals near one."""
+    return min(
+        np.linalg.eigvalsh(g * np.outer(d, d))[0]
+        for g, d in zip(
+            newton.unstacked(newton.at(np.append(x, 0.0))), blocks.sizes)
+    )
+
+
+def _central_path(given, blocks, newton, x, weight, radius, wide):
+    """Phase one inside a ball, until t is positive or stays negative."""
+    radius = max(radius, 10 * np.linalg.norm(x))  # the ball holds the start
+    barrier = _Barrier(newton, radius)
+    cost = np.zeros(len(x))
+    cost[-1] = -1.0
+    level = np.append(np.ones(len(x) - 1), 0.0)
     while weight < 1e13:
         for _ in range(300):
             x, decrement = barrier.step(x, weight * cost)
-            if x[-1] > 0 and strict.factors(x[:-1]) is not None:
+            if x[-1] > 0 and barrier.factors(x * level) is not None:
                 return Phase("feasible", x=x[:-1])
             if decrement < 0.1:
                 break
         else:
             return Phase("undecided", near=x[:-1])
         # at a centre, t* <= t + (degree + ball) / weight
-        if x[-1] + 2 * (lifted.degree + 1) / weight < 0:
+        if x[-1] + 2 * (blocks.degree + 1) / weight < 0:
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
             reach = _excluded_radius(blocks, Z)
@@ -312,7 +236,6 @@ def phase_one(blocks, radius=1e4, wide=1e8):
                 further = phase_one(given, wide)
                 if further.x is not None or verdict == "undecided":
                     return further
-            Z = [z * o for z, o in zip(Z, outer)]
             return Phase(verdict, Z=Z, near=x[:-1], reach=reach)
         weight *= 8
     return Phase("undecided", near=x[:-1])
@@ -349,20 +272,34 @@ def refine(blocks, Z):
     return [L @ (np.eye(len(L)) + x) @ L.T for L, x in zip(factors, changes)]
 
 
-def centre(blocks, x):
+def centre(blocks, x, watch=None):
     """The analytic centre, from a strictly feasible point.
+
+    Parameters
+    ----------
+    blocks : Blocks
+    x : array
+    watch : callable, optional
+        Called after each Newton step with a dict: step, x, decrement and
+        the iterations of conjugate gradients.
 
     Raises
     ------
     Unbounded
         If the set is unbounded: it has no centre.
     """
-    barrier = _Barrier(blocks)
-    zero = np.zeros(len(x))
-    for _ in range(200):
-        x, decrement = barrier.step(x, zero)
-        if decrement < 1e-8:
-            return barrier.step(x, zero)[0]
+    newton = Newton(blocks)
+    barrier = _Barrier(newton)
+    zero, decrement = np.zeros(len(x)), 1.0
+    # a step leaves decrement^2, or as much as its equations were solved to
+    enough = 1e-3 if newton.iterative else 1e-8
+    for count in range(200):
+        x, decrement = barrier.step(x, zero, min(0.1, decrement))
+        if watch is not None:
+            watch(dict(step=count + 1, x=x, decrement=decrement,
+                       iterations=newton.iterations[-1:]))
+        if decrement < enough:
+            return x
         if x @ x > 1e16:
             break
     raise Unbounded(
@@ -390,7 +327,7 @@ def minimize(blocks, cost, x, gap=1e-6):
     Unbounded
         If no such point is found: the infimum is zero or isn't attained.
     """
-    barrier = _Barrier(blocks)
+    barrier = _Barrier(Newton(blocks))
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     for _ in range(20):
         try:

@@ -1,20 +1,68 @@
 """Exact proofs in rational arithmetic (python-flint)."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from flint import fmpq, fmpq_mat
-from scipy.linalg import qr
+from flint import fmpq, fmpq_mat, fmpz_mat
+from scipy.linalg import qr, solve_triangular
+from scipy.linalg.lapack import dpotrf
 
+from .blocks import Blocks
 from .centre import refine
+from .expression import Affine
 
 __all__ = [
+    "Rational",
+    "definite",
     "exact",
     "inverse",
     "pivots",
     "repair_multipliers",
     "round_digits",
 ]
+
+
+class Rational(np.ndarray):
+    """An array of fmpq (dtype object) whose matrix products are flint's.
+
+    Made by `exact`. Everything else is numpy's, entry by entry.
+
+    Examples
+    --------
+    >>> A = exact(np.array([[0.5, 0.1], [0.2, 1.0]]))
+    >>> A @ A
+    Rational([[27/100, 3/20],
+              [3/10, 51/50]], dtype=object)
+    """
+
+    def __matmul__(self, other):
+        if _both_matrices(self, other):
+            return _array(_matrix(self) * _matrix(other))
+        return super().__matmul__(other)
+
+    def __rmatmul__(self, other):
+        if _both_matrices(self, other):
+            return _array(_matrix(other) * _matrix(self))
+        return super().__rmatmul__(other)
+
+
+def _both_matrices(x, other):
+    """Whether flint multiplies them: rationals, and rationals or ints."""
+    return (
+        x.dtype == object and isinstance(other, np.ndarray)
+        and other.dtype.kind in "Oi" and x.ndim == other.ndim == 2
+    )
+
+
+def _matrix(x):
+    return fmpq_mat(*x.shape, x.ravel().tolist())
+
+
+def _array(matrix):
+    found = np.empty((matrix.nrows(), matrix.ncols()), object)
+    found.flat = matrix.entries()
+    return found.view(Rational)
 
 
 def exact(x):
@@ -26,7 +74,7 @@ def exact(x):
 
     Returns
     -------
-    fmpq, or array of them (dtype object)
+    fmpq, or `Rational` array of them
 
     Examples
     --------
@@ -37,7 +85,7 @@ def exact(x):
         out = np.empty(x.shape, dtype=object)
         for index, entry in np.ndenumerate(x):
             out[index] = exact(entry)
-        return out
+        return out.view(Rational)
     f = Fraction(repr(float(x)))
     return fmpq(f.numerator, f.denominator)
 
@@ -56,25 +104,18 @@ def round_digits(x, digits):
     )
 
 
-def _matrix(x):
-    rows, cols = x.shape
-    entries = [e if isinstance(e, fmpq) else fmpq(int(e)) for e in x.flat]
-    return fmpq_mat(rows, cols, entries)
-
-
 def inverse(x):
     """Inverse of a matrix of floats or of rationals.
 
     Examples
     --------
     >>> inverse(exact(np.array([[2.0, 1.0], [1.0, 1.0]])))
-    array([[1, -1],
-           [-1, 2]], dtype=object)
+    Rational([[1, -1],
+              [-1, 2]], dtype=object)
     """
     if x.dtype != object:
         return np.linalg.inv(x)
-    entries = _matrix(x).inv().entries()
-    return np.array(entries, dtype=object).reshape(x.shape)
+    return _array(_matrix(x).inv())
 
 
 def pivots(x):
@@ -102,10 +143,7 @@ def pivots(x):
     >>> pivots(exact(np.array([[1.0, 2.0], [2.0, 1.0]])))
     [1, -3]
     """
-    a = _matrix(x)
-    if a != a.transpose():
-        raise ValueError("the matrix isn't symmetric")
-    rows = a.table()
+    rows = _symmetric(x).table()
     found = []
     while rows:
         head = rows[0]
@@ -119,7 +157,146 @@ def pivots(x):
     return found
 
 
-def repair_multipliers(blocks, Z, digits=15):
+def _symmetric(x):
+    matrix = _matrix(x)
+    if matrix != matrix.transpose():
+        raise ValueError("the matrix isn't symmetric")
+    return matrix
+
+
+SMALL = 24  # up to this many rows, elimination is as fast
+BITS = 40  # of the rounded factors
+
+
+def definite(x):
+    """Whether a rational matrix is positive definite: an exact verdict.
+
+    Parameters
+    ----------
+    x : (q, q) array of fmpq
+
+    Returns
+    -------
+    proven : bool
+        True if it is, False if it isn't. Both are proven.
+    measure : fmpq
+        A measure of how clearly. Up to 24 rows it is the smallest of
+        `pivots`. In a larger positive definite matrix it is a lower
+        bound of the smallest pivot, at most 1e-6 of it too small. In a
+        larger matrix that isn't positive definite it is a value
+        v' x v <= 0 of some v whose last nonzero entry is 1.
+
+    Raises
+    ------
+    ValueError
+        If the matrix isn't exactly symmetric.
+
+    Notes
+    -----
+    Floats only suggest a lower triangular W with powers of two on its
+    diagonal; T = W x W' is computed exactly. By Sylvester's law x is
+    positive definite exactly if T is. A diagonal entry of T that isn't
+    positive decides one way. Strict diagonal dominance (Gershgorin's
+    theorem, after a diagonal scaling) decides the other way, and a
+    row's surplus bounds the pivot from below: elimination of a row
+    keeps the surplus of the others. Without a decision T itself is
+    treated in the same way. It is better conditioned than x.
+
+    Examples
+    --------
+    >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
+    (True, 3/2)
+    """
+    if len(x) <= SMALL:
+        found = pivots(x)
+        return found[-1] > 0, min(found)
+    verdict = _by_congruence(x)
+    if verdict is None:  # singular, or close to it
+        if _matrix(x).rank() < len(x):
+            return False, fmpq(0)
+        found = pivots(x)
+        verdict = found[-1] > 0, min(found)
+    return verdict
+
+
+def _by_congruence(x, passes=8):
+    """(proven, measure) of `definite`, or None."""
+    T, denominator = _symmetric(x).numer_denom()
+    power = [0] * len(x)  # W has 2^power on its diagonal
+    for _ in range(passes):
+        rows = [[int(e) for e in row] for row in T.table()]
+        values = [
+            fmpq(row[i], 4**p) / denominator
+            for i, (row, p) in enumerate(zip(rows, power))
+        ]
+        for value in values:
+            if value <= 0:
+                return False, value
+        # sizes 2^s of the rows: T_ij / 2^(s_i + s_j) is about one
+        sizes = [row[i].bit_length() // 2 for i, row in enumerate(rows)]
+        top = max(sizes)
+        shifted = [
+            [abs(e) << top - s for e, s in zip(row, sizes)] for row in rows
+        ]
+        surplus = [
+            (2 * row[i] - sum(row), row[i]) for i, row in enumerate(shifted)
+        ]
+        if all(1000000 * e > 999999 * d for e, d in surplus):
+            return True, min(
+                fmpq(e, 2 ** (top - s) * 4**p) / denominator
+                for (e, _), s, p in zip(surplus, sizes, power)
+            )
+        W, doublings = _eliminator(np.array([
+            [_ratio(e, 1 << s + t) for e, t in zip(row, sizes)]
+            for row, s in zip(rows, sizes)
+        ]))
+        factor = fmpz_mat([
+            [round(w) << top - s for w, s in zip(row, sizes)]
+            for row in (W * 2.0**BITS).tolist()
+        ])
+        T = factor * T * factor.transpose()
+        power = [
+            p + d + BITS + top - s
+            for p, d, s in zip(power, doublings, sizes)
+        ]
+    return None
+
+
+def _ratio(e, unit):
+    """e / unit as a float, cut off where no definite matrix reaches."""
+    return max(min(e, 9 * unit), -9 * unit) / unit
+
+
+def _eliminator(T):
+    """Lower triangular W, 2^k on its diagonal, with W T W' near one.
+
+    Up to the first pivot that is lost in rounding errors; the rows from
+    there on are only freed of the columns before it.
+
+    Returns
+    -------
+    W : (q, q) array
+    k : list of int
+    """
+    q = len(T)
+    L, failed = dpotrf(T, lower=1)
+    good = failed - 1 if failed else q
+    weak = L.diagonal()[:good] ** 2 < q * 2.0**-46
+    if weak.any():
+        good = weak.argmax()
+    L = L[:good, :good]
+    root = L.diagonal()
+    k = np.zeros(q, int)
+    k[:good] = np.rint(-np.log2(root))
+    inverted = solve_triangular(L, np.eye(good), lower=True)
+    W = np.eye(q)
+    W[:good, :good] = inverted * (root * 2.0 ** k[:good])[:, None]
+    W[good:, :good] = -(T[good:, :good] @ inverted.T) @ inverted
+    np.fill_diagonal(W, 2.0**k)
+    return W, k.tolist()
+
+
+def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
 
     Only as many entries are changed as there are variables: those that
@@ -127,8 +304,12 @@ def repair_multipliers(blocks, Z, digits=15):
 
     Parameters
     ----------
-    blocks : Blocks of exact arrays
+    expressions : list of Affine
+        The blocks G_k, with exact arrays.
+    unknowns : list of Unknown
     Z : list of float arrays
+    free : array of int, optional
+        Variables on whose slopes those of all others depend linearly.
 
     Returns
     -------
@@ -136,44 +317,89 @@ def repair_multipliers(blocks, Z, digits=15):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
+    blocks = Blocks.of([_in_floats(g) for g in expressions], unknowns)
     Z = refine(blocks, Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
-    lower = [np.tril_indices(len(z)) for z in Z]
-    slopes = [
-        np.where(i == j, 1, 2) * s[:, i, j]
-        for s, (i, j) in zip(blocks.slopes, lower)
-    ]
-    flat = np.hstack(slopes)
-    flat = flat[(flat != 0).any(axis=1)]  # variables that a block holds
-    vector = np.concatenate([z[ij] for z, ij in zip(Z, lower)])
     try:
         stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]
     except np.linalg.LinAlgError:
         return None
     if min(s.min() for s in stiff) <= 0:
         return None
-    room = np.concatenate([
-        1 / np.sqrt(s[i] * s[j]) for s, (i, j) in zip(stiff, lower)
-    ])
-    white = flat.astype(float) * room
+    entries = [  # of the lower triangles, by block, row and column
+        (k, i, j) for k, z in enumerate(Z)
+        for i, j in zip(*np.tril_indices(len(z)))
+    ]
+    white = np.stack([
+        blocks.slopes[k][:, i, j] / np.sqrt(stiff[k][i] * stiff[k][j])
+        * (1 if i == j else 2) for k, i, j in entries
+    ], axis=1)
+    free = slice(None) if free is None else free
+    white = white[free]
+    held = (white != 0).any(axis=1)  # variables that a block holds
+    white = white[held]
     white /= np.linalg.norm(white, axis=1)[:, None]
-    few = qr(white, mode="economic", pivoting=True)[2][:len(flat)]
-    residual = _matrix(flat) * _matrix(vector[:, None])
+    few = qr(white, mode="economic", pivoting=True)[2][:len(white)]
+    few = [entries[e] for e in few]
+    slopes = np.array([
+        _slope(expressions[k], unknowns, i, j)[free] for k, i, j in few
+    ]).T
+    residual = _adjoint(expressions, unknowns, Z)[free, None]
+    if slopes[~held].any() or residual[~held].any():
+        return None  # floats lost a variable
     try:
-        change = _matrix(flat[:, few]).solve(residual).entries()
+        change = _matrix(slopes[held]).solve(_matrix(residual[held]))
     except ZeroDivisionError:
         return None
-    vector[few] -= change
-    ends = np.cumsum([len(i) for i, _ in lower])[:-1]
-    out = []
-    for z, (i, j), part in zip(Z, lower, np.split(vector, ends)):
-        repaired = z.copy()
-        repaired[i, j] = repaired[j, i] = part
-        if not _stays_positive(z, repaired):
-            return None
-        out.append(repaired)
-    value = sum((c * z).sum() for c, z in zip(blocks.constants, out))
-    return (out, value) if value <= 0 else None
+    repaired = [z.copy() for z in Z]
+    for (k, i, j), c in zip(few, change.entries()):
+        repaired[k][i, j] -= c
+        repaired[k][j, i] = repaired[k][i, j]
+    if not all(map(_stays_positive, Z, repaired)):
+        return None
+    value = sum((g.constant * z).sum() for g, z in zip(expressions, repaired))
+    return (repaired, value) if value <= 0 else None
+
+
+def _in_floats(g):
+    return Affine(g.constant.astype(float), [
+        replace(t, left=t.left.astype(float), right=t.right.astype(float))
+        for t in g.terms
+    ])
+
+
+def _adjoint(expressions, unknowns, Z):
+    """sum_k <G_ka, Z_k> for each variable a."""
+    return sum(
+        _gradient(g, unknowns, lambda t, z=z: t.left.T @ z @ t.right.T)
+        for g, z in zip(expressions, Z)
+    )
+
+
+def _slope(g, unknowns, i, j):
+    """<G_a, Z> for each variable a if Z has ones at i, j and j, i only."""
+    weight = 1 if i == j else 2
+    return weight * _gradient(
+        g, unknowns, lambda t: np.outer(t.left[i], t.right[:, j])
+    )
+
+
+def _gradient(g, unknowns, of_term):
+    """Derivatives by the unknowns' entries of <g, Z>.
+
+    ``of_term`` gives L' Z R' for the term L X R.
+    """
+    found = []
+    for u in unknowns:
+        total = np.zeros(u.shape, object)
+        for t in g.terms:
+            if t.unknown is u:
+                change = of_term(t)
+                total = total + (change.T if t.transposed else change)
+        if u.symmetric:
+            total = total + np.tril(total.T, -1)
+        found.append(u.pack(total))
+    return np.concatenate(found)
 
 
 def _stays_positive(near, far):
@@ -186,4 +412,4 @@ def _stays_positive(near, far):
     for i, row in enumerate(far - near):
         change = sum(abs(float(e)) + 1e-300 for e in row if e != 0)
         lowered[i, i] -= exact(float(f"{1.01 * change:.2e}"))
-    return pivots(lowered)[-1] > 0
+    return definite(lowered)[0]
