@@ -5,6 +5,7 @@
     python3 tasks.py test     run every test (more words go to pytest)
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
+    python3 tasks.py bench    time the solver and its peers, for chapter 18
     python3 tasks.py clean    remove what these commands made
 
 The first command makes a virtual environment in .venv and fills it from
@@ -35,7 +36,8 @@ def main():
     if sys.version_info < (3, 11):
         sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     name, *words = sys.argv[1:] or [""]
-    tasks = {"book": book, "test": test, "lab": lab, "run": run, "clean": clean}
+    tasks = {"book": book, "test": test, "lab": lab, "run": run,
+             "bench": bench, "clean": clean}
     if name not in tasks:
         sys.exit(__doc__)
     os.chdir(ROOT)
@@ -86,6 +88,17 @@ def run(words):
     """Run the notebooks again (all, or those named)."""
     prepare()
     return call(PYTHON, "-m", "sosbook.notebooks", "run", *words)
+
+
+def bench(words):
+    """Measure (all cases, or those named) and run the chapter about it."""
+    prepare()
+    needs = ("-m", "pip", "install", "--quiet", "-r", "benchmarks/requirements.txt")
+    if status := call(PYTHON, *needs):
+        return fail("The solvers to compare with could not be installed.", status)
+    if status := call(PYTHON, "-m", "benchmarks", *words):
+        return status
+    return run(["book/18_performance.ipynb"])
 
 
 def clean(words):

@@ -32,7 +32,8 @@ class Chart:
         return px, base - (np.asarray(y, float) - self.y[0]) * self.scale[1]
 
     def _points(self, x, y):
-        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(*self._at(x, y)))
+        flat = np.column_stack(self._at(x, y)).ravel().tolist()
+        return ("%.1f,%.1f " * (len(flat) // 2))[:-1] % tuple(flat)
 
     def polygon(self, x, y, colour, hatched=False):
         fill, edge = f"fill='{colour}' fill-opacity='0.2'", ""

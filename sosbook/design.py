@@ -1,17 +1,18 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from . import analysis
 from .descriptor import descriptors
+from .phases import Solution
 from .proof import prove, prove_infeasible
 from .request import Request
 from .simulate import simulate
-from .solve import Solution, feasible, solve
+from .solve import feasible, solve
 from .system import Polytope, SecondOrderSystem, positive
 
 __all__ = ["Design", "analyse_pid", "design_pid"]
@@ -124,6 +125,32 @@ class Design(Solution):
                 "certify; see its advice and infeasibility"
             )
         return prove(self.request, self.K, self.P, digits, self.V)
+
+    def to_cvxpy(self, margin=0.0):
+        """The same LMIs as cvxpy constraints, for other solvers.
+
+        Parameters
+        ----------
+        margin : float
+            Demands G >= margin * I of each block G.
+
+        Returns
+        -------
+        constraints : list
+        P, Y : cvxpy.Variable, or Y an expression where K is given
+
+        Examples
+        --------
+        >>> import cvxpy
+        >>> plant = SecondOrderSystem([[1]], [[1]], [[1]], B=[[1]])
+        >>> constraints, P, Y = design_pid(plant).to_cvxpy(margin=0.1)
+        >>> problem = cvxpy.Problem(cvxpy.Minimize(0), constraints)
+        >>> problem.solve(solver="CLARABEL")
+        0.0
+        """
+        from .lmi.conic import cvxpy_constraints
+
+        return cvxpy_constraints(self.request, margin)
 
     @cached_property
     def infeasibility(self):
@@ -332,10 +359,12 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         The scalar epsilon of the slack LMIs, in seconds. Without it a
         line search: the first value that succeeds, or with
         ``minimize="gamma"`` the best.
-    minimize : {None, "gamma"}
-        With ``"gamma"``, find the smallest bound and design for it,
-        backed off by the fraction ``backoff`` and rounded up to three
-        digits.
+    minimize : {None, "gamma", "u_max"} or dict, optional
+        Find the smallest bound and design for it, backed off by the
+        fraction ``backoff`` and rounded up to three digits. A dict of
+        weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
+        weighted sum of the squares. The bounds themselves are left out:
+        no ``gamma``, ``Saturation(None, x0)``.
     backoff : float
         See ``minimize``.
     start : Design, optional
@@ -403,23 +432,20 @@ def analyse_pid(plant, K, U=None, region=None, gamma=None,
 
 
 def _design(mu, minimize, backoff, start, **asked):
-    if minimize not in (None, "gamma"):
-        raise ValueError(
-            f'minimize must be None or "gamma", got {minimize!r}'
-        )
-    if minimize == "gamma" and asked["gamma"] is not None:
-        raise ValueError('give gamma or minimize="gamma", not both')
+    objective = _objective(minimize, asked)
     free = isinstance(mu, str)
     if free and mu != "free":
         raise ValueError(f'mu must be a number or "free", got {mu!r}')
-    if free and minimize is None and asked["gamma"] is None:
+    if free and "gamma" not in objective and asked["gamma"] is None:
         raise ValueError('mu="free" needs gamma or minimize="gamma"')
+    if "u_max" in objective:  # a number stands in
+        limit = replace(asked["saturation"], u_max=1.0)
+        asked = asked | {"saturation": limit}
     request = Request(**asked, mu=1.0 if free else mu)
     if start is not None:
         _check_start(start, request)
     found = solve(
-        request, minimize == "gamma", free, positive("backoff", backoff),
-        start,
+        request, objective, free, positive("backoff", backoff), start,
     )
     return Design(**vars(found))
 
@@ -437,3 +463,35 @@ def _check_start(start, request):
             "start has other sizes, vertices or coupling than this "
             "request: leave it out"
         )
+
+
+def _objective(minimize, asked):
+    """Weights by name, of what isn't asked as a number."""
+    if minimize is None:
+        return {}
+    if minimize in ("gamma", "u_max"):
+        minimize = {minimize: 1.0}
+    if not isinstance(minimize, dict) or not minimize or not set(
+        minimize
+    ) <= {"gamma", "u_max"}:
+        raise ValueError(
+            'minimize must be None, "gamma", "u_max" or a dict of their '
+            f"weights, got {minimize!r}"
+        )
+    if "gamma" in minimize and asked["gamma"] is not None:
+        raise ValueError('give gamma or minimize="gamma", not both')
+    if "u_max" in minimize:
+        if asked["saturation"] is None:
+            raise ValueError(
+                'minimize="u_max" needs saturation=Saturation(None, x0): '
+                "the bound holds from x0"
+            )
+        if asked["saturation"].u_max is not None:
+            raise ValueError(
+                'give u_max or minimize="u_max", not both: '
+                "Saturation(None, x0)"
+            )
+    return {
+        name: positive(f"minimize[{name!r}]", weight)
+        for name, weight in minimize.items()
+    }

@@ -28,7 +28,7 @@ class Frame:
     @classmethod
     def of(cls, request):
         """From the Riccati equation of the mean vertex."""
-        mean = mean_descriptor(request.vertices)
+        mean = _typical(request.vertices)
         A, B, Bw = mean.state_space()
         omega = typical_rate(request)
         weight = _energy(request, omega)
@@ -65,6 +65,13 @@ class Frame:
         )
 
 
+def _typical(vertices):
+    """The mean vertex; the first one where the mean has hardly an input."""
+    mean = mean_descriptor(vertices)
+    most = max(np.linalg.norm(d.Bu) for d in vertices)
+    return mean if np.linalg.norm(mean.Bu) > 0.1 * most else vertices[0]
+
+
 def typical_rate(request):
     """A typical angular frequency of the closed loop, in rad/s."""
     for part in request.parts:
@@ -88,7 +95,7 @@ def _energy(request, omega):
         for v in plants
     ).diagonal() / len(plants)
     inertia = np.where(inertia > 0, inertia, 1.0)
-    U = np.abs(d.A[2 * n:, :n])
+    U = d.A[2 * n:, :n]  # x3 is of the size of U z / omega
     return np.concatenate(
-        [omega**2 * inertia, inertia, omega**4 * (U @ inertia)]
+        [omega**2 * inertia, inertia, omega**4 / (U**2 @ (1 / inertia))]
     )

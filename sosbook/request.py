@@ -1,5 +1,6 @@
 """A plant and what is asked of its loop, as LMI blocks."""
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -42,8 +43,9 @@ class Saturation:
 
     Parameters
     ----------
-    u_max : float
-        Bound of the Euclidean norm of K x, in the unit of u.
+    u_max : float or None
+        Bound of the Euclidean norm of K x, in the unit of u. None where
+        it is to be minimised.
     x0 : (N,) array_like
         Initial state [z(0); z'(0); x3(0)].
     acceleration : bool
@@ -56,7 +58,9 @@ class Saturation:
     acceleration: bool = False
 
     def __post_init__(self):
-        u_max = positive("u_max", self.u_max)
+        u_max = self.u_max
+        if u_max is not None:
+            u_max = positive("u_max", u_max)
         if np.ndim(self.x0) != 1:
             raise ValueError("x0 must be a vector of finite numbers")
         x0 = matrix("x0", [self.x0])[0]
@@ -103,6 +107,11 @@ class Request:
             )
         if not isinstance(self.saturation, (Saturation, type(None))):
             raise ValueError("saturation must be a Saturation(u_max, x0)")
+        if self.saturation is not None and self.saturation.u_max is None:
+            raise ValueError(
+                "saturation: u_max is None: give a number, or let "
+                'minimize="u_max" find it'
+            )
         if self.gamma is not None:
             gamma = positive("gamma", self.gamma)
             object.__setattr__(self, "gamma", gamma)
@@ -160,6 +169,29 @@ class Request:
         whole = coupled_pairs(self.vertices, "pairs")
         return len(self.pairs) == len(whole)
 
+    def only(self, pairs):
+        """The same request with the blocks of some pairs only."""
+        part = copy(self)
+        object.__setattr__(part, "pairs", list(pairs))
+        return part
+
+    def worst_pairs(self, margins):
+        """The pairs whose blocks aren't positive definite, worst first.
+
+        Parameters
+        ----------
+        margins : dict
+            From a block's name to its margin.
+        """
+        least = dict.fromkeys(self.pairs, np.inf)
+        tags = {self._tag(i, j): (i, j) for i, j in self.pairs}
+        for name, value in margins.items():
+            pair = tags.get(" " + name.rpartition(" ")[2])
+            if pair is not None:
+                least[pair] = min(least[pair], value)
+        broken = [pair for pair in self.pairs if least[pair] <= 0]
+        return sorted(broken, key=least.get)
+
     def fixed_modes(self):
         """Modes that no gain moves and that break a requirement.
 
@@ -186,7 +218,8 @@ class Request:
             part.implies_stability for part in self.parts
         )
 
-    def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None, V=None):
+    def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None, V=None,
+               squares=()):
         """All blocks that must be positive definite, by name.
 
         Parameters
@@ -202,8 +235,13 @@ class Request:
             Coordinates of P, V and Y; the plant's own without it.
         V : matrix-like, optional
             The slack matrix.
+        squares : dict, optional
+            Squares of "gamma" and "u_max" that take the place of those
+            in the request, scalars or 1 x 1 matrix-like.
         """
-        data = self._data(number, frame)
+        squares = dict(squares)
+        gamma2 = squares.get("gamma", gamma2)
+        data = self._data(number, frame, squares.get("u_max"))
         if self.coupling == "slack":
             return self._slack_blocks(data, P, V, Y, gamma2, number)
         found = {"P": P}
@@ -253,7 +291,7 @@ class Request:
                 )
         return found
 
-    def _data(self, number, frame):
+    def _data(self, number, frame, u_max2=None):
         """The plant and the bounds in an arithmetic and a frame."""
         vertices = [d.map(number) for d in self.vertices]
         if self.K_A is not None:  # M - B K_A without a rounding error
@@ -265,7 +303,10 @@ class Request:
         data.mu = number(np.array(self.mu)).item()
         if self.saturation is not None:
             data.x0 = number(self.saturation.x0)
-            data.u_max2 = number(np.array(self.saturation.u_max)).item() ** 2
+            if u_max2 is None:
+                bound = number(np.array(self.saturation.u_max))
+                u_max2 = bound.item() ** 2
+            data.u_max2 = u_max2
             data.signals = self._signals(vertices, number)
         if frame is not None:
             data.change(*(
@@ -288,7 +329,7 @@ class Request:
             ))
         return found
 
-    def in_unknowns(self, frame, gamma2, number=lambda x: x):
+    def in_unknowns(self, frame, gamma2, number=lambda x: x, squares=()):
         """`blocks` in unknowns P, Y (P alone if the gain is given).
 
         With ``coupling="slack"`` in P 1, P 2, ..., V, Y.
@@ -311,7 +352,8 @@ class Request:
         else:
             scale = number(np.array(frame.scale)).item()
             Y = (number(self.gain) @ number(frame.T) / scale) @ V.T
-        return self.blocks(P, Y, gamma2, number, frame, V), unknowns
+        blocks = self.blocks(P, Y, gamma2, number, frame, V, squares)
+        return blocks, unknowns
 
     def _tag(self, i, j):
         if len(self.vertices) == 1:

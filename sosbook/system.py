@@ -251,9 +251,12 @@ class Polytope:
 
 
 def rank_deficient(M, tolerance=1e-10):
-    """Rank test after scaling rows and columns to unit size."""
-    for axis in (1, 0, 1, 0):
-        size = np.abs(M).max(axis=axis, keepdims=True)
+    """Rank test after scaling rows and columns to unit length.
+
+    Repeated until the units of rows and columns don't matter.
+    """
+    for axis in 20 * (1, 0):
+        size = np.linalg.norm(M, axis=axis, keepdims=True)
         M = M / np.where(size == 0, 1, size)
     return np.linalg.matrix_rank(M, tol=tolerance) < M.shape[0]
 

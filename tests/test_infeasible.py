@@ -9,7 +9,7 @@ from sosbook.frame import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.certificate import exact
 from sosbook.request import Request
-from sosbook.solve import _closer
+from sosbook.phases import _closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]

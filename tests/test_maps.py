@@ -353,3 +353,190 @@ def test_it_is_readable_on_a_phone(visit, sheet, scheme, dark):
     paper, contrast = tab.page.evaluate(ratio)
     assert (paper < 0.05) == dark and contrast > 4.5
     assert tab.errors == []
+
+
+# ------------------------------------------------------------------- grids
+
+@pytest.fixture(scope="module")
+def grid(robot):
+    return maps.feasibility_map(
+        robot.plant, **robot.requirements,
+        across=("sigma", [1.5, 0.3, 0.7, 1.1]),  # in any order
+        up=("theta", np.radians([70, 22, 34, 46, 28])))
+
+
+def cells(grid):
+    return np.ndindex(grid.status.shape)
+
+
+def cell_request(grid, robot, row, column):
+    known = maps.requirements(maps.request(robot))
+    return replaced(maps.request(robot), known | {
+        grid.up: grid.y[row], grid.across: grid.x[column]})
+
+
+def test_a_grid_says_what_one_solve_per_cell_says(grid, robot):
+    assert {"feasible", "infeasible"} == set(grid.status.ravel())
+    for row, column in cells(grid):
+        asked = cell_request(grid, robot, row, column)
+        alone = sos.design_pid(
+            robot.plant, robot.U, asked.region, robot.gamma, robot.saturation)
+        assert alone.status == grid.status[row, column]
+    assert grid.solves < grid.status.size
+
+
+def test_every_cell_is_backed_by_a_theorem(grid, robot):
+    assert grid.proven.all()
+    for row, column in cells(grid):
+        found = grid.backing(row, column)
+        asked = cell_request(grid, robot, row, column)
+        assert found.status == grid.status[row, column]
+        if grid.feasible[row, column]:
+            assert prove(asked, found.K, found.P).proven
+        else:  # asks for no more, and is infeasible already
+            assert found.infeasibility.proven
+            assert found.request.region.sigma <= grid.x[column]
+            assert found.request.region.theta >= grid.y[row]
+
+
+def test_a_grid_keeps_the_corners_of_its_staircase_only(grid):
+    for known, way in ((grid.designs, 1), (grid.refusals, -1)):
+        for i, j in known:
+            x = way * grid.x[j]
+            y = -way * grid.y[i]
+            assert not any(
+                way * grid.x[b] >= x and -way * grid.y[a] >= y
+                for a, b in known if (a, b) != (i, j))
+
+
+def test_the_axes_may_be_exchanged(grid, robot):
+    other = maps.feasibility_map(
+        robot.plant, **robot.requirements, across=("theta", grid.y),
+        up=("sigma", grid.x))
+    assert (other.status == grid.status.T).all()
+
+
+def test_a_design_that_is_found_serves_its_neighbours(robot):
+    loose = maps.feasibility_map(
+        robot.plant, **robot.requirements, across=("rho", [9, 10, 11, 12]),
+        up=("u_max", [300, 310]))
+    assert loose.feasible.all() and loose.proven.all() and loose.solves == 1
+    (design,) = loose.designs.values()
+    assert maps.requirements(design.request)["u_max"] == 300
+    assert min(design.margins.values()) > 0
+
+
+def test_an_empty_region_needs_no_multipliers(robot):
+    found = maps.feasibility_map(
+        robot.plant, robot.U, sos.PoleRegion(sigma=1, rho=5),
+        across=("sigma", [1, 3]), up=("rho", [2, 6]))
+    assert found.status.tolist() == [
+        ["feasible", "infeasible"], ["feasible", "feasible"]]
+    assert found.refusals == {(0, 1): None}
+    assert found.backing(0, 1) is None and found.proven.all()
+
+
+def test_what_cannot_be_decided_is_said(robot, monkeypatch):
+    """A cell of which the solver says nothing stays open, others don't."""
+    true = sos.maps.search.Ask.solve
+
+    def blind(self, near=None, **known):
+        design = true(self, near, **known)
+        if known["sigma"] == 1.1 and design.status == "infeasible":
+            vars(design)["status"] = "undecided"
+        return design
+
+    monkeypatch.setattr(sos.maps.search.Ask, "solve", blind)
+    found = maps.feasibility_map(
+        robot.plant, **robot.requirements, across=("sigma", [0.3, 1.1, 1.5]),
+        up=("theta", np.radians([22, 60])))
+    assert found.status.tolist() == [
+        ["feasible", "undecided", "infeasible"], ["feasible"] * 3]
+    assert (found.proven == (found.status != "undecided")).all()
+    assert found.backing(0, 1) is None
+
+
+def test_slack_and_polytopes_have_grids_too():
+    arm = sos.thesis.example_4()
+    found = maps.feasibility_map(
+        arm.plant, **arm.requirements, coupling="slack", slack=0.05,
+        across=("sigma", [2, 11]), up=("rho", [12, 40]))
+    assert "slack" in {d.request.coupling for d in found.designs.values()}
+    for row, column in cells(found):
+        region = sos.PoleRegion(
+            found.x[column], arm.region.theta, found.y[row])
+        alone = sos.design_pid(
+            arm.plant, arm.U, region, coupling="slack", slack=0.05)
+        assert alone.status == found.status[row, column]
+
+
+@pytest.mark.parametrize("change, fault", [
+    (dict(up=("sigma", [1, 2])), 'across and up are both "sigma"'),
+    (dict(up=("speed", [1, 2])), "name = 'speed' must be one of"),
+    (dict(up=("theta", [1])), "up: values of theta must be two or more"),
+    (dict(up=("theta", [1, np.nan])), "up: values of theta"),
+    (dict(up=("theta", [20, 70])), "up: theta is a half-angle in radians"),
+    (dict(across="sigma"), "across must be a name and its values"),
+    (dict(across=("sigma", 3)), "across must be a name and its values"),
+    (dict(minimize="gamma", gamma=None), "minimize has no meaning"),
+])
+def test_bad_grids_are_named(robot, change, fault):
+    asked = dict(across=("sigma", [1, 2]), up=("theta", [0.5, 1]))
+    with pytest.raises(ValueError, match=fault):
+        maps.feasibility_map(
+            robot.plant, **robot.requirements | asked | change)
+
+
+# ------------------------------------------------------------ many designs
+
+@pytest.fixture(scope="module")
+def specifications(robot):
+    return [
+        robot.requirements | dict(gamma=float(g))
+        for g in (1.0, 1.05, 1.1, 0.2, 1.15, 1.2)]
+
+
+def same(one, two):
+    return one.status == two.status and (one.K is None or np.allclose(
+        one.K, two.K, rtol=1e-9, atol=1e-9 * np.abs(one.K).max()))
+
+
+def test_designs_are_those_of_each_specification_alone(robot, specifications):
+    found = maps.designs(robot.plant, specifications, progress=False)
+    assert [d.gamma for d in found] == [a["gamma"] for a in specifications]
+    for design, asked in zip(found, specifications):
+        assert same(design, sos.design_pid(robot.plant, **asked))
+    assert [d.status for d in found].count("infeasible") == 1
+    assert maps.designs(robot.plant, []) == []
+
+
+def test_runs_workers_and_order_change_nothing(
+    robot, specifications, monkeypatch
+):
+    one = maps.designs(robot.plant, specifications, progress=False)
+    back = maps.designs(robot.plant, specifications[::-1], progress=False)
+    monkeypatch.setattr(sos.maps.grid, "RUN", 2)
+    two = maps.designs(
+        robot.plant, specifications, n_jobs=2, progress=False)
+    assert all(map(same, one, two)) and all(map(same, one, back[::-1]))
+
+
+def test_designs_with_other_integrators_do_not_start_from_each_other(robot):
+    pd = robot.requirements | dict(
+        U=None, saturation=sos.Saturation(150, robot.saturation.x0[:4]))
+    found = maps.designs(
+        robot.plant, [robot.requirements, pd, robot.requirements])
+    assert [d.K.shape for d in found] == [(2, 6), (2, 4), (2, 6)]
+    assert same(found[1], sos.design_pid(robot.plant, **pd))
+
+
+@pytest.mark.parametrize("bad, fault", [
+    (dict(gamma=-1), "gamma"), ([1], "specification 1 must be a dict"),
+])
+def test_a_bad_specification_is_named(robot, bad, fault):
+    if isinstance(bad, dict):
+        bad = robot.requirements | bad
+    with pytest.raises(ValueError, match=fault) as caught:
+        maps.designs(robot.plant, [robot.requirements, bad], progress=False)
+    if isinstance(bad, dict):
+        assert any("specification" in n for n in caught.value.__notes__)

@@ -166,7 +166,7 @@ REQUESTS = {
     "x0 lacks x3": (
         dict(U=I2, saturation=sos.Saturation(1, START)), "2n . a = 6"),
     "coupling": (dict(coupling="pair"), 'coupling must be "pairs", "vertices" or'),
-    "minimize": (dict(minimize="norm"), "minimize must be None or"),
+    "minimize": (dict(minimize="norm"), "minimize must be None"),
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
     "minimize without F": (
         dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),

@@ -147,3 +147,73 @@ def test_segment_explorer_finds_the_unstable_middle():
 def test_segment_explorer_wants_two_vertices(robot):
     with pytest.raises(ValueError, match="needs two"):
         widgets.explore_segment(sos.Polytope([robot.plant]), np.eye(4))
+
+
+def family(s22):
+    return sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[2, -1], [-1, s22]], [[1], [0]])
+
+
+def explorers():
+    robot, arm = sos.thesis.example_1(), widgets.explore_swing
+    pair = sos.counterexamples.actuated()
+    return {
+        "design": (
+            lambda: widgets.explore_design(
+                robot.plant, **robot.requirements),
+            "sigma", (0.9, 3, 0.5)),
+        "saturation": (
+            lambda: widgets.explore_saturation(
+                robot.plant, robot.U, robot.region, robot.saturation,
+                robot.gamma),
+            "u_max", (200, 20, 120)),
+        "mass range": (widgets.explore_mass_range, "high", (150, 390, 110)),
+        "swing": (arm, "phi_max", (60, 175, 100)),
+        "coupling": (
+            lambda: widgets.explore_coupling(
+                pair, sos.PoleRegion(rho=10), slack=0.1),
+            "spread", (60, 90, 40)),
+        "integrators": (
+            lambda: widgets.explore_integrators(
+                family, 1.0, -1.0, 2.0, sos.PoleRegion(sigma=0.3, rho=6)),
+            "value", (0.5, -1.0, 1.5)),
+    }
+
+
+@pytest.mark.parametrize("name", explorers())
+def test_the_picture_does_not_depend_on_the_way(name, monkeypatch):
+    """Designs start from the last one; what is shown doesn't tell."""
+    starts = []
+
+    def spy(*asked, start=None, **more):
+        starts.append(start)
+        return sos.design_pid(*asked, start=start, **more)
+
+    monkeypatch.setattr(widgets.explorer, "design_pid", spy)
+    make, slider, values = explorers()[name]
+    travelled, target = make(), values[-1]
+    first = travelled.picture.value
+    home = travelled.sliders[slider].value
+    for value in values:
+        travelled.sliders[slider].value = value
+    assert any(start is not None for start in starts)
+    assert all(s is None or s.status == "feasible" for s in starts)
+    direct = make()
+    direct.sliders[slider].value = target
+    assert travelled.picture.value == direct.picture.value != first
+    travelled.sliders[slider].value = home
+    assert travelled.picture.value == first
+
+
+@pytest.mark.parametrize("name", explorers())
+def test_no_explorer_draws_a_matplotlib_figure(name, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def refuse(*words, **more):
+        raise AssertionError("a live picture is no matplotlib figure")
+
+    monkeypatch.setattr(Figure, "__init__", refuse)
+    make, slider, values = explorers()[name]
+    explorer = make()
+    explorer.sliders[slider].value = values[0]
+    assert "<svg" in explorer.picture.value

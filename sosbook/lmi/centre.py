@@ -10,7 +10,7 @@ import numpy as np
 
 from .blocks import Blocks
 from .newton import Newton
-from .primal_dual import raise_blocks
+from .primal_dual import descend, raise_blocks
 from .stacks import squares, transposed
 
 __all__ = [
@@ -327,7 +327,11 @@ def minimize(blocks, cost, x, gap=1e-6):
     Unbounded
         If no such point is found: the infimum is zero or isn't attained.
     """
-    barrier = _Barrier(Newton(blocks))
+    newton = Newton(blocks)
+    found = descend(newton, x, cost, gap)
+    if found is not None and _Barrier(newton).factors(found[0]) is not None:
+        return found
+    barrier = _Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     for _ in range(20):
         try:

@@ -339,18 +339,21 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     held = (white != 0).any(axis=1)  # variables that a block holds
     white = white[held]
     white /= np.linalg.norm(white, axis=1)[:, None]
-    few = qr(white, mode="economic", pivoting=True)[2][:len(white)]
-    few = [entries[e] for e in few]
+    size, order = qr(white.T, mode="r", pivoting=True)
+    size = np.abs(size.diagonal())
+    lead = np.flatnonzero(held)[order[:(size > 1e-10 * size[0]).sum()]]
+    few = qr(white[order[:len(lead)]], mode="economic", pivoting=True)[2]
+    few = [entries[e] for e in few[:len(lead)]]
     slopes = np.array([
         _slope(expressions[k], unknowns, i, j)[free] for k, i, j in few
     ]).T
     residual = _adjoint(expressions, unknowns, Z)[free, None]
-    if slopes[~held].any() or residual[~held].any():
-        return None  # floats lost a variable
     try:
-        change = _matrix(slopes[held]).solve(_matrix(residual[held]))
+        change = _matrix(slopes[lead]).solve(_matrix(residual[lead]))
     except ZeroDivisionError:
         return None
+    if (_matrix(slopes) * change - _matrix(residual)) != 0 * _matrix(residual):
+        return None  # floats lost a variable
     repaired = [z.copy() for z in Z]
     for (k, i, j), c in zip(few, change.entries()):
         repaired[k][i, j] -= c

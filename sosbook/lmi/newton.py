@@ -24,6 +24,8 @@ class Newton(Stacked):
 
     Attributes
     ----------
+    iterative : bool
+        Whether conjugate gradients are used; given up where they fail.
     iterations : list of int
         Of conjugate gradients, one entry for each solution.
     """
@@ -94,19 +96,20 @@ class Newton(Stacked):
 
         def solve(g, tolerance=0.1):
             nonlocal dense
-            if dense is None:
-                d, count = _conjugate_gradients(
-                    times, g, modal, min(tolerance, 0.3))
+            if self.iterative:
+                d, count = _conjugate_gradients(times, g, modal, tolerance)
                 self.iterations.append(count)
                 if d is not None:
                     return d
+                self.iterative = False  # too stiff, here and further on
+            if dense is None:
                 dense = self._dense(roots, x, radius)
             return dense(g)
 
         return solve
 
 
-def _conjugate_gradients(times, g, precondition, tolerance, most=500):
+def _conjugate_gradients(times, g, precondition, tolerance, most=300):
     """Solve H d = g; the residual in the preconditioner's norm."""
     d, r = np.zeros_like(g), g.copy()
     z = precondition(r)

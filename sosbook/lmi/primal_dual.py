@@ -1,14 +1,16 @@
 """A primal-dual interior point method with Nesterov-Todd scaling.
 
-It finds a point with G_k(x) > 0, or sees that there is none. Both
-take the same few steps whatever the size.
+It minimises cost.x over blocks G_k(x) > 0 from a point inside. With one
+more variable t, raised until the blocks hold without it, it finds a
+point inside, or sees that there is none. Both take the same few steps
+whatever the size.
 """
 
 import numpy as np
 
 from .stacks import squares, transposed
 
-__all__ = ["raise_blocks"]
+__all__ = ["descend", "raise_blocks"]
 
 
 class _Scaling:
@@ -67,34 +69,70 @@ def raise_blocks(newton, x, most=60, watch=None):
     cost = np.zeros(len(x))
     cost[-1] = -1.0
     level = np.append(np.ones(len(x) - 1), 0.0)
-    S = newton.at(x)
-    inverse = squares([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
+    inverse = squares([
+        np.linalg.inv(np.linalg.cholesky(s)) for s in newton.at(x)])
     weight = -newton.adjoint(inverse)[-1]  # then <D, Z> = 1
-    Z = [s / weight for s in inverse]
+    for state in _steps(newton, x, cost, weight, most):
+        x = state["x"]
+        if watch is not None:
+            watch(state | {"t": x[-1]})
+        if x[-1] > 0 and _positive(newton.at(x * level)):
+            return "feasible", x * level
+        if x[-1] + 1.1 * state["gap"] < 0 and state["residual"] < 1e-6:
+            return "infeasible", x
+    return "undecided", x
+
+
+def descend(newton, x, cost, gap, most=40):
+    """Minimise cost.x from a point inside.
+
+    Parameters
+    ----------
+    newton : Newton
+    x : (k,) array
+    cost : (k,) array
+    gap : float
+        Stop when the optimum is known to this relative accuracy.
+
+    Returns
+    -------
+    (x, bound) or None
+        None where that accuracy isn't reached: there may be no minimum.
+    """
+    size = np.linalg.norm(cost)
+    weight = newton.degree / max(abs(cost @ x), 1e-12)
+    for state in _steps(newton, x, cost, weight, most):
+        x, slack = state["x"], state["gap"]
+        slack += state["residual"] * np.linalg.norm(x)
+        if x @ x > 1e16:
+            return None
+        if state["residual"] < 1e-6 * size and slack < gap * abs(cost @ x):
+            return x, cost @ x - slack
+    return None
+
+
+def _steps(newton, x, cost, weight, most):
+    """Yield what is known after each step, until no step helps."""
+    S = newton.at(x)
+    Z = [s / weight for s in squares(
+        [np.linalg.inv(np.linalg.cholesky(s)) for s in S])]
     for count in range(most):
         try:
             scales = [_Scaling(s, z) for s, z in zip(S, Z)]
             dx, dz, primal, dual = _direction(newton, scales, S, Z, x, cost)
         except np.linalg.LinAlgError:
-            break
+            return
         if max(primal, dual) < 1e-8 or not np.isfinite(dx).all():
-            break
+            return
         x = x + primal * dx
         Z = [z + dual * d for z, d in zip(Z, dz)]
         Z = [(z + transposed(z)) / 2 for z in Z]
         S = newton.at(x)
-        gap = newton.inner(S, Z)
-        residual = np.linalg.norm(cost - newton.adjoint(Z))
-        if watch is not None:
-            watch(dict(
-                step=count + 1, x=x, t=x[-1], gap=gap, residual=residual,
-                primal=primal, dual=dual, iterations=newton.iterations[-2:],
-            ))
-        if x[-1] > 0 and _positive(newton.at(x * level)):
-            return "feasible", x * level
-        if x[-1] + 1.1 * gap < 0 and residual < 1e-6:
-            return "infeasible", x
-    return "undecided", x
+        yield dict(
+            step=count + 1, x=x, gap=newton.inner(S, Z), primal=primal,
+            residual=np.linalg.norm(cost - newton.adjoint(Z)), dual=dual,
+            iterations=newton.iterations[-2:],
+        )
 
 
 def _direction(newton, scales, S, Z, x, cost):

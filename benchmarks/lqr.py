@@ -1,0 +1,112 @@
+"""The LQR of the thesis's mobile inverted pendulum as an LMI.
+
+Theorem 2.4: minimise tr J. Its answer is judged by the closed loop's true
+cost (a Lyapunov equation) against the Riccati equation's optimum.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
+
+import sosbook as sos
+from sosbook.descriptor import descriptors
+from sosbook.frame import Frame
+from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi.centre import margin
+from sosbook.request import Request
+
+__all__ = ["LqrTask", "pendulum"]
+
+
+def pendulum():
+    """(4.25), vertex 1. Print has D and S on the right-hand side.
+
+    With them there, R = 1 gives the gains of Table 4.1.
+    """
+    return sos.SecondOrderSystem(
+        M=0.3365e-6 * np.eye(2),
+        D=-1e-5 * np.array([[-0.5659, 0.5659], [0.9024, -0.9024]]),
+        S=-1e-4 * np.array([[0.5062, 0], [-0.3712, 0]]),
+        B=1e-4 * np.array([[-0.2324], [0.3706]]),
+        F=[[1], [1]],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class LqrTask:
+    """Theorem 2.4 in given coordinates: x = T xi, u = scale v, rows, J."""
+
+    plant: sos.SecondOrderSystem
+    T: np.ndarray
+    left: np.ndarray
+    unit: float  # of w, in which J is small
+
+    objective = 2  # minimise the trace of the third unknown
+
+    @classmethod
+    def of(cls, plant, requirements=None, coordinates="raw"):
+        d = descriptors(plant)[0]
+        one = np.eye(len(d.E))
+        if coordinates == "raw":
+            return cls(plant, one, one, 1.0)
+        frame = Frame.of(Request(plant))
+        left, T = frame.left, frame.T
+        return cls(plant, T, left, np.linalg.norm(left @ d.Bw, 2))
+
+    @property
+    def unknowns(self):
+        d = descriptors(self.plant)[0]
+        N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]
+        return [
+            Unknown("P", N, symmetric=True), Unknown("Y", m, N),
+            Unknown("J", p, symmetric=True),
+        ]
+
+    def blocks(self, P, Y, J):
+        """(2.35) and minus (2.36), with Q = I and R = I."""
+        d = descriptors(self.plant)[0].change(self.left, self.T)
+        m = d.Bu.shape[1]
+        EP = d.E @ P
+        theta = (d.A @ P + d.Bu @ Y) @ d.E.T
+        Bw = d.Bw / self.unit
+        return {
+            "J": block([[J, Bw.T], [Bw, EP @ d.E.T]]),
+            "lqr": -block([
+                [he(theta), EP @ self.T.T, d.E @ Y.T],
+                [self.T @ EP.T, -eye(len(d.E)), 0],
+                [Y @ d.E.T, 0, -eye(m)],
+            ]),
+        }
+
+    def expressions(self):
+        unknowns = self.unknowns
+        return list(self.blocks(*unknowns).values()), unknowns
+
+    def cost(self):
+        """The trace of J in the free entries of P, Y, J."""
+        *others, J = self.unknowns
+        return np.concatenate([
+            *(np.zeros(u.size) for u in others),
+            J.pack(np.eye(J.shape[0])).astype(float),
+        ])
+
+    def gain(self, P, Y, J):
+        return np.linalg.solve(self.T.T, np.linalg.solve(P.T, Y.T)).T
+
+    def judge(self, P, Y, J):
+        """Excess of the loop's true cost over the optimum, relative.
+
+        The eigenvalue margin of the blocks is about zero at an optimum.
+        """
+        A, B, Bw = descriptors(self.plant)[0].state_space()
+        X = solve_continuous_are(A, B, np.eye(len(A)), np.eye(B.shape[1]))
+        K = self.gain(P, Y, J)
+        loop = A + B @ K
+        least = min(margin(g) for g in self.blocks(P, Y, J).values())
+        if np.linalg.eigvals(loop).real.max() >= 0:
+            return dict(margin=least, excess=np.inf)
+        Z = solve_continuous_lyapunov(loop.T, -np.eye(len(A)) - K.T @ K)
+        best = np.trace(Bw.T @ X @ Bw)
+        excess = float(np.trace(Bw.T @ Z @ Bw) / best - 1)
+        return dict(margin=least, excess=abs(excess))

@@ -1,0 +1,257 @@
+"""Verdicts of `design_pid` on random requests that are decided already.
+
+``python -m benchmarks.robustness [count] [first] [largest]`` solves
+``count`` (1000) of the requests of ``tests.random_plants``, from the
+seed ``first`` (0) on, with up to ``largest`` (8) degrees of freedom, and
+writes what came out into ``robustness.json`` next to this file.
+"""
+
+import json
+import os
+import signal
+
+for _name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
+
+import sys
+import time
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+import sosbook as sos
+from sosbook.frame import Frame
+from sosbook.lmi.centre import Blocks
+from sosbook.lmi.conic import clarabel_phase_one
+from sosbook.request import Request
+from tests.random_plants import float_blocks, random_case, scaled
+
+__all__ = ["Row", "judge", "summary"]
+
+TARGET = Path(__file__).with_name("robustness.json")
+SLOW = 2.0  # seconds
+LIMIT = 60  # seconds, after which a request counts as an error
+CROSS_CHECK = 5  # every fifth request goes to Clarabel, too
+DIGITS = (6, 12, 17)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one request.
+
+    Parameters
+    ----------
+    seed, n, m, vertices : int
+    kind, known, reason : str
+        The kind of request, its known verdict, and why it is known.
+    verdict : str
+        The answer, or "error: ..." with an exception's text.
+    backing : str
+        Of "feasible": "6 digits", "12 digits", "17 digits", the length
+        of the gain that was certified. Of "infeasible": "exact
+        multipliers", "uncontrollable mode", "float multipliers".
+        Otherwise "none".
+    seconds : float
+        Time of `design_pid` alone.
+    clarabel : float or None
+        Clarabel's largest t with all blocks >= t I; None where it was
+        not asked or failed.
+    """
+
+    seed: int
+    kind: str
+    known: str
+    reason: str
+    n: int
+    m: int
+    vertices: int
+    verdict: str
+    backing: str
+    seconds: float
+    clarabel: float = None
+
+    @property
+    def wrong(self):
+        """Whether the answer contradicts what is known."""
+        return self.verdict in ("feasible", "infeasible") and (
+            self.verdict != self.known)
+
+    @property
+    def proven(self):
+        """Whether the answer has an exact proof."""
+        return self.backing in ("exact multipliers",) + tuple(
+            f"{k} digits" for k in DIGITS)
+
+
+def judge(case, ask_clarabel=False):
+    """Solve a `Case` and see what backs the answer.
+
+    Returns
+    -------
+    Row
+    """
+    plant, asked = case.plant, case.requirements
+    start = time.perf_counter()
+    try:
+        with at_most(LIMIT):
+            design = sos.design_pid(plant, **asked)
+        verdict, backing = design.status, None
+    except Exception as error:  # whatever it is, it is a failure
+        verdict = f"error: {type(error).__name__}: {error}"[:200]
+        backing = "none"
+    seconds = time.perf_counter() - start
+    t = None
+    if ask_clarabel and plant.n <= 3 and backing is None:
+        t = _clarabel(Request(plant, **asked))
+    return Row(
+        case.seed, case.kind, case.verdict, case.reason, plant.n, plant.m,
+        len(plant.vertices), verdict, backing or _backing(design),
+        round(seconds, 3), t,
+    )
+
+
+@contextmanager
+def at_most(seconds):
+    """Raise a TimeoutError after so many seconds, where the system can."""
+    def stop(*_):
+        raise TimeoutError(f"no answer in {seconds} s")
+
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _backing(design):
+    """What supports the verdict of a design."""
+    if design.status == "feasible":
+        for digits in DIGITS:
+            if design.certify(digits).proven:
+                return f"{digits} digits"
+    if design.status == "infeasible":
+        proof = design.infeasibility
+        if proof is not None and proof.proven:
+            return "exact multipliers"
+        if len(design.request.fixed_modes()):
+            return "uncontrollable mode"
+        if proof is not None and _reach(design) > 1e3:
+            return "float multipliers"
+    return "none"
+
+
+def _reach(design):
+    """No P and Y shorter than this exist, as far as floats can tell.
+
+    In the design's frame: a feasible x has 0 < sum <G_k(x), Z_k> =
+    value + adjoint.x, so that |x| > -value / |adjoint|. Homogeneous
+    blocks are read with P > I.
+    """
+    blocks = float_blocks(design.request, design.frame)
+    Z = design.multipliers
+    if min(np.linalg.eigvalsh(z)[0] / np.trace(z) for z in Z) < -1e-12:
+        return 0.0
+    value = blocks.value(Z)
+    if not any(c.any() for c in blocks.constants):
+        value = -np.trace(Z[0])
+    size = np.linalg.norm(blocks.adjoint(Z))
+    if value >= 0:
+        return 0.0
+    return -value / size if size else np.inf
+
+
+def _clarabel(request):
+    """Clarabel's largest t with G >= t I, in the request's frame."""
+    blocks = float_blocks(request, Frame.of(request))
+    if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
+        first = -np.eye(request.order)
+        blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
+    _, t, status = clarabel_phase_one(scaled(blocks))
+    return float(t) if status == "Solved" else None
+
+
+def summary(rows):
+    """Counts, and the seeds of all that went wrong."""
+    def seeds(test):
+        return [r.seed for r in rows if test(r)]
+
+    def table(key, among=rows):
+        return dict(sorted(Counter(key(r) for r in among).items()))
+
+    feasible = [r for r in rows if r.verdict == "feasible"]
+    infeasible = [r for r in rows if r.verdict == "infeasible"]
+    asked = [r for r in rows if r.clarabel is not None]
+    against = [
+        r for r in asked
+        if abs(r.clarabel) > 1e-4 and r.verdict in ("feasible", "infeasible")
+        and (r.clarabel > 0) != (r.verdict == "feasible")
+    ]
+    times = np.array([r.seconds for r in rows])
+    slowest = sorted(rows, key=lambda r: -r.seconds)[:10]
+    return {
+        "requests": len(rows),
+        "kinds": table(lambda r: f"{r.kind}, known {r.known}"),
+        "verdicts": table(
+            lambda r: f"{r.kind}, known {r.known}: {r.verdict[:10]}"),
+        "feasible": table(lambda r: r.backing, feasible),
+        "infeasible": table(lambda r: r.backing, infeasible),
+        "undecided share": sum(
+            r.verdict == "undecided" for r in rows) / len(rows),
+        "wrong": {
+            "feasible, called infeasible": seeds(
+                lambda r: r.wrong and r.known == "feasible"
+                and not r.proven),
+            "infeasible, called feasible": seeds(
+                lambda r: r.wrong and r.known == "infeasible"
+                and not r.proven),
+        },
+        "known verdict disproven": seeds(lambda r: r.wrong and r.proven),
+        "undecided": seeds(lambda r: r.verdict == "undecided"),
+        "errors": {
+            str(r.seed): r.verdict for r in rows
+            if r.verdict.startswith("error")},
+        "feasible, not certified": seeds(
+            lambda r: r.verdict == "feasible" and r.backing == "none"),
+        "infeasible, float multipliers only": seeds(
+            lambda r: r.backing == "float multipliers"),
+        "infeasible, no backing": seeds(
+            lambda r: r.verdict == "infeasible" and r.backing == "none"),
+        "Clarabel": {
+            "asked": len(asked),
+            "disagrees": [r.seed for r in against],
+            "disagrees with a proof": [
+                r.seed for r in against if r.proven],
+        },
+        "seconds": {
+            "median": round(float(np.median(times)), 3),
+            "90 %": round(float(np.quantile(times, 0.9)), 3),
+            "largest": round(float(times.max()), 3),
+            "above 2 s": seeds(lambda r: r.seconds > SLOW),
+        },
+        "slowest": [
+            dict(seed=r.seed, n=r.n, m=r.m, vertices=r.vertices,
+                 seconds=r.seconds, reason=r.reason) for r in slowest],
+    }
+
+
+def main(count=1000, first=0, largest=8):
+    rows = []
+    for seed in tqdm(range(first, first + count), unit="request"):
+        case = random_case(seed, largest)
+        rows.append(judge(case, seed % CROSS_CHECK == 0))
+    found = {"first seed": first, "largest n": largest} | summary(rows)
+    TARGET.write_text(json.dumps(found, indent=1) + "\n")
+    print(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,143 @@
+"""What a reader waits for: slider moves, refusals, advice, exact proofs."""
+
+import inspect
+import time
+from contextlib import contextmanager
+
+import numpy as np
+
+import sosbook as sos
+from sosbook.maps.search import replaced, requirements
+from sosbook.request import Request
+from sosbook.widgets.design import _design_page
+
+from .measure import record, summary
+
+__all__ = ["answers", "moves"]
+
+MOVES = 60
+
+
+def moves(example, count=MOVES):
+    """Records of the sliders of an example.
+
+    Each slider goes from the printed value to a harder and an easier one
+    and back, smoothly: value * (1 + 0.2 sin).
+    """
+    given = getattr(sos.thesis, f"example_{example}")()
+    request = Request(given.plant, **given.requirements)
+    asked = requirements(request)
+    warm = "start" in inspect.signature(sos.design_pid).parameters
+    ways = {"sosbook, slider move": False}
+    if warm:
+        ways["sosbook, slider move, warm start"] = True
+    found = {(way, name): [] for way in ways for name in asked}
+    for name, value in asked.items():
+        last = dict.fromkeys(ways)
+        for k in range(-1, count):  # one to warm up
+            factor = 1 + 0.2 * np.sin(2 * np.pi * k / count)
+            moved = replaced(request, asked | {name: value * factor})
+            for way, follow in ways.items():
+                start = last[way] if follow else None
+                row, design = _move(moved, start)
+                last[way] = design if design.P is not None else last[way]
+                if k >= 0:
+                    found[way, name].append(row)
+    plant = given.plant
+    for (way, name), rows in found.items():
+        whole, solver, simulation = np.array([r[:3] for r in rows]).T
+        yield record(
+            family="slider", case=f"example {example}, {name}", n=plant.n,
+            states=request.order, vertices=len(plant.vertices),
+            competitor=way, coordinates="frame", clock="slider move",
+            formulation="design_pid, poles, response, SVG and tables as text",
+            note=f"{sum(r[3] for r in rows)} of {len(rows)} requests had a "
+                 "design; the rest were refused, without a response",
+            status="right", count=len(rows),
+            margin=min((r[4] for r in rows if r[3]), default=None),
+            share_solver=float(np.median(solver / whole)),
+            share_simulation=float(np.median(simulation / whole)),
+            share_drawing=float(np.median(1 - (solver + simulation) / whole)),
+            **summary(whole.tolist()),
+        )
+
+
+def answers(example, count=15):
+    """Records of a refusal, with advice too, and of an exact proof.
+
+    Refused is a tenth of the printed gamma.
+    """
+    given = getattr(sos.thesis, f"example_{example}")()
+    asked = given.requirements
+    impossible = asked | dict(gamma=asked["gamma"] / 10)
+    design = sos.design_pid(given.plant, **asked)
+
+    def refuse():
+        return sos.design_pid(given.plant, **impossible)
+
+    rows = {
+        "sosbook, refusal": (refuse, lambda d: d.status == "infeasible"),
+        "sosbook, refusal with advice": (
+            lambda: refuse().advice, lambda words: words != ""),
+        "sosbook, refusal with exact proof": (
+            lambda: refuse().infeasibility, lambda c: bool(c and c.proven)),
+        "sosbook, exact proof of a design": (
+            design.certify, lambda c: c.proven),
+    }
+    for name, (call, right) in rows.items():
+        times = []
+        for k in range(-1, count):  # one to warm up
+            begin = time.perf_counter()
+            found = call()
+            times.append(time.perf_counter() - begin)
+        good = right(found)
+        yield record(
+            family="answers", case=f"example {example}, answers",
+            n=given.plant.n, states=design.request.order,
+            vertices=len(given.plant.vertices), competitor=name,
+            clock="one call", status="right" if good else "wrong",
+            **(summary(times[1:]) if good else {}),
+        )
+
+
+def _move(request, start):
+    """(whole, solver, simulation, feasible, margin), and the design."""
+    words = {} if start is None else {"start": start}
+    begin = time.perf_counter()
+    design = sos.design_pid(
+        request.plant, request.U, request.region, request.gamma,
+        request.saturation, request.K_A, request.coupling, **words)
+    solved = time.perf_counter()
+    with stopwatch() as spent:
+        page = _design_page(design, request.region)
+    end = time.perf_counter()
+    if "<svg" not in page:
+        raise AssertionError("the page has no picture")
+    feasible = design.status == "feasible"
+    smallest = min(design.margins.values()) if feasible else None
+    return (end - begin, solved - begin, sum(spent), feasible,
+            smallest), design
+
+
+@contextmanager
+def stopwatch():
+    """Collects the seconds that designs spend in poles and simulate."""
+    spent, kept = [], {}
+
+    def timed(method):
+        def call(*words, **more):
+            begin = time.perf_counter()
+            try:
+                return method(*words, **more)
+            finally:
+                spent.append(time.perf_counter() - begin)
+        return call
+
+    for name in ("poles", "simulate"):
+        kept[name] = getattr(sos.Design, name)
+        setattr(sos.Design, name, timed(kept[name]))
+    try:
+        yield spent
+    finally:
+        for name, method in kept.items():
+            setattr(sos.Design, name, method)

@@ -1,0 +1,175 @@
+"""Units and coordinates don't change a design, nor a refusal.
+
+The feasible set's centre is the same in all coordinates, so the gain
+transforms as a gain must: time and units by 1e-6 to 1e6, other
+coordinates, other mixtures of inputs and integrators. A region alone
+leaves the set without a bound; the block "scale" that bounds it belongs
+to the frame, so there only units are tested, to the frame's digits.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import sosbook as sos
+from tests.random_plants import Units
+
+some = settings(max_examples=8, derandomize=True, deadline=None)
+powers = st.floats(-6, 6)
+seeds = st.integers(0, 10**6)
+
+ROBOT = sos.SecondOrderSystem(
+    M=np.diag([10, 11]), D=[[4, 1], [1, 5]], S=[[8, 4], [-4, 9]],
+    B=np.eye(2), F=np.eye(2))
+STIFFER = sos.SecondOrderSystem(
+    M=ROBOT.M, D=1.2 * ROBOT.D, S=1.3 * ROBOT.S, B=ROBOT.B, F=ROBOT.F)
+HEAVIER = sos.SecondOrderSystem(
+    M=1.2 * ROBOT.M, D=ROBOT.D, S=ROBOT.S, B=ROBOT.B, F=ROBOT.F)
+CART = sos.SecondOrderSystem(  # one input, unstable
+    M=[[2, 1], [1, 1]], D=np.diag([0.1, 0]), S=np.diag([0, -3]),
+    B=[[1], [0]], F=[[1], [0]])
+LIGHT = sos.SecondOrderSystem(  # no mass in the second coordinate
+    M=np.diag([2, 0]), D=np.eye(2), S=[[2, -1], [-1, 1]],
+    B=[[0], [1]], F=[[1], [0]])
+REGION = sos.PoleRegion(sigma=0.5, theta=np.pi / 3, rho=6)
+START = [0.2, 0.1, 0, 0, 0, 0]
+
+REQUESTS = {
+    "gamma": (ROBOT, dict(U=np.eye(2), region=REGION, gamma=0.5)),
+    "saturation": (ROBOT, dict(
+        U=np.eye(2), region=REGION, gamma=0.5,
+        saturation=sos.Saturation(60, START))),
+    "saturation without gamma": (ROBOT, dict(
+        region=REGION, saturation=sos.Saturation(60, START[:4]))),
+    "polytope": (
+        sos.Polytope([ROBOT, STIFFER]),
+        dict(U=np.eye(2), region=REGION, gamma=0.5)),
+    "uncertain mass": (
+        sos.Polytope([ROBOT, HEAVIER]),
+        dict(region=REGION, gamma=0.5,
+             saturation=sos.Saturation(90, START[:4]))),
+    "one input": (CART, dict(
+        U=[[1, 0]], region=sos.PoleRegion(0.2, None, 8), gamma=8)),
+    "singular mass": (LIGHT, dict(
+        K_A=np.array([[0, -2.0]]), region=sos.PoleRegion(0.3, None, 8),
+        gamma=5)),
+}
+ENDLESS = {
+    "region": (ROBOT, dict(region=REGION)),
+    "region and integrators": (ROBOT, dict(U=np.eye(2), region=REGION)),
+    "region of a polytope": (
+        sos.Polytope([ROBOT, HEAVIER]), dict(region=REGION)),
+}
+REFUSED = {
+    "region and gamma": (ROBOT, dict(
+        region=sos.PoleRegion(rho=6), gamma=1e-3)),
+    "too little force": (CART, dict(
+        region=sos.PoleRegion(0.2, None, 8),
+        saturation=sos.Saturation(0.1, [0, 1, 0, 0]))),
+    "polytope and saturation": (
+        sos.Polytope([ROBOT, HEAVIER]),
+        dict(region=REGION, saturation=sos.Saturation(1, START[:4]))),
+    "out of reach": (
+        sos.SecondOrderSystem(
+            np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]]), {}),
+}
+
+
+def size(plant, asked):
+    return plant.n, plant.m, len(asked.get("U", ()))
+
+
+@cache
+def plain(name):
+    plant, asked = (REQUESTS | ENDLESS | REFUSED)[name]
+    return sos.design_pid(plant, **asked)
+
+
+def same_design(name, units, tolerance=1e-6):
+    """The design in these units is the one in plain units."""
+    plant, asked = (REQUESTS | ENDLESS)[name]
+    here = plain(name)
+    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
+    assert here.status == there.status == "feasible"
+    back = units.Q @ there.K @ units.state
+    assert np.abs(back - here.K).max() <= tolerance * np.abs(here.K).max()
+    assert there.certify(9).proven
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+@some
+@given(powers, powers, powers, powers, powers)
+def test_units(name, time, length, force, signal, integral):
+    """Seconds, metres, newtons, volts, and those of the integrators."""
+    n, m, a = size(*REQUESTS[name])
+    same_design(name, Units(
+        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
+        10**signal * np.eye(m), 10**integral * np.eye(a)))
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+@some
+@given(powers, powers, powers, powers, powers)
+def test_units_of_a_set_without_bound(
+        name, time, length, force, signal, integral):
+    n, m, a = size(*ENDLESS[name])
+    same_design(name, Units(
+        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
+        10**signal * np.eye(m), 10**integral * np.eye(a)), 1e-4)
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+@some
+@given(seeds)
+def test_coordinates(name, seed):
+    """z -> T z, rows, inputs and integrators mixed.
+
+    T stays a rotation where gamma measures z, Q where u_max measures u.
+    """
+    plant, asked = REQUESTS[name]
+    n, m, a = size(plant, asked)
+    rng = np.random.default_rng(seed)
+
+    def rotation(k):
+        return np.linalg.qr(rng.standard_normal((k, k)))[0]
+
+    def regular(k):
+        return rotation(k) * 10 ** rng.uniform(-1, 1, k) @ rotation(k)
+
+    T = rotation(n) if "gamma" in asked else regular(n)
+    Q = rotation(m) if "saturation" in asked else regular(m)
+    same_design(name, Units(1.0, T, regular(n), Q, regular(a)))
+
+
+@pytest.mark.parametrize("name", REFUSED)
+@some
+@given(powers, powers, powers, powers)
+def test_a_refusal_stays_one(name, time, length, force, signal):
+    plant, asked = REFUSED[name]
+    n, m, a = size(plant, asked)
+    units = Units(
+        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
+        10**signal * np.eye(m), np.eye(a))
+    here = plain(name)
+    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
+    assert here.status == there.status == "infeasible"
+    if here.infeasibility is not None and here.infeasibility.proven:
+        assert there.infeasibility.proven
+
+
+def test_time_scaling_needs_square_roots():
+    """P is only the same if w keeps its energy: F sqrt(w0)."""
+    plant, asked = REQUESTS["saturation"]
+    units = Units(0.5, np.eye(2), np.eye(2), np.eye(2), np.eye(2))
+    slow = units.plant(plant)
+    careless = sos.SecondOrderSystem(
+        slow.M, slow.D, slow.S, slow.B, plant.F)
+    there = units.requirements(asked)
+    K = sos.design_pid(plant, **asked).K
+    other = sos.design_pid(careless, **there | {"gamma": asked["gamma"]}).K
+    good = sos.design_pid(slow, **there).K
+    assert np.allclose(units.Q @ good @ units.state, K, rtol=1e-6)
+    assert not np.allclose(units.Q @ other @ units.state, K, rtol=1e-2)

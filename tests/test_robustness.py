@@ -1,0 +1,240 @@
+"""Random requests of known verdict: no wrong answer, all of them backed."""
+
+import doctest
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import sosbook as sos
+from benchmarks import plants
+from benchmarks.robustness import Row, judge, summary
+from sosbook.analysis import hinf_norm, peak_input, poles
+from sosbook.descriptor import descriptors
+from sosbook.proof import prove
+from sosbook.request import Request
+from tests.random_plants import KINDS, Units, random_case, random_request
+
+LARGEST = 4  # degrees of freedom; the benchmark goes to 8
+SEEDS = range(84)
+
+
+@cache
+def known(seed):
+    return random_case(seed, LARGEST)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_answer_is_right_and_backed(seed):
+    """Certified, or excluded by multipliers or a mode out of reach."""
+    case = known(seed)
+    row = judge(case)
+    assert row.verdict == case.verdict, case.reason
+    assert row.backing != "none"
+
+
+@pytest.mark.parametrize("seed", range(0, 84, 7))
+def test_a_witness_is_a_proof(seed):
+    """What is called feasible by construction is, without a solver."""
+    case = known(seed)
+    if case.verdict == "infeasible":
+        assert case.witness is None
+        return
+    if case.witness is None:  # a mode just inside, or Riccati's
+        assert "out of reach" in case.reason
+        return
+    request = Request(case.plant, **case.requirements)
+    assert prove(request, *case.witness, 17).proven
+
+
+def test_a_witness_keeps_its_promises_in_the_loop():
+    """The LMIs aside: poles, norm and peak of the known gains."""
+    seen = set()
+    for seed in range(0, 60, 3):
+        case = known(seed)
+        K, _ = case.witness
+        asked = case.requirements
+        for d in descriptors(
+                case.plant, asked.get("U"), asked.get("K_A")):
+            found = poles(d, K)
+            assert found.real.max() < 0
+            if "region" in asked:
+                seen.add("region")
+                assert asked["region"].contains(found)
+            if "gamma" in asked:
+                seen.add("gamma")
+                assert hinf_norm(d, K) < asked["gamma"]
+            if "saturation" in asked:
+                seen.add("saturation")
+                limit = asked["saturation"]
+                assert peak_input(d, K, limit.x0) <= limit.u_max
+    assert seen == {"region", "gamma", "saturation"}
+
+
+def test_the_same_seed_makes_the_same_request():
+    for seed in range(6):
+        one, two = random_case(seed), random_case(seed)
+        plant, asked = random_request(seed)
+        for v, w, x in zip(
+                one.plant.vertices, two.plant.vertices, plant.vertices):
+            for name in "MDSBF":
+                assert np.array_equal(getattr(v, name), getattr(w, name))
+                assert np.array_equal(getattr(v, name), getattr(x, name))
+        assert one.requirements.keys() == asked.keys()
+        assert one.reason == two.reason
+        assert one.kind == KINDS[seed % 3]
+
+
+def test_the_seeds_cover_what_they_should():
+    cases = [known(seed) for seed in SEEDS]
+    asked = [c.requirements for c in cases]
+    for name in ("U", "gamma", "region", "saturation", "K_A"):
+        assert 0 < sum(name in a for a in asked) < len(cases)
+    vertices = {len(c.plant.vertices) for c in cases}
+    assert vertices == {1, 2, 3, 4}
+    uncertain = [
+        c for c in cases if len(c.plant.vertices) > 1 and not np.array_equal(
+            c.plant.vertices[0].M, c.plant.vertices[1].M)]
+    assert uncertain
+    rates = [c.units.w0 for c in cases]
+    assert min(rates) < 1e-5
+    assert max(rates) > 1e5
+    marginal = [c.verdict for c in cases if c.kind == "marginal"]
+    assert {"feasible", "infeasible"} == set(marginal)
+
+
+def test_units_are_a_change_of_numbers_only():
+    """Poles, norm and peak of a loop, in units of our own."""
+    plant, asked = _robot()
+    rng = np.random.default_rng(1)
+    units = Units(
+        50.0, 0.02 * np.linalg.qr(rng.standard_normal((2, 2)))[0],
+        rng.standard_normal((2, 2)), 7 * np.eye(2), np.diag([3.0, 0.1]))
+    there = units.requirements(asked)
+    K = sos.thesis.example_1().K
+    d, = descriptors(plant, asked["U"])
+    e, = descriptors(units.plant(plant), there["U"])
+    gain = units.gain(K)
+    assert np.allclose(
+        np.sort_complex(poles(e, gain)),
+        np.sort_complex(poles(d, K)) / 50.0, rtol=1e-9)
+    share = hinf_norm(d, K) / asked["gamma"]
+    assert np.isclose(hinf_norm(e, gain) / there["gamma"], share)
+    old, new = asked["saturation"], there["saturation"]
+    share = peak_input(d, K, old.x0) / old.u_max
+    assert np.isclose(peak_input(e, gain, new.x0) / new.u_max, share)
+
+
+def _robot():
+    ex = sos.thesis.example_1()
+    given = {k: v for k, v in ex.requirements.items() if v is not None}
+    return ex.plant, given
+
+
+def test_the_summary_counts_what_is_wrong():
+    def row(seed, known, verdict, backing, seconds=0.1):
+        return Row(seed, "feasible", known, "", 2, 1, 1, verdict, backing,
+                   seconds)
+
+    found = summary([
+        row(1, "feasible", "feasible", "6 digits"),
+        row(2, "feasible", "infeasible", "float multipliers"),
+        row(3, "infeasible", "feasible", "none", 3.0),
+        row(4, "infeasible", "feasible", "12 digits"),
+        row(5, "feasible", "undecided", "none"),
+        row(6, "feasible", "error: ValueError: x", "none"),
+    ])
+    assert found["wrong"] == {
+        "feasible, called infeasible": [2],
+        "infeasible, called feasible": [3],
+    }
+    assert found["known verdict disproven"] == [4]
+    assert found["undecided"] == [5]
+    assert list(found["errors"]) == ["6"]
+    assert found["feasible, not certified"] == [3]
+    assert found["seconds"]["above 2 s"] == [3]
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5])
+def test_chain(n):
+    """Feasible, and the open loop alone breaks every requirement."""
+    plant, asked = plants.chain(n)
+    d = sos.design_pid(plant, **asked)
+    assert d.status == "feasible"
+    assert d.certify().proven
+    kept = asked["region"].distances(plant.poles())
+    assert kept["half-plane"].min() < 0
+    assert kept["sector"].min() < 0
+    still = hinf_norm(
+        descriptors(plant)[0], np.zeros((plant.m, 2 * n)))
+    assert still > asked["gamma"]
+
+
+@pytest.mark.parametrize("n", [2, 6, 7, 50, 200])
+def test_chain_of_any_size(n):
+    """The modes stay between the same frequencies, and controllable."""
+    plant, asked = plants.chain(n)
+    assert plant.m == plant.p == len(asked["U"]) == max(1, n // 4)
+    rates = np.abs(plant.poles())
+    assert 1 < rates.min() < rates.max() < np.sqrt(5)
+    shapes = np.linalg.eigh(plant.S)[1]  # M = I, D commutes with S
+    reached = np.linalg.norm(plant.B.T @ shapes, axis=0)
+    assert reached.min() > 0.01 / n
+
+
+def test_chain_needs_two_masses():
+    with pytest.raises(ValueError, match="n = 1 must be 2 or more"):
+        plants.chain(1)
+
+
+def test_beam():
+    """Rates as Euler and Bernoulli's; stiffness that grows like n^4."""
+    plant, _ = plants.beam(8)
+    rates = np.sort(np.unique(np.abs(plant.poles()).round(6)))
+    assert np.allclose(rates[:2], [1.8751**2, 4.6941**2], rtol=1e-3)
+    pairs = (plants.beam(n)[0] for n in (8, 16))
+    low, high = (eigh(p.S, p.M, eigvals_only=True)[-1] for p in pairs)
+    assert 15 < high / low < 17
+    bent = np.linalg.solve(plant.S, plant.F)[-2, 0]
+    assert np.isclose(bent, 1 / 3)  # F l^3 / (3 E I)
+    with pytest.raises(ValueError, match="n = 0 must be 1 or more"):
+        plants.beam(0)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_a_beam_is_designed(n):
+    plant, asked = plants.beam(n)
+    d = sos.design_pid(plant, **asked)
+    assert d.status == "feasible"
+    assert d.certify().proven
+
+
+@pytest.mark.parametrize("name", plants.public())
+def test_public_plants(name):
+    plant, asked = plants.public()[name]
+    d = sos.design_pid(plant, **asked)
+    assert d.status == "feasible"
+    assert d.certify().proven
+
+
+def test_the_bicycle_balances_itself_where_it_should():
+    """Stable between 4.292 and 6.024 m/s (Meijaard et al., 2007)."""
+    def right(speed):
+        return plants.bicycle(speed)[0].poles().real.max()
+
+    for inside, outside in ((4.293, 4.291), (6.024, 6.026)):
+        assert right(inside) < 0 < right(outside)
+
+
+def test_the_wing_flutters():
+    """NLEVP's wing: one pair right of the axis, 0.0947 +- 2.5229i."""
+    poles = plants.wing()[0].poles()
+    unstable = poles[poles.real > 0]
+    assert np.allclose(
+        np.sort_complex(unstable), [0.0947 - 2.5229j, 0.0947 + 2.5229j],
+        atol=1e-4)
+
+
+def test_the_examples_of_the_plants():
+    assert doctest.testmod(plants).failed == 0

@@ -1,0 +1,180 @@
+"""The structure of LMI blocks against their plain derivatives."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import sosbook as sos
+from sosbook.frame import Frame
+from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi import stacks as stacks_module
+from sosbook.lmi.blocks import Blocks
+from sosbook.lmi.kronecker import Hessian
+from sosbook.lmi.newton import Newton
+from sosbook.lmi.stacks import Stacked
+from sosbook.lmi.structure import structure, unfold
+from sosbook.request import Request
+
+EXAMPLES = {
+    f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
+    for k in (1, 2, 3, 4) for coupling in ("pairs", "slack")
+}
+
+
+@pytest.fixture(params=EXAMPLES)
+def case(request):
+    """Blocks of an example, a random point, and slopes with a lift."""
+    make, coupling = EXAMPLES[request.param]
+    example = make()
+    more = {"slack": 0.1} if coupling == "slack" else {}
+    asked = Request(
+        example.plant, coupling=coupling, **example.requirements, **more)
+    expressions, unknowns = asked.in_unknowns(
+        Frame.of(asked), asked.gamma and asked.gamma**2)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    x = np.random.default_rng(1).standard_normal(blocks.variables + 1)
+    x[-1] = -1e4  # lifts all blocks until they are positive definite
+    return blocks, x
+
+
+def lifted(blocks, x):
+    lift = [-np.eye(len(c)) for c in blocks.constants]
+    slopes = [
+        np.concatenate([s, e[None]]) for s, e in zip(blocks.slopes, lift)]
+    G = [g + x[-1] * e for g, e in zip(blocks(x[:-1]), lift)]
+    return lift, slopes, G
+
+
+@pytest.mark.parametrize("entries", [0, 1e9], ids=["sums", "table"])
+def test_values_and_gradients_are_those_of_the_slopes(
+    case, entries, monkeypatch
+):
+    monkeypatch.setattr(stacks_module, "TABLE", entries)
+    blocks, x = case
+    lift, slopes, G = lifted(blocks, x)
+    stacked = Stacked(blocks, lift)
+    found = stacked.unstacked(stacked.at(x))
+    for mine, plain in zip(found, G, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+    W = [np.linalg.inv(g) for g in G]
+    plain = sum(np.tensordot(s, w, 2) for s, w in zip(slopes, W))
+    mine = stacked.adjoint([np.linalg.inv(g) for g in stacked.at(x)])
+    assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+
+
+def test_the_hessian_is_that_of_the_slopes(case):
+    blocks, x = case
+    lift, slopes, G = lifted(blocks, x)
+    W = [np.linalg.inv(g) for g in G]
+    plain = sum(
+        np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
+        for s, w in zip(slopes, W)
+    )
+    stacked = Stacked(blocks, lift)
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
+    mine = Hessian(stacked)(roots)
+    assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+
+
+def test_sizes_are_those_of_the_slopes(case):
+    blocks, _ = case
+    for c, s, d in zip(blocks.constants, blocks.slopes, blocks.sizes):
+        size = np.abs(np.diag(c)) + np.sqrt(
+            (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0))
+        assert (abs(np.log2(size * d**2)) <= 1 + 1e-9).all()
+
+
+def test_the_sector_is_one_hermitian_block():
+    """(2.20): twice the size, each eigenvalue twice."""
+    ex = sos.thesis.example_1()
+    asked = Request(ex.plant, U=ex.U, region=sos.PoleRegion(theta=0.7))
+    expressions, unknowns = asked.in_unknowns(Frame.of(asked), None)
+    _, _, parts = structure(expressions.values(), unknowns)
+    folded = dict(zip(expressions, parts))["sector"]
+    assert folded.weight == 2
+    assert folded.constant.shape == (6, 6)
+    assert len(folded.products) == 2  # one in P, one in Y
+    blocks = Blocks.of(expressions.values(), unknowns)
+    x = np.random.default_rng(0).standard_normal(blocks.variables)
+    stacked = Stacked(blocks)
+    for s, stack in zip(stacked.stacks, stacked.at(x)):
+        if s.weight == 2:
+            twice = np.repeat(np.linalg.eigvalsh(stack[0]), 2)
+            real = np.linalg.eigvalsh(unfold(stack[0]))
+            assert_allclose(np.sort(twice), real, atol=1e-12)
+
+
+def test_a_half_plane_is_one_product():
+    """-(2 sigma E P E' + A P E' + E P A') = L P E' + (L P E')'."""
+    P = Unknown("P", 3, symmetric=True)
+    A = np.random.default_rng(3).standard_normal((3, 3))
+    _, _, (part,) = structure([-he(A @ P) - 2 * 0.3 * P], [P])
+    (product,) = part.products
+    assert_allclose(product.left @ product.right, -A - 0.3 * np.eye(3))
+
+
+def test_numbers_and_matrices_may_be_mixed():
+    """max t with [[X, t C], [t C', I]] > 0: an unknown in the middle."""
+    X, t = Unknown("X", 2, symmetric=True), Unknown("t", 1)
+    Y = Unknown("Y", 2, 3)
+    C = np.arange(6.0).reshape(2, 3)
+    g = block([[X, t * C + Y], [(t * C + Y).T, 5 * eye(3)]])
+    blocks = Blocks.of([g, X], [X, t, Y])
+    x = np.concatenate([X.pack(9 * np.eye(2)), [0.1], np.full(6, 0.2)])
+    stacked = Stacked(blocks)
+    for mine, plain in zip(stacked.unstacked(stacked.at(x)), blocks(x)):
+        assert_allclose(mine, plain)
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
+    W = [np.linalg.inv(g) for g in blocks(x)]
+    plain = sum(
+        np.einsum("aij,jk,bkl,li->ab", s, w, s, w)
+        for s, w in zip(blocks.slopes, W))
+    assert_allclose(Hessian(stacked)(roots), plain, atol=1e-14)
+
+
+def chain(n):
+    T = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    B = np.eye(n)[:, ::4]
+    plant = sos.SecondOrderSystem(
+        np.eye(n), 0.1 * np.eye(n) + 0.05 * T, np.eye(n) + T, B, B)
+    region = sos.PoleRegion(0.1, np.radians(86), 4)
+    return plant, dict(U=B.T, region=region, gamma=0.2)
+
+
+def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
+    plant, asked = chain(4)
+    request = Request(plant, **asked)
+    expressions, unknowns = request.in_unknowns(Frame.of(request), 0.04)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    x = sos.lmi.centre.phase_one(blocks).x
+    direct = Newton(blocks)
+    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 1)
+    iterative = Newton(blocks)
+    assert iterative.iterative and not direct.iterative
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in direct.at(x)]
+    g = np.random.default_rng(0).standard_normal(len(x))
+    wanted = direct.solver(roots, x)(g)
+    found = iterative.solver(roots, x)(g, 1e-8)
+    assert iterative.iterations[0] < 150
+    assert_allclose(found, wanted, atol=1e-5 * abs(wanted).max())
+
+
+def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
+    plant, asked = chain(12)
+    found = sos.design_pid(plant, **asked)
+    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 10**6)
+    wanted = sos.design_pid(plant, **asked)
+    assert found.certify().proven and wanted.certify().proven
+    assert_allclose(found.K, wanted.K, atol=1e-4 * abs(wanted.K).max())
+
+
+def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):
+    """Where conjugate gradients fail the answer is the same."""
+    plant, asked = chain(4)
+    wanted = sos.design_pid(plant, **asked)
+    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 1)
+    monkeypatch.setattr(
+        "sosbook.lmi.newton._conjugate_gradients",
+        lambda *words: (None, 300))
+    found = sos.design_pid(plant, **asked)
+    assert_allclose(found.K, wanted.K, atol=1e-8 * abs(wanted.K).max())
