@@ -59,6 +59,10 @@ class Task:
         unknowns = self.unknowns
         return list(self.blocks(*unknowns).values()), unknowns
 
+    def first(self, unknowns):
+        """sosbook's first guess, a vector of variables."""
+        return self.frame.guess(unknowns)
+
     def home(self, P, Y):
         """P and Y in the plant's own coordinates."""
         P = (P + P.T) / 2

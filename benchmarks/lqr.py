@@ -83,6 +83,9 @@ class LqrTask:
         unknowns = self.unknowns
         return list(self.blocks(*unknowns).values()), unknowns
 
+    def first(self, unknowns):
+        return None
+
     def cost(self):
         """The trace of J in the free entries of P, Y, J."""
         *others, J = self.unknowns

@@ -88,7 +88,7 @@ class Sosbook(Peer):
 
     def solve(self, data):
         task, blocks, unknowns = data
-        phase = phase_one(blocks)
+        phase = phase_one(blocks, start=task.first(unknowns))
         if phase.x is None:
             raise NoAnswer(phase.verdict)
         return unpacked(unknowns, self.finish(task, blocks, phase.x))

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cholesky, solve_continuous_are
 
-from .descriptor import mean_descriptor
 from .lmi.certificate import round_digits
 
 __all__ = ["Frame", "typical_rate"]
@@ -18,17 +17,19 @@ class Frame:
     The blocks only undergo congruences: neither the feasible set nor
     its centre depends on the frame, only the accuracy does. Entries
     are rounded to six digits, which keeps exact arithmetic short.
+    `gain` is that of the Riccati equation, v = gain xi.
     """
 
     left: np.ndarray
     T: np.ndarray
     back: np.ndarray
     scale: float
+    gain: np.ndarray = None
 
     @classmethod
     def of(cls, request):
         """From the Riccati equation of the mean vertex."""
-        mean = _typical(request.vertices)
+        mean = _typical(request)
         A, B, Bw = mean.state_space()
         omega = typical_rate(request)
         weight = _energy(request, omega)
@@ -40,8 +41,9 @@ class Frame:
                 shift / omega, B / omega, np.diag(weight), effort
             )
             T = np.linalg.inv(cholesky(X, lower=True)).T
+            gain = -np.linalg.solve(effort, B.T @ X) / omega
         except (np.linalg.LinAlgError, ValueError):  # no such solution
-            T = np.diag(1 / np.sqrt(weight))
+            T, gain = np.diag(1 / np.sqrt(weight)), None
         size = 0.0
         if request.saturation is not None:
             start = np.linalg.solve(T, request.saturation.x0)
@@ -52,22 +54,31 @@ class Frame:
             size = max(size, push / omega)
         T = T * np.sqrt(size or 1.0)
         push = np.linalg.solve(mean.E @ T, mean.Bu)
-        return cls.at(request, T, omega / (np.linalg.norm(push, 2) or 1.0))
+        scale = omega / (np.linalg.norm(push, 2) or 1.0)
+        gain = None if gain is None else gain @ T / scale
+        return cls.at(request, T, scale, gain)
 
     @classmethod
-    def at(cls, request, T, scale):
+    def at(cls, request, T, scale, gain=None):
         """With given coordinates of x and u."""
         T = round_digits(T, 6)
-        left = np.linalg.inv(mean_descriptor(request.vertices).E @ T)
+        left = np.linalg.inv(request.mean.E @ T)
         return cls(
             round_digits(left, 6), T, round_digits(np.linalg.inv(T), 6),
-            float(round_digits(scale, 6)),
+            float(round_digits(scale, 6)), gain,
         )
 
+    def guess(self, unknowns):
+        """Variables to start from: P = I and Y = gain; None for others."""
+        values = {"P": np.eye(len(self.T)), "Y": self.gain}
+        if self.gain is None or {u.name for u in unknowns} - values.keys():
+            return None
+        return np.concatenate([u.pack(values[u.name]) for u in unknowns])
 
-def _typical(vertices):
+
+def _typical(request):
     """The mean vertex; the first one where the mean has hardly an input."""
-    mean = mean_descriptor(vertices)
+    mean, vertices = request.mean, request.vertices
     most = max(np.linalg.norm(d.Bu) for d in vertices)
     return mean if np.linalg.norm(mean.Bu) > 0.1 * most else vertices[0]
 
@@ -81,7 +92,7 @@ def typical_rate(request):
     for part in request.parts:
         if part.implies_stability and part.alpha[0, 0] > 0:
             return 2 * part.alpha[0, 0] / part.beta[0, 0]
-    A, _, _ = mean_descriptor(request.vertices).state_space()
+    A, _, _ = request.mean.state_space()
     return np.abs(np.linalg.eigvals(A)).max() or 1.0
 
 

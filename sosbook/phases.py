@@ -68,7 +68,8 @@ def search(request, objective=()):
         )
         blocks = Blocks.of(
             expressions.values(), [*unknowns, *free.values()])
-        phase = phase_one(blocks)
+        first = None if objective else frame.guess(unknowns)
+        phase = phase_one(blocks, start=first)
         tried.append((phase, frame, blocks, unknowns, units))
         if phase.x is not None:
             return tried[-1]
@@ -181,7 +182,7 @@ def follow(request, start):
         frame, square(request.gamma))
     blocks = Blocks.of(expressions.values(), unknowns)
     x = _packed(request, frame, unknowns, start)
-    phase = phase_one(blocks, start=x)
+    phase = phase_one(blocks, start=x, multipliers=False)
     if phase.x is None:
         return None
     try:

@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -156,6 +157,11 @@ class Request:
         """2n + a, the number of states."""
         return len(self.vertices[0].E)
 
+    @cached_property
+    def mean(self):
+        """The mean vertex, or the first one: see `mean_descriptor`."""
+        return mean_descriptor(self.vertices)
+
     @property
     def parts(self):
         """The parts of the region."""
@@ -299,7 +305,7 @@ class Request:
             for d, v in zip(vertices, self.plant.vertices):
                 inertia = number(v.M) - number(v.B) @ K_A
                 d.E[n:2 * n, n:2 * n] = inertia
-        data = _Data(vertices, number(mean_descriptor(self.vertices).E))
+        data = _Data(vertices, number(self.mean.E))
         data.mu = number(np.array(self.mu)).item()
         if self.saturation is not None:
             data.x0 = number(self.saturation.x0)

@@ -55,9 +55,10 @@ def test_example_1_is_the_centre_that_cvxpy_finds():
     T = np.linalg.cholesky(d.P)
     blocks = d.request.blocks(T @ P @ T.T, 100 * Y @ T.T, ex.gamma**2)
     volume = sum(cvxpy.log_det((g + g.T) / 2) for g in blocks.values())
-    cvxpy.Problem(cvxpy.Maximize(volume)).solve(solver="CLARABEL")
+    sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), 1e-10)
+    cvxpy.Problem(cvxpy.Maximize(volume)).solve(solver="CLARABEL", **sharp)
     K = 100 * np.linalg.solve(P.value, Y.value.T).T @ np.linalg.inv(T)
-    assert np.abs(K - d.K).max() < 1e-3
+    assert np.abs(K - d.K).max() < 2e-4
 
 
 def test_gradient_of_the_barrier_vanishes_at_the_centre():

@@ -396,3 +396,9 @@ def test_rationals_multiply_unknowns():
     X = Unknown("X", 2)
     L, x = exact(np.array([[0.1, 2]])), exact(np.array([[3, 0.7], [1, 9]]))
     assert ((L @ X @ L.T).value({X: x}) == L @ x @ L.T).all()
+
+
+def test_a_sum_of_rationals_is_a_number():
+    total = exact(np.array([[0.5, 0.25], [0.125, 1.0]])).sum()
+    assert type(total) is type(exact(1.0))
+    assert {total} == {exact(1.875)}

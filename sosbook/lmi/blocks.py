@@ -58,6 +58,7 @@ class Blocks:
         other = object.__new__(Blocks)
         other.__dict__.update(self.__dict__, constants=list(constants))
         slots, numbers, parts = self.structure
+        vars(other).pop("newton", None)
         other.structure = slots, numbers, [
             p.with_constant(c) for p, c in zip(parts, constants)]
         return other

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .blocks import Blocks
-from .newton import Newton
-from .primal_dual import descend, raise_blocks
+from .newton import Newton, newton_of
+from .primal_dual import descend, positive, raise_blocks
 from .stacks import squares, transposed
 
 __all__ = [
@@ -148,7 +148,8 @@ class Phase:
     reach: float = 0.0
 
 
-def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None):
+def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None,
+              multipliers=True):
     """Find x with all G_k(x) > 0, or multipliers that exclude it.
 
     Maximises t subject to G_k(x) > t I along the central path, inside
@@ -166,28 +167,34 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None):
     radius, wide : float
         Of the balls.
     start : array, optional
-        Where to start from; 0 without it.
+        Where to start from, if that is better than 0.
     watch : callable, optional
         See `raise_blocks`.
+    multipliers : bool
+        Without them what isn't found feasible is "undecided", sooner.
 
     Returns
     -------
     Phase
     """
+    if start is not None and positive(newton_of(blocks).at(start)):
+        return Phase("feasible", x=start)
     given = blocks
     if not any(c.any() for c in blocks.constants):
         first = -np.eye(len(blocks.constants[0]))
         blocks = blocks.with_constants([first, *blocks.constants[1:]])
     # t is raised in units in which the blocks' diagonals are near one
     newton = Newton(blocks, [-np.diag(1 / d**2) for d in blocks.sizes])
-    x = np.zeros(blocks.variables) if start is None else start
-    least = _least(newton, blocks, x)
-    if start is not None and least > 0 and given is blocks:
-        return Phase("feasible", x=x)
-    x = np.append(x, min(least, 0) - (1 if start is None else abs(least)))
+    x = np.zeros(blocks.variables)
+    least, below = _least(newton, blocks, x), 1.0
+    if start is not None and (better := _least(newton, blocks, start)) > least:
+        x, least, below = start, better, max(abs(better), 0.1)
+    x = np.append(x, min(least, 0) - below)
     verdict, near = raise_blocks(newton, x, watch=watch)
     if verdict == "feasible":
         return Phase("feasible", x=near[:-1])
+    if not multipliers:
+        return Phase("undecided", near=near[:-1])
     weight = 1.0
     if verdict == "infeasible":
         near[-1] *= 2
@@ -288,7 +295,7 @@ def centre(blocks, x, watch=None):
     Unbounded
         If the set is unbounded: it has no centre.
     """
-    newton = Newton(blocks)
+    newton = newton_of(blocks)
     barrier = _Barrier(newton)
     zero, decrement = np.zeros(len(x)), 1.0
     # a step leaves decrement^2, or as much as its equations were solved to
@@ -327,7 +334,7 @@ def minimize(blocks, cost, x, gap=1e-6):
     Unbounded
         If no such point is found: the infimum is zero or isn't attained.
     """
-    newton = Newton(blocks)
+    newton = newton_of(blocks)
     found = descend(newton, x, cost, gap)
     if found is not None and _Barrier(newton).factors(found[0]) is not None:
         return found

@@ -36,6 +36,11 @@ class Rational(np.ndarray):
               [3/10, 51/50]], dtype=object)
     """
 
+    def __array_wrap__(self, array, context=None, return_scalar=False):
+        if array.ndim == 0:  # a sum is a number
+            return array[()]
+        return super().__array_wrap__(array, context, return_scalar)
+
     def __matmul__(self, other):
         if _both_matrices(self, other):
             return _array(_matrix(self) * _matrix(other))

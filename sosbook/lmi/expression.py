@@ -84,6 +84,8 @@ class Affine:
             raise TypeError("a product of two unknowns isn't affine")
         if np.ndim(factor) == 2:  # a 1 x 1 expression times a matrix
             return self._times_matrix(np.asarray(factor))
+        if np.ndim(factor) == 0 and factor == 0:
+            return Affine(factor * self.constant)
         terms = [
             Term(factor * t.left, t.unknown, t.transposed, t.right)
             for t in self.terms

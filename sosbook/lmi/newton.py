@@ -7,7 +7,7 @@ from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, squares
 
-__all__ = ["Newton"]
+__all__ = ["Newton", "newton_of"]
 
 DENSE = 450  # from here conjugate gradients are faster
 LARGEST = 6000  # most variables of a dense matrix (300 MB)
@@ -107,6 +107,13 @@ class Newton(Stacked):
             return dense(g)
 
         return solve
+
+
+def newton_of(blocks):
+    """The Newton of these blocks, made once."""
+    if "newton" not in vars(blocks):
+        blocks.newton = Newton(blocks)
+    return blocks.newton
 
 
 def _conjugate_gradients(times, g, precondition, tolerance, most=300):

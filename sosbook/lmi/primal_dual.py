@@ -10,7 +10,7 @@ import numpy as np
 
 from .stacks import squares, transposed
 
-__all__ = ["descend", "raise_blocks"]
+__all__ = ["descend", "positive", "raise_blocks"]
 
 
 class _Scaling:
@@ -33,12 +33,15 @@ class _Scaling:
     def diagonal(self):
         return self.lam[..., None] * np.eye(self.lam.shape[-1])
 
-    def longest(self, change):
-        """The longest step that keeps diag(lam) + step * change > 0."""
+    def longest(self, changes):
+        """For each change the longest step, 2 at most, that stays inside.
+
+        That is, with diag(lam) + step * change > 0.
+        """
         unit = 1 / np.sqrt(self.lam)
-        white = unit[..., None] * change * unit[:, None, :]
-        least = np.linalg.eigvalsh(white).min()
-        return np.inf if least >= 0 else -1 / least
+        white = unit[..., None] * np.array(changes) * unit[:, None, :]
+        least = np.linalg.eigvalsh(white)[..., 0].min(axis=-1)
+        return 1 / np.maximum(-least, 0.5)
 
     def divide(self, change):
         """T with (diag(lam) T + T diag(lam)) / 2 = change."""
@@ -76,7 +79,7 @@ def raise_blocks(newton, x, most=60, watch=None):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
-        if x[-1] > 0 and _positive(newton.at(x * level)):
+        if x[-1] > 0 and positive(newton.at(x * level)):
             return "feasible", x * level
         if x[-1] + 1.1 * state["gap"] < 0 and state["residual"] < 1e-6:
             return "infeasible", x
@@ -148,12 +151,12 @@ def _direction(newton, scales, S, Z, x, cost):
         ds = [s.shrink(d) for s, d in zip(scales, newton.along(dx))]
         return dx, ds, [t - d for t, d in zip(targets, ds)]
 
-    def longest(changes):
-        return min(s.longest(c) for s, c in zip(scales, changes))
+    def longest(*changes):
+        return np.min([s.longest(c) for s, *c in zip(scales, *changes)], 0)
 
     here = [s.diagonal() for s in scales]
     _, ds, dz = aim([-h for h in here])
-    primal, dual = min(1, longest(ds)), min(1, longest(dz))
+    primal, dual = np.minimum(1, longest(ds, dz))
     after = newton.inner(
         [h + primal * d for h, d in zip(here, ds)],
         [h + dual * d for h, d in zip(here, dz)],
@@ -165,13 +168,12 @@ def _direction(newton, scales, S, Z, x, cost):
         for s, h, a, b in zip(scales, here, ds, dz)
     ]
     dx, ds, dz = aim(targets)
-    return (
-        dx, [s.grow(d) for s, d in zip(scales, dz)],
-        min(1, 0.95 * longest(ds)), min(1, 0.95 * longest(dz)),
-    )
+    primal, dual = np.minimum(1, 0.95 * longest(ds, dz))
+    return dx, [s.grow(d) for s, d in zip(scales, dz)], primal, dual
 
 
-def _positive(stacks):
+def positive(stacks):
+    """Whether all matrices in all stacks are positive definite."""
     try:
         for s in stacks:
             np.linalg.cholesky(s)

@@ -109,7 +109,7 @@ def _stacks(parts):
     groups = {}
     for place, p in enumerate(parts):
         q = len(p.constant)
-        room = next((s for s in (4, 8, 12, 18, 24) if q <= s), q)
+        room = next((s for s in (4, 8, 12, 20) if q <= s), q)
         groups.setdefault((p.weight, room), []).append(place)
     return [
         _Stack(places, [parts[k] for k in places])

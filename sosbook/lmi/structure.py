@@ -179,37 +179,47 @@ def _part(g, matrices, single):
 
 
 def _factors(g, unknown):
-    """(L, R) of all terms in an unknown, the transposed ones flipped."""
-    found = []
+    """(L, R) of the terms in an unknown, the transposed ones flipped.
+
+    Those with the same R are one, with the sum of their L.
+    """
+    found = {}
     for t in g.terms:
-        if t.unknown is unknown and t.left.any() and t.right.any():
-            L, R = t.left.astype(float), t.right.astype(float)
-            found.append((R.T, L.T) if t.transposed else (L, R))
-    return found
+        if t.unknown is unknown:
+            L, R = np.asarray(t.left, float), np.asarray(t.right, float)
+            if t.transposed:
+                L, R = R.T, L.T
+            key = R.tobytes()
+            found[key] = (found[key][0] + L, R) if key in found else (L, R)
+    return [(L, R) for L, R in found.values() if L.any() and R.any()]
 
 
 def _is_hermitian(constant, slopes, factors, matrices):
     """Whether the block is [[X, Y], [-Y, X]] whatever the unknowns are."""
     q = len(constant)
-    if q % 2:
+    if q % 2 or not all(_commutes(g) for g in (constant, *slopes)):
         return False
     total = np.zeros((q, q))
     for k, (pairs, u) in enumerate(zip(factors, matrices)):
-        X = np.cos(1 + k + np.arange(u.shape[0] * u.shape[1]) ** 1.5)
-        X = X.reshape(u.shape)
-        X = X + X.T if u.symmetric else X
+        X = _some_matrix(k, *u.shape, u.symmetric)
         for L, R in pairs:
             total += L @ X @ R
-    total = total + total.T
-    return all(_commutes(g) for g in (constant, total, *slopes))
+    return _commutes(total + total.T)
+
+
+@lru_cache(64)
+def _some_matrix(k, rows, cols, symmetric):
+    """One without any structure of its own."""
+    X = np.cos(1 + k + np.arange(rows * cols) ** 1.5).reshape(rows, cols)
+    return X + X.T if symmetric else X
 
 
 def _commutes(g):
     h = len(g) // 2
-    size = np.abs(g).max(initial=0.0)
+    size = 1e-13 * abs(g).max()
     return (
-        np.abs(g[:h, :h] - g[h:, h:]).max() <= 1e-13 * size
-        and np.abs(g[:h, h:] + g[h:, :h]).max() <= 1e-13 * size
+        abs(g[:h, :h] - g[h:, h:]).max() <= size
+        and abs(g[:h, h:] + g[h:, :h]).max() <= size
     )
 
 
@@ -241,8 +251,9 @@ def _merged(pairs, symmetric):
 
 def _normal(L, R):
     """The right factor with a largest entry 1, and a key to find it."""
-    top = R.flat[np.abs(R).argmax()]
+    flat = R.ravel()
+    top = flat[abs(flat).argmax()]
     R = R / top
-    if np.iscomplexobj(R) and not np.abs(R.imag).max() > 1e-15:
+    if R.dtype == complex and not abs(R.imag).max() > 1e-15:
         R = R.real.copy()
-    return L * top, R, (R.shape, (np.round(R, 12) + 0.0).tobytes())
+    return L * top, R, (R.shape, (R.round(12) + 0.0).tobytes())

@@ -8,12 +8,12 @@ from ..atlas import HARDER_UP
 from ..design import Design, design_pid
 from ..frame import Frame
 from ..lmi.centre import Blocks, phase_one
+from ..phases import Solution, finish
 from ..regions import PoleRegion
 from ..request import Request
-from ..solve import Solution, finish
 
-__all__ = ["Ask", "Search", "certified", "refuted", "replaced",
-           "requirements", "round_numbers", "shown"]
+__all__ = ["Ask", "Search", "again", "certified", "refuted", "region_of",
+           "replaced", "requirements", "round_numbers", "shown"]
 
 # where the search starts if a requirement isn't asked
 START = {"sigma": 1.0, "theta": np.pi / 4, "rho": 10.0, "gamma": 1.0,
@@ -42,7 +42,7 @@ class Ask:
         known = self.known
         fixed = {k: v for k, v in self.options.items()
                  if k in ("K_A", "coupling")}
-        return Request(self.plant, self.U, _region(known) or None,
+        return Request(self.plant, self.U, region_of(known) or None,
                        known.get("gamma"), self.saturation, **fixed)
 
     def solve(self, near=None, **values):
@@ -52,12 +52,12 @@ class Ask:
         to the edge they are the better ones.
         """
         known = self.known | values
-        region = _region(known)
+        region = region_of(known)
         if region is None:
             return None
         searches = {self.options.get("coupling"), self.options.get("mu")}
         if near is not None and not searches & {"slack", "free"}:
-            return _follow(replaced(near.request, known), near)
+            return again(replaced(near.request, known), near)
         limit = self.saturation and replace(
             self.saturation, u_max=known["u_max"])
         return design_pid(self.plant, self.U, region or None,
@@ -274,7 +274,7 @@ def requirements(request):
     return _values(request.region, request.gamma, request.saturation)
 
 
-def _region(known):
+def region_of(known):
     """A PoleRegion, () if nothing is asked, None if it is empty."""
     box = {k: known[k] for k in ("sigma", "theta", "rho") if k in known}
     if box.get("rho", np.inf) <= box.get("sigma", 0):
@@ -282,7 +282,7 @@ def _region(known):
     return PoleRegion(**box) if box else ()
 
 
-def _follow(request, near):
+def again(request, near):
     """Solve in coordinates in which the P of a design nearby is I."""
     T = np.linalg.cholesky(near.P)
     T = T / np.abs(T).max()
@@ -300,6 +300,6 @@ def _follow(request, near):
 
 def replaced(request, known):
     return replace(
-        request, region=_region(known) or None, gamma=known.get("gamma"),
+        request, region=region_of(known) or None, gamma=known.get("gamma"),
         saturation=request.saturation and replace(
             request.saturation, u_max=known["u_max"]))

@@ -7,12 +7,18 @@ from ipywidgets import ToggleButtons
 
 from .. import thesis
 from ..chart import Chart
-from ..design import design_pid
 from ..nonlinear import arm_gravity, simulate_nonlinear
 from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
 from ..regions import PoleRegion
 from ..system import Polytope
-from .explorer import Explorer, gains_table, linear, note, page
+from .explorer import (
+    Explorer,
+    Follower,
+    gains_table,
+    linear,
+    note,
+    page,
+)
 
 __all__ = ["explore_swing"]
 
@@ -47,12 +53,14 @@ def explore_swing():
             options=[REST, STEPS], value=REST, description="task"),
     }
 
+    follow = Follower()
+
     def draw(phi_max, sigma, theta, rho, task):
         top = np.radians(phi_max)
         low = np.cos(top) if task == STEPS else np.sinc(phi_max / 180)
         arms = Polytope([thesis.arm(1.0), thesis.arm(float(low))])
         wanted = PoleRegion(sigma, np.radians(theta), rho)
-        design = design_pid(arms, ex.U, wanted)
+        design = follow(arms, ex.U, wanted)
         words = (
             f"<strong>{design.status}</strong> for factors from "
             f"{low:.3f} to 1. "

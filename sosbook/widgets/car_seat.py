@@ -7,7 +7,6 @@ import numpy as np
 from ..analysis import poles
 from ..chart import Chart
 from ..descriptor import descriptors
-from ..design import design_pid
 from ..plots import (
     BLUE,
     GREEN,
@@ -25,6 +24,7 @@ from ..system import Polytope
 from ..thesis import car_seat, example_2
 from .explorer import (
     Explorer,
+    Follower,
     gains_table,
     linear,
     log,
@@ -59,9 +59,11 @@ def explore_mass_range():
         "u_max": log("input bound u_max (N)", ex.saturation.u_max, 100, 2),
     }
 
+    follow = Follower()
+
     def draw(low, high, sigma, theta, rho, gamma, u_max):
         region = PoleRegion(sigma, np.radians(theta), rho)
-        design = design_pid(
+        design = follow(
             Polytope([car_seat(low), car_seat(high)]), ex.U, region, gamma,
             Saturation(u_max, ex.saturation.x0),
         )

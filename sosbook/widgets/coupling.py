@@ -4,11 +4,11 @@ import numpy as np
 
 from ..analysis import poles
 from ..chart import Chart
-from ..couplings import compare, inside, widen
+from ..couplings import READINGS, inside, widen
 from ..descriptor import descriptors
 from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
 from ..system import Polytope
-from .explorer import Explorer, linear, note, page
+from .explorer import Explorer, Follower, linear, note, page
 
 __all__ = ["explore_coupling"]
 
@@ -42,13 +42,16 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
     sliders = {"spread": linear(
         "mass spread (± percent)", 100 * full, 0, top, ".0f")}
 
+    follow = {name: Follower() for name in READINGS}
+
     def draw(spread):
         polytope = widen(plants, spread / 100 / full)
         charts, words = {}, []
         for order in (("vertices", "pairs"), ("slack",)):
-            found = compare(
-                polytope, order, region=region, slack=slack, **asked)
-            for name, design in found.items():
+            for name in order:
+                design = follow[name](
+                    polytope, region=region, coupling=name,
+                    slack=slack if name == "slack" else None, **asked)
                 charts[name], verdict = _one(name, design, region, count)
                 words.append(f"{name}: {verdict}")
             colour = VERMILLION if "<strong>" in str(words) else BLUE

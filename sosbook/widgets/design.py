@@ -5,7 +5,6 @@ import html
 import numpy as np
 
 from ..chart import Chart
-from ..design import design_pid
 from ..plots import (
     BLUE,
     COLOURS,
@@ -19,6 +18,7 @@ from ..regions import PoleRegion
 from ..request import Saturation
 from .explorer import (
     Explorer,
+    Follower,
     gains_table,
     linear,
     log,
@@ -64,12 +64,14 @@ def explore_design(plant, U=None, region=None, gamma=None,
         sliders["u_max"] = log(
             "input bound u_max", saturation.u_max, 10, 5)
 
+    follow = Follower()
+
     def draw(sigma=None, theta=None, rho=None, gamma=None, u_max=None):
         theta = None if theta is None else np.radians(theta)
         asked = {sigma, theta, rho} - {None}
         wanted = PoleRegion(sigma, theta, rho) if asked else None
         bound = u_max and Saturation(u_max, saturation.x0)
-        design = design_pid(plant, U, wanted, gamma, bound, K_A, coupling)
+        design = follow(plant, U, wanted, gamma, bound, K_A, coupling)
         yield _design_page(design, wanted)
         if design.status != "feasible":
             yield _design_page(design, wanted, design.advice)

@@ -6,9 +6,13 @@ import html
 import ipywidgets
 import numpy as np
 
+from ..design import design_pid
 from ..plots import BLUE, INK, VERMILLION, smallest_of_each
 
-__all__ = ["Explorer", "gains_table", "linear", "log", "margins_table", "note", "page"]
+__all__ = [
+    "Explorer", "Follower", "gains_table", "linear", "log", "margins_table",
+    "note", "page",
+]
 
 
 class Explorer(ipywidgets.VBox):
@@ -53,6 +57,23 @@ class Explorer(ipywidgets.VBox):
                 self.picture.value = page
         except ValueError as error:  # e.g. an empty region
             self.picture.value = note(html.escape(str(error)))
+
+
+class Follower:
+    """`design_pid` for a slider: each design starts from the last.
+
+    The answer is that of `design_pid` alone, it only comes sooner: a
+    design is the analytic centre of what is asked, and there is one.
+    """
+
+    def __init__(self):
+        self.last = None
+
+    def __call__(self, *asked, **more):
+        design = design_pid(*asked, start=self.last, **more)
+        if design.status == "feasible":
+            self.last = design
+        return design
 
 
 def _when_idle(function, seconds=0.25):

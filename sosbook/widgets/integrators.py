@@ -6,10 +6,16 @@ import ipywidgets
 import numpy as np
 
 from ..chart import Chart
-from ..design import design_pid
 from ..integrators import admissible_U
 from ..plots import BLUE, COLOURS, GREY, VERMILLION
-from .explorer import Explorer, gains_table, linear, note, page
+from .explorer import (
+    Explorer,
+    Follower,
+    gains_table,
+    linear,
+    note,
+    page,
+)
 
 __all__ = ["explore_integrators"]
 
@@ -50,6 +56,8 @@ def explore_integrators(family, value, low, high, region=None,
         "value": linear(name, value, low, high),
     }
 
+    follow = {channels: Follower() for channels in choices.values()}
+
     def draw(channels, value):
         plant = family(value)
         U = np.eye(plant.n)[list(channels)]
@@ -63,7 +71,7 @@ def explore_integrators(family, value, low, high, region=None,
                        one != channels, _name(one))
         chart.marks([value], [choice.distance], VERMILLION, "circle")
         try:
-            design = design_pid(plant, U, region)
+            design = follow[channels](plant, U, region)
         except ValueError as error:
             words = f"<strong>inadmissible</strong>. {html.escape(str(error))}"
             yield note(words) + page(chart.svg())

@@ -5,10 +5,17 @@ import html
 import numpy as np
 
 from ..chart import Chart
-from ..design import design_pid
 from ..plots import BLUE, INK, SKY, VERMILLION, ellipse_outline
 from ..request import Saturation
-from .explorer import Explorer, gains_table, linear, log, note, page
+from .explorer import (
+    Explorer,
+    Follower,
+    gains_table,
+    linear,
+    log,
+    note,
+    page,
+)
 
 __all__ = ["explore_saturation"]
 
@@ -32,9 +39,11 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
         "scale": linear("x(0), times", 1.0, 0.1, 3.0),
     }
 
+    follow = Follower()
+
     def draw(u_max, scale):
         bound = Saturation(u_max, scale * saturation.x0)
-        design = design_pid(plant, U, region, gamma, bound)
+        design = follow(plant, U, region, gamma, bound)
         if design.status != "feasible":
             words = f"<strong>{design.status}</strong>."
             yield note(words)
