@@ -40,6 +40,8 @@ EXPLORERS = {
           " robot.saturation)",
     "integrators": "explore_integrators(family, 0.5, -1, 2)",
     "regularization": "explore_regularization(chain.plant)",
+    "steps": "explore_steps(lambda k: (robot.plant, robot.requirements"
+             " | {'gamma': k}), [2, 3])",
 }
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 

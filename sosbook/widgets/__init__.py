@@ -17,6 +17,7 @@ from .region import explore_region
 from .regularization import explore_regularization
 from .saturation import explore_saturation
 from .segment import explore_segment
+from .steps import explore_steps
 
 __all__ = [
     "Explorer",
@@ -30,5 +31,6 @@ __all__ = [
     "explore_regularization",
     "explore_saturation",
     "explore_segment",
+    "explore_steps",
     "explore_swing",
 ]
