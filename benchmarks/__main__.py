@@ -1,6 +1,6 @@
 """Measure sosbook against its peers; write benchmarks/results.json.
 
-    python -m benchmarks            everything, about a quarter of an hour
+    python -m benchmarks            everything, half an hour or more
     python -m benchmarks --quick    the small cases
     python -m benchmarks "chain 8" map    these only, the others are kept
     python -m benchmarks --table    print the file as tables, measure nothing

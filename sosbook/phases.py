@@ -15,6 +15,7 @@ from .lmi.centre import (
     margin,
     phase_one,
 )
+from .lmi.newton import newton_of
 from .proof import prove, prove_infeasible
 from .request import Request
 
@@ -22,6 +23,7 @@ __all__ = ["Solution", "answer", "bounded", "finish", "follow", "search",
            "square"]
 
 MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
+MORE = 4  # pairs that join it at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,39 +88,35 @@ def _cutting_plane(request, frame):
     The centre of a few pairs' blocks; then those that it violates most
     join them, until it violates none.
     """
-    gamma2 = square(request.gamma)
-    chosen, x = [request.pairs[0]], None
-    while True:
-        expressions, unknowns = request.only(chosen).in_unknowns(
-            frame, gamma2)
-        blocks = Blocks.of(expressions.values(), unknowns)
-        phase = phase_one(blocks, start=x)
+    expressions, unknowns = request.in_unknowns(frame, square(request.gamma))
+    blocks = Blocks.of(expressions.values(), unknowns)
+    newton = newton_of(blocks)
+    tags = set(request.tags)
+    ends = [name.rpartition(" ")[2] for name in expressions]
+    owners = np.array([end if " " + end in tags else "" for end in ends])
+    chosen = [""]  # P, and whatever belongs to no pair
+    x = frame.guess(unknowns)
+    x = np.zeros(blocks.variables) if x is None else x
+    while (least := newton.least(x)).min() <= 0:
+        broken = owners[np.argsort(least)[:(least <= 0).sum()]]
+        fresh = [o for o in dict.fromkeys(broken) if o not in chosen]
+        chosen += fresh[:MORE]
+        some = blocks.only(np.flatnonzero(np.isin(owners, chosen)))
+        phase = phase_one(some, start=x)
         if phase.x is None:
             return None
-        x = _any_centre(blocks, unknowns, phase.x)
-        P, *Y = _unpack(unknowns, x)
-        Y = Y[0] if Y else request.gain @ frame.T @ P / frame.scale
-        margins = {
-            name: margin(g) for name, g in request.blocks(
-                P, Y, gamma2, frame=frame).items()
-        }
-        broken = request.worst_pairs(margins)
-        if not broken:
-            break
-        chosen += broken[:4]
-    expressions, unknowns = request.in_unknowns(frame, gamma2)
-    blocks = Blocks.of(expressions.values(), unknowns)
+        x = _any_centre(some, unknowns, phase.x, enough=0.3)
     return Phase("feasible", x=x), frame, blocks, unknowns, {}
 
 
-def _any_centre(blocks, unknowns, x):
+def _any_centre(blocks, unknowns, x, enough=None):
     """The analytic centre, of a bounded part if there is no other."""
     try:
-        return centre(blocks, x)
+        return centre(blocks, x, enough=enough)
     except Unbounded:
         pass
     try:
-        return centre(*bounded(blocks, unknowns, x))
+        return centre(*bounded(blocks, unknowns, x), enough=enough)
     except Unbounded:
         return x  # a degenerate set: keep the feasible point
 

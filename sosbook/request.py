@@ -1,6 +1,5 @@
 """A plant and what is asked of its loop, as LMI blocks."""
 
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -175,28 +174,10 @@ class Request:
         whole = coupled_pairs(self.vertices, "pairs")
         return len(self.pairs) == len(whole)
 
-    def only(self, pairs):
-        """The same request with the blocks of some pairs only."""
-        part = copy(self)
-        object.__setattr__(part, "pairs", list(pairs))
-        return part
-
-    def worst_pairs(self, margins):
-        """The pairs whose blocks aren't positive definite, worst first.
-
-        Parameters
-        ----------
-        margins : dict
-            From a block's name to its margin.
-        """
-        least = dict.fromkeys(self.pairs, np.inf)
-        tags = {self._tag(i, j): (i, j) for i, j in self.pairs}
-        for name, value in margins.items():
-            pair = tags.get(" " + name.rpartition(" ")[2])
-            if pair is not None:
-                least[pair] = min(least[pair], value)
-        broken = [pair for pair in self.pairs if least[pair] <= 0]
-        return sorted(broken, key=least.get)
+    @property
+    def tags(self):
+        """The ends of block names, one for each pair of vertices."""
+        return [self._tag(i, j) for i, j in self.pairs]
 
     def fixed_modes(self):
         """Modes that no gain moves and that break a requirement.

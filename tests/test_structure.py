@@ -178,3 +178,43 @@ def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):
         lambda *words: (None, 300))
     found = sos.design_pid(plant, **asked)
     assert_allclose(found.K, wanted.K, atol=1e-8 * abs(wanted.K).max())
+
+
+def test_the_smallest_eigenvalues_and_some_of_the_blocks(case):
+    blocks, x = case
+    x = x[:-1] / 100
+    eigenvalues = [np.linalg.eigvalsh(g)[0] for g in blocks(x)]
+    least = Newton(blocks).least(x)
+    assert_allclose(
+        least, np.minimum(eigenvalues, 1), atol=1e-9 * max(1, -min(least)))
+    places = [2, 0]
+    some = Newton(blocks.only(places)).least(x)
+    assert_allclose(some, least[places], atol=1e-12 * max(1, -min(least)))
+
+
+@pytest.mark.parametrize("k", [1, 2, 3])
+def test_the_first_guess_is_stable(k):
+    """The frame's gain, with P = I, is that of a Riccati equation."""
+    example = getattr(sos.thesis, f"example_{k}")()
+    request = Request(example.plant, U=example.U)
+    frame = Frame.of(request)
+    if k == 2:  # for the mean vertex only
+        A, B, _ = request.mean.state_space()
+        K = frame.scale * frame.gain @ frame.back
+        assert np.linalg.eigvals(A + B @ K).real.max() < 0
+    else:
+        expressions, unknowns = request.in_unknowns(frame, None)
+        blocks = Blocks.of(expressions.values(), unknowns)
+        assert Newton(blocks).least(frame.guess(unknowns)).min() > 0
+
+
+def test_without_multipliers_a_refusal_is_left_open():
+    robot = sos.thesis.example_1()
+    asked = robot.requirements | {"region": sos.PoleRegion(2, np.pi / 4, 5)}
+    request = Request(robot.plant, **asked)
+    expressions, unknowns = request.in_unknowns(
+        Frame.of(request), request.gamma**2)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    assert sos.lmi.centre.phase_one(blocks).verdict == "infeasible"
+    open_ = sos.lmi.centre.phase_one(blocks, multipliers=False)
+    assert open_.verdict == "undecided" and open_.Z is None

@@ -63,6 +63,16 @@ class Blocks:
             p.with_constant(c) for p, c in zip(parts, constants)]
         return other
 
+    def only(self, places):
+        """Some of the blocks."""
+        other = object.__new__(Blocks)
+        other.unknowns, other.variables = self.unknowns, self.variables
+        other.expressions = [self.expressions[k] for k in places]
+        other.constants = [self.constants[k] for k in places]
+        slots, numbers, parts = self.structure
+        other.structure = slots, numbers, [parts[k] for k in places]
+        return other
+
     @cached_property
     def sizes(self):
         """Factors d of each block for which d_i d_j G_ij is near one.

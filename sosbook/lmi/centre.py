@@ -279,7 +279,7 @@ def refine(blocks, Z):
     return [L @ (np.eye(len(L)) + x) @ L.T for L, x in zip(factors, changes)]
 
 
-def centre(blocks, x, watch=None):
+def centre(blocks, x, watch=None, enough=None):
     """The analytic centre, from a strictly feasible point.
 
     Parameters
@@ -289,6 +289,8 @@ def centre(blocks, x, watch=None):
     watch : callable, optional
         Called after each Newton step with a dict: step, x, decrement and
         the iterations of conjugate gradients.
+    enough : float, optional
+        Stop at a smaller decrement than this.
 
     Raises
     ------
@@ -299,7 +301,7 @@ def centre(blocks, x, watch=None):
     barrier = _Barrier(newton)
     zero, decrement = np.zeros(len(x)), 1.0
     # a step leaves decrement^2, or as much as its equations were solved to
-    enough = 1e-3 if newton.iterative else 1e-8
+    enough = enough or (1e-3 if newton.iterative else 1e-8)
     for count in range(200):
         x, decrement = barrier.step(x, zero, min(0.1, decrement))
         if watch is not None:

@@ -76,6 +76,13 @@ class Stacked:
             for s, y, z in zip(self.stacks, Y, Z)
         )
 
+    def least(self, x):
+        """Smallest eigenvalue of each block at x, or 1 if that is less."""
+        found = np.ones(sum(len(s.places) for s in self.stacks))
+        for s, g in zip(self.stacks, self.at(x)):
+            found[s.places] = np.minimum(np.linalg.eigvalsh(g)[:, 0], 1)
+        return found
+
     def unstacked(self, Z):
         """Stacked matrices as a list of the real ones of each block."""
         found = {}
