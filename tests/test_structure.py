@@ -196,13 +196,13 @@ def test_the_smallest_eigenvalues_and_some_of_the_blocks(case):
 def test_the_first_guess_is_stable(k):
     """The frame's gain, with P = I, is that of a Riccati equation."""
     example = getattr(sos.thesis, f"example_{k}")()
-    request = Request(example.plant, U=example.U)
+    request = Request(
+        example.plant, U=example.U, K_A=example.requirements.get("K_A"))
     frame = Frame.of(request)
-    if k == 2:  # for the mean vertex only
-        A, B, _ = request.mean.state_space()
-        K = frame.scale * frame.gain @ frame.back
-        assert np.linalg.eigvals(A + B @ K).real.max() < 0
-    else:
+    A, B, _ = request.mean.state_space()
+    K = frame.scale * frame.gain @ np.linalg.inv(frame.T)
+    assert np.linalg.eigvals(A + B @ K).real.max() < 0
+    if k == 1:  # and P = I proves it
         expressions, unknowns = request.in_unknowns(frame, None)
         blocks = Blocks.of(expressions.values(), unknowns)
         assert Newton(blocks).least(frame.guess(unknowns)).min() > 0
