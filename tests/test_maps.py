@@ -540,3 +540,11 @@ def test_a_bad_specification_is_named(robot, bad, fault):
         maps.designs(robot.plant, [robot.requirements, bad], progress=False)
     if isinstance(bad, dict):
         assert any("specification" in n for n in caught.value.__notes__)
+
+
+def test_the_two_sides_of_an_edge_are_neighbours():
+    """The last design is proven in its own coordinates, if not in others."""
+    chain = sos.thesis.example_3()
+    found = maps.edge("u_max", chain.plant, **chain.requirements)
+    assert found.proven
+    assert found.feasible - found.infeasible == pytest.approx(0.1)

@@ -161,16 +161,20 @@ class Search:
             bad = self.ends[1] + 1
             self.seen[bad] = None
         top = _first(lambda k: not self.holds(k), good, bad) - 1
-        while not certified(self.at(top)):  # too near for the printed gain
+        while not (self.sharpen(top) or certified(self.at(top))):
             top -= 1
             if top < good or not self.holds(top):
                 return None
-        # close to the edge the centre is sharper in its own coordinates
-        again = self.ask.solve(
-            self.at(top), **{self.name: self.value(top)})
-        if again.status == "feasible" and certified(again):
-            self.seen[top] = again
         return top
+
+    def sharpen(self, place):
+        """Whether it is certified in its own coordinates: the sharper ones."""
+        again = self.ask.solve(
+            self.at(place), **{self.name: self.value(place)})
+        good = again.status == "feasible" and certified(again)
+        if good:
+            self.seen[place] = again
+        return good
 
     def first_refusal(self, top, bad, near):
         if bad is None:
