@@ -78,8 +78,10 @@ def search(request, objective=()):
         if phase.reach > CERTAIN or len(request.fixed_modes()):
             break
         frame = _closer(request, frame, unknowns, phase.near)
-    return max(tried, key=lambda found: (
-        found[0].verdict == "infeasible", found[0].reach))
+    refused = [t for t in tried if t[0].verdict == "infeasible"] or tried
+    best = min(max(t[0].reach for t in refused), CERTAIN)
+    # beyond that, rounding errors decide which frame reaches further
+    return next(t for t in refused if t[0].reach >= best / 10)
 
 
 def _cutting_plane(request, frame):

@@ -19,7 +19,7 @@ __all__ = [
 ]
 
 
-CERTAIN = 1e10  # a solution longer than this is none in floats
+CERTAIN = 1e9  # a solution longer than this is none in floats
 
 
 class Unbounded(ValueError):
@@ -200,8 +200,8 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None,
         near[-1] *= 2
         if _Barrier(newton).factors(near) is not None:
             x = near
-            while weight < -2 * blocks.degree / x[-1]:
-                weight *= 8  # t < 0 can't be seen with less
+            while 8 * weight < -2 * blocks.degree / x[-1]:
+                weight *= 8  # t < 0 can't be seen with so little
     return _central_path(given, blocks, newton, x, weight, radius, wide)
 
 
