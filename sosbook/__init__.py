@@ -8,6 +8,7 @@ from . import (
     atlas,
     counterexamples,
     couplings,
+    delay,
     maps,
     plots,
     reproduction,
@@ -15,6 +16,7 @@ from . import (
     thesis,
     widgets,
 )
+from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .design import Design, analyse_pid, design_pid
 from .integrators import IntegratorChoice, admissible_U
 from .nonlinear import Steps, simulate_nonlinear
@@ -31,6 +33,7 @@ from .system import Polytope, SecondOrderSystem
 
 __version__ = "0.1.0"
 __all__ = [
+    "DelayDesign",
     "Design",
     "InfiniteModes",
     "IntegratorChoice",
@@ -45,10 +48,13 @@ __all__ = [
     "Sine",
     "Steps",
     "admissible_U",
+    "analyse_delay",
     "analyse_pid",
     "atlas",
     "counterexamples",
     "couplings",
+    "delay",
+    "design_delay_pid",
     "design_pid",
     "infinite_modes",
     "maps",

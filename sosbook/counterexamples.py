@@ -7,18 +7,54 @@ unstable, or has left the region.
 
 import numpy as np
 
+from .delay import DelayedLoop, DelayRequest
 from .descriptor import Descriptor
 from .system import Polytope, SecondOrderSystem, positive
 
 __all__ = [
     "actuated",
     "mechanical",
+    "misprint",
     "random_chain",
     "random_pair",
     "rotation",
     "slower_corners",
     "turn",
 ]
+
+
+def misprint(name):
+    """An unstable loop that Theorem A.3 accepts with one misprint.
+
+    Parameters
+    ----------
+    name : {"sign", "transpose", "alpha"}
+        See `sosbook.theorems.delay_decay`.
+
+    Returns
+    -------
+    DelayRequest
+        Of a loop with a root in the right half-plane for its longest
+        delay; `sosbook.delay.solve_delay` finds its LMIs feasible.
+
+    Examples
+    --------
+    >>> from sosbook.delay import solve_delay
+    >>> solve_delay(misprint("sign")).status
+    'feasible'
+    """
+    loops = {
+        "sign": dict(plant=DelayedLoop([[1]], [[-0.1]]), mu=0.5, delta=0.1),
+        "transpose": dict(
+            plant=DelayedLoop([[0, 3], [-1, 1]], np.zeros((2, 2)))),
+        "alpha": dict(
+            plant=DelayedLoop([[0]], [[-1]]), mu=1.0, alpha=0.01),
+    }
+    if name not in loops:
+        raise ValueError(
+            f"name must be one of {', '.join(loops)}, got {name!r}"
+        )
+    return DelayRequest(tau=1.0, misprints=(name,), **loops[name])
 
 
 def rotation():

@@ -17,6 +17,7 @@ __all__ = [
     "InfeasibilityCertificate",
     "prove",
     "prove_infeasible",
+    "refute",
 ]
 
 
@@ -173,7 +174,19 @@ def prove_infeasible(request, frame, Z):
     gamma2 = None
     if request.gamma is not None:
         gamma2 = exact(request.gamma) ** 2
-    expressions, unknowns = request.in_unknowns(frame, gamma2, exact)
+    return refute(*request.in_unknowns(frame, gamma2, exact), Z)
+
+
+def refute(expressions, unknowns, Z):
+    """`prove_infeasible` for blocks that are given as expressions.
+
+    Parameters
+    ----------
+    expressions : dict
+        From a block's name to its `Affine` expression in rationals.
+    unknowns : list of Unknown
+    Z : list of arrays
+    """
     repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
     names = list(expressions)
     if repaired is None:

@@ -4,7 +4,16 @@ Each function returns the matrix that must be positive definite, laid
 out as in the thesis (which prints the negative of most of them).
 """
 
+from .delay import (
+    MISPRINTS,
+    Functional,
+    Times,
+    delay_decay,
+    delay_functional,
+    delay_stabilization,
+)
 from .hinf import bounded_real
+from .legendre import legendre_decay, legendre_functional
 from .pole_region import pole_region, stability
 from .regularization import regular_mass
 from .saturation import control_bound, initial_state
@@ -16,9 +25,17 @@ from .slack import (
 )
 
 __all__ = [
+    "MISPRINTS",
+    "Functional",
+    "Times",
     "bounded_real",
     "control_bound",
+    "delay_decay",
+    "delay_functional",
+    "delay_stabilization",
     "initial_state",
+    "legendre_decay",
+    "legendre_functional",
     "pole_region",
     "regular_mass",
     "slack_bounded_real",
