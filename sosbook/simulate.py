@@ -89,17 +89,14 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     Response
     """
     n, N, p = len(d.C), len(d.E), d.Bw.shape[1]
-    t = np.asarray(t, float)
-    good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
-    if not good or t[0] != 0 or (np.diff(t) <= 0).any():
-        raise ValueError("t must increase from 0 and hold two times")
-    r = _vector("r", r, n)
-    x0 = _vector("x0", x0, N)
+    t = times(t)
+    r = vector("r", r, n)
+    x0 = vector("x0", x0, N)
     A = loop_matrix(d, K)
     _, B, Bw = d.state_space()
     constant = -B @ (K[:, :n] @ r)
     constant[2 * n:] -= d.A[2 * n:, :n] @ r
-    on, off, sine, level = _disturbance(w, p)
+    on, off, sine, level = disturbance(w, p)
     # the state joined by [1, sin(omega t), cos(omega t)]
     quiet = np.zeros((N + 3, N + 3))
     quiet[:N, :N] = A
@@ -138,14 +135,25 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     return Response(t, z, x[n:2 * n], z - r[:, None], u, x, values)
 
 
-def _vector(name, value, size):
+def times(t):
+    """An array of times that increase from 0."""
+    t = np.asarray(t, float)
+    good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
+    if not good or t[0] != 0 or (np.diff(t) <= 0).any():
+        raise ValueError("t must increase from 0 and hold two times")
+    return t
+
+
+def vector(name, value, size):
+    """An array of ``size`` finite numbers; zero for None."""
     vector = np.zeros(size) if value is None else np.asarray(value, float)
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise ValueError(f"{name} must hold {size} finite numbers")
     return vector
 
 
-def _disturbance(w, p):
+def disturbance(w, p):
+    """Times on and off, amplitude and offset of a checked Sine."""
     if w is None:
         return np.inf, np.inf, None, None
     if not isinstance(w, Sine):
