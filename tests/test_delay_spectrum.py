@@ -326,6 +326,23 @@ def test_windows_of_an_undamped_oscillator(w2, k):
     assert np.allclose(found, wanted, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("excess, windows", [(-1e-9, 1), (1e-9, 3)])
+def test_a_root_that_nearly_touches_the_axis(excess, windows):
+    """z'' + 2 zeta z' + z = k z(t - h), k near the inverse peak gain."""
+    zeta = 0.1
+    k = 2 * zeta * np.sqrt(1 - zeta**2) * (1 + excess)
+    w = np.sqrt(1 - 2 * zeta**2)  # of the peak
+    touch = -np.angle(1 - w**2 + 2j * zeta * w) % (2 * np.pi) / w
+    A, A_d = [[0, 1], [-1, -2 * zeta]], [[0, 0], [k, 0]]
+    found = stable_delays(A, A_d, 12)
+    assert len(found) == windows
+    margin = delay_margin(A, A_d)
+    assert margin == (np.inf if excess < 0 else found[0][1])
+    if excess > 0:
+        shut, opened = found[0][1], found[1][0]
+        assert shut < touch < opened < shut + 1e-3
+
+
 @given(seeds)
 @settings(max_examples=20)
 def test_random_windows(seed):
