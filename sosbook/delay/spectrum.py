@@ -101,8 +101,8 @@ def characteristic_roots(A, A_d, delay, count=10):
 
     Examples
     --------
-    >>> characteristic_roots([[0]], [[-np.pi / 2]], 1, count=2).round(9)
-    array([0.+1.57079633j, 0.-1.57079633j])
+    >>> characteristic_roots([[0]], [[-1]], delay=1, count=2).round(6)
+    array([-0.318132+1.337236j, -0.318132-1.337236j])
     """
     A, A_d = _pair(A, A_d)
     delay = _not_negative("delay", delay)
