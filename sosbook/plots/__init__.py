@@ -7,6 +7,7 @@ apart for colour-blind readers; marks and dashes differ too.
 
 from . import sketches
 from .bands import band, branches, pole_cloud
+from .delay import decay_curve, delay_signal, root_map
 from .ellipsoids import ellipse_outline, ellipsoid
 from .margins import margins, smallest_of_each
 from .output import Figure, show
@@ -50,6 +51,8 @@ __all__ = [
     "VERMILLION",
     "band",
     "branches",
+    "decay_curve",
+    "delay_signal",
     "ellipse_outline",
     "ellipsoid",
     "input_limit",
@@ -61,6 +64,7 @@ __all__ = [
     "region_outline",
     "region_parts",
     "response",
+    "root_map",
     "shade_region",
     "show",
     "signal",
