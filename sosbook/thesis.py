@@ -332,7 +332,7 @@ def delay_example_1(published=False):
     --------
     >>> [float(delay_example_1(p).plant.poles().real.max().round(4))
     ...  for p in (False, True)]
-    [-0.3141, 0.0947]
+    [-0.256, 0.0947]
     """
     return DelayExample(
         plant=SecondOrderSystem(
