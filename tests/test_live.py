@@ -33,6 +33,7 @@ def family(k):
         np.eye(2), np.eye(2), [[2, -1], [-1, 1 - k]], [[1], [0]])"""
 EXPLORERS = {
     "swing": "explore_swing()",
+    "delay": "explore_delay()",
     "mass range": "explore_mass_range()",
     "coupling":
         "explore_coupling(driven, slack=0.1, region=sos.PoleRegion(rho=10))",

@@ -176,6 +176,29 @@ def test_each_notebook_can_be_downloaded_as_it_is_in_the_book(site):
         ).read_text("utf-8")
 
 
+def test_the_sliders_for_delays_move_in_their_chapter(site, visit):
+    tab = visit(site / "book" / "20_delay_theorem.html")
+    atlas = tab.page.locator("sos-delay").first
+    slider = atlas.get_by_label("Decay rate δ")
+    slider.scroll_into_view_if_needed()
+    box, known = slider.bounding_box(), set()
+    middle = box["y"] + box["height"] / 2
+    for end in (box["width"] - 8, 8):
+        tab.page.mouse.move(box["x"] + box["width"] / 2, middle)
+        tab.page.mouse.down()
+        tab.page.mouse.move(box["x"] + end, middle, steps=4)
+        tab.page.mouse.up()
+        text = atlas.locator(".sos-readout").inner_text()
+        assert slider.get_attribute("aria-valuetext") in text
+        known.add(text)
+    assert len(known) == 2
+    assert text.startswith("Feasible")
+    before = atlas.locator(".sos-input").inner_html()
+    atlas.get_by_label("How the delay varies").select_option("switching")
+    assert atlas.locator(".sos-input").inner_html() != before
+    assert tab.errors == []
+
+
 def test_no_slider_is_dead_in_the_pages(site):
     """A widget needs a kernel, so its output must not be in a page."""
     for page in PAGES:

@@ -1,5 +1,6 @@
 """PID control through a varying input delay, and the truth beside it."""
 
+from .atlas import DelayAtlas, delay_atlas
 from .design import (
     DelayCertificate,
     DelayDesign,
@@ -28,6 +29,7 @@ from .spectrum import (
 
 __all__ = [
     "ConstantDelay",
+    "DelayAtlas",
     "DelayCertificate",
     "DelayDesign",
     "DelayRequest",
@@ -40,6 +42,7 @@ __all__ = [
     "SwitchingDelay",
     "analyse_delay",
     "characteristic_roots",
+    "delay_atlas",
     "delay_margin",
     "delayed_loop",
     "design_delay_pid",

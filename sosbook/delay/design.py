@@ -263,6 +263,7 @@ def design_delay_pid(plant, U=None, tau=None, mu=0.0, delta=0.0,
 
     Examples
     --------
+    >>> from sosbook import SecondOrderSystem
     >>> plant = SecondOrderSystem(
     ...     M=np.eye(2), D=[[1, -1], [-1, 1]], S=[[3, -2], [-2, 3]],
     ...     B=[[1], [0]])

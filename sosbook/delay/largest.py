@@ -19,8 +19,8 @@ class Largest:
     value : float or None
         The largest one found; None where even a tiny one has none.
     beyond : float or None
-        The next round number, without a certificate; None where the
-        parameter's own limit was reached (mu = tau).
+        The next round number, for which a quick search found none; None
+        where the parameter's own limit was reached (mu = tau).
     design : DelayDesign or None
         At ``value``.
     """
@@ -32,7 +32,7 @@ class Largest:
 
     def __repr__(self):
         return (f"<Largest: {self.name} = {self.value} has a certificate, "
-                f"{self.beyond} has not>")
+                f"none found for {self.beyond}>")
 
 
 def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
@@ -56,8 +56,9 @@ def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
     Returns
     -------
     Largest
-        Found by bisection: the two values are neighbours, one with and
-        one without a certificate.
+        Found by bisection. The feasible side is certified. The other
+        one isn't excluded: close to the edge `solve_delay`, which looks
+        longer, may still find a certificate.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
     >>> from sosbook.delay import DelayedLoop
     >>> loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
     >>> largest("tau", loop, tau=1, method="legendre", order=1, digits=3)
-    <Largest: tau = 6.05 has a certificate, 6.06 has not>
+    <Largest: tau = 6.05 has a certificate, none found for 6.06>
     """
     if name not in ("tau", "mu", "delta"):
         raise ValueError(

@@ -8,6 +8,7 @@ explorer.
 from .arm import explore_swing
 from .car_seat import explore_mass_range
 from .coupling import explore_coupling
+from .delay import explore_delay
 from .design import explore_design
 from .explorer import Explorer
 from .gamma import explore_mu
@@ -22,6 +23,7 @@ from .steps import explore_steps
 __all__ = [
     "Explorer",
     "explore_coupling",
+    "explore_delay",
     "explore_design",
     "explore_hinf",
     "explore_integrators",

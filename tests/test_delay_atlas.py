@@ -1,0 +1,365 @@
+"""Sliders for delays in the rendered page: real solutions, true responses."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
+from sosbook.delay.atlas import KINDS, delay_atlas, record, signal_of
+from tests.test_atlas import brightness, numbers
+
+EXAMPLE = sos.thesis.delay_example_2()
+GRID = dict(taus=[0.2, 0.4], ratios=[0, 0.5], deltas=[0.1, 0.2])
+START = dict(tau=0.4, ratio=0.5, delta=0.1)
+
+
+@pytest.fixture(scope="module")
+def atlas():
+    return delay_atlas(EXAMPLE, **GRID, start=START, horizon=15,
+                       title="Late & <bold>")
+
+
+@pytest.fixture(scope="module")
+def sheet(atlas, tmp_path_factory):
+    """A page with two of them, as a chapter may have."""
+    page = tmp_path_factory.mktemp("page") / "delay.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+    return page
+
+
+def asked_at(atlas, place):
+    return {s.key: s.values[at] for s, at in zip(atlas.sliders, place)}
+
+
+def design_at(atlas, place):
+    """The design at a place of the grid, solved here and now."""
+    asked = asked_at(atlas, place)
+    return sos.design_delay_pid(
+        EXAMPLE.plant, EXAMPLE.U, asked["tau"], asked["ratio"] * asked["tau"],
+        asked["delta"], asked.get("alpha", EXAMPLE.alpha))
+
+
+# ------------------------------------------------------------------ in Python
+
+def test_what_is_stored_is_what_is_solved(atlas):
+    assert len(atlas) == 8
+    for place, stored in atlas.designs.items():
+        fresh = design_at(atlas, place)
+        assert (stored == 0) == (fresh.status == "infeasible")
+        if stored == 0:
+            continue
+        assert fresh.status == "feasible" and fresh.certify().proven
+        gain, (_, margin), slowest, roots = stored
+        assert np.allclose(gain, fresh.K.ravel(), rtol=6e-4)
+        assert np.isclose(margin, min(fresh.margins.values()), rtol=0.06)
+        assert np.allclose(slowest, fresh.slowest_decay(), rtol=6e-3)
+        tau, mu = fresh.request.tau, fresh.request.mu
+        for delay, row in zip((tau - mu, tau, tau + mu), roots):
+            true = fresh.roots(delay)
+            true = true[true.imag >= 0]
+            assert np.allclose(row[::2], true.real, rtol=6e-3)
+            assert np.allclose(row[1::2], true.imag, rtol=6e-3)
+
+
+def test_the_grid_has_both_verdicts(atlas):
+    held = [not isinstance(d, int) for d in atlas.designs.values()]
+    assert 4 <= sum(held) < 8
+    assert repr(atlas) == (f"DelayAtlas: 8 requests solved, {sum(held)} "
+                           f"feasible, {8 - sum(held)} not")
+
+
+def test_the_true_rate_is_no_less_than_the_promise(atlas):
+    for place, stored in atlas.designs.items():
+        if stored != 0:
+            assert stored[2][0] >= asked_at(atlas, place)["delta"]
+
+
+def test_an_undecided_request_is_not_called_infeasible():
+    request = sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4)
+    assert record(sos.delay.DelayDesign(request, "undecided")) == 1
+    assert record(sos.delay.DelayDesign(request, "infeasible")) == 0
+
+
+def test_alpha_is_a_slider_where_it_is_given():
+    atlas = delay_atlas(EXAMPLE, [0.4], [0.25], [0.1], [0.4, 1.2])
+    assert atlas.sliders[3].texts == ["α = 0.4 s", "α = 1.2 s"]
+    assert atlas.data["also"] == []
+    for place in [(0, 0, 0, 0), (0, 0, 0, 1)]:
+        assert atlas.designs[place] == record(design_at(atlas, place))
+    assert atlas.designs[0, 0, 0, 0] != atlas.designs[0, 0, 0, 1]
+
+
+def test_the_output_is_small_plain_and_survives_any_title(atlas):
+    data = re.search(
+        r'<script type="application/json">(.*?)</script>', atlas.html)[1]
+    assert json.loads(data)["title"] == "Late & <bold>"
+    assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data)
+    assert "http" not in atlas.html
+    per_design = len(data) / len(atlas)
+    assert len(atlas.html) + 200 * per_design < 150_000
+    assert atlas.html.count("<noscript>") == 1
+
+
+@pytest.mark.parametrize("wrong, words", [
+    (dict(ratios=[0.5, 1.5]), "ratios are mu / tau"),
+    (dict(deltas=[]), "deltas is empty"),
+    (dict(start=dict(tau=0.3)), "is not a value"),
+    (dict(start=dict(alpha=0.8)), "names no slider"),
+    (dict(horizon=1e4), "horizon = 1e\\+04 s takes"),
+])
+def test_bad_input_is_explained(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        delay_atlas(EXAMPLE, **GRID | wrong)
+
+
+# -------------------------------------------------------------- in the browser
+
+LABELS = ["Nominal delay τ", "Variation μ/τ", "Decay rate δ"]
+KIND = "How the delay varies"
+
+
+def first(tab):
+    return tab.page.locator("sos-delay").first
+
+
+def say(tab):
+    return first(tab).locator(".sos-readout").inner_text()
+
+
+@pytest.fixture
+def tab(visit, sheet):
+    tab = visit(sheet)
+    yield tab
+    assert tab.errors == []
+    assert all(re.match("file:|data:", url) for url in tab.requests)
+
+
+def test_every_control_has_its_own_visible_label(tab):
+    for part in tab.page.locator("sos-delay").all():
+        assert part.locator("input[type=range]").count() == 3
+        for label in [*LABELS, KIND]:
+            found = part.get_by_label(label)
+            assert found.count() == 1 and found.is_visible()
+            name = found.get_attribute("id")
+            assert tab.page.locator(f"[id='{name}']").count() == 1
+    assert first(tab).get_by_label("Decay rate δ").get_attribute(
+        "aria-valuetext") == "δ = 0.1 1/s"
+    live = first(tab).locator(".sos-readout")
+    assert live.get_attribute("aria-live") == "polite"
+    assert first(tab).locator("svg[role=img][aria-label]").count() == 3
+
+
+def test_the_page_says_what_was_solved(tab, atlas):
+    fresh, text = design_at(atlas, atlas.start), say(tab)
+    assert text.startswith(
+        "Feasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.1 1/s, α = 0.8 s: the "
+        "delay stays in [0.2, 0.6] s.")
+    shown = numbers(text[text.index("KP"):text.index("Promised")])
+    assert np.allclose(shown, fresh.K.ravel(), rtol=6e-4)
+    rate, delay = fresh.slowest_decay()
+    assert "Promised rate, however the delay varies: 0.1 1/s." in text
+    assert f"delays: {rate:.3g} 1/s, at {delay:.3g} s." in text
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_each_slider_works_by_keyboard_and_mouse(tab, label):
+    slider = first(tab).get_by_label(label)
+    before, place = say(tab), slider.input_value()
+    slider.focus()
+    away, back = (("ArrowLeft", "ArrowRight") if place == "1"
+                  else ("ArrowRight", "ArrowLeft"))
+    slider.press(away)
+    assert slider.input_value() != place
+    assert slider.get_attribute("aria-valuetext") in say(tab)
+    other = say(tab)
+    assert other != before
+    slider.press(back)
+    assert say(tab) == before
+    box = slider.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    left, right = box["x"] + 8, box["x"] + box["width"] - 8
+    tab.page.mouse.move(right if place == "1" else left, middle)
+    tab.page.mouse.down()
+    tab.page.mouse.move(left if place == "1" else right, middle, steps=4)
+    tab.page.mouse.up()
+    assert say(tab) == other
+
+
+def test_the_second_atlas_moves_alone(tab):
+    before = say(tab)
+    other = tab.page.locator("sos-delay").nth(1)
+    other.get_by_label("Nominal delay τ").fill("0")
+    assert "τ = 0.2 s" in other.locator(".sos-readout").inner_text()
+    assert say(tab) == before
+
+
+def held(tab, code):
+    return tab.page.evaluate(
+        "(() => { const a = document.querySelector('sos-delay');"
+        f"{code} }})()")
+
+
+def test_the_element_holds_every_solved_design(tab, atlas):
+    stored = held(tab, "return a.data.designs;")
+    assert stored == [atlas.designs[p] for p in sorted(atlas.designs)]
+
+
+def compared(tab, example, kind, K, tau, mu):
+    """Largest differences of page and Python, at every eighth instant.
+
+    Of the output, of u as asked, and of u as it arrives the mean one: it
+    jumps, and a jump early or late is a large difference for a moment.
+    """
+    first(tab).get_by_label(KIND).select_option(kind)
+    answer = held(tab, """
+      const pick = name => a.response[name].filter((_, k) => k % 8 === 0);
+      return Object.fromEntries(
+        ["t", "z", "asked", "applied"].map(name => [name, pick(name)]));""")
+    d = sos.delay.DelayRequest(example.plant, example.U, tau).vertices[0]
+    true = simulate_delay(
+        d, K, answer["t"], signal_of(kind, tau, mu),
+        r=np.linalg.pinv(example.U) @ np.ones(len(example.U)))
+    z, asked, applied = (np.array(answer[k]).T
+                         for k in ("z", "asked", "applied"))
+    return [abs(z - example.U @ true.z).max(), abs(asked - true.u).max(),
+            abs(applied - true.applied).mean()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_response_is_the_one_of_python(tab, atlas, kind):
+    """Runge-Kutta in the page against the exponential integrator."""
+    K = np.reshape(atlas.designs[tuple(atlas.start)][0], (1, 5))
+    z, asked, applied = compared(tab, EXAMPLE, kind, K, 0.4, 0.2)
+    assert z < 2e-3 and asked < 4e-3 and applied < 4e-3
+    assert abs(held(tab, "return a.response.z.at(-1)[0];") - 1) < 0.02
+
+
+def test_two_inputs_and_two_outputs_without_the_least_delay(
+        visit, tmp_path):
+    """mu = tau: the delay passes through zero."""
+    both = replace(EXAMPLE, U=np.eye(2), plant=sos.SecondOrderSystem(
+        EXAMPLE.plant.M, EXAMPLE.plant.D, EXAMPLE.plant.S, np.eye(2)))
+    atlas = delay_atlas(both, [0.1], [1.0], [0.2], horizon=15)
+    K = np.reshape(atlas.designs[0, 0, 0][0], (2, 6))
+    sheet = tmp_path / "two.html"
+    sheet.write_text(f"<link rel=icon href='data:,'>{atlas.html}", "utf8")
+    tab = visit(sheet)
+    for kind in ("sine", "sawtooth (sample and hold)"):
+        z, asked, applied = compared(tab, both, kind, K, 0.1, 0.1)
+        assert z < 4e-3 and asked < 0.01 * abs(K).max()
+        assert applied < 0.01 * abs(K).max()
+    assert tab.errors == []
+    assert first(tab).locator(".sos-step .sos-line").count() == 2
+    assert first(tab).locator(".sos-input .sos-line").count() == 4
+
+
+def test_a_varying_delay_changes_the_picture_not_the_verdict(tab):
+    text, seen = say(tab), set()
+    for kind in KINDS:
+        first(tab).get_by_label(KIND).select_option(kind)
+        seen.add(first(tab).locator(".sos-input").inner_html())
+        assert say(tab) == text
+    assert len(seen) == len(KINDS)
+
+
+def test_the_roots_are_drawn_where_they_are(tab, atlas):
+    """Crosses of the longest delay, by the axes' own ticks."""
+    at = held(tab, """
+      const texts = [...a.querySelectorAll(".sos-map text")];
+      const scale = anchor => {
+        const side = anchor === "middle" ? "x" : "y";
+        const all = texts.filter(t => t.getAttribute("text-anchor") === anchor
+          && t.hasAttribute(side) && Number.isFinite(value(t))).slice(0, 2);
+        const [p, q] = all.map(t => Number(t.getAttribute(side)));
+        const [v, w] = all.map(value);
+        const shift = side === "y" ? 4 : 0;
+        return u => v + (u - p + shift) * (w - v) / (q - p);
+      };
+      function value(t) { return Number(t.textContent.replace("−", "-")); }
+      const X = scale("middle"), Y = scale("end");
+      return [...a.querySelectorAll(".sos-root")].map(root => {
+        const box = root.getBBox();
+        return [root.getAttribute("style"), X(box.x + box.width / 2),
+                Y(box.y + box.height / 2)]; });""")
+    found = np.array([x + 1j * y for style, x, y in at if "second" in style])
+    K = np.reshape(atlas.designs[tuple(atlas.start)][0], (1, 5))
+    d = sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4).vertices[0]
+    roots = characteristic_roots(*delayed_loop(d, K), 0.6)
+    left = atlas.data["window"][0]
+    assert len(found) >= 4
+    for root in found:
+        assert abs(roots - root).min() < 0.03
+    for root in roots[:4]:
+        assert root.real < left or abs(found - root).min() < 0.03
+
+
+def test_infeasible_is_drawn_and_says_what_helps(tab, atlas):
+    first(tab).get_by_label("Decay rate δ").fill("1")
+    assert atlas.designs[1, 1, 1] == 0
+    text = say(tab)
+    assert text.startswith("Infeasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.2")
+    assert "No certificate: the corrected LMI has no solution" in text
+    assert "KP" not in text
+    assert first(tab).locator(".sos-root, .sos-line").count() == 0
+    assert first(tab).locator("text.sos-no").count() == 3
+    helps = {slider.texts[0] for k, slider in enumerate(atlas.sliders)
+             if atlas.designs[tuple(
+                 0 if j == k else 1 for j in range(3))] != 0}
+    named = re.search(r"leads to a design: (.*)\.", text)[1].split("; or ")
+    assert set(named) == helps and helps
+
+
+def test_undecided_is_said(visit, atlas, tmp_path):
+    doubt = type(atlas)("t", atlas.sliders, dict.fromkeys(atlas.designs, 1),
+                        atlas.data | {"designs": None}, atlas.start)
+    sheet = tmp_path / "doubt.html"
+    sheet.write_text(f"<link rel=icon href='data:,'>{doubt.html}", "utf8")
+    tab = visit(sheet)
+    assert say(tab).startswith("Undecided")
+    assert "nor a proof that there is none" in say(tab)
+    assert "No move of a single slider" in say(tab)
+    assert tab.errors == []
+
+
+@pytest.mark.parametrize("scheme, theme, dark", [
+    ("light", None, False), ("dark", None, True),
+    ("light", "dark", True), ("dark", "light", False)])
+def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
+    tab = visit(sheet, scheme=scheme)
+    if theme:
+        tab.page.evaluate(
+            "t => document.documentElement.dataset.theme = t", theme)
+    paper = brightness(tab, "sos-delay", "backgroundColor")
+    assert paper < 0.05 if dark else paper > 0.8
+    tint = brightness(tab, "sos-delay .sos-readout", "backgroundColor")
+    field = brightness(tab, "sos-delay select", "backgroundColor")
+    for selector, kind, ground in [
+        ("sos-delay", "color", paper), ("sos-delay svg text", "fill", paper),
+        ("sos-delay figcaption", "color", paper),
+        ("sos-delay .sos-mark", "color", paper),
+        ("sos-delay .sos-readout p", "color", tint),
+        ("sos-delay .sos-status", "color", tint),
+        ("sos-delay select", "color", field),
+    ]:
+        ink = brightness(tab, selector, kind)
+        low, high = sorted([ink, ground])
+        assert (high + 0.05) / (low + 0.05) > 4.5, selector
+    assert tab.errors == []
+
+
+def test_a_phone_needs_no_sideways_scroll(visit, sheet):
+    tab = visit(sheet, width=390, height=844)
+    assert tab.page.evaluate(
+        "document.documentElement.scrollWidth <= innerWidth")
+    for label in ["Decay rate δ", KIND]:
+        box = first(tab).get_by_label(label).bounding_box()
+        assert box["width"] > 250 and box["height"] >= 24
+    assert tab.errors == []
