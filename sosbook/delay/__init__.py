@@ -9,6 +9,7 @@ from .design import (
     solve_delay,
 )
 from .largest import Largest, largest
+from .lyapunov import lyapunov_values
 from .request import DelayedLoop, DelayRequest
 from .signals import (
     ConstantDelay,
@@ -47,6 +48,7 @@ __all__ = [
     "delayed_loop",
     "design_delay_pid",
     "largest",
+    "lyapunov_values",
     "simulate_delay",
     "slowest_decay",
     "solve_delay",

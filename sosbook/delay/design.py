@@ -11,7 +11,7 @@ from ..phases import bounded
 from ..proof import refute
 from ..system import matrix
 from . import spectrum
-from .request import DelayedLoop, DelayRequest
+from .request import DelayedLoop, DelayRequest, check_loop
 from .simulation import simulate_delay
 
 __all__ = [
@@ -101,18 +101,23 @@ class DelayDesign:
     @property
     def K_P(self):
         """Proportional gain, (m, n)."""
-        return self._gain()[:, :self.request.plant.n]
+        return self._parts()[0]
 
     @property
     def K_D(self):
         """Derivative gain, (m, n)."""
-        n = self.request.plant.n
-        return self._gain()[:, n:2 * n]
+        return self._parts()[1]
 
     @property
     def K_I(self):
         """Integral gain, (m, a)."""
-        return self._gain()[:, 2 * self.request.plant.n:]
+        return self._parts()[2]
+
+    def _parts(self):
+        if isinstance(self.request.plant, DelayedLoop):
+            raise ValueError("a DelayedLoop has no K_P, K_D and K_I")
+        n = self.request.plant.n
+        return np.split(self._gain(), [n, 2 * n], axis=1)
 
     @property
     def alpha(self):
@@ -273,6 +278,9 @@ def design_delay_pid(plant, U=None, tau=None, mu=0.0, delta=0.0,
     ('feasible', True, True)
     """
     _no_acceleration(K_A)
+    if isinstance(plant, DelayedLoop):
+        raise ValueError(
+            "a DelayedLoop leaves nothing to design: use analyse_delay")
     request = DelayRequest(
         plant, U, tau, mu, delta, alpha, method,
         misprints=("sign",) if printed else (),
@@ -321,13 +329,9 @@ def analyse_delay(plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
     'feasible'
     """
     _no_acceleration(K_A)
-    if isinstance(plant, DelayedLoop):
-        if K is not None or U is not None:
-            raise ValueError(
-                "a DelayedLoop has its controller inside: leave K and U out"
-            )
-    elif K is None:
+    if K is None and not isinstance(plant, DelayedLoop):
         raise ValueError("K is missing: give the gain to be analysed")
+    check_loop(plant, K, U)
     if alpha is not None and not printed:
         raise ValueError(
             "alpha stands in the printed (A.20) only: leave it out")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from ..lmi.certificate import round_digits
 from .design import ALPHAS, DelayDesign, solve_delay
-from .request import DelayRequest
+from .request import DelayRequest, check_loop
 
 __all__ = ["Largest", "largest"]
 
@@ -47,9 +47,9 @@ def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
         As in `design_delay_pid` and `analyse_delay`.
     K : (m, N) array_like, optional
         Analyse this gain; design one at each value without it.
-    alpha : float or "free", optional
-        In seconds. Without it (or "free") every value is tried with
-        several multiples of its tau.
+    alpha : float, optional
+        In seconds. Without it every value is tried with several
+        multiples of its tau.
     digits : int
         The answer is a number of so many significant digits.
 
@@ -75,9 +75,9 @@ def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
     if name not in ("tau", "mu", "delta"):
         raise ValueError(
             f'name must be "tau", "mu" or "delta", got {name!r}')
-    if not isinstance(digits, int) or digits < 1:
+    if not isinstance(digits, int) or isinstance(digits, bool) or digits < 1:
         raise ValueError(f"digits must be 1 or more, got {digits!r}")
-    alpha = None if alpha == "free" else alpha
+    check_loop(plant, K, U)
     given = DelayRequest(
         plant, U, tau, mu, delta, alpha, method, order, gain=K)
     limit = given.tau if name == "mu" else float("inf")

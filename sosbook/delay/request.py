@@ -137,8 +137,10 @@ class DelayRequest:
                 "affine in M; analyse the vertices one by one, or take "
                 'method="shift"'
             )
-        if not isinstance(self.order, int) or self.order < 0:
+        integer = isinstance(self.order, (int, np.integer))
+        if not integer or isinstance(self.order, bool) or self.order < 0:
             raise ValueError(f"order must be 0, 1, 2, ..., got {self.order!r}")
+        put(self, "order", int(self.order))
 
     @property
     def states(self):
@@ -285,6 +287,13 @@ class DelayRequest:
         if self.alpha is None:
             return 1
         return _read(exact(self.alpha) / exact(self.tau), number)
+
+
+def check_loop(plant, K, U):
+    """Refuse K and U beside a `DelayedLoop`."""
+    if isinstance(plant, DelayedLoop) and (K is not None or U is not None):
+        raise ValueError(
+            "a DelayedLoop has its controller inside: leave K and U out")
 
 
 def _free(plant, U):

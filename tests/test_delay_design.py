@@ -1,0 +1,514 @@
+"""PID design and analysis with a delayed input, through its public face."""
+
+from functools import cache
+
+import cvxpy
+import numpy as np
+import pytest
+from flint import fmpq
+
+import sosbook as sos
+from sosbook import delay
+from sosbook.delay import (
+    DelayedLoop,
+    DelayRequest,
+    analyse_delay,
+    delay_margin,
+    delayed_loop,
+    design_delay_pid,
+    largest,
+    slowest_decay,
+    solve_delay,
+)
+from sosbook.descriptor import descriptors
+from sosbook.lmi.blocks import Blocks
+from sosbook.lmi.certificate import exact
+from sosbook.theorems import Functional, delay_stabilization
+from tests.test_certificate import positive_definite
+
+RAM = sos.thesis.delay_example_2()
+BENCHMARK = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+HEAVIER = sos.SecondOrderSystem(
+    1.2 * RAM.plant.M, RAM.plant.D, 1.1 * RAM.plant.S, RAM.plant.B)
+ONE = [[1.0]]
+
+
+def design(**changes):
+    return design_delay_pid(RAM.plant, **RAM.requirements | changes)
+
+
+@cache
+def thesis_design(method="functional"):
+    return design(method=method)
+
+
+# The thesis's examples
+
+def test_example_2_is_designed_and_proven():
+    d = thesis_design()
+    assert d.status == "feasible"
+    assert d.alpha == 0.8
+    certificate = d.certify()
+    assert certificate.proven
+    assert certificate.claims == (
+        "the plant, under u = K x(t - d), decays at least as fast as "
+        "exp(-0.1 t) for every delay in [0.2, 0.6] s, however it varies",)
+    rate, _ = d.slowest_decay()
+    assert 0.1 < rate < 1
+    assert np.array_equal(np.hstack([d.K_P, d.K_D, d.K_I]), d.K)
+    # the printed gain isn't the centre, yet a neighbour in K_D
+    assert np.allclose(d.K_D, RAM.K_D, rtol=0.15)
+
+
+def test_the_printed_gain_of_example_2_is_proven():
+    """By Theorem A.3 with a free G, at the printed tau, mu and delta."""
+    d = analyse_delay(RAM.plant, RAM.K, RAM.U, RAM.tau, RAM.mu, RAM.delta)
+    assert d.status == "feasible"
+    certificate = d.certify()
+    assert certificate.proven
+    assert np.array_equal(certificate.K, RAM.K)
+    assert slowest_decay(
+        *delayed_loop(descriptors(RAM.plant, RAM.U)[0], RAM.K), 0.2, 0.6,
+    )[0] == pytest.approx(0.2934, abs=2e-4)
+
+
+@pytest.mark.parametrize("published, possible", [(False, 0.29), (True, 0.1)])
+def test_example_1_as_asked_is_infeasible(published, possible):
+    """The rate 0.6 isn't; the largest provable one is less than half."""
+    wing = sos.thesis.delay_example_1(published)
+    asked = wing.requirements
+    assert design_delay_pid(wing.plant, **asked).status == "infeasible"
+    slower = design_delay_pid(wing.plant, **asked | dict(delta=possible))
+    assert slower.status == "feasible"
+    assert slower.certify().proven
+    assert slower.slowest_decay()[0] > possible
+
+
+@pytest.mark.parametrize("published", [False, True])
+def test_the_printed_gains_of_example_1_lose_stability(published):
+    """At a constant delay inside [0.1, 0.3]: the claim can't be proven."""
+    wing = sos.thesis.delay_example_1(published)
+    loop = delayed_loop(descriptors(wing.plant, wing.U)[0], wing.K)
+    rate, _ = slowest_decay(*loop, 0.1, 0.3)
+    assert rate < -0.1
+
+
+@pytest.mark.parametrize("name", ["wing, printed", "wing, published", "ram"])
+def test_the_printed_theorem_designs_unstable_loops(name):
+    """printed=True: the LMIs hold, exactly, and the loop diverges."""
+    example = {
+        "wing, printed": sos.thesis.delay_example_1(False),
+        "wing, published": sos.thesis.delay_example_1(True),
+        "ram": RAM,
+    }[name]
+    d = design_delay_pid(
+        example.plant, **example.requirements, printed=True)
+    assert d.status == "feasible"
+    assert d.slowest_decay()[0] < -1
+    certificate = d.certify()
+    assert certificate.proven
+    assert certificate.claims == (
+        "the LMIs as printed hold: that proves nothing about the loop",)
+
+
+# What a design consists of
+
+@pytest.mark.parametrize("method", ["functional", "shift"])
+def test_the_gain_is_x_over_f(method):
+    """K F' = X, in x = T xi, u = scale v."""
+    d = thesis_design(method)
+    frame = d.request.frame
+    K = d.K @ frame.T / frame.scale
+    assert np.allclose(K @ d.values["F"].T, d.values["X"], atol=1e-9)
+
+
+def test_margins_are_those_of_the_blocks():
+    d = thesis_design()
+    blocks = d.request.blocks(d.values)
+    assert set(d.margins) == set(blocks) == {"functional", "R", "Z", "decay"}
+    for name, g in blocks.items():
+        scale = 1 / np.sqrt(np.diag(g))
+        wanted = np.linalg.eigvalsh(g * np.outer(scale, scale))[0]
+        assert d.margins[name] == pytest.approx(wanted)
+        assert wanted > 0
+
+
+def test_alpha_is_searched():
+    """The rate 0.17 has no design with the thesis's alpha."""
+    assert design(delta=0.17).status == "infeasible"
+    found = design(delta=0.17, alpha=None)
+    assert found.status == "feasible"
+    assert found.alpha != 0.8
+    assert found.certify().proven
+    again = design(delta=0.17, alpha=found.alpha)
+    assert np.allclose(again.K, found.K)
+
+
+def test_where_no_alpha_succeeds_nothing_is_decided():
+    d = design(delta=0.6, alpha=None)
+    assert d.status == "undecided"
+    for ask in (d.certify, d.slowest_decay, lambda: d.K_P):
+        with pytest.raises(ValueError, match="the design is undecided"):
+            ask()
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+@pytest.mark.parametrize("delta", [0.0, 0.1])
+@pytest.mark.parametrize("method", ["functional", "shift"])
+def test_a_constant_delay_and_a_rate_of_zero(mu, delta, method):
+    d = design(mu=mu, delta=delta, method=method)
+    assert d.status == "feasible"
+    certificate = d.certify()
+    assert certificate.proven
+    constant = "for the constant delay 0.4 s" in certificate.claims[0]
+    assert constant == (mu == 0)
+    assert ("is exponentially stable" in certificate.claims[0]) == (delta == 0)
+    assert ("Z" in d.values) == (mu > 0)
+    rate, where = d.slowest_decay()
+    assert rate > delta
+    assert 0.4 - mu <= where <= 0.4 + mu
+
+
+def test_a_pd_controller():
+    d = design_delay_pid(RAM.plant, tau=0.4, mu=0.2, delta=0.1, alpha=0.8)
+    assert d.K.shape == (1, 4)
+    assert d.K_I.shape == (1, 0)
+    assert d.certify().proven
+
+
+def test_the_proof_is_about_the_rounded_gain():
+    d = thesis_design()
+    rough = d.certify(digits=3)
+    assert rough.proven
+    assert np.array_equal(rough.K, [[float(f"{k:.2e}") for k in d.K[0]]])
+    for bad in (0, 2.5):
+        with pytest.raises(ValueError, match="digits must be 1 or more"):
+            d.certify(digits=bad)
+
+
+# Polytopes
+
+def test_one_functional_serves_a_polytope():
+    """At vertices by proof, between them by convexity, and by roots."""
+    plants = sos.Polytope([RAM.plant, HEAVIER])
+    asked = RAM.requirements | dict(delta=0.05)
+    d = design_delay_pid(plants, **asked)
+    assert d.status == "feasible"
+    certificate = d.certify()
+    assert certificate.proven
+    assert certificate.claims[0].startswith("every plant of the polytope")
+    assert {"decay 1", "decay 2"} < set(certificate.blocks)
+    frame, t, v = d.request.frame, d.request.times(), d.values
+    bars = Functional(*(
+        v[n] for n in ("P", "Q", "S", "R1", "R2", "R3", "Z")))
+    for a in (0.0, 0.3, 0.8, 1.0):
+        vertex, = descriptors(plants.at([1 - a, a]), U=RAM.U)
+        loop = delayed_loop(vertex, d.K)
+        assert slowest_decay(*loop, 0.2, 0.6)[0] > 0.05
+        part = vertex.change(frame.left, frame.T, frame.scale)
+        part = type(part)(
+            part.E, 0.4 * part.A, 0.4 * part.Bu, part.Bw, part.C)
+        matrix = delay_stabilization(
+            part, bars, v["F"], v["X"], t, d.alpha / 0.4)
+        assert np.linalg.eigvalsh(matrix)[0] > 0
+    assert len(d.roots(0.4)) == len(d.stable_delays(0.5)) == 2
+    assert d.stable_delays(0.5) == [[(0.0, 0.5)], [(0.0, 0.5)]]
+
+
+def test_a_polytope_asks_for_more_than_its_vertices():
+    plants = sos.Polytope([RAM.plant, HEAVIER])
+    d = analyse_delay(plants, RAM.K, RAM.U, 0.4, 0.1, 0.05)
+    assert d.certify().proven
+    for vertex in plants.vertices:
+        alone = analyse_delay(vertex, RAM.K, RAM.U, 0.4, 0.1, 0.05)
+        assert alone.status == "feasible"
+
+
+# Sharper methods and their limits
+
+@pytest.mark.parametrize("asked, proven, beyond", [
+    (dict(method="functional"), 4.47, 4.48),  # as sharp as Jensen
+    (dict(method="legendre", order=0), 4.47, 4.48),
+    (dict(method="legendre", order=1), 6.059, 6.06),
+    (dict(method="legendre", order=2), 6.168, 6.169),
+    (dict(method="legendre", order=3), 6.1724, 6.17255),
+    (dict(method="legendre", order=4), 6.1725, 6.1726),
+], ids=str)
+def test_legendre_orders_approach_the_true_margin(asked, proven, beyond):
+    """Known limits: 4.472 (Jensen), 6.059 (Wirtinger), 6.17258 (true).
+
+    Source: Seuret and Gouaisbaut (2013).
+    """
+    true = delay_margin(BENCHMARK.A, BENCHMARK.A_d)
+    assert true == pytest.approx(6.17258, abs=1e-5)
+    assert proven < true
+    d = analyse_delay(BENCHMARK, tau=proven, **asked)
+    assert d.certify().proven
+    request = d.request.at(tau=beyond)
+    assert solve_delay(request, refuse=False).status != "feasible"
+
+
+@pytest.mark.parametrize("method", ["functional", "shift", "legendre"])
+def test_a_scalar_loop_beside_its_closed_form(method):
+    """x' = -x(t - d), constant: stable for d < pi / 2."""
+    loop = DelayedLoop([[0]], [[-1]])
+    inside = analyse_delay(loop, tau=1.2, method=method)
+    assert inside.certify().proven
+    beyond = analyse_delay(loop, tau=1.58, method=method)
+    assert beyond.status == "infeasible"
+    assert beyond.infeasibility.proven
+    sharp = analyse_delay(loop, tau=1.56, method="legendre", order=3)
+    assert sharp.certify().proven
+
+
+@pytest.mark.parametrize("name", ["tau", "mu", "delta"])
+def test_largest_ends_between_two_neighbours(name):
+    loop = DelayedLoop([[0]], [[-1]])
+    asked = dict(tau=0.5, mu=0.1, delta=0.05)
+    found = largest(name, loop, **asked)
+    assert found.design.certify().proven
+    step = 10.0 ** (np.floor(np.log10(found.value)) - 1)
+    assert found.beyond == pytest.approx(found.value + step, rel=1e-9)
+    again = analyse_delay(loop, **asked | {name: found.value})
+    assert again.status == "feasible"
+    beyond = analyse_delay(loop, **asked | {name: found.beyond})
+    assert beyond.status == "infeasible"
+    assert f"{name} = {found.value} has a certificate" in repr(found)
+
+
+def test_largest_stops_at_the_parameters_own_limit():
+    loop = DelayedLoop([[-2]], [[0.5]])
+    found = largest("mu", loop, tau=0.3)
+    assert (found.value, found.beyond) == (0.3, None)
+    never = largest("delta", DelayedLoop([[1]], [[0]]), tau=0.3)
+    assert never.value is None
+    assert never.design is None
+
+
+@pytest.mark.parametrize("bad, words", [
+    (dict(name="d"), "name must be"),
+    (dict(digits=0), "digits must be"),
+    (dict(digits=1.5), "digits must be"),
+])
+def test_bad_questions_for_the_largest(bad, words):
+    with pytest.raises(ValueError, match=words):
+        largest(**dict(name="tau", plant=BENCHMARK, tau=1) | bad)
+
+
+# Bad input
+
+SINGULAR = sos.SecondOrderSystem(
+    np.diag([1.0, 0]), np.eye(2), np.eye(2), [[1], [1]])
+
+
+@pytest.mark.parametrize("bad, words", [
+    (dict(tau=None), "tau is missing"),
+    (dict(tau=0), "tau must be"),
+    (dict(tau=-1.0), "tau must be"),
+    (dict(tau=np.nan), "tau"),
+    (dict(tau="1"), "tau"),
+    (dict(mu=-0.1), "mu must not be negative"),
+    (dict(mu=0.5), "mu = 0.5 exceeds tau = 0.4.*take mu <= tau"),
+    (dict(mu=np.inf), "mu"),
+    (dict(delta=-0.1), "delta must not be negative"),
+    (dict(delta=[0.1]), "delta"),
+    (dict(alpha=0), "alpha must be"),
+    (dict(alpha=-2.0), "alpha must be"),
+    (dict(method="bessel"), "method must be one of functional, shift"),
+    (dict(method="legendre"), "analyses a given gain"),
+    (dict(U=[[1, 0, 0]]), "U has 3 columns, needs 2"),
+    (dict(U=[1, 0]), "U must be a matrix"),
+    (dict(U=[[1, 0], [0, 1]]), "U"),
+    (dict(K_A=[[0.1, 0]]), "K_A must be zero.*neutral"),
+    (dict(plant=SINGULAR, U=None), "M is singular.*neutral"),
+    (dict(plant="wing"), "plant"),
+    (dict(method="shift", printed=True), "printed=True"),
+])
+def test_bad_input_of_a_design(bad, words):
+    asked = dict(plant=RAM.plant) | RAM.requirements | bad
+    with pytest.raises(ValueError, match=words):
+        design_delay_pid(**asked)
+
+
+@pytest.mark.parametrize("bad, words", [
+    (dict(K=None), "K is missing"),
+    (dict(K=[[1, 2, 3]]), "K has 3 columns, needs 5"),
+    (dict(K=np.ones((2, 5))), "K has 2 rows, needs 1"),
+    (dict(K=[1, 2, 3, 4, 5]), "K must be a matrix"),
+    (dict(K=[[1, 2, 3, 4, np.nan]]), "K has NaN"),
+    (dict(K_A=[[0.1, 0]]), "K_A must be zero"),
+    (dict(alpha=0.8), "alpha stands in the printed"),
+    (dict(method="legendre", order=-1), "order must be 0, 1, 2"),
+    (dict(method="legendre", order=1.0), "order must be 0, 1, 2"),
+    (dict(method="Legendre"), "method must be one of"),
+    (dict(method="legendre", plant=sos.Polytope([RAM.plant, HEAVIER])),
+     "takes one plant"),
+    (dict(method="legendre", printed=True), "printed=True"),
+    (dict(plant=BENCHMARK), "has its controller inside"),
+    (dict(plant=BENCHMARK, K=None), "has its controller inside"),
+])
+def test_bad_input_of_an_analysis(bad, words):
+    asked = dict(
+        plant=RAM.plant, K=RAM.K, U=RAM.U, tau=0.4, mu=0.2, delta=0.1)
+    with pytest.raises(ValueError, match=words):
+        analyse_delay(**asked | bad)
+
+
+@pytest.mark.parametrize("bad, words", [
+    (dict(A=[[1, 2]], A_d=[[1, 2]]), "A must be square"),
+    (dict(A=[[1]], A_d=[[1, 2]]), "A_d has 2 columns, needs 1"),
+    (dict(A=[1], A_d=[[1]]), "A must be a matrix"),
+])
+def test_bad_loops(bad, words):
+    with pytest.raises(ValueError, match=words):
+        DelayedLoop(**bad)
+
+
+def test_a_zero_acceleration_gain_is_none():
+    d = design(K_A=np.zeros((1, 2)))
+    assert np.array_equal(d.K, thesis_design().K)
+
+
+# Proofs that there is none
+
+@pytest.mark.parametrize("d", [
+    lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1, mu=1),
+    lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1.6,
+                          method="legendre"),
+    lambda: design_delay_pid(
+        sos.SecondOrderSystem(ONE, [[0.0]], [[-1.0]], ONE), tau=1, mu=0.5,
+        delta=2, alpha=2),
+], ids=["analysis", "legendre", "design"])
+def test_infeasibility_is_proven(d):
+    """Z > 0 whose pairing with the blocks is zero for all unknowns."""
+    d = d()
+    assert d.status == "infeasible"
+    proof = d.infeasibility
+    assert proof.proven
+    expressions, unknowns = d.request.in_unknowns(exact)
+    assert set(proof.multipliers) == set(expressions)
+    Z = [proof.multipliers[name] for name in expressions]
+    for z in Z:
+        assert (z == z.T).all()
+        assert positive_definite(z)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    assert not any(c.any() for c in blocks.constants)
+    for a in range(blocks.variables):
+        pairs = zip(blocks.slopes, Z)
+        assert sum((fmpq(1) * s[a] * z).sum() for s, z in pairs) == 0
+
+
+# Other methods
+
+def outside(request):
+    """Clarabel's verdict: all blocks >= I, for they are a cone."""
+    values = {
+        u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
+        for u in request.unknowns()}
+    problem = cvxpy.Problem(cvxpy.Minimize(0), [
+        (g + g.T) / 2 >> np.eye(g.shape[0])
+        for g in request.blocks(values).values()])
+    problem.solve(solver=cvxpy.CLARABEL)
+    return {"optimal": "feasible"}.get(problem.status, problem.status)
+
+
+@pytest.mark.parametrize("changes, status", [
+    (dict(mu=0.2), "feasible"),
+    (dict(tau=0.7), "feasible"),
+    (dict(tau=1.2, mu=0.4), "infeasible"),
+    (dict(tau=1.6), "infeasible"),
+    (dict(mu=0.2, delta=0.3, method="shift"), "feasible"),
+    (dict(tau=1.5, method="legendre"), "feasible"),
+    (dict(tau=1.6, method="legendre"), "infeasible"),
+])
+def test_clarabel_agrees_on_an_analysis(changes, status):
+    loop = DelayedLoop([[0, 0], [0.2, -0.5]], [[-1, 0], [0, -0.3]])
+    request = DelayRequest(loop, **dict(tau=0.5) | changes)
+    found = solve_delay(request)
+    assert found.status == status
+    assert outside(request) == status
+
+
+@pytest.mark.parametrize("changes, status", [
+    (dict(), "feasible"), (dict(delta=2.0), "infeasible")])
+def test_clarabel_agrees_on_a_design(changes, status):
+    plant = sos.SecondOrderSystem(ONE, [[0.1]], [[-1.0]], ONE)
+    asked = dict(tau=0.2, mu=0.1, delta=0.1, alpha=0.4) | changes
+    d = design_delay_pid(plant, [[1.0]], **asked)
+    assert d.status == status
+    assert outside(d.request) == status
+
+
+def test_a_tiny_delay_changes_nothing():
+    """A gain is accepted where the loop without delay is Hurwitz."""
+    rng = np.random.default_rng(4)
+    d, = descriptors(RAM.plant, U=RAM.U)
+    seen = set()
+    for _ in range(8):
+        K = RAM.K + 0.6 * rng.standard_normal(RAM.K.shape)
+        A, Ad = delayed_loop(d, K)
+        stable = np.linalg.eigvals(A + Ad).real.max() < 0
+        request = DelayRequest(RAM.plant, RAM.U, 1e-4, 1e-4, gain=K)
+        found = solve_delay(request, refuse=False)
+        assert (found.status == "feasible") == stable
+        seen.add(bool(stable))
+    assert seen == {True, False}
+
+
+# Units
+
+MASS, FORCE, TIME = 1e3, 1e-2, 60.0
+LENGTHS = np.diag([1e3, 1e-2])
+
+
+@pytest.mark.parametrize("method", ["functional", "shift"])
+@pytest.mark.parametrize("unit", ["mass", "force", "lengths", "time"])
+def test_units_do_not_change_a_design(unit, method):
+    """The same gain in other units."""
+    p, asked = RAM.plant, dict(RAM.requirements)
+    parts = [p.M, p.D, p.S, p.B]
+    right, left = np.ones(5), 1.0  # K of the new units: left K right
+    if unit == "mass":
+        parts = [MASS * p.M, MASS * p.D, MASS * p.S, p.B]
+        left = MASS
+    elif unit == "force":
+        parts = [p.M, p.D, p.S, FORCE * p.B]
+        left = 1 / FORCE
+    elif unit == "lengths":
+        parts = [LENGTHS @ x @ LENGTHS for x in parts[:3]]
+        parts.append(LENGTHS @ p.B)
+        asked["U"] = RAM.U @ LENGTHS
+        right = np.append(np.tile(np.diag(LENGTHS), 2), 1.0)
+    else:
+        parts = [p.M / TIME**2, p.D / TIME, p.S, p.B]
+        for name in ("tau", "mu", "alpha"):
+            asked[name] = asked[name] / TIME
+        asked["delta"] *= TIME
+        right = np.array([1, 1, 1 / TIME, 1 / TIME, TIME])
+    scaled = design_delay_pid(
+        sos.SecondOrderSystem(*parts), **asked, method=method)
+    wanted = left * thesis_design(method).K * right
+    assert np.allclose(scaled.K, wanted, rtol=1e-5, atol=0)
+    assert scaled.certify().proven
+
+
+def test_a_loop_that_is_given_as_such_takes_no_controller():
+    loop = delay.DelayedLoop([[-2.0]], [[-1.0]])
+    with pytest.raises(ValueError, match="nothing to design"):
+        sos.design_delay_pid(loop, tau=1)
+    with pytest.raises(ValueError, match="leave K and U out"):
+        delay.largest("tau", loop, K=[[1.0]], tau=1)
+    found = sos.analyse_delay(loop, tau=1)
+    with pytest.raises(ValueError, match="no K_P"):
+        _ = found.K_P
+
+
+def test_order_is_an_integer_of_any_kind_but_no_truth_value():
+    loop = delay.DelayedLoop([[-2.0]], [[-1.0]])
+    found = sos.analyse_delay(
+        loop, tau=1, method="legendre", order=np.int64(1))
+    assert found.status == "feasible"
+    with pytest.raises(ValueError, match="order must be 0, 1, 2"):
+        sos.analyse_delay(loop, tau=1, method="legendre", order=True)
+    with pytest.raises(ValueError, match="digits must be 1 or more"):
+        delay.largest("tau", loop, tau=1, digits=True)

@@ -1,0 +1,199 @@
+"""Section 3.2: its rows, its errata, and what chapter 21 says of a mode."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.linalg import null_space
+from scipy.optimize import newton
+
+import sosbook as sos
+from sosbook import delay, reproduction
+from sosbook.descriptor import Descriptor, descriptors
+from sosbook.theorems import Functional, Times, delay_stabilization
+
+HERE = ("20_delay_theorem", "21_delay_examples")
+ROWS = [r for r in reproduction.rows() if r.chapter in HERE]
+M = [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]]
+
+
+def row(item):
+    (found,) = [r for r in ROWS if r.item.startswith(item)]
+    return found
+
+
+@pytest.mark.parametrize("item, verdict", [
+    ("the theorem with + in the Z block", "differs"),
+    ("the theorem with A F'", "differs"),
+    ("the theorem with the factor alpha", "differs"),
+    ("D12", "differs"),
+    ("S22", "differs"),
+    ("decay under the printed gains, printed data", "differs"),
+    ("decay under the printed gains, published data", "differs"),
+    ("Theorem 2.3 yields gains, printed data", "differs"),
+    ("Theorem 2.3 yields gains, published data", "differs"),
+    ("rate at the nominal delay, published data", "property holds"),
+    ("K_P, K_D, K_I of the wing", "differs"),
+    ("e_a goes to zero at the nominal delay", "property holds"),
+    ("z for a unity set-point", "differs"),
+    ("the curves of Figs 3.17", "not reproducible"),
+    ("decay under the printed gains, two masses", "property holds"),
+    ("Theorem 2.3 yields gains, two masses", "property holds"),
+    ("K_P, K_D, K_I of the two masses", "differs"),
+    ("e_a goes to zero for a constant set-point", "property holds"),
+    ("z for a constant set-point", "differs"),
+    ("the curves of Figs 3.19", "not reproducible"),
+])
+def test_verdicts(item, verdict):
+    assert row(item).verdict == verdict
+
+
+def test_no_row_is_left_untested():
+    assert len(ROWS) == 20
+
+
+def wing(D12, S22):
+    """D and S of the wing, typed from the page."""
+    D = [[7.66, D12, 2.1], [0.23, 1.04, 0.223], [0.6, 0.756, 0.658]]
+    S = [[121, 18.9, 15.9], [0, S22, 0.145], [11.9, 3.64, 15.5]]
+    return np.array(D), np.array(S)
+
+
+@pytest.mark.parametrize("D12, S22, delay, real, item", [
+    (2.5, 27, 0.3, 0.740, "decay under the printed gains, printed"),
+    (2.45, 2.7, 0.3, 0.102, "decay under the printed gains, published"),
+    (2.45, 2.7, 0.2, -0.733, "rate at the nominal delay"),
+])
+def test_rightmost_root_by_newton_on_the_determinant(
+    D12, S22, delay, real, item
+):
+    """det(s^2 M + s D + S - B (K_P + s K_D + K_I U / s) e^(-s d))."""
+    D, S = wing(D12, S22)
+    gains = np.array([
+        [-7.7475, 15.5212, 0.9003], [-75.0955, -4.6038, -12.3270],
+        [-66.2748, 0, 0]])
+
+    def characteristic(s):
+        matrix = s * s * np.array(M) + s * D + S
+        late = gains[0] + s * gains[1] + gains[2] / s
+        matrix[0] -= late * np.exp(-s * delay)
+        return np.linalg.det(matrix)
+
+    starts = [complex(a, b) for a in (-0.8, 0, 0.8)
+              for b in (0.7, 2.5, 5.5, 8.5)]
+    roots = []
+    for start in starts:
+        s, done = newton(characteristic, start, maxiter=100,
+                         full_output=True, disp=False)
+        if done.converged and abs(characteristic(s)) < 1e-6:
+            roots.append(s)
+    assert abs(max(s.real for s in roots) - real) < 1e-3
+    assert f"{abs(real):.3f}" in row(item).ours
+
+
+def test_the_misprints_hide_the_flutter():
+    """Open loop, by the companion matrix."""
+    for (D12, S22), real in (((2.5, 27), -0.2560), ((2.45, 2.7), 0.0947)):
+        D, S = wing(D12, S22)
+        A = np.block([[np.zeros((3, 3)), np.eye(3)],
+                      [-np.linalg.solve(M, S), -np.linalg.solve(M, D)]])
+        assert abs(np.linalg.eigvals(A).real.max() - real) < 1e-4
+        assert f"{real:+.4f}" in row("S22").why
+
+
+def test_positions_at_rest_follow_from_the_stiffness():
+    z = np.linalg.solve(wing(2.45, 2.7)[1], [1, 0, 0])
+    printed = re.findall(r"-?\d+\.\d+", row("z for a unity").ours)
+    np.testing.assert_allclose(
+        list(map(float, printed)), z / z[0], atol=1e-3)
+
+
+@pytest.mark.parametrize("published", [False, True])
+def test_why_there_are_no_gains(published):
+    """Its words follow from multipliers that are exact."""
+    words = "published" if published else "printed"
+    found = row(f"Theorem 2.3 yields gains, {words}")
+    assert found.ours == "infeasible"
+    assert found.why.endswith("infeasibility is proven")
+
+
+def test_a_certificate_contains_one_of_the_flutter_mode():
+    """The proposition of chapter 21, on a design for the wing."""
+    ex = sos.thesis.delay_example_1(published=True)
+    found = sos.design_delay_pid(
+        ex.plant, ex.U, tau=0.2, mu=0.1, delta=0.05, alpha=0.6)
+    frame = found.request.frame
+    (d,) = descriptors(ex.plant, ex.U)
+    d = d.change(frame.left, frame.T, frame.scale)
+    back = np.linalg.inv(d.E)
+    A, Bu = 0.2 * back @ d.A, 0.2 * back @ d.Bu  # tau is the unit of time
+    poles = ex.plant.poles() * 0.2
+    slow = poles[poles.real.argmax()]
+    square = (A @ A - 2 * slow.real * A + abs(slow) ** 2 * np.eye(7)) @ A
+    W = null_space(square.T, rcond=1e-9)
+    assert W.shape == (7, 3)
+    values = {
+        name: W.T @ back @ v @ back.T @ W
+        for name, v in found.values.items() if name not in "FX"
+    }
+    F = W.T @ back @ found.values["F"] @ W
+    X = found.values["X"] @ W
+    Lambda = np.linalg.lstsq(W, A.T @ W)[0].T
+    np.testing.assert_allclose(W.T @ A, Lambda @ W.T, atol=1e-9)
+    np.testing.assert_allclose(
+        np.poly(Lambda), [1, -2 * slow.real, abs(slow) ** 2, 0], atol=1e-9)
+    mode = Descriptor(np.eye(3), Lambda, W.T @ Bu, np.zeros((3, 0)), None)
+    delta = 0.05 * 0.2
+    t = Times(1, 0.5, delta, np.exp(-2 * delta), np.exp(-3 * delta))
+    names = ("P", "Q", "S", "R1", "R2", "R3", "Z")
+    v = Functional(*(values[name] for name in names))
+    block = delay_stabilization(mode, v, F, X, t, 0.6 / 0.2)
+    assert np.linalg.eigvalsh(block)[0] > 0
+    for whole in (np.block([[v.P, v.Q], [v.Q.T, t.epsilon1 * v.S]]),
+                  np.block([[v.R1, v.R2.T], [v.R2, v.R3]])):
+        assert np.linalg.eigvalsh(whole)[0] > 0
+
+
+@pytest.mark.parametrize("alpha", [-0.7, 0.4, 3.0])
+def test_alpha_must_be_positive(alpha):
+    """Along (alpha v, -v, alpha v, 0, 0) only the functional is left."""
+    rng = np.random.default_rng(3)
+    N, tau, mu, delta = 3, 0.7, 0.2, 0.3
+
+    def any_square():
+        return rng.standard_normal((N, N))
+
+    def positive(size):
+        root = rng.standard_normal((size, size))
+        return root @ root.T
+
+    R = positive(2 * N)
+    v = Functional(
+        positive(N), any_square(), positive(N), R[:N, :N], R[N:, :N],
+        R[N:, N:], positive(N))
+    plant = Descriptor(
+        any_square(), any_square(), rng.standard_normal((N, 1)), None, None)
+    t = Times(tau, mu, delta, np.exp(-2 * delta * tau) / tau,
+              np.exp(-2 * delta * (tau + mu)))
+    form = -delay_stabilization(
+        plant, v, any_square(), rng.standard_normal((1, N)), t, alpha)
+    y = rng.standard_normal(N)
+    along = np.r_[alpha * y, -y, alpha * y, np.zeros(2 * N)]
+    pair = np.r_[alpha * y, -y]
+    left = (
+        2 * alpha * (alpha * delta - 1) * y @ v.P @ y
+        + alpha**2 * (1 - np.exp(-2 * delta * tau)) * y @ v.S @ y
+        + tau * pair @ R @ pair + 2 * mu * y @ v.Z @ y
+    )
+    assert along @ form @ along == pytest.approx(left, rel=1e-9)
+    assert alpha > 0 or left > 0
+
+
+def test_a_constant_delay_needs_no_last_block():
+    """The erratum on mu = 0: with four block rows there is a proof."""
+    loop = delay.DelayedLoop([[-1]], [[0.5]])
+    found = sos.analyse_delay(loop, tau=1.0, mu=0.0)
+    assert "Z" not in found.margins
+    assert found.certify().proven
+    blocks, _ = found.request.in_unknowns()
+    assert blocks["decay"].constant.shape == (4, 4)
