@@ -8,6 +8,7 @@ One module for each subject of the table.
 from functools import cache
 
 from . import (
+    delay,
     example_1,
     example_2,
     example_3,
@@ -23,7 +24,7 @@ __all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
 
 _SUBJECTS = (
     singular_mass, vertices, example_1, example_2, example_3, example_4,
-    integrators,
+    integrators, delay,
 )
 
 
