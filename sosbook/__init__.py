@@ -16,9 +16,12 @@ from . import (
     thesis,
     widgets,
 )
+from .cost import QuadraticCost
 from .delay import DelayDesign, analyse_delay, design_delay_pid
-from .design import Design, analyse_pid, design_pid
+from .design import Design, analyse_loop, analyse_pid, design_pid
+from .first_order import DescriptorSystem
 from .integrators import IntegratorChoice, admissible_U
+from .lqr import design_lqr
 from .nonlinear import Steps, simulate_nonlinear
 from .regions import LMIRegion, PoleRegion, Region
 from .regularization import (
@@ -35,11 +38,13 @@ __version__ = "0.1.0"
 __all__ = [
     "DelayDesign",
     "Design",
+    "DescriptorSystem",
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
     "PoleRegion",
     "Polytope",
+    "QuadraticCost",
     "Region",
     "Regularization",
     "Response",
@@ -49,12 +54,14 @@ __all__ = [
     "Steps",
     "admissible_U",
     "analyse_delay",
+    "analyse_loop",
     "analyse_pid",
     "atlas",
     "counterexamples",
     "couplings",
     "delay",
     "design_delay_pid",
+    "design_lqr",
     "design_pid",
     "infinite_modes",
     "maps",

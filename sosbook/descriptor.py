@@ -180,9 +180,19 @@ class Coupled:
         return he(self.i.E @ self.P @ self.j.E.T) / 2
 
     @cached_property
+    def EP(self):
+        """½(E_i + E_j) P."""
+        return (self.i.E + self.j.E) @ self.P / 2
+
+    @cached_property
+    def EY(self):
+        """½(E_i + E_j) Yᵀ."""
+        return (self.i.E + self.j.E) @ self.Y.T / 2
+
+    @cached_property
     def EPC(self):
         """½(E_i + E_j) P Cᵀ."""
-        return (self.i.E + self.j.E) @ self.P @ self.i.C.T / 2
+        return self.EP @ self.i.C.T
 
     @cached_property
     def Bw(self):
@@ -230,9 +240,19 @@ class SlackVertex:
         return self.i.E @ self.V.T @ self.E0.T
 
     @cached_property
+    def EV(self):
+        """E0 V."""
+        return self.E0 @ self.V
+
+    @cached_property
+    def EY(self):
+        """E0 Yᵀ."""
+        return self.E0 @ self.Y.T
+
+    @cached_property
     def EVC(self):
         """E0 V Cᵀ."""
-        return self.E0 @ self.V @ self.i.C.T
+        return self.EV @ self.i.C.T
 
     @cached_property
     def Bw(self):

@@ -7,15 +7,17 @@ from functools import cached_property
 import numpy as np
 
 from . import analysis
+from .cost import noise_cost
 from .descriptor import descriptors
-from .phases import Solution
+from .first_order import DescriptorSystem
+from .phases import Solution, answer
 from .proof import prove, prove_infeasible
 from .request import Request
 from .simulate import simulate
 from .solve import feasible, solve
 from .system import Polytope, SecondOrderSystem, positive
 
-__all__ = ["Design", "analyse_pid", "design_pid"]
+__all__ = ["Design", "analyse_loop", "analyse_pid", "design_pid"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +126,7 @@ class Design(Solution):
                 f"the design is {self.status}: there is nothing to "
                 "certify; see its advice and infeasibility"
             )
-        return prove(self.request, self.K, self.P, digits, self.V)
+        return prove(self.request, self.K, self.P, digits, self.V, self.J)
 
     def to_cvxpy(self, margin=0.0):
         """The same LMIs as cvxpy constraints, for other solvers.
@@ -208,7 +210,8 @@ class Design(Solution):
         expressions, _ = self.request.in_unknowns(
             self.frame, (self.request.gamma or 0) ** 2
         )
-        keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max")}
+        keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max"),
+                "cost": ("trace", "cost", "lqr")}
         wanted = keys.get(name, (name,))
         if len(self.request.vertices) > 1:  # drop the vertices' numbers
             expressions = [
@@ -222,9 +225,8 @@ class Design(Solution):
     def _each(self, function):
         """Per vertex; unpacked for a single plant."""
         found = [function(d) for d in self.request.vertices]
-        if isinstance(self.request.plant, SecondOrderSystem):
-            return found[0]
-        return found
+        return found if len(found) > 1 or isinstance(
+            self.request.plant, Polytope) else found[0]
 
     def _loops(self, samples, seed):
         """Descriptors of the vertices and of random plants between."""
@@ -278,6 +280,22 @@ class Design(Solution):
             analysis.hinf_norm(d, K) for d in self._loops(samples, seed)
         )
 
+    def noise_cost(self, cost=None, samples=0, seed=0):
+        """The largest true quadratic cost under white noise.
+
+        Parameters
+        ----------
+        cost : QuadraticCost, optional
+            That of the request without it.
+        samples, seed
+            As in `poles`.
+        """
+        K, cost = self._gain(), cost or self.request.cost
+        if cost is None:
+            raise ValueError("cost is missing: the design was made without")
+        return max(
+            noise_cost(d, K, cost) for d in self._loops(samples, seed))
+
     def peak_input(self, samples=0, seed=0):
         """The largest signal that saturation bounds, from x0.
 
@@ -320,6 +338,7 @@ _WORDS = {
     "disk": "disk radius rho",
     "gamma": "H-infinity bound gamma",
     "saturation": "input bound u_max",
+    "cost": "bound of the cost",
 }
 
 
@@ -329,7 +348,7 @@ def _words(names):
 
 def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
                K_A=None, coupling="pairs", mu=1.0, slack=None,
-               minimize=None, backoff=0.01, start=None):
+               minimize=None, backoff=0.01, start=None, cost=None):
     r"""Design a robust PID controller (PD without ``U``).
 
     Parameters
@@ -359,18 +378,22 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         The scalar epsilon of the slack LMIs, in seconds. Without it a
         line search: the first value that succeeds, or with
         ``minimize="gamma"`` the best.
-    minimize : {None, "gamma", "u_max"} or dict, optional
+    minimize : {None, "gamma", "u_max", "cost"} or dict, optional
         Find the smallest bound and design for it, backed off by the
         fraction ``backoff`` and rounded up to three digits. A dict of
         weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
-        weighted sum of the squares. The bounds themselves are left out:
-        no ``gamma``, ``Saturation(None, x0)``.
+        weighted sum of the squares ("cost" as it is). The bounds
+        themselves are left out: no ``gamma``, ``Saturation(None, x0)``,
+        ``QuadraticCost(Q, R)``.
     backoff : float
         See ``minimize``.
     start : Design, optional
         A neighbouring design, of the same plant or one like it, to
         start from: faster, the answer is the same. One that isn't
         feasible is no help and is passed over.
+    cost : QuadraticCost, optional
+        Bound of the quadratic cost under white noise (Theorem 2.4); for
+        the least cost alone see `design_lqr`.
 
     Returns
     -------
@@ -402,13 +425,13 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     return _design(
         mu, minimize, backoff, start, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
-        slack=slack,
+        slack=slack, cost=cost,
     )
 
 
 def analyse_pid(plant, K, U=None, region=None, gamma=None,
                 saturation=None, K_A=None, coupling="pairs", mu=1.0,
-                slack=None, minimize=None, backoff=0.01):
+                slack=None, minimize=None, backoff=0.01, cost=None):
     """Find a certificate for a given gain.
 
     Parameters
@@ -427,8 +450,40 @@ def analyse_pid(plant, K, U=None, region=None, gamma=None,
     return _design(
         mu, minimize, backoff, None, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
-        slack=slack, gain=K,
+        slack=slack, gain=K, cost=cost,
     )
+
+
+def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
+                 coupling="pairs"):
+    """Find a certificate for a closed loop E x' = A x + B_w w, y = C x.
+
+    For loops that `analyse_pid` doesn't describe: with an observer, a
+    filter, actuator dynamics.
+
+    Parameters
+    ----------
+    E, A, B_w, C
+        As in `DescriptorSystem`: matrices, or lists of them for a polytope.
+    region, gamma, coupling
+        As in `design_pid`; gamma bounds the norm from w to y.
+
+    Returns
+    -------
+    Design
+        "infeasible" means that no common Lyapunov matrix proves what is
+        asked. Stability is always demanded.
+
+    Examples
+    --------
+    >>> loop = analyse_loop(np.eye(2), [[[0, 1], [-2, -3]],
+    ...                                 [[0, 1], [-3, -2]]])
+    >>> loop.certify().claims
+    ('every plant of the polytope is stable',)
+    """
+    request = Request(
+        DescriptorSystem(E, A, None, B_w, C), region=region, gamma=gamma, coupling=coupling)
+    return Design(**vars(answer(request)))
 
 
 def _design(mu, minimize, backoff, start, **asked):
@@ -441,6 +496,8 @@ def _design(mu, minimize, backoff, start, **asked):
     if "u_max" in objective:  # a number stands in
         limit = replace(asked["saturation"], u_max=1.0)
         asked = asked | {"saturation": limit}
+    if "cost" in objective:
+        asked = asked | {"cost": replace(asked["cost"], bound=1.0)}
     request = Request(**asked, mu=1.0 if free else mu)
     if start is not None:
         _check_start(start, request)
@@ -469,14 +526,20 @@ def _objective(minimize, asked):
     """Weights by name, of what isn't asked as a number."""
     if minimize is None:
         return {}
-    if minimize in ("gamma", "u_max"):
+    if minimize in ("gamma", "u_max", "cost"):
         minimize = {minimize: 1.0}
     if not isinstance(minimize, dict) or not minimize or not set(
         minimize
-    ) <= {"gamma", "u_max"}:
+    ) <= {"gamma", "u_max", "cost"}:
         raise ValueError(
-            'minimize must be None, "gamma", "u_max" or a dict of their '
-            f"weights, got {minimize!r}"
+            'minimize must be None, "gamma", "u_max", "cost" or a dict of '
+            f"their weights, got {minimize!r}"
+        )
+    if "cost" in minimize and (
+        asked["cost"] is None or asked["cost"].bound is not None
+    ):
+        raise ValueError(
+            'minimize="cost" needs cost=QuadraticCost(Q, R) without a bound'
         )
     if "gamma" in minimize and asked["gamma"] is not None:
         raise ValueError('give gamma or minimize="gamma", not both')

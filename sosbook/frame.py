@@ -3,8 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cholesky, solve_continuous_are
+from scipy.linalg import (
+    cholesky,
+    matrix_balance,
+    solve_continuous_are,
+    solve_continuous_lyapunov,
+)
 
+from .first_order import DescriptorSystem
 from .lmi.certificate import round_digits
 
 __all__ = ["Frame", "typical_rate"]
@@ -32,6 +38,10 @@ class Frame:
         mean = _typical(request)
         A, B, Bw = mean.state_space()
         omega = typical_rate(request)
+        if request.cost is not None:
+            return cls._of_cost(request, A, B)
+        if request.plant.m == 0:
+            return cls._of_loop(request, A)
         weight = _energy(request, omega)
         effort = (B.T * weight) @ B / omega**2
         effort = np.diag(np.where(np.diag(effort) > 0, np.diag(effort), 1))
@@ -57,6 +67,34 @@ class Frame:
         scale = omega / (np.linalg.norm(push, 2) or 1.0)
         gain = None if gain is None else gain @ T / scale
         return cls.at(request, T, scale, gain)
+
+    @classmethod
+    def _of_cost(cls, request, A, B):
+        """From the Riccati equation of the cost itself: P is near I."""
+        Q, R = request.cost.Q, request.cost.R
+        Q = Q + 1e-6 * np.diag(np.maximum(Q.diagonal(), Q.max() * 1e-6))
+        try:
+            X = solve_continuous_are(A, B, Q, R)
+            T = np.linalg.inv(cholesky(X, lower=True)).T
+        except np.linalg.LinAlgError:  # a mode that no weight sees
+            return cls.at(request, np.eye(len(A)), 1.0)
+        gain = -np.linalg.solve(R, B.T @ X)
+        scale = np.linalg.norm(gain @ T, 2) or 1.0
+        return cls.at(request, T, scale, gain @ T / scale)
+
+    @classmethod
+    def _of_loop(cls, request, A):
+        """From Lyapunov's equation of the loop, a little faster."""
+        rates = np.linalg.eigvals(A).real
+        shift = A - min(0.9 * rates.max(), 0.0) * np.eye(len(A))
+        try:
+            balance = matrix_balance(shift, separate=True)[1][0]
+            weight = 1 / balance**2
+            X = solve_continuous_lyapunov(shift.T, -np.diag(weight))
+            T = np.linalg.inv(cholesky(X, lower=True)).T
+        except np.linalg.LinAlgError:
+            T = np.eye(len(A))
+        return cls.at(request, T, 1.0)
 
     @classmethod
     def at(cls, request, T, scale, gain=None):
@@ -98,6 +136,8 @@ def typical_rate(request):
 
 def _energy(request, omega):
     """Diagonal weights of x that have the unit of energy."""
+    if isinstance(request.plant, DescriptorSystem):
+        return np.ones(request.order)
     plants = request.plant.vertices
     n = plants[0].n
     d = request.vertices[0]

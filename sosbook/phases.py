@@ -19,7 +19,7 @@ from .lmi.newton import newton_of
 from .proof import prove, prove_infeasible
 from .request import Request
 
-__all__ = ["Solution", "answer", "bounded", "finish", "follow", "search",
+__all__ = ["Solution", "answer", "any_centre", "bounded", "finish", "follow", "search",
            "square"]
 
 MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
@@ -39,6 +39,7 @@ class Solution:
     margins: dict = None
     frame: Frame = None
     multipliers: list = None
+    J: np.ndarray = None
 
 
 def search(request, objective=()):
@@ -107,11 +108,11 @@ def _cutting_plane(request, frame):
         phase = phase_one(some, start=x)
         if phase.x is None:
             return None
-        x = _any_centre(some, unknowns, phase.x, enough=0.3)
+        x = any_centre(some, unknowns, phase.x, enough=0.3)
     return Phase("feasible", x=x), frame, blocks, unknowns, {}
 
 
-def _any_centre(blocks, unknowns, x, enough=None):
+def any_centre(blocks, unknowns, x, enough=None):
     """The analytic centre, of a bounded part if there is no other."""
     try:
         return centre(blocks, x, enough=enough)
@@ -126,6 +127,8 @@ def _any_centre(blocks, unknowns, x, enough=None):
 def _unit(request, frame, name):
     if name == "u_max":
         return frame.scale**2
+    if name == "cost":
+        return 1.0
     C = request.vertices[0].C @ frame.T
     return request.mu * np.linalg.norm(C, 2) ** 2
 
@@ -206,7 +209,7 @@ def _packed(request, frame, unknowns, start):
 
 def finish(request, frame, blocks, unknowns, x):
     """The analytic centre as a Solution, from a feasible point."""
-    x = _any_centre(blocks, unknowns, x)
+    x = any_centre(blocks, unknowns, x)
     return _solution(request, frame, unknowns, x)
 
 
@@ -217,25 +220,34 @@ def _solution(request, frame, unknowns, x):
     ]
     slack = request.coupling == "slack"
     right = values[len(lyapunov)] if slack else lyapunov[0]
-    if request.gain is None:
-        K = np.linalg.solve(right, values[-1].T).T
-        K = np.linalg.solve(frame.T.T, K.T).T * frame.scale
-    else:
-        K = request.gain
+    K = gain_of(request, frame, unknowns, x)
     lyapunov = [frame.T @ p @ frame.T.T for p in lyapunov]
     lyapunov = [(p + p.T) / 2 for p in lyapunov]
     P = np.array(lyapunov) if slack else lyapunov[0]
     V = frame.T @ right @ frame.T.T if slack else None
     Y = K @ (V.T if slack else P)
+    J = None
+    if request.cost is not None:
+        J = values[-1] * request.noise_unit(frame) ** 2
     margins = {
         name: margin(g) for name, g in request.blocks(
-            P, Y, square(request.gamma), V=V).items()
+            P, Y, square(request.gamma), V=V, J=J).items()
     }
     good = min(margins.values()) > 1e-9
     if not good:  # too close for floats
-        good = prove(request, K, P, 17, V).proven
+        good = prove(request, K, P, 17, V, J).proven
     status = "feasible" if good else "undecided"
-    return Solution(request, status, K, P, Y, V, margins, frame)
+    return Solution(request, status, K, P, Y, V, margins, frame, J=J)
+
+
+def gain_of(request, frame, unknowns, x):
+    """K of a point of the LMIs, in the plant's own units."""
+    if request.gain is not None:
+        return request.gain
+    known = dict(zip((u.name for u in unknowns), _unpack(unknowns, x)))
+    right = known["V"] if request.coupling == "slack" else known["P"]
+    K = np.linalg.solve(right, known["Y"].T).T
+    return np.linalg.solve(frame.T.T, K.T).T * frame.scale
 
 
 def _unpack(unknowns, x):

@@ -78,7 +78,7 @@ class InfeasibilityCertificate:
     multipliers: dict
 
 
-def prove(request, K, P, digits=6, V=None):
+def prove(request, K, P, digits=6, V=None, J=None):
     """Check every block of a request in exact arithmetic.
 
     Parameters
@@ -91,6 +91,8 @@ def prove(request, K, P, digits=6, V=None):
         for each vertex.
     V : (N, N) array, optional
         The slack matrix; rounded too.
+    J : (q, q) array, optional
+        Of Theorem 2.4; rounded too.
 
     Returns
     -------
@@ -118,7 +120,8 @@ def prove(request, K, P, digits=6, V=None):
         lyapunov = exact(round_digits(P, places))
         right = exact(round_digits(V, places))
         blocks = request.blocks(
-            lyapunov, gain @ right.T, gamma2, exact, V=right
+            lyapunov, gain @ right.T, gamma2, exact, V=right,
+            J=None if J is None else exact(round_digits(J, places)),
         )
         found = {name: definite(g) for name, g in blocks.items()}
         if all(proven for proven, _ in found.values()):
@@ -140,11 +143,17 @@ def _claims(request):
         where = "every plant of the polytope"
     else:
         where = f"each of the {N} vertices (not the plants between)"
-    words = [f"{where}, under u = K x, is stable"]
+    under = ", under u = K x," if request.plant.m else ""
+    words = [f"{where}{under} is stable"]
     words += [f"its poles lie in the {p.text}" for p in request.parts]
     if request.gamma is not None:
         gamma = repr(request.gamma).removesuffix(".0")
         words.append(f"its H-infinity norm is below {gamma}")
+    if request.cost is not None:
+        words.append(
+            f"its quadratic cost is below {request.cost.bound:.10g} times "
+            "the largest noise intensity"
+        )
     if request.saturation is not None:
         u_max = repr(request.saturation.u_max).removesuffix(".0")
         signal = (

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .cost import QuadraticCost, noise_input
 from .descriptor import (
     Coupled,
     SlackVertex,
@@ -12,7 +13,8 @@ from .descriptor import (
     descriptors,
     mean_descriptor,
 )
-from .lmi import Unknown, eye
+from .first_order import DescriptorSystem
+from .lmi import Unknown, eye, he
 from .lmi.certificate import inverse
 from .regions import Region
 from .system import (
@@ -26,15 +28,18 @@ from .theorems import (
     bounded_real,
     control_bound,
     initial_state,
+    lqr_cost,
+    lqr_decay,
     pole_region,
     slack_bounded_real,
     slack_initial_state,
+    slack_lqr_decay,
     slack_pole_region,
     slack_stability,
     stability,
 )
 
-__all__ = ["Request", "Saturation"]
+__all__ = ["Request", "Saturation", "trace_bound"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,13 +96,15 @@ class Request:
     mu: float = 1.0
     slack: float = None
     gain: np.ndarray = None
+    cost: QuadraticCost = None
     vertices: tuple = field(init=False)
     pairs: list = field(init=False)
 
     def __post_init__(self):
-        if not isinstance(self.plant, (SecondOrderSystem, Polytope)):
+        if not isinstance(self.plant, (SecondOrderSystem, Polytope, DescriptorSystem)):
             raise ValueError(
-                "plant must be a SecondOrderSystem or a Polytope, got "
+                "plant must be a SecondOrderSystem, a Polytope of them or "
+                "a DescriptorSystem, got "
                 f"{type(self.plant).__name__}"
             )
         if not isinstance(self.region, (Region, type(None))):
@@ -120,7 +127,20 @@ class Request:
                     "gamma is given but the plant has no F: say where "
                     "the disturbance enters"
                 )
-        vertices = descriptors(self.plant, self.U, self.K_A)
+        if not isinstance(self.cost, (QuadraticCost, type(None))):
+            raise ValueError("cost must be a QuadraticCost(Q, R)")
+        if isinstance(self.plant, DescriptorSystem):
+            if self.U is not None or self.K_A is not None:
+                raise ValueError(
+                    "a DescriptorSystem takes no U and no K_A: put them "
+                    "into its matrices"
+                )
+            vertices = self.plant.vertices
+            if self.plant.m == 0 and self.gain is None:  # a closed loop
+                none = np.zeros((0, self.plant.order))
+                object.__setattr__(self, "gain", none)
+        else:
+            vertices = descriptors(self.plant, self.U, self.K_A)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(
             self, "pairs", coupled_pairs(vertices, self.coupling)
@@ -147,6 +167,17 @@ class Request:
                 f"x0 has {len(self.saturation.x0)} entries, needs "
                 f"2n + a = {self.order}: [z(0); z'(0); x3(0)]"
             )
+        if self.cost is not None:
+            matrix("Q", self.cost.Q, (self.order, self.order))
+            matrix("R", self.cost.R, (self.plant.m, self.plant.m))
+            if self.cost.noise == "F" and self.plant.p == 0:
+                raise ValueError(
+                    'noise="F", but the plant has no F: take "states"')
+            if self.cost.bound is None:
+                raise ValueError(
+                    "cost: bound is None: give a number, or let "
+                    'minimize="cost" or design_lqr find it'
+                )
         if self.gain is not None:
             shape = (self.plant.m, self.order)
             object.__setattr__(self, "gain", matrix("K", self.gain, shape))
@@ -201,12 +232,12 @@ class Request:
     @property
     def needs_stability(self):
         """Whether no other block already demands Re s < 0."""
-        return self.gamma is None and not any(
+        return self.gamma is None and self.cost is None and not any(
             part.implies_stability for part in self.parts
         )
 
     def blocks(self, P, Y, gamma2, number=lambda x: x, frame=None, V=None,
-               squares=()):
+               squares=(), J=None):
         """All blocks that must be positive definite, by name.
 
         Parameters
@@ -223,18 +254,32 @@ class Request:
         V : matrix-like, optional
             The slack matrix.
         squares : dict, optional
-            Squares of "gamma" and "u_max" that take the place of those
-            in the request, scalars or 1 x 1 matrix-like.
+            Squares of "gamma" and "u_max", and the bound of "cost", that
+            take the place of those in the request, scalars or 1 x 1
+            matrix-like.
+        J : matrix-like, optional
+            Of Theorem 2.4, where there is a cost.
         """
         squares = dict(squares)
         gamma2 = squares.get("gamma", gamma2)
         data = self._data(number, frame, squares.get("u_max"))
+        if self.cost is not None:
+            data.J, data.bound = J, squares.get("cost", data.bound)
         if self.coupling == "slack":
             return self._slack_blocks(data, P, V, Y, gamma2, number)
         found = {"P": P}
+        if self.cost is not None:
+            found["trace"] = trace_bound(J, data.bound)
+            if self.cost.noise == "states":
+                found["cost"] = lqr_cost(data.near(P), data.one, J)
         for i, j in self.pairs:
             c = Coupled(data.vertices[i], data.vertices[j], P, Y)
             tag = self._tag(i, j)
+            if self.cost is not None:
+                found["lqr" + tag] = lqr_decay(c, *data.weights)
+                if self.cost.noise == "F":
+                    found["cost" + tag] = lqr_cost(
+                        c.EPE, c.Bw / data.unit, J)
             if self.needs_stability:
                 found["stability" + tag] = stability(c)
             for part in self.parts:
@@ -253,11 +298,21 @@ class Request:
 
     def _slack_blocks(self, data, P, V, Y, gamma2, number):
         found = {}
+        if self.cost is not None:
+            found["trace"] = trace_bound(data.J, data.bound)
         epsilon = number(np.array(self.slack)).item()
         for i, d in enumerate(data.vertices):
             c = SlackVertex(d, data.E0, P[i], V, Y)
             tag = self._tag(i, i)
             found["P" + tag] = P[i]
+            if self.cost is not None:
+                inner, noise = he(c.EVE) - c.EPE, c.Bw / data.unit
+                if self.cost.noise == "states":
+                    inner = he(data.near(V)) - data.near(P[i])
+                    noise = data.one
+                found["cost" + tag] = lqr_cost(inner, noise, data.J)
+                found["lqr" + tag] = slack_lqr_decay(
+                    c, *data.weights, epsilon)
             if self.needs_stability:
                 found["stability" + tag] = slack_stability(c, epsilon)
             for part in self.parts:
@@ -287,6 +342,13 @@ class Request:
                 inertia = number(v.M) - number(v.B) @ K_A
                 d.E[n:2 * n, n:2 * n] = inertia
         data = _Data(vertices, number(self.mean.E))
+        if self.cost is not None:
+            data.one = eye(self.order)
+            data.weights = self.cost.factors()
+            if number(np.array([1.0])).dtype != object:
+                data.weights = [w.astype(float) for w in data.weights]
+            if self.cost.bound is not None:
+                data.bound = number(np.array(self.cost.bound)).item()
         data.mu = number(np.array(self.mu)).item()
         if self.saturation is not None:
             data.x0 = number(self.saturation.x0)
@@ -300,7 +362,19 @@ class Request:
                 number(np.array(f))
                 for f in (frame.left, frame.T, frame.back, frame.scale)
             ))
+            if self.cost is not None:
+                unit = self.noise_unit(frame)
+                data.measure(number(np.array(unit)).item())
         return data
+
+    def noise_unit(self, frame):
+        """A power of two near the size of the noise in a frame.
+
+        There J is measured in its square.
+        """
+        size = np.linalg.norm(
+            frame.back @ noise_input(self.mean, self.cost), 2)
+        return float(2.0 ** np.round(np.log2(size or 1.0)))
 
     def _signals(self, vertices, number):
         """(tag, G_x, G_v): the bounded signal is G_x x + G_v K x."""
@@ -339,7 +413,13 @@ class Request:
         else:
             scale = number(np.array(frame.scale)).item()
             Y = (number(self.gain) @ number(frame.T) / scale) @ V.T
-        blocks = self.blocks(P, Y, gamma2, number, frame, V, squares)
+        J = None
+        if self.cost is not None:
+            channels = self.order if self.cost.noise == "states" else (
+                self.plant.p)
+            J = Unknown("J", channels, symmetric=True)
+            unknowns.append(J)
+        blocks = self.blocks(P, Y, gamma2, number, frame, V, squares, J)
         return blocks, unknowns
 
     def _tag(self, i, j):
@@ -353,6 +433,8 @@ class Request:
             return replace(self, gamma=None)
         if name == "saturation":
             return replace(self, saturation=None)
+        if name == "cost":
+            return replace(self, cost=None)
         rest = tuple(p for p in self.parts if p.name != name)
         return replace(self, region=Region(rest) if rest else None)
 
@@ -364,7 +446,18 @@ class Request:
             names.append("gamma")
         if self.saturation is not None:
             names.append("saturation")
+        if self.cost is not None:
+            names.append("cost")
         return names
+
+
+def trace_bound(J, bound):
+    """bound - tr J, as a matrix."""
+    rows = [bound * eye(1) if np.ndim(bound) == 0 else bound]
+    for k in range(J.shape[0]):
+        unit = eye(J.shape[0])[:, k:k + 1]
+        rows.append(-(unit.T @ J @ unit))
+    return sum(rows[1:], rows[0])
 
 
 class _Data:
@@ -373,11 +466,17 @@ class _Data:
     def __init__(self, vertices, E0):
         self.vertices, self.E0 = vertices, E0
         self.mu = self.x0 = self.u_max2 = self.signals = self.back = None
+        self.one = self.weights = self.bound = self.J = None
+        self.unit = 1
 
     def change(self, left, T, back, scale):
         scale = scale.item()
         self.vertices = [d.change(left, T, scale) for d in self.vertices]
         self.E0 = left @ self.E0 @ T
+        if self.weights is not None:
+            L, W, V = self.weights
+            self.one, self.back = back, back @ T
+            self.weights = T.T @ L, W, V / scale**2
         if self.signals is not None:
             self.signals = [
                 (tag, of_x @ T / scale, of_v) for tag, of_x, of_v in self.signals
@@ -385,6 +484,13 @@ class _Data:
             self.u_max2 = self.u_max2 / scale**2
             self.x0 = back @ self.x0
             self.back = back @ T  # back is T's inverse, up to rounding
+
+    def measure(self, unit):
+        """Measure the noise in a unit."""
+        self.unit = unit
+        if self.bound is not None:
+            self.bound = self.bound / unit**2
+        self.one = self.one / unit
 
     def near(self, P):
         """P where x0 is compared with it."""

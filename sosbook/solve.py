@@ -9,7 +9,7 @@ from .lmi.centre import Blocks, Unbounded, minimize
 from .lmi.certificate import round_digits
 from .phases import Solution, answer, bounded, finish, follow, search, square
 
-__all__ = ["feasible", "solve"]
+__all__ = ["feasible", "optimum", "solve", "with_slack"]
 
 # epsilon in units of 1 / (typical rate), in the order of trial
 SLACK_STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
@@ -40,16 +40,22 @@ def solve(request, objective=None, free_mu=False, backoff=0.01, start=None):
         request, found = _search_mu(request)
         if not found:
             return Solution(request, "undecided", request.gain)
-    if request.coupling == "slack" and request.slack is None:
-        request, found = _search_slack(request, objective)
-        if not found:
-            return Solution(request, "undecided", request.gain)
+    request, found = with_slack(request, objective)
+    if not found:
+        return Solution(request, "undecided", request.gain)
     if objective:
         return _at_optimum(request, objective, backoff)
     found = follow(request, start) or answer(request)
     if free_mu and found.status == "infeasible":  # for this mu only
         return replace(found, status="undecided")
     return found
+
+
+def with_slack(request, objective=None):
+    """The request with a slack scalar where it needs one, and success."""
+    if request.coupling == "slack" and request.slack is None:
+        return _search_slack(request, objective)
+    return request, True
 
 
 def feasible(request):
@@ -66,13 +72,24 @@ def _bounds(request, values):
         request = replace(request, saturation=limit)
     if "gamma" in values:
         request = replace(request, gamma=values["gamma"])
+    if "cost" in values:
+        cost = replace(request.cost, bound=values["cost"])
+        request = replace(request, cost=cost)
     return request
 
 
-def _optimum(request, objective, gap):
+def optimum(request, objective, gap):
     """The optimal bounds (None without any), their point, the frame.
 
     Without any, phase one's outcome instead of the point.
+
+    Parameters
+    ----------
+    request : Request
+    objective : dict
+        As in `solve`.
+    gap : float
+        Relative accuracy of the weighted sum.
     """
     probe = _bounds(request, dict.fromkeys(objective, 1.0))
     phase, frame, blocks, unknowns, units = search(probe, tuple(objective))
@@ -84,12 +101,17 @@ def _optimum(request, objective, gap):
     cost /= cost.max()
     best = _minimize(blocks, unknowns, cost, phase.x, gap, objective)
     squares = best[-len(objective):] * list(units.values())
-    values = dict(zip(objective, np.sqrt(squares)))
+    values = {
+        name: float(
+            square * request.noise_unit(frame) ** 2
+            if name == "cost" else np.sqrt(square))
+        for name, square in zip(objective, squares)
+    }
     return values, best[:-len(objective)], frame
 
 
 def _smallest_gamma(request, gap):
-    found = _optimum(request, {"gamma": 1.0}, gap)[0]
+    found = optimum(request, {"gamma": 1.0}, gap)[0]
     return np.inf if found is None else found["gamma"]
 
 
@@ -118,7 +140,7 @@ def _minimize(blocks, unknowns, cost, x, gap, objective):
 
 
 def _at_optimum(request, objective, backoff):
-    values, x, frame = _optimum(request, objective, 1e-5)
+    values, x, frame = optimum(request, objective, 1e-5)
     if values is None:
         return Solution(request, x.verdict, request.gain)
     request = _bounds(request, {
@@ -148,10 +170,11 @@ def _search_slack(request, objective):
             if feasible(trial):
                 return trial, True
             continue
-        found = _optimum(trial, objective, 1e-3)[0]
+        found = optimum(trial, objective, 1e-3)[0]
         if found is not None:
             tried[slack] = sum(
-                objective[name] * found[name] ** 2 for name in objective)
+                weight * found[name] ** (1 if name == "cost" else 2)
+                for name, weight in objective.items())
     if not tried:
         return trial, False
     best = min(tried, key=tried.get)

@@ -14,6 +14,7 @@ from . import (
     example_3,
     example_4,
     integrators,
+    mip,
     singular_mass,
     vertices,
 )
@@ -24,7 +25,7 @@ __all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
 
 _SUBJECTS = (
     singular_mass, vertices, example_1, example_2, example_3, example_4,
-    integrators, delay,
+    integrators, delay, mip,
 )
 
 

@@ -2,6 +2,7 @@
 
 from functools import cache
 
+from .pendulum import pendulum
 from .table import Erratum
 
 __all__ = ["errata"]
@@ -293,4 +294,34 @@ def errata():
             "z = (1, 0.04, -0.78) and (1, 0.67)",
             "21_delay_examples",
         ),
+        Erratum(
+            "Lemma 2.3", "|W| tr(...)", "lambda_max(W) tr J",
+            "tr(W J) <= lambda_max(W) tr J; with |W| = det W = 0.2 the true "
+            "cost 11.7 exceeds 3.9", "23_lqr",
+        ),
+        Erratum(
+            "Lemma 2.3, proof",
+            "Lambda (Psi - P) + (Psi - P) Lambda^T + Theta <= 0",
+            "Lambda^T (Psi - P) + (Psi - P) Lambda <= 0",
+            "subtract (2.31) from (2.29): Theta cancels, and the transposes "
+            "are the other way", "23_lqr",
+        ),
+        Erratum(
+            "Lemma 2.3, proof; (2.36)", "<= 0 implies that Lambda is Hurwitz",
+            "add strictness, or detectability of (Theta, Lambda)",
+            "z'' + z = u with Q = 0, P = I, Y = 0 satisfies (2.36) and "
+            "swings forever; the bound itself holds at every time, without "
+            "stability", "23_lqr",
+        ),
+        Erratum(
+            "Theorem 2.4", "P, Q of size n x n, Y of size m x n",
+            "N x N and m x N, N = 2n + a (2n without U)",
+            "the state of (2.8) is [z; z'; x3]", "23_lqr",
+        ),
+        Erratum(
+            "(2.37)", "J - B_w^T E^-1 P^-1 E^-1 B_w",
+            "J - B_w^T E^-T P^-1 E^-1 B_w",
+            "Omega^T = B_w^T E^-T; (2.38) has it right", "23_lqr",
+        ),
+        *pendulum(),
     )

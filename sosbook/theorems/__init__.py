@@ -14,6 +14,8 @@ from .delay import (
 )
 from .hinf import bounded_real
 from .legendre import legendre_decay, legendre_functional
+from .lqr import lqr_cost, lqr_decay, slack_lqr_decay
+from .observer import observer_cost, observer_decay
 from .pole_region import pole_region, stability
 from .regularization import regular_mass
 from .saturation import control_bound, initial_state
@@ -36,10 +38,15 @@ __all__ = [
     "initial_state",
     "legendre_decay",
     "legendre_functional",
+    "lqr_cost",
+    "lqr_decay",
+    "observer_cost",
+    "observer_decay",
     "pole_region",
     "regular_mass",
     "slack_bounded_real",
     "slack_initial_state",
+    "slack_lqr_decay",
     "slack_pole_region",
     "slack_stability",
     "stability",

@@ -13,7 +13,11 @@ from .design import explore_design
 from .explorer import Explorer
 from .gamma import explore_mu
 from .hinf import explore_hinf
+from .identification import explore_identification
 from .integrators import explore_integrators
+from .lqr import explore_lqr
+from .pendulum import explore_fall
+from .pendulum_control import explore_pendulum_control
 from .region import explore_region
 from .regularization import explore_regularization
 from .saturation import explore_saturation
@@ -25,10 +29,14 @@ __all__ = [
     "explore_coupling",
     "explore_delay",
     "explore_design",
+    "explore_fall",
     "explore_hinf",
+    "explore_identification",
     "explore_integrators",
+    "explore_lqr",
     "explore_mass_range",
     "explore_mu",
+    "explore_pendulum_control",
     "explore_region",
     "explore_regularization",
     "explore_saturation",

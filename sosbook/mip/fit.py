@@ -1,0 +1,113 @@
+"""A fit: parameters of a simulation, and how well a log knows them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import norm
+
+__all__ = ["Fit", "output_error"]
+
+LAGS = 50  # samples after which residuals are taken as unrelated
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Parameters that were fitted to a log, and how well they're known.
+
+    Parameters
+    ----------
+    names : tuple of str
+    values : (p,) array
+    covariance : (p, p) array
+        From the Jacobian, for residuals that may be coloured.
+    residuals : (N,) array
+        Measured minus modelled.
+
+    Examples
+    --------
+    >>> fit = output_error(lambda x: x * np.ones(4), [0.9, 1.1, 0.9, 1.1],
+    ...                    {"level": 0.5})
+    >>> round(fit["level"], 6)
+    1.0
+    """
+
+    names: tuple
+    values: np.ndarray
+    covariance: np.ndarray
+    residuals: np.ndarray
+
+    def __getitem__(self, name):
+        return float(self.values[self.names.index(name)])
+
+    @property
+    def sd(self):
+        """Standard deviation of each value."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def rms(self):
+        """Of the residuals, in the output's unit."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    def interval(self, name, level=0.95):
+        """The interval that holds the truth with this confidence.
+
+        True only of a model that can be true: a bias isn't in it.
+        """
+        half = norm.ppf((1 + level) / 2) * self.sd[self.names.index(name)]
+        return float(self[name] - half), float(self[name] + half)
+
+
+def output_error(model, y, start):
+    """Fit a simulation to what was measured, by least squares.
+
+    Parameters
+    ----------
+    model : callable
+        ``model(*values)`` is the (N,) output without noise.
+    y : (N,) array_like
+        What was measured.
+    start : dict
+        Names and first guesses.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    ValueError
+        If y doesn't determine every parameter.
+    """
+    y = np.asarray(y, dtype=float)
+    guess = np.array(list(start.values()), dtype=float)
+    try:
+        found = least_squares(
+            lambda x: model(*x) - y, guess, x_scale="jac", ftol=1e-12,
+            xtol=1e-10, gtol=1e-12, max_nfev=100)
+    except (ValueError, OverflowError) as error:
+        raise ValueError("the simulation with " + ", ".join(start)
+                         + f" ran away from the log: {error}") from None
+    names, J, r = tuple(start), found.jac, -found.fun
+    scale = np.linalg.norm(J, axis=0)
+    if not scale.all() or np.linalg.cond(J / scale) > 1e8:
+        raise ValueError("the log doesn't determine " + ", ".join(names)
+                         + ": it needs a voltage that excites the motion")
+    return Fit(names, found.x, covariance(J, r), r)
+
+
+def covariance(J, r):
+    """Covariance of a least-squares fit with coloured residuals.
+
+    (J'J)^-1 J' Sigma J (J'J)^-1, where Sigma is the Toeplitz matrix of
+    the residuals' own correlations, tapered (Bartlett).
+    """
+    inverse = np.linalg.inv(J.T @ J)
+    N = len(r)
+    middle = (r @ r) * J.T @ J
+    for lag in range(1, min(LAGS, N)):
+        taper = (1 - lag / LAGS) * (r[lag:] @ r[:-lag])
+        cross = J[lag:].T @ J[:-lag]
+        middle = middle + taper * (cross + cross.T)
+    return inverse @ middle @ inverse / (N - len(inverse))

@@ -1,0 +1,158 @@
+"""A log of one experiment: time, voltage and what the sensors said."""
+
+import csv
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["Log"]
+
+DIGITS = {"t": "{:.9g}", "V": "{:.6g}", "gyro": "{:.5g}",
+          "encoder1": "{:.9g}", "encoder2": "{:.9g}"}
+LATE = 0.1  # of a period: how far a sample may be from its time
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """Samples of an experiment, equally far apart in time.
+
+    Parameters
+    ----------
+    t : (N,) array_like
+        Time in s.
+    V : (N,) array_like
+        Mean motor voltage, held from this sample to the next one.
+    gyro : (N,) array_like, optional
+        The body's speed theta' in rad/s, read before V acts.
+    encoder1, encoder2 : (N,) array_like, optional
+        Counts of the wheels against the body, read before V acts.
+
+    Raises
+    ------
+    ValueError
+        If a column has another length or entries that aren't finite,
+        or if samples are missing or aren't equally far apart.
+
+    Examples
+    --------
+    >>> log = Log(t=[0, 0.01, 0.02], V=[0, 1, 1], gyro=[0, 0, -0.3])
+    >>> log.T
+    0.01
+    >>> Log(t=[0, 0.01, 0.03, 0.04], V=[0, 1, 1, 1])
+    Traceback (most recent call last):
+        ...
+    ValueError: t: 1 sample missing after t = 0.01 s (row 2); cut the log
+    there or fill it in
+    """
+
+    t: np.ndarray
+    V: np.ndarray
+    gyro: np.ndarray = None
+    encoder1: np.ndarray = None
+    encoder2: np.ndarray = None
+
+    def __post_init__(self):
+        for x in fields(self):
+            value = getattr(self, x.name)
+            if value is None and x.name not in ("t", "V"):
+                continue
+            object.__setattr__(self, x.name, column(x.name, value))
+        for x in fields(self):
+            value = getattr(self, x.name)
+            if value is not None and len(value) != len(self.t):
+                raise ValueError(
+                    f"{x.name} has {len(value)} samples, t has "
+                    f"{len(self.t)}"
+                )
+        uniform(self.t)
+
+    @property
+    def T(self):
+        """Sampling time in s."""
+        span = float(self.t[-1] - self.t[0])
+        return float(f"{span / (len(self.t) - 1):.9g}")
+
+    def need(self, *names):
+        """These columns, or a ValueError that says which is missing."""
+        for name in names:
+            if getattr(self, name) is None:
+                raise ValueError(f"the log has no column {name}; it needs "
+                                 f"{', '.join(('t', 'V', *names))}")
+        return [getattr(self, name) for name in names]
+
+    @classmethod
+    def read(cls, path):
+        """A log from a CSV file with a row of names first.
+
+        The names are t, V and those of gyro, encoder1, encoder2 that
+        were recorded; other columns are refused.
+        """
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+        names = [name.strip() for name in rows[0]] if rows else []
+        known = [x.name for x in fields(cls)]
+        unknown = [name for name in names if name not in known]
+        lost = [name for name in ("t", "V") if name not in names]
+        if unknown or lost or len(set(names)) < len(names):
+            raise ValueError(
+                f"{path}: the first row must name t, V and some of gyro, "
+                f"encoder1, encoder2, each once; it is {','.join(names)!r}"
+            )
+        for i, row in enumerate(rows[1:], 2):
+            if len(row) != len(names) or not all(x.strip() for x in row):
+                raise ValueError(f"{path}: line {i} lacks a value or has "
+                                 f"one too many: {','.join(row)!r}")
+        try:
+            table = np.array(rows[1:], dtype=float).reshape(-1, len(names))
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+        return cls(**dict(zip(names, table.T)))
+
+    def write(self, path):
+        """Write the CSV file that `read` reads."""
+        names = [x for x in DIGITS if getattr(self, x) is not None]
+        form = ",".join(DIGITS[x] for x in names) + "\n"
+        rows = zip(*(getattr(self, x).tolist() for x in names))
+        text = ",".join(names) + "\n" + "".join(form.format(*x) for x in rows)
+        Path(path).write_bytes(text.encode())
+
+
+def column(name, value):
+    """A read-only float vector, or a ValueError that names it."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be a list of real numbers") from None
+    if array.ndim != 1:
+        raise ValueError(f"{name} must be a list of numbers, got "
+                         f"{array.ndim} dimensions")
+    wrong = np.flatnonzero(~np.isfinite(array))
+    if wrong.size:
+        raise ValueError(f"{name} isn't finite at row {wrong[0] + 1}: a "
+                         "missing sample? cut the log there or fill it in")
+    array.flags.writeable = False
+    return array
+
+
+def uniform(t):
+    """A ValueError if samples are missing or not equally far apart."""
+    if len(t) < 3:
+        raise ValueError(f"t has {len(t)} samples; a log needs at least 3")
+    step = np.diff(t)
+    if (step <= 0).any():
+        raise ValueError(f"t must increase; it doesn't after row "
+                         f"{np.flatnonzero(step <= 0)[0] + 1}")
+    T = np.median(step)
+    for k in np.flatnonzero(abs(step / T - 1) > LATE)[:1]:
+        gone = round(step[k] / T) - 1
+        if gone >= 1 and abs(step[k] / T - gone - 1) <= LATE:
+            raise ValueError(
+                f"t: {gone} sample{'s' * (gone > 1)} missing after "
+                f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill "
+                "it in"
+            )
+        raise ValueError(
+            f"t isn't uniform: {step[k]:g} s after t = {t[k]:g} s (row "
+            f"{k + 1}), else {T:g} s; sample the log anew"
+        )

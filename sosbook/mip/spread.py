@@ -1,0 +1,82 @@
+"""The pendulums that two uncertain experiments allow."""
+
+from dataclasses import replace
+
+from ..system import Polytope, number
+from .model import Mip
+
+__all__ = ["polytope", "vertices"]
+
+
+def vertices(mip, spread=0.04):
+    """Four pendulums: e/c and e/a off by the spread, either way.
+
+    Parameters
+    ----------
+    mip : Mip
+        The one in the middle, with I_w.
+    spread : float
+        Relative, between 0 and 1.
+
+    Returns
+    -------
+    tuple of Mip
+        In the order of (4.25): (e/c, e/a) times (1 - s, 1 - s),
+        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s).
+
+    Raises
+    ------
+    ValueError
+        If mip has no I_w, or the spread isn't in [0, 1).
+
+    Examples
+    --------
+    >>> [round(1e3 * v.a, 4) for v in vertices(Mip.printed())]
+    [0.4747, 0.4639, 0.4865, 0.4747]
+    """
+    if mip.I_w is None:
+        raise ValueError("mip has no I_w: say which part of a is geared")
+    if not 0 <= number("spread", spread) < 1:
+        raise ValueError(f"spread must lie in [0, 1), got {spread!r}")
+    return tuple(
+        _scaled(mip, body, wheels)
+        for body in (1 - spread, 1 + spread)
+        for wheels in (1 - spread, 1 + spread)
+    )
+
+
+def _scaled(mip, body, wheels):
+    """With e/c and e/a times so much; J, if any, moves with 2 I_w."""
+    I_w = mip.I_w * body / wheels
+    more = 2 * (I_w - mip.I_w)
+    J = mip.J + more if mip.J else 0.0
+    return replace(mip, a=mip.a + more, e=mip.e * body, I_w=I_w, J=J)
+
+
+def polytope(mip, spread=0.04):
+    """The plants of `vertices`, and all between them.
+
+    M, D, S and B are affine in (I_w, e), and the pairs (I_w, e) that
+    the two spreads allow fill a quadrilateral: the polytope holds just
+    the plants it is meant to hold. `Mip.printed_form`, quadratic in
+    them, hasn't this property.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    Polytope
+
+    Notes
+    -----
+    Source: thesis (4.25), in the natural form of `Mip.plant`.
+
+    Examples
+    --------
+    >>> polytope(Mip.printed()).N
+    4
+    """
+    return Polytope([v.plant() for v in vertices(mip, spread)])

@@ -1,0 +1,66 @@
+"""Lemma 2.3 and Theorem 2.4: a bound of the quadratic cost."""
+
+from ..lmi import block, eye, he
+
+__all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay"]
+
+
+def lqr_cost(EPE, noise, J):
+    """The matrix of (2.35): J bounds the noise's share of the cost.
+
+    Parameters
+    ----------
+    EPE : (N, N) matrix-like
+        E P E' of a pair of vertices, for noise that enters E x'.
+        P itself for noise that enters x'. With a slack matrix
+        E V' E0' + E0 V E' - E0 P E0', a lower bound of that.
+    noise : (N, q) matrix-like
+        Where the noise enters: B_w in print.
+    J : (q, q) matrix-like
+        With white noise of intensity W the cost is at most
+        lambda_max(W) tr J.
+    """
+    return block([[J, noise.T], [noise, EPE]])
+
+
+def lqr_decay(c, L, W, V):
+    """The matrix of (2.36), times -1.
+
+    Parameters
+    ----------
+    c : Coupled
+    L, W : (N, k), (k, k) array
+        The weight of the state is Q = L W^-1 L', so L = Q_F where W = I.
+    V : (m, m) array
+        The inverse of R, the weight of the input.
+
+    Returns
+    -------
+    (N + k + m, N + k + m) matrix-like
+        Positive definite for all pairs, with P > 0 and `lqr_cost`,
+        implies: every plant of the polytope is stable and its cost
+        (2.33) is at most lambda_max(W) tr J for noise of intensity W.
+
+    Notes
+    -----
+    Source: thesis Theorem 2.4, with N = 2n + a for its n; the bound is
+    tr J times lambda_max(W), not the square root of tr J.
+    """
+    EPL = c.EP @ L
+    return -block([
+        [he(c.Theta), EPL, c.EY],
+        [EPL.T, -W, 0],
+        [c.EY.T, 0, -V],
+    ])
+
+
+def slack_lqr_decay(c, L, W, V, epsilon):
+    """`lqr_decay` with a slack matrix: affine in (E, A, B_u)."""
+    EPL = c.EV @ L
+    cross = c.EPE - c.EVE + epsilon * c.Theta.T
+    return -block([
+        [he(c.Theta), cross, EPL, c.EY],
+        [cross.T, -epsilon * he(c.EVE), 0, 0],
+        [EPL.T, 0, -W, 0],
+        [c.EY.T, 0, 0, -V],
+    ])

@@ -1,0 +1,52 @@
+"""Theorem 2.5: an observer that the uncertainty doesn't upset."""
+
+from ..lmi import block, eye, he
+
+__all__ = ["observer_cost", "observer_decay"]
+
+
+def observer_cost(E, B_w, P1, J):
+    """The matrix of (2.44): J bounds the estimation error's cost.
+
+    Parameters
+    ----------
+    E : (N, N) array
+        A vertex.
+    B_w : (N, p) array
+    P1 : (N, N) matrix-like
+    J : (p, p) matrix-like
+    """
+    return block([[J, B_w.T], [B_w, E @ P1 @ E.T]])
+
+
+def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
+    """The matrix of (2.45), times -1.
+
+    Parameters
+    ----------
+    A : (2N, 2N) array
+        Of the error and the state without L at a vertex, its inertia
+        divided out: the inverse of E-bar times A-tilde of (2.41).
+    C : (q, N) array
+    P1, P2 : (N, N) matrix-like
+    Y : (q, N) matrix-like
+        L = P1^-1 Y'.
+    Q_F : (2N, k) array
+    R_F : (q, q) array
+
+    Notes
+    -----
+    Source: thesis (2.45). The inverse of the inertia isn't affine in
+    it: this holds at the vertices and says nothing between them.
+    """
+    N = P1.shape[0]
+    P = block([[P1, 0], [0, P2]])
+    feed = block([[C.T @ Y, 0], [0, 0 * P2]])
+    weighted = Y.T @ R_F
+    push = block([[weighted], [0 * eye(N)[:, :R_F.shape[1]]]])
+    PQ = P @ Q_F
+    return -block([
+        [he(A.T @ P + feed), PQ, push],
+        [PQ.T, -eye(Q_F.shape[1]), 0],
+        [push.T, 0, -eye(R_F.shape[1])],
+    ])

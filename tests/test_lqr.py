@@ -1,0 +1,250 @@
+"""Lemma 2.3 and Theorem 2.4: quadratic cost, against Riccati and chance."""
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm, solve_continuous_are
+
+import sosbook as sos
+from sosbook.cost import noise_cost
+from sosbook.descriptor import descriptors
+
+
+def riccati(plant, Q, R, U=None):
+    """K and the cost trace X of scipy's Riccati equation."""
+    (d,) = descriptors(plant, U)
+    A, B, _ = d.state_space()
+    X = solve_continuous_are(A, B, Q, R)
+    return -np.linalg.solve(R, B.T @ X), np.trace(X)
+
+
+def light_pendulum(effort=1.0, inertia=1.0):
+    """A pendulum on wheels in SI units: masses of a few 1e-4."""
+    a, b, c, d, f, e = 4.7e-4, 3.5e-4, 9.6e-4, 0.107, 6.9e-3, 0.0294
+    return sos.SecondOrderSystem(
+        [[c, b], [b, a * inertia]], f * np.array([[1, -1], [-1, 1]]),
+        np.diag([-d, 0]), e * effort * np.array([[-1], [1]]), [[1], [1]])
+
+
+def divided(plant):
+    """The same plant with M = det(M) I, as the thesis writes it."""
+    factor = np.linalg.det(plant.M)
+    left = factor * np.linalg.inv(plant.M)
+    return sos.SecondOrderSystem(
+        factor * np.eye(2), left @ plant.D, left @ plant.S, left @ plant.B)
+
+
+@pytest.mark.parametrize("U", [None, np.eye(2)])
+def test_one_plant_gives_the_riccati_gain(U):
+    robot = sos.thesis.example_1().plant
+    N = 4 if U is None else 6
+    Q, R = np.diag(np.arange(1.0, N + 1)), np.array([[2, 0.5], [0.5, 1]])
+    design = sos.design_lqr(robot, Q, R, U)
+    K, cost = riccati(robot, Q, R, U)
+    assert design.status == "feasible"
+    assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
+    assert design.request.cost.bound == pytest.approx(cost, rel=2e-4)
+    assert design.certify().proven
+
+
+@pytest.mark.parametrize("form", [lambda p: p, divided])
+def test_a_plant_of_tiny_masses_gives_the_riccati_gain(form):
+    plant = form(light_pendulum())
+    design = sos.design_lqr(plant, np.eye(4), [[1]])
+    K, cost = riccati(plant, np.eye(4), np.eye(1))
+    assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
+    assert design.certify().proven
+    assert design.noise_cost() == pytest.approx(cost, rel=1e-9)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 3))
+def test_random_plants_give_the_riccati_gain(seed, n):
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(n, n))
+    plant = sos.SecondOrderSystem(
+        half @ half.T + np.eye(n), rng.normal(size=(n, n)),
+        rng.normal(size=(n, n)), rng.normal(size=(n, n)) + 2 * np.eye(n))
+    weight = rng.normal(size=(2 * n, 2 * n))
+    Q, R = weight @ weight.T + 0.1 * np.eye(2 * n), np.eye(n)
+    design = sos.design_lqr(plant, Q, R)
+    K, _ = riccati(plant, Q, R)
+    assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
+    assert design.certify().proven
+
+
+def test_the_gain_is_that_of_python_control():
+    plant = sos.thesis.example_1().plant
+    (d,) = descriptors(plant)
+    A, B, _ = d.state_space()
+    K, _, _ = control.lqr(A, B, np.eye(4), np.eye(2))
+    found = sos.design_lqr(plant, np.eye(4), np.eye(2)).K
+    assert np.allclose(found, -K, rtol=1e-6, atol=1e-8)
+
+
+def test_a_singular_weight_is_factored_exactly():
+    Q = np.array([[4.0, 2, 0, 0], [2, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3]])
+    L, W, V = sos.QuadraticCost(Q, [[4.0]]).factors()
+    assert L.shape == (4, 2)
+    inner = np.diag([1 / w for w in np.diag(W)])
+    assert (L @ inner @ L.T).astype(float).tolist() == Q.tolist()
+    assert V.astype(float).tolist() == [[0.25]]
+
+
+@pytest.fixture(scope="module")
+def polytope():
+    return sos.Polytope([
+        light_pendulum(effort, inertia)
+        for effort in (0.9, 1.1) for inertia in (0.95, 1.05)])
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("noise", ["states", "F"])
+def test_the_bound_holds_over_the_polytope(polytope, coupling, noise):
+    design = sos.design_lqr(
+        polytope, np.eye(4), [[1]], noise=noise, coupling=coupling,
+        slack=0.02 if coupling == "slack" else None)
+    assert design.status == "feasible"
+    assert design.certify().proven
+    assert design.noise_cost(samples=60) < design.request.cost.bound
+
+
+def test_slack_comes_closer_to_the_truth_than_pairs(polytope):
+    pairs = sos.design_lqr(polytope, np.eye(4), [[1]])
+    slack = sos.design_lqr(polytope, np.eye(4), [[1]], coupling="slack")
+    assert slack.request.cost.bound < pairs.request.cost.bound
+    assert slack.noise_cost() < pairs.noise_cost()
+
+
+def test_no_gain_beats_the_least_of_the_worst(polytope):
+    """The polytope's bound is above the Riccati cost of each vertex."""
+    bound = sos.design_lqr(polytope, np.eye(4), [[1]]).request.cost.bound
+    for vertex in polytope.vertices:
+        assert bound > riccati(vertex, np.eye(4), np.eye(1))[1]
+
+
+def test_cost_is_a_requirement_among_others():
+    robot = sos.thesis.example_1()
+    Q, R = np.eye(6), np.eye(2)
+    least = riccati(robot.plant, Q, R, robot.U)[1]
+    fast = sos.PoleRegion(sigma=1.0)
+    design = sos.design_pid(
+        robot.plant, robot.U, fast, cost=sos.QuadraticCost(Q, R),
+        minimize="cost")
+    assert design.status == "feasible" and design.certify().proven
+    assert design.request.cost.bound > 1.1 * least
+    assert design.poles().real.max() < -1
+    tight = sos.QuadraticCost(Q, R, bound=1.05 * least)
+    refused = sos.design_pid(robot.plant, robot.U, fast, cost=tight)
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+    alone = sos.design_pid(robot.plant, robot.U, cost=tight)
+    assert alone.status == "feasible" and alone.certify().proven
+
+
+def test_a_bound_below_the_optimum_is_refused_with_proof():
+    plant = sos.thesis.example_1().plant
+    least = riccati(plant, np.eye(4), np.eye(2))[1]
+    cost = sos.QuadraticCost(np.eye(4), np.eye(2), bound=0.99 * least)
+    refused = sos.design_pid(plant, cost=cost)
+    assert refused.status == "infeasible"
+    assert refused.infeasibility.proven
+
+
+def test_a_given_gain_has_its_true_cost_as_least_bound():
+    ex = sos.thesis.example_1()
+    given_ = sos.analyse_pid(
+        ex.plant, ex.K, ex.U, cost=sos.QuadraticCost(np.eye(6), np.eye(2)),
+        minimize="cost", backoff=1e-3)
+    true = given_.noise_cost()
+    assert true < given_.request.cost.bound < 1.01 * true
+    assert given_.certify().proven
+
+
+def test_the_trace_bounds_the_cost_and_its_root_does_not():
+    """Lemma 2.3 by Lyapunov and by chance: lambda_max(W) tr J holds."""
+    plant = sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2), np.eye(2))
+    design = sos.design_lqr(plant, 100 * np.eye(4), np.eye(2), noise="F")
+    bound = design.request.cost.bound
+    (d,) = descriptors(plant)
+    A = d.state_space()[0] + d.state_space()[1] @ design.K
+    G, W = d.state_space()[2], np.array([[3.0, 1], [1, 2]])
+    weight = 100 * np.eye(4) + design.K.T @ design.K
+    step, rng = 0.05, np.random.default_rng(1)
+    block = np.block([[-A, G @ W @ G.T], [np.zeros((4, 4)), A.T]])
+    both = expm(block * step)
+    forward = both[4:, 4:].T  # Van Loan (1978)
+    root = np.linalg.cholesky(forward @ both[:4, 4:])
+    x, costs = np.zeros((4, 400)), []
+    for k in range(1200):
+        x = forward @ x + root @ rng.normal(size=x.shape)
+        if k > 300:
+            costs.append(np.mean(np.sum(x * (weight @ x), axis=0)))
+    found = np.mean(costs)
+    worst = np.linalg.eigvalsh(W)[-1]
+    assert 0.5 * worst * bound < found < worst * bound
+    assert found > np.sqrt(worst * bound) and found > worst * np.sqrt(bound)
+
+
+def test_a_mode_at_the_origin_that_no_cost_sees_is_still_moved():
+    design = sos.design_lqr(
+        sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]]),
+        np.diag([0.0, 1]), [[1]])
+    assert design.status == "feasible" and design.certify().proven
+    assert design.poles().real.max() < 0
+    assert design.K[0, 1] == pytest.approx(-1, abs=1e-3)  # sqrt(q / r)
+
+
+@pytest.mark.parametrize("Q, R, words", [
+    (np.eye(3), [[1]], "Q has 3 rows, needs 4"),
+    (np.diag([1, 1, 1, -1.0]), [[1]], "Q has a negative eigenvalue"),
+    (np.eye(4), [[0]], "R must be positive definite"),
+    (np.eye(4), np.eye(2), "R has 2 rows, needs 1"),
+    (np.triu(np.ones((4, 4))), [[1]], "Q must be symmetric"),
+])
+def test_bad_weights_are_named(Q, R, words):
+    with pytest.raises(ValueError, match=words):
+        sos.design_lqr(light_pendulum(), Q, R)
+
+
+def test_noise_on_a_missing_channel_is_refused():
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    with pytest.raises(ValueError, match="no F"):
+        sos.design_lqr(plant, np.eye(2), [[1]], noise="F")
+    with pytest.raises(ValueError, match="noise must be"):
+        sos.design_lqr(plant, np.eye(2), [[1]], noise="white")
+
+
+def test_a_cost_without_bound_needs_an_objective():
+    plant = sos.thesis.example_1().plant
+    cost = sos.QuadraticCost(np.eye(4), np.eye(2))
+    with pytest.raises(ValueError, match="bound is None"):
+        sos.design_pid(plant, cost=cost)
+    with pytest.raises(ValueError, match="without a bound"):
+        sos.design_pid(plant, minimize="cost")
+
+
+def test_a_loop_with_a_filter_is_certified_over_a_polytope():
+    """`analyse_loop` on what `analyse_pid` doesn't describe."""
+    lag = 0.05
+    E, A = [], []
+    for mass in (1.0, 1.3):
+        E.append(np.diag([1, mass, lag]))
+        A.append([[0, 1, 0], [-1, -0.5, 1], [-2, -1.5, -1]])
+    found = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=0.3))
+    assert found.certify().proven
+    for s in np.linspace(0, 1, 9):
+        between = np.linalg.solve(
+            s * E[0] + (1 - s) * E[1], np.array(A[0], float))
+        assert np.linalg.eigvals(between).real.max() < -0.3
+    slow = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=5))
+    assert slow.status == "infeasible"
+
+
+def test_costs_are_infinite_where_the_loop_is_unstable():
+    plant = light_pendulum()
+    (d,) = descriptors(plant)
+    cost = sos.QuadraticCost(np.eye(4), [[1]])
+    assert noise_cost(d, np.zeros((1, 4)), cost) == np.inf

@@ -1,0 +1,565 @@
+"""The pendulum: mechanics from first principles, and the printed digits.
+
+The equations of motion are derived here from energies, in exact
+polynomials: s and c stand for sin and cos of theta, w and p for the
+rates, alpha and beta for the accelerations.
+"""
+
+from dataclasses import replace
+
+import control
+import flint
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import solve_continuous_are
+from scipy.optimize import nnls
+
+import sosbook as sos
+from sosbook.descriptor import descriptors
+from sosbook.mip import R_G, V_MAX, Mip, polytope, vertices
+
+PRINT = sos.thesis.mip()
+MIP = Mip.printed()
+ROTORS = Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=True)
+UNPRINTED = dict(M_b=0.272, l=0.040, r=0.032, M_w=0.027, g=9.8)
+OTHER = dict(M_b=0.263, l=0.036, g=9.8)
+
+NAMES = ("s", "c", "phi", "w", "p", "alpha", "beta", "M_b", "M_w", "l",
+         "r", "I_b", "I_w", "I_a", "R", "g")
+(S, C, PHI, W, P, ALPHA, BETA, M_b, M_w, L, RADIUS, I_b, I_w, I_a, R,
+ G) = flint.fmpq_mpoly_ctx.get(NAMES, "lex").gens()
+
+
+def by_theta(f):
+    return C * f.derivative("s") - S * f.derivative("c")
+
+
+def rate(f):
+    """d/dt along the motion."""
+    return (by_theta(f) * W + f.derivative("phi") * P
+            + f.derivative("w") * ALPHA + f.derivative("p") * BETA)
+
+
+def kinetic(I_w, sign=-1, wheels=M_w, rotors=0):
+    """(4.3), from the places of body and wheels; no wheel slips."""
+    x, y = -RADIUS * PHI + sign * L * S, L * C
+    return (M_b * (rate(x)**2 + rate(y)**2) / 2
+            + wheels * rate(-RADIUS * PHI)**2
+            + I_b * W**2 / 2 + I_w * P**2 + rotors)
+
+
+def pendulum(*asked, **also):
+    """Left sides of (4.1)."""
+    lagrangian = kinetic(*asked, **also) - M_b * G * L * C
+    return (rate(lagrangian.derivative("w")) - by_theta(lagrangian),
+            rate(lagrangian.derivative("p")) - lagrangian.derivative("phi"))
+
+
+def thesis_rows(a, b, c, d, J=0):
+    """Left sides of (4.12), and of `Mip` with the rotors."""
+    return (c * ALPHA - d * S + (b * C - J) * BETA,
+            (b * C - J) * ALPHA - b * S * W**2 + a * BETA)
+
+
+def same(rows, others):
+    """Equal wherever s^2 + c^2 = 1."""
+    return all(((f - g) % (S**2 + C**2 - 1)) == 0
+               for f, g in zip(rows, others))
+
+
+LETTERS = dict(a=RADIUS**2 * (M_b + 2 * M_w) + 2 * I_w, b=M_b * L * RADIUS,
+               c=I_b + M_b * L**2, d=M_b * L * G)
+
+
+def test_equations_of_motion_from_the_energies():
+    """(4.3)-(4.12), with x_b = -r phi - l sin and M_w V_w^2."""
+    assert same(pendulum(I_w), thesis_rows(**LETTERS))
+
+
+def test_kinetic_energy():
+    """(4.7) with + M_w r^2 phi'^2, and phi'^2 beside the inertia."""
+    inertia = M_w * RADIUS**2 / 2 + R**2 * I_a
+    body = L**2 * W**2 + RADIUS**2 * P**2 + 2 * L * RADIUS * P * W * C
+    mended = (M_b * body / 2 + M_w * RADIUS**2 * P**2 + I_b * W**2 / 2
+              + inertia * P**2)
+    assert same([kinetic(inertia)], [mended])
+
+
+def test_what_the_misprints_would_give():
+    plus = pendulum(I_w, sign=1)
+    assert not same(plus, thesis_rows(**LETTERS))
+    assert same(plus, thesis_rows(**LETTERS | {"b": -M_b * L * RADIUS}))
+    twice = pendulum(I_w, wheels=2 * M_w)
+    assert not same(twice, thesis_rows(**LETTERS))
+    assert same(twice, thesis_rows(
+        **LETTERS | {"a": RADIUS**2 * (M_b + 4 * M_w) + 2 * I_w}))
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_rotors_turn_with_the_body(sense):
+    """A rotor's rate is theta' + R (phi' - theta'), R < 0 if reversed.
+
+    The thesis has R phi'. The coupling J doesn't move with cos(theta).
+    """
+    ratio = sense * R
+    rotors = I_a * (W + ratio * (P - W))**2
+    disc = M_w * RADIUS**2 / 2
+    true = pendulum(disc, rotors=rotors)
+    assert not same(true, pendulum(disc + R**2 * I_a))
+    assert same(true, thesis_rows(
+        a=LETTERS["a"] - 2 * I_w + 2 * disc + 2 * R**2 * I_a,
+        b=LETTERS["b"], c=LETTERS["c"] + 2 * (ratio - 1)**2 * I_a,
+        d=LETTERS["d"], J=2 * ratio * (ratio - 1) * I_a))
+
+
+def test_rotors_of_the_model():
+    mip, share = ROTORS, MIP.I_w - 0.027 * 0.032**2 / 2  # R_g^2 I_a
+    assert np.isclose(mip.J, 2 * share, rtol=1e-12)
+    assert round(mip.J / mip.b, 3) == 0.325
+    assert mip.J / R_G < 0.01 * mip.b  # of J: R - 1 isn't R
+    for name in "abcdef":  # c and a are measured as they are
+        assert getattr(mip, name) == getattr(MIP, name)
+    for v in vertices(mip):
+        assert np.isclose(v.J, 2 * v.I_w - 0.027 * 0.032**2)
+    # the fall is a little faster, the motors' pole a quarter slower
+    assert np.allclose(MIP.plant().poles(), [-45.88, -5.86, 0, 8.10],
+                       atol=6e-3)
+    assert np.allclose(mip.plant().poles(), [-34.72, -6.26, 0, 8.38],
+                       atol=6e-3)
+
+
+def test_acceleration_is_4_13_mended():
+    """Print has V twice beside the cosine."""
+    rng = np.random.default_rng(0)
+    z, dz, V = rng.normal(size=(2, 50)), rng.normal(size=(2, 50)), 1.3
+    found = MIP.acceleration(z, dz, V)
+    assert found.shape == (2, 50)
+    a, b, c, d, e, f = (getattr(MIP, x) for x in "abcdef")
+    for k in range(50):
+        cos, sin = np.cos(z[0, k]), np.sin(z[0, k])
+        speed = dz[0, k]
+        right = np.array([
+            [-b * f * cos - a * f - b**2 * sin * cos * speed,
+             b * f * cos + a * f],
+            [b * f * cos + c * f + b * c * sin * speed,
+             -b * f * cos - c * f],
+        ]) @ dz[:, k]
+        right += [a * d * sin, -b * d * sin * cos]
+        right += V * np.array([-b * e * cos - a * e, b * e * cos + c * e])
+        assert np.allclose(right / (a * c - (b * cos)**2), found[:, k])
+        one = MIP.acceleration(z[:, k], dz[:, k], V)
+        assert np.array_equal(one, found[:, k])
+    volts = rng.normal(size=50)
+    many = MIP.acceleration(z, dz, volts)
+    assert np.allclose(
+        many[:, 7], MIP.acceleration(z[:, 7], dz[:, 7], volts[7]))
+
+
+def test_acceleration_solves_the_derived_equations():
+    """Numbers put into the polynomials of the energies."""
+    theta, w, p, V = 0.7, 1.1, -2.3, 3.0
+    alpha, beta = MIP.acceleration([theta, 0.4], [w, p], V)
+    k = UNPRINTED
+    numbers = dict(
+        s=np.sin(theta), c=np.cos(theta), phi=0.4, w=w, p=p, alpha=alpha,
+        beta=beta, M_b=k["M_b"], M_w=k["M_w"], l=k["l"], r=k["r"],
+        I_b=MIP.c - k["M_b"] * k["l"]**2, I_w=MIP.I_w, I_a=0, R=0,
+        g=k["g"])
+    exact = [flint.fmpq(*float(numbers[x]).as_integer_ratio())
+             for x in NAMES]
+    left = [row(*exact) for row in pendulum(I_w)]
+    torque = MIP.e * V - MIP.f * (p - w)
+    for row, force in zip(left, (-torque, torque)):
+        assert abs(int(row.p) / int(row.q) - force) < 1e-12
+
+
+@pytest.mark.parametrize("mip", [MIP, ROTORS])
+def test_linearised_it_is_the_plant(mip):
+    h = 1e-6
+    slope = np.transpose([
+        (mip.acceleration(x[:2], x[2:4], x[4])
+         - mip.acceleration(-x[:2], -x[2:4], -x[4])) / (2 * h)
+        for x in h * np.eye(5)])
+    v = mip.plant()
+    linear = np.linalg.solve(v.M, np.hstack([-v.S, -v.D, v.B]))
+    assert np.allclose(slope, linear, rtol=1e-7, atol=1e-6)
+
+
+def run(mip, start, t_end):
+    def rates(t, x):
+        return [*x[2:], *mip.acceleration(x[:2], x[2:], 0)]
+
+    return solve_ivp(rates, (0, t_end), start, "DOP853", rtol=1e-10,
+                     atol=1e-11)
+
+
+@pytest.mark.parametrize("mip", [MIP, ROTORS])
+def test_energy_stays_without_motors(mip):
+    free = replace(mip, e=0, f=0)
+    x = run(free, [0.3, 0, 1, 5], 5).y
+    energy = free.energy(x[:2], x[2:])
+    assert np.ptp(x[0]) > 2  # it does fall
+    assert np.ptp(energy) < 1e-8 * free.d
+
+
+@pytest.mark.parametrize("mip", [MIP, ROTORS])
+def test_motors_as_brakes_take_energy(mip):
+    """V = 0: energy only falls, and the body ends up hanging."""
+    x = run(mip, [0.3, 0, 1, 5], 15).y
+    energy = mip.energy(x[:2], x[2:])
+    assert (np.diff(energy) < 1e-11).all()
+    assert energy[-1] < -0.6 * mip.d
+
+
+@pytest.mark.parametrize("mip", [MIP, ROTORS])
+def test_power_of_the_motors(mip):
+    """dE/dt = (e V - f (phi' - theta')) (phi' - theta')."""
+    rng = np.random.default_rng(1)
+    z, dz, V, h = *rng.normal(size=(2, 2, 40)), 2.0, 1e-5
+    ddz = mip.acceleration(z, dz, V)
+
+    def energy(t):
+        return mip.energy(z + t * dz, dz + t * ddz)
+
+    slip = dz[1] - dz[0]
+    power = (mip.e * V - mip.f * slip) * slip
+    assert np.allclose((energy(h) - energy(-h)) / (2 * h), power,
+                       rtol=1e-6, atol=1e-9)
+
+
+# ---- the two linear forms
+
+
+@pytest.mark.parametrize("mip", [MIP, *vertices(MIP), ROTORS])
+def test_both_forms_are_one_plant(mip):
+    natural, thesis = mip.plant(F=None), mip.printed_form(F=None)
+    assert np.allclose(natural.poles(), thesis.poles(), atol=1e-6)
+    for s in (0.3j, 2 + 7j, 40j, -3.0):
+        one, other = (np.linalg.solve(v.M * s**2 + v.D * s + v.S, v.B)
+                      for v in (natural, thesis))
+        assert np.allclose(one, other, rtol=1e-9)
+    for X in (natural.M, natural.D, natural.S):
+        assert np.array_equal(X, X.T)
+    # the product of M and its adjugate is the printed mass
+    a, b, c = mip.a, mip.b - mip.J, mip.c
+    adjugate = np.array([[a, -b], [-b, c]])
+    for name in "MDSB":
+        assert np.allclose(adjugate @ getattr(natural, name),
+                           getattr(thesis, name), rtol=1e-12, atol=1e-20)
+
+
+def spectrum(M, D, S, B, K):
+    zero, one = np.zeros((2, 2)), np.eye(2)
+    right = np.linalg.solve(M, np.hstack([-S, -D]) + B @ K)
+    return np.linalg.eigvals(np.vstack([np.hstack([zero, one]), right]))
+
+
+@pytest.mark.parametrize("R", [1, 2, 5])
+def test_signs_that_the_printed_gains_need(R):
+    """-D and -S of (4.25); the sign of B from there, not from (4.15)."""
+    K = PRINT.pd[R]
+    for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
+        assert spectrum(M, -D, -S, B, K).real.max() < -0.1
+        assert spectrum(M, D, S, B, K).real.max() > 1
+        assert spectrum(M, -D, -S, -B, K).real.max() > 1
+
+
+# ---- printed digits
+
+
+def digits(value, unit, places=4):
+    return np.round(np.asarray(value) / unit, places) * unit
+
+
+def test_letters_follow_from_the_unprinted_values():
+    """To the last digit: M_b = 0.272, l = 0.040, r = 0.032, ..."""
+    said = PRINT.letters
+    corners = vertices(MIP)
+    mean, low, high = MIP.a, corners[1].a, corners[2].a
+    assert np.allclose(digits([mean, low, high], 1e-3), said["a"],
+                       rtol=1e-12)
+    for name, unit in [("b", 1e-3), ("c", 1e-3), ("d", 1), ("f", 1)]:
+        assert np.isclose(digits(getattr(MIP, name), unit), said[name],
+                          rtol=1e-12), name
+    assert np.allclose(digits([corners[0].e, corners[3].e], 1), said["e"],
+                       rtol=1e-12)
+    assert [v.e for v in corners[:2]] == 2 * [corners[0].e]
+
+
+@pytest.mark.parametrize("k", range(4))
+def test_vertices_of_4_25_follow(k):
+    v = vertices(MIP)[k].printed_form()
+    assert np.allclose(digits(v.M, 1e-6), PRINT.M[k], rtol=1e-12)
+    assert np.allclose(digits(-v.D, 1e-5), PRINT.D[k], rtol=1e-12)
+    assert np.allclose(digits(-v.S, 1e-4), PRINT.S[k], rtol=1e-12)
+    assert np.allclose(digits(v.B, 1e-4), PRINT.B[k], rtol=1e-12)
+    assert np.array_equal(v.F, PRINT.F)
+
+
+def identified(M_b, l, g=9.8, **unused):
+    """The four formulas above (4.25), without Delta."""
+    q, Rg = PRINT.ratios, PRINT.constants["R_g"]
+    d = M_b * g * l
+    return dict(
+        I_b=(d - M_b * l**2 * q["d_c"]) / q["d_c"],
+        C_m=d * q["f_c"] / (2 * Rg**2 * q["d_c"]),
+        t_m=d * PRINT.constants["V_max"] * q["e_c"] / (2 * Rg * q["d_c"]),
+        I_w=d * q["e_c"] / (2 * q["d_c"] * q["e_a"]))
+
+
+UNITS = dict(I_b=(1e-4, 2), C_m=(1e-6, 2), t_m=(1, 4), I_w=(1e-5, 4))
+
+
+def test_identified_parameters_follow_from_another_set():
+    """M_b = 0.263 and l = 0.036; I_w, too, to five digits."""
+    for name, value in identified(**OTHER).items():
+        assert np.isclose(digits(value, *UNITS[name]),
+                          PRINT.identified[name], rtol=1e-12), name
+
+
+def test_the_two_sets_contradict_each_other():
+    """By 13 % of d; neither explains the other's digits."""
+    for name, value in identified(**UNPRINTED).items():
+        assert abs(value / PRINT.identified[name] - 1) > 0.05, name
+    torque = {name: k["M_b"] * k["g"] * k["l"]
+              for name, k in (("un", UNPRINTED), ("other", OTHER))}
+    assert round(1 - torque["other"] / torque["un"], 2) == 0.13
+    assert round(torque["un"], 4) == PRINT.letters["d"]
+    assert round(torque["other"], 4) != PRINT.letters["d"]
+    # and the identified I_w is half of e / (e/a) with the letters' e
+    assert np.isclose(identified(**UNPRINTED)["I_w"], MIP.I_w)
+
+
+def test_printed_masses_are_swapped():
+    """No l makes both b and d from M_b = 0.027, r = 0.034."""
+    k, said = PRINT.constants, PRINT.letters
+    assert k["M_b"] < k["M_w"]
+    from_d = said["d"] / (k["M_b"] * k["g"])
+    assert from_d > 0.4  # the thing is a hand high
+    # b / d = r / g holds for any M_b and l: r is 0.032
+    radius = said["b"] / said["d"] * k["g"]
+    assert round(radius, 3) == 0.032 != k["r"]
+    least = k["r"]**2 * (k["M_b"] + 2 * k["M_w"])
+    assert least > said["a"][0]  # already without wheel inertia
+
+
+def test_where_delta_belongs():
+    """I_b and C_m have none; I_w has that of e/c over that of e/a."""
+    corners = vertices(MIP)
+    assert {(v.b, v.c, v.d, v.f) for v in corners} == {
+        (MIP.b, MIP.c, MIP.d, MIP.f)}
+    share = [v.I_w / MIP.I_w for v in corners]
+    assert np.allclose(share, [1, 0.96 / 1.04, 1.04 / 0.96, 1])
+    # Delta alone wouldn't give the printed range of a
+    narrow = [MIP.a + 2 * MIP.I_w * x for x in (-0.04, 0.04)]
+    assert not np.allclose(digits(narrow, 1e-3), PRINT.letters["a"][1:],
+                           rtol=1e-3)
+
+
+def test_the_experiments_contradict_each_other():
+    q = PRINT.ratios
+    gap = (q["e_a"] / q["f_a"]) / (q["e_c"] / q["f_c"]) - 1
+    assert round(gap, 2) == 0.48
+    assert gap > (1 + PRINT.spread) / (1 - PRINT.spread) - 1
+
+
+def test_f_a_reconciles_the_four_ratios():
+    """Least squares of logarithms, against numpy's."""
+    q = PRINT.ratios
+    mip = Mip.from_ratios(**q)
+    d = MIP.d
+    A = [[1, 0, 0], [0, 1, 0], [1, 0, -1], [0, 1, -1]]
+    c = np.log(d / q["d_c"])
+    right = np.log([q[x] for x in ("e_c", "f_c", "e_a", "f_a")])
+    best = np.linalg.lstsq(A, right + [c, c, 0, 0], rcond=None)[0]
+    assert np.allclose(np.exp(best), [mip.e, mip.f, 2 * mip.I_w])
+    # ratios that agree are kept
+    fair = Mip.from_ratios(30, 7, 110, 200, f_a=200 * 7 / 30)
+    plain = Mip.from_ratios(30, 7, 110, 200)
+    for name in "abcdef":
+        assert np.isclose(getattr(fair, name), getattr(plain, name))
+
+
+def test_4_27_pairs_vertex_1_with_the_input_of_vertex_4():
+    keep = np.ix_([0, 1], [0])
+    assert np.allclose(PRINT.E_1[1:, 1:], PRINT.M[0])
+    assert np.allclose(PRINT.A_1[1:, :1], PRINT.S[0][keep])
+    assert np.allclose(PRINT.A_1[1:, 1:], PRINT.D[0])
+    assert np.allclose(PRINT.B_1[1:], PRINT.B[3])
+    assert not np.allclose(PRINT.B_1[1:], PRINT.B[0], rtol=0.05)
+
+
+@pytest.mark.parametrize("R", [1, 2])
+def test_4_27_needs_the_wheels_rate(R):
+    """[theta, theta', phi'] and Table 4.3 are stable; phi isn't there."""
+    K = PRINT.lqe[R][0]
+    for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
+        right = np.linalg.solve(M, np.hstack([S[:, :1], D]) + B @ K)
+        A = np.vstack([[0, 1, 0], right])
+        assert np.linalg.eigvals(A).real.max() < -1
+    # phi moves nothing but itself, so C doesn't see it
+    v = MIP.plant()
+    A = np.vstack([
+        np.hstack([np.zeros((2, 2)), np.eye(2)]),
+        np.linalg.solve(v.M, np.hstack([-v.S, -v.D]))])
+    rates = np.hstack([np.zeros((2, 2)), np.eye(2)])
+    assert np.linalg.matrix_rank(control.obsv(A, rates)) == 3
+    rest = [0, 2, 3]
+    seen = control.obsv(A[np.ix_(rest, rest)], PRINT.C)
+    assert np.linalg.matrix_rank(seen) == 3
+
+
+def test_4_28_is_of_table_4_3_and_both_rates():
+    """u = -H y, R = 2, mean matrices; as far as L's digits allow."""
+    K, gain = PRINT.lqe[2]
+    v = sos.Polytope([x.printed_form() for x in vertices(MIP)]).mean
+    right = np.hstack([-v.S[:, :1], -v.D]) + v.B @ K
+    A = np.vstack([[0, 1, 0], np.linalg.solve(v.M, right)])
+    A = A + gain @ PRINT.C
+    *channels, poles = PRINT.controller
+    assert np.allclose(np.sort(np.linalg.eigvals(A).real), poles,
+                       rtol=0.01)
+    for k, (first, zeros) in enumerate(channels):
+        assert np.isclose((K @ gain)[0, k], first, rtol=1e-3)
+        found = control.zeros(control.ss(A, gain[:, [k]], K, 0))
+        for zero in zeros:
+            assert np.abs(found / zero - 1).min() < 0.01
+
+
+def test_table_4_2_integrates_the_wheels_angle():
+    """x3 = integral of phi: stable; of phi': a pole stays at zero."""
+    for K in PRINT.pid.values():
+        for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
+            A = np.zeros((5, 5))
+            A[:2, 2:4] = np.eye(2)
+            A[2:4] = np.linalg.solve(
+                M, np.hstack([S, D, np.zeros((2, 1))]) + B @ K)
+            angle, rate = A.copy(), A.copy()
+            angle[4, 1], rate[4, 3] = 1, 1
+            assert np.linalg.eigvals(angle).real.max() < -0.1
+            assert np.abs(np.linalg.eigvals(rate)).min() < 1e-6
+
+
+@pytest.mark.parametrize("table, column", [("pd", 1), ("pid", 4)])
+def test_tables_are_of_R_1_2_and_5(table, column):
+    """Q = I: the gain on the slowest integrator is 1 / sqrt(R)."""
+    found = [K[0, column] for K in getattr(PRINT, table).values()]
+    assert np.allclose(found, 1 / np.sqrt([1, 2, 5]), atol=4e-4)
+    v = MIP.printed_form()
+    for R in (1, 2, 3, 5):
+        U = [[0, 1]] if table == "pid" else None
+        (d,) = descriptors(v, U)
+        A, B, _ = d.state_space()
+        P = solve_continuous_are(A, B, np.eye(len(A)), [[R]])
+        gain = -np.linalg.solve([[R]], B.T @ P)[0, column]
+        assert np.isclose(abs(gain), 1 / np.sqrt(R), rtol=1e-6)
+
+
+# ---- the polytope
+
+
+def hull_distance(corners, plant):
+    """Of (M, D, S, B) from the mixtures, relative to the entries."""
+    def entries(v):
+        return np.concatenate([getattr(v, x).ravel() for x in "MDSB"])
+
+    A = np.transpose([entries(v) for v in corners])
+    size = np.abs(A).max(axis=1)
+    keep = size > 0
+    A, y = A[keep] / size[keep, None], entries(plant)[keep] / size[keep]
+    ones = np.ones((1, A.shape[1]))
+    weight = 1e3  # of the sum being one
+    return nnls(np.vstack([A, weight * ones]), [*y, weight])[1]
+
+
+@pytest.mark.parametrize("rotors", [False, True])
+def test_the_polytope_holds_just_what_the_spreads_allow(rotors):
+    q = PRINT.ratios
+    first = q["e_c"], q["f_c"], q["d_c"], q["e_a"]
+    mip = Mip.from_ratios(*first, rotors=rotors)
+    plants = polytope(mip)
+    assert plants.N == 4
+    rng = np.random.default_rng(3)
+    for body, wheels in rng.uniform(0.96, 1.04, (30, 2)):
+        true = Mip.from_ratios(q["e_c"] * body, *first[1:3],
+                               q["e_a"] * wheels, rotors=rotors)
+        assert hull_distance(plants.vertices, true.plant()) < 1e-8
+    fixed = mip.a - 2 * mip.I_w
+    for v in plants.sample(30, seed=1):
+        body = v.B[1, 0] / mip.e
+        wheels = body * 2 * mip.I_w / (v.M[1, 1] - fixed)
+        assert 0.96 - 1e-9 <= body <= 1.04 + 1e-9
+        assert 0.96 - 1e-9 <= wheels <= 1.04 + 1e-9
+
+
+def test_the_printed_form_loses_this():
+    """e (a + b) is a product of uncertain numbers; little is lost."""
+    corners = [v.printed_form() for v in vertices(MIP)]
+
+    def gap(body, wheels):
+        return hull_distance(corners, Mip.from_ratios(
+            30.52 * body, 7.133, 110.6, 208.8 * wheels).printed_form())
+
+    assert gap(0.96, 1.04) < 1e-9
+    assert 1e-4 < gap(1.0, 0.96) < 3e-4
+
+
+def test_vertices_without_spread():
+    for v in vertices(MIP, 0):
+        assert v == MIP
+
+
+# ---- which errors can be integrated
+
+
+@pytest.mark.parametrize("plant", [
+    MIP.plant(), MIP.printed_form(), polytope(MIP),
+    ROTORS.plant(), polytope(ROTORS),
+])
+def test_choices_of_U(plant):
+    """[0 1] and [1 1] can be integrated; [1 0] and I can't."""
+    candidates = [[[0, 1]], [[1, 1]], [[1, 0]], np.eye(2)]
+    found = sos.admissible_U(plant, candidates)
+    good = sorted(tuple(x.U.ravel()) for x in found if x.admissible)
+    assert good == [(0, 1), (1, 1)]
+    if isinstance(plant, sos.Polytope):
+        assert all(x.certified for x in found if x.admissible)
+
+
+# ---- bad input
+
+
+@pytest.mark.parametrize("change, message", [
+    (dict(a=0), "a must be positive"),
+    (dict(c=-1), "c must be positive"),
+    (dict(b=1), "must be positive"),
+    (dict(J=4e-4), "must be positive"),  # not at theta = pi
+    (dict(f=np.nan), "f must be a finite number"),
+    (dict(I_w="x"), "I_w must be a finite number"),
+])
+def test_bad_letters(change, message):
+    letters = {x: getattr(MIP, x) for x in "abcdef"}
+    with pytest.raises(ValueError, match=message):
+        Mip(**letters | change)
+
+
+def test_bad_ratios_and_spreads():
+    with pytest.raises(ValueError, match="e_c must be positive"):
+        Mip.from_ratios(0, 1, 1, 1)
+    with pytest.raises(ValueError, match="2 I_w - M_w r.2 must be"):
+        Mip.from_ratios(30.52, 7.133, 110.6, 2088, rotors=True)
+    with pytest.raises(ValueError, match="f_a must be positive"):
+        Mip.from_ratios(30.52, 7.133, 110.6, 208.8, f_a=-1)
+    with pytest.raises(ValueError, match="r must be positive"):
+        Mip.from_ratios(30.52, 7.133, 110.6, 208.8, r=0)
+    for spread in (-0.1, 1.0, 1.5):
+        with pytest.raises(ValueError, match="spread must lie"):
+            vertices(MIP, spread)
+    with pytest.raises(ValueError, match="mip has no I_w"):
+        polytope(Mip(MIP.a, MIP.b, MIP.c, MIP.d, MIP.e, MIP.f))
+
+
+def test_constants():
+    assert (R_G, V_MAX) == (PRINT.constants["R_g"],
+                            PRINT.constants["V_max"])

@@ -1,0 +1,127 @@
+"""Theorem 2.5 and the loop with an observer, against filters and roots."""
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are
+
+import sosbook as sos
+from sosbook.descriptor import mean_descriptor
+from sosbook.mip import Mip, vertices
+from sosbook.observer import design_observer, observer_loop
+
+C = np.array([[0, 1, 0], [0, 0, 1]])
+NOISE = np.sqrt(np.diag([0.01, 0.1]))
+
+
+def reduced(spread=0.04):
+    """The pendulum of (4.27): the wheels' angle is taken out."""
+    E, A, B = [], [], []
+    for each in vertices(Mip.printed(), spread):
+        plant = each.printed_form()
+        E.append(np.diag([1, *np.diag(plant.M)]))
+        A.append(np.block([
+            [np.zeros((1, 1)), np.array([[1, 0]])],
+            [-plant.S[:, :1], -plant.D]]))
+        B.append(np.vstack([[[0]], plant.B]))
+    return sos.DescriptorSystem(E, A, B, [[0], [1], [1]], C)
+
+
+def weights(plant):
+    d = mean_descriptor(plant.vertices)
+    push = 2 * np.linalg.solve(d.E, d.Bu)
+    return np.vstack([push, 0 * push])
+
+
+def feedback(plant, R):
+    d = plant.vertices[0]
+    one = sos.DescriptorSystem(d.E, d.A, d.Bu)
+    return sos.design_lqr(one, np.eye(3), [[R]]).K
+
+
+@pytest.fixture(scope="module")
+def designs():
+    plant = reduced()
+    return {R: design_observer(
+        plant, feedback(plant, R), weights(plant), NOISE) for R in (1, 2)}
+
+
+@pytest.mark.parametrize("R", [1, 2])
+def test_table_4_3(designs, R):
+    """K is one vertex's LQR; L is Theorem 2.5's with the weights swapped."""
+    printed = {
+        1: ([34.6136, 3.6216, 1.2728],
+            [[-1.9, -0.5], [-1259.9, 197.5], [1975.4, -332.0]]),
+        2: ([26.3376, 2.6619, 0.9914],
+            [[-1.8, -0.4], [-1258.0, 197.6], [1976.3, -330.2]]),
+    }[R]
+    assert np.allclose(designs[R].K, [printed[0]], rtol=2e-4)
+    assert np.allclose(designs[R].L[1:], printed[1][1:], rtol=1e-3)
+    assert np.allclose(designs[R].L[0], printed[1][0], atol=0.11)
+
+
+@pytest.mark.parametrize("R", [1, 2])
+def test_the_vertices_are_proven_exactly(designs, R):
+    assert designs[R].status == "feasible"
+    assert all(designs[R].certify().values())
+
+
+@pytest.mark.parametrize("R", [1, 2])
+def test_the_whole_polytope_is_proven_with_K_and_L_fixed(designs, R):
+    found = designs[R].analyse()
+    assert found.certify().claims == (
+        "every plant of the polytope is stable",)
+    loop = designs[R].loop()
+    rng = np.random.default_rng(0)
+    for weight in rng.dirichlet(np.ones(4), 50):
+        E = sum(w * d.E for w, d in zip(weight, loop.vertices))
+        A = sum(w * d.A for w, d in zip(weight, loop.vertices))
+        assert np.linalg.eigvals(np.linalg.solve(E, A)).real.max() < 0
+
+
+def test_one_plant_keeps_the_separation():
+    """Without uncertainty the loop's poles are those of A + BK, A + LC."""
+    plant = reduced(0.0)
+    d = plant.vertices[0]
+    K, L = feedback(plant, 1), np.array([[-1, -1], [-90, 8], [30, -40]])
+    A, B, _ = d.state_space()
+    wanted = np.concatenate([
+        np.linalg.eigvals(A + B @ K), np.linalg.eigvals(A + L @ C)])
+    v = observer_loop(plant, K, L, C).vertices[0]
+    found = np.linalg.eigvals(np.linalg.solve(v.E, v.A))
+    assert np.allclose(np.sort_complex(found), np.sort_complex(wanted),
+                       rtol=1e-6)
+
+
+def test_one_plant_gives_the_kalman_filter():
+    plant = reduced(0.0)
+    d = plant.vertices[0]
+    single = sos.DescriptorSystem(d.E, d.A, d.Bu, d.Bw, C)
+    A = d.state_space()[0]
+    half = np.diag([0.3, 5.0, 4.0])
+    Q_F = np.vstack([half, 0 * half])
+    design = design_observer(single, feedback(plant, 1), Q_F, NOISE)
+    X = solve_continuous_are(A.T, C.T, half @ half.T, NOISE @ NOISE.T)
+    kalman = -np.linalg.solve(NOISE @ NOISE.T, C @ X).T
+    assert np.allclose(design.L, kalman, rtol=1e-3, atol=1e-3)
+
+
+def test_the_controller_has_the_printed_poles(designs):
+    """(4.28): s = -1694, -10.45, -5.039, from rounded gains."""
+    found = np.sort(designs[2].controller().poles().real)
+    assert np.allclose(found, [-1694, -10.45, -5.039], rtol=1e-2)
+
+
+def test_bad_input_is_named():
+    plant = reduced()
+    K, Q_F = feedback(plant, 1), weights(plant)
+    with pytest.raises(ValueError, match="K has 2 columns, needs 3"):
+        design_observer(plant, K[:, :2], Q_F, NOISE)
+    with pytest.raises(ValueError, match="Q_F has 3 rows, needs 6"):
+        design_observer(plant, K, Q_F[:3], NOISE)
+    with pytest.raises(ValueError, match="R_F has 1 rows, needs 2"):
+        design_observer(plant, K, Q_F, [[1]])
+    quiet = sos.DescriptorSystem(
+        [d.E for d in plant.vertices], [d.A for d in plant.vertices],
+        [d.Bu for d in plant.vertices], C=C)
+    with pytest.raises(ValueError, match="B_w is missing"):
+        design_observer(quiet, K, Q_F, NOISE)
