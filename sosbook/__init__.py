@@ -10,6 +10,7 @@ from . import (
     couplings,
     delay,
     maps,
+    mip,
     plots,
     reproduction,
     tables,
@@ -23,6 +24,7 @@ from .first_order import DescriptorSystem
 from .integrators import IntegratorChoice, admissible_U
 from .lqr import design_lqr
 from .nonlinear import Steps, simulate_nonlinear
+from .observer import ObserverDesign, design_observer, observer_loop
 from .regions import LMIRegion, PoleRegion, Region
 from .regularization import (
     InfiniteModes,
@@ -42,6 +44,7 @@ __all__ = [
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
+    "ObserverDesign",
     "PoleRegion",
     "Polytope",
     "QuadraticCost",
@@ -62,9 +65,12 @@ __all__ = [
     "delay",
     "design_delay_pid",
     "design_lqr",
+    "design_observer",
     "design_pid",
     "infinite_modes",
     "maps",
+    "mip",
+    "observer_loop",
     "plots",
     "regularize",
     "reproduction",

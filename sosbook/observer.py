@@ -170,6 +170,16 @@ def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
     section 4.3.2 uses them (it prints them under each other's name).
     The theorem divides by E, so neither its vertices nor their pairs
     say anything about the plants between: see `ObserverDesign.analyse`.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem, design_lqr
+    >>> plant = SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
+    >>> K = design_lqr(plant, np.eye(2), [[1]]).K
+    >>> found = design_observer(
+    ...     plant, K, Q_F=[[0], [1], [0], [0]], R_F=[[0.1]])
+    >>> found.status, found.analyse().certify().proven
+    ('feasible', True)
     """
     vertices = _vertices(plant)
     N = len(vertices[0].E)
@@ -220,7 +230,19 @@ class _Problem:
         N = len(A)
         source = Q_F[:N] @ Q_F[:N].T
         small = 1e-6 * (np.trace(source) / N or 1.0) * np.eye(N)
-        X = solve_continuous_are(A.T, C.T, source + small, R_F @ R_F.T)
+        if np.linalg.eigvals(A + B @ K).real.max() >= 0:
+            raise ValueError(
+                "K doesn't stabilise the mean plant: design it first")
+        if np.linalg.matrix_rank(R_F) < len(R_F):
+            raise ValueError("R_F must be regular: each output has noise")
+        try:
+            X = solve_continuous_are(A.T, C.T, source + small, R_F @ R_F.T)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                "C doesn't see an unstable mode of the mean plant (or one "
+                "on the imaginary axis): measure more, or take that state "
+                "out"
+            ) from None
         rest = solve_continuous_lyapunov(A + B @ K, -X)
         self.T = [
             round_digits(np.linalg.inv(cholesky(x, lower=True)).T, 6)

@@ -43,6 +43,11 @@ EXPLORERS = {
     "regularization": "explore_regularization(chain.plant)",
     "steps": "explore_steps(lambda k: (robot.plant, robot.requirements"
              " | {'gamma': k}), [2, 3])",
+    "least cost": "explore_lqr()",
+    "observer": "explore_observer()",
+    "fall": "explore_fall()",
+    "identification": "explore_identification()",
+    "pendulum": "explore_pendulum_control()",
 }
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 

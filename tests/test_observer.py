@@ -6,24 +6,12 @@ from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook.descriptor import mean_descriptor
-from sosbook.mip import Mip, vertices
+from sosbook.mip import Mip, reduced
 from sosbook.observer import design_observer, observer_loop
 
+MIP = Mip.printed()
 C = np.array([[0, 1, 0], [0, 0, 1]])
 NOISE = np.sqrt(np.diag([0.01, 0.1]))
-
-
-def reduced(spread=0.04):
-    """The pendulum of (4.27): the wheels' angle is taken out."""
-    E, A, B = [], [], []
-    for each in vertices(Mip.printed(), spread):
-        plant = each.printed_form()
-        E.append(np.diag([1, *np.diag(plant.M)]))
-        A.append(np.block([
-            [np.zeros((1, 1)), np.array([[1, 0]])],
-            [-plant.S[:, :1], -plant.D]]))
-        B.append(np.vstack([[[0]], plant.B]))
-    return sos.DescriptorSystem(E, A, B, [[0], [1], [1]], C)
 
 
 def weights(plant):
@@ -40,7 +28,7 @@ def feedback(plant, R):
 
 @pytest.fixture(scope="module")
 def designs():
-    plant = reduced()
+    plant = reduced(MIP)
     return {R: design_observer(
         plant, feedback(plant, R), weights(plant), NOISE) for R in (1, 2)}
 
@@ -80,7 +68,7 @@ def test_the_whole_polytope_is_proven_with_K_and_L_fixed(designs, R):
 
 def test_one_plant_keeps_the_separation():
     """Without uncertainty the loop's poles are those of A + BK, A + LC."""
-    plant = reduced(0.0)
+    plant = reduced(MIP, 0.0)
     d = plant.vertices[0]
     K, L = feedback(plant, 1), np.array([[-1, -1], [-90, 8], [30, -40]])
     A, B, _ = d.state_space()
@@ -93,7 +81,7 @@ def test_one_plant_keeps_the_separation():
 
 
 def test_one_plant_gives_the_kalman_filter():
-    plant = reduced(0.0)
+    plant = reduced(MIP, 0.0)
     d = plant.vertices[0]
     single = sos.DescriptorSystem(d.E, d.A, d.Bu, d.Bw, C)
     A = d.state_space()[0]
@@ -112,7 +100,7 @@ def test_the_controller_has_the_printed_poles(designs):
 
 
 def test_bad_input_is_named():
-    plant = reduced()
+    plant = reduced(MIP)
     K, Q_F = feedback(plant, 1), weights(plant)
     with pytest.raises(ValueError, match="K has 2 columns, needs 3"):
         design_observer(plant, K[:, :2], Q_F, NOISE)
@@ -125,3 +113,20 @@ def test_bad_input_is_named():
         [d.Bu for d in plant.vertices], C=C)
     with pytest.raises(ValueError, match="B_w is missing"):
         design_observer(quiet, K, Q_F, NOISE)
+
+
+def test_a_gain_that_does_not_stabilise_is_refused():
+    plant = reduced(Mip.printed())
+    with pytest.raises(ValueError, match="K doesn't stabilise the mean"):
+        design_observer(plant, np.zeros((1, 3)), weights(plant), NOISE)
+
+
+def test_an_unseen_unstable_mode_is_refused():
+    plant = sos.SecondOrderSystem(
+        np.eye(2), np.zeros((2, 2)), np.diag([-1.0, -2]), np.eye(2),
+        np.eye(2))
+    K = sos.design_lqr(plant, np.eye(4), np.eye(2)).K
+    with pytest.raises(ValueError, match="C doesn't see an unstable mode"):
+        design_observer(plant, K, np.eye(8), [[1]], C=[[1, 0, 0, 0]])
+    with pytest.raises(ValueError, match="R_F must be regular"):
+        design_observer(plant, K, np.eye(8), [[0]], C=[[1, 0, 0, 0]])

@@ -12,7 +12,6 @@ from sosbook.mip import V_MAX, Mip, polytope, vertices
 from sosbook.widgets.pendulum_control import (
     PID,
     ROBUST,
-    SINGLE,
     explore_pendulum_control,
     recover,
 )
@@ -90,3 +89,23 @@ def test_a_steep_start_is_said(explorer):
     assert "FALLS at 4 of 4 vertices" in explorer.picture.value
     explorer.sliders["tilt"].value = 5.0
     assert explorer.picture.value == before
+
+
+def test_a_large_spread_needs_the_robust_design(explorer):
+    """Seventy percent: the regulator of vertex 4 loses a plant."""
+    start = {n: s.value for n, s in explorer.sliders.items()}
+    explorer.sliders["R"].value = 5.0
+    explorer.sliders["law"].value = PID
+    explorer.sliders["spread"].value = 70.0
+    plants, U = polytope(Mip.printed(), 0.7), [[0, 1]]
+    K = sos.design_lqr(
+        plants.vertices[3], np.eye(5), [[5]], U).K
+    right = sos.analyse_pid(
+        plants, K, U, coupling="vertices").poles().real.max()
+    assert right > 0
+    assert f"Rightmost pole {right:.2f}" in explorer.picture.value
+    explorer.sliders["design"].value = ROBUST
+    assert "Certified for all plants" in explorer.picture.value
+    assert "Rightmost pole -" in explorer.picture.value
+    for name, value in start.items():
+        explorer.sliders[name].value = value

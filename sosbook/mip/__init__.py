@@ -1,6 +1,6 @@
 """The mobile inverted pendulum of chapter 4."""
 
 from .model import R_G, V_MAX, Mip
-from .spread import polytope, vertices
+from .spread import polytope, reduced, vertices
 
-__all__ = ["Mip", "R_G", "V_MAX", "polytope", "vertices"]
+__all__ = ["Mip", "R_G", "V_MAX", "polytope", "reduced", "vertices"]

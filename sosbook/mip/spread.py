@@ -2,10 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
+
+from ..first_order import DescriptorSystem
 from ..system import Polytope, number
 from .model import Mip
 
-__all__ = ["polytope", "vertices"]
+__all__ = ["polytope", "reduced", "vertices"]
 
 
 def vertices(mip, spread=0.04):
@@ -80,3 +83,44 @@ def polytope(mip, spread=0.04):
     4
     """
     return Polytope([v.plant() for v in vertices(mip, spread)])
+
+
+def reduced(mip, spread=0.04):
+    """The plants of `polytope` without the wheels' angle.
+
+    Two rates are measured, from which phi can't be observed: nothing in
+    the equations of motion depends on it. What remains fits no
+    second-order form.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    DescriptorSystem
+        With a vertex for each of `vertices`; the state is [theta;
+        theta'; phi'], the outputs are theta' and phi', and w is one
+        torque on both equations of motion, as in `Mip.plant`.
+
+    Notes
+    -----
+    Source: thesis (4.27), in the natural form of `Mip.plant`.
+
+    Examples
+    --------
+    >>> plant = reduced(Mip.printed())
+    >>> plant.order, len(plant.vertices), plant.n
+    (3, 4, 2)
+    """
+    E, A, B, B_w = [], [], [], []
+    for each in vertices(mip, spread):
+        plant, inertia = each.plant(), np.eye(3)
+        inertia[1:, 1:] = plant.M
+        E.append(inertia)
+        A.append(np.vstack(
+            [[0, 1, 0], np.hstack([-plant.S[:, :1], -plant.D])]))
+        B.append(np.vstack([[[0]], plant.B]))
+        B_w.append(np.vstack([[[0]], plant.F]))
+    return DescriptorSystem(E, A, B, B_w, [[0, 1, 0], [0, 0, 1]])

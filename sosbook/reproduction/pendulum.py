@@ -149,4 +149,21 @@ def pendulum():
             "Theorems 2.4, 2.5", "sqrt(tr J) bounds the cost", "tr J",
             "(2.30) bounds the cost itself, not its root", DESIGN,
         ),
+        Erratum(
+            "Tables 4.1, 4.2", "solutions of Theorem 2.4 for four vertices",
+            "regulators (Q = I) of vertex 1 and of vertex 4 alone",
+            "to 1e-4 and 5e-4; one gain is 1 / sqrt(R). They are robustly "
+            "stable all the same, proven", DESIGN,
+        ),
+        Erratum(
+            "4.3.2", "poles close to 100 Hz give random results when sampled",
+            "the hold maps a pole p to exp(p T) exactly",
+            "exp(-16.94) is zero to seven digits: one state less, no more",
+            DESIGN,
+        ),
+        Erratum(
+            "Theorem 2.5", "robustly stable", "stable at each vertex",
+            "(2.45) holds the inverse of E-bar; certify with K and L fixed",
+            OBSERVER,
+        ),
     )

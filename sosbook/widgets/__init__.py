@@ -16,6 +16,7 @@ from .hinf import explore_hinf
 from .identification import explore_identification
 from .integrators import explore_integrators
 from .lqr import explore_lqr
+from .observer import explore_observer
 from .pendulum import explore_fall
 from .pendulum_control import explore_pendulum_control
 from .region import explore_region
@@ -36,6 +37,7 @@ __all__ = [
     "explore_lqr",
     "explore_mass_range",
     "explore_mu",
+    "explore_observer",
     "explore_pendulum_control",
     "explore_region",
     "explore_regularization",

@@ -39,7 +39,7 @@ def explore_pendulum_control():
     """
     sliders = {
         "R": log("R, weight of the voltage", 1.0, 10, 1000),
-        "spread": linear("spread (%)", 4.0, 0, 80),
+        "spread": linear("spread (%)", 4.0, 0, 70),
         "tilt": linear("let go at (degrees)", 5.0, 0, 85),
         "law": ToggleButtons(
             options=[PD, PID], value=PD, description="law"),
