@@ -1,6 +1,7 @@
 """The built book in a real browser, opened as a file and without a network."""
 
 import re
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -137,10 +138,16 @@ class Links(HTMLParser):
             self.loads.append(given["href"])
 
 
+@cache
+def links_of(path):
+    """`Links` of a page, read once."""
+    return Links(path)
+
+
 @each_page
 def test_links_lead_somewhere(site, page):
     path = site / f"{page}.html"
-    found = Links(path)
+    found = links_of(path)
     assert [url for url in found.loads if urlsplit(url).netloc] == []
     broken = []
     for address in found.links + found.loads:
@@ -151,7 +158,7 @@ def test_links_lead_somewhere(site, page):
         if not target.is_file():
             broken.append(address)
         elif target.suffix == ".html" and parts.fragment:
-            if unquote(parts.fragment) not in Links(target).anchors:
+            if unquote(parts.fragment) not in links_of(target).anchors:
                 broken.append(address)
     assert broken == []
 
