@@ -14,16 +14,37 @@ from .design import analyse_loop
 from .first_order import DescriptorSystem
 from .lmi import Unknown, block
 from .lmi.centre import Blocks, margin, minimize, phase_one
-from .lmi.certificate import definite, exact, inverse, round_digits
+from .lmi.certificate import exact, inverse, round_digits
 from .phases import any_centre
+from .proof import Proof
 from .request import trace_bound
 from .system import matrix
 from .theorems import observer_cost, observer_decay
 
-__all__ = ["ObserverDesign", "design_observer", "observer_loop"]
+__all__ = [
+    "ObserverCertificate",
+    "ObserverDesign",
+    "design_observer",
+    "observer_loop",
+]
 
 GAP = 1e-8  # to which the optimum is known, relative
 BACKOFF = 1e-4  # the proven bound exceeds the optimum by this
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverCertificate(Proof):
+    """An exact proof of Theorem 2.5 at the vertices, or its failure.
+
+    Parameters
+    ----------
+    proven, claims, blocks, failed
+        As in `Proof`.
+    L : (N, q) array
+        The gain that the proof is about: rounded to the printed digits.
+    """
+
+    L: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +100,7 @@ class ObserverDesign:
 
         Returns
         -------
-        dict
-            From a block's name to whether it is positive definite.
+        ObserverCertificate
         """
         if self.L is None:
             raise ValueError(f"the design is {self.status}: there is no L")
@@ -88,7 +108,12 @@ class ObserverDesign:
         values = {n: exact(round_digits(v, 12))
                   for n, v in self.values.items()}
         found = self.problem.blocks(values, exact, L, self.bound)
-        return {name: definite(g)[0] for name, g in found.items()}
+        claims = (
+            "at each vertex (not between them) the loop with the observer "
+            "is stable",
+            f"tr J is at most {self.bound:.6g} there",
+        )
+        return ObserverCertificate(**Proof.of(found, claims), L=L)
 
     def analyse(self, **asked):
         """`analyse_loop` of the whole polytope, with K and L fixed.

@@ -15,6 +15,7 @@ from .system import matrix
 __all__ = [
     "Certificate",
     "InfeasibilityCertificate",
+    "Proof",
     "prove",
     "prove_infeasible",
     "refute",
@@ -22,8 +23,8 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
-    """An exact proof that a gain does what was asked, or its failure.
+class Proof:
+    """What exact arithmetic says of a design's blocks.
 
     Parameters
     ----------
@@ -31,31 +32,65 @@ class Certificate:
         Whether every block is positive definite, in rational arithmetic.
     claims : tuple of str
         What is proven, in words; empty without a proof.
-    K : (m, N) array
-        The gain that the proof is about: rounded to the printed digits.
-    P : (N, N) array, or (vertices, N, N) with a slack matrix
-        The rational Lyapunov matrix, as decimal floats.
     blocks : dict
         From a block's name to its smallest pivot, as a float (in large
         blocks to six digits: see `sosbook.lmi.certificate.definite`).
     failed : tuple of str
         Names of the blocks that aren't positive definite.
-    V : (N, N) array or None
-        The rational slack matrix.
     """
 
     proven: bool
     claims: tuple
-    K: np.ndarray
-    P: np.ndarray
     blocks: dict
     failed: tuple
-    V: np.ndarray = None
 
     def __str__(self):
         if self.proven:
             return "\n- ".join(["proven:", *self.claims])
         return "not proven: " + ", ".join(self.failed)
+
+    @staticmethod
+    def of(blocks, claims):
+        """Arguments of a `Proof`: check the blocks, claim if all hold.
+
+        Parameters
+        ----------
+        blocks : dict
+            From a name to a symmetric matrix of rationals.
+        claims : tuple of str
+
+        Returns
+        -------
+        dict
+        """
+        found = {name: definite(g) for name, g in blocks.items()}
+        failed = tuple(n for n, (proven, _) in found.items() if not proven)
+        return dict(
+            proven=not failed, claims=() if failed else claims,
+            blocks={n: float(size) for n, (_, size) in found.items()},
+            failed=failed,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate(Proof):
+    """An exact proof that a gain does what was asked, or its failure.
+
+    Parameters
+    ----------
+    proven, claims, blocks, failed
+        As in `Proof`.
+    K : (m, N) array
+        The gain that the proof is about: rounded to the printed digits.
+    P : (N, N) array, or (vertices, N, N) with a slack matrix
+        The rational Lyapunov matrix, as decimal floats.
+    V : (N, N) array or None
+        The rational slack matrix.
+    """
+
+    K: np.ndarray
+    P: np.ndarray
+    V: np.ndarray = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +145,7 @@ def prove(request, K, P, digits=6, V=None, J=None):
     slack = V if request.coupling == "slack" else None
     if not np.array_equal(P, P.swapaxes(-1, -2)):
         return Certificate(
-            False, (), K, P, {}, ("P isn't symmetric",), slack
-        )
+            False, (), {}, ("P isn't symmetric",), K, P, slack)
     gamma2 = None
     if request.gamma is not None:
         gamma2 = exact(request.gamma) ** 2
@@ -119,20 +153,16 @@ def prove(request, K, P, digits=6, V=None, J=None):
     for places in (12, 17):  # short rationals first, then all digits
         lyapunov = exact(round_digits(P, places))
         right = exact(round_digits(V, places))
-        blocks = request.blocks(
+        found = Proof.of(request.blocks(
             lyapunov, gain @ right.T, gamma2, exact, V=right,
             J=None if J is None else exact(round_digits(J, places)),
-        )
-        found = {name: definite(g) for name, g in blocks.items()}
-        if all(proven for proven, _ in found.values()):
+        ), _claims(request))
+        if found["proven"]:
             break
     P = round_digits(P, places)
     if slack is not None:
         slack = round_digits(V, places)
-    failed = tuple(n for n, (proven, _) in found.items() if not proven)
-    smallest = {n: float(measure) for n, (_, measure) in found.items()}
-    claims = () if failed else _claims(request)
-    return Certificate(not failed, claims, K, P, smallest, failed, slack)
+    return Certificate(**found, K=K, P=P, V=slack)
 
 
 def _claims(request):

@@ -19,11 +19,10 @@ from .lmi.centre import (
 )
 from .lmi.certificate import (
     exact,
-    pivots,
     repair_multipliers,
     round_digits,
 )
-from .proof import Certificate, InfeasibilityCertificate
+from .proof import Certificate, InfeasibilityCertificate, Proof
 from .system import (
     Polytope,
     SecondOrderSystem,
@@ -285,22 +284,19 @@ def prove_regular(plant, K_A, beta, digits=6):
         raise ValueError(f"digits must be 1 or more, got {digits!r}")
     K_A = matrix("K_A", K_A, (plant.m, plant.n))
     K_A = round_digits(K_A, digits)
-    found = {
-        name: pivots(
-            regular_mass(exact(M), exact(B), exact(K_A), exact(beta)))
+    blocks = {
+        name: regular_mass(exact(M), exact(B), exact(K_A), exact(beta))
         for name, (M, B) in _pairs(plant).items()
     }
-    failed = tuple(name for name, p in found.items() if p[-1] <= 0)
     where = "the plant"
     if len(plant.vertices) > 1:
         where = "every plant of the polytope"
-    claims = () if failed else (
+    claims = (
         f"for {where}, M - B K_A is regular",
         "the eigenvalues of its symmetric part exceed "
         f"beta^2 = {beta**2:.6g}",
     )
-    smallest = {name: float(min(p)) for name, p in found.items()}
-    return Certificate(not failed, claims, K_A, None, smallest, failed)
+    return Certificate(**Proof.of(blocks, claims), K=K_A, P=None)
 
 
 def _prove_singular(plant, beta, multipliers):

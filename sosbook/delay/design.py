@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from ..lmi.centre import Blocks, Unbounded, centre, margin, phase_one
-from ..lmi.certificate import definite, exact, round_digits
+from ..lmi.certificate import exact, round_digits
 from ..phases import bounded
-from ..proof import refute
+from ..proof import Proof, refute
 from ..system import matrix
 from . import spectrum
 from .request import DelayedLoop, DelayRequest, check_loop
@@ -26,37 +26,22 @@ ALPHAS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 
 
 @dataclass(frozen=True, eq=False)
-class DelayCertificate:
+class DelayCertificate(Proof):
     """An exact proof of a decay rate under delay, or its failure.
 
     Parameters
     ----------
-    proven : bool
-        Whether every block is positive definite, in rational arithmetic.
-    claims : tuple of str
-        What is proven, in words; empty without a proof.
+    proven, claims, blocks, failed
+        As in `Proof`.
     K : (m, N) array
         The gain that the proof is about: rounded to the printed digits.
     functional : dict
         The rational matrices of the functional and the multipliers, as
         decimal floats, in the coordinates of the LMIs.
-    blocks : dict
-        From a block's name to its smallest pivot, as a float.
-    failed : tuple of str
-        Names of the blocks that aren't positive definite.
     """
 
-    proven: bool
-    claims: tuple
     K: np.ndarray
     functional: dict
-    blocks: dict
-    failed: tuple
-
-    def __str__(self):
-        if self.proven:
-            return "\n- ".join(["proven:", *self.claims])
-        return "not proven: " + ", ".join(self.failed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -412,16 +397,10 @@ def _prove(design, digits):
         if request.gain is None:  # X = K F' of the rounded gain
             gain = exact(K) @ exact(frame.T) / exact(frame.scale)
             numbers["X"] = gain @ numbers["F"].T
-        found = {
-            name: definite(g)
-            for name, g in fixed.blocks(numbers, exact).items()
-        }
-        if all(proven for proven, _ in found.values()):
+        found = Proof.of(fixed.blocks(numbers, exact), _claims(request))
+        if found["proven"]:
             break
-    failed = tuple(n for n, (proven, _) in found.items() if not proven)
-    smallest = {n: float(measure) for n, (_, measure) in found.items()}
-    claims = () if failed else _claims(request)
-    return DelayCertificate(not failed, claims, K, values, smallest, failed)
+    return DelayCertificate(**found, K=K, functional=values)
 
 
 def _claims(request):
