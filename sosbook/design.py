@@ -10,6 +10,7 @@ from . import analysis
 from .cost import noise_cost
 from .descriptor import descriptors
 from .first_order import DescriptorSystem
+from .gains import Gains
 from .phases import Solution, answer
 from .proof import prove, prove_infeasible
 from .request import Request
@@ -20,8 +21,8 @@ from .system import Polytope, SecondOrderSystem, positive
 __all__ = ["Design", "analyse_loop", "analyse_pid", "design_pid"]
 
 
-@dataclass(frozen=True, eq=False)
-class Design(Solution):
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Gains, Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -51,31 +52,6 @@ class Design(Solution):
     multipliers : list of arrays or None
         Of the blocks, in that frame, where there is no design.
     """
-
-    def __repr__(self):
-        if self.margins is None:
-            return f"<Design: {self.status}>"
-        worst = min(self.margins, key=self.margins.get)
-        return (
-            f"<Design: {self.status}, smallest margin "
-            f"{self.margins[worst]:.2g} ({worst})>"
-        )
-
-    @property
-    def K_P(self):
-        """Proportional gain, (m, n)."""
-        return self._gain()[:, :self.request.plant.n]
-
-    @property
-    def K_D(self):
-        """Derivative gain, (m, n)."""
-        n = self.request.plant.n
-        return self._gain()[:, n:2 * n]
-
-    @property
-    def K_I(self):
-        """Integral gain, (m, a)."""
-        return self._gain()[:, 2 * self.request.plant.n:]
 
     @property
     def K_A(self):
@@ -242,11 +218,13 @@ class Design(Solution):
 
     def open_loop(self):
         """control.StateSpace from (u, w, r) to x; a list per vertex."""
+        self._second_order("set point")
         return self._each(analysis.open_loop)
 
     def closed_loop(self):
         """control.StateSpace from (w, r) to (z, u); a list per vertex."""
         K = self._gain()
+        self._second_order("set point")
         return self._each(lambda d: analysis.closed_loop(d, K))
 
     def poles(self, samples=0, seed=0):
@@ -327,6 +305,7 @@ class Design(Solution):
             Initial state; zero without it.
         """
         K = self._gain()
+        self._second_order("displacement z")
         return self._each(
             lambda d: simulate(d, K, t, r, w, x0, self.K_A)
         )
@@ -482,7 +461,9 @@ def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
     ('every plant of the polytope is stable',)
     """
     request = Request(
-        DescriptorSystem(E, A, None, B_w, C), region=region, gamma=gamma, coupling=coupling)
+        DescriptorSystem(E, A, None, B_w, C), region=region, gamma=gamma,
+        coupling=coupling,
+    )
     return Design(**vars(answer(request)))
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+import control
 import numpy as np
 from scipy.linalg import (
     cholesky,
@@ -125,8 +126,8 @@ class ObserverDesign:
 
     def controller(self):
         """The controller from y to u as python-control's StateSpace."""
-        import control
-
+        if self.L is None:
+            raise ValueError(f"the design is {self.status}: there is no L")
         d = mean_descriptor(_vertices(self.plant))
         A, B, _ = d.state_space()
         return control.ss(

@@ -499,7 +499,7 @@ def test_a_loop_that_is_given_as_such_takes_no_controller():
     with pytest.raises(ValueError, match="leave K and U out"):
         delay.largest("tau", loop, K=[[1.0]], tau=1)
     found = sos.analyse_delay(loop, tau=1)
-    with pytest.raises(ValueError, match="no K_P"):
+    with pytest.raises(ValueError, match="has no K_P, K_D and K_I"):
         _ = found.K_P
 
 

@@ -248,3 +248,15 @@ def test_costs_are_infinite_where_the_loop_is_unstable():
     (d,) = descriptors(plant)
     cost = sos.QuadraticCost(np.eye(4), [[1]])
     assert noise_cost(d, np.zeros((1, 4)), cost) == np.inf
+
+
+def test_a_first_order_plant_has_no_displacements():
+    """Without [z; z'; x3] there are no parts of K and no set points."""
+    plant = sos.DescriptorSystem(
+        np.eye(3), np.diag([1.0, 2, 3]), np.ones((3, 1)), C=np.eye(3)[1:])
+    design = sos.design_lqr(plant, np.eye(3), [[1]])
+    assert design.status == "feasible" and design.K.shape == (1, 3)
+    for wanted in (lambda: design.K_P, design.closed_loop, design.open_loop,
+                   lambda: design.simulate([0, 1])):
+        with pytest.raises(ValueError, match="its state isn't"):
+            wanted()

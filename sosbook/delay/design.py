@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..gains import Gains
 from ..lmi.centre import Blocks, Unbounded, centre, margin, phase_one
 from ..lmi.certificate import exact, round_digits
 from ..phases import bounded
@@ -44,8 +45,8 @@ class DelayCertificate(Proof):
     functional: dict
 
 
-@dataclass(frozen=True, eq=False)
-class DelayDesign:
+@dataclass(frozen=True, eq=False, repr=False)
+class DelayDesign(Gains):
     """A controller behind a delay and what is known about its loop.
 
     Parameters
@@ -73,36 +74,6 @@ class DelayDesign:
     values: dict = None
     margins: dict = None
     multipliers: list = None
-
-    def __repr__(self):
-        if self.margins is None:
-            return f"<DelayDesign: {self.status}>"
-        worst = min(self.margins, key=self.margins.get)
-        return (
-            f"<DelayDesign: {self.status}, smallest margin "
-            f"{self.margins[worst]:.2g} ({worst})>"
-        )
-
-    @property
-    def K_P(self):
-        """Proportional gain, (m, n)."""
-        return self._parts()[0]
-
-    @property
-    def K_D(self):
-        """Derivative gain, (m, n)."""
-        return self._parts()[1]
-
-    @property
-    def K_I(self):
-        """Integral gain, (m, a)."""
-        return self._parts()[2]
-
-    def _parts(self):
-        if isinstance(self.request.plant, DelayedLoop):
-            raise ValueError("a DelayedLoop has no K_P, K_D and K_I")
-        n = self.request.plant.n
-        return np.split(self._gain(), [n, 2 * n], axis=1)
 
     @property
     def alpha(self):

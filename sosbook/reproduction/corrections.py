@@ -296,8 +296,8 @@ def errata():
         ),
         Erratum(
             "Lemma 2.3", "|W| tr(...)", "lambda_max(W) tr J",
-            "tr(W J) <= lambda_max(W) tr J; with |W| = det W = 0.2 the true "
-            "cost 11.7 exceeds 3.9", "23_lqr",
+            "tr(W J) <= lambda_max(W) tr J; the chapter has a loop whose "
+            "true cost exceeds det W tr J", "23_lqr",
         ),
         Erratum(
             "Lemma 2.3, proof",

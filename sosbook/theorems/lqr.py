@@ -1,6 +1,6 @@
 """Lemma 2.3 and Theorem 2.4: a bound of the quadratic cost."""
 
-from ..lmi import block, eye, he
+from ..lmi import block, he
 
 __all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay"]
 
