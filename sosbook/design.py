@@ -460,9 +460,10 @@ def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
     >>> loop.certify().claims
     ('every plant of the polytope is stable',)
     """
+    loop = DescriptorSystem(E, A, None, B_w, C)
     request = Request(
-        DescriptorSystem(E, A, None, B_w, C), region=region, gamma=gamma,
-        coupling=coupling,
+        loop, region=region, gamma=gamma, coupling=coupling,
+        gain=np.zeros((0, loop.order)),
     )
     return Design(**vars(answer(request)))
 

@@ -136,9 +136,11 @@ class Request:
                     "into its matrices"
                 )
             vertices = self.plant.vertices
-            if self.plant.m == 0 and self.gain is None:  # a closed loop
-                none = np.zeros((0, self.plant.order))
-                object.__setattr__(self, "gain", none)
+            if self.plant.m == 0 and self.gain is None:
+                raise ValueError(
+                    "plant has no B, so there is nothing to design: give B, "
+                    "or analyse the loop with analyse_loop(E, A)"
+                )
         else:
             vertices = descriptors(self.plant, self.U, self.K_A)
         object.__setattr__(self, "vertices", vertices)

@@ -133,3 +133,12 @@ def test_an_unseen_unstable_mode_is_refused():
         design_observer(plant, K, np.eye(8), [[1]], C=[[1, 0, 0, 0]])
     with pytest.raises(ValueError, match="R_F must be regular"):
         design_observer(plant, K, np.eye(8), [[0]], C=[[1, 0, 0, 0]])
+
+
+def test_a_loop_without_an_input_is_not_designed_but_analysed():
+    loop = sos.DescriptorSystem(np.eye(2), [[0, 1], [-2, -3]])
+    with pytest.raises(ValueError, match="nothing to design"):
+        sos.design_pid(loop)
+    with pytest.raises(ValueError, match="nothing to design"):
+        sos.design_lqr(loop, np.eye(2), [[1]])
+    assert sos.analyse_loop(loop.E, loop.A).certify().proven
