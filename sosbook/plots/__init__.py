@@ -19,6 +19,7 @@ from .regions import (
     shade_region,
     window_of,
 )
+from .robot import robot_run
 from .signals import input_limit, response, signal
 from .spectra import largest_singular_value, singular_values
 from .style import (
@@ -64,6 +65,7 @@ __all__ = [
     "region_outline",
     "region_parts",
     "response",
+    "robot_run",
     "root_map",
     "shade_region",
     "show",
