@@ -13,6 +13,7 @@ from . import (
     mip,
     plots,
     reproduction,
+    sampled,
     tables,
     thesis,
     widgets,
@@ -33,6 +34,7 @@ from .regularization import (
     regularize,
 )
 from .request import Saturation
+from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
 from .simulate import Response, Sine
 from .system import Polytope, SecondOrderSystem
 
@@ -51,6 +53,7 @@ __all__ = [
     "Region",
     "Regularization",
     "Response",
+    "SampledLQR",
     "Saturation",
     "SecondOrderSystem",
     "Sine",
@@ -60,6 +63,7 @@ __all__ = [
     "analyse_loop",
     "analyse_pid",
     "atlas",
+    "certify_sampled",
     "counterexamples",
     "couplings",
     "delay",
@@ -67,6 +71,7 @@ __all__ = [
     "design_lqr",
     "design_observer",
     "design_pid",
+    "design_sampled_lqr",
     "infinite_modes",
     "maps",
     "mip",
@@ -74,6 +79,7 @@ __all__ = [
     "plots",
     "regularize",
     "reproduction",
+    "sampled",
     "simulate_nonlinear",
     "tables",
     "thesis",

@@ -1,19 +1,34 @@
-"""The mobile inverted pendulum of chapter 4."""
+"""The mobile inverted pendulum of chapter 4, from its logs to its program."""
 
+from .deployment import Deployment, deploy, recommend
 from .firmware import FAULTS, Controller, Firmware
 from .law import SampledLaw
+from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
+from .recovery import largest_tilt, recovered
+from .simulator import Push, Run, Sensors, simulate
 from .spread import polytope, reduced, vertices
 
 __all__ = [
     "Controller",
+    "Deployment",
     "FAULTS",
     "Firmware",
     "Mip",
+    "Push",
     "R_G",
+    "Run",
     "SampledLaw",
+    "SampledLoop",
+    "Sensors",
     "V_MAX",
+    "deploy",
+    "largest_tilt",
+    "lowest_rate",
     "polytope",
+    "recommend",
+    "recovered",
     "reduced",
+    "simulate",
     "vertices",
 ]

@@ -119,10 +119,16 @@ class SampledLoop:
         (held,) = hold(self.robot.plant(), T, self.delay)
         seen = np.hstack([np.eye(4), np.zeros((4, held.nstates - 4))])
         truth = control.ss(held.A, held.B, seen, np.zeros((4, 1)), T)
-        told = sensing(self.sensing, T, self.blend)
-        decides = control.ss(law.A, law.B, law.C, law.D, T)
-        open_loop = control.series(truth, told, decides)
+        open_loop = control.series(truth, self.controller)
         object.__setattr__(self, "open_loop", open_loop)
+
+    @property
+    def controller(self):
+        """From the true [theta, phi, theta', phi'] to the voltage."""
+        law = self.law
+        return control.series(
+            sensing(self.sensing, law.T, self.blend),
+            control.ss(law.A, law.B, law.C, law.D, law.T))
 
     @property
     def matrix(self):

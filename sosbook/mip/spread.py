@@ -8,7 +8,7 @@ from ..first_order import DescriptorSystem
 from ..system import Polytope, number
 from .model import Mip
 
-__all__ = ["polytope", "reduced", "vertices"]
+__all__ = ["polytope", "reduced", "triangles", "vertices"]
 
 
 def vertices(mip, spread=0.04):
@@ -83,6 +83,32 @@ def polytope(mip, spread=0.04):
     4
     """
     return Polytope([v.plant() for v in vertices(mip, spread)])
+
+
+def triangles(mip, spread=0.04):
+    """Two polytopes of three vertices that cover `polytope`.
+
+    The four vertices lie in a plane, that of (I_w, e), so two triangles
+    hold all the plants between them, and with fewer weights.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    tuple of Polytope
+        Of the vertices 1, 4, 2 and 1, 4, 3.
+
+    Examples
+    --------
+    >>> [part.N for part in triangles(Mip.printed())]
+    [3, 3]
+    """
+    plants = polytope(mip, spread).vertices
+    return tuple(
+        Polytope([plants[0], plants[3], plants[k]]) for k in (1, 2))
 
 
 def reduced(mip, spread=0.04):

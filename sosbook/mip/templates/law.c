@@ -1,0 +1,91 @@
+/* $name.c: see $name.h
+ *
+$note
+ */
+#include <float.h>
+#include "$name.h"
+
+#ifdef __FAST_MATH__
+#error "-ffast-math breaks the checks for what is not a number"
+#endif
+#if FLT_EVAL_METHOD != 0
+#error "sums must round to their type at once: for x86 use -mfpmath=sse"
+#endif
+
+$constants
+
+/* u = C x + D y, then x+ = A x + B y + W (V - u). */
+$matrices
+
+/* False for what is not a number. */
+static int within($real value, $real bound)
+{
+    return value >= -bound && value <= bound;
+}
+
+void ${name}_start(${name}_state *s, $real tilt, $real wheels, $real bias)
+{
+    s->bias = bias;
+    s->gyro = 0;
+    s->theta = tilt;
+    s->wheels = wheels;
+    s->increment = 0;
+    s->phi = wheels + tilt;
+    s->zero = s->phi;
+$start    s->bad = 0;
+    s->full = 0;
+    s->fault = ${NAME}_RUNNING;
+}
+
+$real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
+    $real target, $real rate)
+{
+    if (s->fault != ${NAME}_RUNNING)
+        return 0;
+
+    /* After a bad reading all turns on as in the tick before. */
+    gyro = gyro - s->bias;
+    const int seen = within(gyro, FASTEST);
+    const int turned =
+        within(wheels - s->wheels, REACH * ($real)(s->bad + 1));
+    const int bad = seen && turned ? 0 : s->bad + 1;
+    if (!seen)
+        gyro = s->gyro;
+    if (!turned)
+        wheels = s->wheels + s->increment;
+
+    /* The gyro's integral by the trapezoidal rule, corrected slowly. */
+    $real theta = s->theta + HALF_TICK * (gyro + s->gyro);
+    if (within(tilt, TIP))
+        theta = theta + BLEND * (tilt - theta);
+    const $real phi = wheels + theta;
+    const $real y[4] = {
+        theta,
+        phi - s->zero - target,
+        gyro,
+        (phi - s->phi) * HERTZ - rate,
+    };
+
+    /* The law and the voltage's limit. */
+$alias    const $real u =
+            $output;
+    const $real V = u > LIMIT ? LIMIT : u < -LIMIT ? -LIMIT : u;
+    const int full = u > LIMIT || u < -LIMIT ? s->full + 1 : 0;
+
+    s->fault =
+        bad > MISSING ? ${NAME}_SENSOR :
+        !within(theta, TIP) ? ${NAME}_FALL :
+        !within(u, TRUSTED) ? ${NAME}_COMMAND :
+        full > STALL ? ${NAME}_STALL : ${NAME}_RUNNING;
+    if (s->fault != ${NAME}_RUNNING)
+        return 0;
+
+    s->increment = wheels - s->wheels;
+    s->theta = theta;
+    s->gyro = gyro;
+    s->wheels = wheels;
+    s->phi = phi;
+    s->bad = bad;
+    s->full = full;
+$next    return V;
+}

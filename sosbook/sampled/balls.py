@@ -1,0 +1,79 @@
+"""Arrays of balls: each entry a real number and how far it may be off.
+
+They are numpy arrays of python-flint's arb; the operations enclose, in
+the precision of flint's context.
+"""
+
+import numpy as np
+from flint import arb, arb_mat
+
+from ..lmi.certificate import exact
+
+__all__ = [
+    "balls",
+    "entries",
+    "exponential",
+    "hull",
+    "middle",
+    "series",
+    "solve",
+]
+
+
+def balls(x):
+    """An array of arb from floats (as decimals), rationals or balls."""
+    x = np.asarray(x)
+    if x.dtype != object:
+        x = exact(x)
+    found = np.empty(x.shape, object)
+    found.flat = [arb(e) for e in x.flat]
+    return found
+
+
+def hull(matrices):
+    """Balls that hold all mixtures of some matrices of rationals."""
+    stack = np.array(matrices, object)
+    pairs = zip(stack.min(axis=0).flat, stack.max(axis=0).flat)
+    found = np.empty(stack[0].shape, object)
+    found.flat = [arb(low).union(arb(high)) for low, high in pairs]
+    return found
+
+
+def _matrix(x):
+    return arb_mat(*x.shape, x.ravel().tolist())
+
+
+def entries(x):
+    """The array of an arb_mat."""
+    found = np.empty((x.nrows(), x.ncols()), object)
+    found.flat = x.entries()
+    return found
+
+
+def solve(A, B):
+    """A^-1 B; ZeroDivisionError unless A is proven to be regular."""
+    return entries(_matrix(A).solve(_matrix(B)))
+
+
+def exponential(x):
+    """The exponential of a square matrix."""
+    return entries(_matrix(x).exp())
+
+
+def middle(x):
+    """The balls' midpoints, as floats."""
+    return np.array([[float(e.mid()) for e in row] for row in x])
+
+
+def series(terms):
+    """The matrix of x, or of x + x1 s + x2 t + x12 s t with s^2 = t^2 = 0.
+
+    Such matrices multiply as the series do; the last block of the first
+    row is the last term.
+    """
+    if len(terms) == 1:
+        return terms[0]
+    x, x1, x2, x12 = terms
+    o = 0 * x
+    return np.block([
+        [x, x1, x2, x12], [o, x, o, x2], [o, o, x, x1], [o, o, o, x]])

@@ -1,0 +1,267 @@
+"""Optimal control by a computer: the sampled LQR."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from flint import fmpq
+from scipy.linalg import (
+    expm,
+    matrix_balance,
+    solve_discrete_are,
+    solve_discrete_lyapunov,
+)
+
+from .hold import Clock, input_vertices, sampled_loop
+from ..cost import QuadraticCost
+from .proof import certify_sampled
+from ..system import matrix, rank_deficient
+
+__all__ = ["SampledLQR", "design_sampled_lqr", "sampled_cost"]
+
+
+def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
+    """The integral of x'Qx + u'Ru over all times of the sampled loop.
+
+    Parameters
+    ----------
+    plant, K, T, delay, U
+        As for `sampled_loop`.
+    Q : (N, N) array_like
+    R : (m, m) array_like
+        Weights, as for `design_sampled_lqr`; u is what the plant gets.
+    x0 : (N,) or (N + m d,) array_like, optional
+        Where the motion starts; the older inputs are zero unless given.
+        Without it the costs of all unit vectors are added.
+
+    Returns
+    -------
+    (vertices,) array
+        Infinite for an unstable loop, whatever x0.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
+    >>> weights = np.eye(2), [[1]]
+    >>> gains = [[-1, -1.5]], [[-0.5, -1.1]]
+    >>> [sampled_cost(cart, K, *weights, T=1.0).round(3) for K in gains]
+    [array([6.35]), array([3.76])]
+    """
+    clock, vertices = Clock.of(T, delay), input_vertices(plant, U)
+    K = clock.gain(K, vertices[0])
+    Q, R = _weights(Q, R, vertices[0])
+    N, order = len(vertices[0].E), K.shape[1]
+    start = np.eye(order)
+    if x0 is not None:
+        start = np.reshape(np.asarray(x0, float), (-1, 1))
+        if len(start) not in (N, order) or not np.isfinite(start).all():
+            raise ValueError(
+                f"x0 must have {N} finite entries, or {order} with the "
+                f"older inputs; got the shape {np.shape(x0)}")
+        start = np.vstack([start, np.zeros((order - len(start), 1))])
+    costs = [_cost_matrix(d, K, Q, R, clock) for d in vertices]
+    return np.array([
+        np.inf if X is None else np.trace(start.T @ X @ start) for X in costs
+    ])
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLQR:
+    """The sampled loop of least cost.
+
+    Parameters
+    ----------
+    plant, U, Q, R, T, delay
+        As in `design_sampled_lqr`.
+    K : (m, N + m d) array
+        In u(k) = K [x; u(k-1); ...; u(k-d)].
+    X : (N + m d, N + m d) array
+        The cost from the initial state x0 is x0' X x0.
+    """
+
+    plant: object
+    U: np.ndarray
+    Q: np.ndarray
+    R: np.ndarray
+    T: float
+    delay: float
+    K: np.ndarray
+    X: np.ndarray
+
+    def loop(self):
+        """The matrix of the loop, as `sampled_loop` has it."""
+        (F,) = sampled_loop(self.plant, self.K, self.T, self.delay, self.U)
+        return F
+
+    def poles(self):
+        """Its eigenvalues, the largest first."""
+        found = np.linalg.eigvals(self.loop())
+        return found[np.argsort(-abs(found), kind="stable")]
+
+    @property
+    def radius(self):
+        """The largest modulus of the poles; below one."""
+        return float(abs(self.poles()[0]))
+
+    def certify(self, rate=1.0, digits=6):
+        """Prove the loop stable: `certify_sampled`."""
+        return certify_sampled(self.plant, self.K, self.T, self.delay,
+                               self.U, rate=rate, digits=digits)
+
+
+def design_sampled_lqr(plant, Q, R, T, delay=0.0, U=None):
+    r"""The gain that minimises a continuous cost, for a computer.
+
+    Minimises :math:`\int_0^\infty x^\top Q x + u^\top R u \, dt`, with
+    what happens between the samples, over all inputs that are constant
+    from sample to sample.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, or Polytope or DescriptorSystem of one
+        vertex
+    Q : (N, N) array_like
+        Weight of the state [z; z'; x3], symmetric, not negative.
+    R : (m, m) array_like
+        Weight of the input, symmetric and positive definite.
+    T, delay, U
+        As for `hold`.
+
+    Returns
+    -------
+    SampledLQR
+
+    Raises
+    ------
+    ValueError
+        On bad input, more than one vertex, a plant that u(k) can't
+        stabilise, or a Q that doesn't see a mode on the unit circle.
+
+    Notes
+    -----
+    Source: Franklin, Powell and Workman, Digital Control of Dynamic
+    Systems, section 9.3.4; the integrals are Van Loan's (1978). The
+    input of each sample is charged when it is computed: this moves cost
+    from one sample to another but not the optimum.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
+    >>> fast = design_sampled_lqr(cart, np.diag([1, 0]), [[1]], T=1e-3)
+    >>> fast.K.round(2)  # near [-1, -sqrt(2)]
+    array([[-1.  , -1.41]])
+    >>> late = design_sampled_lqr(cart, np.diag([1, 0]), [[1]], 0.5, 0.7)
+    >>> late.K.shape, late.radius < 1
+    ((1, 4), True)
+    """
+    clock, vertices = Clock.of(T, delay), input_vertices(plant, U)
+    if len(vertices) > 1:
+        raise ValueError(
+            f"plant has {len(vertices)} vertices, and no Riccati equation "
+            "holds for all: pick one plant, such as its mean, or design "
+            "with design_lqr and prove with certify_sampled")
+    (d,) = vertices
+    Q, R = _weights(Q, R, d)
+    _check_stabilisable(d, clock)
+    A, B = clock.held(d)
+    H, m = _stage_cost(clock, d, Q, R), d.Bu.shape[1]
+    parts = H[:-m, :-m], H[-m:, -m:], H[:-m, -m:]
+    X = None
+    with suppress(np.linalg.LinAlgError):
+        X = solve_discrete_are(A, B, parts[0], parts[1], s=parts[2])
+        K = -np.linalg.solve(
+            parts[1] + B.T @ X @ B, B.T @ X @ A + parts[2].T)
+        X = _cost_matrix(d, K, Q, R, clock)
+    if X is None:
+        raise ValueError(
+            "the Riccati equation has no stabilising solution in floats: "
+            "Q doesn't see a mode on the unit circle (weight it), or T is "
+            "out of scale with the plant (take another)")
+    return SampledLQR(plant, U, Q, R, float(clock.T), float(delay), K, X)
+
+
+def _stage_cost(clock, d, Q, R):
+    """The cost of one sample, in [x; older; u(k)]: with all of u(k)."""
+    A, B, _ = d.state_space()
+    N, m = B.shape
+    W = np.zeros((N + 2 * m, N + 2 * m))
+    W[:N, :N] = Q
+    H, flow = np.zeros(W.shape), np.eye(len(W))
+    for M, span in clock.pieces(A, B):
+        onward, cost = _integral(M, W, float(span))
+        H, flow = H + flow.T @ cost @ flow, onward @ flow
+    H = clock.pick(N, m).T @ H @ clock.pick(N, m)
+    H[-m:, -m:] += float(clock.T) * R
+    return (H + H.T) / 2
+
+
+def _waiting(clock, R, N):
+    """What the older inputs still cost: they were charged before."""
+    late = clock.whole * clock.T + clock.rest
+    spans = [min(clock.T, late - i * clock.T) for i in range(clock.older)]
+    found = np.zeros((N + len(R) * clock.older,) * 2)
+    found[N:, N:] = np.kron(np.diag([float(s) for s in spans]), R)
+    return found
+
+
+def _integral(M, W, span):
+    """e^(M t) at t = span and the integral of e^(M't) W e^(Mt) to there.
+
+    Van Loan's exponential for a short span, which is then doubled: e to
+    the minus M t would overflow where M has a fast stable mode.
+    """
+    n = len(M)
+    size = np.linalg.norm(M, 1) * span
+    halvings = int(np.ceil(np.log2(size))) if size > 1 else 0
+    both = expm(np.block([[-M.T, W], [np.zeros((n, n)), M]])
+                * (span / 2**halvings))
+    flow = both[n:, n:]
+    cost = flow.T @ both[:n, n:]
+    for _ in range(halvings):
+        cost, flow = cost + flow.T @ cost @ flow, flow @ flow
+    return flow, cost
+
+
+def _weights(Q, R, d):
+    N, m = d.Bu.shape
+    cost = QuadraticCost(Q, R)
+    return matrix("Q", cost.Q, (N, N)), matrix("R", cost.R, (m, m))
+
+
+def _check_stabilisable(d, clock):
+    """Hautus's test; the delay has no part in it."""
+    A, B, _ = d.state_space()
+    step, push = Clock(clock.T, 0, fmpq(0)).held(d)
+    scale = matrix_balance(A, permute=False, separate=True)[1][0]
+    for z in np.linalg.eigvals(step):
+        if abs(z) < 1 - 1e-9 or not _hidden(step, push, z, scale):
+            continue
+        fixed = any(_hidden(A, B, s, scale) for s in np.linalg.eigvals(A)
+                    if s.real > -1e-9 * np.linalg.norm(A))
+        raise ValueError(
+            "the plant can't be stabilised: u doesn't reach its mode at z "
+            f"= {z:.3g}; " + ("add an input" if fixed else
+                              "with another T it does"))
+
+
+def _hidden(A, B, s, scale):
+    """Whether u doesn't reach the mode s; ignores rounding errors."""
+    A, B = A / scale[:, None] * scale, B / scale[:, None]
+    pencil = np.hstack([A - s * np.eye(len(A)), B])
+    sizes = np.repeat([abs(A).max(), abs(B).max()], [len(A), B.shape[1]])
+    return rank_deficient(np.where(abs(pencil) < 1e-12 * sizes, 0, pencil))
+
+
+def _cost_matrix(d, K, Q, R, clock):
+    """X of the cost x0' X x0; None for an unstable loop."""
+    A, B = clock.held(d)
+    F = A + B @ K
+    if abs(np.linalg.eigvals(F)).max() >= 1:
+        return None
+    full = np.vstack([np.eye(len(F)), K])
+    X = solve_discrete_lyapunov(
+        F.T, full.T @ _stage_cost(clock, d, Q, R) @ full)
+    X = X + _waiting(clock, R, len(d.E))
+    return (X + X.T) / 2

@@ -1,0 +1,479 @@
+"""The robot in the rendered page: the true loop, and controls that work."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from sosbook import thesis
+from sosbook.mip.animation import FINE, animation
+from sosbook.mip.firmware import Firmware
+from sosbook.mip.law import SampledLaw
+from sosbook.mip.model import Mip
+from sosbook.mip.rig import COUNTS, GYRO_STEP, Rig
+from sosbook.mip.spread import vertices
+from tests.test_atlas import brightness
+
+MIP = Mip.printed()
+T = 0.01
+STEP = T / FINE
+LIMIT, TIP = Firmware.limit, Firmware.tip
+LAWS = {"PD": thesis.mip().pd, "PID": thesis.mip().pid,
+        "weak & <slow>": {4: thesis.mip().pd[5] / 5}}
+START = dict(law="PD", R=5, tilt=10, delay=5, noise=1)
+
+
+@pytest.fixture(scope="module")
+def element():
+    return animation(LAWS, start=START, title="Stand & <fall>")
+
+
+@pytest.fixture(scope="module")
+def sheet(element, tmp_path_factory):
+    """A page with two of them, as a chapter may have."""
+    page = tmp_path_factory.mktemp("page") / "robot.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        f"{element.html}<p>between</p>{element.html}</body></html>", "utf8")
+    return page
+
+
+# ------------------------------------------------------------------ in Python
+
+def test_the_page_gets_the_very_gains_and_pendulums(element):
+    data = json.loads(re.search(
+        r'<script type="application/json">(.*?)</script>', element.html)[1])
+    assert data["title"] == "Stand & <fall>"
+    for law in data["laws"]:
+        for R, K in zip(law["R"], law["K"]):
+            assert K == np.ravel(LAWS[law["name"]][R]).tolist()
+    for stored, mip in zip(data["robots"], [MIP, *vertices(MIP)]):
+        assert [stored[x] for x in "abcdefJ"] == [
+            getattr(mip, x) for x in "abcdefJ"]
+        assert np.isclose(stored["radius"], 0.032)  # m, of `from_ratios`
+    assert "http" not in element.html and len(element.html) < 60_000
+    assert element.html.count("<noscript>") == 1
+
+
+@pytest.mark.parametrize("wrong, words", [
+    (dict(laws={}), "laws must be a dict"),
+    (dict(laws={"PD": {}}), r"laws\['PD'\] must be a dict"),
+    (dict(laws={"PD": {1: [1, 2, 3]}}), r"laws\['PD'\]\[1\]: K must be"),
+    (dict(laws={"PD": {1: [1, 2, 3, np.nan]}}), r"laws\['PD'\]\[1\]: "),
+    (dict(laws={"PD": {-1: [1, 2, 3, 4]}}), "R in laws"),
+    (dict(robots={"flat": 3}), r"robots\['flat'\] must be a Mip"),
+    (dict(T=0), "T"),
+    (dict(start=dict(R=3)), r"R must be one of \[1.0, 2.0, 5.0\]"),
+    (dict(start=dict(law="LQG")), "law must be one of"),
+    (dict(start=dict(delay=4)), "delay = 4 must be a multiple of 2.5"),
+    (dict(start=dict(tilt=90)), "tilt = 90 must be"),
+    (dict(start=dict(mass=1)), r"names no control: \['mass'\]"),
+])
+def test_bad_input_is_explained(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        animation(**dict(laws=LAWS) | wrong)
+
+
+# ------------------------------------------- the same loop, with `Controller`
+
+def uniform(seed):
+    """The page's generator, mulberry32."""
+    mask = 2**32 - 1
+    while True:
+        seed = seed + 0x6D2B79F5 & mask
+        t = (seed ^ seed >> 15) * (1 | seed) & mask
+        t ^= t + ((t ^ t >> 7) * (61 | t) & mask) & mask
+        yield (t ^ t >> 14) / 2**32
+
+
+class Sensors:
+    """Noise and rounding of the page's gyro and encoders."""
+
+    def __init__(self, noise):
+        self.noise, self.random = noise * Rig.noise, uniform(2023)
+        self.phase = next(self.random)
+
+    def wheels(self, z):
+        step = 2 * np.pi / COUNTS
+        return step * np.floor((z[1] - z[0]) / step + self.phase)
+
+    def gyro(self, dz):
+        u, v = next(self.random), next(self.random)
+        gauss = np.sqrt(-2 * np.log(1 - u)) * np.cos(2 * np.pi * v)
+        return GYRO_STEP * np.floor(
+            (dz[0] + self.noise * gauss) / GYRO_STEP + 0.5)
+
+
+class Ideal:
+    """Sensors that say the truth."""
+
+    def wheels(self, z):
+        return z[1] - z[0]
+
+    def gyro(self, dz):
+        return dz[0]
+
+
+def rate(x, V):
+    return np.append(x[2:], MIP.acceleration(x[:2], x[2:], V))
+
+
+def runge_kutta(x, V, h):
+    a = rate(x, V)
+    b = rate(x + h / 2 * a, V)
+    c = rate(x + h / 2 * b, V)
+    d = rate(x + h * c, V)
+    return x + h / 6 * (a + 2 * b + 2 * c + d)
+
+
+def adaptive(x, V, h):
+    return solve_ivp(lambda _, x: rate(x, V), (0, h), x, "DOP853",
+                     rtol=1e-10, atol=1e-12).y[:, -1]
+
+
+def simulate(K, tilt, delay, seconds, sensors, method=runge_kutta):
+    """theta, phi, theta', phi', V at the ticks, and the fault."""
+    law = SampledLaw.of_gain(K, T)
+    controller = Firmware(law, stall=10**9).controller()
+    x, late = np.array([np.radians(tilt), 0, 0, 0]), round(delay / STEP)
+    controller.start(x[0], sensors.wheels(x[:2]))
+    asked, rows = [], []
+    for k in range(round(seconds / T)):
+        V = controller.step(sensors.gyro(x[2:]), sensors.wheels(x[:2]))[0]
+        asked.append(V)
+        rows.append([*x, V])
+        for n in range(k * FINE, (k + 1) * FINE):
+            from_tick = (n - late) // FINE
+            x = method(x, asked[from_tick] if from_tick >= 0 else 0.0, STEP)
+    return np.array(rows).T, controller.fault[0]
+
+
+# -------------------------------------------------------------- in the browser
+
+def first(tab):
+    return tab.page.locator("sos-robot").first
+
+
+def say(tab):
+    return first(tab).locator(".sos-readout").inner_text()
+
+
+def held(tab, code, given=None):
+    return tab.page.evaluate(
+        "given => { const a = document.querySelector('sos-robot');"
+        f"{code} }}", given)
+
+
+def ran(tab, **setting):
+    """A run in the page as `simulate` returns it, and its verdict."""
+    run = held(tab, "return a.run(given);", setting)
+    rows = [run[k] for k in ("theta", "phi", "dtheta", "dphi", "V")]
+    return np.array(rows), run["verdict"]
+
+
+@pytest.fixture
+def tab(visit, sheet):
+    tab = visit(sheet)
+    yield tab
+    assert tab.errors == []
+    assert all(re.match("file:|data:", url) for url in tab.requests)
+
+
+@pytest.fixture(scope="module")
+def engine(browser, sheet):
+    """A page whose controls no test moves."""
+    page = browser.new_page()
+    page.goto(sheet.as_uri())
+    yield SimpleNamespace(page=page)
+    page.close()
+
+
+@pytest.mark.parametrize("law, R, tilt, delay", [
+    ("PD", 5, 10, 0), ("PD", 5, 40, 30), ("PID", 5, 30, 10),
+    ("PID", 2, 10, 5), ("PID", 1, 10, 7.5), ("weak & <slow>", 4, 20, 2.5),
+])
+def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay):
+    """Controller and `Mip.acceleration` against the script: to 1e-9."""
+    page, verdict = ran(engine, law=law, R=R, tilt=tilt, delay=delay,
+                        ideal=True, seconds=2)
+    true, fault = simulate(LAWS[law][R], tilt, delay / 1e3, 2, Ideal())
+    assert (fault != 0) == (verdict["fell"] is not None)
+    there = np.abs(true[0]) < 1.4  # then it lies on the ground
+    end = len(there) if there.all() else there.argmin()
+    assert np.abs(page - true)[:, :end].max() < 1e-9
+    assert np.abs(true[4]).max() > 1.0
+
+
+def test_the_page_integrates_accurately(engine):
+    """Its steps against a method with error control."""
+    page, _ = ran(engine, law="PID", R=5, tilt=30, delay=10, ideal=True,
+                  seconds=0.4)
+    true, _ = simulate(LAWS["PID"][5], 30, 0.01, 0.4, Ideal(), adaptive)
+    scale = np.abs(true).max(axis=1, keepdims=True)
+    assert np.abs((page - true) / scale).max() < 1e-4
+
+
+@pytest.mark.parametrize("law, R, delay, noise, word", [
+    ("PD", 5, 10, 5, "stands"), ("PD", 1, 10, 1, "chatters"),
+    ("PID", 1, 0, 1, "chatters"),
+])
+def test_noise_and_counts_are_those_of_python(engine, law, R, delay, noise,
+                                              word):
+    page, verdict = ran(engine, law=law, R=R, tilt=10, delay=delay,
+                        noise=noise, seconds=4)
+    true, _ = simulate(LAWS[law][R], 10, delay / 1e3, 4, Sensors(noise))
+    assert np.abs(page - true)[:, :50].max() < 1e-9
+    V = true[4, -100:]
+    assert (np.sqrt(np.mean(V**2)) > 1) == (word == "chatters")
+    assert verdict["word"] == word
+    assert abs(verdict["full"] - np.mean(np.abs(V) >= LIMIT)) < 0.2
+    assert abs(verdict["turns"] - np.sum(V[1:] * V[:-1] < 0)) < 20
+
+
+def test_the_gyro_is_as_noisy_as_it_says(engine):
+    seen = held(engine, """
+      const robot = a.robot({noise: 5});
+      robot.state = [0, 0, 1, 0];
+      return Array.from({length: 4000}, () => robot.rate());""")
+    assert abs(np.mean(seen) - 1) < 4 * 5 * Rig.noise / np.sqrt(4000)
+    assert abs(np.std(seen) / (5 * Rig.noise) - 1) < 0.05
+
+
+def loop(K, ticks):
+    """One tick of the linear loop, held exactly; V so many ticks late."""
+    plant, M = MIP.plant(), np.linalg.inv(MIP.plant().M)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-M @ plant.S, -M @ plant.D]])
+    B = np.vstack([np.zeros((2, 1)), M @ plant.B])
+    held = control.sample_system(control.ss(A, B, np.eye(4), 0), T, "zoh")
+    K = np.ravel(K)
+
+    def tick(s):
+        x, (theta, gyro, phi, x3), V = s[:4], s[4:8], s[8]
+        theta = theta + T / 2 * (gyro + x[2])
+        wheels = x[1] - x[0] + theta
+        u = K[:4] @ [theta, wheels, x[2], (wheels - phi) / T]
+        u += K[4] * x3 if len(K) > 4 else 0
+        new = held.A @ x + held.B[:, 0] * (V if ticks else u)
+        return [*new, theta, x[2], wheels, x3 + T * wheels, u]
+
+    return np.array([tick(s) for s in np.eye(9)]).T
+
+
+def test_what_stands_is_what_is_stable(engine):
+    """With ideal sensors the eigenvalues of the linear loop decide.
+
+    One is no decay, and structural: nothing corrects the gyro's sum.
+    """
+    found = set()
+    for law in ("PD", "PID"):
+        for R, K in LAWS[law].items():
+            for ticks in (0, 1):
+                radius = np.abs(np.linalg.eigvals(loop(K, ticks))).max()
+                word = held(
+                    engine, "return a.run(given).verdict.word;", dict(
+                        law=law, R=R, tilt=10, delay=10 * ticks,
+                        ideal=True, seconds=20))
+                assert (word == "stands") == (radius < 1 + 1e-6)
+                found.add(word)
+    assert found == {"stands", "chatters"}
+
+
+def test_a_push_is_a_momentum_at_the_top(engine):
+    page, _ = ran(engine, tilt=10, pushes=[0], seconds=T, ideal=True)
+    theta, _, *jump = page[:4, 0]
+    both = MIP.b * np.cos(theta)
+    mass = np.array([[MIP.c, both], [both, MIP.a]])
+    assert np.allclose(mass @ jump, 0.06 * np.array(
+        [0.1 * np.cos(theta), 0.032]))
+
+
+def test_it_stands_a_push_but_not_three_at_once(engine):
+    calm, once, thrice = (ran(engine, tilt=0, pushes=p) for p in (
+        [], [1], [1, 1.02, 1.04]))
+    words = [verdict["word"] for _, verdict in (calm, once, thrice)]
+    assert words == ["stands", "stands", "falls"]
+    assert np.abs(once[0][0]).max() > np.abs(calm[0][0]).max() + 0.2
+    assert thrice[1]["fell"] > 1.0
+
+
+def test_a_fall_ends_on_the_ground(tab):
+    """The corner that is 100 mm up and 17 mm out touches it."""
+    page, verdict = ran(tab, law="weak & <slow>", R=4, tilt=20)
+    assert verdict["word"] == "falls"
+    k = round(verdict["fell"] / T)
+    assert page[0, k - 1] < TIP + 0.01 and page[0, k] > TIP - 0.01
+    assert np.all(page[4, k:] == 0) and np.any(page[4, :k])
+    lying = page[0, -1]
+    height = 0.032 + 0.1 * np.cos(lying) - 0.017 * np.sin(lying)
+    assert abs(height) < 1e-9 and np.all(page[2:4, -1] == 0)
+    first(tab).get_by_label("Law").select_option("weak & <slow>")
+    assert say(tab).startswith("Falls with weak & <slow>, R = 4, from 10°")
+    assert "the tilt passes 49° and the motors go off" in say(tab)
+
+
+def test_the_picture_shows_the_run(tab):
+    """What plays is what was announced, drawn as it is."""
+    shown = held(tab, """
+      while (a.live.t < 0.5) a.live.advance();
+      a.show();
+      const turn = name => Number(a.querySelector(name).getAttribute(
+        "transform").match(/rotate\\((.*)\\)/)[1]);
+      return [turn(".sos-body"), turn(".sos-wheel"),
+              a.ahead.theta[50], a.ahead.phi[50], a.live.state];""")
+    body, wheel, theta, phi, state = shown
+    assert np.allclose([theta, phi], state[:2], atol=1e-12)
+    assert np.allclose([body, wheel], np.degrees([theta, phi]), atol=0.01)
+    live = first(tab).locator(".sos-live").inner_text()
+    assert live.startswith("t = 0.50 s, θ = ")
+    assert f"x = {3.2 * phi:.1f} cm".replace("-", "−") in live
+
+
+# ----------------------------------------------------------------- controls
+
+SLIDERS = ["Initial tilt", "Delay of the voltage", "Gyro noise",
+           "Weight R of the design"]
+
+
+def test_every_control_has_its_own_visible_label(tab):
+    for part in tab.page.locator("sos-robot").all():
+        for label in [*SLIDERS, "Law", "Robot", "Slow motion"]:
+            found = part.get_by_label(label)
+            assert found.count() == 1 and found.is_visible()
+            if name := found.get_attribute("id"):
+                assert tab.page.locator(f"[id='{name}']").count() == 1
+        for name in ("Play", "Reset", "Push"):
+            assert part.get_by_role("button", name=name).is_visible()
+        assert part.locator("svg[role=img][aria-label]").count() == 2
+        readout = part.locator(".sos-readout")
+        assert readout.get_attribute("aria-live") == "polite"
+
+
+def test_each_slider_works_by_keyboard(tab):
+    before = say(tab)
+    for label in SLIDERS:
+        slider = first(tab).get_by_label(label)
+        slider.focus()
+        away, back = (("ArrowLeft", "ArrowRight") if "R" in label
+                      else ("ArrowRight", "ArrowLeft"))
+        slider.press(away)
+        assert slider.get_attribute("aria-valuetext") in say(tab)
+        assert say(tab) != before
+        slider.press(back)
+        assert say(tab) == before
+
+
+def test_the_law_keeps_the_nearest_weight(tab):
+    weight = first(tab).get_by_label("Weight R of the design")
+    law = first(tab).get_by_label("Law")
+    other = tab.page.locator("sos-robot").nth(1).locator(".sos-readout")
+    before = other.inner_text()
+    law.select_option("PID")
+    assert "PID, R = 5" in say(tab) and "KI =" in say(tab)
+    law.select_option("weak & <slow>")
+    assert "R = 4" in say(tab) and weight.is_disabled()
+    law.select_option("PD")
+    assert "PD, R = 5" in say(tab) and "KI =" not in say(tab)
+    text = say(tab)
+    first(tab).get_by_label("Robot").select_option("vertex 3")
+    assert held(tab, "return a.live.mip.e;") == vertices(MIP)[2].e
+    assert say(tab) != text and other.inner_text() == before
+
+
+def clock(tab):
+    return held(tab, "return a.live.t;")
+
+
+def test_nothing_moves_unasked_where_less_motion_is_wanted(tab):
+    play = first(tab).get_by_role("button", name="Play")
+    tab.page.evaluate("new Promise(requestAnimationFrame)")
+    assert clock(tab) == 0
+    assert first(tab).locator(".sos-line").count() == 2  # what will come
+    play.focus()
+    play.press("Enter")
+    tab.page.wait_for_function(
+        "document.querySelector('sos-robot').live.t > 0.2")
+    first(tab).get_by_role("button", name="Pause").press("Space")
+    stopped = clock(tab)
+    tab.page.evaluate("new Promise(requestAnimationFrame)")
+    assert clock(tab) == stopped > 0.2
+    first(tab).get_by_role("button", name="Reset").click()
+    assert clock(tab) == 0
+    first(tab).get_by_role("button", name="Push").click()
+    assert "pushed once" in say(tab)
+
+
+def test_it_plays_by_itself_otherwise(tab):
+    tab.page.emulate_media(reduced_motion="no-preference")
+    tab.page.reload()
+    tab.page.wait_for_function(
+        "document.querySelector('sos-robot').live.t > 0.2")
+    button = first(tab).get_by_role("button", name="Pause")
+    first(tab).get_by_label("Initial tilt").fill("20")
+    assert button.is_visible() and clock(tab) < held(
+        tab, "return a.ahead.t.at(-1);")
+
+
+def test_time_runs_true_or_slow_and_ends(tab):
+    """Driven by hand: frames of 40 ms, drawn up to the same time."""
+    times = held(tab, """
+      let call = null;
+      window.requestAnimationFrame = f => (call = f, 1);
+      const after = (slow, frames) => {
+        a.slow.checked = slow;
+        a.seen = true;
+        a.restart(true);
+        for (let k = 0; k <= frames && call; k++) {
+          const next = call;
+          call = null;
+          next(40 * k);
+        }
+        return a.live.t;
+      };
+      const times = [after(false, 10), after(true, 10)];
+      a.picture.draw = () => {};
+      return [...times, after(false, 1000), a.ended,
+              a.querySelector(".sos-play").textContent];""")
+    assert abs(times[0] - 0.4) < 2 * STEP and abs(times[1] - 0.1) < 2 * STEP
+    assert abs(times[2] - 30) < 0.05 and times[3:] == [True, "Play"]
+
+
+@pytest.mark.parametrize("scheme, theme, dark", [
+    ("light", None, False), ("dark", None, True),
+    ("light", "dark", True), ("dark", "light", False)])
+def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
+    tab = visit(sheet, scheme=scheme)
+    if theme:
+        tab.page.evaluate(
+            "t => document.documentElement.dataset.theme = t", theme)
+    paper = brightness(tab, "sos-robot", "backgroundColor")
+    assert paper < 0.05 if dark else paper > 0.8
+    tint = brightness(tab, "sos-robot .sos-readout", "backgroundColor")
+    field = brightness(tab, "sos-robot select", "backgroundColor")
+    for selector, kind, ground in [
+        ("sos-robot", "color", paper), ("sos-robot svg text", "fill", paper),
+        ("sos-robot figcaption", "color", paper),
+        ("sos-robot .sos-readout p", "color", tint),
+        ("sos-robot .sos-status", "color", tint),
+        ("sos-robot .sos-button", "color", tint),
+        ("sos-robot .sos-tyre", "stroke", paper),
+        ("sos-robot select", "color", field),
+    ]:
+        low, high = sorted([brightness(tab, selector, kind), ground])
+        assert (high + 0.05) / (low + 0.05) > 4.5, selector
+    assert tab.errors == []
+
+
+def test_a_phone_needs_no_sideways_scroll(visit, sheet):
+    tab = visit(sheet, width=390, height=844)
+    assert tab.page.evaluate(
+        "document.documentElement.scrollWidth <= innerWidth")
+    for label in [*SLIDERS, "Law"]:
+        box = first(tab).get_by_label(label).bounding_box()
+        assert box["width"] > 250 and box["height"] >= 24
+    assert tab.errors == []

@@ -1,0 +1,110 @@
+"""From two logs to a C program: every number can be traced."""
+
+import hashlib
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import thesis
+from sosbook.mip import SampledLaw
+from sosbook.mip.deployment import main, recommend
+from sosbook.mip.rig import DATA
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("robot") / "new"
+
+
+@pytest.fixture(scope="module")
+def found(folder):
+    """What the command makes of the shipped logs."""
+    return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"),
+                 str(folder)])
+
+
+def test_both_proofs_hold_for_the_gain_that_is_written(found, folder):
+    assert found.proven
+    K = found.certificate.K
+    assert np.array_equal(found.held.K, K)
+    assert np.array_equal(np.hstack([found.law.D, found.law.C]), K)
+    text = (folder / "balance.c").read_text()
+    for gain in K[0]:
+        assert float(gain).hex() in text
+
+
+def test_the_facts_name_the_logs_by_their_digests(found, folder):
+    facts = json.loads((folder / "provenance_balance.json").read_text())
+    assert facts == found.facts
+    for name in ("body", "wheels"):
+        digest = hashlib.sha256((DATA / f"{name}.csv").read_bytes())
+        assert digest.hexdigest() in facts[f"log of the {name}"]
+    header = " ".join((folder / "balance.h").read_text().split())
+    for word in ("identified", "plant", "specification", "gain"):
+        assert word in header
+    assert facts["gain"] in header
+
+
+def test_the_identified_robot_is_near_the_simulated_truth(found):
+    truth = sos.mip.Mip.printed()
+    for letter in "abcdef":
+        ours = getattr(found.mip, letter)
+        assert ours == pytest.approx(getattr(truth, letter), rel=0.01)
+
+
+def test_the_sampled_loops_keep_their_margin(found):
+    assert [len(row) for row in found.loops.values()] == [5, 5, 5]
+    assert list(found.loops) == [0.0, 0.005, 0.01]
+    assert found.radius < 1 and found.sensitivity < 2
+
+
+def test_the_firmwares_loop_is_proven_over_the_whole_polytope(found):
+    assert list(found.sampled) == list(found.loops)
+    for late, (first, second) in found.sampled.items():
+        assert first.proven and second.proven
+        for robot in found.loops[late]:  # what is proven is what runs
+            ours = sos.sampled.sampled_loop(
+                robot.robot.plant(), first.K, found.law.T, late)[0]
+            assert np.allclose(
+                np.poly(ours), np.poly(robot.matrix), atol=1e-8)
+
+
+def test_robots_between_the_vertices_keep_it_too(found):
+    low, mid, high, limit = 0.96, 1.0, 1.04, 1.001 * found.sensitivity
+    for body, wheels in ((low, mid), (mid, high), (0.99, 1.03)):
+        I_w = found.mip.I_w * body / wheels
+        robot = replace(found.mip, e=found.mip.e * body, I_w=I_w,
+                        a=found.mip.a + 2 * (I_w - found.mip.I_w))
+        for delay in (0.0, 0.01):
+            loop = sos.mip.SampledLoop(
+                robot, found.law, delay, "firmware", found.blend)
+            assert loop.radius < 1
+            assert loop.sensitivity <= limit
+
+
+def test_what_is_not_proven_is_not_written(found, tmp_path):
+    chatters = SampledLaw.of_gain(thesis.mip().pid[1], 0.01)
+    wrong = replace(found, law=chatters)
+    assert wrong.radius > 1 and not wrong.proven
+    with pytest.raises(ValueError, match="isn't proven"):
+        wrong.write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_second_run_writes_the_same_bytes(found, folder, tmp_path):
+    for path in found.write(tmp_path):
+        assert path.read_bytes() == (folder / path.name).read_bytes()
+        assert not re.search(rb"20\d\d-\d\d|/home|/root", path.read_bytes())
+
+
+@pytest.mark.parametrize("asked, words", [
+    (dict(R=0), "R must"), (dict(T=-1), "T must"),
+    (dict(delay=-0.01), "delay"), (dict(spread=1.2), "spread"),
+])
+def test_bad_input_is_named(asked, words):
+    with pytest.raises(ValueError, match=words):
+        recommend(sos.mip.Mip.printed(), **asked)
