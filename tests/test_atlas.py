@@ -11,6 +11,7 @@ import sosbook as sos
 from sosbook.analysis import poles as loop_poles
 from sosbook.atlas import Atlas, Slider, design_atlas, record
 from sosbook.simulate import simulate
+from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 ANGLES = np.radians([30, 45, 60])
 
@@ -374,43 +375,12 @@ def test_an_empty_region_is_infeasible(tab):
     assert first(tab).locator(".sos-region").count() == 0
 
 
-def brightness(tab, selector, kind):
-    return tab.page.evaluate("""([selector, kind]) => {
-      const style = getComputedStyle(document.querySelector(selector));
-      const [r, g, b] = style[kind].match(/[\\d.]+/g).map(x => {
-        const c = x / 255;
-        return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-      });
-      return 0.2126 * r + 0.7152 * g + 0.0722 * b; }""", [selector, kind])
-
-
-@pytest.mark.parametrize("scheme, theme, dark", [
-    ("light", None, False), ("dark", None, True),
-    ("light", "dark", True), ("dark", "light", False)])
+@schemes
 def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    tab = visit(sheet, scheme=scheme)
-    if theme:
-        tab.page.evaluate(
-            "t => document.documentElement.dataset.theme = t", theme)
-    paper = brightness(tab, "sos-atlas", "backgroundColor")
-    assert paper < 0.05 if dark else paper > 0.8
-    tint = brightness(tab, "sos-atlas .sos-readout", "backgroundColor")
-    for selector, kind, ground in [
-        ("sos-atlas", "color", paper), ("sos-atlas svg text", "fill", paper),
-        ("sos-atlas figcaption", "color", paper),
-        ("sos-atlas .sos-readout p", "color", tint),
-        ("sos-atlas .sos-status", "color", tint),
-    ]:
-        ink = brightness(tab, selector, kind)
-        low, high = sorted([ink, ground])
-        assert (high + 0.05) / (low + 0.05) > 4.5, selector
-    assert tab.errors == []
+    assert_readable(
+        visit(sheet, scheme=scheme), "sos-atlas", theme, dark)
 
 
 def test_a_phone_needs_no_sideways_scroll(visit, sheet):
-    tab = visit(sheet, width=390, height=844)
-    assert tab.page.evaluate(
-        "document.documentElement.scrollWidth <= innerWidth")
-    box = first(tab).get_by_label("Decay rate σ").bounding_box()
-    assert box["width"] > 250 and box["height"] >= 24
-    assert tab.errors == []
+    assert_fits_a_phone(
+        visit(sheet, width=390, height=844), "sos-atlas", ["Decay rate σ"])

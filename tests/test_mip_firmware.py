@@ -122,6 +122,20 @@ def test_after_a_gap_the_wheels_may_have_turned_further():
     assert controller.bad[0] == 1
 
 
+def test_a_gyro_that_repeats_itself_is_dead():
+    noise = np.random.default_rng(5).normal(0, 0.01, 100)
+    living, dead = started(0.0, frozen=10), started(0.0, frozen=10)
+    for k, gyro in enumerate(noise):
+        living.step(gyro, 0.0)
+        dead.step(noise[min(k, 49)], 0.0)
+        assert (k > 59) == (why(dead) == ["sensor"])
+    assert why(living) == ["running"]
+    trusting = started(0.0)
+    for _ in range(500):
+        trusting.step(0.0, 0.0)
+    assert why(trusting) == ["running"]
+
+
 @pytest.mark.parametrize("steps, reason", [
     ([(50.0, 0.0)] * 4, "fall"),
     ([(30.0, 0.0), (-30.0, 0.0)] * 30, "stall"),
@@ -166,7 +180,7 @@ def test_single_precision_stays_single():
 @pytest.mark.parametrize("asked, words", [
     (dict(limit=0), "limit"), (dict(tip=-1), "tip"),
     (dict(blend=1.5), "blend"), (dict(missing=-1), "missing"),
-    (dict(stall=0.5), "stall"), (dict(fastest=NAN), "fastest"),
+    (dict(stall=0.5), "stall"), (dict(frozen=-2), "frozen"), (dict(fastest=NAN), "fastest"),
 ])
 def test_bad_settings_are_named(asked, words):
     with pytest.raises(ValueError, match=words):

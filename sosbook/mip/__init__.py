@@ -7,7 +7,7 @@ from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
 from .recovery import largest_tilt, recovered
 from .simulator import Push, Run, Sensors, simulate
-from .spread import polytope, reduced, vertices
+from .spread import polytope, reduced, triangles, vertices
 
 __all__ = [
     "Controller",
@@ -30,5 +30,6 @@ __all__ = [
     "recovered",
     "reduced",
     "simulate",
+    "triangles",
     "vertices",
 ]

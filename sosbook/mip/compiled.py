@@ -108,12 +108,13 @@ class Compiled:
 
     def _load(self, library):
         real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
-        numbers = ["bias", "gyro", "theta", "wheels", "increment", "zero",
-                   "phi"]
+        numbers = ["bias", "last", "gyro", "theta", "wheels", "increment",
+                   "zero", "phi"]
         order = self.firmware.law.order
         fields = [(name, real) for name in numbers]
         fields += [("x", real * order)] * bool(order)
-        fields += [(name, ctypes.c_int) for name in ("bad", "full", "fault")]
+        fields += [(name, ctypes.c_int) for name in (
+            "bad", "same", "full", "fault")]
         self.state_type = type(
             "State", (ctypes.Structure,), {"_fields_": fields})
         pointer = ctypes.POINTER(self.state_type)

@@ -32,6 +32,7 @@ __all__ = ["Deployment", "deploy", "recommend"]
 
 U = [[0, 1]]  # integrate phi
 DECAY = 0.2  # 1/s, what the proof with the hold promises
+FROZEN = 25  # ticks; that a living gyro repeats itself so long is hopeless
 CELLS = 200  # at most so many for one proof of the sampled loop
 MIDDLE = 0.5  # the delays that are looked at: none, half, all of it
 
@@ -165,7 +166,8 @@ class Deployment:
     def firmware(self):
         """The `Firmware`, with the facts as its note."""
         note = tuple(f"{word}: {text}" for word, text in self.facts.items())
-        return Firmware(self.law, blend=self.blend, note=note)
+        return Firmware(
+            self.law, blend=self.blend, frozen=FROZEN, note=note)
 
     def write(self, folder, name="balance"):
         """Write the programs and their provenance.

@@ -57,7 +57,8 @@ def c_header(firmware, name="balance", precision="double"):
     order = firmware.law.order
     reason = {
         "running": "no fault",
-        "sensor": f"over {firmware.missing} bad readings in a row",
+        "sensor": f"over {firmware.missing} bad readings in a row" + (
+            f", or {firmware.frozen} equal ones" if firmware.frozen else ""),
         "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
         "stall": f"over {firmware.stall} ticks at the voltage's limit",
         "command": "the law's answer is no number to trust",
@@ -106,7 +107,7 @@ def c_source(firmware, name="balance", precision="double"):
     >>> text = c_source(Firmware(law))
     >>> print(text[text.index("const double u"):].partition(";")[0])
     const double u =
-            D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
+        D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
     """
     words = _words(firmware, name, precision)
     law, real = firmware.law, TYPE[precision]
@@ -223,7 +224,7 @@ def pyctrl_script(firmware):
     words["note"] = _note(firmware, "").replace("\\", "/")
     words["note"] = words["note"].replace('"""', "\'\'\'")
     return _fill(
-        "pyctrl.py", words, constants="\n".join(constants), faults=FAULTS,
+        "pyctrl.txt", words, constants="\n".join(constants), faults=FAULTS,
         matrices="\n".join(matrices), start=start, output=spelling.output(law),
         next=f"{after}\n        " if after else "", T=repr(float(law.T)))
 
@@ -240,7 +241,7 @@ def _words(firmware, name, precision):
         raise ValueError(
             "name must begin a C identifier, in lower case, and be no "
             f"name that C or the robot's library has, got {name!r}")
-    for field in ("missing", "stall"):
+    for field in ("missing", "frozen", "stall"):
         if getattr(firmware, field) > MOST:
             raise ValueError(
                 f"{field} must be at most {MOST}, for C's int, got "

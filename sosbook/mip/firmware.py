@@ -35,9 +35,12 @@ class Firmware:
         T / (time constant). Zero integrates the gyro alone.
     missing : int
         So many ticks in a row without a good reading are bridged.
+    frozen : int
+        So many ticks in a row may the gyro repeat itself to the last
+        bit: a living one is noisy. Zero doesn't look.
     stall : int
-        After so many ticks in a row at the voltage's limit the motors
-        go off.
+        After so many ticks in a row at the voltage's limit, of either
+        sign, the motors go off.
     fastest : float
         No true rate of the body or of the wheels against it is faster,
         in rad/s: a reading beyond it is a bad one.
@@ -73,6 +76,7 @@ class Firmware:
     tip: float = 0.85
     blend: float = 0.0
     missing: int = 5
+    frozen: int = 0
     stall: int = 50
     fastest: float = 100.0
     note: tuple = ()
@@ -85,7 +89,7 @@ class Firmware:
                 self, name, positive(name, getattr(self, name)))
         if not 0 <= number("blend", self.blend) <= 1:
             raise ValueError(f"blend must lie in [0, 1], got {self.blend!r}")
-        for name in ("missing", "stall"):
+        for name in ("missing", "frozen", "stall"):
             value = getattr(self, name)
             if not isinstance(value, int) or value < 0:
                 raise ValueError(
@@ -130,11 +134,13 @@ class Controller:
         """
         self.bias, self.theta, self.wheels = map(
             self._each, (bias, tilt, wheels))
+        self.last = self.bias
         self.gyro, self.increment = self._each(0), self._each(0)
         self.zero = self.phi = self.wheels + self.theta
         self.x = [self.kind.type(s) * self.theta
                   for s in self.firmware.law.start]
         self.bad = np.zeros(self.runs, int)
+        self.same = np.zeros(self.runs, int)
         self.full = np.zeros(self.runs, int)
         self.fault = np.zeros(self.runs, int)
 
@@ -173,6 +179,8 @@ class Controller:
         fastest, huge = self.kind.type(f.fastest), self.kind.type(HUGE)
         running = self.fault == 0
 
+        last, other = gyro, (gyro < self.last) | (gyro > self.last)
+        same = np.where(other | (f.frozen == 0), 0, self.same + 1)
         gyro = gyro - self.bias
         turned = wheels - self.wheels
         reach = one * (self.bad + 1).astype(self.kind)
@@ -194,10 +202,10 @@ class Controller:
         x = law.next(self.x, y, V - u)
 
         fault = np.select(
-            [bad > f.missing, ~within(theta, tip), ~within(u, huge),
+            [bad > f.missing, same > f.frozen, ~within(theta, tip), ~within(u, huge),
              full > f.stall],
-            [FAULTS.index(w) for w in ("sensor", "fall", "command",
-                                       "stall")], 0)
+            [FAULTS.index(w) for w in ("sensor", "sensor", "fall",
+                                       "command", "stall")], 0)
         good = running & (fault == 0)
 
         def keep(new, old):
@@ -206,6 +214,7 @@ class Controller:
         self.increment = keep(wheels - self.wheels, self.increment)
         self.theta, self.gyro = keep(theta, self.theta), keep(gyro, self.gyro)
         self.wheels, self.phi = keep(wheels, self.wheels), keep(phi, self.phi)
+        self.last, self.same = keep(last, self.last), keep(same, self.same)
         self.bad, self.full = keep(bad, self.bad), keep(full, self.full)
         self.x = [keep(new, old) for new, old in zip(x, self.x)]
         self.fault = np.where(running, fault, self.fault)

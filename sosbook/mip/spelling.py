@@ -30,14 +30,16 @@ def constants(firmware):
 
 def counts(firmware):
     """Name and value of the numbers of ticks."""
-    return [("MISSING", firmware.missing), ("STALL", firmware.stall)]
+    return [("MISSING", firmware.missing), ("FROZEN", firmware.frozen),
+            ("STALL", firmware.stall)]
 
 
 def matrices(law):
     """Name and value of the law's matrices that aren't zero."""
     both = [("A", law.A), ("B", law.B), ("W", law.W[:, 0]),
             ("C", law.C[0]), ("D", law.D[0])]
-    used = [(label, value) for label, value in both if value.any()]
+    used = [(label, value + 0.0)  # no -0
+            for label, value in both if value.any()]
     return used + [("START", law.start)] * bool(law.order)
 
 

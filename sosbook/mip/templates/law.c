@@ -26,6 +26,7 @@ static int within($real value, $real bound)
 void ${name}_start(${name}_state *s, $real tilt, $real wheels, $real bias)
 {
     s->bias = bias;
+    s->last = bias;
     s->gyro = 0;
     s->theta = tilt;
     s->wheels = wheels;
@@ -33,6 +34,7 @@ void ${name}_start(${name}_state *s, $real tilt, $real wheels, $real bias)
     s->phi = wheels + tilt;
     s->zero = s->phi;
 $start    s->bad = 0;
+    s->same = 0;
     s->full = 0;
     s->fault = ${NAME}_RUNNING;
 }
@@ -42,6 +44,11 @@ $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
 {
     if (s->fault != ${NAME}_RUNNING)
         return 0;
+
+    /* A gyro that repeats itself for long is dead. */
+    const $real last = gyro;
+    const int same = FROZEN == 0 || gyro < s->last || gyro > s->last ?
+        0 : s->same + 1;
 
     /* After a bad reading all turns on as in the tick before. */
     gyro = gyro - s->bias;
@@ -68,12 +75,12 @@ $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
 
     /* The law and the voltage's limit. */
 $alias    const $real u =
-            $output;
+        $output;
     const $real V = u > LIMIT ? LIMIT : u < -LIMIT ? -LIMIT : u;
     const int full = u > LIMIT || u < -LIMIT ? s->full + 1 : 0;
 
     s->fault =
-        bad > MISSING ? ${NAME}_SENSOR :
+        bad > MISSING || same > FROZEN ? ${NAME}_SENSOR :
         !within(theta, TIP) ? ${NAME}_FALL :
         !within(u, TRUSTED) ? ${NAME}_COMMAND :
         full > STALL ? ${NAME}_STALL : ${NAME}_RUNNING;
@@ -85,7 +92,9 @@ $alias    const $real u =
     s->gyro = gyro;
     s->wheels = wheels;
     s->phi = phi;
+    s->last = last;
     s->bad = bad;
+    s->same = same;
     s->full = full;
 $next    return V;
 }

@@ -21,6 +21,7 @@ $faults
 /* All that the controller remembers. Don't write into it. */
 typedef struct {
     $real bias;       /* rad/s, what the gyro says at rest */
+    $real last;       /* rad/s, the gyro's last reading */
     $real gyro;       /* rad/s, theta' */
     $real theta;      /* rad, estimate of the body's angle */
     $real wheels;     /* rad, wheels against body, mean of both */
@@ -28,6 +29,7 @@ typedef struct {
     $real zero;       /* rad, phi at the start */
     $real phi;        /* rad, wheels against the ground */
 $x    int bad;           /* ticks in a row with a bad reading */
+    int same;          /* ticks in a row with that very reading */
     int full;          /* ticks in a row at the voltage's limit */
     int fault;         /* 0 while running */
 } ${name}_state;

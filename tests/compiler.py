@@ -1,0 +1,54 @@
+"""A C compiler for the tests of the generated code: find one, or get one.
+
+Standard library only, because ``tasks.py`` uses it before the project's
+environment is ready.
+"""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+
+from tests.browser import apt_install, is_root, output
+
+NAMES = ("cc", "gcc", "clang")
+CHAPTERS = ("30_c_code.ipynb",)  # they run a compiler
+MISSING = """\
+No C compiler was found. The tests of the generated code need one. Any of
+these will do:
+  apt-get install gcc libc6-dev                (Debian and Ubuntu, as root)
+  xcode-select --install                       (macOS)
+  .venv/bin/python -m pip install ziglang      (anywhere)
+"""
+
+
+def find(python=sys.executable):
+    """Command of a C compiler that runs, as a list, or None.
+
+    ``$CC``, one on the PATH, or the one in the package ziglang.
+    """
+    places = [shlex.split(os.environ.get("CC", ""))]
+    places += [[path] for name in NAMES if (path := shutil.which(name))]
+    places.append([python, "-m", "ziglang", "cc"])
+    return next((c for c in places if c and output(*c, "--version")), None)
+
+
+def ensure(python=sys.executable):
+    """Command of a C compiler, installed if need be, or None."""
+    if command := find(python):
+        return command
+    if is_root() and shutil.which("apt-get"):
+        apt_install("gcc")
+        apt_install("libc6-dev")
+    if command := find(python):
+        return command
+    subprocess.run([python, "-m", "pip", "install", "ziglang"], check=False)
+    return find(python)
+
+
+def refuse():
+    """Skip the test that has no compiler; fail it in CI."""
+    import pytest
+
+    (pytest.fail if os.environ.get("CI") else pytest.skip)(MISSING)

@@ -1,0 +1,422 @@
+"""The compiled C program against `Controller`: every bit of every tick."""
+
+import ctypes
+import sys
+from functools import cache
+from types import SimpleNamespace
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sosbook import thesis
+from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
+from sosbook.mip import compiled as module
+from sosbook.mip.compiled import FLAGS, Compiled, compiler
+from sosbook.mip.rig import COUNTS, GYRO_STEP
+from sosbook.mip.simulator import simulate
+from tests.compiler import MISSING, ensure, find, refuse
+
+T = 0.01
+PRINTED = thesis.mip()
+ROBUST = [[15.78, 0.49, 1.42, 0.69, 0.22]]
+BLEND = 0.01
+KINDS = {"double": float, "single": np.float32}
+NUMBERS = ("bias", "gyro", "theta", "wheels", "increment", "zero", "phi")
+SENSOR, FALL, STALL, COMMAND = (
+    FAULTS.index(word) for word in ("sensor", "fall", "stall", "command"))
+
+
+def observer():
+    """(4.30), which is for u = -H y."""
+    A, B, C, D = map(np.atleast_2d, PRINTED.discrete)
+    return SampledLaw.of_controller(control.ss(A, B, -C, -D, T), T)
+
+
+LAWS = {
+    "PD": SampledLaw.of_gain(PRINTED.pd[5], T),
+    "PID": SampledLaw.of_gain(ROBUST, T),
+    "Appendix B": SampledLaw.appendix_b(ROBUST, T),
+    "(4.30)": observer(),
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def a_compiler():
+    """Skipped where there is none, failed in CI."""
+    if find() is None:
+        refuse()
+
+
+@cache
+def program(name, precision="double", **numbers):
+    """A law's compiled firmware, with these numbers of `Firmware`."""
+    return Compiled(Firmware(LAWS[name], **numbers), precision)
+
+
+def bits(value, kind=float):
+    """Bytes of an array; -0.0 isn't 0.0."""
+    return np.asarray(value, kind).tobytes()
+
+
+class Twins:
+    """Python and C side by side; each step compares all bits."""
+
+    def __init__(self, python, c):
+        self.python, self.c = python, c
+
+    @classmethod
+    def of(cls, name, precision="double", **numbers):
+        c = program(name, precision, **numbers)
+        return cls(c.firmware.controller(kind=KINDS[precision]), c)
+
+    def start(self, *values, **named):
+        self.python.start(*values, **named)
+        self.c.start(*values, **named)
+        self.compare()
+
+    def step(self, *values, **named):
+        with np.errstate(all="ignore"):
+            V = self.python.step(*values, **named)
+        assert bits(V, V.dtype) == bits(self.c.step(*values, **named), V.dtype)
+        self.compare()
+        return float(V[0])
+
+    def compare(self):
+        """All that both remember."""
+        (state,), kind = self.c.states, self.python.kind
+        numbers = [getattr(state, name) for name in NUMBERS]
+        ours = np.array([getattr(self.python, name)[0] for name in NUMBERS])
+        same(numbers, ours, kind)
+        if self.python.x:
+            same(state.x[:], [float(np.ravel(x)[0]) for x in self.python.x],
+                 kind)
+        for name in ("bad", "full", "fault"):
+            assert getattr(state, name) == getattr(self.python, name)[0]
+
+    @property
+    def fault(self):
+        return int(self.c.fault[0])
+
+
+def same(one, other, kind):
+    """The same bits, but for the sign of what isn't a number."""
+    one, other = (np.where(np.isnan(x), np.nan, x).astype(kind)
+                  for x in map(np.asarray, (one, other)))
+    assert one.tobytes() == other.tobytes()
+
+
+@pytest.fixture(scope="module")
+def flights():
+    """A minute of the nonlinear pendulum under each law, from 0.1 rad.
+
+    Runge-Kutta on `Mip.acceleration`, a noisy gyro of 16 bits with an
+    offset, encoders that count. Python's controllers drive.
+    """
+    mip, ticks, runs = Mip.printed(), 6000, len(LAWS)
+    random = np.random.default_rng(430)
+    noise = random.normal(0, 0.0017, (ticks, 2, runs))
+    controllers = [Firmware(law, blend=BLEND).controller()
+                   for law in LAWS.values()]
+    x = np.zeros((2, 2, runs))  # [z, z'], [theta, phi], run
+    x[0, 0] = 0.1
+    logs = [SimpleNamespace(gyro=[], wheels=[], tilt=[], V=[], theta=[],
+                            x=[]) for _ in LAWS]
+
+    def rate(x, V):
+        return np.array([x[1], mip.acceleration(x[0], x[1], V)])
+
+    for k in range(ticks):
+        gyro = GYRO_STEP * np.round((x[1, 0] + 0.009 + noise[k, 0])
+                                    / GYRO_STEP)
+        one = 2 * np.pi / COUNTS
+        wheels = one * np.floor((x[0, 1] - x[0, 0]) / one)
+        tilt = x[0, 0] + 5 * noise[k, 1]
+        V = np.zeros(runs)
+        for i, (log, controller) in enumerate(zip(logs, controllers)):
+            if k == 0:
+                controller.start(0.1, wheels[i], 0.009)
+            V[i] = controller.step(gyro[i], wheels[i], tilt[i])[0]
+            for name, value in zip(
+                ("gyro", "wheels", "tilt", "V", "theta"),
+                (gyro[i], wheels[i], tilt[i], V[i], controller.theta[0]),
+            ):
+                getattr(log, name).append(float(value))
+            log.x.append([float(v[0]) for v in controller.x])
+        a = rate(x, V)
+        b = rate(x + T / 2 * a, V)
+        c = rate(x + T / 2 * b, V)
+        x = x + T / 6 * (a + 2 * b + 2 * c + rate(x + T * c, V))
+    assert abs(x[0, 0]).max() < 0.2  # all of them still stand
+    for log in logs:
+        vars(log).update({k: np.array(v) for k, v in vars(log).items()})
+    return dict(zip(LAWS, logs))
+
+
+def replay(log, controller, ticks=None):
+    """The volts for the readings of a flight."""
+    controller.start(0.1, log.wheels[0], 0.009)
+    readings = zip(log.gyro[:ticks], log.wheels[:ticks], log.tilt[:ticks])
+    return np.array([controller.step(*row)[0] for row in readings])
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_minute_in_the_loop_is_the_same_to_the_last_bit(
+        name, flights):
+    log = flights[name]
+    V = replay(log, program(name, blend=BLEND))
+    assert [v.hex() for v in V.tolist()] == [v.hex() for v in log.V.tolist()]
+    assert np.ptp(log.V[-1000:]) > 0.01  # it still works against noise
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_single_precision_errs_by_no_more_than_rounding_explains(
+        name, flights):
+    """Shadow mode: both see the double loop's readings for a minute.
+
+    The bound is a running error analysis (Higham, Accuracy and
+    Stability of Numerical Algorithms, section 3.3): every operation
+    rounds by at most 2^-24 of its result.
+    """
+    log = flights[name]
+    V = replay(log, program(name, "single", blend=BLEND))
+    error = abs(V - log.V)
+    assert (error <= rounding(LAWS[name], log)).all()
+    assert 0 < error.max() < 1e-5  # V, of 7.4
+
+
+def rounding(law, log):
+    """A bound on u's error in single precision, for every tick."""
+    one, blend = 2.0**-24 * 1.01, BLEND
+    gyro, phi = log.gyro - 0.009, log.wheels + log.theta
+    before = np.append(0, gyro[:-1])
+    e_gyro = one * (abs(log.gyro) + 0.009 + abs(gyro))
+    e_wheels, sum_phi = one * abs(log.wheels), one * abs(phi)
+    turn = T / 2 * (e_gyro + np.append(0, e_gyro[:-1])
+                    + 3 * one * abs(gyro + before))
+    # theta is rounded when the gyro is added, and by the blending
+    made = (turn + 3 * one * (abs(log.theta) + 0.01)
+            + blend * 3 * one * (abs(log.tilt) + abs(log.theta) + 0.01))
+    e_theta, sofar = np.zeros(len(gyro)), one * 0.1
+    for k, new in enumerate(made):
+        sofar = (1 - blend) * sofar + new
+        e_theta[k] = sofar
+    e_phi = e_theta + e_wheels + sum_phi
+    dphi = np.diff(phi, prepend=phi[0]) / T
+    # what both ticks have of theta's error cancels, blending apart
+    steps = made + blend * np.append(one * 0.1, e_theta[:-1])
+    roughness = e_wheels + sum_phi
+    e_dphi = (steps + roughness + np.append(roughness[0], roughness[:-1])
+              ) / T + 4 * one * (abs(dphi) + 0.1)
+    y = np.array([log.theta, phi - phi[0], gyro, dphi])
+    e_y = np.array([e_theta, e_phi + e_phi[0] + 2 * one * abs(y[1])
+                    + one * 0.2, e_gyro, e_dphi])
+    slack = np.array([0.01, 0.02, 0, 1.0])[:, None]  # y of the first tick
+    size = abs(y) + slack
+    ops = (2 * law.order + 9) * one
+    e_x, worst = one * abs(law.start) * 0.3, []
+    x = law.start * 0.1
+    for k in range(len(gyro)):
+        worst.append(abs(law.C[0]) @ e_x + abs(law.D[0]) @ e_y[:, k] + ops * (
+            abs(law.C[0]) @ abs(x) + abs(law.D[0]) @ size[:, k]))
+        e_x = (abs(law.A) @ e_x + abs(law.B) @ e_y[:, k] + ops * (
+            abs(law.A) @ abs(x) + abs(law.B) @ size[:, k]))
+        x = log.x[k]
+    return np.array(worst)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_single_precision_is_numpys_float32_to_the_last_bit(
+        name, flights):
+    log, c = flights[name], program(name, "single", blend=BLEND)
+    ours = replay(log, c.firmware.controller(kind=np.float32), 800)
+    assert ours.tobytes() == replay(log, c, 800).tobytes()
+    assert ours.dtype == np.float32
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_the_simulator_cannot_tell_them_apart(precision):
+    c = program("PID", precision, blend=BLEND)
+    python = c.firmware.controller(kind=KINDS[precision])
+    runs = [simulate(Mip.printed(), controller, 0.1, 0.5)
+            for controller in (python, c)]
+    assert bits(runs[0].x) == bits(runs[1].x)
+    assert bits(runs[0].estimate) == bits(runs[1].estimate)
+    assert np.abs(runs[0].V).max() > 0.5
+
+
+def test_robots_side_by_side():
+    firmware = Firmware(LAWS["PID"])
+    python = firmware.controller(runs=3)
+    c = Compiled(firmware, runs=3)
+    assert c.fault is None and c.theta is None
+    for controller in (python, c):
+        controller.start([0.1, 0.2, np.nan], wheels=[1, 2, 3])
+    gyro, wheels = np.array([0, 0.5, 0]), np.array([1, 2.2, 3])
+    for _ in range(3):
+        assert bits(python.step(gyro, wheels)) == bits(c.step(gyro, wheels))
+    assert c.fault.tolist() == [0, 0, FALL] == python.fault.tolist()
+    assert bits(c.theta[:2]) == bits(python.theta[:2])
+
+
+def test_a_step_before_the_start_is_refused():
+    with pytest.raises(ValueError, match="call start"):
+        Compiled(Firmware(LAWS["PD"])).step(0.0, 0.0)
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_saturation_and_then_a_stall(precision):
+    twins = Twins.of("PID", precision, stall=7)
+    twins.start(tilt=0.6)
+    limit = float(KINDS[precision](V_MAX))
+    assert [twins.step(0.0, 0.0) for _ in range(8)] == 7 * [limit] + [0.0]
+    assert twins.fault == STALL
+    assert twins.step(0.0, 0.0) == 0
+    twins.start(tilt=-0.6)
+    assert twins.step(0.0, 0.0) == -limit
+
+
+@pytest.mark.parametrize("broken", [
+    {"gyro": np.nan}, {"wheels": np.nan}, {"gyro": np.inf},
+    {"wheels": -np.inf}, {"gyro": 1e300}, {"wheels": 50.0},
+    {"gyro": np.nan, "wheels": np.nan},
+])
+@pytest.mark.parametrize("precision", KINDS)
+def test_dropouts_are_bridged_and_one_more_is_a_fault(broken, precision):
+    missing = 4
+    twins = Twins.of("PID", precision, missing=missing)
+    good = {"gyro": 0.02, "wheels": 0.01}
+    for length in range(1, missing + 1):
+        twins.start(tilt=0.05)
+        for reading in [good, *length * [good | broken], good]:
+            assert twins.step(**reading) != 0
+            assert twins.fault == 0
+    twins.start(tilt=0.05)
+    for reading in [good, *missing * [good | broken]]:
+        assert twins.step(**reading) != 0
+    assert twins.step(**good | broken) == 0 and twins.fault == SENSOR
+    for _ in range(20):
+        assert twins.step(**good) == 0 and twins.fault == SENSOR
+    twins.start(tilt=0.05)
+    assert twins.step(**good) != 0 and twins.fault == 0
+
+
+def test_a_wheel_that_slipped_away_unseen_may_have_turned_farther():
+    """After k bad ticks the encoder may be k + 1 ticks' reach away."""
+    twins = Twins.of("PD", fastest=10.0)
+    twins.start(tilt=0.05)  # a reach of 0.1 rad a tick
+    twins.step(0.0, 0.25)
+    assert twins.c.states[0].bad == 1 and twins.c.states[0].wheels == 0
+    twins.step(0.0, 0.25)
+    assert twins.c.states[0].bad == 2
+    twins.step(0.0, 0.25)
+    assert twins.c.states[0].bad == 0 and twins.c.states[0].wheels == 0.25
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_a_fall_and_a_command_that_is_no_number(precision):
+    twins = Twins.of("PD", precision)
+    twins.start(tilt=0.84)
+    assert twins.step(0.0, 0.0) != 0
+    assert twins.step(3.0, 0.0) == 0 and twins.fault == FALL
+    twins.start(tilt=0.0)
+    assert twins.step(0.0, 0.0, target=np.nan) == 0
+    assert twins.fault == COMMAND
+    twins.start(tilt=0.0)
+    assert twins.step(0.0, 0.0, rate=1e30) == 0 and twins.fault == COMMAND
+
+
+@pytest.mark.parametrize("precision", KINDS)
+@pytest.mark.parametrize("name", LAWS)
+def test_zeros_with_signs_and_the_smallest_numbers(name, precision):
+    twins = Twins.of(name, precision, blend=BLEND)
+    tiny = 5e-324 if precision == "double" else 1e-45
+    for tilt in (-0.0, 0.0, tiny, -tiny, -0.1):
+        twins.start(tilt, wheels=-0.0, bias=-0.0)
+        for gyro in (-0.0, tiny, 0.0, -tiny, -0.0):
+            twins.step(gyro, -0.0, tilt, -0.0, -0.0)
+            twins.step(gyro, tiny, tilt, tiny, -tiny)
+    assert twins.fault == 0
+
+
+sizes = st.one_of(
+    st.floats(-0.3, 0.3), st.floats(-0.0625, 0.0625, width=32),
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([np.nan, np.inf, -np.inf, -0.0, 5e-324, 1e308]))
+tame = st.floats(-0.05, 0.05)
+readings = st.tuples(
+    st.one_of(tame, sizes), st.one_of(tame, sizes), sizes,
+    st.one_of(st.just(0.0), sizes), st.one_of(st.just(0.0), sizes))
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(st.sampled_from(list(LAWS)), st.sampled_from(list(KINDS)),
+       st.tuples(tame, tame, tame), st.lists(readings, max_size=8))
+def test_whatever_the_sensors_say(name, precision, first, ticks):
+    twins = Twins.of(name, precision, blend=BLEND)
+    with np.errstate(all="ignore"):
+        twins.start(*first)
+        for reading in ticks:
+            V = twins.step(*reading)
+            assert abs(V) <= KINDS[precision](V_MAX)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_laws_of_any_order(seed):
+    """Full matrices with zeros strewn in, windup's among them."""
+    random = np.random.default_rng(seed)
+    N = 2 + seed
+
+    def some(*shape):
+        return random.normal(0, 0.4, shape) * (random.random(shape) < 0.7)
+
+    law = SampledLaw(some(N, N), some(N, 4), some(1, N), some(1, 4) + 0.1,
+                     0.02, W=some(N, 1), start=some(N))
+    firmware = Firmware(law, limit=0.05, blend=0.3, stall=10**4)
+    for precision in KINDS:
+        twins = Twins(firmware.controller(kind=KINDS[precision]),
+                      Compiled(firmware, precision))
+        twins.start(*random.normal(0, 0.05, 3))
+        for _ in range(100):
+            twins.step(*random.normal(0, 0.05, 5))
+        assert twins.fault == 0
+
+
+def test_the_state_has_the_size_that_c_gives_it(tmp_path):
+    for name, law in LAWS.items():
+        for precision, real in (("double", 8), ("single", 4)):
+            c = Compiled(Firmware(law), precision, tmp_path)
+            plain = real * (8 + law.order) + 4 * 4
+            assert 0 <= ctypes.sizeof(c.state_type) - plain < real
+            assert sorted(p.name for p in tmp_path.iterdir()) == [
+                "balance.c", "balance.h", "balance.so"], name
+
+
+def test_the_compilers_refusal_is_told():
+    with pytest.raises(RuntimeError, match="breaks the checks"):
+        Compiled(Firmware(LAWS["PD"]), flags=[*FLAGS, "-ffast-math"])
+
+
+def test_the_compiler_is_cc_or_one_on_the_path_or_zig(monkeypatch, tmp_path):
+    monkeypatch.setenv("CC", f"'{sys.executable}' -O2")
+    assert compiler() == [sys.executable, "-O2"]
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(RuntimeError, match="CC is set to 'no-such-compiler'"):
+        compiler()
+    monkeypatch.delenv("CC")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(module.importlib.util, "find_spec", lambda name: 1)
+    assert compiler() == [sys.executable, "-m", "ziglang", "cc"]
+    monkeypatch.setattr(module.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(RuntimeError, match="apt-get install gcc"):
+        compiler()
+    gcc = tmp_path / "gcc"
+    gcc.touch(mode=0o755)
+    assert compiler() == [str(gcc)]
+
+
+def test_the_tests_find_the_same_compiler():
+    assert ensure() == find()
+    assert "ziglang" in MISSING

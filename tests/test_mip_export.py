@@ -1,0 +1,648 @@
+"""The generated programs: their text, their warnings, their behaviour."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+from functools import reduce
+from operator import add
+from types import ModuleType
+
+import control
+import numpy as np
+import pytest
+
+import sosbook
+from sosbook import thesis
+from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
+from sosbook.mip.compiled import FLAGS
+from sosbook.mip.export import (
+    c_header,
+    c_source,
+    pyctrl_script,
+    rc_balance,
+)
+from tests.compiler import find, refuse
+
+T = 0.01
+PRINTED = thesis.mip()
+STRICT = ["-Wconversion", "-Wdouble-promotion", "-Wfloat-equal", "-Wshadow",
+          "-Wmissing-prototypes", "-Wundef"]
+# some compilers add calls of their own, as Ubuntu's and zig's
+PLAIN = ["-fno-sanitize=all", "-fno-stack-protector"]
+HOSTILE = ("ends */ int a = 1; /* here", "a\nb\\", "??/", '"""', "\u202e\0",
+           "*" * 3 + "/" * 3, "/*/", "x" * 300)
+
+
+def observer():
+    A, B, C, D = map(np.atleast_2d, PRINTED.discrete)
+    return SampledLaw.of_controller(control.ss(A, B, -C, -D, T), T)
+
+
+LAWS = {
+    "PD": SampledLaw.of_gain(PRINTED.pd[5], T),
+    "PID": SampledLaw.of_gain(PRINTED.pid[5], T),
+    "Appendix B": SampledLaw.appendix_b(PRINTED.pid[5], T),
+    "(4.30)": observer(),
+}
+
+
+@pytest.fixture(scope="module")
+def gcc():
+    """A C compiler's command; skipped without one, failed in CI."""
+    command = find()
+    if command is None:
+        refuse()
+    return command
+
+
+def run(*command, **more):
+    done = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True,
+        check=False, timeout=60, **more)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def write(folder, firmware, name="balance", precision="double"):
+    (folder / f"{name}.h").write_text(c_header(firmware, name, precision))
+    source = folder / f"{name}.c"
+    source.write_text(c_source(firmware, name, precision))
+    return source
+
+
+# The text
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_constants_are_the_laws_to_the_last_bit(name):
+    law = LAWS[name]
+    text = c_source(Firmware(law))
+    for label in "ABWCD":
+        value = getattr(law, label)
+        found = re.search(
+            rf"const double {label}[\[\]\d]+ = \{{(.*?)\}};", text, re.S)
+        if found is None:
+            assert not value.any()
+            continue
+        numbers = re.sub(r"/\*.*?\*/", "", found[1])
+        numbers = re.findall(r"-?0x[\w.+-]+", numbers)
+        assert [float.fromhex(x) for x in numbers] == value.ravel().tolist()
+
+
+def test_single_precision_rounds_its_constants_once():
+    text = c_source(Firmware(LAWS["PD"]), precision="single")
+    literals = re.findall(r"-?0x[\w.]+p[+-]\d+f?", text)
+    assert len(literals) == 8 + 4
+    assert all(x.endswith("f") for x in literals)
+    numbers = [float.fromhex(x[:-1]) for x in literals]
+    assert numbers == [float(np.float32(x)) for x in numbers]
+    assert float(np.float32(V_MAX)) in numbers
+    assert "double" not in text
+
+
+def test_zeros_take_part_in_no_sum():
+    text = c_source(Firmware(LAWS["(4.30)"]))
+    assert "y[0]" not in text and "y[1]" not in text
+    assert "C[1]" not in text.partition("_step(")[2]
+
+
+def test_the_text_is_the_same_every_time_and_free_of_dates():
+    for make in (c_header, c_source, rc_balance, pyctrl_script):
+        texts = [make(Firmware(observer(), note=("about",)))
+                 for _ in range(2)]
+        assert texts[0] == texts[1]
+        assert not re.search(r"\b20[2-9]\d\b", texts[0])
+        assert texts[0].isascii() and texts[0].endswith("}\n" if make in (
+            c_source, rc_balance) else "\n")
+        assert max(map(len, texts[0].splitlines())) < 100
+
+
+def test_the_header_says_where_the_law_comes_from():
+    note = ("plant: thesis (4.25)", "R = 5, disc |z| < 0.9")
+    firmware = Firmware(LAWS["PD"], note=note)
+    for make in (c_header, c_source, rc_balance, pyctrl_script):
+        text = make(firmware)
+        for line in (*note, "T_s = 0.01 s, at most 7.4 V, order 0",
+                     f"sosbook {sosbook.__version__}"):
+            assert line in text
+
+
+def test_no_note_ends_the_comment_that_holds_it(gcc, tmp_path):
+    firmware = Firmware(LAWS["PD"], note=HOSTILE)
+    text = c_source(firmware)
+    assert text.index("*/") > text.index("xxx")
+    assert text[:text.index("*/")].count("/*") == 1
+    source = write(tmp_path, firmware)
+    run(*gcc, *FLAGS, *STRICT, "-c", source, "-o", tmp_path / "a.o")
+    assert ast.get_docstring(ast.parse(pyctrl_script(firmware)))
+    assert Firmware(LAWS["PD"], note="one").note == "one"
+    assert " * one\n" in c_source(Firmware(LAWS["PD"], note="one"))
+
+
+@pytest.mark.parametrize("name", [
+    "", "Balance", "9lives", "a b", "a-b", "a;", "x" * 40, "float", "rc",
+    None, "na\nme"])
+def test_a_name_that_cannot_begin_an_identifier(name):
+    for make in (c_header, c_source, rc_balance):
+        with pytest.raises(ValueError, match="name must begin"):
+            make(Firmware(LAWS["PD"]), name)
+
+
+def test_other_refusals():
+    firmware = Firmware(LAWS["PD"])
+    with pytest.raises(ValueError, match="precision must be"):
+        c_source(firmware, precision="half")
+    with pytest.raises(ValueError, match="must be a Firmware"):
+        c_header(LAWS["PD"])
+    with pytest.raises(ValueError, match="stall must be at most"):
+        c_source(Firmware(LAWS["PD"], stall=10**6))
+    with pytest.raises(ValueError, match="doesn't use what it measures"):
+        c_source(Firmware(SampledLaw.of_gain([[0, 0, 0, 0]], T)))
+    big = Firmware(SampledLaw.of_gain([[1e39, 0, 0, 0]], T))
+    assert "e+39" in c_source(big)
+    with pytest.raises(ValueError, match="too large for single"):
+        c_source(big, precision="single")
+    with pytest.raises(ValueError, match="the IMU's rates"):
+        rc_balance(Firmware(SampledLaw.of_gain(PRINTED.pd[5], 0.003)))
+
+
+# The C program
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("name", LAWS)
+def test_no_compiler_warns_and_nothing_is_linked(
+        name, precision, gcc, tmp_path):
+    """Also its objects hold no variable and ask for no function."""
+    source = write(tmp_path, Firmware(LAWS[name]), "up", precision)
+    others = [[path] for x in ("gcc", "clang") if (path := shutil.which(x))]
+    for command in [gcc, *others]:
+        for level in ("-O0", "-O2"):
+            out = tmp_path / "up.o"
+            run(*command, *FLAGS, *STRICT, level, *PLAIN, "-c", source,
+                "-o", out)
+            if sys.platform != "linux" or not shutil.which("nm"):
+                continue
+            symbols = [line.split()[-2:] for line in
+                       run("nm", out).splitlines()]
+            kinds = {kind for kind, _ in symbols}
+            assert kinds <= {"T", "t", "r", "n", "N"}, symbols
+            assert {x for kind, x in symbols if kind == "T"} == {
+                "up_start", "up_step"}
+
+
+def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
+    write(tmp_path, Firmware(LAWS["PID"]))
+    text = '#include "balance.h"\n#include "balance.h"\nint a = BALANCE_FALL;'
+    (tmp_path / "a.c").write_text(text + "\n")
+    run(*gcc, *FLAGS, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
+    found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(
+        LAWS["PID"])))
+    assert [(x.upper(), str(k)) for k, x in enumerate(FAULTS)] == found
+
+
+def test_fast_math_is_refused(gcc, tmp_path):
+    source = write(tmp_path, Firmware(LAWS["PD"]))
+    done = subprocess.run(
+        [*gcc, "-ffast-math", "-c", str(source), "-o", str(tmp_path / "a.o")],
+        capture_output=True, text=True, check=False)
+    assert done.returncode and "-ffast-math" in done.stderr
+
+
+DRIVER = """\
+#include <stdio.h>
+#include "balance.h"
+int main(void)
+{
+    balance_state s;
+    double row[5], tilt;
+    if (scanf("%lf", &tilt) != 1)
+        return 1;
+    balance_start(&s, tilt, 0, 0);
+    while (scanf("%lf %lf %lf %lf %lf",
+                 row, row + 1, row + 2, row + 3, row + 4) == 5)
+        printf("%a\\n", balance_step(&s, row[0], row[1], row[2], row[3],
+                                    row[4]));
+    printf("%d\\n", s.fault);
+    return 0;
+}
+"""
+
+
+def test_sanitizers_find_nothing_undefined(gcc, tmp_path):
+    """A program of its own reads wild readings; also Python's volts."""
+    firmware = Firmware(LAWS["Appendix B"], blend=0.1, stall=3)
+    source, main = write(tmp_path, firmware), tmp_path / "main.c"
+    main.write_text(DRIVER)
+    program = tmp_path / "main"
+    build = [*gcc, "-std=c99", "-O1", "-ffp-contract=off", "-g"]
+    done = subprocess.run(
+        [*build, "-fsanitize=undefined,address", "-fno-sanitize-recover=all",
+         "-fsanitize=float-divide-by-zero", str(source), str(main), "-o",
+         str(program)], capture_output=True, text=True, check=False)
+    if done.returncode or subprocess.run(
+            [program], input="0\n", text=True, capture_output=True,
+            check=False).returncode:
+        pytest.skip("the compiler has no sanitizers")
+    random = np.random.default_rng(0)
+    rows = random.normal(0, 0.02, (60, 5))
+    rows[5, 0] = rows[9, 2] = np.nan
+    rows[20, 1], rows[30, 0], rows[58, 3] = 1e308, -np.inf, np.inf
+    text = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+    *volts, fault = run(program, input=f"0.05\n{text}\n").split()
+    controller = firmware.controller()
+    controller.start(0.05)
+    ours = [float(controller.step(*row)[0]) for row in rows]
+    assert list(map(float.fromhex, volts)) == ours
+    assert int(fault) == controller.fault[0]
+    assert sum(v != 0 for v in ours) > 20
+
+
+# librobotcontrol; the prototypes are those of its public headers
+
+HEADER = """\
+#include <stdint.h>
+#include <stddef.h>
+#define TB_PITCH_X 0
+#define DEG_TO_RAD 0.0174532925199
+#define RC_BTN_PIN_PAUSE 2,5
+#define RC_BTN_STATE_RELEASED 0
+#define RC_BTN_POLARITY_NORM_HIGH 1
+#define RC_BTN_DEBOUNCE_DEFAULT_US 2000
+typedef enum { ORIENTATION_Y_UP = 112 } rc_mpu_orientation_t;
+typedef enum { RC_LED_GREEN, RC_LED_RED } rc_led_t;
+typedef enum { UNINITIALIZED, RUNNING, PAUSED, EXITING } rc_state_t;
+typedef struct {
+    int dmp_sample_rate;
+    int dmp_fetch_accel_gyro;
+    rc_mpu_orientation_t orient;
+} rc_mpu_config_t;
+typedef struct {
+    double accel[3];
+    double gyro[3];
+    double dmp_TaitBryan[3];
+} rc_mpu_data_t;
+rc_mpu_config_t rc_mpu_default_config(void);
+int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf);
+int rc_mpu_set_dmp_callback(void (*func)(void));
+int rc_mpu_power_off(void);
+int rc_motor_init(void);
+int rc_motor_cleanup(void);
+int rc_motor_standby(int standby_en);
+int rc_motor_set(int ch, double duty);
+int rc_encoder_eqep_init(void);
+int rc_encoder_eqep_cleanup(void);
+int rc_encoder_eqep_read(int ch);
+int rc_adc_init(void);
+int rc_adc_cleanup(void);
+double rc_adc_batt(void);
+int rc_button_init(int chip, int pin, char polarity, int debounce_us);
+void rc_button_cleanup(void);
+int rc_button_set_callbacks(int chip, int pin, void (*press_func)(void),
+                            void (*release_func)(void));
+int rc_button_get_state(int chip, int pin);
+int rc_led_set(rc_led_t led, int value);
+void rc_led_cleanup(void);
+rc_state_t rc_get_state(void);
+void rc_set_state(rc_state_t new_state);
+int rc_make_pid_file(void);
+int rc_kill_existing_process(float timeout_s);
+int rc_remove_pid_file(void);
+int rc_enable_signal_handler(void);
+void rc_usleep(unsigned int us);
+"""
+
+# Time passes in rc_usleep alone. Each line of input is a tick: a word
+# (t tick, p tick after PAUSE, s a silent IMU), pitch, gyro, encoders at
+# channels 3 and 2, battery. Each tick's duties go out.
+STUB = """\
+#include <stdio.h>
+#include "robotcontrol.h"
+static rc_mpu_data_t *imu;
+static rc_mpu_config_t asked;
+static void (*callback)(void), (*pressed)(void);
+static int encoder[5], standby = -1, pid, off;
+static double duty[5], battery = 8.0;
+static rc_state_t state;
+rc_mpu_config_t rc_mpu_default_config(void)
+{ rc_mpu_config_t c = {0, 0, 0}; return c; }
+int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf)
+{ imu = data; asked = conf; return 0; }
+int rc_mpu_set_dmp_callback(void (*func)(void)) { callback = func; return 0; }
+int rc_mpu_power_off(void) { off = 1; return 0; }
+int rc_motor_init(void) { return 0; }
+int rc_motor_cleanup(void)
+{ printf("end %d %d %g %g\\n", off, standby, duty[2], duty[3]); return 0; }
+int rc_motor_standby(int standby_en) { standby = standby_en; return 0; }
+int rc_motor_set(int ch, double d)
+{ if (ch) duty[ch] = d; else duty[2] = duty[3] = d; return 0; }
+int rc_encoder_eqep_init(void) { return 0; }
+int rc_encoder_eqep_cleanup(void) { return 0; }
+int rc_encoder_eqep_read(int ch) { return encoder[ch]; }
+int rc_adc_init(void) { return 0; }
+int rc_adc_cleanup(void) { return 0; }
+double rc_adc_batt(void) { return battery; }
+int rc_button_init(int chip, int pin, char polarity, int us)
+{ return !(chip == 2 && pin == 5 && polarity == 1 && us == 2000); }
+void rc_button_cleanup(void) {}
+int rc_button_set_callbacks(int chip, int pin, void (*p)(void),
+                            void (*r)(void))
+{ pressed = p; return chip + pin - 7 + (r != NULL); }
+int rc_button_get_state(int chip, int pin)
+{ return chip + pin == 0; }
+int rc_led_set(rc_led_t led, int value) { return led + value < 0; }
+void rc_led_cleanup(void) {}
+rc_state_t rc_get_state(void) { return state; }
+void rc_set_state(rc_state_t s) { state = s; }
+int rc_make_pid_file(void) { pid = 1; return 0; }
+int rc_kill_existing_process(float s) { return s < 0; }
+int rc_remove_pid_file(void) { pid = 0; return 0; }
+int rc_enable_signal_handler(void) { return 0; }
+void rc_usleep(unsigned int us)
+{
+    char word;
+    double pitch, rate, volts;
+    if (us < 50000) /* while PAUSE is held */
+        return;
+    if (scanf(" %c %lf %lf %d %d %lf", &word, &pitch, &rate, encoder + 3,
+              encoder + 2, &volts) != 6) {
+        printf("asked %d %d %d %d\\n", asked.dmp_sample_rate,
+               asked.dmp_fetch_accel_gyro, (int)asked.orient, pid);
+        state = EXITING;
+        return;
+    }
+    if (word == 's')
+        return;
+    if (word == 'p' && pressed)
+        pressed();
+    imu->dmp_TaitBryan[TB_PITCH_X] = pitch;
+    imu->gyro[0] = rate;
+    callback();
+    printf("tick %a %a %d\\n", duty[3], duty[2], standby);
+    battery = volts;
+}
+"""
+
+
+class Robot:
+    """The program against stubs of the library."""
+
+    def __init__(self, compiler, folder, firmware, precision="double"):
+        self.folder, self.command = folder, compiler
+        source = write(folder, firmware, precision=precision)
+        main = folder / "rc_balance.c"
+        main.write_text(rc_balance(firmware, precision=precision))
+        (folder / "robotcontrol.h").write_text(HEADER)
+        (folder / "stub.c").write_text(STUB)
+        run(*compiler, *FLAGS, *STRICT, "-I", folder, "-c", main, "-o",
+            folder / "main.o")
+        run(*compiler, "-std=c99", "-ffp-contract=off", folder / "stub.c",
+            source, folder / "main.o", "-o", folder / "rc_balance")
+
+    def live(self, rows, *words):
+        """Duties left and right and standby at each tick, all output."""
+        text = "\n".join(" ".join(
+            x if isinstance(x, str) else repr(x) for x in row)
+            for row in rows)
+        output = run(self.folder / "rc_balance", *words, input=text + "\n")
+        ticks = [line.split()[1:] for line in output.splitlines()
+                 if line.startswith("tick")]
+        return [(float.fromhex(a), float.fromhex(b), int(c))
+                for a, b, c in ticks], output
+
+
+REST = [("t", -0.45, 0.5, 100, -140, 8.0)] * 101  # upright is pitch -0.49
+
+
+def moves(count, seed=3):
+    """Ticks of a robot that moves a little; battery voltages."""
+    random = np.random.default_rng(seed)
+    counts = np.cumsum(random.integers(-9, 9, (count, 2)), axis=0)
+    return [
+        ("t", float(p), float(w), 100 + int(a), -140 - int(b), float(v))
+        for p, w, (a, b), v in zip(
+            random.normal(-0.45, 0.05, count), random.normal(0, 9, count),
+            counts, random.uniform(6, 8.4, count))
+    ]
+
+
+def readings(row):
+    """gyro, wheels, tilt in our units, as librobotcontrol has signs."""
+    _, pitch, rate, left, right, _ = row
+    one = 6.283185307179586
+    wheels = (left * one / (1 * 35.577 * 60)
+              + right * one / (-1 * 35.577 * 60)) / 2
+    return rate * 0.0174532925199, wheels, pitch + 0.49
+
+
+def expected(firmware, rest, rows, kind=float):
+    """The duties of Python's controller; the battery is a tick old."""
+    gyro, wheels, tilt = zip(*map(readings, rest[1:]))
+    mean = [reduce(add, x, 0.0) / len(x) for x in (tilt, gyro)]
+    controller = firmware.controller(kind=kind)
+    controller.start(mean[0], wheels[-1], mean[1])
+    duties, battery = [], rest[-1][-1]
+    for row in rows:
+        volts = float(controller.step(*readings(row))[0])
+        sane = battery if 5 < battery < 9 else 7.4
+        duty = 1000 * volts / int(1000 * sane)
+        duties.append(min(max(duty, -1.0), 1.0))
+        battery = row[-1]
+    return duties, controller
+
+
+@pytest.mark.parametrize("precision, kind", [
+    ("double", float), ("single", np.float32)])
+def test_the_robots_duty_is_the_controllers_volts(
+        precision, kind, gcc, tmp_path):
+    firmware = Firmware(LAWS["PID"], blend=0.02)
+    robot = Robot(gcc, tmp_path, firmware, precision)
+    rows = moves(200)
+    rows[50] = ("t", -0.45, float("nan"), *rows[49][3:])
+    rows[60] = (*rows[60][:5], 0.3)  # a battery that isn't measured
+    rows[99] = (*rows[99][:5], 6.0)  # less than the law asks for next
+    rows[100] = ("t", -0.45, 800.0, *rows[99][3:])
+    ticks, output = robot.live([*REST, *rows])
+    assert ticks[:101] == 100 * [(0.0, 0.0, 1)] + [(0.0, 0.0, 0)]
+    duties, controller = expected(firmware, REST, rows, kind)
+    assert [(left, -right) for left, right, _ in ticks[101:]] == [
+        (duty, duty) for duty in duties]
+    assert controller.fault[0] == 0 and max(map(abs, duties)) == 1.0
+    assert output.splitlines()[-2:] == ["asked 100 1 112 1", "end 1 1 0 0"]
+
+
+def test_tipped_forward_both_wheels_run_forward(gcc, tmp_path):
+    """The left motor's channel 3 is positive forward, the right's isn't."""
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PID"], blend=0.02))
+    tipped = [("t", -0.35, 20.0, 100, -140, 8.0)] * 3
+    (left, right, _), *_ = robot.live([*REST, *tipped])[0][-3:]
+    assert left > 0.1 and right == -left
+
+
+def test_it_waits_for_rest_near_upright(gcc, tmp_path):
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+    good = REST[0]
+    for restless in (("t", -0.1, 0.5, *good[3:]), ("t", -0.45, 7.0, *good[3:]),
+                     ("t", -0.45, 0.5, 160, -140, 8.0),
+                     ("t", float("nan"), 0.5, *good[3:])):
+        ticks, _ = robot.live([*REST[:90], restless, *REST[:90], restless])
+        assert {standby for *_, standby in ticks} == {1}
+    ticks, _ = robot.live([*REST[:40], restless, *REST[:102]])
+    assert [standby for *_, standby in ticks].index(0) == 140
+
+
+def test_a_fault_stops_the_motors_until_pause_and_rest(gcc, tmp_path):
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"], blend=0.02))
+    fall = [("t", -0.45, 1900.0, 100, -140, 8.0)] * 3
+    silent = [("t", -0.45, float("nan"), 100, -140, 8.0)] * 6
+    again = [("p", *REST[0][1:]), *REST]
+    ticks, output = robot.live(
+        [*REST, *moves(4), *fall, *REST, *again, *moves(4), *silent, *REST])
+    standby = [s for *_, s in ticks]
+    first, second = 101, 101 + 4 + 3 + 101 + 1 + 101
+    assert standby[first:first + 4] == [0] * 4
+    assert set(standby[first + 7:second - 2]) == {1}
+    assert standby[second:second + 9] == [0] * 9
+    assert set(standby[second + 9:]) == {1}
+    assert all(a == b == 0 for a, b, s in ticks if s)
+    assert "motors off: fall" in output
+    assert "motors off: sensor" in output
+
+
+def test_pause_stops_a_running_robot(gcc, tmp_path):
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+    ticks, _ = robot.live([*REST, *moves(2), ("p", *REST[0][1:]), *REST])
+    assert [s for *_, s in ticks[101:]] == [0, 0, *[1] * 102]
+
+
+def test_a_silent_imu_ends_the_program_with_the_motors_off(gcc, tmp_path):
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+    quiet = [("s", *REST[0][1:])] * 9
+    ticks, output = robot.live([*REST, *moves(3), *quiet, *moves(50)])
+    assert ticks[-1][2] == 0 and len(ticks) == 104
+    assert output.splitlines()[-1] == "end 1 1 0 0"
+
+
+def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+    press = ("p", *REST[0][1:])
+    ticks, output = robot.live([*REST, press, *REST, *moves(9)], "check")
+    assert set(ticks) == {(0.0, 0.0, 1)}
+    assert "tilt  0.040 rad, gyro   0.01 rad/s, wheels    0.29 and" in output
+
+
+# pyctrl
+
+
+@pytest.fixture
+def fake_pyctrl(monkeypatch):
+    """As much of pyctrl 0.4.3 as the script needs."""
+    package, block, rc, mip, button = map(ModuleType, (
+        "pyctrl", "pyctrl.block", "pyctrl.rc", "pyctrl.rc.mip",
+        "pyctrl.rc.button"))
+
+    class Filter:
+        pass
+
+    class BufferBlock:
+        def __init__(self, **kwargs):
+            self.buffer = ()
+
+        def write(self, *values):
+            self.buffer = values
+
+        def read(self):
+            return self.buffer
+
+    class Button:
+        def read(self):
+            return (1,)
+
+    class Controller:
+        made = []
+
+        def __init__(self, period):
+            self.calls = [("period", period)]
+            self.made.append(self)
+
+        def __getattr__(self, name):
+            return lambda *args, **named: self.calls.append((name, args))
+
+    package.EXITING = 2
+    block.Filter, block.BufferBlock = Filter, BufferBlock
+    mip.Controller, button.Button = Controller, Button
+    for module in (package, block, rc, mip, button):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    return Controller
+
+
+def script(firmware):
+    """The script's names."""
+    space = {"__name__": "script"}
+    exec(compile(pyctrl_script(firmware), "balance.py", "exec"), space)
+    return space
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_scripts_law_is_the_controller_to_the_last_bit(
+        name, fake_pyctrl):
+    firmware = Firmware(LAWS[name], blend=0.1, missing=2)
+    law, ours = script(firmware)["Law"](), firmware.controller()
+    random = np.random.default_rng(7)
+    rows = random.normal(0, 0.03, (80, 5))
+    rows[10, 0], rows[20:22, 1], rows[25, 2] = np.nan, np.inf, np.nan
+    for last in ([0.0] * 5, [np.nan] * 5, [30, 0, 2, 0, 0],
+                 [0, 0, 0, np.nan, 1e9]):
+        law.start(0.05, 0.01, 0.002)
+        ours.start(0.05, 0.01, 0.002)
+        for row in [*rows.tolist(), *4 * [last], *rows[:2].tolist()]:
+            V = law.step(*row)
+            assert V.hex() == float(ours.step(*row)[0]).hex()
+            assert law.fault == ours.fault[0]
+
+
+def test_a_stall_in_the_script(fake_pyctrl):
+    firmware = Firmware(LAWS["PD"], stall=3)
+    law = script(firmware)["Law"]()
+    law.start(0.6, 0.0, 0.0)
+    assert [law.step(0.0, 0.0, 0.6) for _ in range(5)] == [
+        V_MAX, V_MAX, V_MAX, 0.0, 0.0]
+    assert FAULTS[law.fault] == "stall"
+
+
+def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
+    firmware = Firmware(LAWS["PID"], blend=0.02)
+    block = script(firmware)["Balance"]()
+    turn = 6.283185307179586
+    rest = [(-0.065, 0.001, 0.2, 0.3)] * 100
+    for row in rest:
+        block.write(*row)
+        assert block.read() == (0.0, 0.0)
+    assert block.balancing
+    ours = firmware.controller()
+    ours.start(turn * 0.005, turn * 0.25, turn * 0.001)
+    random = np.random.default_rng(1)
+    for row in random.normal(0, 0.003, (60, 4)) + rest[0]:
+        block.write(*row)
+        gyro, tilt = turn * row[1], turn * (row[0] + 0.07)
+        volts = float(ours.step(gyro, turn * (row[2] + row[3]) / 2, tilt)[0])
+        percent = np.clip(100 * volts / 7.4, -100, 100)
+        assert block.read() == pytest.approx((percent, percent), abs=1e-9)
+    assert ours.fault[0] == 0 and abs(volts) > 0.01
+    block.reset()
+    block.write(-0.3, 0.0, 0.0, 0.0)
+    assert block.read() == (0.0, 0.0) and block.rest == []
+
+
+def test_the_script_sets_pyctrl_up(fake_pyctrl, capsys):
+    script(Firmware(LAWS["PD"]))["main"]()
+    (mip,) = fake_pyctrl.made
+    calls = [name for name, _ in mip.calls]
+    assert mip.calls[0] == ("period", T)
+    name, block, inputs, outputs = mip.calls[1][1]
+    assert inputs == ["theta", "theta_dot", "encoder1", "encoder2"]
+    assert outputs == ["pwm1", "pwm2"]
+    assert calls[2:] == ["set_source", "set_source", "start", "set_state",
+                         "join"]
