@@ -24,7 +24,7 @@ PRINTED = thesis.mip()
 ROBUST = [[15.78, 0.49, 1.42, 0.69, 0.22]]
 BLEND = 0.01
 KINDS = {"double": float, "single": np.float32}
-NUMBERS = ("bias", "gyro", "theta", "wheels", "increment", "zero", "phi")
+NUMBERS = ("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi")
 SENSOR, FALL, STALL, COMMAND = (
     FAULTS.index(word) for word in ("sensor", "fall", "stall", "command"))
 
@@ -93,7 +93,7 @@ class Twins:
         if self.python.x:
             same(state.x[:], [float(np.ravel(x)[0]) for x in self.python.x],
                  kind)
-        for name in ("bad", "full", "fault"):
+        for name in ("bad", "same", "full", "fault"):
             assert getattr(state, name) == getattr(self.python, name)[0]
 
     @property
@@ -301,6 +301,16 @@ def test_dropouts_are_bridged_and_one_more_is_a_fault(broken, precision):
         assert twins.step(**good) == 0 and twins.fault == SENSOR
     twins.start(tilt=0.05)
     assert twins.step(**good) != 0 and twins.fault == 0
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_a_gyro_that_repeats_itself_is_a_fault(precision):
+    twins = Twins.of("PID", precision, frozen=3)
+    twins.start(tilt=0.05, bias=0.01)
+    for gyro in (0.01, 0.02, 0.02, 0.02, np.nan, 0.03, 0.0, -0.0, 0.0):
+        assert twins.step(gyro, 0.0) != 0
+    assert twins.step(-0.0, 0.0) != 0 and twins.fault == 0
+    assert twins.step(0.0, 0.0) == 0 and twins.fault == SENSOR
 
 
 def test_a_wheel_that_slipped_away_unseen_may_have_turned_farther():

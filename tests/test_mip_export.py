@@ -588,7 +588,7 @@ def script(firmware):
 @pytest.mark.parametrize("name", LAWS)
 def test_the_scripts_law_is_the_controller_to_the_last_bit(
         name, fake_pyctrl):
-    firmware = Firmware(LAWS[name], blend=0.1, missing=2)
+    firmware = Firmware(LAWS[name], blend=0.1, missing=2, frozen=4)
     law, ours = script(firmware)["Law"](), firmware.controller()
     random = np.random.default_rng(7)
     rows = random.normal(0, 0.03, (80, 5))

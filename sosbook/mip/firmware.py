@@ -179,8 +179,8 @@ class Controller:
         fastest, huge = self.kind.type(f.fastest), self.kind.type(HUGE)
         running = self.fault == 0
 
-        last, other = gyro, (gyro < self.last) | (gyro > self.last)
-        same = np.where(other | (f.frozen == 0), 0, self.same + 1)
+        last, equal = gyro, (gyro <= self.last) & (gyro >= self.last)
+        same = np.where(equal & (f.frozen > 0), self.same + 1, 0)
         gyro = gyro - self.bias
         turned = wheels - self.wheels
         reach = one * (self.bad + 1).astype(self.kind)

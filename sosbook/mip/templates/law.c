@@ -47,8 +47,8 @@ $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
 
     /* A gyro that repeats itself for long is dead. */
     const $real last = gyro;
-    const int same = FROZEN == 0 || gyro < s->last || gyro > s->last ?
-        0 : s->same + 1;
+    const int same = FROZEN > 0 && gyro <= s->last && gyro >= s->last ?
+        s->same + 1 : 0;
 
     /* After a bad reading all turns on as in the tick before. */
     gyro = gyro - s->bias;
