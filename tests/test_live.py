@@ -48,6 +48,8 @@ EXPLORERS = {
     "fall": "explore_fall()",
     "identification": "explore_identification()",
     "pendulum": "explore_pendulum_control()",
+    "sampling": "explore_sampling()",
+    "robot": "explore_robot()",
 }
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 

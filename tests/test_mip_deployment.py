@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import thesis
-from sosbook.mip import SampledLaw
+from sosbook.mip import deployment
 from sosbook.mip.deployment import main, recommend
 from sosbook.mip.rig import DATA
 
@@ -86,12 +85,25 @@ def test_robots_between_the_vertices_keep_it_too(found):
             assert loop.sensitivity <= limit
 
 
+def test_the_stands_program_knows_the_body_alone(found, folder):
+    """In the air the wheels' gains are positive feedback, its aren't."""
+    robot = found.mip
+    assert found.law.D[0, 3] * robot.e / robot.f > 1  # V to speed to V
+    assert found.stand.law.D[0, [1, 3]].tolist() == [0, 0]
+    assert np.array_equal(found.stand.law.D[0, [0, 2]],
+                          found.law.D[0, [0, 2]])
+    assert found.stand.limit == 2.0
+    header = (folder / "balance_stand.h").read_text()
+    assert "It doesn't balance" in header
+    assert "balance_stand_step" in (folder / "rc_balance_stand.c").read_text()
+
+
 def test_what_is_not_proven_is_not_written(found, tmp_path):
-    chatters = SampledLaw.of_gain(thesis.mip().pid[1], 0.01)
-    wrong = replace(found, law=chatters)
-    assert wrong.radius > 1 and not wrong.proven
-    with pytest.raises(ValueError, match="isn't proven"):
-        wrong.write(tmp_path / "none")
+    forgetless = replace(found, blend=0.0)  # an eigenvalue at one
+    assert not forgetless.proven
+    assert all("sampled" in words for words in forgetless.lacking)
+    with pytest.raises(ValueError, match="isn't proven.* 5 ms late"):
+        forgetless.write(tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 
@@ -99,6 +111,35 @@ def test_a_second_run_writes_the_same_bytes(found, folder, tmp_path):
     for path in found.write(tmp_path):
         assert path.read_bytes() == (folder / path.name).read_bytes()
         assert not re.search(rb"20\d\d-\d\d|/home|/root", path.read_bytes())
+
+
+@pytest.mark.parametrize("other, words", [
+    (dict(spread=0.05), "different plants"),
+    (dict(mip=sos.mip.Mip.printed()), "different plants"),
+    (dict(delay=0.02), "at most 0.02 s, but T \\+ delay is 0.03"),
+    (dict(T=0.005), "at most"),
+])
+def test_proofs_of_something_else_are_refused(found, other, words):
+    with pytest.raises(ValueError, match=words):
+        replace(found, **other)
+
+
+def test_another_gain_is_refused(found):
+    K = 1.01 * found.delayed.K
+    with pytest.raises(ValueError, match="design's gain"):
+        replace(found, delayed=replace(found.delayed, K=K))
+
+
+def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
+    asked = {}
+
+    def listen(*words, **named):
+        asked.update(named, words=words)
+        return found
+
+    monkeypatch.setattr(deployment, "deploy", listen)
+    main(["b.csv", "w.csv", str(tmp_path), "--R", "30", "--M_b", "0.3"])
+    assert asked == {"words": ("b.csv", "w.csv", {"M_b": 0.3}), "R": 30.0}
 
 
 @pytest.mark.parametrize("asked, words", [

@@ -120,7 +120,7 @@
       this.limit = limit;
       this.part = name => view.querySelector(`.sos-${name}`);
       const spokes = [0, 60, 120].map(a => `<path d="M-25 0H25" transform="rotate(${a})"/>`).join("");
-      this.part("scene").innerHTML = `<svg role="img" viewBox="0 0 340 300">
+      this.part("scene").innerHTML = `<svg role="img" aria-label="The robot from the side" viewBox="0 0 340 300">
         <g class="sos-ground"></g><path class="sos-track" d="M90 30H250"/><path class="sos-bar"/>
         <path class="sos-ends" d="M90 22v16M170 24v12M250 22v16"/>
         <text x="84" y="34" text-anchor="end">−${limit} V</text><text x="256" y="34">${limit} V</text>
@@ -133,7 +133,7 @@
             <path class="sos-arrow" d="M-58 -92H-26m-9 -8l9 8l-9 8"/></g>
           <g class="sos-wheel"><circle class="sos-tyre" r="29"/><g class="sos-spokes">${spokes}</g><circle class="sos-hub" r="6"/></g>
         </g></svg>`;
-      this.part("strips").innerHTML = `<svg role="img" viewBox="0 0 340 300"></svg>`;
+      this.part("strips").innerHTML = `<svg role="img" aria-label="Tilt and voltage" viewBox="0 0 340 300"></svg>`;
     }
 
     draw(robot, ahead) {

@@ -7,7 +7,7 @@ without logs it takes those that the package ships.
 import argparse
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -32,8 +32,19 @@ __all__ = ["Deployment", "deploy", "recommend"]
 
 U = [[0, 1]]  # integrate phi
 DECAY = 0.2  # 1/s, what the proof with the hold promises
-FROZEN = 25  # ticks; that a living gyro repeats itself so long is hopeless
+FROZEN = 12  # ticks; a living gyro repeats itself so long in years
+STAND = 2.0  # V
 CELLS = 200  # at most so many for one proof of the sampled loop
+OPTIONS = {
+    "R": "weight of the voltage", "spread": "of e/c and e/a, relative",
+    "T": "time between samples, s", "delay": "to compute, at most, s",
+    "blend": "share of the accelerometers' tilt in each estimate",
+}
+ROBOT = {
+    "M_b": "mass of the body, kg", "l": "axle to its centre, m",
+    "r": "radius of the wheels, m", "M_w": "mass of one wheel, kg",
+    "g": "gravity, m/s^2", "counts": "of an encoder, per turn of a wheel",
+}
 MIDDLE = 0.5  # the delays that are looked at: none, half, all of it
 
 
@@ -49,30 +60,72 @@ class Deployment:
         Of e/c and e/a, relative.
     design : Design
         Theorem 2.4 over the polytope.
-    certificate : Certificate
-        Of the design, in continuous time; its K has six digits and is
-        the gain that goes onto the robot.
-    held : DelayCertificate
-        Of the same K behind any delay from zero to T + delay: the hold,
-        and a computer that takes ``delay``.
-    delay : float
+    delayed : DelayDesign
+        The same plants and gain behind any delay from zero to T +
+        delay: the hold, and a computer that takes ``delay``.
+    T, delay : float
         In s.
-    law : SampledLaw
     blend : float
         As in `Firmware`.
+    cells : int
+        As for `certify_sampled`, at most.
+    identified : Identified or None
+        What the logs say of the robot.
     data : dict
-        What the robot was identified from: facts for the header.
+        Where the robot comes from: facts for the header.
+
+    Raises
+    ------
+    ValueError
+        If the parts are about different plants, gains or delays.
     """
 
     mip: Mip
     spread: float
     design: object
-    certificate: object
-    held: object
+    delayed: object
+    T: float
     delay: float
-    law: SampledLaw
     blend: float
-    data: dict
+    cells: int = CELLS
+    identified: object = None
+    data: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        about = self.delayed.request
+        plants = (self.design.request.plant, about.plant,
+                  polytope(self.mip, self.spread))
+        for name in "MDSB":
+            first, *others = (
+                [getattr(v, name) for v in each.vertices] for each in plants)
+            if not all(np.array_equal(first, other) for other in others):
+                raise ValueError("design, delayed and mip with its spread "
+                                 "are about different plants")
+        if not np.array_equal(self.delayed.K, self.certificate.K):
+            raise ValueError("delayed isn't about the design's gain, "
+                             "rounded to six digits")
+        if not np.isclose(about.tau + about.mu, self.T + self.delay):
+            raise ValueError(
+                f"delayed is about at most {about.tau + about.mu:g} s, but "
+                f"T + delay is {self.T + self.delay:g} s")
+
+    @cached_property
+    def certificate(self):
+        """A `Certificate` of the design, in continuous time.
+
+        Its K has six digits and is the gain that goes onto the robot.
+        """
+        return self.design.certify()
+
+    @cached_property
+    def held(self):
+        """The `DelayCertificate` of K behind the hold."""
+        return self.delayed.certify()
+
+    @cached_property
+    def law(self):
+        """The `SampledLaw` of K."""
+        return SampledLaw.of_gain(self.certificate.K, self.T)
 
     @property
     def robots(self):
@@ -115,19 +168,31 @@ class Deployment:
         parts = triangles(self.mip, self.spread)
         return {
             late: tuple(
-                certify_sampled(part, row[0].controller, self.law.T, late,
-                                cells=CELLS)
+                certify_sampled(part, row[0].controller, self.T, late,
+                                cells=self.cells)
                 for part in parts)
             for late, row in self.loops.items()
         }
 
     @cached_property
+    def lacking(self):
+        """The proofs that fail, in words; empty if all hold."""
+        found = []
+        for name, proof in (("in continuous time", self.certificate),
+                            ("behind the hold", self.held)):
+            if not proof.proven:
+                found.append(f"{name}: {', '.join(proof.failed)}")
+        for late, row in self.sampled.items():
+            words = {text for proof in row for text in proof.failed}
+            if words:
+                found.append(f"sampled, {1000 * late:g} ms late: "
+                             + "; ".join(sorted(words)))
+        return tuple(found)
+
+    @property
     def proven(self):
         """Whether all proofs hold, those of the sampled loops too."""
-        return (self.certificate.proven and self.held.proven
-                and self.radius < 1
-                and all(x.proven for row in self.sampled.values()
-                        for x in row))
+        return not self.lacking
 
     @cached_property
     def facts(self):
@@ -148,6 +213,8 @@ class Deployment:
             "proof with the hold": "; ".join(self.held.claims) or "none",
             "proof of the sampled loop": self._sampled_in_words(),
             "sampling": f"T = {T:g} s, computed within {self.delay:g} s",
+            "estimate": f"{self.blend:g} of the accelerometers' tilt per "
+            "tick; the proof of the sampled loop takes it for the truth",
             "sampled loop": f"spectral radius {self.radius:.4f}, peak "
             f"sensitivity {self.sensitivity:.3f}, worst of "
             f"{len(self.robots)} robots and {len(self.loops)} delays",
@@ -159,8 +226,8 @@ class Deployment:
             return "none"
         delays = ", ".join(f"{1000 * late:g}" for late in self.sampled)
         return ("every plant of the polytope, with this law and its "
-                "estimates of theta, phi and phi', is stable, computed "
-                f"within {delays} ms")
+                "estimates of theta, phi and phi', is stable for each of "
+                f"the constant delays {delays} ms")
 
     @cached_property
     def firmware(self):
@@ -168,6 +235,19 @@ class Deployment:
         note = tuple(f"{word}: {text}" for word, text in self.facts.items())
         return Firmware(
             self.law, blend=self.blend, frozen=FROZEN, note=note)
+
+    @property
+    def stand(self):
+        """A `Firmware` to check signs, wheels in the air.
+
+        It has the gains of theta and theta' alone and 2 V at most: in
+        the air the gains of the wheels are positive feedback.
+        """
+        return Firmware(
+            SampledLaw.of_gain(self.law.D * [1, 0, 1, 0], self.T),
+            limit=STAND, blend=self.blend, frozen=FROZEN, note=(
+                "For the stand, wheels in the air, to check signs: the "
+                "gains of theta and theta' alone. It doesn't balance.",))
 
     def write(self, folder, name="balance"):
         """Write the programs and their provenance.
@@ -190,9 +270,10 @@ class Deployment:
         """
         if not self.proven:
             raise ValueError(
-                "this controller isn't proven, so it isn't written: "
-                "take a larger R, a smaller spread or delay; see "
-                "certificate, held, loops and sampled")
+                "this controller isn't proven, so it isn't written. "
+                + ". ".join(self.lacking)
+                + ". Take another R, a smaller spread or delay, or more "
+                "cells where a proof is undecided")
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         texts = {f"provenance_{name}.json": json.dumps(
@@ -202,15 +283,19 @@ class Deployment:
                 self.firmware, f"{name}{suffix}", precision)
             texts[f"{name}{suffix}.c"] = c_source(
                 self.firmware, f"{name}{suffix}", precision)
-        texts[f"rc_{name}.c"] = rc_balance(self.firmware)
-        texts[f"pyctrl_{name}.py"] = pyctrl_script(self.firmware)
+        texts[f"{name}_stand.h"] = c_header(self.stand, f"{name}_stand")
+        texts[f"{name}_stand.c"] = c_source(self.stand, f"{name}_stand")
+        for each, firmware in ((name, self.firmware),
+                               (f"{name}_stand", self.stand)):
+            texts[f"rc_{each}.c"] = rc_balance(firmware, each)
+            texts[f"pyctrl_{each}.py"] = pyctrl_script(firmware)
         for file, text in texts.items():
             (folder / file).write_bytes(text.encode())
         return [folder / file for file in texts]
 
 
 def recommend(mip, R=20.0, spread=0.04, T=0.01, delay=0.01, blend=0.005,
-              data=None):
+              **more):
     """The controller that this book recommends for a robot.
 
     Parameters
@@ -227,8 +312,8 @@ def recommend(mip, R=20.0, spread=0.04, T=0.01, delay=0.01, blend=0.005,
         The longest time from the sample to the voltage, in s.
     blend : float
         As in `Firmware`.
-    data : dict, optional
-        Facts about where mip comes from.
+    **more
+        cells, identified and data of `Deployment`.
 
     Returns
     -------
@@ -247,23 +332,26 @@ def recommend(mip, R=20.0, spread=0.04, T=0.01, delay=0.01, blend=0.005,
     design = design_lqr(plants, np.eye(5), [[R]], U)
     if design.status != "feasible":
         raise ValueError(f"no design: {design.advice}")
-    certificate = design.certify()
-    longest = T + delay
-    held = analyse_delay(
-        plants, certificate.K, U, tau=longest / 2, mu=longest / 2,
-        delta=DECAY)
-    return Deployment(
-        mip, spread, design, certificate, held.certify(), delay,
-        SampledLaw.of_gain(certificate.K, T), blend, data or {})
+    K, longest = design.certify().K, T + delay
+    delayed = analyse_delay(
+        plants, K, U, tau=longest / 2, mu=longest / 2, delta=DECAY)
+    if delayed.status != "feasible":
+        raise ValueError(
+            f"no proof with the hold for R = {R:g}: {delayed.status}; take "
+            "a larger R, or a smaller T, delay or spread")
+    return Deployment(mip, spread, design, delayed, T, delay, blend, **more)
 
 
-def deploy(body, wheels, **asked):
+def deploy(body, wheels, robot=None, **asked):
     """From the logs of the two experiments to a controller.
 
     Parameters
     ----------
     body, wheels : str or Path
         CSV files, as `Log.read` takes them.
+    robot : dict, optional
+        Masses, lengths and counts that differ from the thesis's, as
+        `identify` takes them: M_b, l, r, M_w, g, counts.
     **asked
         As for `recommend`.
 
@@ -271,7 +359,7 @@ def deploy(body, wheels, **asked):
     -------
     Deployment
     """
-    found = identify(Log.read(body), Log.read(wheels))
+    found = identify(Log.read(body), Log.read(wheels), **(robot or {}))
     sd = np.sqrt(np.diag(found.covariance))
     data = {
         f"log of the {name}": f"{Path(path).name}, sha256 "
@@ -281,7 +369,8 @@ def deploy(body, wheels, **asked):
     data["identified"] = ", ".join(
         f"{name.replace('_', '/')} = {value:.5g} +- {1.96 * s:.2g}"
         for (name, value), s in zip(found.ratios.items(), sd))
-    return recommend(found.mip, data=data, **asked)
+    data |= {name: f"{value:g}" for name, value in (robot or {}).items()}
+    return recommend(found.mip, identified=found, data=data, **asked)
 
 
 def main(words=None):
@@ -291,14 +380,18 @@ def main(words=None):
     parser.add_argument("body", nargs="?", default=DATA / "body.csv")
     parser.add_argument("wheels", nargs="?", default=DATA / "wheels.csv")
     parser.add_argument("folder", nargs="?", default="deployment")
-    parser.add_argument("-R", type=float, default=20.0,
-                        help="weight of the voltage")
-    parser.add_argument("--spread", type=float, default=0.04)
-    asked = parser.parse_args(words)
-    found = deploy(asked.body, asked.wheels, R=asked.R, spread=asked.spread)
+    for name, text in OPTIONS.items():
+        parser.add_argument(f"--{name}", type=float, help=text)
+    for name, text in ROBOT.items():
+        parser.add_argument(f"--{name}", type=float, help=text)
+    given = {name: value for name, value
+             in vars(parser.parse_args(words)).items() if value is not None}
+    paths = [given.pop(name) for name in ("body", "wheels", "folder")]
+    robot = {name: given.pop(name) for name in ROBOT if name in given}
+    found = deploy(*paths[:2], robot, **given)
     for word, text in found.facts.items():
         print(f"{word}: {text}")
-    for path in found.write(asked.folder):
+    for path in found.write(paths[2]):
         print(f"wrote {path}")
     return found
 

@@ -251,10 +251,10 @@ def _words(firmware, name, precision):
         raise ValueError("law doesn't use what it measures: D is zero, "
                          "and B or C")
     return {"name": name, "NAME": name.upper(), "real": TYPE[precision],
-            "note": _note(firmware, " * ")}
+            "note": _note(firmware, " * ", precision)}
 
 
-def _note(firmware, margin):
+def _note(firmware, margin, precision="double"):
     """The provenance as lines of a comment that nothing can end."""
     law = firmware.law
     about = (firmware.note if not isinstance(firmware.note, str)
@@ -263,6 +263,8 @@ def _note(firmware, margin):
         f"Written by sosbook {sosbook.__version__}; write it again rather "
         "than edit it.",
         *(line for text in about for line in str(text).splitlines()),
+        *(["Every number is rounded to single precision; what is said of "
+           "the law is said of its decimals."] * (precision == "single")),
         f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, "
         f"order {law.order}.",
     ]

@@ -9,12 +9,14 @@ from functools import cache
 
 from . import (
     delay,
+    desk,
     example_1,
     example_2,
     example_3,
     example_4,
     integrators,
     mip,
+    sampled,
     singular_mass,
     vertices,
 )
@@ -25,7 +27,7 @@ __all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
 
 _SUBJECTS = (
     singular_mass, vertices, example_1, example_2, example_3, example_4,
-    integrators, delay, mip,
+    integrators, delay, mip, sampled, desk,
 )
 
 

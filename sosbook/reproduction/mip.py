@@ -45,11 +45,6 @@ def rows():
     for R in (1, 2):
         yield from _observer(printed, plant, R)
     yield from _controller(printed, plant)
-    yield Row(
-        CONTROL, "the curves of Figs 4.8 to 4.16", "Section 4.3",
-        "measured on the robot", "simulated", "not reproducible",
-        "neither the logs nor the starts are printed",
-    )
 
 
 def _relative(printed, ours, tolerance):

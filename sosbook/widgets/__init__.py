@@ -21,6 +21,7 @@ from .pendulum import explore_fall
 from .pendulum_control import explore_pendulum_control
 from .region import explore_region
 from .regularization import explore_regularization
+from .robot import explore_robot
 from .sampling import explore_sampling
 from .saturation import explore_saturation
 from .segment import explore_segment
@@ -42,6 +43,7 @@ __all__ = [
     "explore_pendulum_control",
     "explore_region",
     "explore_regularization",
+    "explore_robot",
     "explore_sampling",
     "explore_saturation",
     "explore_segment",

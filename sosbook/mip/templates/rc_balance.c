@@ -11,8 +11,10 @@ $note
  *      the robot forward: tilt and gyro are positive. Upright and at
  *      rest: tilt is zero, or correct BOARD_MOUNT_ANGLE. Roll each
  *      wheel forward: its encoder grows.
- *   2. Then run it and tip the robot forward: both wheels run forward,
- *      as if to catch it. If they don't, change MOTOR_POLARITY.
+ *   2. Run the stand's program, with the body's gains alone and 2 V.
+ *      Tip the robot forward: both wheels run forward, as if to catch
+ *      it. If they don't, change MOTOR_POLARITY. Don't try it with a
+ *      program that balances: in the air its wheels race.
  *
  * Running: the robot waits until it is held still near upright for a
  * second, takes the gyro's mean as its offset, and balances. PAUSE
