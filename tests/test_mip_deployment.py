@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.mip import deployment
-from sosbook.mip.deployment import main, recommend
+from sosbook.mip import __main__ as command
+from sosbook.mip.__main__ import main
+from sosbook.mip.deployment import recommend
 from sosbook.mip.rig import DATA
 
 
@@ -137,9 +138,16 @@ def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
         asked.update(named, words=words)
         return found
 
-    monkeypatch.setattr(deployment, "deploy", listen)
+    monkeypatch.setattr(command, "deploy", listen)
     main(["b.csv", "w.csv", str(tmp_path), "--R", "30", "--M_b", "0.3"])
     assert asked == {"words": ("b.csv", "w.csv", {"M_b": 0.3}), "R": 30.0}
+
+
+def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main([str(tmp_path / "none.csv"), str(DATA / "wheels.csv"), "x"])
+    assert ended.value.code == 1
+    assert "none.csv" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("asked, words", [

@@ -1,10 +1,8 @@
 """From two logs to a C program: identify, design, prove, write.
 
-``python -m sosbook.mip.deployment body.csv wheels.csv folder`` does it all;
-without logs it takes those that the package ships.
+``python -m sosbook.mip body.csv wheels.csv folder`` does it all.
 """
 
-import argparse
 import hashlib
 import json
 from dataclasses import dataclass, field
@@ -25,7 +23,6 @@ from .law import SampledLaw
 from .log import Log
 from .margins import SampledLoop
 from .model import Mip
-from .rig import DATA
 from .spread import polytope, triangles, vertices
 
 __all__ = ["Deployment", "deploy", "recommend"]
@@ -35,16 +32,6 @@ DECAY = 0.2  # 1/s, what the proof with the hold promises
 FROZEN = 12  # ticks; a living gyro repeats itself so long in years
 STAND = 2.0  # V
 CELLS = 200  # at most so many for one proof of the sampled loop
-OPTIONS = {
-    "R": "weight of the voltage", "spread": "of e/c and e/a, relative",
-    "T": "time between samples, s", "delay": "to compute, at most, s",
-    "blend": "share of the accelerometers' tilt in each estimate",
-}
-ROBOT = {
-    "M_b": "mass of the body, kg", "l": "axle to its centre, m",
-    "r": "radius of the wheels, m", "M_w": "mass of one wheel, kg",
-    "g": "gravity, m/s^2", "counts": "of an encoder, per turn of a wheel",
-}
 MIDDLE = 0.5  # the delays that are looked at: none, half, all of it
 
 
@@ -371,30 +358,3 @@ def deploy(body, wheels, robot=None, **asked):
         for (name, value), s in zip(found.ratios.items(), sd))
     data |= {name: f"{value:g}" for name, value in (robot or {}).items()}
     return recommend(found.mip, identified=found, data=data, **asked)
-
-
-def main(words=None):
-    """The command; returns the `Deployment`."""
-    parser = argparse.ArgumentParser(
-        prog="python -m sosbook.mip.deployment", description=__doc__)
-    parser.add_argument("body", nargs="?", default=DATA / "body.csv")
-    parser.add_argument("wheels", nargs="?", default=DATA / "wheels.csv")
-    parser.add_argument("folder", nargs="?", default="deployment")
-    for name, text in OPTIONS.items():
-        parser.add_argument(f"--{name}", type=float, help=text)
-    for name, text in ROBOT.items():
-        parser.add_argument(f"--{name}", type=float, help=text)
-    given = {name: value for name, value
-             in vars(parser.parse_args(words)).items() if value is not None}
-    paths = [given.pop(name) for name in ("body", "wheels", "folder")]
-    robot = {name: given.pop(name) for name in ROBOT if name in given}
-    found = deploy(*paths[:2], robot, **given)
-    for word, text in found.facts.items():
-        print(f"{word}: {text}")
-    for path in found.write(paths[2]):
-        print(f"wrote {path}")
-    return found
-
-
-if __name__ == "__main__":
-    main()

@@ -7,11 +7,10 @@ text depends on the firmware and on the package's version alone.
 import re
 import textwrap
 from importlib import resources
+from importlib.metadata import version
 from string import Template
 
 import numpy as np
-
-import sosbook
 
 from . import spelling
 from .firmware import FAULTS, Firmware
@@ -260,7 +259,7 @@ def _note(firmware, margin, precision="double"):
     about = (firmware.note if not isinstance(firmware.note, str)
              else (firmware.note,))
     lines = [
-        f"Written by sosbook {sosbook.__version__}; write it again rather "
+        f"Written by sosbook {version('sosbook')}; write it again rather "
         "than edit it.",
         *(line for text in about for line in str(text).splitlines()),
         *(["Every number is rounded to single precision; what is said of "
