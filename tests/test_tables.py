@@ -1,5 +1,7 @@
 """The tables show every row, escaped, with heads that name their cells."""
 
+from pathlib import Path
+
 import re
 
 import sosbook as sos
@@ -44,3 +46,10 @@ def test_the_counts_add_up():
     text = page(sos.tables.verdicts(rows))
     counts = map(int, re.findall(r"<td>(\d+)</td>", text))
     assert sum(counts) == len(rows)
+
+
+def test_every_row_stands_in_a_table_of_the_books_page():
+    book = Path(__file__).resolve().parent.parent / "book"
+    source = (book / "reproduction.ipynb").read_text("utf8")
+    for chapter in {row.chapter for row in sos.reproduction.rows()}:
+        assert f'table(\\"{chapter}\\"' in source, chapter
