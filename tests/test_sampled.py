@@ -1,5 +1,7 @@
 """Sampled-data control: against closed forms, simulation and control."""
 
+import warnings
+
 import control
 import numpy as np
 import pytest
@@ -524,3 +526,12 @@ def test_a_controller_of_another_kind_is_named(controller):
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
     with pytest.raises(ValueError, match="K must be a controller"):
         sampled_loop(cart, controller, 0.1)
+
+
+def test_an_eigenvalue_at_the_rate_is_refused_in_a_plain_sentence():
+    near = np.diag([1 - 1e-12, 0.5])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        proof = prove_schur([near, np.diag([0.9, 0.5])])
+    assert not proof.proven
+    assert proof.failed == ("matrix 1: its spectral radius is 1",)

@@ -1,8 +1,7 @@
 """The tables show every row, escaped, with heads that name their cells."""
 
-from pathlib import Path
-
 import re
+from pathlib import Path
 
 import sosbook as sos
 

@@ -286,7 +286,7 @@ class _Family:
 def _too_slow(F, rate):
     """In words, that floats don't see the radius below the rate."""
     radius = abs(np.linalg.eigvals(F)).max()
-    if radius < rate * (1 - 1e-12):
+    if radius < rate * (1 - 1e-9):
         return ""
     return f"its spectral radius is {radius:.6g}"
 
