@@ -8,7 +8,6 @@ MODEL = "25_pendulum_model"
 DESIGN = "27_pendulum_control"
 OBSERVER = "24_observer"
 SAMPLED = "28_discretisation"
-DESK = "29_on_the_desk"
 
 
 def pendulum():
@@ -171,13 +170,6 @@ def pendulum():
         Erratum(
             "(4.26), (B.1.1), (B.3)", "K_I e(k)", "K_I U e(k)",
             "K_I is one number, e has two entries; U = [0 1]", SAMPLED,
-        ),
-        Erratum(
-            "4.3.1, Figs 4.8, 4.9", "noise decreases with R",
-            "at 100 Hz R = 1 and 2 chatter",
-            "with the wheels' rate from encoder counts the sampled loop is "
-            "unstable at once and one tick late; the noise of R = 5 and "
-            "above is the sensors'", DESK,
         ),
         Erratum(
             "(B.2.1)", "u_1(k)", "y_1(k)",
