@@ -57,7 +57,7 @@ def c_header(firmware, name="balance", precision="double"):
     reason = {
         "running": "no fault",
         "sensor": f"over {firmware.missing} bad readings in a row" + (
-            f", or {firmware.frozen} equal ones" if firmware.frozen else ""),
+            f", or over {firmware.frozen} repeated" if firmware.frozen else ""),
         "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
         "stall": f"over {firmware.stall} ticks at the voltage's limit",
         "command": "the law's answer is no number to trust",
