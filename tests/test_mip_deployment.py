@@ -117,12 +117,23 @@ def test_a_second_run_writes_the_same_bytes(found, folder, tmp_path):
 @pytest.mark.parametrize("other, words", [
     (dict(spread=0.05), "different plants"),
     (dict(mip=sos.mip.Mip.printed()), "different plants"),
-    (dict(delay=0.02), "at most 0.02 s, but T \\+ delay is 0.03"),
-    (dict(T=0.005), "at most"),
+    (dict(delay=0.02), "0 to 0.02 s, but must be about 0 to T.* 0.03 s"),
+    (dict(T=0.02), "must be about 0 to"),
+    (dict(T=-0.01, delay=0.03), "T must"), (dict(delay=-0.01), "delay must"),
+    (dict(blend=2.0), "blend"), (dict(blend=float("nan")), "blend"),
 ])
 def test_proofs_of_something_else_are_refused(found, other, words):
     with pytest.raises(ValueError, match=words):
         replace(found, **other)
+
+
+def test_one_constant_delay_or_another_integrator_is_refused(found):
+    about = found.delayed.request
+    for request, words in (
+            (replace(about, tau=0.02, mu=0.0), "0.02 to 0.02 s"),
+            (replace(about, U=np.array([[0.0, 2.0]])), "U = ")):
+        with pytest.raises(ValueError, match=words):
+            replace(found, delayed=replace(found.delayed, request=request))
 
 
 def test_another_gain_is_refused(found):

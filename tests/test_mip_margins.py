@@ -140,3 +140,8 @@ def test_bad_input_is_named():
         sensing("guess", T)
     with pytest.raises(ValueError, match="delay"):
         SampledLoop(ROBOT, RECOMMENDED, -0.1)
+
+
+def test_a_slow_growth_is_no_constant():
+    law = SampledLaw.of_gain([[1e-9, 0, 0, 0]], 1e-7)
+    assert SampledLoop(ROBOT, law).radius > 1

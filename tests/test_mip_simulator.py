@@ -411,3 +411,12 @@ def test_a_plot_of_a_run_holds_each_robot_and_the_limits():
         robot_run(run, panels=["u"])
     with pytest.raises(ValueError, match="names has 1"):
         robot_run(run, names=["a"])
+
+
+def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
+    firmware = Firmware(SampledLaw.of_gain(thesis.mip().pd[5], 0.01))
+    plain, hair = (
+        simulate(Mip.printed(), firmware, [0.1], 0.3,
+                 push=Push(0.1 + late, 0.05, 0.01), delay=late)
+        for late in (0.0, 5e-10))
+    assert np.allclose(plain.x, hair.x, atol=1e-6)

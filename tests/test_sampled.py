@@ -535,3 +535,44 @@ def test_an_eigenvalue_at_the_rate_is_refused_in_a_plain_sentence():
         proof = prove_schur([near, np.diag([0.9, 0.5])])
     assert not proof.proven
     assert proof.failed == ("matrix 1: its spectral radius is 1",)
+
+
+def test_a_rate_above_one_promises_nothing_and_is_refused():
+    cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]])
+    with pytest.raises(ValueError, match="rate must be at most 1"):
+        prove_schur([[[1.5]]], rate=2)
+    with pytest.raises(ValueError, match="rate must be at most 1"):
+        certify_sampled(cart, [[0.5, 0]], 0.2, rate=3)
+
+
+def test_a_claim_prints_the_rate_that_was_proven():
+    (claim,) = prove_schur([[[0.1]]], rate=0.12345678904).claims
+    assert claim.endswith("as 0.12345678904^k")
+
+
+def test_a_mass_that_vanishes_inside_is_said():
+    plants = sos.Polytope([
+        sos.SecondOrderSystem([[1]], [[2]], [[1]], [[1]]),
+        sos.SecondOrderSystem([[-1]], [[-3]], [[-1]], [[1]])])
+    proof = certify_sampled(plants, [[0, 0]], 0.2)
+    assert not proof.proven and "no regular mass" in proof.failed[0]
+
+
+def test_one_plant_written_twice_is_proven():
+    twice = sos.Polytope([
+        sos.SecondOrderSystem([[s]], [[0]], [[0]], [[s]]) for s in (1, 4)])
+    assert certify_sampled(twice, [[-1, -1.5]], 0.5).proven
+
+
+def test_a_static_controller_needs_no_clock():
+    cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
+    gain = control.ss([], [], [], [[-1.0, -1.2]])
+    assert gain.dt is None or gain.dt == 0
+    timeless = control.ss([], [], [], [[-1.0, -1.2]], None)
+    assert np.array_equal(sampled_loop(cart, timeless, 0.1)[0],
+                          sampled_loop(cart, [[-1.0, -1.2]], 0.1)[0])
+
+
+def test_balls_that_are_not_finite_are_named():
+    with pytest.raises(ValueError, match="isn't finite"):
+        prove_schur([arb_mat([[arb("nan")]])])

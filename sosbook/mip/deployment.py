@@ -17,7 +17,7 @@ from ..lqr import design_lqr
 from ..sampled import certify_sampled
 from ..system import number, positive
 from .export import c_header, c_source, pyctrl_script, rc_balance
-from .firmware import Firmware
+from .firmware import Firmware, share
 from .identify import identify
 from .law import SampledLaw
 from .log import Log
@@ -91,10 +91,24 @@ class Deployment:
         if not np.array_equal(self.delayed.K, self.certificate.K):
             raise ValueError("delayed isn't about the design's gain, "
                              "rounded to six digits")
-        if not np.isclose(about.tau + about.mu, self.T + self.delay):
+        positive("T", self.T)
+        if number("delay", self.delay) < 0:
             raise ValueError(
-                f"delayed is about at most {about.tau + about.mu:g} s, but "
-                f"T + delay is {self.T + self.delay:g} s")
+                f"delay must be 0 or more, in s, got {self.delay!r}")
+        share("blend", self.blend)
+        least, most = about.tau - about.mu, about.tau + about.mu
+        if least > 0 or most < (self.T + self.delay) * (1 - 1e-12):
+            raise ValueError(
+                f"delayed is about {least:g} to {most:g} s, but must be "
+                f"about 0 to T + delay = {self.T + self.delay:g} s")
+        asked = self.design.request
+        plain = np.array_equal(asked.cost.Q, np.eye(5)) and (
+            asked.coupling == "pairs" and not about.misprints)
+        if not plain or any(not np.array_equal(x.U, U)
+                            for x in (asked, about)):
+            raise ValueError(
+                "design and delayed must be of Q = I, U = [0 1], pairs of "
+                "vertices and the theorem as mended: the header says so")
 
     @cached_property
     def certificate(self):
@@ -313,6 +327,7 @@ def recommend(mip, R=20.0, spread=0.04, T=0.01, delay=0.01, blend=0.005,
     """
     positive("R", R)
     positive("T", T)
+    share("blend", blend)
     if number("delay", delay) < 0:
         raise ValueError(f"delay must be 0 or more, in s, got {delay!r}")
     plants = polytope(mip, spread)

@@ -235,7 +235,7 @@ def _words(firmware, name, precision):
     if precision not in TYPE:
         raise ValueError("precision must be 'double' or 'single', got "
                          f"{precision!r}")
-    if (not isinstance(name, str) or name in TAKEN
+    if (not isinstance(name, str) or name in TAKEN or name[:3] == "rc_"
             or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)):
         raise ValueError(
             "name must begin a C identifier, in lower case, and be no "

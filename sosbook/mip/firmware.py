@@ -87,11 +87,11 @@ class Firmware:
         for name in ("limit", "tip", "fastest"):
             object.__setattr__(
                 self, name, positive(name, getattr(self, name)))
-        if not 0 <= number("blend", self.blend) <= 1:
-            raise ValueError(f"blend must lie in [0, 1], got {self.blend!r}")
+        share("blend", self.blend)
         for name in ("missing", "frozen", "stall"):
             value = getattr(self, name)
-            if not isinstance(value, int) or value < 0:
+            if (not isinstance(value, int) or isinstance(value, bool)
+                    or value < 0):
                 raise ValueError(
                     f"{name} must be a number of ticks, 0 or more, got "
                     f"{value!r}")
@@ -222,6 +222,13 @@ class Controller:
 
     def _each(self, value):
         return np.broadcast_to(np.asarray(value, self.kind), self.runs)
+
+
+def share(name, value):
+    """A number from 0 to 1, or a ValueError that names it."""
+    if not 0 <= number(name, value) <= 1:
+        raise ValueError(f"{name} must lie in [0, 1], got {value!r}")
+    return value
 
 
 def within(value, bound):

@@ -190,7 +190,8 @@ class SampledLaw:
         held = given
         if given.isctime(strict=True):
             held = control.sample_system(given, positive("T", T), "zoh")
-        elif given.dt is not True and not np.isclose(given.dt, T):
+        elif not (given.dt is True or given.dt is None and not given.nstates
+                  ) and not (given.dt and np.isclose(given.dt, T, atol=0)):
             raise ValueError(f"controller is sampled with {given.dt}, not T")
         B, D = (np.hstack([np.zeros((len(x), 2)), x])
                 for x in (held.B, held.D))

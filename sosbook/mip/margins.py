@@ -14,7 +14,7 @@ __all__ = ["SENSING", "SampledLoop", "lowest_rate", "sensing"]
 
 #: What the law is given for [theta, phi, theta', phi'].
 SENSING = ("exact", "differenced", "raw", "firmware")
-AT_ONE = 1e-6  # an eigenvalue so near one is a constant of integration
+AT_ONE = 1e-9  # an eigenvalue so near one is a constant of integration
 
 
 def sensing(kind, T, blend=0.0):
@@ -149,16 +149,17 @@ class SampledLoop:
         A law of the rates doesn't know phi; a law that integrates the
         gyro doesn't know theta's beginning.
         """
-        return int(np.sum(np.abs(self.poles - 1) < AT_ONE))
+        return len(self.poles) - len(_moving(self.matrix))
 
     @property
     def radius(self):
         """The largest |eigenvalue|, `constants` left out.
 
-        Below one, what the law sees of the loop is stable.
+        Below one, what the law sees of the loop is stable. Eigenvalues
+        at one are left out without a look at what they are; a law whose
+        own states make a ramp would need that look.
         """
-        poles = self.poles
-        return float(np.abs(poles[np.abs(poles - 1) >= AT_ONE]).max())
+        return float(np.abs(_moving(self.matrix)).max())
 
     @property
     def sensitivity(self):
@@ -193,9 +194,7 @@ class SampledLoop:
         L = self.open_loop
 
         def stable(gain):
-            poles = np.linalg.eigvals(L.A + gain * L.B @ L.C)
-            poles = poles[np.abs(poles - 1) >= AT_ONE]
-            return np.abs(poles).max() < 1
+            return np.abs(_moving(L.A + gain * L.B @ L.C)).max() < 1
 
         good = 1.0
         for bad in np.geomspace(1, far, 301)[1:]:
@@ -208,6 +207,12 @@ class SampledLoop:
             middle = (bad * good) ** 0.5
             good, bad = (middle, bad) if stable(middle) else (good, middle)
         return float(good)
+
+
+def _moving(F):
+    """Eigenvalues of F but those at one."""
+    poles = np.linalg.eigvals(F)
+    return poles[np.abs(poles - 1) >= AT_ONE]
 
 
 def lowest_rate(robots, law_of, ticks=0.0, sensing="exact",

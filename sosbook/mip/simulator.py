@@ -179,7 +179,7 @@ def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
         for stop in hold.stops(now, then, edges):
             hold.reach(now)
             torques = _torques(push, (now + stop) / 2)
-            steps = int(np.ceil(substeps * (stop - now) / T - 1e-6))
+            steps = max(1, int(np.ceil(substeps * (stop - now) / T - 1e-6)))
             x = fleet.advance(x, hold.V, torques, stop - now, steps)
             now = stop
     return Run(np.arange(count) * T, path, V, estimate, fault, limit)

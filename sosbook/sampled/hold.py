@@ -153,8 +153,9 @@ class Clock:
             K = self.gain(K, d)
             return np.vstack([number(np.eye(order)), number(K)]), number(
                 np.zeros((0, order)))
-        if (K.ninputs, K.noutputs) != (N, m) or K.isctime(strict=True) or (
-                K.dt is not True and not np.isclose(K.dt, float(self.T))):
+        timeless = K.dt is True or (K.dt is None and not K.nstates)
+        if (K.ninputs, K.noutputs) != (N, m) or not timeless and (
+                not K.dt or not np.isclose(K.dt, float(self.T), atol=0)):
             raise ValueError(
                 f"K must be a controller with {N} inputs and {m} outputs, "
                 f"sampled with dt = {float(self.T)}; got {K.ninputs}, "

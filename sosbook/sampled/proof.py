@@ -84,7 +84,7 @@ def prove_schur(matrices, rate=1.0):
     >>> print(prove_schur([[[1, 1], [0, 0.5]]]))
     not proven: matrix 1: its spectral radius is 1
     """
-    rate, matrices = positive("rate", rate), list(matrices)
+    rate, matrices = _rate(rate), list(matrices)
     if not matrices:
         raise ValueError("matrices is empty: there is nothing to prove")
     blocks, failed, cells = {}, [], []
@@ -120,8 +120,8 @@ def certify_sampled(plant, K, T, delay=0.0, U=None, rate=1.0, digits=6,
         Prove that motions decay at least as rate^k.
     digits : int
     cells : int
-        How many simplices of weights are looked at, at most. Where one
-        Lyapunov function doesn't do, the polytope is halved.
+        How many simplices of weights may resist one Lyapunov function
+        and are halved, at most.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def certify_sampled(plant, K, T, delay=0.0, U=None, rate=1.0, digits=6,
     proven:
     - the sampled loop of every plant of the polytope is stable
     """
-    rate = positive("rate", rate)
+    rate = _rate(rate)
     clock, floats = Clock.of(T, delay), input_vertices(plant, U)
     if not isinstance(digits, int) or digits < 1:
         raise ValueError(f"digits must be 1 or more, got {digits!r}")
@@ -172,10 +172,16 @@ def certify_sampled(plant, K, T, delay=0.0, U=None, rate=1.0, digits=6,
         not failed, claims, blocks, failed, rate, tuple(proofs), K)
 
 
+def _rate(rate):
+    if not positive("rate", rate) <= 1:
+        raise ValueError(f"rate must be at most 1, for stability; got {rate!r}")
+    return float(rate)
+
+
 def _claim(name, rate):
     words = f"{name} is stable"
     if rate != 1:
-        words += f": every motion decays at least as {rate:.10g}^k"
+        words += f": every motion decays at least as {rate!r}^k"
     return words
 
 
@@ -185,7 +191,13 @@ def _cover(family, rate, budget):
     blocks, proofs, queue = {}, [], [exact(np.eye(len(family.vertices)))]
     while queue:
         weights = queue.pop()
-        corners = [family.loop(w) for w in weights]
+        try:
+            corners = [family.loop(w) for w in weights]
+        except ZeroDivisionError:
+            return blocks, (
+                "a plant of the polytope has no regular mass: near weights "
+                + np.array2string(weights.astype(float).mean(axis=0),
+                                  precision=3, separator=", "),), ()
         middles = [middle(F) for F in corners]
         for w, F in zip(weights.astype(float), middles):
             if trouble := _too_slow(F, rate):
@@ -361,6 +373,9 @@ def _distances(loops, L):
 
 def _halves(weights, far):
     """Cut a simplex in the middle of its longest edge."""
+    if not far.any():  # the corners' loops are the same
+        w = weights.astype(float)
+        far = np.linalg.norm(w[:, None] - w[None], axis=2)
     i, j = np.unravel_index(far.argmax(), far.shape)
     first, second = weights.copy(), weights.copy()
     first[i] = second[j] = (weights[i] + weights[j]) / 2
@@ -375,4 +390,6 @@ def _given(name, value):
         found = balls(matrix(name, value))
     if found.shape[0] != found.shape[1] or not found.size:
         raise ValueError(f"{name} must be square, got {found.shape}")
+    if not all(x.is_finite() for x in found.flat):
+        raise ValueError(f"{name} has a ball that isn't finite")
     return found
