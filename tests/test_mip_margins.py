@@ -71,8 +71,8 @@ def test_an_ideal_controller_of_rates_leaves_constants():
 
 
 @pytest.mark.parametrize("name", ["pd", "pid"])
-def test_differenced_wheels_undo_the_two_smaller_weights(name):
-    """At 100 Hz without delay R = 1, 2 fail, as R = 5 does at a vertex."""
+def test_differenced_wheels_undo_every_printed_gain(name):
+    """At 100 Hz without delay, at one robot of five at least."""
     robots = (ROBOT, *vertices(ROBOT))
     for R, K in getattr(PRINTED, name).items():
         law = SampledLaw.of_gain(K, T)
@@ -90,14 +90,9 @@ def test_sensitivity_and_gain_margins_agree_with_python_control():
         closed = control.feedback(gain * L, 1, sign=1)
         assert (np.abs(closed.poles()).max() < 1) == stable
     S = control.feedback(1, loop.open_loop, sign=1)
-    peak = control.linfnorm(S)[0] if control_has_slycot() else np.abs(
-        S(np.exp(1j * np.linspace(1e-4, np.pi, 20001)))).max()
+    peak = np.abs(S(np.exp(1j * np.linspace(1e-4, np.pi, 20001)))).max()
     assert np.isclose(loop.sensitivity, peak, rtol=1e-3)
     assert loop.sensitivity >= max(high / (high - 1), 1)
-
-
-def control_has_slycot():
-    return control.exception.slycot_check()
 
 
 def test_an_unstable_loop_has_no_margins():

@@ -52,7 +52,7 @@ def test_what_the_rows_call_unstable_grows_in_the_nonlinear_robot(
 
 def test_the_held_controller_without_its_fast_pole_is_printed(rows):
     """Our (4.29), from Table 4.3's rounded K and L, against print."""
-    ours = desk.without_the_fast(desk._observer(2))
+    ours = desk.without_the_fast(desk.observer_controller(2))
     *channels, poles = thesis.mip().reduced
     assert np.allclose(np.sort(ours.poles().real), np.sort(poles), rtol=0.04)
     for k, (gain, zeros) in enumerate(channels):

@@ -566,8 +566,6 @@ def test_one_plant_written_twice_is_proven():
 
 def test_a_static_controller_needs_no_clock():
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
-    gain = control.ss([], [], [], [[-1.0, -1.2]])
-    assert gain.dt is None or gain.dt == 0
     timeless = control.ss([], [], [], [[-1.0, -1.2]], None)
     assert np.array_equal(sampled_loop(cart, timeless, 0.1)[0],
                           sampled_loop(cart, [[-1.0, -1.2]], 0.1)[0])

@@ -170,9 +170,11 @@ class SampledLoop:
         """
         if self.radius >= 1:
             return np.inf
+
         def inverse(angles):
             L = self.open_loop(np.exp(1j * angles), squeeze=True)
             return np.abs(1 - L)
+
         angles = np.linspace(0, np.pi, 2001)[1:]
         found = inverse(angles)
         near = angles[found.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000

@@ -9,7 +9,7 @@ from ..mip import V_MAX, Firmware, Mip, SampledLaw, reduced, vertices
 from ..mip.simulator import Sensors, simulate
 from .table import Row, claim
 
-__all__ = ["rows"]
+__all__ = ["observer_controller", "rows", "without_the_fast"]
 
 DESK = "29_on_the_desk"
 T, TILT, END = 0.01, np.deg2rad(10), 2.5
@@ -140,12 +140,12 @@ def _laws():
              for R in (2, 5)}
     for R in (1, 2):
         laws[f"LQE {R}"] = SampledLaw.of_controller(
-            without_the_fast(_observer(R)), T)
-    laws["LQE 1 held"] = SampledLaw.of_controller(_observer(1), T)
+            without_the_fast(observer_controller(R)), T)
+    laws["LQE 1 held"] = SampledLaw.of_controller(observer_controller(1), T)
     return laws
 
 
-def _observer(R):
+def observer_controller(R):
     """The controller of Table 4.3, in continuous time."""
     K, L = thesis.mip().lqe[R]
     C = np.array(thesis.mip().C)

@@ -1,5 +1,8 @@
 """Corrections to the printed text of chapter 4, the pendulum."""
 
+import numpy as np
+
+from .. import thesis
 from .table import Erratum
 
 __all__ = ["pendulum"]
@@ -12,6 +15,10 @@ SAMPLED = "28_discretisation"
 
 def pendulum():
     """Corrections to sections 4.1 to 4.3, and to Theorems 2.4, 2.5."""
+    printed = thesis.mip()
+    _, (_, (zero, _)), (pole, *_) = printed.controller
+    lag = np.degrees(np.arctan(2 * np.pi * 50 / zero))
+    (theta, phi, *_), = printed.pd[5]
     return (
         Erratum(
             "4.1", "the friction between wheels and ground is zero",
@@ -159,8 +166,9 @@ def pendulum():
         Erratum(
             "4.3.2", "poles close to 100 Hz give random results when sampled",
             "the hold maps a pole p to exp(p T) exactly",
-            "exp(-16.94) = 4e-8 is a delay of one tick, and the zero at "
-            "+232.5 costs 54 degrees at 50 Hz: dropping both does help",
+            f"exp({pole * 0.01:.2f}) = {np.exp(pole * 0.01):.0e} is a delay "
+            f"of one tick, and the zero at +{zero:g} costs {lag:.0f} "
+            "degrees at 50 Hz: dropping both does help",
             SAMPLED,
         ),
         Erratum(
@@ -179,7 +187,8 @@ def pendulum():
             "(4.26), (B.3)", "no start of x_1, x_2",
             "x_2(0) = K_P z(0) / T_s, from the first tilt",
             "left at zero, the program takes any start for upright: the PD "
-            "for R = 5 ends 48 degrees of wheel away for each degree",
+            f"for R = 5 ends {theta / phi:.0f} degrees of wheel away for "
+            "each degree",
             SAMPLED,
         ),
         Erratum(
