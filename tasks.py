@@ -69,9 +69,7 @@ def test(words):
         if cc or path.name not in compiler.CHAPTERS)
     status = call(
         *(PYTHON, "-m", "pytest", "-n", "2", "--dist", "loadscope"),
-        *("--nbval", "--nbval-current-env", "--nbval-cell-timeout", "600"),
-        *("--nbval-sanitize-with", "tests/nbval_sanitize.cfg"),
-        *("tests", "sosbook", *notebooks, *words),
+        *("--nbval", "tests", "sosbook", *notebooks, *words),
         SOSBOOK_SITE=str(SITE),
     )
     if missing:
