@@ -30,6 +30,7 @@ import pytest
 
 from tests import browser as chromium
 
+collect_ignore = ["rehearsal"]  # its sitecustomize.py is no test
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ["jupyter-book", "build", str(ROOT), "-W", "-n", "--keep-going"]
 
