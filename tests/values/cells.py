@@ -22,14 +22,14 @@ def compare(item, test, ref, skip_compare=None):
     item.comparison_traceback = faults
     if faults:
         stem = f"{Path(item.parent.path).stem}-{item.cell_num}"
-        names = [written(f"{stem}-{when}.html", outputs)
+        names = [written(FOLDER / f"{stem}-{when}.html", outputs)
                  for when, outputs in (("stored", ref), ("now", test))]
         item.comparison_traceback = [
             *faults, "", "The stored output and the new one:", *map(str, names)]
     return not faults
 
 
-def written(name, outputs, folder=FOLDER):
+def written(path, outputs):
     """Write outputs as a page for a browser, and return its path."""
     parts = []
     for kind, contents in folded(outputs).items():
@@ -38,8 +38,7 @@ def written(name, outputs, folder=FOLDER):
             text = str(content).replace("&", "&amp;").replace("<", "&lt;")
             parts.append(f"<h3>{kind}</h3>"
                          + (f"<pre>{text}</pre>" if plain else content))
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text('<!doctype html><meta charset="utf-8">' + "\n".join(parts),
                     encoding="utf-8")
     return path

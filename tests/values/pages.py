@@ -6,6 +6,7 @@ numbers and strings: floats to one unit of the last digit that is written.
 """
 
 import json
+from dataclasses import dataclass
 
 from . import figures, words
 from .trees import parse
@@ -95,8 +96,14 @@ def _raw(node, stored, now, place):
         yield f"{place}: its text changed"
 
 
-class Literal(str):
+@dataclass(frozen=True)
+class Literal:
     """A number as it is written."""
+
+    text: str
+
+    def __str__(self):
+        return self.text
 
 
 def _loaded(text):
@@ -111,15 +118,15 @@ def data(stored, now, limit=5):
 
 
 def _values(stored, now):
-    if stored == now and type(stored) is type(now):
+    if stored == now:
         return
     if isinstance(stored, Literal) and isinstance(now, Literal):
-        if not words.agree(stored, now):
+        if not words.agree(stored.text, now.text):
             yield f": stored {stored}, now {now}"
     elif isinstance(stored, dict) and isinstance(now, dict):
         if stored.keys() != now.keys():
             yield f": stored keys {[*stored]}, now {[*now]}"
-        for key in stored.keys() & now.keys():
+        for key in filter(now.__contains__, stored):
             for fault in _values(stored[key], now[key]):
                 yield f".{key}{fault}"
     elif isinstance(stored, list) and isinstance(now, list):

@@ -15,12 +15,13 @@ from [ to ], counts as one line.
 """
 
 import re
+from decimal import Decimal
 from functools import lru_cache
 
 __all__ = ["agree", "differences", "tokens"]
 
 REFERENCE = (r"(?:Tables?|Figs?\.?|Figures?|Sections?|Theorems?|Lemmas?|Eqs?\.?|"
-             r"Chapters?|Corollary|Remark|Example) \d+(?:\.\d+)*")
+             r"Chapters?|Corollary|Remark|Example)[ ]\d+(?:\.\d+)*")
 TOKEN = re.compile(rf"""
     (?P<word> {REFERENCE}
             | \([1-9]\.\d{{1,2}}\)
@@ -83,7 +84,7 @@ def _line(stored, now):
         numbers += kind == "number"
         if kind == "number" and not agree(old, new):
             yield (f", number {numbers}: stored {old}, now {new} "
-                   f"(tolerance {_tolerance(old, new):.3g})")
+                   f"(tolerance {_tolerance(old, new):g})")
         elif kind != "number" and old != new:
             yield f": {kind} {old!r} became {new!r}"
 
@@ -112,28 +113,26 @@ def agree(stored, now):
     a, b = _value(stored), _value(now)
     if ("+" == stored[0]) != ("+" == now[0]) and min(a, b) > 0:
         return False
-    return abs(a - b) <= _tolerance(stored, now) * (1 + 1e-6)
+    return abs(a - b) <= _tolerance(stored, now)
 
 
 def _tolerance(stored, now):
-    a, b = abs(_value(stored)), abs(_value(now))
-    whole = _unit(stored) == _unit(now) == 1 and _whole(stored) and _whole(now)
-    if whole and min(a, b) < WHOLE:
+    """One unit of the last digit; none if both are small whole numbers."""
+    smaller = min(abs(_value(stored)), abs(_value(now)))
+    if _is_whole(stored) and _is_whole(now) and smaller < WHOLE:
         return 0
-    return max(min(_unit(stored), _unit(now)), 1e-12 * max(a, b))
+    return min(_unit(stored), _unit(now))
 
 
 @lru_cache(maxsize=65536)
 def _value(number):
-    return float(number.replace("−", "-").replace(" ", ""))
+    return Decimal(number.replace("−", "-").replace(" ", ""))
 
 
-@lru_cache(maxsize=65536)
 def _unit(number):
     mantissa, _, power = number.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    return 10.0 ** (int(power or 0) - decimals)
+    return Decimal(10) ** (int(power or 0) - len(mantissa.partition(".")[2]))
 
 
-def _whole(number):
+def _is_whole(number):
     return "e" not in number.lower() and not number.partition(".")[2]
