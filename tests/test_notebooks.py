@@ -20,7 +20,7 @@ def test_notebook_is_fit_for_the_book(path):
 
 
 def test_every_notebook_is_in_the_table_of_contents():
-    contents = set(re.findall(r"book/(\w+)", (ROOT / "_toc.yml").read_text()))
+    contents = set(re.findall(r"book/(\w+)", (ROOT / "_toc.yml").read_text("utf-8")))
     assert {path.stem for path in FILES} <= contents
 
 
@@ -91,7 +91,7 @@ def test_running_twice_gives_the_same_bytes(tmp_path, capsys):
         ]
     )
     path = tmp_path / "page.ipynb"
-    path.write_text(notebooks.text(source))
+    path.write_text(notebooks.text(source), "utf-8")
     assert notebooks.main(["run", str(path)]) == 0
     first = path.read_bytes()
     assert notebooks.main(["run", str(path)]) == 0
@@ -115,7 +115,7 @@ def test_ids_follow_from_the_sources():
 
 def test_a_failing_cell_stores_nothing(tmp_path, capsys):
     path = tmp_path / "page.ipynb"
-    path.write_text(notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])))
+    path.write_text(notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])), "utf-8")
     before = path.read_bytes()
     assert notebooks.main(["run", str(path)]) == 1
     assert path.read_bytes() == before

@@ -24,8 +24,9 @@ import json, pickle, numpy, scipy.linalg
 from scipy.linalg.lapack import dpotrf
 A = numpy.array([[2.0, 1.0], [1.0, 3.0]])
 assert pickle.loads(pickle.dumps(scipy.linalg.expm)) is scipy.linalg.expm
-print(json.dumps([numpy.linalg.solve(A, A[0] / 3).tolist(), numpy.roots([1, 2, 5.5]).imag.tolist(),
-                  scipy.linalg.expm(A).tolist(), dpotrf(A)[0].tolist()]))
+results = [numpy.linalg.solve(A, A[0] / 3), numpy.roots([1, 2, 5.5]).imag,
+           scipy.linalg.expm(A), dpotrf(A)[0]]
+print(json.dumps([result.tolist() for result in results]))
 """
 
 
@@ -109,8 +110,10 @@ def test_symmetry_and_standard_schur_blocks_stay():
 def test_sorted_values_stay_sorted():
     near = np.diag(1 + 1e-16 * np.arange(20)) + 1e-15 * (P @ P)[0, 0] * np.eye(20)
     near[np.diag_indices(20)] += 2e-15 * RNG.uniform(size=20)
-    for values in (shaken(np.linalg.eigvalsh, near), shaken(np.linalg.eigh, near)[0],
-                   -shaken(np.linalg.svd, near)[1], -shaken(scipy.linalg.svdvals, near)):
+    for values in (
+        shaken(np.linalg.eigvalsh, near), shaken(np.linalg.eigh, near)[0],
+        -shaken(np.linalg.svd, near)[1], -shaken(scipy.linalg.svdvals, near),
+    ):
         assert len(set(values)) > 1 and np.all(np.diff(values) >= 0)
 
 
@@ -158,7 +161,7 @@ def environment(**extra):
 
 def printed(**extra):
     done = subprocess.run([sys.executable, "-c", PROGRAM], env=environment(**extra),
-                          capture_output=True, text=True, check=True)
+                          capture_output=True, text=True, encoding="utf-8", check=True)
     return json.loads(done.stdout)
 
 

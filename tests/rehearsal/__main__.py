@@ -20,9 +20,9 @@ import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from pathlib import Path
 
-from tasks import ROOT
 from tests.rehearsal import worlds
 
+ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "_build" / "rehearsal"
 PYTEST = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
 
@@ -54,13 +54,14 @@ def arguments(words):
     parser = argparse.ArgumentParser(
         prog="tasks.py rehearse", description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", help="notebooks, by the start of their names")
-    parser.add_argument("--worlds", nargs="+", default=[], help="names or kinds of worlds")
-    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3])
-    parser.add_argument("--unit", action="store_true", help="run the unit tests as well")
-    parser.add_argument("--only-unit", action="store_true", help="names are tests' files")
-    parser.add_argument("--list", action="store_true", help="print the worlds and stop")
-    parser.add_argument("-n", default="2", help="processes; 2 unless told")
+    add = parser.add_argument
+    add("names", nargs="*", help="notebooks, by the start of their names")
+    add("--worlds", nargs="+", default=[], help="names or kinds of worlds")
+    add("--seeds", nargs="+", type=int, default=[1, 2, 3])
+    add("--unit", action="store_true", help="run the unit tests as well")
+    add("--only-unit", action="store_true", help="names are files of tests")
+    add("--list", action="store_true", help="print the worlds and stop")
+    add("-n", default="2", help="processes; 2 unless told")
     return parser.parse_args(words)
 
 

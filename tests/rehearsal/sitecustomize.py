@@ -72,7 +72,8 @@ def shaken(result, seed, spectral=False, given=()):
         return type(result)(*parts) if hasattr(result, "_fields") else tuple(parts)
     if isinstance(result, (float, complex)) and not isinstance(result, np.generic):
         return type(result)(shaken(np.asarray(result), seed, spectral)[()])
-    if not isinstance(result, (np.ndarray, np.generic)) or result.dtype.char not in "dD":
+    numeric = isinstance(result, (np.ndarray, np.generic))
+    if not numeric or result.dtype.char not in "dD":
         return result
     if not isinstance(result, np.ndarray):
         return shaken(np.asarray(result), seed, spectral)[()]
@@ -86,7 +87,7 @@ def shaken(result, seed, spectral=False, given=()):
             noisy = resorted(result, noisy)
     if not result.flags.writeable:
         noisy.flags.writeable = False
-    elif any(isinstance(a, np.ndarray) and np.may_share_memory(result, a) for a in given):
+    elif any(np.may_share_memory(result, a) for a in given if isinstance(a, np.ndarray)):
         result[...] = noisy
         return result
     return noisy

@@ -12,10 +12,7 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
-NOISE = {
-    "PYTHONPATH": str(Path(__file__).parent),
-    "SOSBOOK_REHEARSAL_NOISE": "",
-}
+KINDS = ("noise", "kernels", "simd")
 CORES = ("Prescott", "Core2", "Nehalem", "Sandybridge", "Haswell", "Zen", "SkylakeX",
          "Cooperlake", "Sapphirerapids", "ARMV8", "NEOVERSEN1", "NEOVERSEV1")
 PROBE = """
@@ -51,14 +48,18 @@ def probe(world):
     """BLAS kernels and SIMD features in use there; None if it can't run."""
     done = subprocess.run(
         [sys.executable, "-c", PROBE], env=world.environment(),
-        capture_output=True, text=True, check=False)
+        capture_output=True, text=True, encoding="utf-8", check=False)
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
 def noise(seeds=(1, 2, 3)):
     """One world for a seed."""
-    return [World(f"noise-{seed}", "noise", NOISE | {"SOSBOOK_REHEARSAL_NOISE": str(seed)})
-            for seed in seeds]
+    return [
+        World(f"noise-{seed}", "noise", {
+            "PYTHONPATH": str(Path(__file__).parent),
+            "SOSBOOK_REHEARSAL_NOISE": str(seed),
+        }) for seed in seeds
+    ]
 
 
 def kernels():
@@ -89,13 +90,12 @@ def simd():
 
 
 def choose(names=(), seeds=(1, 2, 3)):
-    """The worlds of these names or kinds, or all; KeyError with the others."""
+    """The worlds of these names or kinds, or all; KeyError for other names."""
     known = noise(seeds)
     if not names or set(names) - {"noise", *(world.name for world in known)}:
         known += [*kernels(), *simd()]
     chosen = [w for w in known if not names or {w.name, w.kind} & set(names)]
-    unknown = set(names) - {word for w in chosen for word in (w.name, w.kind)}
-    if unknown:
+    if unknown := set(names) - {*KINDS, *(world.name for world in chosen)}:
         raise KeyError(f"no {', '.join(sorted(unknown))} on this machine, only "
                        + ", ".join(world.name for world in known))
     return chosen
