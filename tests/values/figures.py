@@ -37,24 +37,23 @@ def differences(stored, now, limit=5):
 
 def _share_marks(before, after):
     """Give marks of nearly the same outline the very same."""
-    theirs = dict.fromkeys(shape.outline for shape in before if _is_point(shape))
-    ours = {shape.outline for shape in after if _is_point(shape)} - set(theirs)
+    theirs = dict.fromkeys(shape.outline for shape in before if _is_mark(shape))
     alias = {}
-    for outline in ours:
-        for other in theirs:
-            if _nearly(outline, other):
-                alias[outline] = other
-                break
-    for shape in after:
-        if shape.outline in alias and _is_point(shape):
-            shape.outline = alias[shape.outline]
+    for shape in filter(_is_mark, after):
+        outline = shape.outline
+        if outline not in theirs and outline not in alias:
+            alias[outline] = next(
+                (other for other in theirs if _nearly(outline, other)), outline)
+        shape.outline = alias.get(outline, outline)
+
+
+def _is_mark(shape):
+    return shape.kind == "mark" and np.ptp(paths.bounds(shape.outline)) < 40
 
 
 def _is_point(shape):
     """Whether its outline is compared closely, and its place loosely."""
-    if shape.kind == "glyph":
-        return True
-    return shape.kind == "mark" and np.ptp(paths.bounds(shape.outline)) < 40
+    return shape.kind == "glyph" or _is_mark(shape)
 
 
 def _nearly(one, two):

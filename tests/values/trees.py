@@ -1,6 +1,7 @@
-"""HTML as a tree, with the parser of the standard library."""
+"""HTML as a tree, with the parsers of the standard library."""
 
 from html.parser import HTMLParser
+from xml.parsers import expat
 
 __all__ = ["Node", "parse"]
 
@@ -12,8 +13,8 @@ class Node:
 
     __slots__ = ("tag", "attributes", "children")
 
-    def __init__(self, tag, attributes=()):
-        self.tag, self.attributes = tag, dict(attributes)
+    def __init__(self, tag, attributes=None):
+        self.tag, self.attributes = tag, attributes or {}
         self.children = []
 
     @property
@@ -41,39 +42,65 @@ class Node:
         return f"<{self.tag}{attributes}>{inside}</{self.tag}>"
 
 
-class Parser(HTMLParser):
+class Builder:
+    """Makes the tree from what a parser meets."""
+
     def __init__(self):
-        super().__init__(convert_charrefs=True)
         self.open = [Node("")]
 
-    def handle_starttag(self, tag, attrs):
-        node = Node(tag, attrs)
+    def start(self, tag, attributes):
+        node = Node(tag.lower(), {k.lower(): v for k, v in attributes.items()})
         self.open[-1].children.append(node)
-        if tag not in VOID:
+        if node.tag not in VOID:
             self.open.append(node)
 
-    def handle_startendtag(self, tag, attrs):
-        self.open[-1].children.append(Node(tag, attrs))
-
-    def handle_endtag(self, tag):
+    def end(self, tag):
         for depth in range(len(self.open) - 1, 0, -1):
-            if self.open[depth].tag == tag:
+            if self.open[depth].tag == tag.lower():
                 del self.open[depth:]
                 return
 
-    def handle_data(self, data):
+    def text(self, data):
         self.open[-1].children.append(data)
+
+
+class Tolerant(HTMLParser):
+    def __init__(self, builder):
+        super().__init__(convert_charrefs=True)
+        self.handle_data, self.handle_endtag = builder.text, builder.end
+        self.builder = builder
+
+    def handle_starttag(self, tag, attrs):
+        self.builder.start(tag, dict(attrs))
+
+    def handle_startendtag(self, tag, attrs):
+        self.builder.start(tag, dict(attrs))
+        self.builder.end(tag)
 
 
 def parse(text):
     """The root of an HTML fragment, a Node without a tag.
+
+    The fast parser of XML reads what is well formed, as drawings are; that of
+    HTML the rest.
 
     Examples
     --------
     >>> parse("<p id='a'>0<br>1</p>").children[0].text
     '01'
     """
-    parser = Parser()
-    parser.feed(text)
-    parser.close()
-    return parser.open[0]
+    try:
+        builder = Builder()
+        fast = expat.ParserCreate("utf-8")
+        fast.buffer_text = True
+        fast.StartElementHandler = builder.start
+        fast.EndElementHandler = builder.end
+        fast.CharacterDataHandler = builder.text
+        fast.Parse(f"<page>{text}</page>", True)
+        return builder.open[0].children[0]
+    except expat.ExpatError:
+        builder = Builder()
+        tolerant = Tolerant(builder)
+        tolerant.feed(text)
+        tolerant.close()
+        return builder.open[0]
