@@ -41,10 +41,6 @@ PENDING = {
     "29_on_the_desk",
     "30_c_code",
     "31_whole_chain",
-    "errata",
-    "intro",
-    "reproduction",
-    "README",
 }
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]

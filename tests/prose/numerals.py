@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 _POWER = r"(?:\s?(?:\\cdot|\\times|×|·)\s?10(?:\^\{?[-−]?\d+\}?|[⁻⁰¹²³⁴-⁹]+))"
-_DIGITS = r"(?:\d{1,3}(?:(?:\\,|\{,\}|[\u2009\u202f\u00a0 ])\d{3})+(?!\d)|\d+)"
+_GROUP = r"(?:\\,|\{,\}|[\u2009\u202f\u00a0 ])\d{3}"
+_DIGITS = rf"(?:\d{{1,3}}(?:{_GROUP})+(?!\d)|\d+)"
 NUMBER = re.compile(
     rf"(?<![\w.\\^])(?:10\^\{{?(?P<ten>[-−]?\d+)\}}?"
     rf"|(?P<digits>{_DIGITS}(?:\.\d+)?|\.\d+)"
@@ -68,8 +69,8 @@ VAGUE = re.compile(
     r"|half (?:of |the |as |its |an? (?!tick|sample|turn|step|metre|degree)))")
 _HEDGE = re.compile(
     r"(?i)(?:\b(?:about|around|nearly|almost|roughly|some|over|under|above|"
-    r"below|than|to|approximately|beyond|near|within|by|close to)|[~≈]|\\approx|\\sim)"
-    r"[\s$(-]*$")
+    r"below|than|to|approximately|beyond|near|within|by|close to)"
+    r"|[~≈]|\\approx|\\sim)[\s$(-]*$")
 
 
 @dataclass(frozen=True)
@@ -161,9 +162,7 @@ def _read(match, text, hedged=False):
         power = 0
         if groups["power"]:
             raw = groups["power"].translate(_SUPERSCRIPTS).replace("−", "-")
-            power = int(re.search(r"(-?\+?\d+)\}?$", raw.replace(
-                "10^", " ").replace("{", "").replace("·10", "· ").replace(
-                "×10", "× ")).group(1))
+            power = int(re.search(r"(?:10\^?\{?|[eE])([-+]?\d+)\}?$", raw)[1])
         value = float(f"{plain}e{power}")
         decimals = len(plain.partition(".")[2])
         step = 10.0 ** (power - decimals)

@@ -9,34 +9,14 @@ from pathlib import Path
 
 import nbformat
 
-from . import numerals
+from . import markup, numerals
 
 ROOT = Path(__file__).resolve().parents[2]
 BOOK = ROOT / "book"
 
-FENCE = re.compile(r"^(`{3,}|~{3,})[^\n]*\n(.*?)^\1\s*$", re.DOTALL | re.MULTILINE)
+_FORMAL = re.compile(
+    r"^(:{3,})\{prf:\w+\}.*?^\1\s*$", re.DOTALL | re.MULTILINE)
 _BREAK = re.compile(r"^(?:#{1,4} |:{3,}\{exercise(?:-start)?\})", re.MULTILINE)
-_REFERENCE = re.compile(
-    r"""(?ix)
-    \b(?:thesis(?:'s)?|theorems?|lemmas?|tables?|figs?\.?|figures?|chapters?
-       |sections?|sect\.|equations?|eqs?\.|examples?|ex\.|procedures?
-       |problems?|corollar(?:y|ies)|appendi(?:x|ces)|definitions?|steps?
-       |algorithms?|propositions?|parts?|rows?|columns?|cells?|lines?|cases?
-       |remarks?|vertex|vertices|pages?|pp?\.|volume|Python|version|C|IEEE|ISO)
-       (?:[\s~]|\u00a0)+\(?(?:[A-Z]\.)?\d+(?:\.\d+)*\)?
-       (?:(?:,\s|\s?(?:and|to|or|-|–)\s?|,\s?and\s)\(?(?:[A-Z]\.)?\d+(?:\.\d+)*\)?)*(?![\d%.]*[\d%])
-    | \(\d+(?:\.\d+)+\)(?:[-–]\(\d+(?:\.\d+)+\))?
-    | \((?:[A-Z]\.)?\d+\.\d+(?:,\s\d+\.\d+)*\)
-    | \(\d\)
-    | \b\d\.\d\.\d\b
-    | ^\|\s(?:[\dA-Z]\.\d(?:\.\d)?(?:,\s|\s(?=[A-Za-z])))+  # a table of contents
-    | \b[A-Z]\.\d+(?:\.\d+)*
-    | \b(?:19|20)\d\d\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
-    | \b\d+(?:st|nd|rd|th)\b
-    | ^\s*\d+\.\s        # a numbered list
-    """, re.MULTILINE)
-
-
 @dataclass(frozen=True)
 class Passage:
     """A piece of prose: its source, and the same with all else blanked."""
@@ -102,87 +82,21 @@ def _harmless(number, kind, text):
     return True
 
 
-def blank(match):
-    return re.sub(r"[^\n]", " ", match[0])
-
-
-def _keep_first(match):
-    """Blank a match but for its first group."""
-    start, end = match.start(1) - match.start(), match.end(1) - match.start()
-    whole = match[0]
-    hide = re.compile(r"[^\n]")
-    return hide.sub(" ", whole[:start]) + whole[start:end] + hide.sub(
-        " ", whole[end:])
-
-
-def _math(text):
-    """Structure of formulas blanked: indices, exponents, commands."""
-    text = re.sub(r"\\(?:label|tag|begin|end|hspace)\{[^}]*\}", blank, text)
-    text = re.sub(r"\\[dt]?frac\s?\d\s?\d", blank, text)
-    text = re.sub(r"\\text\{[^}]*\}|\\operatorname\{[^}]*\}", lambda m: re.sub(
-        r"\d", " ", m[0]), text)
-    text = re.sub(r"_(?:\{[^{}]*(?:\{[^{}]*\})?[^{}]*\}|\w|\\\w+)", blank, text)
-    return re.sub(r"(?<!10)\^(?:\{[^{}]*(?:\{[^{}]*\})?[^{}]*\}|\w|\\(?!circ)\w+)",
-                  blank, text)
-
-
-def _split(text):
-    """Blank what isn't prose; return prose and formulas, of equal length."""
-    text = FENCE.sub(blank, text)
-    text = re.sub(r"<!--.*?-->", blank, text, flags=re.DOTALL)
-    text = re.sub(r"^\([\w-]+\)=\s*$", blank, text, flags=re.MULTILINE)
-    text = re.sub(r"^:[\w-]+:.*$", blank, text, flags=re.MULTILINE)
-    text = re.sub(r"^:{3,}\{[^}]*\}[ \t]*(?:ex-\S+|(.*))$",
-                  lambda m: _keep_first(m) if m[1] else blank(m),
-                  text, flags=re.MULTILINE)
-    text = re.sub(r"\{[\w:-]+\}`[^`]*`", blank, text)
-    text = re.sub(r"\]\([^)\s]*\)|<https?://[^>]*>|https?://\S+", blank, text)
-    text = re.sub(r"</?[a-z][^>\n]*>", blank, text)
-    math = re.compile(r"\$\$.*?\$\$(?:[ ]*\([\w-]+\))?|(?<!\\)\$[^$]*?(?<!\\)\$", re.DOTALL)
-    formulas = list(re.sub(r"[^\n]", " ", text))
-    for match in math.finditer(text):
-        formulas[match.start():match.end()] = match[0]
-        tail = text[match.end():match.end() + 14]  # its unit may follow
-        unit = re.match(r"[\s~]?(?:%|°|[a-zA-Zµμ]+)", tail)
-        if unit:
-            formulas[match.end():match.end() + unit.end()] = unit[0]
-    formulas = "".join(formulas)
-    formulas = re.sub(r"\$\$[ ]*\([\w-]+\)", blank, formulas)
-    prose = math.sub(blank, text)
-    prose = re.sub(r"`[^`\n]*`", _code, prose)
-    return _REFERENCE.sub(blank, prose), _math(formulas)
-
-
-def _code(match):
-    """Inline code: identifiers and indices go, numbers stay."""
-    return re.sub(r"[A-Za-z_]\w*|\[[^\]]*\]|^`|`$", blank, match[0])
-
-
-def _formal_spans(text):
-    return [m.span() for m in re.finditer(
-        r"^(:{3,})\{prf:\w+\}.*?^\1\s*$", text, re.DOTALL | re.MULTILINE)]
-
-
 def _markdown(name, index, text, section):
     """The passages of a markdown cell; the section's number at its end."""
-    prose, math = _split(text)
-    cuts = [0, *(m.start() for m in _BREAK.finditer(FENCE.sub(blank, text))),
-            len(text)]
+    prose, math = markup.split(text)
+    outside = markup.FENCE.sub(markup.blank, text)
+    heads = {match.start() for match in _BREAK.finditer(outside)}
+    formal = [match.span() for match in _FORMAL.finditer(text)]
+    cuts = sorted({0, len(text), *heads, *(end for span in formal for end in span)})
     passages = []
-    formal = _formal_spans(text)
     for start, end in zip(cuts, cuts[1:]):
-        if start == end:
-            continue
-        if start and start in cuts or _BREAK.match(text):
-            section += bool(start) or bool(_BREAK.match(text))
-        edges = sorted({start, end, *(e for span in formal for e in span
-                                      if start < e < end)})
-        for a, b in zip(edges, edges[1:]):
-            inside = any(s <= a and b <= e for s, e in formal)
-            passages.append(Passage(
-                name, index, 1 + text.count("\n", 0, a), section,
-                "formal" if inside else "prose",
-                text[a:b], prose[a:b], math[a:b]))
+        section += start in heads
+        inside = any(a <= start and end <= b for a, b in formal)
+        passages.append(Passage(
+            name, index, 1 + text.count("\n", 0, start), section,
+            "formal" if inside else "prose",
+            text[start:end], prose[start:end], math[start:end]))
     return passages, section
 
 
@@ -273,14 +187,14 @@ def read(path):
         if cell.cell_type == "markdown":
             more, section = _markdown(path.stem, index, cell.source, section)
             passages += more
-            for match in FENCE.finditer(cell.source):
+            for match in markup.FENCE.finditer(cell.source):
                 where = [p.section for p in more
                          if p.line <= 1 + cell.source.count("\n", 0, match.start())]
                 witnesses += [Witness(n, where[-1] if where else section, index, "code")
                               for n in _program_numbers(match[2])]
         elif cell.cell_type == "code":
             for kind, line, text in _descriptions(parse(cell.source)):
-                prose, math = _split(text)
+                prose, math = markup.split(text)
                 passages.append(Passage(path.stem, index, line, section,
                                         kind, text, prose, math))
             witnesses += [Witness(n, section, index, "code")

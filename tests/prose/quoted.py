@@ -10,11 +10,12 @@ import nbformat
 
 from sosbook.quotations import QUOTATIONS
 
-from . import check, pages
+from . import check, markup, pages
 
 PHRASES = check.GIVEN / "phrases.toml"
-_QUOTED = re.compile(r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
-                     r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])")
+_QUOTED = re.compile(
+    r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
+    r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])")
 _ROWS = sorted((pages.ROOT / "sosbook" / "reproduction").glob("*.py"))
 
 
@@ -54,12 +55,12 @@ def phrases(path):
             if isinstance(node, ast.Constant) and isinstance(node.value, str)
             for phrase in _phrases(node.value, path.stem, f"line {node.lineno}"))
     if path.suffix == ".md":
-        text = pages.FENCE.sub("", path.read_text(encoding="utf-8"))
+        text = markup.FENCE.sub("", path.read_text(encoding="utf-8"))
         return tuple(_phrases(re.sub(r"`[^`]*`", "", text), path.stem, "text"))
     found = []
     for index, cell in enumerate(nbformat.read(path, as_version=4).cells):
         if cell.cell_type == "markdown":
-            text = re.sub(r"`[^`\n]*`", "", pages.FENCE.sub(pages.blank, cell.source))
+            text = re.sub(r"`[^`\n]*`", "", markup.FENCE.sub(markup.blank, cell.source))
             texts = [text]
         elif cell.cell_type == "code":
             texts = [node.value for node in ast.walk(pages.parse(cell.source))
