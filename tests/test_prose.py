@@ -10,12 +10,6 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "01_second_order_systems",
-    "02_descriptor_form",
-    "03_lmis_in_ten_minutes",
-    "04_lmi_regions",
-    "05_hinf",
-    "06_saturation",
     "07_grasping_robot",
     "08_singular_mass",
     "09_when_vertices_are_not_enough",
