@@ -10,7 +10,6 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "07_grasping_robot",
     "08_singular_mass",
     "09_when_vertices_are_not_enough",
     "10_choosing_the_integrators",
