@@ -5,10 +5,12 @@ import re
 from functools import cache
 
 import hypothesis.strategies as st
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from sosbook.plots import show
 from tests.test_values import PAGES
 from tests.values import figures, pages, paths, shapes
 from tests.values.trees import parse
@@ -267,6 +269,18 @@ def test_messages_name_the_curve_and_how_far_it_moved():
     fewer = path("M0 0L9 9", "stroke:#d55e00")
     assert figures.differences(svg(old), svg(fewer)) == [
         "stored 1 curve (stroke:#0072b2), now nothing at (0, 50)"]
+
+
+def test_messages_name_letters():
+    def labelled(text):
+        figure = plt.figure()
+        figure.text(0.5, 0.5, text)
+        return parse(show(figure, alt="A label").svg).children[0]
+
+    (fault,) = figures.differences(labelled("poles"), labelled("poses"))
+    assert fault.startswith("stored 1 letter l, now 1 letter s at (")
+    assert figures.differences(labelled("pole"), labelled("poles"))
+    assert figures.differences(labelled("0 1"), labelled("1 0"))
 
 
 def test_clips_hide_what_is_outside():
