@@ -115,6 +115,25 @@ def test_why_there_are_no_gains():
     assert found.why.endswith("infeasibility is proven on both data sets")
 
 
+@pytest.mark.parametrize("mu, method", [
+    (0.0081, "functional"), (0.022, "legendre")])
+def test_for_which_mu_the_printed_rate_is_proven(mu, method):
+    """The erratum: 0.04 and 0.11 tau, and false beyond 0.20 tau."""
+    ex = sos.thesis.delay_example_1(published=True)
+    proof = sos.analyse_delay(
+        ex.plant, ex.K, ex.U, ex.tau, mu, ex.delta, method=method).certify()
+    assert proof.proven
+    (entry,) = (e for e in reproduction.errata()
+                if e.place == "Example 1 with delay")
+    assert f"mu = {mu} s" in entry.evidence
+    assert "0.11 tau" in entry.correct and "0.20 tau" in entry.correct
+    (d,) = descriptors(ex.plant, ex.U)
+    loop = delay.delayed_loop(d, ex.K)
+    rates = [-delay.spectral_abscissa(*loop, ex.tau * x)
+             for x in (1.19, 1.21)]
+    assert rates[0] > ex.delta > rates[1]
+
+
 def test_a_certificate_contains_one_of_the_flutter_mode():
     """The proposition of chapter 21, on a design for the wing."""
     ex = sos.thesis.delay_example_1(published=True)

@@ -18,7 +18,7 @@ from ..delay import (
 )
 from ..descriptor import descriptors
 from ..system import SecondOrderSystem
-from .table import Row, claim, format_gain, misprint, proven, solution
+from .table import Row, below, claim, format_gain, misprint, proven, solution
 
 __all__ = ["rows", "slowest_mode"]
 
@@ -187,8 +187,8 @@ def _tracks(ex, place, end, words):
     rest = ", ".join(f"{z:.3f}" for z in run.z[:, -1])
     return row(
         "e_a goes to zero for a constant set-point", place, "tracked, (2.6)",
-        f"|e_a| = {left:.0e} after {end} s", claim(left < 1e-4),
-        f"{words}, nominal delay, threshold 1e-4, r = (1, ..., 1): then "
+        f"|e_a| {below(left, 1e-4)} after {end} s", claim(left < 1e-4),
+        f"{words}, nominal delay, r = (1, ..., 1): then "
         f"z = ({rest}), for U names z1",
     )
 

@@ -13,7 +13,7 @@ from ..lqr import design_lqr
 from ..mip import Mip, reduced
 from ..observer import design_observer, observer_loop
 from .mip import digits, relative
-from .table import Row, claim, compare, format_gain, misprint, proven
+from .table import Row, below, claim, compare, format_gain, misprint, proven
 
 __all__ = ["controller", "numbers", "rows"]
 
@@ -123,7 +123,7 @@ def _reduced(printed):
     apart = max(np.abs(E - printed.E_1).max(), np.abs(A - printed.A_1).max())
     yield Row(
         OBSERVER, "E_1 and A_1", "(4.27)", "numbers of (4.25), vertex 1",
-        f"differ by {apart:.0e}", compare(apart, 0, 1e-15)[0],
+        f"difference {below(apart, 1e-15)}", compare(apart, 0, 1e-15)[0],
         "entry by entry",
     )
     first, last = (np.allclose(printed.B_1[1:], B[k], rtol=1e-6)
@@ -270,8 +270,8 @@ def _sampled(printed):
     return Row(
         "28_discretisation", "fast poles make the sampled controller random",
         "Section 4.3.2", "poles and zeros above or close to 100 Hz can",
-        f"the hold has the poles exp(p T), to {gap:.0e}; of {fast:g} it "
-        f"makes {np.exp(fast * T):.0e}", claim(gap > 1e-6),
+        f"the hold has the poles exp(p T), difference {below(gap, 1e-6)}; "
+        f"of {fast:g} it makes {np.exp(fast * T):.0e}", claim(gap > 1e-6),
         "exact and repeatable: a delay of one tick; leaving the pole out "
         "does help, for that reason",
     )

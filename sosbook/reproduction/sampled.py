@@ -5,7 +5,7 @@ import numpy as np
 
 from .. import thesis
 from ..mip import Mip, SampledLaw, SampledLoop, vertices
-from .table import Row, claim
+from .table import Row, below, claim
 
 __all__ = ["rows"]
 
@@ -37,8 +37,8 @@ def rows():
     yield Row(
         SAMPLED, "the PID's program", "(4.26), (B.3)",
         "the discrete PID of theta' and phi'",
-        "Euler sums of both, to 1e-9 V", claim(gap < 1e-9),
-        "with U, and x2 preset from the tilt, which print lacks",
+        f"Euler sums of both; difference {below(gap, 1e-9)} V", claim(gap < 1e-9),
+        "with U, and x2 preset from the tilt, which the text lacks",
     )
     lost = {words: [name for name, K in gains.items() if worst(
         law_of(K, T), ticks, sensing) >= 1]

@@ -9,6 +9,7 @@ __all__ = [
     "Row",
     "VERDICTS",
     "KINDS",
+    "below",
     "claim",
     "compare",
     "format_gain",
@@ -148,6 +149,11 @@ def proven(answer, *digits):
         return answer.certify(*digits).proven
     except ValueError:  # nothing to certify
         return False
+
+
+def below(value, limit):
+    """In words: digits of rounding errors differ between machines."""
+    return f"below {limit:g}" if value < limit else f"{value:.2g}"
 
 
 def format_poles(values):
