@@ -9,7 +9,7 @@ from sosbook.frame import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.certificate import exact
 from sosbook.request import Request
-from sosbook.phases import _closer
+from sosbook.phases import closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]
@@ -168,4 +168,4 @@ def test_a_point_without_direction_keeps_the_frame():
     for size in (0.0, -1.0):
         P = size * np.eye(2)
         near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])
-        assert _closer(request, frame, unknowns, near) is frame
+        assert closer(request, frame, unknowns, near) is frame

@@ -111,8 +111,8 @@ def claim(*holds):
 
     Examples
     --------
-    >>> claim(True), claim(False, False), claim(True, False)
-    ('property holds', 'claim refuted', 'not reproducible')
+    >>> print(claim(True), claim(False, False), claim(True, False), sep="; ")
+    property holds; claim refuted; not reproducible
     """
     if all(holds):
         return "property holds"
@@ -124,8 +124,8 @@ def misprint(printed, mended):
 
     Examples
     --------
-    >>> misprint(False, True), misprint(True, True)
-    ('misprint', 'not reproducible')
+    >>> print(misprint(False, True), misprint(True, True), sep="; ")
+    misprint; not reproducible
     """
     if not printed and mended:
         return "misprint"

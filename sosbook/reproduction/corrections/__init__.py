@@ -1,7 +1,7 @@
 """Corrections to the thesis's text, and what was found right.
 
 Our copy is a machine-read text: a correction of one character carries
-the kind "single character", for it may be the copy's.
+the kind of a single character, for it may be the copy's.
 """
 
 from functools import cache
