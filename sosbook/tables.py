@@ -3,14 +3,16 @@
 import html
 from collections import Counter
 
-from .reproduction import VERDICTS
+from .reproduction import KINDS, VERDICTS
 
-__all__ = ["Table", "errata", "reproduction", "verdicts"]
+__all__ = ["Table", "checked", "errata", "kinds", "reproduction", "verdicts"]
 
 MARKS = {
     "reproduced": "✓",
     "property holds": "✓",
-    "differs": "≠",
+    "another solution": "≈",
+    "misprint": "✎",
+    "claim refuted": "✗",
     "not reproducible": "?",
 }
 
@@ -74,12 +76,31 @@ def errata(errata, caption="Corrections to the printed text"):
     """A `Table` of `sosbook.reproduction.Erratum`."""
     return Table(
         caption,
-        ["Where", "Printed", "Correct", "Evidence"],
+        ["Where", "Kind", "Printed", "Correct", "Evidence"],
         [
             [_link(e.chapter, e.place), *map(_text, (
-                e.printed, e.correct, e.evidence))]
+                e.kind, e.printed, e.correct, e.evidence))]
             for e in errata
         ],
+    )
+
+
+def checked(checked, caption="Checked and found right"):
+    """A `Table` of `sosbook.reproduction.checked`."""
+    return Table(
+        caption, ["Where", "What", "How"],
+        [[_link(c.chapter, c.place), _text(c.what), _text(c.how)]
+         for c in checked],
+    )
+
+
+def kinds(errata):
+    """A `Table` that explains the kinds of errata and counts them."""
+    count = Counter(e.kind for e in errata)
+    return Table(
+        "Kinds of corrections", ["Kind", "Entries", "Meaning"],
+        [[_text(k), str(count[k]), _text(meaning)]
+         for k, meaning in KINDS.items()],
     )
 
 

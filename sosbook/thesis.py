@@ -382,8 +382,12 @@ class MipPrint:
     Parameters
     ----------
     constants : dict
-        Known parameters, in SI units; M_b and M_w are swapped, l isn't
-        printed.
+        Known parameters, in SI units, as printed: they don't give a to
+        f, and l isn't printed.
+    body : tuple
+        (4.19): b1, b0, f/c and d/c of (b1 s + b0) / (s^2 + f/c s + d/c).
+    wheels : tuple of tuples
+        (4.23), (4.24): e/a and f/a of either wheel.
     ratios : dict
         e/c, f/c, d/c of (4.20) and e/a, f/a of (4.23).
     spread : float
@@ -413,6 +417,8 @@ class MipPrint:
     """
 
     constants: dict
+    body: tuple
+    wheels: tuple
     ratios: dict
     spread: float
     identified: dict
@@ -450,6 +456,8 @@ def mip():
     return MipPrint(
         constants=dict(g=9.8, V_max=7.4, R_g=35.37, M_b=0.027, M_w=0.263,
                        r=0.034),
+        body=(-30.11, -52.49, 7.133, 110.6),
+        wheels=((208.8, 33.02), (208.5, 33.32)),
         ratios=dict(e_c=30.52, f_c=7.133, d_c=110.6, e_a=208.8, f_a=33.02),
         spread=0.04,
         identified=dict(I_b=4.98e-4, C_m=2.39e-6, t_m=0.0027,

@@ -174,5 +174,5 @@ def test_unknown_names_are_refused():
 
 def test_rows_on_the_vertices():
     verdicts = [row.verdict for row in vertices.rows()]
-    assert verdicts == ["property holds", *4 * ["differs"],
+    assert verdicts == ["property holds", *5 * ["claim refuted"],
                         *2 * ["property holds"]]

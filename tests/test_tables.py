@@ -23,11 +23,20 @@ def test_every_erratum_is_in_the_table():
     errata = sos.reproduction.errata()
     text = page(sos.tables.errata(errata))
     assert text.count("<tr>") == len(errata) + 1
+    counts = re.findall(r"<td>(\d+)</td>", page(sos.tables.kinds(errata)))
+    assert sum(map(int, counts)) == len(errata) and "0" not in counts
+
+
+def test_what_is_right_is_in_its_table():
+    checked = sos.reproduction.checked()
+    text = page(sos.tables.checked(checked))
+    assert text.count("<tr>") == len(checked) + 1
+    assert "(2.15), (2.17)" in text
 
 
 def test_text_is_escaped():
     row = sos.reproduction.Row(
-        "01_x", "a < b", "<script>", "&", "<b>", "differs", "<i>")
+        "01_x", "a < b", "<script>", "&", "<b>", "misprint", "<i>")
     text = page(sos.tables.reproduction([row]))
     assert "<script>" not in text and "<b>" not in text
     assert "a &lt; b" in text

@@ -16,18 +16,22 @@ from . import (
     example_4,
     integrators,
     mip,
+    observer,
+    regulators,
     sampled,
     singular_mass,
     vertices,
 )
-from .corrections import errata
-from .table import VERDICTS, Erratum, Row
+from .corrections import checked, errata
+from .table import KINDS, VERDICTS, Erratum, Row
 
-__all__ = ["Erratum", "Row", "VERDICTS", "errata", "rows"]
+__all__ = [
+    "Erratum", "KINDS", "Row", "VERDICTS", "checked", "errata", "rows",
+]
 
 _SUBJECTS = (
     singular_mass, vertices, example_1, example_2, example_3, example_4,
-    integrators, delay, mip, sampled, desk,
+    integrators, delay, regulators, observer, mip, sampled, desk,
 )
 
 

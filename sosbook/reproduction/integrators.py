@@ -67,11 +67,12 @@ def _words(choices):
 
 def _pendulum():
     """The mobile inverted pendulum, from the printed a, ..., f of (4.15)."""
-    b, c, d, f = 0.3482e-3, 0.9641e-3, 0.1066, 0.0069
+    letters = thesis.mip().letters
+    b, c, d, f = (letters[x] for x in "bcdf")
     return Polytope([
         SecondOrderSystem(
             [[c, b], [b, a]], [[f, -f], [-f, f]], [[-d, 0], [0, 0]],
             [[-e], [e]],
         )
-        for a in (0.4639e-3, 0.4865e-3) for e in (0.0282, 0.0306)
+        for a in letters["a"][1:] for e in letters["e"]
     ])

@@ -1,263 +1,238 @@
-"""Chapter 4: the tables of the mobile inverted pendulum."""
+"""Chapter 4: the model of the mobile inverted pendulum, its numbers."""
 
-import control
 import numpy as np
 
 from .. import thesis
-from ..cost import QuadraticCost
-from ..descriptor import mean_descriptor
-from ..design import analyse_loop, analyse_pid
-from ..first_order import DescriptorSystem
-from ..lqr import design_lqr
-from ..mip import V_MAX, Mip, polytope, reduced, vertices
+from ..mip import Mip, vertices
 from ..mip.transfer import equal_peaks
-from ..observer import design_observer, observer_loop
-from .table import Row, claim, compare, format_gain
+from ..system import SecondOrderSystem
+from .table import Row, claim, compare, misprint
 
-__all__ = ["rows"]
+__all__ = ["numbers", "rows"]
 
 MODEL = "25_pendulum_model"
 DATA = "26_identification"
-CONTROL = "27_pendulum_control"
-OBSERVER = "24_observer"
-LAWS = {
-    "PD": ("Table 4.1", "pd", None, 4, 0),
-    "PID": ("Table 4.2", "pid", [[0, 1]], 5, 3),
-}  # place, field, U, states, vertex from 0
+SETS = ((0.272, 0.040, 0.027), (0.263, 0.0414, 0.0315))  # M_b, l, M_w
+R_W = 0.032  # m, radius of a wheel
 
 
 def rows():
-    """What chapter 4 prints, and what became of it."""
-    printed, robot = thesis.mip(), Mip.printed()
-    yield from _model(printed, robot)
-    plants = polytope(robot)
-    for law in LAWS:
-        for R in (1, 2, 5):
-            yield from _gains(printed, robot, plants, law, R)
-        yield _voltage(printed, plants, law)
-    yield _rest(printed, plants)
-    yield Row(
-        CONTROL, "values of R", "Section 4.3.1", "R = 2, 3 and 5",
-        "R = 1, 2 and 5", "differs",
-        "the tables have 1, 2, 5; with R = 3 no row of them fits",
-    )
-    plant = reduced(Mip.printed())
-    for R in (1, 2):
-        yield from _observer(printed, plant, R)
-    yield from _controller(printed, plant)
+    """What sections 4.1 and 4.2 print, and what became of it."""
+    printed = thesis.mip()
+    yield from numbers(printed)
+    yield from _claims(printed)
 
 
-def _relative(printed, ours, tolerance):
-    printed = np.asarray(printed)
-    return compare(np.ones(printed.shape), ours / printed, tolerance)
+def numbers(printed):
+    """Rows that follow from the printed numbers, digit by digit."""
+    yield from _experiments(printed)
+    yield from _identified(printed)
+    yield from _letters(printed)
+    yield from _matrices(printed)
 
 
-def _model(printed, robot):
-    found = equal_peaks([-30.11, -52.49], [1, 7.133, 110.6])
-    verdict, _ = compare(-30.52, found, 0.005)
+def relative(printed, ours, tolerance):
+    """Verdict and largest gap, relative to each printed number."""
+    printed = np.asarray(printed, float)
+    return compare(
+        np.ones(printed.shape), np.asarray(ours) / printed, tolerance)
+
+
+def digits(values, form=".4g"):
+    """The numbers in one line."""
+    return " ".join(format(float(x) + 0.0, form) for x in np.ravel(values))
+
+
+def _experiments(printed):
+    b1, b0, f_c, d_c = printed.body
+    ratios = printed.ratios
+    found = equal_peaks([b1, b0], [1, f_c, d_c])
     yield Row(
         DATA, "the gain after the zero is moved", "(4.19), (4.20)",
-        "-30.52", f"{found:.2f}", verdict,
+        f"{-ratios['e_c']:g}", f"{found:.2f}",
+        compare(-ratios["e_c"], found, 0.005)[0],
         "equal peaks of the magnitude; the poles stay",
     )
-    letters, four = printed.letters, vertices(robot)
-    ours = [robot.a, four[1].a, four[2].a, robot.b, robot.c, robot.d,
-            four[0].e, four[3].e, robot.f]
-    print_ = [*letters["a"], *(letters[x] for x in "bcd"), *letters["e"],
-              letters["f"]]
-    verdict, gap = _relative(print_, ours, 0.01)
+    used = [ratios[x] for x in ("f_c", "d_c", "e_a", "f_a")]
     yield Row(
-        MODEL, "a to f", "Section 4.2.2",
-        " ".join(f"{x:.4g}" for x in print_),
-        " ".join(f"{x:.4g}" for x in ours), verdict,
-        f"largest difference {100 * gap:.1f} %, from rounding; masses and "
-        "lengths are chosen, not printed: M_b = 0.272, l = 0.040",
+        DATA, "the ratios are read off the transfer functions",
+        "(4.20), (4.23), 4.2.2", digits(used),
+        digits([f_c, d_c, *printed.wheels[0]]),
+        relative(used, [f_c, d_c, *printed.wheels[0]], 1e-9)[0],
+        "e/a and f/a are the first wheel's",
     )
+    apart = max(abs(second / first - 1)
+                for first, second in zip(*printed.wheels))
+    yield Row(
+        DATA, "both wheels answer alike", "(4.23), (4.24), Fig. 4.7",
+        "very close", f"{100 * apart:.1f} % apart",
+        claim(apart < printed.spread),
+        "threshold: the 4 % that the thesis allows for",
+    )
+    body, wheels = (ratios["e_c"] / ratios["f_c"],
+                    ratios["e_a"] / ratios["f_a"])
+    yield Row(
+        DATA, "4 % covers what both experiments say of the motors",
+        "Section 4.2.2", "an uncertainty of ±4 %",
+        f"e/f = {body:.2f} from the body, {wheels:.2f} from the wheels: "
+        f"{100 * (wheels / body - 1):.0f} % apart",
+        claim(wheels / body < (1 + printed.spread) / (1 - printed.spread)),
+        "the same motors; f/a = 33.02 is printed but not used afterwards",
+    )
+
+
+def _identified(printed):
+    """I_b, C_m, t_m and I_w: one M_b g l behind them?"""
+    known, q, ours = printed.constants, printed.ratios, printed.identified
+    torque = 2 * q["d_c"] * q["e_a"] / q["e_c"] * ours["I_w"]  # M_b g l
+    found = [
+        q["f_c"] * torque / (2 * known["R_g"]**2 * q["d_c"]),
+        torque * known["V_max"] * q["e_c"] / (2 * known["R_g"] * q["d_c"]),
+    ]
+    theirs = [ours["C_m"], ours["t_m"]]
+    gaps = np.subtract(found, theirs)
+    yield Row(
+        DATA, "C_m and t_m follow from I_w and the ratios", "Section 4.2.2",
+        digits(theirs), digits(found),
+        compare(0, gaps / [0.5e-8, 0.5e-4], 1)[0],
+        f"all three with M_b g l = {torque:.5f} N m; tolerance: half of the "
+        "last digit",
+    )
+    d = printed.letters["d"]
+    verdict, gap = compare(1, torque / d, 1e-3)
+    yield Row(
+        MODEL, "one M_b g l behind all constants", "Section 4.2.2",
+        f"d = {d:g}", f"{torque:.4f} behind C_m, t_m and I_w", verdict,
+        f"{100 * gap:.0f} % apart: two sets of constants were used",
+    )
+    arm = torque / known["g"]
+    M_b = arm**2 / (torque / q["d_c"] - ours["I_b"])
+    yield Row(
+        MODEL, "M_b behind I_b, C_m, t_m and I_w", "Section 4.2.2",
+        f"M_b = {known['M_b']:g}, M_w = {known['M_w']:g}", f"M_b = {M_b:.3f}",
+        misprint(*(abs(M_b / known[name] - 1) < 5e-3
+                   for name in ("M_b", "M_w"))),
+        f"I_w gives M_b l = {arm:.6f}, I_b then M_b l^2: so l = "
+        f"{arm / M_b:.3f}, and M_b is what is printed for M_w",
+    )
+
+
+def _letters(printed):
+    q, x, s = printed.ratios, printed.letters, printed.spread
+    c = x["d"] / q["d_c"]
+    e, f = q["e_c"] * x["c"], q["f_c"] * x["c"]
+    theirs = [x["c"], *x["e"], x["f"]]
+    ours = [c, (1 - s) * e, (1 + s) * e, f]
+    gaps = np.abs(np.array(ours) / theirs - 1)
+    verdict, _ = compare(0, gaps / [6e-4, 2.5e-3, 2.5e-3, 8e-3], 1)
+    yield Row(
+        MODEL, "c, e and f follow from d and the ratios", "Section 4.2.2",
+        digits(theirs), digits(ours), verdict,
+        f"largest difference {100 * gaps.max():.1f} %: f has two digits, e "
+        "three",
+    )
+    geared = e / q["e_a"]  # 2 I_w
+    ours = [x["a"][0] + geared * (low / high - 1) for low, high in (
+        (1 - s, 1 + s), (1 + s, 1 - s))]
+    yield Row(
+        MODEL, "the range of a follows from its middle", "Section 4.2.2",
+        digits(x["a"][1:]), digits(ours),
+        compare(x["a"][1:], ours, 1.5e-7)[0],
+        "2 I_w times Delta_1 / Delta_2; the rest of a is certain",
+    )
+    r = printed.constants["g"] * x["b"] / x["d"]
+    yield Row(
+        MODEL, "r, the wheels' radius", "Section 4.2.2",
+        f"{printed.constants['r']:g}", f"{r:.4f}",
+        misprint(*(abs(value / r - 1) < 1e-3 for value in (
+            printed.constants["r"], round(r, 3)))),
+        "r = g b / d, whatever M_b and l are",
+    )
+    sets = {"printed": None} | dict(zip(("first", "second"), SETS))
+    fits = {}
+    for name, values in sets.items():
+        if values is None:
+            M_w, M_b = printed.constants["M_w"], printed.constants["M_b"]
+            l, radius = x["d"] / M_b / printed.constants["g"], r
+        else:
+            (M_b, l, M_w), radius = values, R_W
+        ours = [radius**2 * (M_b + 2 * M_w) + geared, M_b * l * radius,
+                M_b * l * printed.constants["g"]]
+        positive = x["c"] - M_b * l**2 > 0  # I_b
+        fits[name] = positive and relative(
+            [x["a"][0], x["b"], x["d"]], ours, 2e-3)[0] == "reproduced"
+    total = (x["a"][0] - geared) / r**2
+    yield Row(
+        MODEL, "a, b and d follow from the known parameters",
+        "Section 4.2.2", f"{x['a'][0]:.4g} {x['b']:.4g} {x['d']:.4g}",
+        f"M_b l = {x['b'] / r:.5f}, M_b + 2 M_w = {total:.3f}; not from the "
+        "printed masses with any l",
+        claim(*fits.values()),
+        "two equations for M_b, M_w and l, which isn't printed: M_b, l, M_w "
+        "= " + " and ".join(", ".join(f"{v:g}" for v in s) for s in SETS)
+        + " both fit, so what was used can't be told; we took the first",
+    )
+
+
+def _matrices(printed):
+    four = vertices(Mip.printed())
     forms = [v.printed_form() for v in four]
     for name, sign in (("M", 1), ("D", -1), ("S", -1), ("B", 1)):
         theirs = getattr(printed, name)
-        ours = np.array([getattr(p, name) for p in forms])
-        unit = np.abs(theirs).max()
-        verdict, gap = compare(theirs / unit, sign * ours / unit, 2e-4)
-        why = f"largest difference {gap:.0e} of the largest entry"
-        if sign < 0:
-            why += (f"; print has -{name}, the right-hand side: with it "
-                    "as left side the printed gains are unstable")
+        ours = sign * np.array([getattr(p, name) for p in forms])
+        zeros = theirs == 0
+        verdict, gap = relative(
+            np.where(zeros, 1, theirs), np.where(zeros, 1 + ours, ours),
+            4e-4)
+        minus = "-" * (sign < 0)
         yield Row(
-            MODEL, f"{name} of the four vertices", "(4.25)",
-            f"up to {unit:.4g}", f"{'-' * (sign < 0)}{name}, up to "
-            f"{np.abs(ours).max():.4g}", verdict, why,
+            MODEL, f"{minus}{name} of the four vertices", "(4.25)",
+            digits(theirs[0]), digits(ours[0]), verdict,
+            f"all four, each entry: largest difference {gap:.0e}, rounding; "
+            "with the masses and lengths of our choice",
         )
 
 
-def _gains(printed, robot, plants, law, R):
-    place, name, U, N, vertex = LAWS[law]
-    K = getattr(printed, name)[R]
-    alone = vertices(robot)[vertex].plant()
-    ours = design_lqr(alone, np.eye(N), [[R]], U).K
-    verdict, gap = _relative(K, ours, 6e-4)
+def _claims(printed):
+    K = printed.pd[1]
+
+    def stable(plants):
+        loops = (SecondOrderSystem(
+            p.M, p.D - p.B @ K[:, 2:], p.S - p.B @ K[:, :2], p.B)
+            for p in plants)
+        # the wheels' angle is fed back, so no pole is at zero
+        return all(loop.poles().real.max() < 0 for loop in loops)
+
+    def read(sign_D, sign_S):
+        return [SecondOrderSystem(M, sign_D * D, sign_S * S, B)
+                for M, D, S, B in zip(
+                    printed.M, printed.D, printed.S, printed.B)]
+
     yield Row(
-        CONTROL, f"{law} gains, R = {R}", place, format_gain(K),
-        format_gain(ours), verdict,
-        f"the regulator (Q = I) of vertex {vertex + 1} alone, to "
-        f"{gap:.0e}; the text says: of all four",
+        MODEL, "signs of D and S", "(4.25), (4.27)", "D, S", "-D, -S",
+        misprint(stable(read(1, 1)), stable(read(-1, -1))),
+        "test: does the PD for R = 1 stabilise the four vertices as (2.1) "
+        "reads them? The text has the right-hand sides",
     )
-    robust = design_lqr(plants, np.eye(N), [[R]], U)
-    verdict, gap = _relative(K, robust.K, 6e-4)
+    forms = [v.printed_form() for v in vertices(Mip.printed())]
+    turned = [SecondOrderSystem(p.M, p.D, p.S, -p.B) for p in forms]
     yield Row(
-        CONTROL, f"{law} gains, R = {R}, by Theorem 2.4", place,
-        format_gain(K), format_gain(robust.K), verdict,
-        "four vertices and their pairs, proven cost below "
-        f"{robust.request.cost.bound:.4g}; print is up to "
-        f"{100 * gap:.0f} % off",
+        MODEL, "sign of B", "(4.15)", "[e (a + b), -e (b + c)]",
+        "[-e (a + b), e (b + c)]", misprint(stable(turned), stable(forms)),
+        "the same test; B of (4.25) has the right sign",
     )
-    cost = QuadraticCost(np.eye(N), [[R]])
-    given = analyse_pid(plants, K, U, coupling="slack", slack=0.003,
-                        cost=cost, minimize="cost", backoff=1e-3)
-    proof = given.certify()
+    robot = Mip.printed()
+    up = robot.plant()
+    down = SecondOrderSystem(
+        [[robot.c, -robot.b], [-robot.b, robot.a]], up.D, -up.S, up.B)
+    poles = down.poles()
+    poles = poles[abs(poles) > 1e-6]  # nothing holds the wheels' angle
     yield Row(
-        CONTROL, f"{law}, R = {R}: robustly stable", place, "yes",
-        f"proven, cost below {given.request.cost.bound:.4g}; true worst "
-        f"of 54 plants {given.noise_cost(samples=50):.4g}",
-        claim(proof.proven),
-        "the printed digits, every plant of the polytope, exactly; "
-        "noise of intensity one on each state",
+        MODEL, "upright is unstable, hanging is stable", "Section 4.1.1",
+        "equilibria 1 and 2",
+        f"rightmost poles {up.poles().real.max():+.2f} and "
+        f"{poles.real.max():+.2f} rad/s",
+        claim(up.poles().real.max() > 1e-6 and poles.real.max() < 0),
+        "linearised, without voltage; but for the pole at 0 of the wheels' "
+        "angle",
     )
-
-
-def _peak(plants, K, U, N):
-    """Largest voltage per degree of tilt, linear, at the vertices."""
-    start = np.zeros(N)
-    start[0] = np.radians(1)
-    loop = analyse_pid(plants, K, U, coupling="vertices")
-    t = np.linspace(0, 3, 301)
-    return max(np.abs(r.u).max() for r in loop.simulate(t, x0=start))
-
-
-def _voltage(printed, plants, law):
-    _, name, U, N, _ = LAWS[law]
-    reach = {R: V_MAX / _peak(plants, K, U, N)
-             for R, K in getattr(printed, name).items()}
-    ours = ", ".join(f"{reach[R]:.0f}° for R = {R}" for R in reach)
-    return Row(
-        CONTROL, f"{law}: the voltage stays below {V_MAX} V",
-        "Section 4.3.1", "for every R", f"for tilts up to {ours}",
-        claim(min(reach.values()) > 5),
-        "the start isn't printed; continuous control, linear model, no "
-        "noise",
-    )
-
-
-def _rest(printed, plants):
-    """Where the wheels stop under a constant torque on the body."""
-    ends = {}
-    for law, (_, name, U, N, _) in LAWS.items():
-        K = getattr(printed, name)[5]
-        loop = analyse_pid(plants, K, U, coupling="vertices")
-        gains = [abs(x.dcgain()[1, 0]) for x in loop.closed_loop()]
-        ends[law] = max(gains) / 1000
-    return Row(
-        CONTROL, "PID keeps the wheels' position, PD lets it vary",
-        "Figs 4.11, 4.16", "yes",
-        f"under constant torques of 1 mNm the wheels end up to "
-        f"{ends['PD']:.2f} rad away with PD, {ends['PID']:.0f} with PID",
-        claim(ends["PID"] < 1e-6 < ends["PD"]),
-        "R = 5; the integral acts on phi, not on phi' as the text has it",
-    )
-
-
-def _design(plant, R):
-    first, mean = plant.vertices[0], mean_descriptor(plant.vertices)
-    alone = DescriptorSystem(first.E, first.A, first.Bu)
-    push = 2 * np.linalg.solve(mean.E, mean.Bu)
-    return design_observer(
-        plant, design_lqr(alone, np.eye(3), [[R]]).K,
-        np.vstack([push, 0 * push]), np.sqrt(np.diag([0.01, 0.1])))
-
-
-def _observer(printed, plant, R):
-    K, L = printed.lqe[R]
-    found = _design(plant, R)
-    verdict, gap = _relative(K, found.K, 2e-4)
-    yield Row(
-        OBSERVER, f"K, R = {R}", "Table 4.3", format_gain(K),
-        format_gain(found.K), verdict,
-        f"the regulator (Q = I) of vertex 1 alone, to {gap:.0e}",
-    )
-    verdict, gap = _relative(L[1:], found.L[1:], 1e-3)
-    yield Row(
-        OBSERVER, f"L, R = {R}", "Table 4.3",
-        "; ".join(" ".join(f"{x:.1f}" for x in row) for row in L),
-        "; ".join(" ".join(f"{x:.1f}" for x in row) for row in found.L),
-        verdict,
-        "Theorem 2.5, four vertices, with Q_F and R_F swapped; rows 2 and "
-        f"3 to {gap:.0e}, row 1 has one or two digits in print",
-    )
-    loop = observer_loop(plant, K, L, printed.C)
-    proof = analyse_loop(loop.E, loop.A).certify()
-    yield Row(
-        OBSERVER, f"robustly stable, R = {R}", "Table 4.3", "yes",
-        "proven for the printed K and L and every plant",
-        claim(proof.proven),
-        "pairs of vertices with K and L fixed; Theorem 2.5 itself speaks "
-        "of the vertices only",
-    )
-
-
-def _controller(printed, plant):
-    found = _design(plant, 2).controller()
-    parts = [control.ss2tf(found[0, k]) for k in (0, 1)]
-    gains = [-(found.C @ found.B)[0, k] for k in (0, 1)]
-    zeros = [np.sort_complex(x.zeros()) for x in parts]
-    zeros = [z[np.abs(z) < 1e6].real for z in zeros]
-    poles = np.sort(found.poles().real)
-    theirs = np.sort(printed.controller[2])
-    yield _of_4_28("poles", theirs, poles)
-    for name, (gain, at), ours, z in zip(
-        ("theta'", "phi'"), printed.controller, gains, zeros
-    ):
-        yield _of_4_28(f"gain and zeros from {name}",
-                       [gain, *np.sort(at)], [ours, *z])
-    (g1, _), (g2, (far, _)), poles = printed.controller
-    fast = poles[0]
-    ours = [g1 / -fast, g2 * far / fast]
-    theirs = [printed.reduced[0][0], printed.reduced[1][0]]
-    verdict, gap = _relative(theirs, ours, 3e-4)
-    yield Row(
-        CONTROL, "gains without the fast pole and zero", "(4.29)",
-        "-0.8476, -25.831", f"{ours[0]:.4f}, {ours[1]:.3f}", verdict,
-        "the gain at s = 0 is kept; last digits differ",
-    )
-    verdict, gap = _discrete(printed)
-    yield Row(
-        CONTROL, "the controller at 100 Hz", "(4.30)",
-        "A, B, C, D with four digits",
-        f"transfer functions within {gap:.0e}", verdict,
-        "the zero-order hold of (4.29): numerators and denominators",
-    )
-
-
-def _of_4_28(item, printed, ours):
-    verdict, gap = _relative(printed, np.asarray(ours), 0.015)
-    return Row(
-        OBSERVER, item, "(4.28), R = 2",
-        " ".join(f"{x:.5g}" for x in printed),
-        " ".join(f"{x:.5g}" for x in ours), verdict,
-        f"to {100 * gap:.1f} %; rounding L as in Table 4.3 moves the slow "
-        "poles by 3 %; for u = -H y",
-    )
-
-
-def _discrete(printed):
-    """Coefficients of (4.30) against the hold of (4.29)."""
-    A, B, C, D = printed.discrete
-    D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
-    *channels, poles = printed.reduced
-    gaps = []
-    for k, (gain, zeros) in enumerate(channels):
-        H = control.zpk(zeros, poles, gain)
-        held = control.sample_system(H, 0.01, "zoh")
-        ours = control.ss2tf(control.ss(A, B[:, [k]], C, D[:, [k]], 0.01))
-        gaps += [compare(x[0][0], y[0][0], 2e-4)[1] for x, y in (
-            (held.num, ours.num), (held.den, ours.den))]
-    return compare(max(gaps), 0, 2e-4)

@@ -8,18 +8,35 @@ __all__ = [
     "Erratum",
     "Row",
     "VERDICTS",
+    "KINDS",
+    "below",
     "claim",
     "compare",
     "format_gain",
     "format_poles",
     "matched",
+    "misprint",
+    "proven",
+    "solution",
 ]
 
 VERDICTS = {
     "reproduced": "our number equals the printed one to the tolerance",
     "property holds": "the claim is true, our numbers are our own",
-    "differs": "our number is another one; the row says why",
-    "not reproducible": "something that is needed isn't in the text",
+    "another solution": "the LMIs have many solutions; the printed one and "
+    "ours are proven to be among them",
+    "misprint": "what is printed fails a test that the corrected text passes",
+    "claim refuted": "it isn't so, on each reading of the text that we tried",
+    "not reproducible": "can't be told: the readings of the text disagree, or "
+    "something that is needed isn't in it",
+}
+KINDS = {
+    "misprint": "the text beside it, or a computation, shows what is meant",
+    "single character": "a misprint of one sign, digit, letter or point, "
+    "which may be of our machine-read copy and not of the thesis",
+    "gap": "something that is needed isn't said",
+    "claim refuted": "what is said isn't so",
+    "improvement": "right as it stands; there is something better",
 }
 
 
@@ -59,6 +76,8 @@ class Erratum:
 
     Parameters
     ----------
+    kind : str
+        A key of `KINDS`.
     place, printed, correct : str
     evidence : str
         Why, and what computes it.
@@ -66,21 +85,75 @@ class Erratum:
         File of the chapter that shows it.
     """
 
+    kind: str
     place: str
     printed: str
     correct: str
     evidence: str
     chapter: str
 
+    def __post_init__(self):
+        if self.kind not in KINDS:
+            raise ValueError(f"unknown kind {self.kind!r}")
+
 
 def compare(printed, ours, tolerance):
-    """Verdict on numbers; poles are matched in sorted order."""
+    """Verdict on numbers, entry by entry, and the largest gap.
+
+    A number that isn't met refutes the claim that it follows.
+    """
     gap = np.abs(np.asarray(printed) - np.asarray(ours)).max()
-    return ("reproduced" if gap <= tolerance else "differs"), gap
+    return ("reproduced" if gap <= tolerance else "claim refuted"), gap
 
 
-def claim(holds):
-    return "property holds" if holds else "differs"
+def claim(*holds):
+    """Verdict on a claim: whether it holds, on each reading of it.
+
+    Examples
+    --------
+    >>> print(claim(True), claim(False, False), claim(True, False), sep="; ")
+    property holds; claim refuted; not reproducible
+    """
+    if all(holds):
+        return "property holds"
+    return "not reproducible" if any(holds) else "claim refuted"
+
+
+def misprint(printed, mended):
+    """Verdict on a character: does the text pass a test as it stands?
+
+    Examples
+    --------
+    >>> print(misprint(False, True), misprint(True, True), sep="; ")
+    misprint; not reproducible
+    """
+    if not printed and mended:
+        return "misprint"
+    return claim(printed, not mended)
+
+
+def solution(printed, ours, tolerance, *proven):
+    """Verdict on gains, and why: the same, or of the same LMIs (proven)."""
+    verdict, gap = compare(printed, ours, tolerance)
+    if verdict != "reproduced" and all(proven):
+        verdict = "another solution"
+    words = ("both are proven to satisfy the LMIs" if all(proven)
+             else "not both are proven to satisfy the LMIs")
+    return verdict, (
+        f"{words}; ours is their analytic centre; largest difference {gap:.2g}")
+
+
+def proven(answer, *digits):
+    """Whether there is a certificate, and it is proven exactly."""
+    try:
+        return answer.certify(*digits).proven
+    except ValueError:  # nothing to certify
+        return False
+
+
+def below(value, limit):
+    """In words: digits of rounding errors differ between machines."""
+    return f"below {limit:g}" if value < limit else f"{value:.2g}"
 
 
 def format_poles(values):
@@ -92,8 +165,11 @@ def format_poles(values):
 
 
 def matched(printed, computed):
-    """The computed poles in the order of the printed ones."""
-    left = list(computed)
+    """The computed poles in the order of the printed ones.
+
+    Where there are too few, infinity stands for the others.
+    """
+    left = [*computed, *(len(printed) - len(computed)) * [np.inf]]
     return np.array([
         left.pop(int(np.argmin([abs(p - q) for q in left])))
         for p in printed

@@ -8,6 +8,7 @@ from ..descriptor import descriptors
 from ..design import analyse_pid, design_pid
 from ..regions import PoleRegion
 from ..request import Saturation
+from ..system import Polytope, SecondOrderSystem
 from .table import Row, claim
 
 __all__ = ["rows"]
@@ -63,6 +64,12 @@ def rows():
         "vertices are enough for (2.36)", "Theorem 2.4, proof",
         *_lqr(plants, P), "K = 0, R = I, and a small Q",
     )
+    yield row(
+        "if and only if", "Theorem 2.2", *_equivalence(),
+        "z'' + 0.2 z' + k z = 0, k in [1, 100]: one P for all k is a "
+        "restriction. For one plant the equivalence is true",
+        printed="a common P exists iff the poles lie in D",
+    )
     for number, reason in (
         (2, "one mass varies: E^-1 [A B_u B_w] stays in the hull of its "
             "vertices, where the claim is true"),
@@ -114,4 +121,18 @@ def _lqr(plants, P):
     return (
         f"(2.36) {words} at both vertices; the plant halfway has a pole "
         f"near {right:+.2f}", right < 0 or not all(corners),
+    )
+
+
+def _equivalence():
+    """Poles to the left of -0.05 for each k, but no common P."""
+    ends = [SecondOrderSystem([[1]], [[0.2]], [[k]], [[1]]) for k in (1, 100)]
+    plants = Polytope(ends)
+    right = max(plant.poles().real.max() for plant in inside(plants, 101))
+    found = analyse_pid(plants, np.zeros((1, 2)), region=PoleRegion(0.05))
+    none = found.status == "infeasible" and found.infeasibility.proven
+    return (
+        f"rightmost pole {right:.2f} < -0.05 for each k; a common P is "
+        + ("proven not to exist" if none else found.status),
+        not (right < -0.05 and none),
     )

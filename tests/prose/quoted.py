@@ -16,7 +16,7 @@ PHRASES = check.GIVEN / "phrases.toml"
 _QUOTED = re.compile(
     r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
     r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])")
-_ROWS = sorted((pages.ROOT / "sosbook" / "reproduction").glob("*.py"))
+_ROWS = sorted((pages.ROOT / "sosbook" / "reproduction").rglob("*.py"))
 
 
 @dataclass(frozen=True)
