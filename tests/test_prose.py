@@ -10,7 +10,6 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "09_when_vertices_are_not_enough",
     "10_choosing_the_integrators",
     "11_car_seat",
     "12_singular_chain",
