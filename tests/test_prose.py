@@ -13,7 +13,6 @@ PENDING = {
     "13_flexible_arm",
     "14_what_gamma_measures",
     "16_how_far_to_trust",
-    "20_delay_theorem",
     "21_delay_examples",
     "22_sharper_certificates",
     "23_lqr",
