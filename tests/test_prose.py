@@ -10,7 +10,6 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "13_flexible_arm",
     "14_what_gamma_measures",
     "16_how_far_to_trust",
     "21_delay_examples",
