@@ -12,7 +12,6 @@ from tests.prose import check, numerals, pages, power, quoted
 PENDING = {
     "14_what_gamma_measures",
     "16_how_far_to_trust",
-    "21_delay_examples",
     "22_sharper_certificates",
     "23_lqr",
     "24_observer",
