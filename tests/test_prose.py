@@ -13,8 +13,6 @@ PENDING = {
     "14_what_gamma_measures",
     "16_how_far_to_trust",
     "22_sharper_certificates",
-    "23_lqr",
-    "24_observer",
     "25_pendulum_model",
     "26_identification",
     "27_pendulum_control",
