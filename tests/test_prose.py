@@ -12,7 +12,6 @@ from tests.prose import check, numerals, pages, power, quoted
 PENDING = {
     "14_what_gamma_measures",
     "16_how_far_to_trust",
-    "22_sharper_certificates",
     "25_pendulum_model",
     "26_identification",
     "27_pendulum_control",
