@@ -12,10 +12,6 @@ from tests.prose import check, numerals, pages, power, quoted
 PENDING = {
     "14_what_gamma_measures",
     "27_pendulum_control",
-    "28_discretisation",
-    "29_on_the_desk",
-    "30_c_code",
-    "31_whole_chain",
 }
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]
