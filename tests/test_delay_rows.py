@@ -13,12 +13,17 @@ from sosbook.descriptor import Descriptor, descriptors
 from sosbook.theorems import Functional, Times, delay_stabilization
 
 HERE = ("20_delay_theorem", "21_delay_examples")
-ROWS = [r for r in reproduction.rows() if r.chapter in HERE]
 M = [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]]
 
 
-def row(item):
-    found = [r for r in ROWS if r.item.startswith(item)]
+@pytest.fixture(scope="module")
+def here(rows):
+    """The rows of these chapters."""
+    return [r for r in rows if r.chapter in HERE]
+
+
+def row(here, item):
+    found = [r for r in here if r.item.startswith(item)]
     exact = [r for r in found if r.item == item]
     (found,) = exact or found
     return found
@@ -38,13 +43,13 @@ def row(item):
     ("Theorem 2.3 yields gains, two masses", "property holds"),
     ("K_P, K_D, K_I of the two masses", "another solution"),
 ])
-def test_verdicts(item, verdict):
-    assert row(item).verdict == verdict
+def test_verdicts(here, item, verdict):
+    assert row(here, item).verdict == verdict
 
 
-def test_no_row_is_left_untested():
-    assert len(ROWS) == 14
-    tracked = [r for r in ROWS if r.item.startswith("e_a goes to zero")]
+def test_no_row_is_left_untested(here):
+    assert len(here) == 14
+    tracked = [r for r in here if r.item.startswith("e_a goes to zero")]
     assert [r.place for r in tracked] == ["Fig. 3.18", "Fig. 3.20"]
     assert {r.verdict for r in tracked} == {"property holds"}
 
@@ -64,7 +69,7 @@ def wing(D12, S22):
     (2.45, 2.7, 0.2, -0.733, "rate at the nominal delay"),
 ])
 def test_rightmost_root_by_newton_on_the_determinant(
-    D12, S22, delay, real, item
+    here, D12, S22, delay, real, item
 ):
     """det(s^2 M + s D + S - B (K_P + s K_D + K_I U / s) e^(-s d))."""
     D, S = wing(D12, S22)
@@ -87,7 +92,7 @@ def test_rightmost_root_by_newton_on_the_determinant(
         if done.converged and abs(characteristic(s)) < 1e-6:
             roots.append(s)
     assert abs(max(s.real for s in roots) - real) < 1e-3
-    assert f"{abs(real):.3f}" in row(item).ours + row(item).why
+    assert f"{abs(real):.3f}" in row(here, item).ours + row(here, item).why
 
 
 def test_the_misprints_hide_the_flutter():
@@ -99,17 +104,17 @@ def test_the_misprints_hide_the_flutter():
         assert abs(np.linalg.eigvals(A).real.max() - real) < 1e-4
 
 
-def test_positions_at_rest_follow_from_the_stiffness():
+def test_positions_at_rest_follow_from_the_stiffness(here):
     z = np.linalg.solve(wing(2.45, 2.7)[1], [1, 0, 0])
-    (tracked,) = (r for r in ROWS if r.place == "Fig. 3.18")
+    (tracked,) = (r for r in here if r.place == "Fig. 3.18")
     printed = re.findall(r"-?\d+\.\d{3}", tracked.why)
     np.testing.assert_allclose(
         list(map(float, printed)), z / z[0], atol=1e-3)
 
 
-def test_why_there_are_no_gains():
+def test_why_there_are_no_gains(here):
     """Its words follow from multipliers that are exact."""
-    found = row("Theorem 2.3 yields gains")
+    found = row(here, "Theorem 2.3 yields gains")
     assert found.ours == (
         "infeasible (printed data); infeasible (published data)")
     assert found.why.endswith("infeasibility is proven on both data sets")

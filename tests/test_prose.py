@@ -10,26 +10,8 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "09_when_vertices_are_not_enough",
-    "10_choosing_the_integrators",
-    "11_car_seat",
-    "12_singular_chain",
-    "13_flexible_arm",
     "14_what_gamma_measures",
-    "16_how_far_to_trust",
-    "19_input_delay",
-    "20_delay_theorem",
-    "21_delay_examples",
-    "22_sharper_certificates",
-    "23_lqr",
-    "24_observer",
-    "25_pendulum_model",
-    "26_identification",
     "27_pendulum_control",
-    "28_discretisation",
-    "29_on_the_desk",
-    "30_c_code",
-    "31_whole_chain",
 }
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]

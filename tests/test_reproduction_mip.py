@@ -6,14 +6,9 @@ import pytest
 
 import sosbook as sos
 from sosbook.mip import Mip, vertices
-from sosbook.reproduction import mip, observer, regulators
+from sosbook.reproduction import mip
 
 PRINT = sos.thesis.mip()
-
-
-@pytest.fixture(scope="module")
-def rows():
-    return (*mip.rows(), *regulators.rows(), *observer.rows())
 
 
 def find(rows, item, place=""):

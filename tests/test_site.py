@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
 PAGES = re.findall(r"^.*\b(?:root|file): *(\S+)", CONTENTS, re.MULTILINE)
 EXTRA = ["search", "genindex"]
+LIGHT, DARK = "rgb(255, 255, 255)", "rgb(18, 18, 18)"
 each_page = pytest.mark.parametrize("page", PAGES + EXTRA)
 
 #: Every element of the page, those inside custom elements too.
@@ -82,12 +83,25 @@ FAINT = (
 )
 
 
-def paper(tab):
-    return tab.page.evaluate("() => getComputedStyle(document.body).backgroundColor")
+def assert_readable(tab, paper):
+    """The page gets this background, and every text stands out from its own."""
+    tab.page.wait_for_function(
+        "(paper) => getComputedStyle(document.body).backgroundColor === paper",
+        arg=paper)
+    assert tab.page.evaluate(FAINT) == []
+
+
+def assert_fits_a_phone(tab):
+    needed, there = tab.page.evaluate(
+        "() => [document.scrollingElement.scrollWidth,"
+        " document.documentElement.clientWidth]"
+    )
+    assert needed <= there == 390
 
 
 @each_page
-def test_page_is_quiet_complete_named_and_readable(site, visit, page):
+def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, page):
+    """A page takes seconds to typeset: one visit for all of these."""
     tab = visit(site / f"{page}.html")
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith("file:")] == []
@@ -99,22 +113,22 @@ def test_page_is_quiet_complete_named_and_readable(site, visit, page):
     assert tab.page.locator("mjx-container").count() == (
         tab.page.locator("mjx-assistive-mml").count()
     )
-    assert tab.page.evaluate(FAINT) == []
-    assert paper(tab) == "rgb(255, 255, 255)"
+    assert_readable(tab, LIGHT)
+    tab.page.emulate_media(color_scheme="dark")
+    assert_readable(tab, DARK)
+    tab.page.set_viewport_size({"width": 390, "height": 900})
+    assert_fits_a_phone(tab)
 
 
-@each_page
-def test_page_fits_a_phone_and_is_readable_in_the_dark(site, visit, page):
-    """A page takes seconds to typeset: one visit for both."""
+@pytest.mark.parametrize("page", [
+    "book/intro", "book/20_delay_theorem", "book/30_c_code", "book/reproduction"])
+def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
     tab = visit(site / f"{page}.html", width=390, scheme="dark")
-    needed, there = tab.page.evaluate(
-        "() => [document.scrollingElement.scrollWidth,"
-        " document.documentElement.clientWidth]"
-    )
-    assert needed <= there == 390
+    assert tab.errors == []
+    assert_fits_a_phone(tab)
+    assert_readable(tab, DARK)
     tab.page.set_viewport_size({"width": 1280, "height": 900})
-    assert tab.page.evaluate(FAINT) == []
-    assert paper(tab) == "rgb(18, 18, 18)"
+    assert_readable(tab, DARK)
 
 
 class Links(HTMLParser):
