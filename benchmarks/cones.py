@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import margin
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 __all__ = ["Cones", "Task", "compiled"]
 

@@ -18,8 +18,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import solve_continuous_are
 
-from sosbook.descriptor import descriptors
-from sosbook.design import design_pid
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.pid import design_pid
 from sosbook.lmi.centre import Blocks, centre, minimize, phase_one
 from sosbook.maps.search import replaced, requirements
 

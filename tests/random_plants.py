@@ -22,12 +22,12 @@ import numpy as np
 from scipy.linalg import eigvals, solve_continuous_are
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
-from sosbook.frame import Frame
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks, margin
-from sosbook.lmi.conic import clarabel_minimize
-from sosbook.request import Request
+from sosbook.lmi.cones import clarabel_minimize
+from sosbook.synthesis.problem import Request
 
 __all__ = ["KINDS", "Case", "Units", "random_case", "random_request"]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.analysis import peak_input
-from sosbook.descriptor import descriptors
-from sosbook.request import Request
+from sosbook.analysis.linear import peak_input
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.problem import Request
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from sosbook.lmi.centre import (
     minimize,
     phase_one,
 )
-from sosbook.lmi.conic import cvxpy_constraints
+from sosbook.lmi.cones import cvxpy_constraints
 
 
 def lyapunov(A, Q):

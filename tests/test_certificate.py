@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.lmi import Unknown, certificate, eye
-from sosbook.lmi.certificate import (
+from sosbook.lmi import Unknown, exact as certificate, eye
+from sosbook.lmi.exact import (
     Rational,
     definite,
     exact,
@@ -22,8 +22,8 @@ from sosbook.lmi.certificate import (
     repair_multipliers,
     round_digits,
 )
-from sosbook.proof import prove
-from sosbook.request import Request
+from sosbook.synthesis.certificates import prove
+from sosbook.synthesis.problem import Request
 
 
 @pytest.fixture(scope="module")

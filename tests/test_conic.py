@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks
-from sosbook.lmi.conic import clarabel_minimize, clarabel_phase_one
-from sosbook.request import Request
+from sosbook.lmi.cones import clarabel_minimize, clarabel_phase_one
+from sosbook.synthesis.problem import Request
 from tests.cases import random_request
 
 

@@ -7,9 +7,9 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, theorems
-from sosbook.descriptor import Coupled, Descriptor
-from sosbook.lmi.certificate import exact, pivots
-from sosbook.request import Request
+from sosbook.plants.descriptor import Coupled, Descriptor
+from sosbook.lmi.exact import exact, pivots
+from sosbook.synthesis.problem import Request
 from tests.test_certificate import positive_definite
 
 

@@ -5,8 +5,8 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, couplings
-from sosbook.analysis import poles
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import poles
+from sosbook.plants.descriptor import descriptors
 from sosbook.reproduction import vertices
 
 

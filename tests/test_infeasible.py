@@ -5,11 +5,11 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
-from sosbook.lmi.certificate import exact
-from sosbook.request import Request
-from sosbook.phases import _closer
+from sosbook.lmi.exact import exact
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.feasibility import _closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]

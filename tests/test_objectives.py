@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook import phases
-from sosbook.request import Request
+from sosbook.synthesis import feasibility as phases
+from sosbook.synthesis.problem import Request
 
 
 @pytest.fixture(scope="module")

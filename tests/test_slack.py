@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.couplings import promises, widen
-from sosbook.proof import prove
-from sosbook.request import Request
+from sosbook.synthesis.certificates import prove
+from sosbook.synthesis.problem import Request
 from tests.cases import random_plant, random_request
 
 few = settings(max_examples=30, derandomize=True, deadline=None)

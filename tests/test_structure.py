@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
@@ -13,7 +13,7 @@ from sosbook.lmi.kronecker import Hessian
 from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.structure import structure, unfold
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 EXAMPLES = {
     f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)

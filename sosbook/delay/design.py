@@ -5,12 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..gains import Gains
 from ..lmi.centre import Blocks, Unbounded, centre, margin, phase_one
-from ..lmi.certificate import exact, round_digits
-from ..phases import bounded
-from ..proof import Proof, refute
-from ..system import matrix
+from ..lmi.exact import exact, round_digits
+from ..plants.checks import matrix
+from ..synthesis.certificates import Proof, refute
+from ..synthesis.feasibility import bounded
+from ..synthesis.gains import Gains
 from . import spectrum
 from .request import DelayedLoop, DelayRequest, check_loop
 from .simulation import simulate_delay

@@ -1,0 +1,73 @@
+"""Section 4.3 at 100 Hz: what a computer makes of the printed laws."""
+
+import control
+import numpy as np
+
+from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
+from .. import thesis
+from .table import Row, claim
+
+__all__ = ["rows"]
+
+SAMPLED = "28_discretisation"
+T = 0.01
+
+
+def rows():
+    """Which of the printed controllers a 100 Hz computer can run."""
+    printed, robot = thesis.mip(), Mip.printed()
+    robots = (robot, *vertices(robot))
+
+    def worst(law, ticks, sensing):
+        return max(SampledLoop(r, law, ticks * T, sensing).radius
+                   for r in robots)
+
+    gains = {f"{law} R = {R}": K for law, table in (
+        ("PD", printed.pd), ("PID", printed.pid)) for R, K in table.items()}
+    rates = np.random.default_rng(0).normal(size=(50, 2))
+    gap = max(_gap(K, rates) for K in gains.values())
+    yield Row(
+        SAMPLED, "the PID's program", "(4.26), (B.3)",
+        "the discrete PID of theta' and phi'",
+        "Euler sums of both, to 1e-9 V", claim(gap < 1e-9),
+        "with U, and x2 preset from the tilt, which print lacks",
+    )
+    of_gain, sums = SampledLaw.of_gain, SampledLaw.appendix_b
+    for law_of, ticks, sensing, words in (
+            (of_gain, 0, "exact", "exact state, at once"),
+            (of_gain, 1, "exact", "exact state, one tick late"),
+            (of_gain, 0, "firmware", "wheels by differences, at once"),
+            (of_gain, 1, "firmware", "wheels by differences, late"),
+            (sums, 0, "firmware", "(4.26), wheels by differences"),
+            (sums, 1, "firmware", "(4.26), the same, one tick late")):
+        lost = [name for name, K in gains.items() if worst(
+            law_of(K, T), ticks, sensing) >= 1]
+        yield Row(
+            SAMPLED, f"Tables 4.1, 4.2 at 100 Hz: {words}",
+            "Section 4.3.1", "run on the robot",
+            "unstable: " + (", ".join(lost) or "none"), claim(not lost),
+            "worst spectral radius of the middle and four vertices",
+        )
+    A, B, C, D = printed.discrete
+    D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
+    law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
+    radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
+    yield Row(
+        SAMPLED, "the observer's controller at 100 Hz", "(4.30)",
+        "run on the robot", f"worst radius {max(radii):.4f}",
+        claim(max(radii) < 1),
+        "at once and one tick late, rates exact and differenced; phi isn't "
+        "fed back",
+    )
+
+
+def _gap(K, rates):
+    """Between (4.26), mended, and a PID of Euler sums."""
+    law, z, s = SampledLaw.appendix_b(K, T), np.array([0.1, 0.0]), 0.0
+    x, gap = law.start * z[0], 0.0
+    for e in rates:
+        y = np.array([0, 0, *e])
+        V = K[0, :2] @ z + K[0, 2:4] @ e + (K[0, 4] * s if K.size > 4 else 0)
+        gap = max(gap, abs((law.C @ x + law.D @ y)[0] - V))
+        x, s, z = law.A @ x + law.B @ y, s + T * z[1], z + T * e
+    return gap

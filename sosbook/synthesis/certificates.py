@@ -1,0 +1,235 @@
+"""Proofs in exact rational arithmetic, of a loop or of its absence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..lmi.exact import definite, exact, repair_multipliers, round_digits
+from ..plants.checks import matrix
+
+__all__ = [
+    "Certificate",
+    "InfeasibilityCertificate",
+    "Proof",
+    "prove",
+    "prove_infeasible",
+    "refute",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """What exact arithmetic says of a design's blocks.
+
+    Parameters
+    ----------
+    proven : bool
+        Whether every block is positive definite, in rational arithmetic.
+    claims : tuple of str
+        What is proven, in words; empty without a proof.
+    blocks : dict
+        From a block's name to its smallest pivot, as a float (in large
+        blocks to six digits: see `sosbook.lmi.exact.definite`).
+    failed : tuple of str
+        Names of the blocks that aren't positive definite.
+    """
+
+    proven: bool
+    claims: tuple
+    blocks: dict
+    failed: tuple
+
+    def __str__(self):
+        if self.proven:
+            return "\n- ".join(["proven:", *self.claims])
+        return "not proven: " + ", ".join(self.failed)
+
+    @staticmethod
+    def of(blocks, claims):
+        """Arguments of a `Proof`: check the blocks, claim if all hold.
+
+        Parameters
+        ----------
+        blocks : dict
+            From a name to a symmetric matrix of rationals.
+        claims : tuple of str
+
+        Returns
+        -------
+        dict
+        """
+        found = {name: definite(g) for name, g in blocks.items()}
+        failed = tuple(n for n, (proven, _) in found.items() if not proven)
+        return dict(
+            proven=not failed, claims=() if failed else claims,
+            blocks={n: float(size) for n, (_, size) in found.items()},
+            failed=failed,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate(Proof):
+    """An exact proof that a gain does what was asked, or its failure.
+
+    Parameters
+    ----------
+    proven, claims, blocks, failed
+        As in `Proof`.
+    K : (m, N) array
+        The gain that the proof is about: rounded to the printed digits.
+    P : (N, N) array, or (vertices, N, N) with a slack matrix
+        The rational Lyapunov matrix, as decimal floats.
+    V : (N, N) array or None
+        The rational slack matrix.
+    """
+
+    K: np.ndarray
+    P: np.ndarray
+    V: np.ndarray = None
+
+
+@dataclass(frozen=True, eq=False)
+class InfeasibilityCertificate:
+    """Multipliers that exclude every design, by LMI duality.
+
+    Parameters
+    ----------
+    proven : bool
+        Whether the multipliers were made exact: then no P, Y exist.
+    value : float
+        sum <G_k0, Z_k>, not positive. A design would need it positive.
+    multipliers : dict
+        From a block's name to its multiplier Z_k (in the coordinates in
+        which the LMIs were solved).
+    """
+
+    proven: bool
+    value: float
+    multipliers: dict
+
+
+def prove(request, K, P, digits=6, V=None, J=None):
+    """Check every block of a request in exact arithmetic.
+
+    Parameters
+    ----------
+    request : Request
+    K : (m, N) array
+        Rounded to ``digits`` significant digits before the proof.
+    P : (N, N) array
+        Rounded too; must be symmetric. With ``coupling="slack"`` one
+        for each vertex.
+    V : (N, N) array, optional
+        The slack matrix; rounded too.
+    J : (q, q) array, optional
+        Of Theorem 2.4; rounded too.
+
+    Returns
+    -------
+    Certificate
+    """
+    if not isinstance(digits, int) or digits < 1:
+        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    shape = (request.order, request.order)
+    K = round_digits(matrix("K", K, (request.plant.m, request.order)), digits)
+    if request.coupling == "slack":
+        P = np.array([matrix("P", p, shape) for p in P])
+        V = matrix("V", V, shape)
+    else:
+        P = V = matrix("P", P, shape)
+    slack = V if request.coupling == "slack" else None
+    if not np.array_equal(P, P.swapaxes(-1, -2)):
+        return Certificate(
+            False, (), {}, ("P isn't symmetric",), K, P, slack)
+    gamma2 = None
+    if request.gamma is not None:
+        gamma2 = exact(request.gamma) ** 2
+    gain = exact(K)
+    for places in (12, 17):  # short rationals first, then all digits
+        lyapunov = exact(round_digits(P, places))
+        right = exact(round_digits(V, places))
+        found = Proof.of(request.blocks(
+            lyapunov, gain @ right.T, gamma2, exact, V=right,
+            J=None if J is None else exact(round_digits(J, places)),
+        ), _claims(request))
+        if found["proven"]:
+            break
+    P = round_digits(P, places)
+    if slack is not None:
+        slack = round_digits(V, places)
+    return Certificate(**found, K=K, P=P, V=slack)
+
+
+def _claims(request):
+    N = len(request.vertices)
+    if N == 1:
+        where = "the plant"
+    elif request.covers_polytope:
+        where = "every plant of the polytope"
+    else:
+        where = f"each of the {N} vertices (not the plants between)"
+    under = ", under u = K x," if request.plant.m else ""
+    words = [f"{where}{under} is stable"]
+    words += [f"its poles lie in the {p.text}" for p in request.parts]
+    if request.gamma is not None:
+        gamma = repr(request.gamma).removesuffix(".0")
+        words.append(f"its H-infinity norm is below {gamma}")
+    if request.cost is not None:
+        words.append(
+            f"its quadratic cost is below {request.cost.bound:.10g} times "
+            "the largest noise intensity"
+        )
+    if request.saturation is not None:
+        u_max = repr(request.saturation.u_max).removesuffix(".0")
+        signal = (
+            "K x + K_A z''" if request.saturation.acceleration else "K x(t)"
+        )
+        words.append(
+            f"|{signal}| <= {u_max} from x0 "
+            "(with r = 0, w = 0)"
+        )
+    return tuple(words)
+
+
+def prove_infeasible(request, frame, Z):
+    """Exact multipliers from float ones, where the repair succeeds.
+
+    Parameters
+    ----------
+    request : Request
+    frame : Frame
+    Z : list of arrays
+        Multipliers of the blocks in that frame.
+
+    Returns
+    -------
+    InfeasibilityCertificate
+    """
+    gamma2 = None
+    if request.gamma is not None:
+        gamma2 = exact(request.gamma) ** 2
+    return refute(*request.in_unknowns(frame, gamma2, exact), Z)
+
+
+def refute(expressions, unknowns, Z):
+    """`prove_infeasible` for blocks that are given as expressions.
+
+    Parameters
+    ----------
+    expressions : dict
+        From a block's name to its `Affine` expression in rationals.
+    unknowns : list of Unknown
+    Z : list of arrays
+    """
+    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
+    names = list(expressions)
+    if repaired is None:
+        value = float(sum(
+            (g.constant.astype(float) * z).sum()
+            for g, z in zip(expressions.values(), Z)
+        ))
+        return InfeasibilityCertificate(False, value, dict(zip(names, Z)))
+    multipliers, value = repaired
+    return InfeasibilityCertificate(
+        True, float(value), dict(zip(names, multipliers))
+    )

@@ -1,0 +1,276 @@
+"""From a request to a point inside its LMIs and to their centre."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..lmi import Unknown, block, eye
+from ..lmi.centre import CERTAIN, Blocks, Phase, Unbounded, centre, margin, phase_one
+from ..lmi.newton import newton_of
+from .certificates import prove, prove_infeasible
+from .problem import Request
+from .scaling import Frame
+
+__all__ = ["Solution", "answer", "any_centre", "bounded", "finish", "follow", "search",
+           "square"]
+
+MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
+MORE = 4  # pairs that join it at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What `Design` knows of its LMIs; see there."""
+
+    request: Request
+    status: str
+    K: np.ndarray = None
+    P: np.ndarray = None
+    Y: np.ndarray = None
+    V: np.ndarray = None
+    margins: dict = None
+    frame: Frame = None
+    multipliers: list = None
+    J: np.ndarray = None
+
+
+def search(request, objective=()):
+    """Phase one, in up to four frames.
+
+    Parameters
+    ----------
+    request : Request
+    objective : tuple of {"gamma", "u_max"}
+        Bounds that are free; numbers stand in for them in the request.
+
+    Returns
+    -------
+    phase, frame, blocks, unknowns, units
+        The last variables of the blocks are the squares of the free
+        bounds in these units.
+    """
+    frame, tried = Frame.of(request), []
+    if len(request.pairs) > MANY and not objective:
+        found = _cutting_plane(request, frame)
+        if found is not None:
+            return found
+    for _ in range(4):
+        units = {name: _unit(request, frame, name) for name in objective}
+        free = {name: Unknown(name, 1) for name in objective}
+        expressions, unknowns = request.in_unknowns(
+            frame, square(request.gamma),
+            squares={name: free[name] * units[name] for name in objective},
+        )
+        blocks = Blocks.of(
+            expressions.values(), [*unknowns, *free.values()])
+        first = None if objective else frame.guess(unknowns)
+        phase = phase_one(blocks, start=first)
+        tried.append((phase, frame, blocks, unknowns, units))
+        if phase.x is not None:
+            return tried[-1]
+        if phase.reach > CERTAIN or len(request.fixed_modes()):
+            break
+        frame = _closer(request, frame, unknowns, phase.near)
+    refused = [t for t in tried if t[0].verdict == "infeasible"] or tried
+    best = min(max(t[0].reach for t in refused), CERTAIN)
+    # beyond that, rounding errors decide which frame reaches further
+    return next(t for t in refused if t[0].reach >= best / 10)
+
+
+def _cutting_plane(request, frame):
+    """Phase one for many pairs of vertices: what `search` returns, or None.
+
+    The centre of a few pairs' blocks; then those that it violates most
+    join them, until it violates none.
+    """
+    expressions, unknowns = request.in_unknowns(frame, square(request.gamma))
+    blocks = Blocks.of(expressions.values(), unknowns)
+    newton = newton_of(blocks)
+    tags = set(request.tags)
+    ends = [name.rpartition(" ")[2] for name in expressions]
+    owners = np.array([end if " " + end in tags else "" for end in ends])
+    chosen = [""]  # P, and whatever belongs to no pair
+    x = frame.guess(unknowns)
+    x = np.zeros(blocks.variables) if x is None else x
+    while (least := newton.least(x)).min() <= 0:
+        broken = owners[np.argsort(least)[:(least <= 0).sum()]]
+        fresh = [o for o in dict.fromkeys(broken) if o not in chosen]
+        chosen += fresh[:MORE]
+        some = blocks.only(np.flatnonzero(np.isin(owners, chosen)))
+        phase = phase_one(some, start=x)
+        if phase.x is None:
+            return None
+        x = any_centre(some, unknowns, phase.x, enough=0.3)
+    return Phase("feasible", x=x), frame, blocks, unknowns, {}
+
+
+def any_centre(blocks, unknowns, x, enough=None):
+    """The analytic centre, of a bounded part if there is no other."""
+    try:
+        return centre(blocks, x, enough=enough)
+    except Unbounded:
+        pass
+    try:
+        return centre(*bounded(blocks, unknowns, x), enough=enough)
+    except Unbounded:
+        return x  # a degenerate set: keep the feasible point
+
+
+def _unit(request, frame, name):
+    if name == "u_max":
+        return frame.scale**2
+    if name == "cost":
+        return 1.0
+    C = request.vertices[0].C @ frame.T
+    return request.mu * np.linalg.norm(C, 2) ** 2
+
+
+def _closer(request, frame, unknowns, near):
+    """A frame in which the least infeasible P is the identity.
+
+    A solution of bad condition in the first frame may be plain there.
+    """
+    size = sum(u.size for u in unknowns)
+    values = _unpack(unknowns, near[:size])
+    P = sum(v for u, v in zip(unknowns, values) if u.symmetric)
+    sizes, directions = np.linalg.eigh(P)
+    if sizes[-1] <= 0:  # it points nowhere
+        return frame
+    sizes = np.sqrt(np.maximum(sizes / sizes.max(), 1e-6))
+    return Frame.at(request, frame.T @ (directions * sizes), frame.scale)
+
+
+def square(gamma):
+    return None if gamma is None else gamma**2
+
+
+def answer(request):
+    """The Solution of a request that leaves nothing open."""
+    phase, frame, blocks, unknowns, _ = search(request)
+    if phase.x is not None:
+        found = finish(request, frame, blocks, unknowns, phase.x)
+        if found.status == "feasible" or not len(request.fixed_modes()):
+            return found
+    refused = Solution(
+        request, phase.verdict, request.gain, frame=frame,
+        multipliers=phase.Z,
+    )
+    if phase.verdict == "undecided" and (
+        len(request.fixed_modes())
+        or phase.Z is not None
+        and prove_infeasible(request, frame, phase.Z).proven
+    ):
+        return replace(refused, status="infeasible")
+    return refused
+
+
+def follow(request, start):
+    """The Solution near another one, or None.
+
+    What is infeasible or unbounded is left to the way that doesn't
+    depend on the start.
+    """
+    if start is None or start.status != "feasible":
+        return None
+    frame = Frame.at(request, start.frame.T, start.frame.scale)
+    expressions, unknowns = request.in_unknowns(
+        frame, square(request.gamma))
+    blocks = Blocks.of(expressions.values(), unknowns)
+    x = _packed(request, frame, unknowns, start)
+    phase = phase_one(blocks, start=x, multipliers=False)
+    if phase.x is None:
+        return None
+    try:
+        x = centre(blocks, phase.x)
+    except Unbounded:
+        return None
+    return _solution(request, frame, unknowns, x)
+
+
+def _packed(request, frame, unknowns, start):
+    """The variables in a frame, from a Solution of the same shape."""
+    V = start.P if start.V is None else start.V
+    right = frame.back @ V @ frame.back.T
+    gain = start.K @ frame.T / frame.scale
+    P = [frame.back @ p @ frame.back.T for p in np.atleast_3d(start.P.T).T]
+    values = {"V": right, "Y": gain @ right.T}
+    lyapunov = [u for u in unknowns if u.name.startswith("P")]
+    values.update((u.name, p) for u, p in zip(lyapunov, P, strict=True))
+    return np.concatenate([u.pack(values[u.name]) for u in unknowns])
+
+
+def finish(request, frame, blocks, unknowns, x):
+    """The analytic centre as a Solution, from a feasible point."""
+    x = any_centre(blocks, unknowns, x)
+    return _solution(request, frame, unknowns, x)
+
+
+def _solution(request, frame, unknowns, x):
+    values = _unpack(unknowns, x)
+    lyapunov = [
+        v for u, v in zip(unknowns, values) if u.name.startswith("P")
+    ]
+    slack = request.coupling == "slack"
+    right = values[len(lyapunov)] if slack else lyapunov[0]
+    K = gain_of(request, frame, unknowns, x)
+    lyapunov = [frame.T @ p @ frame.T.T for p in lyapunov]
+    lyapunov = [(p + p.T) / 2 for p in lyapunov]
+    P = np.array(lyapunov) if slack else lyapunov[0]
+    V = frame.T @ right @ frame.T.T if slack else None
+    Y = K @ (V.T if slack else P)
+    J = None
+    if request.cost is not None:
+        J = values[-1] * request.noise_unit(frame) ** 2
+    margins = {
+        name: margin(g) for name, g in request.blocks(
+            P, Y, square(request.gamma), V=V, J=J).items()
+    }
+    good = min(margins.values()) > 1e-9
+    if not good:  # too close for floats
+        good = prove(request, K, P, 17, V, J).proven
+    status = "feasible" if good else "undecided"
+    return Solution(request, status, K, P, Y, V, margins, frame, J=J)
+
+
+def gain_of(request, frame, unknowns, x):
+    """K of a point of the LMIs, in the plant's own units."""
+    if request.gain is not None:
+        return request.gain
+    known = dict(zip((u.name for u in unknowns), _unpack(unknowns, x)))
+    right = known["V"] if request.coupling == "slack" else known["P"]
+    K = np.linalg.solve(right, known["Y"].T).T
+    return np.linalg.solve(frame.T.T, K.T).T * frame.scale
+
+
+def _unpack(unknowns, x):
+    ends = np.cumsum([u.size for u in unknowns])[:-1]
+    return [u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))]
+
+
+def bounded(blocks, unknowns, x, r=16.0):
+    """The blocks, joined by blocks "scale" that bound the unknowns.
+
+    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
+    block is homogeneous the gain doesn't depend on r. It grows until
+    there is a point inside, which is returned too: x if that will do.
+    """
+    P = [u for u in unknowns if u.symmetric]
+    rest = [u for u in unknowns if not u.symmetric]
+    lids = [block([[-p]]) for p in P]
+    if len(P) == 1 and len(rest) == 1:
+        (Y,), lids = rest, []
+        rest = []
+        lids = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+    for X in rest:
+        rows, cols = X.shape
+        lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+    while r < 1e16:
+        roof = [g + r * eye(len(g.constant)) for g in lids]
+        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
+        if Blocks.of(roof, blocks.unknowns).contain(x):
+            return joined, x
+        found = phase_one(joined).x
+        if found is not None:
+            return joined, found
+        r *= 16
+    raise Unbounded("no bound of the unknowns holds a feasible point")
