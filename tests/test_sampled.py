@@ -20,7 +20,7 @@ from sosbook.mip.spread import polytope
 from sosbook.sampled import (
     certify_sampled,
     design_sampled_lqr,
-    discretize as hold,
+    hold,
     prove_schur,
     sampled_cost,
     sampled_loop,

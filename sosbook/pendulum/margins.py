@@ -6,7 +6,7 @@ import control
 import numpy as np
 
 from ..plants.checks import positive
-from ..sampled import discretize as hold
+from ..sampled import hold
 from .law import SampledLaw
 from .model import Mip
 
