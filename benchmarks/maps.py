@@ -45,9 +45,8 @@ def point(request):
 
 def keeps(request, P, Y):
     """Whether all blocks are positive definite at (P, Y)."""
-    gamma2 = request.gamma and request.gamma**2
     return all(
-        margin(g) > SMALLEST for g in request.blocks(P, Y, gamma2).values())
+        margin(g) > SMALLEST for g in request.blocks(P, Y).values())
 
 
 def staircase(requests):

@@ -150,7 +150,7 @@ def test_shares_do_not_depend_on_units(robot):
 @pytest.mark.parametrize("change, fault", [
     (dict(name="speed"), "name = 'speed' must be one of sigma"),
     (dict(digits=0), "digits = 0"), (dict(digits=2.5), "digits = 2.5"),
-    (dict(region=sos.LMIRegion.disk(3)), "region must be a PoleRegion"),
+    (dict(region="disk"), "region must be a PoleRegion"),
     (dict(name="u_max", saturation=None), "u_max needs saturation"),
 ])
 def test_bad_input_is_named(robot, change, fault):

@@ -83,6 +83,8 @@ def cvxpy_constraints(request, margin=0.0):
     -------
     constraints : list
     P, Y : cvxpy.Variable
+        With ``coupling="slack"`` P is a list, one for each vertex. The
+        other unknowns are variables of the constraints.
 
     Examples
     --------
@@ -94,14 +96,17 @@ def cvxpy_constraints(request, margin=0.0):
     >>> problem.solve(solver="CLARABEL") > 0
     True
     """
-    P = cvxpy.Variable((request.order, request.order), symmetric=True)
-    if request.gain is None:
-        Y = cvxpy.Variable((request.plant.m, request.order))
-    else:
-        Y = request.gain @ P
-    gamma2 = None if request.gamma is None else request.gamma**2
+    variables = {
+        u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
+        for u in request.unknowns()
+    }
     constraints = []
-    for g in request.blocks(P, Y, gamma2).values():
+    for g in request.blocks_at(variables).values():
         symmetric = (g + g.T) / 2
         constraints.append(symmetric >> margin * np.eye(g.shape[0]))
-    return constraints, P, Y
+    P = [variables[name] for name in request.lyapunov]
+    V = variables.get("V")
+    Y = variables.get("Y")
+    if Y is None:
+        Y = request.gain @ (P[0] if V is None else V.T)
+    return constraints, (P[0] if V is None else P), Y

@@ -1,19 +1,18 @@
 """Regions of the complex plane for closed-loop poles."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ..analysis.linear import poles
 from ..plants.checks import matrix, number, positive
+from ..theorems import pole_region, slack_pole_region
+from .base import Requirement, sane_name
+from .vocabulary import RHO, SIGMA, THETA
 
 __all__ = ["LMIRegion", "PoleRegion", "Region"]
-
-# names of other LMI blocks and requirements
-_RESERVED = (
-    "P", "stability", "hinf", "x0", "u_max", "scale", "gamma", "saturation",
-)
-
 
 @dataclass(frozen=True, eq=False)
 class Region:
@@ -81,7 +80,7 @@ class Region:
         return all((d > 0).all() for d in self.distances(poles).values())
 
 
-class LMIRegion(Region):
+class LMIRegion(Region, Requirement):
     r"""The region :math:`\alpha + \beta s + \beta^\top \bar s < 0`.
 
     Parameters
@@ -91,7 +90,8 @@ class LMIRegion(Region):
     beta : (k, k) array_like
         Any real matrix.
     name : str
-        Names the LMI block that demands it.
+        Names the LMI block that demands it: letters, digits, spaces and
+        hyphens.
     text : str, optional
         The region in words, for certificates.
 
@@ -106,6 +106,9 @@ class LMIRegion(Region):
     (True, False)
     """
 
+    kind, promise, rank = "region", "poles", 12
+    _again = None  # makes the same region with another bound
+
     def __init__(self, alpha, beta, name, text=None):
         alpha = matrix("alpha", alpha)
         k = alpha.shape[0]
@@ -114,11 +117,7 @@ class LMIRegion(Region):
         beta = matrix("beta", beta, (k, k))
         if not beta.any():
             raise ValueError("beta is zero: the region has no boundary")
-        if not isinstance(name, str) or name in ("", *_RESERVED):
-            raise ValueError(
-                f"name = {name!r} must be a string and none of "
-                + ", ".join(_RESERVED)
-            )
+        sane_name(name)
         object.__setattr__(self, "alpha", alpha)
         object.__setattr__(self, "beta", beta)
         object.__setattr__(self, "name", name)
@@ -137,6 +136,70 @@ class LMIRegion(Region):
             and self.alpha[0, 0] >= 0 and self.beta[0, 0] > 0
         )
 
+    def _movable(self, parameter, bound, again, rank):
+        for name, value in (("parameter", parameter), ("bound", bound),
+                            ("_again", again), ("rank", rank)):
+            object.__setattr__(self, name, value)
+        return self
+
+    @property
+    def words(self):
+        """The parameter's words, unless it has a name of its own."""
+        named = self.name not in ("half-plane", "sector", "disk")
+        return self.name if named or not self.parameter else super().words
+
+    @property
+    def titles(self):
+        symbol = "" if self.words == self.name else f" {self.parameter.symbol}"
+        return {"": self.name + symbol}
+
+    def with_bound(self, bound):
+        if self._again is None:
+            return super().with_bound(bound)
+        return self._again(bound)
+
+    def contradicts(self, other):
+        """A disk that lies right of a half-plane holds no pole of it."""
+        if not (self._is_disk and isinstance(other, LMIRegion)
+                and other.parameter is SIGMA):
+            return False
+        rho, shift = -self.alpha[0]
+        return rho <= other.bound + shift
+
+    def admits(self, s):
+        return self.contains(s)
+
+    def pair(self, loop, c):
+        yield "", pole_region(
+            c, loop.number(self.alpha), loop.number(self.beta))
+
+    def slack(self, loop, c, i):
+        yield "", slack_pole_region(
+            c, loop.number(self.alpha), loop.number(self.beta), loop.epsilon)
+
+    def claim(self):
+        return f"its poles lie in the {self.text}"
+
+    def truth(self, loops, K, K_A=None):
+        """How far inside the worst pole lies, in rad/s: see `distances`."""
+        spectra = np.array([poles(d, K) for d in loops])
+        return self.distance(spectra).min()
+
+    def kept(self, truth):
+        return truth
+
+    def rate(self):
+        if self._is_disk:
+            rho, shift = -self.alpha[0]
+            return 0, rho / 2 + abs(shift)
+        if self.implies_stability and self.alpha[0, 0] > 0:
+            return 1, 2 * self.alpha[0, 0] / self.beta[0, 0]
+        return None
+
+    @property
+    def _is_disk(self):
+        return np.array_equal(self.beta, [[0, 1], [0, 0]])
+
     def characteristic(self, s):
         """The Hermitian matrices f(s) of (A.8), one for each pole."""
         s = np.asarray(s, complex)[..., None, None]
@@ -151,7 +214,9 @@ class LMIRegion(Region):
     def half_plane(cls, sigma, name="half-plane"):
         """Re s < -sigma (2.18)."""
         alpha = [[2 * number("sigma", sigma)]]
-        return cls(alpha, [[1]], name, f"{name} Re s < {_words(0.0 - sigma)}")
+        text = f"{name} Re s < {_words(0.0 - sigma)}"
+        return cls(alpha, [[1]], name, text)._movable(
+            SIGMA, float(sigma), partial(cls.half_plane, name=name), 10)
 
     @classmethod
     def sector(cls, theta, apex=0.0, name="sector"):
@@ -175,7 +240,8 @@ class LMIRegion(Region):
         text = f"{name} of half-angle {_degrees(theta)} degrees"
         if apex:
             text += f" with apex {_words(apex)}"
-        return cls(alpha, beta, name, text)
+        return cls(alpha, beta, name, text)._movable(
+            THETA, theta, partial(cls.sector, apex=apex, name=name), 11)
 
     @classmethod
     def disk(cls, rho, centre=0.0, name="disk"):
@@ -184,7 +250,8 @@ class LMIRegion(Region):
         centre = number("centre", centre)
         alpha = [[-rho, -centre], [-centre, -rho]]
         text = f"{name} of radius {_words(rho)} around {_words(centre)}"
-        return cls(alpha, [[0, 1], [0, 0]], name, text)
+        return cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
+            RHO, rho, partial(cls.disk, centre=centre, name=name), 12)
 
     @classmethod
     def strip(cls, left, right, name="strip"):
@@ -273,11 +340,28 @@ class PoleRegion(Region):
         ).items():
             object.__setattr__(self, name, value)
 
+    @classmethod
+    def of(cls, parts):
+        """The region of these parts: a PoleRegion where they make one."""
+        bounds = {p.parameter.key: p.bound for p in parts if p.parameter}
+        if len(bounds) == len(parts):
+            try:
+                region = cls(**bounds)
+            except ValueError:
+                return Region(parts)
+            if [_same(p) for p in parts] == [_same(p) for p in region.parts]:
+                return region
+        return parts[0] if len(parts) == 1 else Region(parts)
+
     def __repr__(self):
         return (
             f"PoleRegion(sigma={self.sigma}, theta={self.theta}, "
             f"rho={self.rho})"
         )
+
+
+def _same(part):
+    return part.name, part.alpha.tolist(), part.beta.tolist()
 
 
 def _words(x):

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.optimize import nnls
 from tqdm.auto import tqdm
 
-from ..analysis.linear import hinf_norm, peak_input, poles
 from ..plants.checks import number
 from ..plants.descriptor import descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
+from ..requirements.stability import Stability
 from ..synthesis.pid import design_pid
 
 __all__ = [
@@ -100,8 +100,8 @@ def promises(design, count=20, seed=0):
     -------
     dict
         All positive where every promise is kept: "poles" (distance from
-        the imaginary axis and into the region, rad/s), "gamma" (bound
-        less norm), "u_max" (bound less peak of the input).
+        the imaginary axis and into the region, rad/s), for each other
+        requirement the bound less the true value, by its parameter.
 
     Examples
     --------
@@ -116,21 +116,11 @@ def promises(design, count=20, seed=0):
         raise ValueError(f"the design is {design.status}: nothing to keep")
     plants = inside(request.plant, count, seed)
     loops = descriptors(Polytope(plants), request.U, request.K_A)
-    spectra = np.array([poles(d, design.K) for d in loops])
-    depth = [-spectra.real.max()]
-    if request.region is not None:
-        depth += [
-            x.min() for x in request.region.distances(spectra).values()
-        ]
-    kept = {"poles": min(depth)}
-    if request.gamma is not None:
-        norm = max(hinf_norm(d, design.K) for d in loops)
-        kept["gamma"] = request.gamma - norm
-    if request.saturation is not None:
-        x0 = request.saturation.x0
-        peak = max(peak_input(d, design.K, x0) for d in loops)
-        kept["u_max"] = request.saturation.u_max - peak
-    return {name: float(value) for name, value in kept.items()}
+    kept = {}
+    for r in (Stability(), *request.requirements):
+        value = float(r.kept(r.truth(loops, design.K, request.K_A)))
+        kept[r.promise] = min(value, kept.get(r.promise, np.inf))
+    return kept
 
 
 def compare(plant, couplings=READINGS, **asked):

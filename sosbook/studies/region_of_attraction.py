@@ -113,7 +113,7 @@ def basin(plant, K, U=None, sigma=0.0, *, row, bound, start,
     if loop.status != "feasible":
         return Basin(loop.status)
     frame = Frame.of(loop.request)
-    blocks, (P,) = loop.request.in_unknowns(frame, None)
+    blocks, (P,) = loop.request.in_unknowns(frame)
     blocks["row"] = control_bound(P, row @ frame.T / bound @ P, 1.0)
     ray = frame.back @ start
     size = np.linalg.norm(ray)

@@ -108,7 +108,7 @@ class InfeasibilityCertificate:
     multipliers: dict
 
 
-def prove(request, K, P, digits=6, V=None, J=None):
+def prove(request, K, P, digits=6, V=None, own=None):
     """Check every block of a request in exact arithmetic.
 
     Parameters
@@ -121,8 +121,8 @@ def prove(request, K, P, digits=6, V=None, J=None):
         for each vertex.
     V : (N, N) array, optional
         The slack matrix; rounded too.
-    J : (q, q) array, optional
-        Of Theorem 2.4; rounded too.
+    own : dict, optional
+        The requirements' own unknowns, by name; rounded too.
 
     Returns
     -------
@@ -141,16 +141,14 @@ def prove(request, K, P, digits=6, V=None, J=None):
     if not np.array_equal(P, P.swapaxes(-1, -2)):
         return Certificate(
             False, (), {}, ("P isn't symmetric",), K, P, slack)
-    gamma2 = None
-    if request.gamma is not None:
-        gamma2 = exact(request.gamma) ** 2
     gain = exact(K)
     for places in (12, 17):  # short rationals first, then all digits
         lyapunov = exact(round_digits(P, places))
         right = exact(round_digits(V, places))
         found = Proof.of(request.blocks(
-            lyapunov, gain @ right.T, gamma2, exact, V=right,
-            J=None if J is None else exact(round_digits(J, places)),
+            lyapunov, gain @ right.T, exact, V=right, own={
+                name: exact(round_digits(value, places))
+                for name, value in (own or {}).items()},
         ), _claims(request))
         if found["proven"]:
             break
@@ -170,24 +168,7 @@ def _claims(request):
         where = f"each of the {N} vertices (not the plants between)"
     under = ", under u = K x," if request.plant.m else ""
     words = [f"{where}{under} is stable"]
-    words += [f"its poles lie in the {p.text}" for p in request.parts]
-    if request.gamma is not None:
-        gamma = repr(request.gamma).removesuffix(".0")
-        words.append(f"its H-infinity norm is below {gamma}")
-    if request.cost is not None:
-        words.append(
-            f"its quadratic cost is below {request.cost.bound:.10g} times "
-            "the largest noise intensity"
-        )
-    if request.saturation is not None:
-        u_max = repr(request.saturation.u_max).removesuffix(".0")
-        signal = (
-            "K x + K_A z''" if request.saturation.acceleration else "K x(t)"
-        )
-        words.append(
-            f"|{signal}| <= {u_max} from x0 "
-            "(with r = 0, w = 0)"
-        )
+    words += [r.claim() for r in request.requirements]
     return tuple(words)
 
 
@@ -205,10 +186,7 @@ def prove_infeasible(request, frame, Z):
     -------
     InfeasibilityCertificate
     """
-    gamma2 = None
-    if request.gamma is not None:
-        gamma2 = exact(request.gamma) ** 2
-    return refute(*request.in_unknowns(frame, gamma2, exact), Z)
+    return refute(*request.in_unknowns(frame, exact), Z)
 
 
 def refute(expressions, unknowns, Z):

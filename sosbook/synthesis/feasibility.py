@@ -11,8 +11,8 @@ from .certificates import prove, prove_infeasible
 from .problem import Request
 from .scaling import Frame
 
-__all__ = ["Solution", "answer", "any_centre", "bounded", "finish", "follow", "search",
-           "square"]
+__all__ = ["Solution", "answer", "any_centre", "bounded", "finish", "follow",
+           "gain_of", "search"]
 
 MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
 MORE = 4  # pairs that join it at a time
@@ -31,7 +31,7 @@ class Solution:
     margins: dict = None
     frame: Frame = None
     multipliers: list = None
-    J: np.ndarray = None
+    own: dict = None
 
 
 def search(request, objective=()):
@@ -40,13 +40,13 @@ def search(request, objective=()):
     Parameters
     ----------
     request : Request
-    objective : tuple of {"gamma", "u_max"}
-        Bounds that are free; numbers stand in for them in the request.
+    objective : tuple of Requirement
+        Those whose bounds are free; numbers stand in for them.
 
     Returns
     -------
     phase, frame, blocks, unknowns, units
-        The last variables of the blocks are the squares of the free
+        The last variables of the blocks are the levels of the free
         bounds in these units.
     """
     frame, tried = Frame.of(request), []
@@ -55,12 +55,11 @@ def search(request, objective=()):
         if found is not None:
             return found
     for _ in range(4):
-        units = {name: _unit(request, frame, name) for name in objective}
-        free = {name: Unknown(name, 1) for name in objective}
-        expressions, unknowns = request.in_unknowns(
-            frame, square(request.gamma),
-            squares={name: free[name] * units[name] for name in objective},
-        )
+        units = {r.parameter.key: r.level_unit(request, frame)
+                 for r in objective}
+        free = {name: Unknown(name, 1) for name in units}
+        expressions, unknowns = request.in_unknowns(frame, levels={
+            name: free[name] * unit for name, unit in units.items()})
         blocks = Blocks.of(
             expressions.values(), [*unknowns, *free.values()])
         first = None if objective else frame.guess(unknowns)
@@ -83,13 +82,11 @@ def _cutting_plane(request, frame):
     The centre of a few pairs' blocks; then those that it violates most
     join them, until it violates none.
     """
-    expressions, unknowns = request.in_unknowns(frame, square(request.gamma))
+    expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     newton = newton_of(blocks)
-    tags = set(request.tags)
-    ends = [name.rpartition(" ")[2] for name in expressions]
-    owners = np.array([end if " " + end in tags else "" for end in ends])
-    chosen = [""]  # P, and whatever belongs to no pair
+    owners = np.array([str(name.vertices) for name in expressions])
+    chosen = ["()"]  # P, and whatever belongs to no pair
     x = frame.guess(unknowns)
     x = np.zeros(blocks.variables) if x is None else x
     while (least := newton.least(x)).min() <= 0:
@@ -116,15 +113,6 @@ def any_centre(blocks, unknowns, x, enough=None):
         return x  # a degenerate set: keep the feasible point
 
 
-def _unit(request, frame, name):
-    if name == "u_max":
-        return frame.scale**2
-    if name == "cost":
-        return 1.0
-    C = request.vertices[0].C @ frame.T
-    return request.mu * np.linalg.norm(C, 2) ** 2
-
-
 def _closer(request, frame, unknowns, near):
     """A frame in which the least infeasible P is the identity.
 
@@ -132,16 +120,12 @@ def _closer(request, frame, unknowns, near):
     """
     size = sum(u.size for u in unknowns)
     values = _unpack(unknowns, near[:size])
-    P = sum(v for u, v in zip(unknowns, values) if u.symmetric)
+    P = sum(values[name] for name in request.lyapunov)
     sizes, directions = np.linalg.eigh(P)
     if sizes[-1] <= 0:  # it points nowhere
         return frame
     sizes = np.sqrt(np.maximum(sizes / sizes.max(), 1e-6))
     return Frame.at(request, frame.T @ (directions * sizes), frame.scale)
-
-
-def square(gamma):
-    return None if gamma is None else gamma**2
 
 
 def answer(request):
@@ -173,10 +157,11 @@ def follow(request, start):
     if start is None or start.status != "feasible":
         return None
     frame = Frame.at(request, start.frame.T, start.frame.scale)
-    expressions, unknowns = request.in_unknowns(
-        frame, square(request.gamma))
+    expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     x = _packed(request, frame, unknowns, start)
+    if x is None:
+        return None
     phase = phase_one(blocks, start=x, multipliers=False)
     if phase.x is None:
         return None
@@ -188,14 +173,23 @@ def follow(request, start):
 
 
 def _packed(request, frame, unknowns, start):
-    """The variables in a frame, from a Solution of the same shape."""
+    """The variables in a frame, from a Solution of the same shape.
+
+    None if that doesn't know the requirements' own unknowns.
+    """
     V = start.P if start.V is None else start.V
     right = frame.back @ V @ frame.back.T
     gain = start.K @ frame.T / frame.scale
     P = [frame.back @ p @ frame.back.T for p in np.atleast_3d(start.P.T).T]
     values = {"V": right, "Y": gain @ right.T}
-    lyapunov = [u for u in unknowns if u.name.startswith("P")]
-    values.update((u.name, p) for u, p in zip(lyapunov, P, strict=True))
+    values.update(zip(request.lyapunov, P, strict=True))
+    known = start.own or {}
+    for name, unit in request.own_units(frame).items():
+        if name not in known:
+            return None
+        values[name] = known[name] / unit
+    if any(np.shape(values[u.name]) != u.shape for u in unknowns):
+        return None
     return np.concatenate([u.pack(values[u.name]) for u in unknowns])
 
 
@@ -207,36 +201,33 @@ def finish(request, frame, blocks, unknowns, x):
 
 def _solution(request, frame, unknowns, x):
     values = _unpack(unknowns, x)
-    lyapunov = [
-        v for u, v in zip(unknowns, values) if u.name.startswith("P")
-    ]
+    lyapunov = [values[name] for name in request.lyapunov]
     slack = request.coupling == "slack"
-    right = values[len(lyapunov)] if slack else lyapunov[0]
+    right = values["V"] if slack else lyapunov[0]
     K = gain_of(request, frame, unknowns, x)
     lyapunov = [frame.T @ p @ frame.T.T for p in lyapunov]
     lyapunov = [(p + p.T) / 2 for p in lyapunov]
     P = np.array(lyapunov) if slack else lyapunov[0]
     V = frame.T @ right @ frame.T.T if slack else None
     Y = K @ (V.T if slack else P)
-    J = None
-    if request.cost is not None:
-        J = values[-1] * request.noise_unit(frame) ** 2
+    own = {name: values[name] * unit
+           for name, unit in request.own_units(frame).items()}
     margins = {
-        name: margin(g) for name, g in request.blocks(
-            P, Y, square(request.gamma), V=V, J=J).items()
+        name: margin(g)
+        for name, g in request.blocks(P, Y, V=V, own=own).items()
     }
     good = min(margins.values()) > 1e-9
     if not good:  # too close for floats
-        good = prove(request, K, P, 17, V, J).proven
+        good = prove(request, K, P, 17, V, own).proven
     status = "feasible" if good else "undecided"
-    return Solution(request, status, K, P, Y, V, margins, frame, J=J)
+    return Solution(request, status, K, P, Y, V, margins, frame, own=own)
 
 
 def gain_of(request, frame, unknowns, x):
     """K of a point of the LMIs, in the plant's own units."""
     if request.gain is not None:
         return request.gain
-    known = dict(zip((u.name for u in unknowns), _unpack(unknowns, x)))
+    known = _unpack(unknowns, x)
     right = known["V"] if request.coupling == "slack" else known["P"]
     K = np.linalg.solve(right, known["Y"].T).T
     return np.linalg.solve(frame.T.T, K.T).T * frame.scale
@@ -244,7 +235,8 @@ def gain_of(request, frame, unknowns, x):
 
 def _unpack(unknowns, x):
     ends = np.cumsum([u.size for u in unknowns])[:-1]
-    return [u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))]
+    return {u.name: u.unpack(part)
+            for u, part in zip(unknowns, np.split(x, ends))}
 
 
 def bounded(blocks, unknowns, x, r=16.0):

@@ -56,21 +56,20 @@ def design_lqr(plant, Q, R, U=None, K_A=None, noise="states",
     >>> design.K.round(4)  # [-1, -sqrt(2)]
     array([[-1.    , -1.4142]])
     """
-    cost = QuadraticCost(Q, R, noise, bound=1.0)
+    asked = QuadraticCost(Q, R, noise, bound=1.0)
+    name = asked.parameter.key
     request = Request(plant, U, region, K_A=K_A, coupling=coupling,
-                      slack=slack, cost=cost)
-    objective = {"cost": 1.0}
+                      slack=slack, requirements=[asked])
+    objective = {name: 1.0}
     request, found = with_slack(request, objective)
     if not found:
         return Design(request, "undecided")
     values, x, frame = _first_optimum(request, objective)
     if values is None:
         return Design(request, x.verdict, frame=frame, multipliers=x.Z)
-    _, unknowns = request.in_unknowns(frame, None)
-    bound = float(f"{values['cost'] * (1 + BACKOFF):.5e}")
-    found = answer(replace(
-        request, gain=gain_of(request, frame, unknowns, x),
-        cost=replace(cost, bound=bound)))
+    gain = gain_of(request, frame, request.unknowns(), x)
+    bound = float(f"{values[name] * (1 + BACKOFF):.5e}")
+    found = answer(replace(request.with_bounds({name: bound}), gain=gain))
     return Design(**vars(found))
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..lmi.centre import Blocks, Unbounded, minimize
 from ..lmi.exact import round_digits
-from .feasibility import Solution, answer, bounded, finish, follow, search, square
+from ..requirements.shorthand import bounds
+from .feasibility import Solution, answer, bounded, finish, follow, search
 from .scaling import typical_rate
 
 __all__ = ["feasible", "optimum", "solve", "with_slack"]
@@ -15,7 +16,7 @@ __all__ = ["feasible", "optimum", "solve", "with_slack"]
 SLACK_STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
 
 
-def solve(request, objective=None, free_mu=False, backoff=0.01, start=None):
+def solve(request, objective=None, tune=None, backoff=0.01, start=None):
     """Solve a request; search what it leaves open.
 
     Parameters
@@ -23,10 +24,11 @@ def solve(request, objective=None, free_mu=False, backoff=0.01, start=None):
     request : Request
         With ``coupling="slack"`` and no ``slack`` the scalar is searched.
     objective : dict, optional
-        Weights of gamma and u_max: their squares' weighted sum is
-        minimised. Numbers stand in for them in the request.
-    free_mu : bool
-        Search mu.
+        Weights by the names of parameters: the weighted sum of their
+        levels (see `Parameter`) is minimised. Numbers stand in for them
+        in the request.
+    tune : str, optional
+        Parameter of the requirement whose free scalar is searched.
     backoff : float
         What is added to the optimal bounds, as a fraction.
     start : Solution, optional
@@ -36,8 +38,8 @@ def solve(request, objective=None, free_mu=False, backoff=0.01, start=None):
     -------
     Solution
     """
-    if free_mu:
-        request, found = _search_mu(request)
+    if tune is not None:
+        request, found = _tuned(request, tune)
         if not found:
             return Solution(request, "undecided", request.gain)
     request, found = with_slack(request, objective)
@@ -46,7 +48,7 @@ def solve(request, objective=None, free_mu=False, backoff=0.01, start=None):
     if objective:
         return _at_optimum(request, objective, backoff)
     found = follow(request, start) or answer(request)
-    if free_mu and found.status == "infeasible":  # for this mu only
+    if tune and found.status == "infeasible":  # for this scalar only
         return replace(found, status="undecided")
     return found
 
@@ -65,19 +67,6 @@ def feasible(request):
     return search(request)[0].x is not None
 
 
-def _bounds(request, values):
-    """The request with other values of gamma and u_max."""
-    if "u_max" in values:
-        limit = replace(request.saturation, u_max=values["u_max"])
-        request = replace(request, saturation=limit)
-    if "gamma" in values:
-        request = replace(request, gamma=values["gamma"])
-    if "cost" in values:
-        cost = replace(request.cost, bound=values["cost"])
-        request = replace(request, cost=cost)
-    return request
-
-
 def optimum(request, objective, gap):
     """The optimal bounds (None without any), their point, the frame.
 
@@ -91,8 +80,9 @@ def optimum(request, objective, gap):
     gap : float
         Relative accuracy of the weighted sum.
     """
-    probe = _bounds(request, dict.fromkeys(objective, 1.0))
-    phase, frame, blocks, unknowns, units = search(probe, tuple(objective))
+    probe = request.with_bounds(dict.fromkeys(objective, 1.0))
+    free = tuple(_owner(probe, name) for name in objective)
+    phase, frame, blocks, unknowns, units = search(probe, free)
     if phase.x is None:
         return None, phase, frame
     cost = np.zeros(blocks.variables)
@@ -100,19 +90,34 @@ def optimum(request, objective, gap):
         objective[name] * units[name] for name in objective]
     cost /= cost.max()
     best = _minimize(blocks, unknowns, cost, phase.x, gap, objective)
-    squares = best[-len(objective):] * list(units.values())
-    values = {
-        name: float(
-            square * request.noise_unit(frame) ** 2
-            if name == "cost" else np.sqrt(square))
-        for name, square in zip(objective, squares)
-    }
+    levels = best[-len(objective):] * list(units.values())
+    values = {r.parameter.key: r.parameter.bound(level)
+              for r, level in zip(free, levels)}
     return values, best[:-len(objective)], frame
 
 
-def _smallest_gamma(request, gap):
-    found = optimum(request, {"gamma": 1.0}, gap)[0]
-    return np.inf if found is None else found["gamma"]
+def _owner(request, name):
+    """The requirement that a parameter belongs to."""
+    return next(r for r in request.requirements
+                if r.parameter is not None and r.parameter.key == name)
+
+
+def _tuned(request, name):
+    """The request with the best free scalar of a theorem, and whether any."""
+    request = request.with_bounds({name: 1.0}) if (
+        name not in bounds(request.requirements)) else request
+    owner = _owner(request, name)
+
+    def changed(other):
+        return replace(request, requirements=tuple(
+            other if r is owner else r for r in request.requirements))
+
+    def smallest(other):
+        found = optimum(changed(other), {name: 1.0}, 1e-2)[0]
+        return np.inf if found is None else found[name]
+
+    best = owner.tuned(smallest)
+    return (request, False) if best is None else (changed(best), True)
 
 
 def _minimize(blocks, unknowns, cost, x, gap, objective):
@@ -143,11 +148,11 @@ def _at_optimum(request, objective, backoff):
     values, x, frame = optimum(request, objective, 1e-5)
     if values is None:
         return Solution(request, x.verdict, request.gain)
-    request = _bounds(request, {
+    request = request.with_bounds({
         name: _rounded_up(value * (1 + backoff))
         for name, value in values.items()
     })
-    expressions, unknowns = request.in_unknowns(frame, square(request.gamma))
+    expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     return finish(request, frame, blocks, unknowns, x)
 
@@ -173,39 +178,9 @@ def _search_slack(request, objective):
         found = optimum(trial, objective, 1e-3)[0]
         if found is not None:
             tried[slack] = sum(
-                weight * found[name] ** (1 if name == "cost" else 2)
+                weight * found[name] ** _owner(request, name).parameter.power
                 for name, weight in objective.items())
     if not tried:
         return trial, False
     best = min(tried, key=tried.get)
     return replace(request, slack=best), True
-
-
-def _search_mu(request):
-    """The request with the mu of the smallest gamma, and whether any."""
-    if request.coupling == "slack" and request.slack is None:
-        raise ValueError(
-            'mu="free" and a free slack are two searches at once: give '
-            "slack a number"
-        )
-    known = {}
-
-    def bound(mu):
-        if mu not in known:
-            known[mu] = _smallest_gamma(replace(request, mu=mu), 1e-2)
-        return known[mu]
-
-    mu = 1.0
-    while bound(mu) == np.inf:  # a large mu asks nothing of w
-        mu *= 256
-        if mu > 1e24:
-            return request, False
-    for ratio in (16.0, 4.0, 1.6, 1.2):
-        for step in (ratio, 1 / ratio):
-            while bound(_near(mu * step)) < 0.99 * bound(mu):
-                mu = _near(mu * step)
-    return replace(request, mu=mu), True
-
-
-def _near(mu):
-    return float(round_digits(mu, 2))

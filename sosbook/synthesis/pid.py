@@ -1,7 +1,6 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
-import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +11,8 @@ from ..plants.checks import positive
 from ..plants.descriptor import descriptors
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import Polytope, SecondOrderSystem
-from ..requirements.cost import noise_cost
+from ..requirements.shorthand import collected, moved
+from ..requirements.vocabulary import PARAMETERS
 from .certificates import prove, prove_infeasible
 from .feasibility import Solution, answer
 from .gains import Gains
@@ -103,7 +103,7 @@ class Design(Gains, Solution):
                 f"the design is {self.status}: there is nothing to "
                 "certify; see its advice and infeasibility"
             )
-        return prove(self.request, self.K, self.P, digits, self.V, self.J)
+        return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
     def to_cvxpy(self, margin=0.0):
         """The same LMIs as cvxpy constraints, for other solvers.
@@ -154,24 +154,21 @@ class Design(Gains, Solution):
                 f"No gain moves the mode at {fixed[0]:.4g}: it is "
                 "uncontrollable; change B, or ask for less there."
             )
-        names = self.request.requirements
-        enough = [
-            name for name in names
-            if feasible(self.request.without(name))
-        ]
+        asked = self.request.requirements
+        enough = [r for r in asked if feasible(self.request.without(r))]
         if not enough:
             if self.request.gain is not None:
-                if not names:
+                if not asked:
                     return "No common P proves that this gain is stable."
                 return (
                     "No common P proves what is asked of this gain, even "
                     "with any single requirement left out."
                 )
-            if len(names) < 2:
+            if len(asked) < 2:
                 return "No gain makes this loop provably stable."
             return (
                 "Leaving out any single requirement isn't enough: relax "
-                "several of " + _words(names) + "."
+                "several of " + _words(asked) + "."
             )
         enough.sort(key=self._weight, reverse=True)
         text = f"Relax the {_words(enough[:1])} first"
@@ -180,23 +177,14 @@ class Design(Gains, Solution):
             text += _words(enough[1:])
         return text + "."
 
-    def _weight(self, name):
+    def _weight(self, requirement):
         """Share of the multipliers that a requirement's blocks carry."""
         if self.multipliers is None:
             return 0.0
-        expressions, _ = self.request.in_unknowns(
-            self.frame, (self.request.gamma or 0) ** 2
-        )
-        keys = {"gamma": ("hinf",), "saturation": ("x0", "u_max"),
-                "cost": ("trace", "cost", "lqr")}
-        wanted = keys.get(name, (name,))
-        if len(self.request.vertices) > 1:  # drop the vertices' numbers
-            expressions = [
-                re.sub(r" \d+(,\d+)?$", "", key) for key in expressions
-            ]
+        expressions, _ = self.request.in_unknowns(self.frame)
         return sum(
-            np.trace(z) for key, z in zip(expressions, self.multipliers)
-            if key in wanted
+            np.trace(z) for name, z in zip(expressions, self.multipliers)
+            if name.requirement == requirement.key
         )
 
     def _each(self, function):
@@ -272,8 +260,7 @@ class Design(Gains, Solution):
         K, cost = self._gain(), cost or self.request.cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        return max(
-            noise_cost(d, K, cost) for d in self._loops(samples, seed))
+        return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples=0, seed=0):
         """The largest signal that saturation bounds, from x0.
@@ -285,11 +272,7 @@ class Design(Gains, Solution):
         saturation = self.request.saturation
         if saturation is None:
             raise ValueError("the design has no saturation, so no x0")
-        K_A = self.K_A if saturation.acceleration else None
-        return max(
-            linear.peak_input(d, K, saturation.x0, K_A)
-            for d in self._loops(samples, seed)
-        )
+        return saturation.truth(self._loops(samples, seed), K, self.K_A)
 
     def simulate(self, t, r=None, w=None, x0=None):
         """`Response` of the loop; a list of them per vertex.
@@ -312,23 +295,14 @@ class Design(Gains, Solution):
         )
 
 
-_WORDS = {
-    "half-plane": "decay rate sigma",
-    "sector": "sector angle theta",
-    "disk": "disk radius rho",
-    "gamma": "H-infinity bound gamma",
-    "saturation": "input bound u_max",
-    "cost": "bound of the cost",
-}
-
-
-def _words(names):
-    return ", ".join(_WORDS.get(name, name) for name in names)
+def _words(requirements):
+    return ", ".join(r.words for r in requirements)
 
 
 def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
-               K_A=None, coupling="pairs", mu=1.0, slack=None,
-               minimize=None, backoff=0.01, start=None, cost=None):
+               K_A=None, coupling="pairs", mu=None, slack=None,
+               minimize=None, backoff=0.01, start=None, cost=None,
+               requirements=()):
     r"""Design a robust PID controller (PD without ``U``).
 
     Parameters
@@ -351,8 +325,9 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
         move through the polytope, as fast as they like.
         ``"vertices"`` is the thesis's reading, which proves nothing
         between vertices of different ``E``.
-    mu : float or "free"
-        Any positive value keeps Theorem 2.1 true; 1 is the printed one.
+    mu : float or "free", optional
+        Any positive value keeps Theorem 2.1 true; 1, the printed one,
+        is taken without it.
         ``"free"`` searches the one with the smallest provable gamma.
     slack : float, optional
         The scalar epsilon of the slack LMIs, in seconds. Without it a
@@ -374,6 +349,9 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     cost : QuadraticCost, optional
         Bound of the quadratic cost under white noise (Theorem 2.4); for
         the least cost alone see `design_lqr`.
+    requirements : sequence of Requirement, optional
+        More of what is asked; region, gamma, saturation and cost are
+        shorthand for such objects.
 
     Returns
     -------
@@ -405,13 +383,14 @@ def design_pid(plant, U=None, region=None, gamma=None, saturation=None,
     return _design(
         mu, minimize, backoff, start, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
-        slack=slack, cost=cost,
+        slack=slack, cost=cost, requirements=requirements,
     )
 
 
 def analyse_pid(plant, K, U=None, region=None, gamma=None,
-                saturation=None, K_A=None, coupling="pairs", mu=1.0,
-                slack=None, minimize=None, backoff=0.01, cost=None):
+                saturation=None, K_A=None, coupling="pairs", mu=None,
+                slack=None, minimize=None, backoff=0.01, cost=None,
+                requirements=()):
     """Find a certificate for a given gain.
 
     Parameters
@@ -430,12 +409,12 @@ def analyse_pid(plant, K, U=None, region=None, gamma=None,
     return _design(
         mu, minimize, backoff, None, plant=plant, U=U, region=region,
         gamma=gamma, saturation=saturation, K_A=K_A, coupling=coupling,
-        slack=slack, gain=K, cost=cost,
+        slack=slack, gain=K, cost=cost, requirements=requirements,
     )
 
 
 def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
-                 coupling="pairs"):
+                 coupling="pairs", requirements=()):
     """Find a certificate for a closed loop E x' = A x + B_w w, y = C x.
 
     For loops that `analyse_pid` doesn't describe: with an observer, a
@@ -445,7 +424,7 @@ def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
     ----------
     E, A, B_w, C
         As in `DescriptorSystem`: matrices, or lists of them for a polytope.
-    region, gamma, coupling
+    region, gamma, coupling, requirements
         As in `design_pid`; gamma bounds the norm from w to y.
 
     Returns
@@ -463,31 +442,44 @@ def analyse_loop(E, A, B_w=None, C=None, region=None, gamma=None,
     """
     loop = DescriptorSystem(E, A, None, B_w, C)
     request = Request(
-        loop, region=region, gamma=gamma, coupling=coupling,
-        gain=np.zeros((0, loop.order)),
+        loop, coupling=coupling, gain=np.zeros((0, loop.order)),
+        **_given(region=region, gamma=gamma, requirements=requirements),
     )
     return Design(**vars(answer(request)))
 
 
-def _design(mu, minimize, backoff, start, **asked):
-    objective = _objective(minimize, asked)
+def _design(mu, minimize, backoff, start, plant, U, K_A, coupling, slack,
+            gain=None, **asked):
     free = isinstance(mu, str)
     if free and mu != "free":
         raise ValueError(f'mu must be a number or "free", got {mu!r}')
-    if free and "gamma" not in objective and asked["gamma"] is None:
-        raise ValueError('mu="free" needs gamma or minimize="gamma"')
-    if "u_max" in objective:  # a number stands in
-        limit = replace(asked["saturation"], u_max=1.0)
-        asked = asked | {"saturation": limit}
-    if "cost" in objective:
-        asked = asked | {"cost": replace(asked["cost"], bound=1.0)}
-    request = Request(**asked, mu=1.0 if free else mu)
+    asked = collected(**_given(mu=None if free else mu, **asked))
+    objective = _objective(minimize, asked)
+    if free:
+        if "gamma" not in objective and not any(
+                r.name == "gamma" for r in asked):
+            raise ValueError('mu="free" needs gamma or minimize="gamma"')
+        if coupling == "slack" and slack is None:
+            raise ValueError(
+                'mu="free" and a free slack are two searches at once: give '
+                "slack a number")
+    if objective:  # numbers stand in
+        asked = moved(asked, dict.fromkeys(objective, 1.0))
+    request = Request(plant, U, K_A=K_A, coupling=coupling, slack=slack,
+                      gain=gain, requirements=asked,
+                      **_given(mu=None if free else mu))
     if start is not None:
         _check_start(start, request)
     found = solve(
-        request, objective, free, positive("backoff", backoff), start,
+        request, objective, "gamma" if free else None,
+        positive("backoff", backoff), start,
     )
     return Design(**vars(found))
+
+
+def _given(**asked):
+    """The keywords that ask something."""
+    return {name: value for name, value in asked.items() if value is not None}
 
 
 def _check_start(start, request):
@@ -509,35 +501,33 @@ def _objective(minimize, asked):
     """Weights by name, of what isn't asked as a number."""
     if minimize is None:
         return {}
-    if minimize in ("gamma", "u_max", "cost"):
+    own = {r.parameter.key: r.parameter for r in asked if r.parameter}
+    known = {name: p for name, p in (PARAMETERS | own).items() if p.power}
+    if isinstance(minimize, str) and minimize in known:
         minimize = {minimize: 1.0}
     if not isinstance(minimize, dict) or not minimize or not set(
         minimize
-    ) <= {"gamma", "u_max", "cost"}:
+    ) <= known.keys():
+        names = ", ".join(f'"{name}"' for name in known)
         raise ValueError(
-            'minimize must be None, "gamma", "u_max", "cost" or a dict of '
-            f"their weights, got {minimize!r}"
+            f"minimize must be None, {names} or a dict of their weights, "
+            f"got {minimize!r}"
         )
-    if "cost" in minimize and (
-        asked["cost"] is None or asked["cost"].bound is not None
-    ):
-        raise ValueError(
-            'minimize="cost" needs cost=QuadraticCost(Q, R) without a bound'
-        )
-    if "gamma" in minimize and asked["gamma"] is not None:
-        raise ValueError('give gamma or minimize="gamma", not both')
-    if "u_max" in minimize:
-        if asked["saturation"] is None:
-            raise ValueError(
-                'minimize="u_max" needs saturation=Saturation(None, x0): '
-                "the bound holds from x0"
-            )
-        if asked["saturation"].u_max is not None:
-            raise ValueError(
-                'give u_max or minimize="u_max", not both: '
-                "Saturation(None, x0)"
-            )
+    for name in minimize:
+        _check_open(known[name], asked)
     return {
         name: positive(f"minimize[{name!r}]", weight)
         for name, weight in minimize.items()
     }
+
+
+def _check_open(which, asked):
+    """Raise if a bound that shall be minimised is given, or can't be."""
+    owners = [r for r in asked if r.parameter is which]
+    if which.open and (not owners):
+        raise ValueError(f'minimize="{which.key}" needs {which.open}')
+    if any(r.bound is not None for r in owners):
+        raise ValueError(
+            f'give {which.key} or minimize="{which.key}", not both'
+            + (f": {which.open}" if which.open else "")
+        )

@@ -38,8 +38,9 @@ class Frame:
         mean = _typical(request)
         A, B, Bw = mean.state_space()
         omega = typical_rate(request)
-        if request.cost is not None:
-            return cls._of_cost(request, A, B)
+        for r in request.requirements:
+            if r.riccati() is not None:
+                return cls._of_riccati(request, A, B, *r.riccati())
         if request.plant.m == 0:
             return cls._of_loop(request, A)
         weight = _energy(request, omega)
@@ -54,14 +55,8 @@ class Frame:
             gain = -np.linalg.solve(effort, B.T @ X) / omega
         except (np.linalg.LinAlgError, ValueError):  # no such solution
             T, gain = np.diag(1 / np.sqrt(weight)), None
-        size = 0.0
-        if request.saturation is not None:
-            start = np.linalg.solve(T, request.saturation.x0)
-            size = max(size, 2 * start @ start)
-        if request.gamma is not None:
-            push = np.linalg.solve(T, Bw)
-            push = np.linalg.norm(push, 2) ** 2 / request.mu
-            size = max(size, push / omega)
+        size = max(
+            (r.reach(T, Bw, omega) for r in request.requirements), default=0.0)
         T = T * np.sqrt(size or 1.0)
         push = np.linalg.solve(mean.E @ T, mean.Bu)
         scale = omega / (np.linalg.norm(push, 2) or 1.0)
@@ -69,10 +64,8 @@ class Frame:
         return cls.at(request, T, scale, gain)
 
     @classmethod
-    def _of_cost(cls, request, A, B):
-        """From the Riccati equation of the cost itself: P is near I."""
-        Q, R = request.cost.Q, request.cost.R
-        Q = Q + 1e-6 * np.diag(np.maximum(Q.diagonal(), Q.max() * 1e-6))
+    def _of_riccati(cls, request, A, B, Q, R):
+        """From the equation that a requirement is about: P is near I."""
         try:
             X = solve_continuous_are(A, B, Q, R)
             T = np.linalg.inv(cholesky(X, lower=True)).T
@@ -123,13 +116,10 @@ def _typical(request):
 
 def typical_rate(request):
     """A typical angular frequency of the closed loop, in rad/s."""
-    for part in request.parts:
-        if np.array_equal(part.beta, [[0, 1], [0, 0]]):  # disk
-            rho, shift = -part.alpha[0]
-            return rho / 2 + abs(shift)
-    for part in request.parts:
-        if part.implies_stability and part.alpha[0, 0] > 0:
-            return 2 * part.alpha[0, 0] / part.beta[0, 0]
+    rates = [r.rate() for r in request.requirements]
+    rates = [rate for rate in rates if rate is not None]
+    if rates:
+        return min(rates, key=lambda rate: rate[0])[1]
     A, _, _ = request.mean.state_space()
     return np.abs(np.linalg.eigvals(A)).max() or 1.0
 

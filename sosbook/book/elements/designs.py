@@ -8,7 +8,6 @@ never interpolated, and where there is none the page says "infeasible".
 import html
 import json
 import os
-import re
 from dataclasses import dataclass
 from importlib.resources import files
 from itertools import product
@@ -17,13 +16,28 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ...plants.second_order import SecondOrderSystem
+from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
-from ...requirements.vocabulary import BLOCKS, HARDER_UP, LABELS, SYMBOLS, UNITS
+from ...requirements.shorthand import (
+    bounds,
+    collected,
+    contradictory,
+    moved,
+    parameter,
+)
+from ...requirements.stability import Stability
+from ...requirements.vocabulary import Parameter
 from ...synthesis.pid import design_pid
 from ...synthesis.problem import Request
 
-__all__ = ["Atlas", "Slider", "design_atlas"]
+__all__ = ["BLOCKS", "Atlas", "Slider", "design_atlas"]
+
+# words for the blocks that every page knows; others join a page's own list
+BLOCKS = ("P > 0", *(
+    title for r in (*PoleRegion(1, 1, 2).parts, HInfinity(1),
+                    Saturation(1, [1]), Stability())
+    for title in r.titles.values()), "scale")
 
 
 
@@ -33,9 +47,12 @@ class Slider:
 
     Parameters
     ----------
-    key : {"sigma", "theta", "rho", "gamma", "u_max"}
+    key : str
+        Name of the parameter: "sigma", "theta", "rho", "gamma", "u_max", ...
     values : tuple of float
         Increasing, in the units of the design functions (theta in radians).
+    which : Parameter, optional
+        Needed for the parameter of a requirement of your own.
 
     Examples
     --------
@@ -45,21 +62,27 @@ class Slider:
 
     key: str
     values: tuple
+    which: Parameter = None
+
+    @property
+    def parameter(self):
+        """The parameter that the slider moves."""
+        return self.which or parameter(self.key)
 
     @property
     def label(self):
         """The words beside the slider."""
-        return LABELS[self.key]
+        return self.parameter.label
 
     @property
     def texts(self):
         """Each value in words, for the page and for screen readers."""
-        return [_text(self.key, value) for value in self.values]
+        return [self.parameter.text(value) for value in self.values]
 
     @property
     def looser(self):
         """Direction, +1 or -1, in which the requirement asks for less."""
-        return -1 if HARDER_UP[self.key] else 1
+        return -self.parameter.harder
 
     def data(self):
         """What the page needs to know."""
@@ -137,7 +160,8 @@ class Atlas:
 def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
                  theta=None, rho=None, u_max=None, K_A=None,
                  coupling="pairs", r=None, horizon=None, start=None,
-                 title="Move the requirements", progress=True):
+                 title="Move the requirements", progress=True,
+                 requirements=(), slide=None):
     """Solve Procedure 2.1 on a grid of requirements and return its `Atlas`.
 
     Each of sigma, theta, rho, gamma and u_max is left out (not asked), a
@@ -168,6 +192,10 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
     progress : bool
         Show a progress bar, unless the environment variable
         TQDM_DISABLE is set.
+    requirements : sequence of Requirement, optional
+        More of what is asked: regions, a cost, one of your own.
+    slide : dict, optional
+        From the parameters of those to a number or a sequence, as for sigma.
 
     Returns
     -------
@@ -185,39 +213,48 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
     """
     asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma,
              "u_max": u_max}
-    if u_max is not None and saturation is None:
-        raise ValueError("u_max needs saturation=Saturation(u_max, x0): the "
-                         "bound holds from x0 only")
-    sliders = [Slider(key, tuple(sorted(map(float, values))))
+    asked |= slide or {}
+    held = collected(requirements=requirements) if saturation is None else (
+        collected(saturation=saturation, requirements=requirements))
+    moved(held, {key: parameter(key, held).start for key, values in
+                 asked.items() if values is not None})  # refuses
+    sliders = [Slider(key, tuple(sorted(map(float, values))),
+                      parameter(key, held))
                for key, values in asked.items() if np.ndim(values) == 1]
     if not sliders:
         raise ValueError("nothing to slide: give a sequence for sigma, "
                          "theta, rho, gamma or u_max")
     fixed = {key: float(value) for key, value in asked.items()
              if value is not None and np.ndim(value) == 0}
-    if saturation is not None and "u_max" not in fixed and u_max is None:
-        fixed["u_max"] = saturation.u_max
+    fixed |= {key: value for key, value in bounds(held).items()
+              if asked.get(key) is None}
 
     def solve(values):
-        known = fixed | values
-        box = {key: known[key] for key in ("sigma", "theta", "rho")
-               if key in known}
-        limit = None if saturation is None else Saturation(
-            known["u_max"], saturation.x0)
-        return design_pid(plant, U, PoleRegion(**box) if box else None,
-                          known.get("gamma"), limit, K_A, coupling)
+        known = moved(held, fixed | values)
+        if contradictory(known):  # the region is empty
+            return None
+        return design_pid(plant, U, K_A=K_A, coupling=coupling,
+                          requirements=known)
 
-    designs, spread = _solve_grid(sliders, solve, progress)
+    blocks = list(BLOCKS)
+    designs, spread = _solve_grid(sliders, solve, progress, blocks)
     loop = _loop(plant, U, K_A, r, horizon or 8.0)
     loop["fixed"] = {k: _digits(v, 8) for k, v in fixed.items()}
-    loop["also"] = [_text(key, value) for key, value in fixed.items()]
+    loop["also"] = [parameter(key, held).text(value)
+                    for key, value in fixed.items()]
     loop["window"] = _window(sliders, fixed, spread)
-    loop["blocks"] = list(BLOCKS.values())
+    loop["blocks"] = blocks
     return Atlas(title, sliders, designs, loop, _start(sliders, start))
 
 
-def record(design):
+def record(design, blocks=None):
     """What the page stores of a design: rounded, and nothing like -0.
+
+    Parameters
+    ----------
+    design : Design
+    blocks : list of str, optional
+        The page's words for blocks; new ones join it.
 
     Returns
     -------
@@ -236,13 +273,13 @@ def record(design):
     return [
         [_digits(x, 5) for x in design.K.ravel()],
         [_digits(x, 4) for x in pairs.ravel()],
-        [_block(worst), _digits(design.margins[worst], 2)],
+        [_block(worst, request, blocks), _digits(design.margins[worst], 2)],
         _digits(design.hinf(), 3) if request.plant.p else None,
         None if request.saturation is None else
         _digits(design.peak_input(), 3)]
 
 
-def _solve_grid(sliders, solve, progress):
+def _solve_grid(sliders, solve, progress, blocks):
     """Every place of the grid, the least demanding first."""
     places = list(product(*(range(len(s.values)) for s in sliders)))
     tops = [len(s.values) - 1 for s in sliders]
@@ -263,11 +300,11 @@ def _solve_grid(sliders, solve, progress):
             found[place] = 0
             continue
         values = {s.key: s.values[at] for s, at in zip(sliders, place)}
-        if values.get("rho", np.inf) <= values.get("sigma", 0):
-            found[place] = 0                       # the region is empty
-            continue
         design = solve(values)
-        found[place] = record(design)
+        if design is None:
+            found[place] = 0
+            continue
+        found[place] = record(design, blocks)
         if design.status == "feasible":
             reach = max(reach, np.abs(design.poles()).max())
     return found, reach
@@ -319,14 +356,14 @@ def _start(sliders, start):
     return tuple(place)
 
 
-def _text(key, value):
-    shown = np.degrees(value) if key == "theta" else value
-    return f"{SYMBOLS[key]} = {shown:.4g}{UNITS.get(key, '')}"
-
-
-def _block(name):
-    """Index of the words for a block; "sector 1,2" is vertices 1 and 2."""
-    return list(BLOCKS).index(re.sub(r" [\d,]+$", "", name))
+def _block(name, request, blocks=None):
+    """Index of a block's words in the page's list; new ones join it."""
+    blocks = list(BLOCKS) if blocks is None else blocks
+    owners = [r for r in request.demands if r.key == name.requirement]
+    title = owners[0].titles.get(name.block, str(name)) if owners else BLOCKS[0]
+    if title not in blocks:
+        blocks.append(title)
+    return blocks.index(title)
 
 
 def _digits(value, count):

@@ -10,9 +10,8 @@ from importlib.resources import files
 
 import numpy as np
 
-from ...requirements.vocabulary import BLOCKS, HARDER_UP, LABELS, SYMBOLS, UNITS
-from ...studies.maps.search import requirements, round_numbers, shown
-from .designs import _block, _digits
+from ...studies.maps.search import requirements, round_numbers
+from .designs import BLOCKS, _block, _digits
 
 __all__ = ["MapAtlas"]
 
@@ -38,13 +37,10 @@ class MapAtlas:
                              'each heading: {"Robot": [frontier, ...]}')
         self.title = title
         self.frontiers = {k: tuple(f) for k, f in frontiers.items()}
-        self.data = {
-            "title": title, "blocks": list(BLOCKS.values()),
-            "groups": [
-                {"name": name, "maps": [_map(f) for f in group]}
-                for name, group in self.frontiers.items()
-            ],
-        }
+        blocks = list(BLOCKS)
+        groups = [{"name": name, "maps": [_map(f, blocks) for f in group]}
+                  for name, group in self.frontiers.items()]
+        self.data = {"title": title, "blocks": blocks, "groups": groups}
 
     def __repr__(self):
         count = sum(len(group) for group in self.frontiers.values())
@@ -75,31 +71,32 @@ class MapAtlas:
             f"</sos-map>\n<script>\n{script}\n</script>")
 
 
-def _map(frontier):
-    """What the page needs to know of a frontier."""
+def _map(frontier, blocks):
+    """What the page needs to know of a frontier; new blocks join the list."""
+    x, y = map(frontier.parameter, (frontier.x, frontier.y))
     designs, refusals = [], []
     rows = []
     for e in frontier.edges:
         rows.append([
-            _side(e.name, e.feasible), _side(e.name, e.infeasible),
+            _side(y, e.feasible), _side(y, e.infeasible),
             _index(designs, e.design), _index(refusals, e.excluded),
         ])
     weights = {id(e.excluded): e.shares for e in frontier.edges
                if e.design is not None and e.excluded is not None}
     asked = requirements(frontier.request)
+    which = {name: frontier.parameter(name) for name in asked}
     return {
-        "x": _axis(frontier.x, frontier.values),
-        "y": _axis(frontier.y, _steps(frontier)),
-        "asked": [_digits(shown(frontier.x, asked[frontier.x]), 6),
-                  _digits(shown(frontier.y, asked[frontier.y]), 6)],
-        "held": [_text(name, value) for name, value in asked.items()
+        "x": _axis(x, frontier.values),
+        "y": _axis(y, _steps(frontier, y)),
+        "asked": [_side(p, asked[p.key]) for p in (x, y)],
+        "held": [which[name].text(value) for name, value in asked.items()
                  if name not in (frontier.x, frontier.y)],
         "rows": rows,
         "shape": _shape(frontier.request),
-        "designs": [_design(d, frontier) for d in designs],
+        "designs": [_design(d, (x, y), blocks) for d in designs],
         "refusals": [
-            _words(d, frontier) | {"shares": [
-                [LABELS[name], round(100 * share)]
+            _words(d, (x, y)) | {"shares": [
+                [which[name].label, round(100 * share)]
                 for name, share in sorted(
                     weights.get(id(d), {}).items(), key=lambda p: -p[1])
                 if share >= 0.005
@@ -108,25 +105,25 @@ def _map(frontier):
     }
 
 
-def _axis(name, values):
-    return {"key": name, "label": LABELS[name], "symbol": SYMBOLS[name],
-            "unit": UNITS.get(name, ""), "harder": 1 if HARDER_UP[name] else -1,
-            "values": [_digits(shown(name, v), 6) for v in values]}
+def _axis(which, values):
+    return {"key": which.key, "label": which.label, "symbol": which.symbol,
+            "unit": which.unit, "harder": which.harder,
+            "values": [_side(which, v) for v in values]}
 
 
-def _steps(frontier):
+def _steps(frontier, which):
     """Round numbers of y around the staircase, hardest last."""
     known = [v for v in (*frontier.feasible, *frontier.infeasible,
                          requirements(frontier.request)[frontier.y])
              if np.isfinite(v)]
     low, high = min(known) / 1.3, max(known) * 1.3
-    steps = round_numbers(frontier.y, low, high, frontier.digits)
+    steps = round_numbers(which, low, high, frontier.digits)
     thin = -(-len(steps) // 80)
     return steps[::thin]
 
 
-def _side(name, value):
-    return None if value is None else _digits(shown(name, value), 6)
+def _side(which, value):
+    return None if value is None else _digits(which.shown(value), 6)
 
 
 def _index(found, design):
@@ -143,19 +140,14 @@ def _shape(request):
     return [n, request.plant.m, request.order - 2 * n]
 
 
-def _words(design, frontier):
+def _words(design, axes):
     asked = requirements(design.request)
-    return {"asked": ", ".join(
-        _text(name, asked[name]) for name in (frontier.x, frontier.y))}
+    return {"asked": ", ".join(p.text(asked[p.key]) for p in axes)}
 
 
-def _design(design, frontier):
+def _design(design, axes, blocks):
     worst = min(design.margins, key=design.margins.get)
-    return _words(design, frontier) | {
+    return _words(design, axes) | {
         "K": [_digits(x, 4) for x in design.K.ravel()],
-        "block": _block(worst),
+        "block": _block(worst, design.request, blocks),
     }
-
-
-def _text(name, value):
-    return f"{SYMBOLS[name]} = {shown(name, value):.4g}{UNITS.get(name, '')}"

@@ -47,8 +47,7 @@ class _Steps(Explorer):
     def draw(self, masses):
         plant, requirements = self.build(masses)
         request = Request(plant, **requirements)
-        gamma2 = request.gamma and request.gamma**2
-        named, unknowns = request.in_unknowns(Frame.of(request), gamma2)
+        named, unknowns = request.in_unknowns(Frame.of(request))
         blocks = Blocks.of(named.values(), unknowns)
         raised, walked = [], []
 

@@ -12,19 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...requirements.shorthand import parameter
 from ...synthesis.pid import Design
 from ...synthesis.problem import Request
 from .parallel import bar, finished
-from .search import (
-    HARDER_UP,
-    Ask,
-    Search,
-    certified,
-    refuted,
-    replaced,
-    requirements,
-    shown,
-)
+from .search import Ask, Search, certified, refuted, replaced, requirements
 
 __all__ = ["Edge", "Frontier", "edge", "frontier", "request"]
 
@@ -35,7 +27,8 @@ class Edge:
 
     Parameters
     ----------
-    name : {"sigma", "theta", "rho", "gamma", "u_max"}
+    name : str
+        Of the parameter.
     feasible : float or None
         The most that a certified design keeps (theta in radians); None
         where no value gave a design.
@@ -60,11 +53,18 @@ class Edge:
 
     def __repr__(self):
         sides = [
-            "none" if side is None else f"{shown(self.name, side):.6g}"
+            "none" if side is None else f"{self.parameter.shown(side):.6g}"
             for side in (self.feasible, self.infeasible)
         ]
         return (f"<Edge: {self.name} = {sides[0]} is feasible, "
                 f"{sides[1]} is not>")
+
+    @property
+    def parameter(self):
+        """The `Parameter`: words, unit, direction."""
+        asked = self.design or self.excluded
+        return parameter(
+            self.name, () if asked is None else asked.request.requirements)
 
     @property
     def proven(self):
@@ -100,14 +100,15 @@ class Edge:
         T = frame.T
         P = np.linalg.solve(T, np.linalg.solve(T, self.design.P).T)
         Y = np.linalg.solve(T, self.design.Y.T).T / frame.scale
+        own = {name: self.design.own[name] / unit
+               for name, unit in request.own_units(frame).items()}
         known = requirements(request)
         step, found = 1e-4, {}
         for name, value in known.items():
             ends = []
             for factor in (1 + step, 1 - step):
-                near = replaced(request, known | {name: value * factor})
-                ends.append(near.blocks(
-                    P, Y, near.gamma and near.gamma**2, frame=frame))
+                near = replaced(request, {name: value * factor})
+                ends.append(near.blocks(P, Y, frame=frame, own=own))
             found[name] = abs(sum(
                 ((high - low) * z).sum() for high, low, z in zip(
                     ends[0].values(), ends[1].values(),
@@ -167,18 +168,25 @@ class Frontier:
         Of those that do it is the one that asks for least.
         """
         for value, e in zip(self.values, self.edges):
-            if (e.design is not None and _harder(self.x, value, x) >= 0
-                    and _harder(self.y, e.feasible, y) >= 0):
+            if (e.design is not None and self._harder(self.x, value, x) >= 0
+                    and self._harder(self.y, e.feasible, y) >= 0):
                 return e.design
         return None
 
     def excluded(self, x, y):
         """A request that asks for no more and is proven infeasible."""
         for value, e in reversed(list(zip(self.values, self.edges))):
-            if (e.excluded is not None and _harder(self.x, x, value) >= 0
-                    and _harder(self.y, y, e.infeasible) >= 0):
+            if (e.excluded is not None and self._harder(self.x, x, value) >= 0
+                    and self._harder(self.y, y, e.infeasible) >= 0):
                 return e.excluded
         return None
+
+    def parameter(self, name):
+        """The `Parameter` of x or y: words, unit, direction."""
+        return parameter(name, self.request.requirements)
+
+    def _harder(self, name, a, b):
+        return self.parameter(name).harder_than(a, b)
 
     def status(self, x, y):
         """What the proofs say: "feasible", "infeasible" or "undecided".
@@ -202,14 +210,16 @@ def edge(name, plant, U=None, region=None, gamma=None, saturation=None,
 
     Parameters
     ----------
-    name : {"sigma", "theta", "rho", "gamma", "u_max"}
+    name : {"sigma", "theta", "rho", "gamma", "u_max", "cost"}
+        Or the parameter of a requirement of your own.
     plant, U, region, gamma, saturation
-        As in `design_pid`; the region a `PoleRegion` or None.
+        As in `design_pid`. Only parts of a `PoleRegion`, half-planes,
+        sectors and disks can be moved.
     digits : int
         The sides are numbers of so many significant digits (theta: in
         degrees).
     **options
-        K_A, coupling and so on, for `design_pid`.
+        cost, requirements, K_A, coupling and so on, for `design_pid`.
 
     Returns
     -------
@@ -235,7 +245,8 @@ def edge(name, plant, U=None, region=None, gamma=None, saturation=None,
     >>> found.proven, found.feasible < 5
     (True, True)
     """
-    ask = Ask(plant, U, region, gamma, saturation, options)
+    ask = Ask(plant, U, dict(
+        region=region, gamma=gamma, saturation=saturation), options)
     return Edge(name, *Search(ask, name, digits).edge())
 
 
@@ -250,7 +261,8 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
 
     Parameters
     ----------
-    x, y : {"sigma", "theta", "rho", "gamma", "u_max"}
+    x, y : str
+        Names of parameters, as in `edge`.
     plant, U, region, gamma, saturation, digits, options
         As in `edge`.
     values : sequence of float
@@ -264,12 +276,14 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
         A staircase. The proofs of one value of x bracket the next; where
         they leave nothing open they serve there as well.
     """
-    ask = Ask(plant, U, region, gamma, saturation, options)
+    ask = Ask(plant, U, dict(
+        region=region, gamma=gamma, saturation=saturation), options)
     if x == y:
         raise ValueError(f'x and y are both "{x}": name two requirements')
     for name in (x, y):
         Search(ask, name, digits)  # refuses what it can't search
-    values = sorted(map(float, values), reverse=not HARDER_UP[x])
+    way = parameter(x, ask.requirements).harder
+    values = sorted(map(float, values), reverse=way < 0)
     if len(set(values)) < 2 or min(values) <= 0:
         raise ValueError(f"values of {x} must be two or more, positive")
     values = list(dict.fromkeys(values))
@@ -293,9 +307,3 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
             ]
     edges = tuple(known[k] for k in range(len(values)))
     return Frontier(x, y, tuple(values), edges, ask.request(), digits)
-
-
-def _harder(name, a, b):
-    """Positive if a asks for more than b, 0 if they are equal."""
-    near = np.isclose(a, b, rtol=1e-12)
-    return 0 if near else (1 if (a > b) == HARDER_UP[name] else -1)

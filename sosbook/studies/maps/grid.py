@@ -11,18 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from ...lmi.centre import margin
-from ...synthesis.pid import Design, design_pid
+from ...requirements.vocabulary import Parameter
+from ...synthesis.pid import design_pid
 from .parallel import sweep
-from .search import (
-    HARDER_UP,
-    Ask,
-    Search,
-    again,
-    certified,
-    refuted,
-    region_of,
-    replaced,
-)
+from .search import Ask, Search, again, certified, refuted, replaced
 
 __all__ = ["FeasibilityMap", "designs", "feasibility_map"]
 
@@ -37,7 +29,9 @@ class FeasibilityMap:
     Parameters
     ----------
     across, up : str
-        Names of the two requirements.
+        Names of the two parameters.
+    ways : tuple of Parameter
+        The same, with their directions.
     x, y : (columns,), (rows,) arrays
         Their values.
     designs : dict
@@ -53,6 +47,7 @@ class FeasibilityMap:
 
     across: str
     up: str
+    ways: tuple[Parameter, Parameter]
     x: np.ndarray
     y: np.ndarray
     designs: dict
@@ -103,8 +98,9 @@ class FeasibilityMap:
     def _any(self, cells, way):
         """The cells that ask for no less (way 1), no more (way -1)."""
         found = np.zeros((len(self.y), len(self.x)), bool)
-        y = way * _demand(self.up, self.y)
-        x = way * _demand(self.across, self.x)
+        across, up = self.ways
+        y = way * up.harder * np.asarray(self.y)
+        x = way * across.harder * np.asarray(self.x)
         for i, j in cells:
             found |= (y >= y[i])[:, None] & (x >= x[j])
         return found
@@ -117,12 +113,13 @@ def feasibility_map(plant, U=None, region=None, gamma=None, saturation=None,
     Parameters
     ----------
     plant, U, region, gamma, saturation
-        As in `design_pid`; the region a `PoleRegion` or None.
+        As in `design_pid`.
     across, up : (str, sequence of float)
-        The two requirements that vary, with their values: "sigma",
-        "theta" (in radians), "rho", "gamma" or "u_max".
+        The two bounds that vary, with their values: "sigma", "theta"
+        (in radians), "rho", "gamma", "u_max", "cost" or that of a
+        requirement of your own.
     **options
-        K_A, coupling, mu and slack, for `design_pid`.
+        cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
 
     Returns
     -------
@@ -148,13 +145,14 @@ def feasibility_map(plant, U=None, region=None, gamma=None, saturation=None,
     >>> bool(found.proven.all())
     True
     """
-    ask = Ask(plant, U, region, gamma, saturation, options)
+    ask = Ask(plant, U, dict(
+        region=region, gamma=gamma, saturation=saturation), options)
     if options.get("minimize") is not None:
         raise ValueError("minimize has no meaning in a map: leave it out")
     across, x = _axis("across", across, ask)
     up, y = _axis("up", up, ask)
     if across == up:
-        raise ValueError(f'across and up are both "{up}": name two '
+        raise ValueError(f'across and up are both "{up.key}": name two '
                          "requirements")
     cells = _Cells(ask, across, x, up, y)
     cells.walk()
@@ -176,8 +174,8 @@ class _Cells:
         for most. A feasible cell decides all easier ones: on along the
         longer axis. One that isn't: back along the shorter axis.
         """
-        rows = np.argsort(_demand(self.up, self.y))
-        columns = np.argsort(_demand(self.across, self.x))
+        rows = np.argsort(self.up.harder * self.y)
+        columns = np.argsort(self.across.harder * self.x)
         lines = [[(i, j) for j in columns] for i in rows]
         if len(rows) > len(columns):
             lines = [[(i, j) for i in rows] for j in columns]
@@ -200,8 +198,9 @@ class _Cells:
         """Whether a cell has a design."""
         row, column = cell = tuple(map(int, cell))
         self.tried.add(cell)
-        design = self.solve(self.ask.known | {
-            self.up: float(self.y[row]), self.across: float(self.x[column])})
+        design = self.solve({
+            self.up.key: float(self.y[row]),
+            self.across.key: float(self.x[column])})
         if design is None or design.status == "infeasible":
             self.refusals[cell] = design
         elif design.status == "feasible":
@@ -212,10 +211,9 @@ class _Cells:
     def solve(self, known):
         """A Design, or None where the region is empty."""
         last = self.last
-        if last is not None and region_of(known) is not None:
+        if last is not None and not self.ask.empty(known):
             request = replaced(last.request, known)
-            blocks = request.blocks(
-                last.P, last.Y, request.gamma and request.gamma**2, V=last.V)
+            blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
             margins = {name: margin(g) for name, g in blocks.items()}
             if min(margins.values()) > ENOUGH:
                 return replace(last, request=request, margins=margins)
@@ -225,8 +223,8 @@ class _Cells:
     def map(self):
         """The map so far, from the cells that decide the others."""
         found = FeasibilityMap(
-            self.across, self.up, self.x, self.y, self.designs,
-            self.refusals, self.solves)
+            self.across.key, self.up.key, (self.across, self.up), self.x,
+            self.y, self.designs, self.refusals, self.solves)
         return replace(
             found, designs=_fewest(found, self.designs, -1),
             refusals=_fewest(found, self.refusals, 1))
@@ -242,11 +240,6 @@ def _fewest(found, known, way):
     return left
 
 
-def _demand(name, values):
-    """Larger where more is asked."""
-    return np.asarray(values) * (1 if HARDER_UP[name] else -1)
-
-
 def _axis(side, axis, ask):
     try:
         name, values = axis
@@ -255,15 +248,14 @@ def _axis(side, axis, ask):
         raise ValueError(
             f'{side} must be a name and its values: ("sigma", [0.5, 1])'
         ) from None
-    Search(ask, name, 2)  # refuses what can't be varied
+    which = Search(ask, name, 2).parameter  # refuses what can't be varied
     good = np.isfinite(values).all() and (values > 0).all()
     if not good or len(values) < 2:
         raise ValueError(f"{side}: values of {name} must be two or more, "
                          "positive")
-    if name == "theta" and values.max() > np.pi / 2:
-        raise ValueError(f"{side}: theta is a half-angle in radians, at "
-                         "most pi/2")
-    return name, values
+    if which.fault(values):
+        raise ValueError(f"{side}: {which.fault(values)}")
+    return which, values
 
 
 def _certified(design):

@@ -1,49 +1,67 @@
 """Bisection over round numbers: how far one requirement can be pushed."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ...lmi.centre import Blocks, phase_one
-from ...requirements.pole_region import PoleRegion
-from ...requirements.vocabulary import HARDER_UP
+from ...requirements.shorthand import (
+    KEYWORDS,
+    bounds,
+    collected,
+    contradictory,
+    moved,
+    parameter,
+)
 from ...synthesis.feasibility import Solution, finish
 from ...synthesis.pid import Design, design_pid
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame
 
-__all__ = ["Ask", "Search", "again", "certified", "refuted", "region_of",
-           "replaced", "requirements", "round_numbers", "shown"]
-
-# where the search starts if a requirement isn't asked
-START = {"sigma": 1.0, "theta": np.pi / 4, "rho": 10.0, "gamma": 1.0,
-         "u_max": 1.0}
+__all__ = ["Ask", "Search", "again", "certified", "refuted", "replaced",
+           "requirements", "round_numbers", "shown"]
 
 
 class Ask:
-    """A request in which any requirement can be replaced."""
+    """A request in which any bound can be moved.
 
-    def __init__(self, plant, U, region, gamma, saturation, options):
-        if not isinstance(region, (PoleRegion, type(None))):
-            raise ValueError(
-                "region must be a PoleRegion, whose sigma, theta and rho "
-                f"can be moved, got {type(region).__name__}"
-            )
-        self.plant, self.U, self.options = plant, U, options
-        self.saturation = saturation
-        self.known = _values(region, gamma, saturation)
+    Parameters
+    ----------
+    plant, U
+        As in `design_pid`.
+    asked : dict
+        Keywords of `design_pid` that ask something.
+    options : dict
+        Its other keywords; those that ask something are found here too.
+    """
+
+    def __init__(self, plant, U, asked, options):
+        self.plant, self.U, self.options = plant, U, dict(options)
+        asked = asked | {name: self.options.pop(name) for name in options
+                         if name in KEYWORDS and name != "mu"}
+        if not isinstance(options.get("mu"), str):  # for what joins later too
+            asked["mu"] = options.get("mu")
+        self.requirements = collected(**{
+            name: value for name, value in asked.items() if value is not None})
+
+    @property
+    def known(self):
+        """What is asked, by the parameters' names."""
+        return bounds(self.requirements)
 
     def at(self, **values):
         other = object.__new__(Ask)
-        other.__dict__.update(self.__dict__, known=self.known | values)
+        other.__dict__.update(
+            self.__dict__, requirements=moved(self.requirements, values))
         return other
 
     def request(self):
-        known = self.known
         fixed = {k: v for k, v in self.options.items()
                  if k in ("K_A", "coupling")}
-        return Request(self.plant, self.U, region_of(known) or None,
-                       known.get("gamma"), self.saturation, **fixed)
+        return Request(self.plant, self.U, requirements=self.requirements,
+                       **fixed)
+
+    def empty(self, values):
+        """Whether two requirements exclude each other at sight."""
+        return contradictory(moved(self.requirements, values))
 
     def solve(self, near=None, **values):
         """A Design, or None where the region is empty.
@@ -51,39 +69,29 @@ class Ask:
         With a design nearby, in coordinates in which its P is I: close
         to the edge they are the better ones.
         """
-        known = self.known | values
-        region = region_of(known)
-        if region is None:
+        if self.empty(values):
             return None
         searches = {self.options.get("coupling"), self.options.get("mu")}
         if near is not None and not searches & {"slack", "free"}:
-            return again(replaced(near.request, known), near)
-        limit = self.saturation and replace(
-            self.saturation, u_max=known["u_max"])
-        return design_pid(self.plant, self.U, region or None,
-                          known.get("gamma"), limit, **self.options)
+            return again(replaced(near.request, self.known | values), near)
+        return design_pid(
+            self.plant, self.U, **self.options,
+            requirements=moved(self.requirements, values))
 
 
 class Search:
     """Bisection over round numbers; larger places ask for more."""
 
     def __init__(self, ask, name, digits):
-        if name not in HARDER_UP:
-            raise ValueError(
-                f"name = {name!r} must be one of {', '.join(HARDER_UP)}"
-            )
-        if name == "gamma" and ask.plant.p == 0:
-            raise ValueError("gamma needs a plant with F: say where the "
-                             "disturbance enters")
-        if name == "u_max" and ask.saturation is None:
-            raise ValueError("u_max needs saturation=Saturation(u_max, x0): "
-                             "the bound holds from x0 only")
+        self.parameter = parameter(name, ask.requirements)
+        known = ask.known.get(name)
+        ask.at(**{name: known or self.parameter.start}).request()  # refuses
         if not isinstance(digits, int) or not 1 <= digits <= 6:
             raise ValueError(f"digits = {digits!r} must be 1, 2, ... or 6")
         self.ask, self.name, self.digits = ask, name, digits
-        self.sign = 1 if HARDER_UP[name] else -1
-        self.start = shown(name, ask.known.get(name) or START[name])
-        low, high = (1.0, 90.0) if name == "theta" else (
+        self.sign = self.parameter.harder
+        self.start = self.parameter.shown(known or self.parameter.start)
+        low, high = self.parameter.limits or (
             self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
         self.seen = {}
@@ -95,8 +103,7 @@ class Search:
         return _number(self.sign * place, self.digits)
 
     def value(self, place):
-        number = self.number(place)
-        return float(np.radians(number)) if self.name == "theta" else number
+        return self.parameter.value(self.number(place))
 
     def at(self, place):
         if place not in self.seen:
@@ -119,10 +126,10 @@ class Search:
         """
         good = bad = None
         if harder is not None and harder.feasible is not None:
-            good = self.place(shown(self.name, harder.feasible))
+            good = self.place(self.parameter.shown(harder.feasible))
             self.seen[good] = harder.design
         if easier is not None and easier.infeasible is not None:
-            bad = self.place(shown(self.name, easier.infeasible))
+            bad = self.place(self.parameter.shown(easier.infeasible))
             self.seen[bad] = easier.excluded
         if good is None:
             origin = self.place(self.start) if bad is None else bad
@@ -235,18 +242,18 @@ def _number(rank, digits):
     return float(f"{base + steps}e{exponent - digits + 1}")
 
 
-def round_numbers(name, low, high, digits):
-    """Those between two values, the least demanding first."""
-    ends = [_rank(shown(name, end), digits) for end in (low, high)]
+def round_numbers(which, low, high, digits):
+    """Those of a `Parameter` between two values, the least demanding first."""
+    ends = [_rank(which.shown(end), digits) for end in (low, high)]
     numbers = [_number(k, digits) for k in range(ends[0], ends[1] + 1)]
-    if name == "theta":
-        numbers = [np.radians(x) for x in numbers if x <= 90]
-    return numbers if HARDER_UP[name] else numbers[::-1]
+    top = np.inf if which.limits is None else which.limits[1]
+    numbers = [which.value(x) for x in numbers if x <= top]
+    return numbers if which.harder > 0 else numbers[::-1]
 
 
 def shown(name, value):
     """In the unit of the page: angles in degrees."""
-    return float(np.degrees(value)) if name == "theta" else float(value)
+    return parameter(name).shown(value)
 
 
 def _first(test, low, high):
@@ -265,25 +272,9 @@ def refuted(design):
     return bool(design.infeasibility and design.infeasibility.proven)
 
 
-def _values(region, gamma, saturation):
-    found = {name: getattr(region, name, None)
-             for name in ("sigma", "theta", "rho")}
-    found["gamma"] = gamma
-    found["u_max"] = getattr(saturation, "u_max", None)
-    return {name: value for name, value in found.items() if value}
-
-
 def requirements(request):
     """What a request asks of each requirement, by name."""
-    return _values(request.region, request.gamma, request.saturation)
-
-
-def region_of(known):
-    """A PoleRegion, () if nothing is asked, None if it is empty."""
-    box = {k: known[k] for k in ("sigma", "theta", "rho") if k in known}
-    if box.get("rho", np.inf) <= box.get("sigma", 0):
-        return None
-    return PoleRegion(**box) if box else ()
+    return bounds(request.requirements)
 
 
 def again(request, near):
@@ -291,8 +282,7 @@ def again(request, near):
     T = np.linalg.cholesky(near.P)
     T = T / np.abs(T).max()
     frame = Frame.at(request, T, np.linalg.norm(near.K @ T, 2))
-    expressions, unknowns = request.in_unknowns(
-        frame, request.gamma and request.gamma**2)
+    expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     phase = phase_one(blocks)
     found = Solution(request, phase.verdict, frame=frame,
@@ -303,7 +293,5 @@ def again(request, near):
 
 
 def replaced(request, known):
-    return replace(
-        request, region=region_of(known) or None, gamma=known.get("gamma"),
-        saturation=request.saturation and replace(
-            request.saturation, u_max=known["u_max"]))
+    """The request with other bounds, by the parameters' names."""
+    return request.with_bounds(known)
