@@ -14,8 +14,8 @@ from scipy.linalg import (
 from ..lmi import Unknown
 from ..lmi.centre import Blocks, phase_one
 from ..lmi.exact import exact, round_digits
+from ..lmi.proof import Proof
 from ..plants.checks import matrix, positive
-from ..synthesis.certificates import Proof
 from .balls import balls, entries, exponential, hull, middle, series, solve
 from .discretize import Clock, input_vertices
 

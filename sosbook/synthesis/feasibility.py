@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..lmi import Unknown, block, eye
+from ..lmi import Unknown
 from ..lmi.centre import CERTAIN, Blocks, Phase, Unbounded, centre, margin, phase_one
 from ..lmi.newton import newton_of
+from ..lmi.problem import any_centre, unpacked
 from .certificates import prove, prove_infeasible
 from .problem import Request
 from .scaling import Frame
 
-__all__ = ["Solution", "answer", "any_centre", "bounded", "finish", "follow",
-           "gain_of", "search"]
+__all__ = ["Solution", "answer", "finish", "follow", "gain_of", "search"]
 
 MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
 MORE = 4  # pairs that join it at a time
@@ -101,25 +101,13 @@ def _cutting_plane(request, frame):
     return Phase("feasible", x=x), frame, blocks, unknowns, {}
 
 
-def any_centre(blocks, unknowns, x, enough=None):
-    """The analytic centre, of a bounded part if there is no other."""
-    try:
-        return centre(blocks, x, enough=enough)
-    except Unbounded:
-        pass
-    try:
-        return centre(*bounded(blocks, unknowns, x), enough=enough)
-    except Unbounded:
-        return x  # a degenerate set: keep the feasible point
-
-
 def _closer(request, frame, unknowns, near):
     """A frame in which the least infeasible P is the identity.
 
     A solution of bad condition in the first frame may be plain there.
     """
     size = sum(u.size for u in unknowns)
-    values = _unpack(unknowns, near[:size])
+    values = unpacked(unknowns, near[:size])
     P = sum(values[name] for name in request.lyapunov)
     sizes, directions = np.linalg.eigh(P)
     if sizes[-1] <= 0:  # it points nowhere
@@ -200,7 +188,7 @@ def finish(request, frame, blocks, unknowns, x):
 
 
 def _solution(request, frame, unknowns, x):
-    values = _unpack(unknowns, x)
+    values = unpacked(unknowns, x)
     lyapunov = [values[name] for name in request.lyapunov]
     slack = request.coupling == "slack"
     right = values["V"] if slack else lyapunov[0]
@@ -227,42 +215,7 @@ def gain_of(request, frame, unknowns, x):
     """K of a point of the LMIs, in the plant's own units."""
     if request.gain is not None:
         return request.gain
-    known = _unpack(unknowns, x)
+    known = unpacked(unknowns, x)
     right = known["V"] if request.coupling == "slack" else known["P"]
     K = np.linalg.solve(right, known["Y"].T).T
     return np.linalg.solve(frame.T.T, K.T).T * frame.scale
-
-
-def _unpack(unknowns, x):
-    ends = np.cumsum([u.size for u in unknowns])[:-1]
-    return {u.name: u.unpack(part)
-            for u, part in zip(unknowns, np.split(x, ends))}
-
-
-def bounded(blocks, unknowns, x, r=16.0):
-    """The blocks, joined by blocks "scale" that bound the unknowns.
-
-    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r. It grows until
-    there is a point inside, which is returned too: x if that will do.
-    """
-    P = [u for u in unknowns if u.symmetric]
-    rest = [u for u in unknowns if not u.symmetric]
-    lids = [block([[-p]]) for p in P]
-    if len(P) == 1 and len(rest) == 1:
-        (Y,), lids = rest, []
-        rest = []
-        lids = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    for X in rest:
-        rows, cols = X.shape
-        lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    while r < 1e16:
-        roof = [g + r * eye(len(g.constant)) for g in lids]
-        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
-        if Blocks.of(roof, blocks.unknowns).contain(x):
-            return joined, x
-        found = phase_one(joined).x
-        if found is not None:
-            return joined, found
-        r *= 16
-    raise Unbounded("no bound of the unknowns holds a feasible point")

@@ -6,8 +6,9 @@ import numpy as np
 
 from ..lmi.centre import Blocks, Unbounded, minimize
 from ..lmi.exact import round_digits
+from ..lmi.problem import bounded
 from ..requirements.shorthand import bounds
-from .feasibility import Solution, answer, bounded, finish, follow, search
+from .feasibility import Solution, answer, finish, follow, search
 from .scaling import typical_rate
 
 __all__ = ["feasible", "optimum", "solve", "with_slack"]

@@ -11,15 +11,14 @@ from scipy.linalg import (
 )
 
 from ..lmi import Unknown, block
-from ..lmi.centre import Blocks, margin, minimize, phase_one
-from ..lmi.exact import exact, inverse, round_digits
+from ..lmi.exact import inverse, round_digits
+from ..lmi.problem import LMIProblem
+from ..lmi.proof import Proof
 from ..plants.checks import matrix
 from ..plants.descriptor import descriptors, mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
-from .certificates import Proof
-from .feasibility import any_centre
 from .pid import analyse_loop
 
 __all__ = [
@@ -106,15 +105,14 @@ class ObserverDesign:
         if self.L is None:
             raise ValueError(f"the design is {self.status}: there is no L")
         L = round_digits(self.L, digits)
-        values = {n: exact(round_digits(v, 12))
-                  for n, v in self.values.items()}
-        found = self.problem.blocks(values, exact, L, self.bound)
         claims = (
             "at each vertex (not between them) the loop with the observer "
             "is stable",
             f"tr J is at most {self.bound:.6g} there",
         )
-        return ObserverCertificate(**Proof.of(found, claims), L=L)
+        proof = self.problem.bounded(L, self.bound).prove(
+            self.values, claims, places=(12,))
+        return ObserverCertificate(**vars(proof), L=L)
 
     def analyse(self, **asked):
         """`analyse_loop` of the whole polytope, with K and L fixed.
@@ -318,47 +316,30 @@ class _Problem:
         return found
 
     def solve(self, plant):
-        unknowns = self.unknowns()
-        expressions = self.blocks({u.name: u for u in unknowns})
-        compiled = Blocks.of(expressions.values(), unknowns)
-        phase = phase_one(compiled)
-        if phase.x is None:
-            return ObserverDesign(plant, self.K, self.C, phase.verdict)
-        trace = np.concatenate([
-            u.pack(np.eye(u.shape[0]) * (u.name == "J"))
-            if u.symmetric else np.zeros(u.size) for u in unknowns])
-        x, _ = minimize(compiled, trace, phase.x, GAP)
-        known = _unpacked(unknowns, x)
+        channels = self.noises[0].shape[1]
+        found = LMIProblem(self.blocks, self.unknowns()).minimize(
+            {"J": np.eye(channels)}, GAP)
+        if found.values is None:
+            return ObserverDesign(plant, self.K, self.C, found.status)
+        known = found.values
         T1 = self.T[0]
         L = np.linalg.solve(
             T1.T, np.linalg.solve(known["P1"], known["Y"].T))
-        least = float(trace @ x) * self.unit**2
+        least = float(np.trace(known["J"])) * self.unit**2
         bound = float(f"{least * (1 + BACKOFF):.5e}")
         return self.certain(plant, L, bound)
 
     def certain(self, plant, L, bound):
         """The design of this L, with P1, P2 and J for the bound."""
-        unknowns = self.unknowns(L)
-        named = {u.name: u for u in unknowns}
-        compiled = Blocks.of(
-            self.blocks(named, L=L, bound=bound).values(), unknowns)
-        phase = phase_one(compiled)
-        if phase.x is None:
+        found = self.bounded(L, bound).solve()
+        if found.values is None:
             return ObserverDesign(plant, self.K, self.C, "undecided")
-        values = _unpacked(
-            unknowns, any_centre(compiled, unknowns, phase.x))
-        margins = {
-            name: margin(g)
-            for name, g in self.blocks(values, L=L, bound=bound).items()
-        }
-        status = "feasible" if min(margins.values()) > 0 else "undecided"
         return ObserverDesign(
-            plant, self.K, self.C, status, L, bound, margins, values, self)
+            plant, self.K, self.C, found.status, L, bound, found.margins,
+            found.values, self)
 
-
-def _unpacked(unknowns, x):
-    ends = np.cumsum([u.size for u in unknowns])[:-1]
-    return {
-        u.name: u.unpack(part)
-        for u, part in zip(unknowns, np.split(x, ends))
-    }
+    def bounded(self, L, bound):
+        """The `LMIProblem` of this L and a bound of tr J."""
+        return LMIProblem(
+            lambda values, number: self.blocks(values, number, L, bound),
+            self.unknowns(L))

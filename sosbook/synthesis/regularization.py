@@ -10,10 +10,11 @@ from scipy.linalg import eigh, orth
 from ..lmi import Unknown, block, eye, he
 from ..lmi.centre import Blocks, Phase, Unbounded, centre, margin, minimize, phase_one
 from ..lmi.exact import exact, repair_multipliers, round_digits
+from ..lmi.proof import InfeasibilityCertificate, Proof
 from ..plants.checks import matrix, positive, rank_deficient
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..theorems.regularization import regular_mass
-from .certificates import Certificate, InfeasibilityCertificate, Proof
+from .certificates import Certificate
 
 __all__ = [
     "InfiniteModes",
