@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
-from sosbook.analysis import loop_matrix
+from sosbook.analysis.linear import loop_matrix
 from sosbook.lmi import block, eye, he
 from sosbook.plants.checks import positive
 from sosbook.requirements.base import Requirement
