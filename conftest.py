@@ -1,4 +1,8 @@
-"""Settings for every test: one thread each, no progress bars, repeatable examples."""
+"""Settings for every test: one thread each, no progress bars, repeatable examples.
+
+With ``pytest --nbval`` notebooks run in the environment of pytest, a cell may
+take ten minutes, and outputs are compared by their values (tests/values).
+"""
 
 import os
 
@@ -8,5 +12,18 @@ os.environ["TQDM_DISABLE"] = "1"  # no progress bars in compared outputs
 
 from hypothesis import settings
 
+from tests.values import cells
+
 settings.register_profile("book", derandomize=True, deadline=None, database=None)
 settings.load_profile("book")
+
+
+def pytest_configure(config):
+    option = config.option
+    if getattr(option, "nbval", False):
+        option.nbval_current_env = not option.nbval_kernel_name
+        option.nbval_cell_timeout = min(option.nbval_cell_timeout, 600)
+
+
+def pytest_itemcollected(item):
+    cells.adopt(item)

@@ -3,6 +3,9 @@
 
     python3 tasks.py book     build the book and say where to open it
     python3 tasks.py test     run every test (more words go to pytest)
+    python3 tasks.py test quick    the package alone, in a minute and a half
+    python3 tasks.py coverage      which lines of the package its tests reach
+    python3 tasks.py rehearse      the notebooks on processors that aren't here
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
     python3 tasks.py bench    time the solver and its peers, for chapter 18
@@ -18,16 +21,31 @@ import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
-BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
-PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "ready"
-SITE = ROOT / "_build" / "html"
+BUILD = ROOT / "_build"
+SITE = BUILD / "html"
+QUICK = "not slow and not browser and not live and not compiler"
+UNIT = "not browser and not live"
 
-sys.dont_write_bytecode = True
+
+#: The program jupyter-book, whatever the system calls its file.
+JUPYTER_BOOK = ("-c", "from jupyter_book.cli.main import main; main()")
+
+
+def interpreter(system=os.name):
+    """The environment's Python."""
+    return VENV / ("Scripts/python.exe" if system == "nt" else "bin/python")
+
+
+PYTHON = interpreter()
+
+if __name__ == "__main__":
+    sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT))
 from tests import browser, compiler  # noqa: E402
 
@@ -36,12 +54,10 @@ def main():
     if sys.version_info < (3, 11):
         sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     name, *words = sys.argv[1:] or [""]
-    tasks = {"book": book, "test": test, "lab": lab, "run": run,
-             "bench": bench, "clean": clean}
-    if name not in tasks:
+    if name not in TASKS:
         sys.exit(__doc__)
     os.chdir(ROOT)
-    sys.exit(tasks[name](words))
+    sys.exit(TASKS[name](words))
 
 
 def book(words):
@@ -54,29 +70,45 @@ def book(words):
 
 
 def test(words):
-    """Build the book, then run every test and every notebook."""
+    """Run every test and every notebook while the book is built; or `quick`."""
     prepare()
+    if words[:1] == ["quick"]:
+        return pytest("-m", QUICK, "tests", "sosbook", *words[1:])
     chromium = browser.ensure(str(PYTHON))
     cc = compiler.ensure(str(PYTHON))
     missing = "\n".join(text for text, found in (
         (browser.MISSING, chromium), (compiler.MISSING, cc)) if found is None)
     if missing and os.environ.get("CI"):
         return fail(missing)
-    if status := build([]):
-        return fail("The book does not build, so the tests were not run.", status)
     notebooks = sorted(
         str(path) for path in Path("book").glob("*.ipynb")
         if cc or path.name not in compiler.CHAPTERS)
-    status = call(
-        *(PYTHON, "-m", "pytest", "-n", "2", "--dist", "loadscope"),
-        *("--nbval", "--nbval-current-env", "--nbval-cell-timeout", "600"),
-        *("--nbval-sanitize-with", "tests/nbval_sanitize.cfg"),
-        *("tests", "sosbook", *notebooks, *words),
-        SOSBOOK_SITE=str(SITE),
-    )
+    log, outcome = BUILD / "book.log", BUILD / "book.status"
+    BUILD.mkdir(exist_ok=True)
+    outcome.unlink(missing_ok=True)
+    with ThreadPoolExecutor(1) as beside:
+        built = beside.submit(build_aside, log, outcome)
+        status = pytest("--nbval", "tests", "sosbook", *notebooks, *words,
+                        SOSBOOK_SITE=str(SITE), SOSBOOK_BUILT=str(outcome))
+    if built.result():
+        print(log.read_text("utf-8", errors="replace"), file=sys.stderr)
+        status = fail("The book does not build; see above.", status or 1)
     if missing:
         print(f"\nTESTS WERE SKIPPED.\n{missing}", file=sys.stderr)
     return status
+
+
+def coverage(words):
+    """Measure the package's tests, without pages and notebooks."""
+    prepare()
+    return pytest("-m", UNIT, "--cov", "--cov-report=term:skip-covered",
+                  f"--cov-report=html:{BUILD / 'coverage'}", "tests", "sosbook", *words)
+
+
+def rehearse(words):
+    """Run the notebooks in other numerical worlds; see tests/rehearsal."""
+    prepare()
+    return call(PYTHON, "-m", "tests.rehearsal", *words)
 
 
 def lab(words):
@@ -116,12 +148,26 @@ def clean(words):
     return 0
 
 
-def build(words):
+def pytest(*words, **extra):
+    """One process for each of two cores, a file to a process, long ones first."""
+    spread = ("-n", "2", "--dist", "loadscope", "--no-loadscope-reorder")
+    return call(PYTHON, "-m", "pytest", *spread, *words, **extra)
+
+
+def build(words, log=None):
     """All pages are read again, so that no warning hides in a cache."""
-    return call(
-        *(BIN / "jupyter-book", "build", ".", "--all"),
-        *("-W", "-n", "--keep-going", *words),
-    )
+    options = ("--all", "-W", "-n", "--keep-going")
+    return call(PYTHON, *JUPYTER_BOOK, "build", ".", *options, *words, log=log)
+
+
+def build_aside(log, outcome):
+    """Build the book into a log; `outcome` appears at the end with the status."""
+    with log.open("wb") as file:
+        status = build([], log=file)
+    part = outcome.with_suffix(".part")
+    part.write_text(str(status), "utf-8")
+    part.replace(outcome)
+    return status
 
 
 def prepare():
@@ -129,17 +175,17 @@ def prepare():
     wanted = hashlib.sha256()
     for name in ("requirements.txt", "pyproject.toml"):
         wanted.update((ROOT / name).read_bytes())
-    if STAMP.exists() and STAMP.read_text() == wanted.hexdigest():
+    if STAMP.exists() and STAMP.read_text("utf-8") == wanted.hexdigest():
         return
     if not works(PYTHON, "-c", "import pip"):
         make_environment()
     print("Installing requirements.txt into .venv; this takes a few minutes.")
     if call(
         *(PYTHON, "-m", "pip", "install", "--disable-pip-version-check"),
-        *("--quiet", "-r", "requirements.txt"),
+        *("--quiet", "--no-compile", "-r", "requirements.txt"),
     ):
         sys.exit("pip could not install requirements.txt; see its message above.")
-    STAMP.write_text(wanted.hexdigest())
+    STAMP.write_text(wanted.hexdigest(), "utf-8")
 
 
 def make_environment():
@@ -156,15 +202,17 @@ def make_environment():
         sys.exit("The virtual environment could not be made; see the message above.")
 
 
-def call(*command, **extra):
+def call(*command, log=None, **extra):
     """Run a command with one thread to a process; return its exit status."""
     environment = dict(os.environ, **extra)
-    environment["PATH"] = str(BIN) + os.pathsep + environment.get("PATH", "")
+    environment["PATH"] = os.pathsep.join([str(PYTHON.parent), os.environ.get("PATH", "")])
+    environment["PYTHONUTF8"] = "1"
     for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
         environment[f"{name}_NUM_THREADS"] = "1"
     sys.stdout.flush()
-    words = [str(word) for word in command]
-    return subprocess.run(words, env=environment, check=False).returncode
+    return subprocess.run(
+        [str(word) for word in command], env=environment, check=False,
+        stdout=log, stderr=log and subprocess.STDOUT).returncode
 
 
 def works(*command):
@@ -179,6 +227,9 @@ def fail(message, status=1):
     print(message, file=sys.stderr)
     return status
 
+
+TASKS = {task.__name__: task for task in (
+    book, test, coverage, rehearse, lab, run, bench, clean)}
 
 if __name__ == "__main__":
     main()

@@ -249,7 +249,7 @@ def main(count=1000, first=0, largest=8):
         case = random_case(seed, largest)
         rows.append(judge(case, seed % CROSS_CHECK == 0))
     found = {"first seed": first, "largest n": largest} | summary(rows)
-    TARGET.write_text(json.dumps(found, indent=1) + "\n")
+    TARGET.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
     print(json.dumps(found, indent=1))
 
 

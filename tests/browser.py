@@ -23,17 +23,20 @@ with sync_playwright() as playwright:
 """
 
 
-def find(python=sys.executable):
+def find(python=sys.executable, system=os.name):
     """Path of a Chromium on the PATH or of playwright's own, or None."""
+    own = output(python, "-c", ASK)
+    if system == "nt":  # there a Chromium that is asked for its version opens a window
+        return own if own and os.path.isfile(own) else None
     places = [path for name in NAMES if (path := shutil.which(name))]
-    places.append(output(python, "-c", ASK))
-    return next((path for path in places if path and output(path, "--version")), None)
+    return next((path for path in [*places, own] if path and output(path, "--version")), None)
 
 
 def output(*command):
     """What a command prints, or None where it fails or does not exist."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            command, capture_output=True, text=True, encoding="utf-8", check=True)
     except (OSError, subprocess.CalledProcessError):
         return None
     return done.stdout.strip()

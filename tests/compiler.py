@@ -28,10 +28,17 @@ def find(python=sys.executable):
 
     ``$CC``, one on the PATH, or the one in the package ziglang.
     """
-    places = [shlex.split(os.environ.get("CC", ""))]
+    places = [split(os.environ.get("CC", ""))]
     places += [[path] for name in NAMES if (path := shutil.which(name))]
     places.append([python, "-m", "ziglang", "cc"])
     return next((c for c in places if c and output(*c, "--version")), None)
+
+
+def split(command, system=os.name):
+    """Words of a command; Windows writes paths with backslashes."""
+    if system != "nt":
+        return shlex.split(command)
+    return [word.strip('"') for word in shlex.split(command, posix=False)]
 
 
 def ensure(python=sys.executable):

@@ -1,7 +1,9 @@
 """Fixtures of the browser tests.
 
 ``site``     Path of the built pages. ``SOSBOOK_SITE=_build/html`` reuses a
-             build; without it the book is built once in a scratch folder.
+             build, or waits for one that is under way: it is ready when the
+             file ``SOSBOOK_BUILT`` appears and holds a 0. Without them the
+             book is built once in a scratch folder.
 ``browser``  a headless Chromium (playwright), one for each test module.
 ``visit``    opens a page with the network cut and everything recorded::
 
@@ -23,30 +25,66 @@ import os
 import re
 import subprocess
 import sys
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
+from tasks import JUPYTER_BOOK
 from tests import browser as chromium
 
+collect_ignore = ["rehearsal"]  # its sitecustomize.py is no test
 ROOT = Path(__file__).resolve().parent.parent
-BUILD = ["jupyter-book", "build", str(ROOT), "-W", "-n", "--keep-going"]
+PAGES = {"site", "browser", "visit"}
+CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
+
+#: What takes longest comes first, so that at the end no process waits for
+#: another. The pages come after the first notebooks: the book is built by then.
+LONGEST = (
+    "15_feasibility_maps", "14_what_gamma_measures", "22_sharper_certificates",
+    "07_grasping_robot", "test_site", "test_live", "test_properties",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what needs pages, set the timeouts, and bring long files first."""
+    rank = {name: k for k, name in enumerate(LONGEST)}
+    for item in items:
+        if item.path.suffix == ".ipynb":
+            item.add_marker(pytest.mark.timeout(CELL))
+        elif not PAGES.isdisjoint(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.browser)
+            item.add_marker(pytest.mark.timeout(PAGE))
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 
 @pytest.fixture(scope="session")
 def site(tmp_path_factory):
     """The folder of the built book."""
     if folder := os.environ.get("SOSBOOK_SITE"):
+        if outcome := os.environ.get("SOSBOOK_BUILT"):
+            wait_for(Path(outcome))
         path = (ROOT / folder).resolve()
         assert (path / "book").is_dir(), f"no built book in {path}"
         return path
     folder = tmp_path_factory.mktemp("site")
-    tool = str(Path(sys.executable).with_name(BUILD[0]))
-    command = [tool, *BUILD[1:], "--path-output", str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, *JUPYTER_BOOK, "build", ROOT, "-W", "-n", "--keep-going",
+         "--path-output", folder], capture_output=True, text=True,
+        encoding="utf-8", check=False)
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
     return folder / "_build" / "html"
+
+
+def wait_for(outcome, seconds=600):
+    """Return when a build has succeeded; fail if it did not or takes too long."""
+    end = time.monotonic() + seconds
+    while not outcome.exists():
+        assert time.monotonic() < end, "the book was not built in time"
+        time.sleep(0.5)
+    status = outcome.read_text("utf-8")
+    assert status == "0", "the book does not build; see _build/book.log"
 
 
 @pytest.fixture(scope="module")

@@ -23,6 +23,7 @@ from sosbook.delay import (
     SwitchingDelay,
     analyse_delay,
     characteristic_roots,
+    delayed_loop,
     design_delay_pid,
     largest,
     solve_delay,
@@ -35,6 +36,11 @@ from tests.test_delay_theorems import NAMES, functional
 
 SEEDS = (0, 1, 2, 3, 5, 6, 9, 11)
 RAM = sos.thesis.delay_example_2()
+
+
+def loops(design):
+    """(A, A_d) of each vertex."""
+    return [delayed_loop(d, design.K) for d in design.request.vertices]
 
 
 @cache
@@ -144,7 +150,7 @@ def test_v_is_the_functional_as_defined(case, mu):
         method = "shift" if case == "shift" else "functional"
         d = design_delay_pid(
             RAM.plant, RAM.U, **asked, alpha=0.8, method=method)
-    mode = Mode.of(*d._loops()[0], tau + mu / 2)
+    mode = Mode.of(*loops(d)[0], tau + mu / 2)
     t = np.linspace(0, 4, 401)
     response = d.simulate(t, ConstantDelay(tau + mu / 2), history=mode)
     assert np.allclose(
@@ -255,7 +261,7 @@ def test_no_sampled_loop_refutes_a_proof(seed, method):
     tau, mu = d.request.tau, d.request.mu
     for period in (2 * mu, mu, mu / 3):
         if period:
-            (A, Ad), = d._loops()
+            (A, Ad), = loops(d)
             found = multipliers(A, Ad, tau + mu - period, period)
             assert np.abs(found).max() < np.exp(-d.request.delta * period)
 

@@ -9,7 +9,7 @@ from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.exact import exact
 from sosbook.synthesis.problem import Request
-from sosbook.synthesis.feasibility import _closer
+from sosbook.synthesis.feasibility import closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]
@@ -167,4 +167,4 @@ def test_a_point_without_direction_keeps_the_frame():
     for size in (0.0, -1.0):
         P = size * np.eye(2)
         near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])
-        assert _closer(request, frame, unknowns, near) is frame
+        assert closer(request, frame, unknowns, near) is frame

@@ -60,15 +60,15 @@ def gcc():
 def run(*command, **more):
     done = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True,
-        check=False, timeout=60, **more)
+        encoding="utf-8", check=False, timeout=60, **more)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
 def write(folder, firmware, name="balance", precision="double"):
-    (folder / f"{name}.h").write_text(c_header(firmware, name, precision))
+    (folder / f"{name}.h").write_text(c_header(firmware, name, precision), "utf-8")
     source = folder / f"{name}.c"
-    source.write_text(c_source(firmware, name, precision))
+    source.write_text(c_source(firmware, name, precision), "utf-8")
     return source
 
 
@@ -196,7 +196,7 @@ def test_no_compiler_warns_and_nothing_is_linked(
 def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
     write(tmp_path, Firmware(LAWS["PID"]))
     text = '#include "balance.h"\n#include "balance.h"\nint a = BALANCE_FALL;'
-    (tmp_path / "a.c").write_text(text + "\n")
+    (tmp_path / "a.c").write_text(text + "\n", "utf-8")
     run(*gcc, *FLAGS, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
     found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(
         LAWS["PID"])))
@@ -207,7 +207,7 @@ def test_fast_math_is_refused(gcc, tmp_path):
     source = write(tmp_path, Firmware(LAWS["PD"]))
     done = subprocess.run(
         [*gcc, "-ffast-math", "-c", str(source), "-o", str(tmp_path / "a.o")],
-        capture_output=True, text=True, check=False)
+        capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode and "-ffast-math" in done.stderr
 
 
@@ -235,15 +235,15 @@ def test_sanitizers_find_nothing_undefined(gcc, tmp_path):
     """A program of its own reads wild readings; also Python's volts."""
     firmware = Firmware(LAWS["Appendix B"], blend=0.1, stall=3)
     source, main = write(tmp_path, firmware), tmp_path / "main.c"
-    main.write_text(DRIVER)
+    main.write_text(DRIVER, "utf-8")
     program = tmp_path / "main"
     build = [*gcc, "-std=c99", "-O1", "-ffp-contract=off", "-g"]
     done = subprocess.run(
         [*build, "-fsanitize=undefined,address", "-fno-sanitize-recover=all",
          "-fsanitize=float-divide-by-zero", str(source), str(main), "-o",
-         str(program)], capture_output=True, text=True, check=False)
+         str(program)], capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode or subprocess.run(
-            [program], input="0\n", text=True, capture_output=True,
+            [program], input="0\n", text=True, encoding="utf-8", capture_output=True,
             check=False).returncode:
         pytest.skip("the compiler has no sanitizers")
     random = np.random.default_rng(0)
@@ -393,9 +393,9 @@ class Robot:
         self.folder, self.command = folder, compiler
         source = write(folder, firmware, precision=precision)
         main = folder / "rc_balance.c"
-        main.write_text(rc_balance(firmware, precision=precision))
-        (folder / "robotcontrol.h").write_text(HEADER)
-        (folder / "stub.c").write_text(STUB)
+        main.write_text(rc_balance(firmware, precision=precision), "utf-8")
+        (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
+        (folder / "stub.c").write_text(STUB, "utf-8")
         run(*compiler, *FLAGS, *STRICT, "-I", folder, "-c", main, "-o",
             folder / "main.o")
         run(*compiler, "-std=c99", "-ffp-contract=off", folder / "stub.c",

@@ -165,7 +165,7 @@ def test_a_log_survives_its_file(tmp_path):
 ])
 def test_bad_files(tmp_path, text, message):
     path = tmp_path / "log.csv"
-    path.write_text(text)
+    path.write_text(text, "utf-8")
     with pytest.raises(ValueError, match=message):
         Log.read(path)
 

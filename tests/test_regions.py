@@ -1,7 +1,11 @@
 """Pole regions: what they contain, and what they refuse."""
 
+import re
+from fractions import Fraction
+
 import numpy as np
 import pytest
+from flint import arb, ctx
 
 import sosbook as sos
 from sosbook import LMIRegion, PoleRegion, Region
@@ -32,6 +36,64 @@ def test_distance_is_the_geometric_one(name):
     wanted = formula(POINTS.real, POINTS.imag)
     assert np.allclose(found[wanted > 0], wanted[wanted > 0], atol=1e-9)
     assert np.array_equal(found > 0, wanted > 0)
+
+
+ANGLES = [*np.linspace(0.01, 1.57, 200), 1e-8, np.pi / 4, np.pi / 3, np.pi / 2]
+SIZES = [*10 ** RNG.uniform(-4, 4, 30), 1 / 3, 0.1, 7.0]
+
+
+def exact(array):
+    """The rational numbers that floats are."""
+    return np.vectorize(Fraction, otypes=[object])(array)
+
+
+@pytest.mark.parametrize("apex", [0.0, 0.1, -0.1, 1 / 3, -7.3e5, 2.0])
+def test_the_proven_sector_lies_inside_the_named_one(apex):
+    for theta in ANGLES:
+        region = LMIRegion.sector(theta, apex)
+        (sin, cos), (minus_cos, again) = region.beta
+        assert (sin, cos) == (again, -minus_cos) and region.alpha[0, 1] == 0
+        with ctx.workprec(300):
+            proven, named = arb(sin) / arb(cos), arb(theta).tan()
+            assert proven <= named, theta
+            assert proven >= named * (1 - 1e-14 * (1 + named)), "needlessly small"
+        for alpha in np.diag(exact(region.alpha)):
+            tip = -alpha / (2 * Fraction(sin))
+            assert Fraction(apex) * (1 - Fraction(np.sign(apex)) * 10**-15) <= tip
+            assert tip <= Fraction(apex)
+
+
+def test_the_proven_ellipse_lies_inside_the_named_one():
+    for a, b, centre in zip(SIZES, SIZES[::-1], RNG.normal(0, 10, len(SIZES))):
+        region = LMIRegion.ellipse(centre, a, b)
+        a, b, centre = map(Fraction, (a, b, centre))
+        (r, k), (_, again) = -exact(region.alpha)
+        (_, plus), (minus, _) = exact(region.beta)
+        x, y = plus + minus, plus - minus  # (x Re s - k)^2 + (y Im s)^2 < r^2
+        assert r == again
+        assert centre - a <= (k - r) / x and (k + r) / x <= centre + a
+        assert b * (1 - Fraction(1, 10**6)) <= r / y <= b
+
+
+def test_other_regions_are_proven_as_named():
+    for x in SIZES:
+        for region, alpha, beta in [
+            (LMIRegion.half_plane(x), [[2 * Fraction(x)]], [[1]]),
+            (LMIRegion.disk(x, -x / 3), [[-Fraction(x), Fraction(x / 3)],
+                                         [Fraction(x / 3), -Fraction(x)]], [[0, 1], [0, 0]]),
+            (LMIRegion.strip(-x, -x / 3), [[-2 * Fraction(x), 0],
+                                           [0, 2 * Fraction(x / 3)]], [[-1, 0], [0, 1]]),
+            (LMIRegion.horizontal_strip(x), [[-2 * Fraction(x), 0],
+                                             [0, -2 * Fraction(x)]], [[0, 1], [-1, 0]]),
+        ]:
+            assert np.array_equal(exact(region.alpha), alpha)
+            assert np.array_equal(region.beta, beta)
+
+
+@pytest.mark.parametrize("theta", RNG.uniform(0.01, 1.57, 50))
+def test_the_angle_in_words_is_never_smaller_than_the_proven_one(theta):
+    degrees = float(re.search(r"half-angle ([\d.]+) degrees", LMIRegion.sector(theta).text)[1])
+    assert -1e-9 <= degrees - np.degrees(theta) < 0.0101
 
 
 def test_ellipse():
@@ -127,6 +189,7 @@ def test_small_and_far_regions(region):
     (lambda: LMIRegion.strip(-1, -2), "left = -1.0 must be below"),
     (lambda: LMIRegion.horizontal_strip(-1), "omega must be positive"),
     (lambda: LMIRegion.ellipse(0, 0, 1), "a must be positive"),
+    (lambda: LMIRegion.ellipse(-1, 1e-12, 1), "too thin, or too small"),
     (lambda: LMIRegion.disk(1, np.inf), "centre must be a finite"),
     (lambda: LMIRegion([[0, 1], [0, 0]], np.eye(2), "r"), "alpha must be sym"),
     (lambda: LMIRegion([[0]], np.eye(2), "r"), "beta has 2 rows"),

@@ -25,7 +25,7 @@ from sosbook.sampled import (
     sampled_cost,
     sampled_loop,
 )
-from sosbook.sampled.proof import _Family
+from sosbook.sampled.proof import Family
 
 U = [[0, 1]]  # phi is integrated
 CART = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
@@ -407,7 +407,7 @@ def test_an_unstable_plant_between_stable_vertices_is_found(
 def family_of(plant, K, T, delay):
     clock, vertices = Clock.of(T, delay), input_vertices(plant, None)
     feedback = clock.feedback(np.asarray(K, float), vertices[0], exact)
-    return _Family(
+    return Family(
         [d.map(exact) for d in vertices], clock, *map(balls, feedback))
 
 

@@ -17,11 +17,11 @@ from sosbook.book.elements.delay import KINDS, signal_of, unit_set_point
 from sosbook.widgets.delay import (
     OURS,
     PRINTED,
-    _input,
-    _output,
-    _simulated,
-    _truth,
     explore_delay,
+    input_figure,
+    output_figure,
+    simulated,
+    truth,
 )
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -129,8 +129,8 @@ def test_the_response_is_that_of_the_delay_named(explorer, kind):
     explorer.sliders["kind"].value = kind
     t = np.linspace(0, 30, 301)
     answer = design().simulate(t, SIGNALS[kind], r=[1, 0])
-    assert _output(answer, EXAMPLE.U) in explorer.picture.value
-    assert _input(answer) in explorer.picture.value
+    assert output_figure(answer, EXAMPLE.U) in explorer.picture.value
+    assert input_figure(answer) in explorer.picture.value
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -155,7 +155,7 @@ def test_the_set_point_asks_every_integrated_error_for_one():
 def test_the_roots_come_before_the_verdict(explorer):
     """What is quick is drawn first."""
     values = {k: s.value for k, s in explorer.sliders.items()}
-    pages = explorer._draw(**values | {"gain": PRINTED, "delta": 0.03})
+    pages = explorer.draw(**values | {"gain": PRINTED, "delta": 0.03})
     start, *_, last = pages
     assert "Looking for a certificate" in start
     roots = re.search(r"<svg role='img' aria-label='Rightmost.*?</svg></div>",
@@ -201,10 +201,10 @@ def test_what_runs_away_is_drawn_as_far_as_numbers_go():
     t, late, r = np.linspace(0, 16, 301), ConstantDelay(0.01), [1.0, 0]
     with pytest.raises(ValueError, match="runs away"):
         loop.simulate(t, late, r=r)
-    answer = _simulated(loop, t, late, r)
-    page = _output(answer, EXAMPLE.U) + _input(answer)
+    answer = simulated(loop, t, late, r)
+    page = output_figure(answer, EXAMPLE.U) + input_figure(answer)
     assert not re.search(r"nan|inf[^e]|\d{9}", page)
-    assert "unstable" in _truth(loop)
+    assert "unstable" in truth(loop)
 
 
 def test_the_way_back_shows_the_first_picture_again(explorer):

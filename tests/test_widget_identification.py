@@ -36,7 +36,7 @@ def first_half(log):
 def drawn(explorer, amplitude=1.85, noise=0.1, friction=0.0,
           encoder="modelled"):
     """The rows that these values of the sliders lead to."""
-    *_, page = explorer._draw(amplitude, noise, friction, encoder)
+    *_, page = explorer.draw(amplitude, noise, friction, encoder)
     return rows(page)
 
 
@@ -94,7 +94,7 @@ def test_friction_looks_like_damping(explorer):
 
 
 def test_it_says_what_it_does_and_has_words(explorer):
-    first = next(explorer._draw(1.85, 0.1, 0.0, "modelled"))
+    first = next(explorer.draw(1.85, 0.1, 0.0, "modelled"))
     assert "The pendulum is being fitted" in first
     assert "linear e/c" in first and "pendulum e/c" not in first
     page = explorer.picture.value

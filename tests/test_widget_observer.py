@@ -21,9 +21,14 @@ START = dict(factor=1.0, gyro=0.01, wheels=0.1, R=1.0, spread=4.0)
 
 
 @cache
+def explorer():
+    return explore_observer()
+
+
+@cache
 def shown(**asked):
     """The last picture for these positions of the sliders."""
-    return list(widget._draw(**START | asked))[-1]
+    return list(explorer().draw(**START | asked))[-1]
 
 
 def plants(spread=4.0):
@@ -135,7 +140,7 @@ def test_a_wide_polytope_is_not_called_proven():
 
 
 def test_the_first_picture_promises_nothing_between_the_vertices():
-    first = next(widget._draw(**START))
+    first = next(explorer().draw(**START))
     assert "proven" not in first and "Theorem 2.5" not in first
     assert "the vertices are stable" in first
 
@@ -149,7 +154,7 @@ def loops(K, L):
 
 def test_the_curves_are_the_motions_of_plant_and_observer():
     K, L = regulator(), kalman()
-    loop = widget._Loop("", "", reduced(Mip.printed()), K, L)
+    loop = widget.Loop("", "", reduced(Mip.printed()), K, L)
     start, peaks = np.r_[np.radians(5), np.zeros(5)], []
     for F, run in zip(loops(K, L), loop.run):
         x = odeint(lambda x, t: F @ x, start, widget.TIMES,
@@ -190,7 +195,7 @@ def test_a_stable_loop_with_an_unstable_controller_is_named():
 
 
 def test_a_loop_that_falls_is_named():
-    loop = widget._Loop(
+    loop = widget.Loop(
         "idle one", "", reduced(Mip.printed()), 0 * regulator(), kalman())
     loop.analyse()
     assert "UNSTABLE at a vertex" in loop.words()

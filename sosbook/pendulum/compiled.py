@@ -42,7 +42,8 @@ def compiler():
     RuntimeError
         If there is none; it names the ways to get one.
     """
-    given = shlex.split(os.environ.get("CC", ""))
+    given = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
+    given = [word.strip('"') for word in given]
     if given and shutil.which(given[0]):
         return given
     if given:
@@ -163,7 +164,8 @@ def _build(folder, flags):
     library = folder / "balance.so"
     command = [*compiler(), *flags, "-shared", "-fPIC", "-o", str(library),
                str(folder / "balance.c")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", check=False)
     if done.returncode:
         raise RuntimeError(
             f"the compiler refused: {shlex.join(command)}\n{done.stderr}")

@@ -223,8 +223,8 @@ class LMIRegion(Region, Requirement):
         """The cone |Im s| < (apex - Re s) tan(theta) (2.20), (A.15).
 
         ``theta`` is HALF the opening angle, in radians. The float pair
-        (sin, cos) is rounded inwards: the region that is proven lies
-        inside the region that is named.
+        (sin, cos) and the apex are rounded inwards: the region that is
+        proven lies inside the region that is named.
         """
         theta = number("theta", theta)
         if not 0 < theta <= np.pi / 2:
@@ -236,11 +236,11 @@ class LMIRegion(Region, Requirement):
         cos = np.cos(theta) * (1 + 4 * np.finfo(float).eps)
         beta = np.array([[sin, cos], [-cos, sin]])
         apex = number("apex", apex)
-        alpha = -2 * sin * apex * np.eye(2)
+        alpha = np.nextafter(-2 * sin * apex, np.inf) if apex else 0.0
         text = f"{name} of half-angle {_degrees(theta)} degrees"
         if apex:
             text += f" with apex {_words(apex)}"
-        return cls(alpha, beta, name, text)._movable(
+        return cls(alpha * np.eye(2), beta, name, text)._movable(
             THETA, theta, partial(cls.sector, apex=apex, name=name), 11)
 
     @classmethod
@@ -272,11 +272,24 @@ class LMIRegion(Region, Requirement):
 
     @classmethod
     def ellipse(cls, centre, a, b, name="ellipse"):
-        """((Re s - centre) / a)^2 + (Im s / b)^2 < 1."""
+        """((Re s - centre) / a)^2 + (Im s / b)^2 < 1.
+
+        The right-hand side is rounded down by more than the quotients
+        on the left can be wrong, so that the region that is proven
+        lies inside the region that is named.
+        """
         centre = number("centre", centre)
         a, b = positive("a", a), positive("b", b)
         plus, minus = (1 / a + 1 / b) / 2, (1 / a - 1 / b) / 2
-        alpha = [[-1, -centre / a], [-centre / a, -1]]
+        error = 4 * np.finfo(float).eps * (
+            1 + (1 / a + 1 / b) * (abs(centre) + a + b))
+        if error > 1e-6:
+            raise ValueError(
+                f"the ellipse with half axes a = {a} and b = {b} around "
+                f"centre = {centre} is too thin, or too small so far out, "
+                "for floating point; take a disk or a strip"
+            )
+        alpha = [[error - 1, -centre / a], [-centre / a, error - 1]]
         text = (
             f"{name} of half axes {_words(a)} and {_words(b)} around "
             f"{_words(centre)}"

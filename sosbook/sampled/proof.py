@@ -152,7 +152,7 @@ def certify_sampled(plant, K, T, delay=0.0, U=None, rate=1.0, digits=6,
     if not isinstance(K, control.StateSpace):
         K = round_digits(clock.gain(K, floats[0]), digits)
     with ctx.workprec(BITS):
-        family = _Family(
+        family = Family(
             [d.map(exact) for d in floats], clock,
             *map(balls, clock.feedback(K, floats[0], exact)))
         blocks, failed, proofs = _cover(family, rate, cells)
@@ -219,7 +219,7 @@ def _cover(family, rate, budget):
 
 
 @dataclass(frozen=True, eq=False)
-class _Family:
+class Family:
     """The sampled loops of all mixtures of exact vertices, in balls."""
 
     vertices: list

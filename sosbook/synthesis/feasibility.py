@@ -69,7 +69,7 @@ def search(request, objective=()):
             return tried[-1]
         if phase.reach > CERTAIN or len(request.fixed_modes()):
             break
-        frame = _closer(request, frame, unknowns, phase.near)
+        frame = closer(request, frame, unknowns, phase.near)
     refused = [t for t in tried if t[0].verdict == "infeasible"] or tried
     best = min(max(t[0].reach for t in refused), CERTAIN)
     # beyond that, rounding errors decide which frame reaches further
@@ -101,7 +101,7 @@ def _cutting_plane(request, frame):
     return Phase("feasible", x=x), frame, blocks, unknowns, {}
 
 
-def _closer(request, frame, unknowns, near):
+def closer(request, frame, unknowns, near):
     """A frame in which the least infeasible P is the identity.
 
     A solution of bad condition in the first frame may be plain there.

@@ -55,7 +55,8 @@ def errata():
         ),
         Erratum(
             "Theorems 2.1, 2.2, 2.4, proofs",
-            "to check the LMIs at the vertices suffices",
+            '"it suffices to check the LMIs at the vertices of the convex '
+            'polytope"',
             "true if E is certain or E^-1 [A B_u B_w] stays in the hull of "
             "its vertices, as in Examples 1-4; otherwise check the pairs "
             "too, or use a slack matrix",
@@ -123,7 +124,8 @@ def errata():
             "12_singular_chain",
         ),
         Erratum(
-            "Example 3", "impulsive behavior due to the pole at infinity",
+            "Example 3", '"an impulsive behavior due to an open-loop pole at '
+            'infinite"',
             "a jump of z4' (index one); the impulse is in z4'' only",
             "A22 = -b4 is regular in (A.5); infinite_modes counts no "
             "impulsive mode", "08_singular_mass",

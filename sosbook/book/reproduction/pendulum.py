@@ -21,7 +21,7 @@ def pendulum():
     (theta, phi, *_), = printed.pd[5]
     return (
         Erratum(
-            "4.1", "the friction between wheels and ground is zero",
+            "4.1", '"the friction between the wheels and the ground is zero"',
             "the wheels don't slip",
             "x_w = - r phi is rolling: static friction makes it so",
             MODEL,
@@ -164,7 +164,8 @@ def pendulum():
             "stable all the same, proven", DESIGN,
         ),
         Erratum(
-            "4.3.2", "poles close to 100 Hz give random results when sampled",
+            "4.3.2", '"all poles and zeros above or close to this frequency '
+            '[100 Hz] can generate random results"',
             "the hold maps a pole p to exp(p T) exactly",
             f"exp({pole * 0.01:.2f}) = {np.exp(pole * 0.01):.0e} is a delay "
             f"of one tick, and the zero at +{zero:g} costs {lag:.0f} "

@@ -85,10 +85,10 @@ def explore_delay(example=None):
         margins = design.margins and margins_table(design.margins)
         tables = (gains_table(design) + (margins or ""))
         yield note(verdict, colour) + page(roots, tables)
-        words = _truth(design)
-        answer = _simulated(design, t, signal_of(kind, tau, request.mu), r)
+        words = truth(design)
+        answer = simulated(design, t, signal_of(kind, tau, request.mu), r)
         yield note(verdict + words, colour) + page(
-            roots, _output(answer, ex.U), _input(answer), tables)
+            roots, output_figure(answer, ex.U), input_figure(answer), tables)
 
     return Explorer(sliders, draw)
 
@@ -118,7 +118,7 @@ def _verdict(design):
     return f"<strong>{design.status}</strong>: {words} "
 
 
-def _truth(design):
+def truth(design):
     rate, delay = design.slowest_decay()
     if rate <= 0:
         words = (f"<strong>unstable</strong> for the constant delay "
@@ -150,7 +150,7 @@ def _roots(design):
     return chart.svg()
 
 
-def _simulated(design, t, delay, r):
+def simulated(design, t, delay, r):
     """The response, as far as numbers go if it runs away."""
     while True:
         try:
@@ -161,7 +161,7 @@ def _simulated(design, t, delay, r):
             t = t / 2
 
 
-def _output(answer, U):
+def output_figure(answer, U):
     name = output_name(U)
     y = U @ answer.z
     chart = _chart(answer.t, y, (-0.5, 2), name,
@@ -172,7 +172,7 @@ def _output(answer, U):
     return chart.svg()
 
 
-def _input(answer):
+def input_figure(answer):
     reach = np.abs(answer.applied[:, :len(answer.t) // 3]).max()
     limit = 2 * max(reach, 1e-9)
     chart = _chart(answer.t, np.vstack([answer.u, answer.applied]),

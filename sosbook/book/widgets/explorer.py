@@ -36,7 +36,7 @@ class Explorer(ipywidgets.VBox):
     def __init__(self, sliders, draw):
         self.sliders = sliders
         self.picture = ipywidgets.HTML()
-        self._draw = draw
+        self.draw = draw
         self._waiting = None
         for slider in sliders.values():
             slider.observe(self._move, "value")
@@ -47,7 +47,7 @@ class Explorer(ipywidgets.VBox):
         if self._waiting is not None:
             self._waiting.cancel()
         values = {name: s.value for name, s in self.sliders.items()}
-        pages = self._draw(**values)
+        pages = self.draw(**values)
         self._show(pages, 1)
         self._waiting = _when_idle(lambda: self._show(pages))
 

@@ -60,7 +60,7 @@ def _draw(factor, gyro, wheels, R, spread):
         DescriptorSystem(first.E, first.A, first.Bu), np.eye(3), [[R]]).K
     push = 2 * factor * np.linalg.solve(mean.E, mean.Bu)
     R_F = np.sqrt(np.diag([gyro, wheels]))
-    filtered = _Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, push, R_F))
+    filtered = Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, push, R_F))
     loops = [filtered]
     yield note(filtered.words(), GREY) + _page(loops)
     filtered.analyse()
@@ -70,7 +70,7 @@ def _draw(factor, gyro, wheels, R, spread):
         words += ", no L. "
     else:
         words += f", tr J = {design.bound:.4g}. "
-        loops.append(_Loop(THEOREM, BLUE, plant, K, design.L))
+        loops.append(Loop(THEOREM, BLUE, plant, K, design.L))
         loops[-1].analyse()
     colour = BLUE if loops[-1].status == PROVEN else VERMILLION
     yield note(words + loops[-1].words(), colour) + _page(loops)
@@ -82,7 +82,7 @@ def _kalman(d, push, R_F):
     return -np.linalg.solve(R, C @ X).T
 
 
-class _Loop:
+class Loop:
     """Regulator and observer with the four vertices."""
 
     def __init__(self, name, colour, plant, K, L):

@@ -1,0 +1,76 @@
+"""What works on one system only, and can be seen without another one."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = [ROOT / "tasks.py", ROOT / "conftest.py"]
+for folder in ("sosbook", "tests", "benchmarks"):
+    SOURCES += sorted((ROOT / folder).rglob("*.py"))
+ENCODED = {"open": 3, "read_text": 0, "write_text": 1, "NamedTemporaryFile": 99}
+
+
+def without_encoding(source):
+    """Lines that read or write text in whatever encoding the system prefers."""
+    lines = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Call):
+            continue
+        function = node.func
+        method = isinstance(function, ast.Attribute)
+        name = function.attr if method else getattr(function, "id", None)
+        given = {keyword.arg: keyword.value for keyword in node.keywords}
+        owner = getattr(getattr(function, "value", None), "id", None)
+        if name in ENCODED and owner not in ("os", "self", "webbrowser"):
+            place = ENCODED[name] - (name == "open" and method)
+            mode = given.get("mode") or (
+                node.args[1 - method] if name == "open" and len(node.args) > 1 - method
+                else None)
+            binary = isinstance(mode, ast.Constant) and "b" in mode.value
+            if not binary and "encoding" not in given and len(node.args) <= place:
+                lines.append(node.lineno)
+        elif name in ("run", "Popen", "check_output") and "encoding" not in given:
+            if getattr(given.get("text"), "value", False):
+                lines.append(node.lineno)
+    return lines
+
+
+@pytest.mark.parametrize("source, lines", [
+    ("open('a')", [1]),
+    ("open('a', 'w')", [1]),
+    ("open('a', 'rb')", []),
+    ("open('a', mode='wb')", []),
+    ("open('a', encoding='utf-8')", []),
+    ("\npath.open()", [2]),
+    ("path.open('w', encoding='utf-8')", []),
+    ("path.open('rb')", []),
+    ("path.read_text()", [1]),
+    ("path.read_text('utf-8')", []),
+    ("path.write_text('é')", [1]),
+    ("path.write_text('é', 'utf-8')", []),
+    ("path.write_text('é', encoding='utf-8')", []),
+    ("os.open('a', flags)", []),
+    ("subprocess.run(words, text=True)", [1]),
+    ("subprocess.run(words, text=True, encoding='utf-8')", []),
+    ("subprocess.run(words)", []),
+])
+def test_missing_encodings_are_seen(source, lines):
+    assert without_encoding(source) == lines
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_text_is_read_and_written_as_utf_8(path):
+    assert without_encoding(path.read_text("utf-8")) == []
+
+
+def test_no_two_files_differ_by_case_alone_and_no_name_is_reserved():
+    """Windows and macOS would take such files for one."""
+    reserved = {"con", "prn", "aux", "nul", *(f"com{k}" for k in range(1, 10))}
+    for folder in ("sosbook", "tests", "benchmarks", "book"):
+        names = [str(path.relative_to(ROOT)) for path in (ROOT / folder).rglob("*")]
+        assert len({name.casefold() for name in names}) == len(names)
+        for name in names:
+            assert not set(name) & set('<>:"|?*\\')
+            assert Path(name).stem.casefold() not in reserved

@@ -1,0 +1,268 @@
+"""The rehearsal's noise: what it keeps, that it is there, and where it goes."""
+
+import json
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.linalg.lapack import dpotrf
+
+from tests.rehearsal import __main__ as rehearsal
+from tests.rehearsal import sitecustomize as noise
+from tests.rehearsal import worlds
+
+RNG = np.random.default_rng(8)
+A = RNG.normal(size=(6, 6))
+P = A @ A.T + np.eye(6)
+PROGRAM = """
+import json, pickle, numpy, scipy.linalg
+from scipy.linalg.lapack import dpotrf
+A = numpy.array([[2.0, 1.0], [1.0, 3.0]])
+assert pickle.loads(pickle.dumps(scipy.linalg.expm)) is scipy.linalg.expm
+results = [numpy.linalg.solve(A, A[0] / 3), numpy.roots([1, 2, 5.5]).imag,
+           scipy.linalg.expm(A), dpotrf(A)[0]]
+print(json.dumps([result.tolist() for result in results]))
+"""
+
+
+def shaken(function, *args, seed=1, **keywords):
+    return noise.noisy(function, "tests", function.__name__, seed)(*args, **keywords)
+
+
+@pytest.mark.parametrize("function, args", [
+    (np.linalg.solve, (A, P)),
+    (np.linalg.cholesky, (P,)),
+    (np.linalg.qr, (A,)),
+    (np.linalg.svd, (A,)),
+    (np.linalg.eig, (A,)),
+    (np.linalg.eigh, (P,)),
+    (np.linalg.lstsq, (A, P[0])),
+    (np.linalg.det, (A,)),
+    (np.linalg.slogdet, (A,)),
+    (scipy.linalg.expm, (A,)),
+    (scipy.linalg.lu, (A,)),
+    (scipy.linalg.ldl, (P,)),
+    (scipy.linalg.schur, (A, "real")),
+    (scipy.linalg.cho_factor, (P,)),
+    (scipy.linalg.solve_continuous_lyapunov, (A, P)),
+    (dpotrf, (P,)),
+])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_every_number_moves_a_little_and_structure_stays(function, args, seed):
+    before = function(*args)
+    after = shaken(function, *args, seed=seed)
+    assert type(after) is type(before)
+    pairs = zip(before, after) if isinstance(before, tuple) else [(before, after)]
+    moved = 0
+    for old, new in pairs:
+        assert type(new) is type(old)
+        old, new = np.asarray(old), np.asarray(new)
+        assert new.dtype == old.dtype and new.shape == old.shape
+        assert new.flags.f_contiguous == old.flags.f_contiguous
+        assert new.flags.writeable == old.flags.writeable
+        if old.dtype.kind not in "fc":
+            assert np.array_equal(new, old)
+            continue
+        for one, other in ((old.real, new.real), (old.imag, new.imag)):
+            kept = (one == 0) | (abs(one) == 1)
+            assert np.array_equal(one[kept], other[kept])
+            assert np.all(abs(other - one) <= 1.001 * noise.SIZE * abs(one))
+            assert np.all(other[~kept] != one[~kept])
+            moved += (~kept).sum()
+    assert moved
+
+
+def test_same_input_same_noise_another_seed_another_noise():
+    one, again = (shaken(np.linalg.solve, A, P) for _ in range(2))
+    assert np.array_equal(one, again)
+    assert (one != shaken(np.linalg.solve, A, P, seed=2)).all()
+
+
+def test_noise_is_centred_and_fills_its_interval():
+    u = noise.unit(RNG.uniform(1, 2, 20_000), seed=3)
+    assert abs(u.mean()) < 0.02 and u.min() < -0.999 and u.max() > 0.999
+    assert abs(abs(u).mean() - 0.5) < 0.02
+
+
+def test_conjugate_pairs_stay_conjugate():
+    values, vectors = shaken(np.linalg.eig, A)
+    pairs = values.imag > 0
+    assert pairs.any()
+    assert np.array_equal(values[pairs].conj(), values[values.imag < 0])
+    assert np.array_equal(vectors[:, pairs].conj(), vectors[:, values.imag < 0])
+
+
+def test_symmetry_and_standard_schur_blocks_stay():
+    inverse = np.linalg.inv(P)
+    inverse = inverse + inverse.T
+    new = noise.shaken(inverse, 1)
+    assert np.array_equal(new, new.T)
+    T = shaken(scipy.linalg.schur, A)[0]
+    (at,) = np.nonzero(np.diag(T, -1))
+    assert len(at) and np.array_equal(T[at, at], T[at + 1, at + 1])
+
+
+def test_sorted_values_stay_sorted():
+    near = np.diag(1 + 1e-16 * np.arange(20)) + 1e-15 * (P @ P)[0, 0] * np.eye(20)
+    near[np.diag_indices(20)] += 2e-15 * RNG.uniform(size=20)
+    for values in (
+        shaken(np.linalg.eigvalsh, near), shaken(np.linalg.eigh, near)[0],
+        -shaken(np.linalg.svd, near)[1], -shaken(scipy.linalg.svdvals, near),
+    ):
+        assert len(set(values)) > 1 and np.all(np.diff(values) >= 0)
+
+
+def test_an_eigenvalue_of_one_is_luck_but_a_unit_diagonal_is_structure():
+    assert np.all(shaken(np.linalg.eigvals, np.diag([1.0, -1.0])) != [1, -1])
+    assert np.all(shaken(np.linalg.svd, np.eye(2))[1] != 1)
+    L = shaken(scipy.linalg.lu, A)[1]
+    assert np.array_equal(np.diag(L), np.ones(6))
+    assert np.array_equal(L, np.tril(L))
+    assert np.array_equal(shaken(np.linalg.cholesky, np.eye(3)), np.eye(3))
+
+
+def test_what_is_no_number_in_double_precision_is_left_alone():
+    single, words = A.astype("f"), (True, 3, None, "lower", np.arange(3))
+    assert noise.shaken(single, 1) is single
+    for old, new in zip(words, noise.shaken(words, 1)):
+        assert old is new
+    odd = np.array([np.nan, np.inf, -np.inf])
+    assert np.array_equal(noise.shaken(odd, 1), odd, equal_nan=True)
+
+
+def test_memory_and_read_only_arrays_are_respected():
+    own = np.asfortranarray(P)
+    result, info = shaken(dpotrf, own, overwrite_a=True)
+    assert info == 0 and np.shares_memory(result, own)
+    assert not np.array_equal(np.triu(own), dpotrf(P)[0])
+    fixed = P.copy()
+    fixed.flags.writeable = False
+    new = noise.shaken(fixed, 1)
+    assert not new.flags.writeable and not np.array_equal(new, fixed)
+    noise.shaken(np.broadcast_to(2.5, (3, 3)), 1)
+
+
+def test_shaken_functions_can_be_pickled_and_name_real_functions():
+    for module in (np.linalg, scipy.linalg, scipy.linalg.lapack):
+        names = [*filter(noise.SHAKEN[module.__name__].fullmatch, dir(module))]
+        assert len(names) > 10, "the list matches nothing of this module"
+    assert pickle.loads(pickle.dumps(np.linalg.solve)) is np.linalg.solve
+
+
+def environment(**extra):
+    clean = {k: v for k, v in os.environ.items() if k != noise.SEED}
+    return clean | {"PYTHONPATH": str(Path(noise.__file__).parent)} | extra
+
+
+def printed(**extra):
+    done = subprocess.run([sys.executable, "-c", PROGRAM], env=environment(**extra),
+                          capture_output=True, text=True, encoding="utf-8", check=True)
+    return json.loads(done.stdout)
+
+
+def differ(one, other):
+    """All parts differ, by rounding errors."""
+    for x, y in zip(map(np.array, one), map(np.array, other)):
+        assert np.any(x != y) and np.allclose(x, y, rtol=1e-12, atol=0)
+
+
+def test_the_noise_reaches_a_new_process():
+    quiet = printed()
+    first = printed(**{noise.SEED: "1"})
+    assert first == printed(**{noise.SEED: "1"})
+    differ(quiet, first)
+    differ(first, printed(**{noise.SEED: "2"}))
+
+
+@pytest.mark.slow
+def test_the_noise_reaches_a_kernel_and_a_worker():
+    from jupyter_client.manager import run_kernel
+
+    code = "from joblib import Parallel, delayed, numpy_pickle\n"
+    code += "import subprocess, sys, numpy\nworkers = Parallel(2)\n"
+    code += "A = numpy.array([[2.0, 1.0], [1.0, 3.0]])\n"
+    code += "print(float(numpy.linalg.det(A)).hex(), *(float(x).hex() for x in "
+    code += "workers(delayed(numpy.linalg.det)(A) for _ in range(2))))"
+    texts = []
+    with run_kernel(kernel_name="python3", env=environment(**{noise.SEED: "1"})) as client:
+        client.execute_interactive(
+            code, timeout=60,
+            output_hook=lambda m: texts.append(m["content"].get("text", "")))
+    A = np.array([[2.0, 1.0], [1.0, 3.0]])
+    wanted = float(shaken(np.linalg.det, A)).hex()
+    assert wanted != float(np.linalg.det(A)).hex()
+    assert "".join(texts).split() == 3 * [wanted]
+
+
+def test_a_world_is_chosen_by_name_or_kind():
+    assert [w.name for w in worlds.choose(["noise"], [1, 4])] == ["noise-1", "noise-4"]
+    (one,) = worlds.choose(["noise-2"])
+    assert one.environment()[noise.SEED] == "2"
+    assert one.environment()["PYTHONPATH"].startswith(str(Path(noise.__file__).parent))
+
+
+@pytest.mark.slow
+def test_a_world_that_is_not_here_is_refused_by_name():
+    with pytest.raises(KeyError, match="no Vax on this machine, only noise-1"):
+        worlds.choose(["Vax"])
+
+
+@pytest.mark.slow
+def test_other_kernels_and_narrow_vectors_are_really_in_use():
+    usual = worlds.probe(worlds.World("usual", "usual", {}))
+    kernels = [worlds.probe(world)[0] for world in worlds.kernels()]
+    assert usual[0] not in kernels
+    assert len({*map(tuple, kernels)}) == len(kernels)
+    for world in worlds.simd():
+        assert set(worlds.probe(world)[1]) < set(usual[1])
+
+
+REPORT = """<testsuites><testsuite>
+<testcase classname="book.01_a.ipynb" name="Cell 0"/>
+<testcase classname="book.01_a.ipynb" name="Cell 1"><failure message="x"/></testcase>
+<testcase classname="book.01_a.ipynb" name="Cell 2"><error message="x"/></testcase>
+<testcase classname="tests.test_b" name="test_c"><skipped message="x"/></testcase>
+<testcase classname="tests.test_b" name="test_d"/>
+</testsuite></testsuites>"""
+
+
+def test_the_table_says_what_failed_where(tmp_path):
+    report = tmp_path / "report.xml"
+    report.write_text(REPORT, "utf-8")
+    bad = rehearsal.read(report)
+    assert bad == {"book.01_a.ipynb": {"Cell 0": True, "Cell 1": False, "Cell 2": False},
+                   "tests.test_b": {"test_d": True}}
+    good = {"book.01_a.ipynb": {f"Cell {k}": True for k in range(3)}}
+    text = rehearsal.table({"noise-1": bad, "Haswell": good})
+    assert [line.split() for line in text.splitlines()[1:]] == [
+        ["noise-1", "Haswell"],
+        ["01_a", "2", "of", "3", "✗", "3"],
+        ["tests.test_b", "1", "0"],
+    ]
+    words = rehearsal.failures({"noise-1": bad, "Haswell": good})
+    assert "01_a  Cell 1:  noise-1" in words and "Cell 0" not in words
+    assert "Nothing depends" in rehearsal.failures({"Haswell": good})
+
+
+@pytest.mark.parametrize("status, exit_status", [(0, 0), (1, 1), (3, 1)])
+def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
+        monkeypatch, capsys, status, exit_status):
+    ran = []
+
+    def run(world, name, words, processes):
+        ran.append((world.name, name, words))
+        return status, {"tests.test_b": {"test_d": status != 1}}
+
+    monkeypatch.setattr(rehearsal, "run", run)
+    assert rehearsal.main(["--worlds", "noise-1", "--unit", "--", "03"]) == exit_status
+    assert ran == [
+        ("noise-1", "notebooks", ["--nbval", "book/03_lmis_in_ten_minutes.ipynb"]),
+        ("noise-1", "unit", ["-m", "not browser and not live", "tests", "sosbook"])]
+    assert ("pytest itself failed" in capsys.readouterr().out) == (status == 3)
+    with pytest.raises(SystemExit, match="no notebook's name starts with 99"):
+        rehearsal.main(["--worlds", "noise", "--", "99"])

@@ -1,0 +1,217 @@
+"""The commands: what they call, on this system and on others, and in CI."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+import tasks
+from tests import browser, compiler, conftest
+
+ROOT = Path(__file__).resolve().parent.parent
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+@pytest.fixture
+def called(monkeypatch):
+    """What `tasks` would call, with its environment; nothing is run."""
+    calls = []
+
+    def call(*command, log=None, **extra):
+        calls.append(([str(word) for word in command], extra))
+        return 0
+
+    monkeypatch.setattr(tasks, "call", call)
+    monkeypatch.setattr(tasks, "prepare", lambda: None)
+    return calls
+
+
+def test_the_help_names_every_command_and_only_these():
+    named = re.findall(r"python3 tasks\.py (\w+)", tasks.__doc__)
+    assert set(named) == set(tasks.TASKS)
+    done = subprocess.run(
+        [sys.executable, ROOT / "tasks.py", "nonsense"], capture_output=True,
+        text=True, encoding="utf-8", check=False)
+    assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
+
+
+@pytest.mark.parametrize("system, path", [
+    ("nt", ("Scripts", "python.exe")), ("posix", ("bin", "python"))])
+def test_the_interpreter_lies_where_each_system_puts_it(system, path):
+    assert tasks.interpreter(system).relative_to(tasks.VENV).parts == path
+    assert tasks.PYTHON == tasks.interpreter(os.name)
+
+
+def test_the_quick_lane_has_no_pages_and_no_notebooks(called):
+    assert tasks.test(["quick", "-x"]) == 0
+    ((command, extra),) = called
+    assert command[-3:] == ["tests", "sosbook", "-x"]
+    assert command[command.index("-m", 3) + 1] == tasks.QUICK
+    assert "--nbval" not in command and "SOSBOOK_SITE" not in extra
+
+
+def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(tasks, "BUILD", tmp_path)
+    monkeypatch.setattr(tasks.browser, "ensure", lambda python: "chromium")
+    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: ["cc"])
+    assert tasks.test(["-k", "word"]) == 0
+    (test, extra), (build, _) = sorted(called, key=lambda call: "build" in call[0])
+    assert build[:3] == [str(tasks.PYTHON), *tasks.JUPYTER_BOOK]
+    assert "-W" in build and "-n" in build and "--all" in build
+    assert {str(path.relative_to(ROOT)) for path in (ROOT / "book").glob("*.ipynb")} <= {*test}
+    assert test[-2:] == ["-k", "word"] and "-m" not in test[3:]
+    assert Path(extra["SOSBOOK_BUILT"]).read_text("utf-8") == "0"
+
+
+@pytest.mark.parametrize("chromium, cc, continuous, status", [
+    (None, ["cc"], "1", 1), ("chromium", None, "1", 1), (None, None, "", 0)])
+def test_what_is_missing_is_a_failure_in_ci_and_said_elsewhere(
+        called, monkeypatch, capsys, tmp_path, chromium, cc, continuous, status):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(tasks, "BUILD", tmp_path)
+    monkeypatch.setenv("CI", continuous)
+    monkeypatch.setattr(tasks.browser, "ensure", lambda python: chromium)
+    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: cc)
+    assert tasks.test([]) == status
+    said = capsys.readouterr().err
+    assert (browser.MISSING in said) == (chromium is None)
+    assert (compiler.MISSING in said) == (cc is None)
+    assert bool(called) == (status == 0)
+    if not status:
+        assert not any(name in " ".join(called[0][0]) for name in compiler.CHAPTERS)
+
+
+def test_a_book_that_does_not_build_fails_the_tests(called, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(tasks, "BUILD", tmp_path)
+    monkeypatch.setattr(tasks.browser, "ensure", lambda python: "chromium")
+    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: ["cc"])
+
+    def call(*command, log=None, **extra):
+        if log:
+            log.write("WARNING: a é label twice".encode())
+        return 2 if log else 0
+
+    monkeypatch.setattr(tasks, "call", call)
+    assert tasks.test([]) == 1
+    assert "a é label twice" in capsys.readouterr().err
+    with pytest.raises(AssertionError, match="does not build"):
+        conftest.wait_for(tmp_path / "book.status")
+
+
+def test_a_build_that_never_ends_is_not_awaited_for_ever(tmp_path):
+    with pytest.raises(AssertionError, match="not built in time"):
+        conftest.wait_for(tmp_path / "book.status", seconds=0)
+
+
+def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    program = ("import os, sys; sys.exit(not (os.environ['OMP_NUM_THREADS'] == '1'"
+               " and sys.flags.utf8_mode and os.environ['WORD'] == 'x'))")
+    assert tasks.call(sys.executable, "-c", program, WORD="x") == 0
+    assert tasks.call(sys.executable, "-c", "raise SystemExit(3)") == 3
+
+
+# Tools on other systems
+
+def test_windows_takes_the_browser_of_playwright_without_asking_it(monkeypatch, tmp_path):
+    """There, asking Chromium for its version opens a window."""
+    asked = []
+    own = tmp_path / "chrome.exe"
+
+    def output(*command):
+        asked.append(command)
+        return str(own)
+
+    monkeypatch.setattr(browser, "output", output)
+    assert browser.find("python", system="nt") is None
+    own.touch()
+    assert browser.find("python", system="nt") == str(own)
+    assert asked == 2 * [("python", "-c", browser.ASK)]
+
+
+def test_nothing_is_installed_by_apt_where_there_is_none(monkeypatch):
+    ran = []
+    monkeypatch.setattr(browser.shutil, "which", lambda name: None)
+    monkeypatch.setattr(browser, "output", lambda *command: None)
+    monkeypatch.setattr(compiler, "output", lambda *command: None)
+    monkeypatch.setattr(browser.subprocess, "run", lambda words, **more: ran.append(words))
+    for is_root in (True, False):
+        for module in (browser, compiler):
+            monkeypatch.setattr(module, "is_root", lambda: is_root)
+        assert browser.ensure("python") is None
+        assert compiler.ensure("python") is None
+    assert [words[:4] for words in ran] == 2 * [
+        ["python", "-m", "playwright", "install"], ["python", "-m", "pip", "install"]]
+
+
+@pytest.mark.parametrize("command, system, words", [
+    (r'"C:\Program Files\LLVM\bin\clang.exe" -O2', "nt",
+     [r"C:\Program Files\LLVM\bin\clang.exe", "-O2"]),
+    (r"C:\mingw64\bin\gcc.exe", "nt", [r"C:\mingw64\bin\gcc.exe"]),
+    ("'/opt/my tools/cc' -m64", "posix", ["/opt/my tools/cc", "-m64"]),
+    ("", "nt", []), ("", "posix", []),
+])
+def test_a_compiler_may_have_options_and_a_path_with_spaces(command, system, words):
+    assert compiler.split(command, system) == words
+
+
+# Continuous integration
+
+JOBS = {
+    f"{path.stem}-{name}": job for path in WORKFLOWS
+    for name, job in yaml.safe_load(path.read_text("utf-8"))["jobs"].items()
+}
+
+
+def versions(job):
+    """Values of the matrix by which a job is repeated."""
+    return job.get("strategy", {}).get("matrix", {})
+
+
+@pytest.mark.parametrize("job", JOBS.values(), ids=JOBS)
+def test_each_job_calls_commands_that_exist(job, called, monkeypatch):
+    assert 0 < job["timeout-minutes"] <= 180
+    ran = []
+    for step in job["steps"]:
+        if "uses" in step:
+            assert re.fullmatch(r"actions/(checkout|setup-python)@v\d+", step["uses"])
+            continue
+        program, script, name, *words = step["run"].split()
+        assert (program, script) == ("python", "tasks.py") and name in tasks.TASKS
+        ran.append((name, words))
+    assert len(ran) == 1
+    for text in re.findall(r"matrix\.(\w+)", str(job)):
+        assert versions(job)[text]
+
+
+def test_the_three_lanes_run_where_they_should():
+    names = ("tests-quick", "tests-full", "tests-rehearsal")
+    quick, full, rehearsal = (versions(JOBS[name]) for name in names)
+    assert [word.split("-")[0] for word in quick["os"]] == ["ubuntu", "macos", "windows"]
+    assert quick["python"] == ["3.11", "3.12", "3.13", "3.14"]
+    assert full["python"] == ["3.11", "3.14"]
+    assert rehearsal["worlds"] == ["noise", "kernels", "simd"]
+    assert "== 'schedule'" in JOBS["tests-rehearsal"]["if"]
+    assert "cron" in WORKFLOWS[0].read_text("utf-8")
+
+
+def test_ci_runs_the_test_command_of_the_readme():
+    text = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert text.splitlines()[-1] == "exec python3 tasks.py test"
+    assert "python3 tasks.py test " in (ROOT / "README.md").read_text("utf-8")
+
+
+def test_the_lock_ends_in_the_project_and_names_no_index():
+    lines = (ROOT / "requirements.txt").read_text("utf-8").splitlines()
+    assert lines[-1] == "-e ."
+    assert all(re.match(r"[a-z0-9.-]+==\S+( ; .+)?$", line) for line in lines[:-1])
+    pins = {line.split("==")[0] for line in lines[:-1]}
+    wanted = (ROOT / "requirements.in").read_text("utf-8").splitlines()
+    asked = {re.split("[=<>]", line)[0] for line in wanted if line[:1] not in ("#", "")}
+    assert asked <= pins

@@ -1,0 +1,237 @@
+"""Outputs of the book and their texts: which changes count and which don't."""
+
+import json
+import random
+import re
+import shutil
+import subprocess
+import sys
+from decimal import Decimal
+from pathlib import Path
+
+import hypothesis.strategies as st
+import nbformat.v4 as v4
+import numpy as np
+import pytest
+from hypothesis import given
+
+from sosbook import notebooks
+from tests import values
+from tests.values import cells, words
+
+ROOT = Path(__file__).resolve().parent.parent
+FILES = sorted((ROOT / "book").glob("*.ipynb"))
+
+
+def stored(path):
+    """The outputs of each code cell of a notebook."""
+    notebook = json.loads(path.read_text("utf-8"))
+    return [cell["outputs"] for cell in notebook["cells"]
+            if cell["cell_type"] == "code"]
+
+
+def contents(kind):
+    """All stored contents of a stream or media type, with where they stand."""
+    return [(f"{path.stem} cell {number}", content)
+            for path in FILES
+            for number, outputs in enumerate(stored(path))
+            for content in values.folded(outputs).get(kind, ())]
+
+
+PRINTED = contents("stdout")
+PAGES = contents("text/html")
+
+
+def printed(text):
+    return [{"output_type": "stream", "name": "stdout", "text": text}]
+
+
+def moved(number, units):
+    """A printed number, so many units of its last digit away."""
+    mantissa, e, power = number.replace("−", "-").replace(" ", "").partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    text = f"{Decimal(mantissa) + units * Decimal(10)**-decimals:f}{e}{power}"
+    sign = "+" if number[0] == "+" and text[0] != "-" else ""
+    return sign + text + "." * mantissa.endswith(".")
+
+
+def rounded_otherwise(text, choose):
+    """The text with each rounded number one unit up, down or as it was."""
+    def other(token):
+        if token.lastgroup != "number":
+            return token[0]
+        new = moved(token[0], choose.choice((-1, 0, 1)))
+        return new if words.agree(token[0], new) else token[0]
+
+    return words.TOKEN.sub(other, text)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_every_stored_output_agrees_with_itself(path):
+    for outputs in stored(path):
+        assert values.differences(outputs, outputs) == []
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("0.75", "0.76"),
+        ("1.0", "0.99999"),
+        ("9.9e-06", "1.0e-05"),
+        ("phase -0 degrees", "phase 0 degrees"),
+        ("[-0.  1.5]", "[0.  1.5]"),
+        ("-0.00", "0.00"),
+        ("1.00-0.00j", "1.00+0.00j"),
+        ("−0.00", "0.01"),
+        ("[ 0.5 -0.   1. ]", "[0.5 0.  1. ]"),
+        ("[1. 2.\n 3.]", "[ 1. 2. 3.]"),
+        ("46515 N", "46516 N"),
+        ("99.9 %", "100 %"),
+        ("a  b\n", "a b"),
+    ],
+)
+def test_a_rounding_is_forgiven(old, new):
+    assert values.differences(printed(old), printed(new)) == []
+    assert values.differences(printed(new), printed(old)) == []
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("0.75", "0.77"),
+        ("0.75", "0.8"),
+        ("1.0e-05", "1.2e-05"),
+        ("1e-14", "3e-14"),
+        ("12 blocks", "13 blocks"),
+        ("[1. 4.]", "[1. 5.]"),
+        ("z1 = 1", "z2 = 1"),
+        ("x_3", "x_4"),
+        ("1.00+0.50j", "1.00-0.50j"),
+        ("+3", "3"),
+        ("x - 0.5", "x + 0.5"),
+        ("(2.15)", "(2.16)"),
+        ("Table 4.3", "Table 4.4"),
+        ("0x1.8p+3", "0x1.9p+3"),
+        ("version 1.2.3", "version 1.2.4"),
+        ("feasible", "infeasible"),
+        ("✓", "✗"),
+        ("a\nb", "a b"),
+        ("a", "a b"),
+        ("a", "a\nb"),
+        ("0.5 s", "0.5 ms"),
+        ("[0.5 1.5]", "[1.5 0.5]"),
+    ],
+)
+def test_a_change_is_found(old, new):
+    assert values.differences(printed(old), printed(new))
+    assert values.differences(printed(new), printed(old))
+
+
+def test_messages_say_what_differs():
+    assert words.differences("a 0.75 b 2.5", "a 0.77 b 2.5") == [
+        "line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)"]
+    assert words.differences("x\nfeasible", "x\ninfeasible") == [
+        "line 2: word 'feasible' became 'infeasible'"]
+    many = words.differences(*("\n".join([str(n)] * 9) for n in (1, 2)))
+    assert len(many) == 6 and many[-1] == "... and 4 more"
+
+
+@given(st.randoms())
+def test_last_digits_of_printed_texts_are_forgiven(choose):
+    name, text = choose.choice(PRINTED)
+    other = rounded_otherwise(text, choose)
+    assert values.differences(printed(text), printed(other)) == [], name
+
+
+def test_two_units_of_any_printed_number_are_found():
+    """Of the number in its line, and for one number of each output in all."""
+    choose = random.Random(0)
+    for name, text in PRINTED:
+        numbers = [t for t in words.TOKEN.finditer(text) if t.lastgroup == "number"]
+        for token in numbers:
+            assert not words.agree(token[0], moved(token[0], 2)), (name, token[0])
+        if numbers:
+            token = choose.choice(numbers)
+            start, end = token.span()
+            other = text[:start] + moved(token[0], 2) + text[end:]
+            assert values.differences(printed(text), printed(other)), (name, other)
+
+
+@given(st.lists(st.floats(-1e4, 1e4) | st.integers(-9, 9).map(float), min_size=1,
+                max_size=20), st.randoms())
+def test_noise_before_printing_is_forgiven(numbers, choose):
+    array = np.array(numbers)
+    noise = np.array([choose.uniform(-1e-13, 1e-13) for _ in numbers])
+    other = array * (1 + noise) + np.where(array == 0, noise, 0)
+
+    def shown(values):
+        with np.printoptions(precision=4, suppress=True):
+            lines = [str(values), *(f"{x:.3f} {x:+.1f}" for x in values)]
+        return "\n".join(lines + [f"{x:.2e} {x:.4g}" for x in values[array != 0]])
+
+    assert words.differences(shown(array), shown(other)) == []
+
+
+VERDICTS = [("feasible", "infeasible"), ("proven", "refuted"), ("True", "False")]
+
+
+@pytest.mark.parametrize("old, new", VERDICTS)
+def test_a_changed_verdict_is_found(old, new):
+    seen = 0
+    for name, text in PRINTED:
+        if re.search(rf"\b{old}\b", text):
+            other = re.sub(rf"\b{old}\b", new, text, count=1)
+            assert values.differences(printed(text), printed(other)), name
+            seen += 1
+    assert seen > 5
+
+
+def test_missing_and_new_outputs_are_found():
+    seen = 0
+    for path in FILES:
+        for outputs in stored(path):
+            for number in range(len(outputs)):
+                fewer = outputs[:number] + outputs[number + 1:]
+                assert values.differences(outputs, fewer), path
+                assert values.differences(fewer, outputs), path
+                assert values.differences(outputs, outputs + printed("more")), path
+                seen += 1
+    assert seen > 500
+
+
+def test_a_red_cell_names_its_faults_and_two_pages(tmp_path, monkeypatch):
+    monkeypatch.setattr(cells, "FOLDER", tmp_path)
+
+    class Parent:
+        path = "03_page.ipynb"
+
+    class Cell:
+        parent, cell_num = Parent, 7
+
+    assert cells.compare(Cell, printed("0.76"), printed("0.75"))
+    assert not cells.compare(Cell, printed("0.77 <b>"), printed("0.75 <b>"))
+    fault, _, _, old, new = Cell.comparison_traceback
+    assert "stored 0.75, now 0.77" in fault
+    assert "0.75 &lt;b>" in Path(old).read_text("utf-8")
+    assert "0.77 &lt;b>" in Path(new).read_text("utf-8")
+
+
+def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
+    """With the conftest.py of the checkout and no more words than --nbval."""
+    shutil.copy(ROOT / "conftest.py", tmp_path)
+
+    def run(text):
+        cell = v4.new_code_cell("print('phase', -0.0, 0.75)", execution_count=1,
+                                outputs=[v4.new_output("stream", text=text)])
+        path = tmp_path / "page.ipynb"
+        path.write_text(notebooks.text(v4.new_notebook(cells=[cell])), "utf-8")
+        command = [sys.executable, "-m", "pytest", "--nbval", "-q",
+                   "-p", "no:cacheprovider", "--rootdir", str(tmp_path), str(path)]
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True,
+                              encoding="utf-8", check=False)
+
+    good = run("phase 0.0 0.76\n")
+    assert good.returncode == 0, good.stdout
+    bad = run("phase 0.0 0.77\n")
+    assert bad.returncode == 1
+    assert "number 2: stored 0.77, now 0.75 (tolerance 0.01)" in bad.stdout

@@ -1,0 +1,100 @@
+"""Tables and data of the book's own outputs: which changes count."""
+
+import json
+import random
+import re
+
+import pytest
+
+from tests.test_values import PAGES, moved
+from tests.values import pages
+
+TABLES = [(name, page) for name, page in PAGES if "<table" in page]
+DATA = [(name, page) for name, page in PAGES if "application/json" in page]
+
+
+def rows(table):
+    return re.findall(r"<tr>.*?</tr>", table[table.index("<tbody"):], re.S)
+
+
+def swapped(text, one, two):
+    return two.join(part.replace(two, one) for part in text.split(one))
+
+
+def test_swapped_rows_and_columns_of_tables_are_found():
+    seen = 0
+    for name, page in TABLES:
+        lines = rows(page)
+        different = [row for row in lines if row != lines[0]]
+        if different:
+            assert pages.differences(page, swapped(page, lines[0], different[0])), name
+            seen += 1
+        cells = re.findall(r"<td>.*?</td>", lines[0], re.S)
+        others = [cell for cell in cells if cell != cells[0]]
+        if others:
+            row = swapped(lines[0], cells[0], others[0])
+            assert pages.differences(page, page.replace(lines[0], row)), name
+            seen += 1
+    assert seen > 20
+
+
+def test_a_missing_row_and_a_changed_attribute_of_tables_are_found():
+    for name, page in TABLES:
+        assert pages.differences(page, page.replace(rows(page)[0], "", 1)), name
+    name, page = next(pair for pair in PAGES if 'class="' in pair[1])
+    assert pages.differences(page, page.replace('class="', 'class="x', 1)), name
+
+
+def test_a_changed_cell_of_a_table_is_found_in_its_place():
+    page = "<table><tr><td>0.75</td><td>1.5</td></tr></table>"
+    assert pages.differences(page, page.replace("1.5", "1.8")) == [
+        "table > tr > td 2: line 1, number 1: stored 1.5, now 1.8 (tolerance 0.1)"]
+
+
+def data_of(page):
+    return re.search(r'application/json">(.*?)</script>', page, re.S)[1]
+
+
+FLOAT = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+
+
+def outside_strings(text, change):
+    """JSON text with `change` made to it wherever it is not in a string."""
+    parts = re.split(r'("(?:[^"\\]|\\.)*")', text)
+    return "".join(part if part[:1] == '"' else change(part) for part in parts)
+
+
+@pytest.mark.parametrize("name, page", DATA, ids=[name for name, _ in DATA])
+def test_data_of_live_pages(name, page):
+    text = data_of(page)
+    choose = random.Random(1)
+
+    def shifted(part):
+        return FLOAT.sub(lambda n: moved(n[0], choose.choice((-1, 1))), part)
+
+    near = page.replace(text, outside_strings(text, shifted))
+    assert near != page
+    assert pages.differences(page, near) == []
+
+    number = choose.choice(FLOAT.findall(outside_strings(text, str)))
+    far = page.replace(text, text.replace(number, moved(number, 2), 1))
+    assert any(number in fault for fault in pages.differences(page, far)), number
+
+    first = re.search(r'"(\w+)":', text)[1]
+    renamed = page.replace(text, text.replace(f'"{first}":', '"other":', 1))
+    assert any("keys" in fault for fault in pages.differences(page, renamed))
+
+
+@pytest.mark.parametrize("old, new", [
+    ({"a": [1.5, 2.0]}, {"a": [1.5]}),
+    ({"a": [1, 0]}, {"a": [0, 1]}),
+    ({"a": None}, {"a": 0}),
+    ({"a": "feasible"}, {"a": "infeasible"}),
+    ({"a": True}, {"a": False}),
+    ({"a": 1.25}, {"a": 1.27}),
+    ({"a": 12}, {"a": "12"}),
+    ({"a": "data:image/png;base64,iVB1.25"}, {"a": "data:image/png;base64,iVB1.26"}),
+])
+def test_changed_data_is_found(old, new):
+    text = '<script type="application/json">{}</script>'
+    assert pages.differences(*(text.format(json.dumps(v)) for v in (old, new)))

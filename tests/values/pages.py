@@ -1,0 +1,140 @@
+"""HTML compared as elements, texts, drawings and data.
+
+Elements and attributes are the same; the text of elements and of attributes
+is compared as in `words`, an svg as in `figures`, and data in a script as
+numbers and strings: floats to one unit of the last digit that is written.
+"""
+
+import json
+from dataclasses import dataclass
+
+from . import figures, words
+from .trees import parse
+
+__all__ = ["data", "differences"]
+
+RAW = ("script", "style")
+
+
+def differences(stored, now, limit=8):
+    """What two HTML fragments don't agree in: a list of str.
+
+    Examples
+    --------
+    >>> differences("<td>0.75</td><td>1.2</td>", "<td>0.76</td><td>1.5</td>")
+    ['td 2: line 1, number 1: stored 1.2, now 1.5 (tolerance 0.1)']
+    """
+    if stored == now:
+        return []
+    faults = [*_element(parse(stored), parse(now), "")]
+    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
+    return faults[:limit] + rest
+
+
+def _element(stored, now, place):
+    yield from _attributes(stored.attributes, now.attributes, place)
+    if stored.tag == "svg":
+        for fault in figures.differences(stored, now):
+            yield f"{place}: {fault}"
+        return
+    before, after = _children(stored), _children(now)
+    if stored.tag in RAW and before != after:
+        yield from _raw(stored, "".join(before), "".join(after), place)
+        return
+    names = [[getattr(child, "tag", "text") for child in side]
+             for side in (before, after)]
+    if names[0] != names[1]:
+        yield f"{place or 'page'}: stored {_listed(names[0])}, now {_listed(names[1])}"
+        return
+    counts = {}
+    for one, two in zip(before, after):
+        name = getattr(one, "tag", "")
+        counts[name] = counts.get(name, 0) + 1
+        several = f" {counts[name]}" if names[0].count(name) > 1 else ""
+        inner = " > ".join(filter(None, (place, name + several)))
+        if name:
+            yield from _element(one, two, inner)
+        else:
+            for fault in words.differences(one, two):
+                yield f"{place or 'page'}: {fault}"
+
+
+def _children(node):
+    """Its children, without the space between them and in texts."""
+    if node.tag in RAW + ("pre",):
+        return node.children
+    children = []
+    for child in node.children:
+        if isinstance(child, str):
+            child = " ".join(child.split())
+        if child:
+            children.append(child)
+    return children
+
+
+def _listed(names):
+    counts = {}
+    for name in names:
+        counts[name] = counts.get(name, 0) + 1
+    return ", ".join(f"{n} {name}" for name, n in counts.items()) or "nothing"
+
+
+def _attributes(stored, now, place):
+    if stored.keys() != now.keys():
+        yield f"{place}: stored attributes {[*stored]}, now {[*now]}"
+        return
+    for key in stored:
+        for fault in words.differences(stored[key] or "", now[key] or ""):
+            yield f"{place}, {key}: {fault}"
+
+
+def _raw(node, stored, now, place):
+    if node.attributes.get("type") == "application/json":
+        for fault in data(_loaded(stored), _loaded(now)):
+            yield f"{place}: data{fault}"
+    elif stored.split() != now.split():
+        yield f"{place}: its text changed"
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number as it is written."""
+
+    text: str
+
+    def __str__(self):
+        return self.text
+
+
+def _loaded(text):
+    return json.loads(text, parse_float=Literal, parse_int=Literal)
+
+
+def data(stored, now, limit=5):
+    """What two values of JSON don't agree in: a list of str."""
+    faults = [*_values(stored, now)]
+    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
+    return faults[:limit] + rest
+
+
+def _values(stored, now):
+    if stored == now:
+        return
+    if isinstance(stored, Literal) and isinstance(now, Literal):
+        if not words.agree(stored.text, now.text):
+            yield f": stored {stored}, now {now}"
+    elif isinstance(stored, dict) and isinstance(now, dict):
+        if stored.keys() != now.keys():
+            yield f": stored keys {[*stored]}, now {[*now]}"
+        for key in filter(now.__contains__, stored):
+            for fault in _values(stored[key], now[key]):
+                yield f".{key}{fault}"
+    elif isinstance(stored, list) and isinstance(now, list):
+        if len(stored) != len(now):
+            yield f": stored {len(stored)} values, now {len(now)}"
+            return
+        for place, pair in enumerate(zip(stored, now)):
+            for fault in _values(*pair):
+                yield f"[{place}]{fault}"
+    else:
+        yield f": stored {str(stored)[:60]!r}, now {str(now)[:60]!r}"

@@ -1,0 +1,138 @@
+"""Text compared as words and numbers.
+
+Words are compared letter by letter. Two numbers agree if they differ by at
+most one unit of the last printed digit. Of two numbers with different numbers
+of digits the finer counts, because formats drop zeros at the end: what was
+0.75 may become 0.76 and not 0.8, but 1.0 and 0.99999 agree.
+
+A whole number below 1000 is a count or a name and agrees only with itself;
+from 1000 on one unit is less than a thousandth and is forgiven. The sign of a
+zero is ignored. Digits in a word (z1, x_3), in a version, in a check sum, in
+a reference (Table 4.3) or in an equation's number (2.15) are letters.
+
+Lines are compared one by one, the spaces in them are not. A row of an array,
+from [ to ], counts as one line.
+"""
+
+import re
+from decimal import Decimal
+from functools import lru_cache
+
+__all__ = ["agree", "differences", "tokens"]
+
+REFERENCE = (r"(?:Tables?|Figs?\.?|Figures?|Sections?|Theorems?|Lemmas?|Eqs?\.?|"
+             r"Chapters?|Corollary|Remark|Example)[ ]\d+(?:\.\d+)*")
+TOKEN = re.compile(rf"""
+    (?P<word> {REFERENCE}
+            | \([1-9]\.\d{{1,2}}\)
+            | 0x[0-9a-fA-F.]+(?:p[+-]?\d+)?
+            | (?<!\w)[0-9a-f]{{16,}}(?!\w)
+            | \d+(?:\.\d+){{2,}}
+            | [^\W\d]\w* )
+  | (?P<number> (?:[-+−][ ]?)?
+                (?:\d+\.?\d*|(?<!\w)\.\d+)
+                (?:[eE][-+]?\d+)? )
+  | (?P<mark> \S )
+""", re.X)
+ROW = re.compile(r"\[[^\[\]]*\]")
+WHOLE = 1000
+
+
+def differences(stored, now, limit=5):
+    """What two texts don't agree in.
+
+    Returns
+    -------
+    list of str
+        Empty if they agree; at most `limit` sentences.
+
+    Examples
+    --------
+    >>> differences("K = [0.75 -0.]", "K = [0.76  0.]")
+    []
+    >>> differences("0.75 feasible", "0.77 infeasible")
+    ... # doctest: +NORMALIZE_WHITESPACE
+    ['line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)',
+     "line 1: word 'feasible' became 'infeasible'"]
+    """
+    if stored == now:
+        return []
+    before, after = _lines(stored), _lines(now)
+    faults = []
+    for line, pair in enumerate(zip(before, after), 1):
+        faults += (f"line {line}{fault}" for fault in _line(*pair))
+    if len(before) != len(after):
+        faults.append(f"stored {len(before)} lines, now {len(after)}")
+    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
+    return faults[:limit] + rest
+
+
+def _lines(text):
+    text = ROW.sub(lambda row: row[0].replace("\n", " "), text)
+    return [line for line in text.splitlines() if line.strip()]
+
+
+def _line(stored, now):
+    if stored == now:
+        return
+    before, after = tokens(stored), tokens(now)
+    if [kind for kind, _ in before] != [kind for kind, _ in after]:
+        yield f": stored {stored.strip()!r}, now {now.strip()!r}"
+        return
+    numbers = 0
+    for (kind, old), (_, new) in zip(before, after):
+        numbers += kind == "number"
+        if kind == "number" and not agree(old, new):
+            yield (f", number {numbers}: stored {old}, now {new} "
+                   f"(tolerance {_tolerance(old, new):g})")
+        elif kind != "number" and old != new:
+            yield f": {kind} {old!r} became {new!r}"
+
+
+def tokens(text):
+    """The words, numbers and other marks of a text.
+
+    Examples
+    --------
+    >>> tokens("z1 = -0.50j")
+    [('word', 'z1'), ('mark', '='), ('number', '-0.50'), ('word', 'j')]
+    """
+    return [(token.lastgroup, token[0]) for token in TOKEN.finditer(text)]
+
+
+def agree(stored, now):
+    """Whether two printed numbers may be roundings of the same value.
+
+    Examples
+    --------
+    >>> agree("0.75", "0.76"), agree("0.75", "0.77"), agree("-0.", "0.")
+    (True, False, True)
+    """
+    if stored == now:
+        return True
+    a, b = _value(stored), _value(now)
+    if ("+" == stored[0]) != ("+" == now[0]) and min(a, b) > 0:
+        return False
+    return abs(a - b) <= _tolerance(stored, now)
+
+
+def _tolerance(stored, now):
+    """One unit of the last digit; none if both are small whole numbers."""
+    smaller = min(abs(_value(stored)), abs(_value(now)))
+    if _is_whole(stored) and _is_whole(now) and smaller < WHOLE:
+        return 0
+    return min(_unit(stored), _unit(now))
+
+
+@lru_cache(maxsize=65536)
+def _value(number):
+    return Decimal(number.replace("−", "-").replace(" ", ""))
+
+
+def _unit(number):
+    mantissa, _, power = number.lower().partition("e")
+    return Decimal(10) ** (int(power or 0) - len(mantissa.partition(".")[2]))
+
+
+def _is_whole(number):
+    return "e" not in number.lower() and not number.partition(".")[2]
