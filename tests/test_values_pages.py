@@ -51,6 +51,16 @@ def test_a_changed_cell_of_a_table_is_found_in_its_place():
         "table > tr > td 2: line 1, number 1: stored 1.5, now 1.8 (tolerance 0.1)"]
 
 
+def test_names_and_addresses_are_compared_to_the_letter():
+    for attribute in ('href="#sec-1.2"', 'src="data:image/png;base64,1.2"'):
+        page = f"<p><a {attribute}>1.2</a></p>"
+        assert pages.differences(page, page.replace("1.2<", "1.3<")) == []
+        assert pages.differences(page, page.replace("1.2\"", "1.3\""))
+    bar = "<i style='width:1.2em'></i>"
+    assert pages.differences(bar, bar.replace("1.2", "1.3")) == []
+    assert pages.differences(bar, bar.replace("1.2", "1.4"))
+
+
 def data_of(page):
     return re.search(r'application/json">(.*?)</script>', page, re.S)[1]
 
@@ -93,6 +103,7 @@ def test_data_of_live_pages(name, page):
     ({"a": True}, {"a": False}),
     ({"a": 1.25}, {"a": 1.27}),
     ({"a": 12}, {"a": "12"}),
+    ({"a": float("nan")}, {"a": 0.0}),
     ({"a": "data:image/png;base64,iVB1.25"}, {"a": "data:image/png;base64,iVB1.26"}),
 ])
 def test_changed_data_is_found(old, new):

@@ -112,7 +112,8 @@ def _places(before, after):
         if len(astray) > 1 and kind != "text":
             astray = _unmatched(astray)
         for number, one, two in astray:
-            yield (f"{one.kind} {number} ({str(one).partition('(')[2]} moved by "
+            name = str(one).removeprefix(one.kind).strip()
+            yield (f"{one.kind} {number} {name} moved by "
                    f"{_moved(one, two):.2g} px{_where(one)}")
 
 

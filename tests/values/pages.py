@@ -1,7 +1,7 @@
 """HTML compared as elements, texts, drawings and data.
 
-Elements and attributes are the same; the text of elements and of attributes
-is compared as in `words`, an svg as in `figures`, and data in a script as
+Elements and attributes are the same, names and addresses to the letter; other
+text is compared as in `words`, an svg as in `figures`, and data in a script as
 numbers and strings: floats to one unit of the last digit that is written.
 """
 
@@ -14,6 +14,7 @@ from .trees import parse
 __all__ = ["data", "differences"]
 
 RAW = ("script", "style")
+NAMES = {"class", "for", "href", "id", "name", "src", "type"}
 
 
 def differences(stored, now, limit=8):
@@ -84,7 +85,10 @@ def _attributes(stored, now, place):
         yield f"{place}: stored attributes {[*stored]}, now {[*now]}"
         return
     for key in stored:
-        for fault in words.differences(stored[key] or "", now[key] or ""):
+        one, two = stored[key] or "", now[key] or ""
+        if key in NAMES and one != two:
+            yield f"{place}, {key}: stored {one[:60]!r}, now {two[:60]!r}"
+        for fault in words.differences(one, two) if key not in NAMES else ():
             yield f"{place}, {key}: {fault}"
 
 
@@ -107,7 +111,8 @@ class Literal:
 
 
 def _loaded(text):
-    return json.loads(text, parse_float=Literal, parse_int=Literal)
+    return json.loads(text, parse_float=Literal, parse_int=Literal,
+                      parse_constant=str)
 
 
 def data(stored, now, limit=5):

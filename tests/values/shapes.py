@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from .letters import letter
 from .paths import bounds, lines
 
 __all__ = ["Shape", "drawn"]
@@ -67,6 +68,8 @@ class Shape:
                 a * u + c * v + e, b * u + d * v + f)
 
     def __str__(self):
+        if self.kind == "glyph":
+            return f"letter {letter(self.outline)}"
         own = self.style.rpartition(" > ")[2]
         words = re.findall(r"(?:fill|stroke|stroke-dasharray)[:=][^;\s]+", own)
         return f"{self.kind} ({' '.join(words) or own})"

@@ -5,10 +5,11 @@ most one unit of the last printed digit. Of two numbers with different numbers
 of digits the finer counts, because formats drop zeros at the end: what was
 0.75 may become 0.76 and not 0.8, but 1.0 and 0.99999 agree.
 
-A whole number below 1000 is a count or a name and agrees only with itself;
-from 1000 on one unit is less than a thousandth and is forgiven. The sign of a
-zero is ignored. Digits in a word (z1, x_3), in a version, in a check sum, in
-a reference (Table 4.3) or in an equation's number (2.15) are letters.
+A whole number below 10000 is a count, a year or a name and agrees only with
+itself; of more digits one unit is less than a ten-thousandth and is forgiven.
+The sign of a zero is ignored. Digits in a word (z1, x_3), a version, a date, a
+colour, a check sum, a reference (Table 4.3) or an equation's number (2.15) are
+letters.
 
 Lines are compared one by one, the spaces in them are not. A row of an array,
 from [ to ], counts as one line.
@@ -17,6 +18,7 @@ from [ to ], counts as one line.
 import re
 from decimal import Decimal
 from functools import lru_cache
+from os.path import commonprefix
 
 __all__ = ["agree", "differences", "tokens"]
 
@@ -26,6 +28,8 @@ TOKEN = re.compile(rf"""
     (?P<word> {REFERENCE}
             | \([1-9]\.\d{{1,2}}\)
             | 0x[0-9a-fA-F.]+(?:p[+-]?\d+)?
+            | \#[0-9a-fA-F]{{3,8}}(?!\w)
+            | \d{{4}}-\d\d-\d\d
             | (?<!\w)[0-9a-f]{{16,}}(?!\w)
             | \d+(?:\.\d+){{2,}}
             | [^\W\d]\w* )
@@ -35,7 +39,8 @@ TOKEN = re.compile(rf"""
   | (?P<mark> \S )
 """, re.X)
 ROW = re.compile(r"\[[^\[\]]*\]")
-WHOLE = 1000
+WHOLE = 10000
+SHOWN = 100
 
 
 def differences(stored, now, limit=5):
@@ -77,7 +82,9 @@ def _line(stored, now):
         return
     before, after = tokens(stored), tokens(now)
     if [kind for kind, _ in before] != [kind for kind, _ in after]:
-        yield f": stored {stored.strip()!r}, now {now.strip()!r}"
+        start = max(0, len(commonprefix([stored, now])) - SHOWN // 3)
+        yield (f": stored {stored[start:][:SHOWN].strip()!r}, "
+               f"now {now[start:][:SHOWN].strip()!r}")
         return
     numbers = 0
     for (kind, old), (_, new) in zip(before, after):
