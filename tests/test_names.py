@@ -43,5 +43,5 @@ def test_no_other_module_knows_a_requirement(file):
 
 def test_names_are_seen(tmp_path):
     file = tmp_path / "x.py"
-    file.write_text('"""gamma"""\ny = request.gamma\nz = found["u_max"]\n')
+    file.write_text('"""gamma"""\ny = request.gamma\nz = found["u_max"]\n', "utf8")
     assert list(known(file)) == [("gamma", 2), ("u_max", 3)]

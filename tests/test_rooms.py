@@ -63,7 +63,7 @@ def test_the_root_imports_nothing_of_the_book():
     code = ("import sys, sosbook; "
             "print([m for m in sys.modules if m.startswith('sosbook.book')])")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True,
-                          text=True, check=True)
+                          encoding="utf-8", check=True)
     assert done.stdout.strip() == "[]"
 
 
@@ -74,7 +74,7 @@ def test_the_contract_sees_an_arrow_that_points_up(tmp_path, monkeypatch):
     for text in ("from ..book import thesis", "from .. import book",
                  "import sosbook.book.thesis", "from sosbook.book import thesis",
                  "def f():\n    from ..book.thesis import arm"):
-        file.write_text(text)
+        file.write_text(text, "utf8")
         assert [m[0] for m in imports(file)] == ["book"], text
 
 
@@ -103,5 +103,5 @@ def test_an_unknown_name_is_an_error():
 
 def test_the_robots_program_runs_by_its_short_name():
     done = subprocess.run([sys.executable, "-m", "sosbook.mip", "--help"],
-                          capture_output=True, text=True, check=True)
+                          capture_output=True, encoding="utf-8", check=True)
     assert "folder" in done.stdout
