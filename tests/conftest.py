@@ -22,6 +22,7 @@ would disturb the notebooks which the same process runs next.
 """
 
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -56,6 +57,8 @@ def pytest_collection_modifyitems(items):
         elif not PAGES.isdisjoint(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.browser)
             item.add_marker(pytest.mark.timeout(PAGE))
+        elif "rows" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 
@@ -75,6 +78,38 @@ def site(tmp_path_factory):
         encoding="utf-8", check=False)
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
     return folder / "_build" / "html"
+
+
+@pytest.fixture(scope="session")
+def rows(tmp_path_factory):
+    """The rows of the reproduction; one process computes them for all."""
+    from sosbook import reproduction
+
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    return once(folder / "rows.pickle", reproduction.rows)
+
+
+def once(path, compute, seconds=280):
+    """What `compute` returns; of several processes only the first computes."""
+    try:
+        path.with_suffix(".claim").touch(exist_ok=False)
+    except FileExistsError:
+        end = time.monotonic() + seconds
+        while not path.exists():
+            assert time.monotonic() < end, f"{path.name} was not made in time"
+            time.sleep(0.2)
+    else:
+        result = None
+        try:
+            result = compute()
+        finally:
+            path.with_suffix(".part").write_bytes(pickle.dumps(result))
+            path.with_suffix(".part").replace(path)
+    result = pickle.loads(path.read_bytes())
+    assert result is not None, "another process failed to compute this"
+    return result
 
 
 def wait_for(outcome, seconds=600):

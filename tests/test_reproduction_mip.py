@@ -6,14 +6,8 @@ import pytest
 
 import sosbook as sos
 from sosbook.mip import V_MAX, Mip, vertices
-from sosbook.reproduction import mip
 
 PRINT = sos.thesis.mip()
-
-
-@pytest.fixture(scope="module")
-def rows():
-    return tuple(mip.rows())
 
 
 def find(rows, item, place=""):

@@ -10,8 +10,7 @@ def page(table):
     return table._repr_html_()
 
 
-def test_every_reproduction_row_is_in_the_table():
-    rows = sos.reproduction.rows()
+def test_every_reproduction_row_is_in_the_table(rows):
     text = page(sos.tables.reproduction(rows))
     assert text.count("<tr>") == len(rows) + 1
     for row in rows:
@@ -33,22 +32,21 @@ def test_text_is_escaped():
     assert "a &lt; b" in text
 
 
-def test_columns_and_rows_have_heads_and_a_caption():
-    text = page(sos.tables.verdicts(sos.reproduction.rows()))
+def test_columns_and_rows_have_heads_and_a_caption(rows):
+    text = page(sos.tables.verdicts(rows))
     assert text.count('scope="col"') == 3
     assert text.count('scope="row"') == len(sos.reproduction.VERDICTS)
     assert "<caption>" in text
 
 
-def test_the_counts_add_up():
-    rows = sos.reproduction.rows()
+def test_the_counts_add_up(rows):
     text = page(sos.tables.verdicts(rows))
     counts = map(int, re.findall(r"<td>(\d+)</td>", text))
     assert sum(counts) == len(rows)
 
 
-def test_every_row_stands_in_a_table_of_the_books_page():
+def test_every_row_stands_in_a_table_of_the_books_page(rows):
     book = Path(__file__).resolve().parent.parent / "book"
     source = (book / "reproduction.ipynb").read_text("utf8")
-    for chapter in {row.chapter for row in sos.reproduction.rows()}:
+    for chapter in {row.chapter for row in rows}:
         assert f'table(\\"{chapter}\\"' in source, chapter

@@ -109,6 +109,72 @@ def test_a_build_that_never_ends_is_not_awaited_for_ever(tmp_path):
         conftest.wait_for(tmp_path / "book.status", seconds=0)
 
 
+class Item:
+    """What the hook sees of a test."""
+
+    def __init__(self, path, *fixtures):
+        self.path, self.fixturenames, self.marks = Path(path), fixtures, {}
+
+    def add_marker(self, mark):
+        self.marks[mark.mark.name] = mark.mark.args
+
+
+def test_pages_are_marked_and_long_files_come_first():
+    plain, table = Item("tests/test_design.py"), Item("tests/test_tables.py", "rows")
+    page = Item("tests/test_maps.py", "visit")
+    site, cell = Item("tests/test_site.py", "site"), Item("book/01_first.ipynb")
+    slowest = Item(f"book/{conftest.LONGEST[0]}.ipynb")
+    items = [plain, table, page, cell, site, slowest]
+    conftest.pytest_collection_modifyitems(items)
+    assert items == [slowest, site, plain, table, page, cell]
+    assert "browser" in page.marks and "browser" in site.marks
+    assert "slow" in table.marks
+    assert plain.marks == {} and cell.marks == {"timeout": (conftest.CELL,)}
+
+
+def test_files_that_start_first_exist():
+    there = {path.stem for folder in ("tests", "book") for path in (ROOT / folder).iterdir()}
+    assert set(conftest.LONGEST) <= there
+
+
+@pytest.mark.slow
+def test_a_test_that_hangs_fails(tmp_path):
+    path = tmp_path / "test_hanging.py"
+    path.write_text("def test_bisection():\n    while True:\n        pass\n", "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "timeout=1",
+         "--rootdir", tmp_path, path], capture_output=True, text=True, encoding="utf-8",
+        check=False, timeout=120)
+    assert done.returncode and "Timeout" in done.stdout + done.stderr
+
+
+def test_every_test_has_a_timeout(pytestconfig):
+    assert float(pytestconfig.getini("timeout")) == 300
+
+
+def test_of_several_processes_one_computes(tmp_path):
+    calls = []
+
+    def compute():
+        calls.append(1)
+        return 7
+
+    path = tmp_path / "seven.pickle"
+    assert [conftest.once(path, compute) for _ in range(3)] == [7, 7, 7]
+    assert calls == [1]
+
+
+def test_a_process_that_fails_is_not_awaited(tmp_path):
+    path = tmp_path / "none.pickle"
+    with pytest.raises(ZeroDivisionError):
+        conftest.once(path, lambda: 1 / 0)
+    with pytest.raises(AssertionError, match="failed to compute"):
+        conftest.once(path, lambda: 7)
+    (tmp_path / "late.claim").touch()
+    with pytest.raises(AssertionError, match="not made in time"):
+        conftest.once(tmp_path / "late.pickle", lambda: 7, seconds=0)
+
+
 def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     program = ("import os, sys; sys.exit(not (os.environ['OMP_NUM_THREADS'] == '1'"

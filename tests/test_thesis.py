@@ -10,7 +10,6 @@ import sosbook as sos
 from sosbook import reproduction
 
 BOOK = Path(__file__).resolve().parent.parent / "book"
-ROWS = reproduction.rows()
 ERRATA = reproduction.errata()
 
 
@@ -43,10 +42,10 @@ def test_printed_gains_of_example_1():
     assert (ex.gamma, ex.saturation.u_max) == (1.257, 150)
 
 
-def row(item):
+def find(rows, item):
     """Of Example 1."""
     (found,) = [
-        r for r in ROWS
+        r for r in rows
         if r.item.startswith(item) and r.chapter == "07_grasping_robot"
     ]
     return found
@@ -63,15 +62,15 @@ def row(item):
     ("the error goes to zero", "property holds"),
     ("the curves of", "not reproducible"),
 ])
-def test_verdicts(item, verdict):
-    assert row(item).verdict == verdict
+def test_verdicts(rows, item, verdict):
+    assert find(rows, item).verdict == verdict
 
 
-def test_every_row_is_complete():
-    for r in ROWS:
+def test_every_row_is_complete(rows):
+    for r in rows:
         assert r.verdict in reproduction.VERDICTS
         assert all(vars(r).values())
-    names = [(r.chapter, r.item, r.place) for r in ROWS]
+    names = [(r.chapter, r.item, r.place) for r in rows]
     assert len(set(names)) == len(names)
 
 
@@ -82,8 +81,8 @@ def test_every_erratum_is_complete():
 
 
 @pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
-def test_chapters_that_rows_and_errata_name_exist():
-    for found in {x.chapter for x in (*ROWS, *ERRATA)}:
+def test_chapters_that_rows_and_errata_name_exist(rows):
+    for found in {x.chapter for x in (*rows, *ERRATA)}:
         assert list(BOOK.glob(found + ".*")), found
 
 
@@ -92,17 +91,17 @@ def test_an_unknown_verdict_is_refused():
         reproduction.Row("a", "b", "c", "d", "e", "perhaps", "f")
 
 
-def test_numbers_in_the_rows_are_those_of_other_means():
+def test_numbers_in_the_rows_are_those_of_other_means(rows):
     """The norm by a sweep, the peak by small steps."""
     ex = sos.thesis.example_1()
     d = sos.analyse_pid(ex.plant, ex.K, ex.U)
     loop = d.closed_loop()
     omega = np.linspace(0, 20, 4001)
     gains = [np.linalg.norm(loop(1j * w)[:2, :2], 2) for w in omega]
-    printed = float(row("H-infinity norm").ours)
+    printed = float(find(rows, "H-infinity norm").ours)
     assert abs(max(gains) - printed) < 1e-5
     t = np.linspace(0, 20, 20001)
     x = d.simulate(t, x0=ex.saturation.x0).x
     peak = np.linalg.norm(ex.K @ x, axis=0).max()
-    ours = re.match(r"[\d.]+", row("|K x(t)| at most").ours)[0]
+    ours = re.match(r"[\d.]+", find(rows, "|K x(t)| at most").ours)[0]
     assert abs(peak - float(ours)) < 0.1
