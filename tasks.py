@@ -124,7 +124,7 @@ def lab(words):
 def run(words):
     """Run the notebooks again (all, or those named)."""
     prepare()
-    return call(PYTHON, "-m", "sosbook.notebooks", "run", *words)
+    return call(PYTHON, "-m", "sosbook.book.notebooks", "run", *words)
 
 
 def bench(words):
@@ -142,7 +142,7 @@ def clean(words):
     """Remove the environment, the built book and the caches."""
     for name in (".venv", "_build", ".pytest_cache", ".hypothesis"):
         shutil.rmtree(ROOT / name, ignore_errors=True)
-    for pattern in ("*.egg-info", "*/__pycache__", "*/*/__pycache__", "__pycache__"):
+    for pattern in ("*.egg-info", "**/__pycache__"):
         for path in ROOT.glob(pattern):
             shutil.rmtree(path, ignore_errors=True)
     return 0

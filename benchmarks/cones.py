@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import margin
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 __all__ = ["Cones", "Task", "compiled"]
 
@@ -40,19 +40,13 @@ class Task:
     objective = None  # maximise the margin t
 
     @property
-    def gamma2(self):
-        gamma = self.request.gamma
-        return None if gamma is None else gamma**2
-
-    @property
     def unknowns(self):
         N, m = self.request.order, self.request.plant.m
         return [Unknown("P", N, symmetric=True), Unknown("Y", m, N)]
 
-    def blocks(self, P, Y, gamma2=None):
+    def blocks(self, P, Y, levels=()):
         """The request's blocks in these coordinates, in any arithmetic."""
-        gamma2 = self.gamma2 if gamma2 is None else gamma2
-        return self.request.blocks(P, Y, gamma2, frame=self.frame)
+        return self.request.blocks(P, Y, frame=self.frame, levels=levels)
 
     def expressions(self):
         """The blocks as `Affine` expressions, and the unknowns P and Y."""
@@ -76,7 +70,7 @@ class Task:
 
         Each block's diagonal is scaled to one. Positive means right.
         """
-        blocks = self.request.blocks(*self.home(P, Y), self.gamma2)
+        blocks = self.request.blocks(*self.home(P, Y))
         return dict(margin=min(margin(g) for g in blocks.values()))
 
     def gain(self, P, Y):

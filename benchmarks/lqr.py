@@ -10,11 +10,11 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
-from sosbook.frame import Frame
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.centre import margin
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 __all__ = ["LqrTask", "pendulum"]
 

@@ -6,11 +6,11 @@ import numpy as np
 from joblib.externals.loky import get_reusable_executor
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks, margin, phase_one
 from sosbook.maps import designs, feasibility_map, sweep
 from sosbook.maps.search import replaced, requirements
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 from .cones import Task
 from .measure import SMALLEST, record
@@ -45,9 +45,8 @@ def point(request):
 
 def keeps(request, P, Y):
     """Whether all blocks are positive definite at (P, Y)."""
-    gamma2 = request.gamma and request.gamma**2
     return all(
-        margin(g) > SMALLEST for g in request.blocks(P, Y, gamma2).values())
+        margin(g) > SMALLEST for g in request.blocks(P, Y).values())
 
 
 def staircase(requests):

@@ -18,8 +18,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import solve_continuous_are
 
-from sosbook.descriptor import descriptors
-from sosbook.design import design_pid
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.pid import design_pid
 from sosbook.lmi.centre import Blocks, centre, minimize, phase_one
 from sosbook.maps.search import replaced, requirements
 
@@ -430,8 +430,9 @@ def cvxpy_problem(task, parameter=None):
 
 def _with_parameters(task, P, Y, parameter):
     """The blocks, with gamma^2, sigma and u_max^2 as cvxpy Parameters."""
-    gamma2 = None if task.gamma2 is None else parameter(task.gamma2)
-    blocks = task.blocks(P, Y, gamma2)
+    gamma = task.request.gamma
+    levels = {} if gamma is None else {"gamma": parameter(gamma**2)}
+    blocks = task.blocks(P, Y, levels)
     asked = requirements(task.request)
     for name, key, factor in (
         ("sigma", "half-plane", 2), ("u_max", "u_max", np.sqrt(2)),

@@ -24,10 +24,10 @@ import numpy as np
 from tqdm import tqdm
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
-from sosbook.lmi.conic import clarabel_phase_one
-from sosbook.request import Request
+from sosbook.lmi.cones import clarabel_phase_one
+from sosbook.synthesis.problem import Request
 from tests.random_plants import float_blocks, random_case, scaled
 
 __all__ = ["Row", "judge", "summary"]

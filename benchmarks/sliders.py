@@ -8,7 +8,7 @@ import numpy as np
 
 import sosbook as sos
 from sosbook.maps.search import replaced, requirements
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 from sosbook.widgets.design import _design_page
 
 from .measure import record, summary

@@ -4,39 +4,28 @@ Reads M z'' + D z' + S z = B u + F w; follows D. S. Gontijo, "Control
 Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 """
 
-from . import (
-    atlas,
-    counterexamples,
-    couplings,
-    delay,
-    maps,
-    mip,
-    plots,
-    reproduction,
-    sampled,
-    tables,
-    thesis,
-    widgets,
-)
-from .cost import QuadraticCost
+from importlib import import_module as _import_module
+
+from . import aliases as _aliases, delay, sampled
+from .analysis.nonlinear import Steps, simulate_nonlinear
+from .analysis.response import Response, Sine
 from .delay import DelayDesign, analyse_delay, design_delay_pid
-from .design import Design, analyse_loop, analyse_pid, design_pid
-from .first_order import DescriptorSystem
-from .integrators import IntegratorChoice, admissible_U
-from .lqr import design_lqr
-from .nonlinear import Steps, simulate_nonlinear
-from .observer import ObserverDesign, design_observer, observer_loop
-from .regions import LMIRegion, PoleRegion, Region
-from .regularization import (
+from .plants.descriptor_system import DescriptorSystem
+from .plants.second_order import Polytope, SecondOrderSystem
+from .requirements.cost import QuadraticCost
+from .requirements.input_bound import Saturation
+from .requirements.pole_region import LMIRegion, PoleRegion, Region
+from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
+from .synthesis.integrators import IntegratorChoice, admissible_U
+from .synthesis.lqr import design_lqr
+from .synthesis.observer import ObserverDesign, design_observer, observer_loop
+from .synthesis.pid import Design, analyse_loop, analyse_pid, design_pid
+from .synthesis.regularization import (
     InfiniteModes,
     Regularization,
     infinite_modes,
     regularize,
 )
-from .request import Saturation
-from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
-from .simulate import Response, Sine
-from .system import Polytope, SecondOrderSystem
 
 __version__ = "0.1.0"
 __all__ = [
@@ -85,3 +74,17 @@ __all__ = [
     "thesis",
     "widgets",
 ]
+
+
+def __getattr__(name):
+    """Rooms that most programs don't need are imported when they are asked for."""
+    if name in _aliases.MODULES:
+        return _import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})
+
+
+_aliases.install()

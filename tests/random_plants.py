@@ -22,12 +22,12 @@ import numpy as np
 from scipy.linalg import eigvals, solve_continuous_are
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
-from sosbook.frame import Frame
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks, margin
-from sosbook.lmi.conic import clarabel_minimize
-from sosbook.request import Request
+from sosbook.lmi.cones import clarabel_minimize
+from sosbook.synthesis.problem import Request
 
 __all__ = ["KINDS", "Case", "Units", "random_case", "random_request"]
 
@@ -377,10 +377,10 @@ class _Known:
         if (sigma, theta, rho) != (None,) * 3:
             region = sos.PoleRegion(sigma, theta, rho)
         request = Request(self.plant, **self.asked, **more, region=region)
-        frame, gamma = self.frame(request), more.get("gamma")
+        frame = self.frame(request)
         blocks = request.blocks(
             np.eye(request.order), self.K @ frame.T / frame.scale,
-            gamma and gamma**2, frame=frame)
+            frame=frame)
         return min(margin(g) for g in blocks.values())
 
     @property
@@ -637,10 +637,9 @@ def _signs(rng, largest, marginal):
 
 # ---- an edge that Clarabel finds
 
-def float_blocks(request, frame, gamma2=None):
+def float_blocks(request, frame, levels=()):
     """The blocks of a request, with explicit slopes."""
-    gamma2 = gamma2 or request.gamma and request.gamma**2
-    expressions, unknowns = request.in_unknowns(frame, gamma2)
+    expressions, unknowns = request.in_unknowns(frame, levels=levels)
     blocks = Blocks.of(expressions.values(), unknowns)
     return Blocks(
         [c.astype(float) for c in blocks.constants],
@@ -732,14 +731,11 @@ class _Edge:
              for s, d in zip(one.slopes, slope)]))
 
     def _fixed(self, frame, bound2):
-        request, gamma2 = self.request, self.request.gamma
-        gamma2 = gamma2 and gamma2**2
+        request = self.request
         if self.which == "gamma":
-            gamma2 = bound2
-        else:
-            request = replace(request, saturation=sos.Saturation(
-                np.sqrt(bound2), request.saturation.x0))
-        return float_blocks(request, frame, gamma2)
+            return float_blocks(request, frame, {"gamma": bound2})
+        return float_blocks(replace(request, saturation=sos.Saturation(
+            np.sqrt(bound2), request.saturation.x0)), frame)
 
     def _optimum(self, frame):
         blocks = self._blocks(frame)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.analysis import peak_input
-from sosbook.descriptor import descriptors
-from sosbook.request import Request
+from sosbook.analysis.linear import peak_input
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.problem import Request
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
     P = V + V.T
     right = P if coupling == "pairs" else V.T
     found = request.blocks(
-        P if coupling == "pairs" else [P], chain.K @ right, 1.0, V=V)
+        P if coupling == "pairs" else [P], chain.K @ right, V=V)
     rate = np.linalg.solve(d.E, d.A + d.Bu @ chain.K)
     n = chain.plant.n
     whole = chain.K + chain.K_A @ rate[n:2 * n]

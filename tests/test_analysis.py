@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sosbook as sos
-from sosbook.analysis import hinf_norm, peak_input
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import hinf_norm, peak_input
+from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 
 

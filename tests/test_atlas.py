@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.analysis import poles as loop_poles
-from sosbook.atlas import Atlas, Slider, design_atlas, record
-from sosbook.simulate import simulate
+from sosbook.analysis.linear import poles as loop_poles
+from sosbook.book.elements.designs import Atlas, Slider, design_atlas, record
+from sosbook.analysis.response import simulate
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 ANGLES = np.radians([30, 45, 60])
@@ -253,7 +253,7 @@ def test_the_element_holds_every_solved_design(tab, atlas):
 
 
 def test_the_step_response_is_the_one_of_python(tab, robot, atlas):
-    """The page's matrix exponential against `sosbook.simulate`."""
+    """The page's matrix exponential against `sosbook.analysis.response`."""
     data = tab.page.evaluate(
         "(() => { const a = document.querySelector('sos-atlas');"
         "return {z: a.response[0], K: a.design.K, T: a.data.horizon}; })()")

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.analysis import poles
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import poles
+from sosbook.plants.descriptor import descriptors
 from sosbook.plots import band, branches, pole_cloud
 
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.analysis import loop_matrix
-from sosbook.basin import basin
-from sosbook.descriptor import descriptors
-from sosbook.lmi.certificate import exact, pivots
-from sosbook.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.analysis.linear import loop_matrix
+from sosbook.studies.region_of_attraction import basin
+from sosbook.plants.descriptor import descriptors
+from sosbook.lmi.exact import exact, pivots
+from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 
 EX = sos.thesis.example_4()
 RELEASE = np.array([1.0, 1, 0, 0, 0])

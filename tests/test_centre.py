@@ -13,7 +13,7 @@ from sosbook.lmi.centre import (
     minimize,
     phase_one,
 )
-from sosbook.lmi.conic import cvxpy_constraints
+from sosbook.lmi.cones import cvxpy_constraints
 
 
 def lyapunov(A, Q):
@@ -53,7 +53,7 @@ def test_example_1_is_the_centre_that_cvxpy_finds():
     P = cvxpy.Variable((6, 6), symmetric=True)
     Y = cvxpy.Variable((2, 6))
     T = np.linalg.cholesky(d.P)
-    blocks = d.request.blocks(T @ P @ T.T, 100 * Y @ T.T, ex.gamma**2)
+    blocks = d.request.blocks(T @ P @ T.T, 100 * Y @ T.T)
     volume = sum(cvxpy.log_det((g + g.T) / 2) for g in blocks.values())
     sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), 1e-10)
     cvxpy.Problem(cvxpy.Maximize(volume)).solve(solver="CLARABEL", **sharp)
@@ -68,7 +68,7 @@ def test_gradient_of_the_barrier_vanishes_at_the_centre():
     rng = np.random.default_rng(2)
 
     def barrier(P, Y):
-        found = d.request.blocks(P, Y, ex.gamma**2).values()
+        found = d.request.blocks(P, Y).values()
         return sum(np.linalg.slogdet(g)[1] for g in found)
 
     L = np.linalg.cholesky(d.P)

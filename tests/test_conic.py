@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks
-from sosbook.lmi.conic import clarabel_minimize, clarabel_phase_one
-from sosbook.request import Request
+from sosbook.lmi.cones import clarabel_minimize, clarabel_phase_one
+from sosbook.synthesis.problem import Request
 from tests.cases import random_request
 
 
 def scaled_blocks(request):
     """The request's blocks in its frame, entries near one."""
     frame = Frame.of(request)
-    gamma2 = None if request.gamma is None else request.gamma**2
-    expressions, unknowns = request.in_unknowns(frame, gamma2)
+    expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
         first = -np.eye(request.order)
@@ -54,7 +53,8 @@ def smallest_gamma(plant, asked):
         np.linalg.norm(near.K @ T, 2),
     )
     g, unit = Unknown("gamma2", 1), near.gamma**2
-    expressions, unknowns = request.in_unknowns(frame, g * unit)
+    expressions, unknowns = request.in_unknowns(
+        frame, levels={"gamma": g * unit})
     blocks = Blocks.of(expressions.values(), unknowns + [g])
     blocks = scaled(blocks)
     cost = np.zeros(blocks.variables)

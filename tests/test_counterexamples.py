@@ -7,9 +7,9 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, theorems
-from sosbook.descriptor import Coupled, Descriptor
-from sosbook.lmi.certificate import exact, pivots
-from sosbook.request import Request
+from sosbook.plants.descriptor import Coupled, Descriptor
+from sosbook.lmi.exact import exact, pivots
+from sosbook.synthesis.problem import Request
 from tests.test_certificate import positive_definite
 
 
@@ -32,10 +32,10 @@ def test_mechanical_vertices_hold_exactly():
     plants, P = counterexamples.mechanical()
     request = Request(plants, coupling="vertices", gain=np.zeros((1, 4)))
     P, Y = exact(P), exact(np.zeros((1, 4)))
-    blocks = request.blocks(P, Y, None, exact)
+    blocks = request.blocks(P, Y, exact)
     assert set(blocks) == {"P", "stability 1", "stability 2"}
     assert all(positive_definite(g) for g in blocks.values())
-    whole = replace(request, coupling="pairs").blocks(P, Y, None, exact)
+    whole = replace(request, coupling="pairs").blocks(P, Y, exact)
     assert pivots(whole["stability 1,2"])[-1] < 0
 
 

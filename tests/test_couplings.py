@@ -5,8 +5,8 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, couplings
-from sosbook.analysis import poles
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import poles
+from sosbook.plants.descriptor import descriptors
 from sosbook.reproduction import vertices
 
 
@@ -88,7 +88,7 @@ def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
     for plant in couplings.inside(chain, 7):
         there = sos.analyse_pid(
             plant, design.K, gamma=0.8, region=design.request.region)
-        blocks = there.request.blocks(design.P, design.Y, 0.64)
+        blocks = there.request.blocks(design.P, design.Y)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
-from sosbook.delay.atlas import KINDS, delay_atlas, record, signal_of
+from sosbook.book.elements.delay import KINDS, delay_atlas, record, signal_of
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 from tests.test_atlas import numbers
 

@@ -9,7 +9,7 @@ from scipy.optimize import newton
 
 import sosbook as sos
 from sosbook import delay, reproduction
-from sosbook.descriptor import Descriptor, descriptors
+from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.theorems import Functional, Times, delay_stabilization
 
 HERE = ("20_delay_theorem", "21_delay_examples")

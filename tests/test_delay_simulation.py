@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import sosbook as sos
-from sosbook.delay.signals import (
+from sosbook.delay.profiles import (
     ConstantDelay,
     RandomDelay,
     SawtoothDelay,
@@ -20,8 +20,8 @@ from sosbook.delay.signals import (
     SwitchingDelay,
 )
 from sosbook.delay.simulation import simulate_delay
-from sosbook.descriptor import Descriptor, descriptors
-from sosbook.simulate import simulate
+from sosbook.plants.descriptor import Descriptor, descriptors
+from sosbook.analysis.response import simulate
 
 # Example 2 of the thesis's part on delay, joined by a disturbance
 PLANT = sos.SecondOrderSystem(

@@ -16,7 +16,7 @@ from sosbook.delay.spectrum import (
     spectral_abscissa,
     stable_delays,
 )
-from sosbook.descriptor import descriptors
+from sosbook.plants.descriptor import descriptors
 
 BENCHMARK = np.diag([-2, -0.9]), np.array([[-1, 0], [-1, -1]])
 

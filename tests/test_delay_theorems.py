@@ -18,9 +18,9 @@ from sosbook.delay import (
     spectral_abscissa,
 )
 from sosbook.delay.request import exp_bound
-from sosbook.descriptor import Descriptor
+from sosbook.plants.descriptor import Descriptor
 from sosbook.lmi import Unknown, block, he
-from sosbook.lmi.certificate import definite, exact, inverse
+from sosbook.lmi.exact import definite, exact, inverse
 from sosbook.theorems import (
     MISPRINTS,
     Functional,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.descriptor import Coupled, coupled_pairs, descriptors
+from sosbook.plants.descriptor import Coupled, coupled_pairs, descriptors
 from tests.cases import random_plant
 
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
+from sosbook.plants.descriptor import descriptors
 from tests.cases import chain, random_request
 
 ONE = [[1.0]]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sosbook import thesis
-from sosbook.regions import PoleRegion
+from sosbook.requirements.pole_region import PoleRegion
 from sosbook.reproduction import (
     example_1,
     example_3,

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import sosbook as sos
-from sosbook.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 from sosbook.reproduction import example_4
 
 EX = sos.thesis.example_4()

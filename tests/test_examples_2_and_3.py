@@ -5,10 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sosbook as sos
-from sosbook.analysis import poles
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import poles
+from sosbook.plants.descriptor import descriptors
 from sosbook.reproduction import example_2, example_3
-from sosbook.simulate import simulate
+from sosbook.analysis.response import simulate
 
 
 @pytest.fixture(scope="module")

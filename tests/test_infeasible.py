@@ -5,11 +5,11 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
-from sosbook.lmi.certificate import exact
-from sosbook.request import Request
-from sosbook.phases import closer
+from sosbook.lmi.exact import exact
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.feasibility import closer
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]
@@ -52,8 +52,7 @@ def test_the_certificate_is_a_proof(name):
     assert d.K is None
     proof = d.infeasibility
     assert proof.proven
-    gamma2 = None if d.gamma is None else exact(d.gamma) ** 2
-    expressions, unknowns = d.request.in_unknowns(d.frame, gamma2, exact)
+    expressions, unknowns = d.request.in_unknowns(d.frame, exact)
     assert set(proof.multipliers) == set(expressions)
     blocks = Blocks.of(expressions.values(), unknowns)
     Z = [proof.multipliers[name] for name in expressions]
@@ -164,7 +163,7 @@ def test_a_point_without_direction_keeps_the_frame():
     """Where the least infeasible P isn't positive in any direction."""
     request = Request(mass())
     frame = Frame.of(request)
-    _, unknowns = request.in_unknowns(frame, None)
+    _, unknowns = request.in_unknowns(frame)
     for size in (0.0, -1.0):
         P = size * np.eye(2)
         near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook import integrators
-from sosbook.descriptor import descriptors
-from sosbook.integrators import admissible_U, proven_everywhere
+from sosbook.synthesis import integrators
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.integrators import admissible_U, proven_everywhere
 from tests.cases import random_plant
 
 EXAMPLES = [

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
 
 import sosbook as sos
-from sosbook.cost import noise_cost
-from sosbook.descriptor import descriptors
+from sosbook.requirements.cost import noise_cost
+from sosbook.plants.descriptor import descriptors
 
 
 def riccati(plant, Q, R, U=None):

@@ -9,7 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook import maps
 from sosbook.maps.search import replaced
-from sosbook.proof import prove, prove_infeasible
+from sosbook.synthesis.certificates import prove, prove_infeasible
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
 
@@ -150,7 +150,7 @@ def test_shares_do_not_depend_on_units(robot):
 @pytest.mark.parametrize("change, fault", [
     (dict(name="speed"), "name = 'speed' must be one of sigma"),
     (dict(digits=0), "digits = 0"), (dict(digits=2.5), "digits = 2.5"),
-    (dict(region=sos.LMIRegion.disk(3)), "region must be a PoleRegion"),
+    (dict(region="disk"), "region must be a PoleRegion"),
     (dict(name="u_max", saturation=None), "u_max needs saturation"),
 ])
 def test_bad_input_is_named(robot, change, fault):
@@ -258,7 +258,7 @@ def atlas(force):
     arm = sos.thesis.example_4()
     radius = maps.frontier("sigma", "rho", arm.plant, **arm.requirements,
                            values=[4, 5, 6], progress=False)
-    return maps.MapAtlas({"The <robot> & co": [force], "Arm": [radius]},
+    return sos.atlas.MapAtlas({"The <robot> & co": [force], "Arm": [radius]},
                          title='a</script><b>"&')
 
 
@@ -290,7 +290,7 @@ def test_the_page_stores_the_proofs(atlas, force):
     assert "http" not in atlas.html.replace("http://www.w3.org", "")
     assert repr(atlas) == "MapAtlas: 2 frontiers"
     with pytest.raises(ValueError, match="one Frontier or more"):
-        maps.MapAtlas({})
+        sos.atlas.MapAtlas({})
 
 
 def test_the_page_says_what_python_says(visit, sheet, atlas, force):

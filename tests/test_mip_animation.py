@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sosbook import thesis
-from sosbook.mip.animation import FINE, animation
+from sosbook.book.elements.robot import FINE, animation
 from sosbook.mip.firmware import Firmware
 from sosbook.mip.law import SampledLaw
 from sosbook.mip.model import Mip

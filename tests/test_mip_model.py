@@ -16,7 +16,7 @@ from scipy.linalg import solve_continuous_are
 from scipy.optimize import nnls
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
+from sosbook.plants.descriptor import descriptors
 from sosbook.mip import R_G, V_MAX, Mip, polytope, vertices
 
 PRINT = sos.thesis.mip()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.descriptor import Coupled, descriptors
+from sosbook.plants.descriptor import Coupled, descriptors
 from sosbook.theorems import bounded_real
 
 

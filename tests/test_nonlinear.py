@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 import sosbook as sos
-from sosbook.descriptor import descriptors
-from sosbook.nonlinear import Steps, arm_gravity, simulate_nonlinear
+from sosbook.plants.descriptor import descriptors
+from sosbook.analysis.nonlinear import Steps, arm_gravity, simulate_nonlinear
 
 ARM = sos.thesis.arm(0.0)
 EX = sos.thesis.example_4()
@@ -29,7 +29,7 @@ def test_without_a_force_it_is_the_linear_loop():
     K_A = np.array([[-1.0, 0.5], [0, -2]])
     for gain in (None, K_A):
         (d,) = descriptors(ex.plant, ex.U, gain)
-        exact = sos.simulate.simulate(d, ex.K, t, **asked, K_A=gain)
+        exact = sos.analysis.simulate(d, ex.K, t, **asked, K_A=gain)
         found = simulate_nonlinear(
             ex.plant, nothing, ex.K, t, ex.U, **asked, K_A=gain, rtol=1e-11)
         for name in SIGNALS:
@@ -56,7 +56,7 @@ def test_small_swings_are_those_of_the_linear_arm():
     x0 = 1e-4 * np.array([1, 1, 0, 0, 0])
     t = np.linspace(0, 2, 101)
     (d,) = descriptors(sos.thesis.arm(1.0), EX.U)
-    linear = sos.simulate.simulate(d, EX.K, t, x0=x0)
+    linear = sos.analysis.simulate(d, EX.K, t, x0=x0)
     assert np.abs(swing(t, x0=x0).x - linear.x).max() < 1e-10
 
 

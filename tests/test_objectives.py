@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook import phases
-from sosbook.request import Request
+from sosbook.synthesis import feasibility as phases
+from sosbook.synthesis.problem import Request
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_the_smallest_u_max_is_cvxpys(robot):
         robot.plant, **asked, saturation=sos.Saturation(1.0, x0))
     scale = 1e4
     blocks = request.blocks(
-        P, 100 * Y, robot.gamma**2, squares={"u_max": scale * square})
+        P, 100 * Y, levels={"u_max": scale * square})
     problem = cvxpy.Problem(
         cvxpy.Minimize(square[0, 0]),
         [(g + g.T) / 2 >> 0 for g in blocks.values()])

@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
-from sosbook.descriptor import mean_descriptor
+from sosbook.plants.descriptor import mean_descriptor
 from sosbook.mip import Mip, reduced
-from sosbook.observer import design_observer, observer_loop
+from sosbook.synthesis.observer import design_observer, observer_loop
 
 MIP = Mip.printed()
 C = np.array([[0, 1, 0], [0, 0, 1]])

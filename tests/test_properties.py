@@ -5,9 +5,9 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook.analysis import hinf_norm, peak_input, poles
-from sosbook.descriptor import descriptors
-from sosbook.lmi.conic import clarabel_phase_one
+from sosbook.analysis.linear import hinf_norm, peak_input, poles
+from sosbook.plants.descriptor import descriptors
+from sosbook.lmi.cones import clarabel_phase_one
 from tests.cases import random_plant, random_request
 from tests.test_conic import scaled_blocks
 

@@ -194,7 +194,7 @@ def test_small_and_far_regions(region):
     (lambda: LMIRegion([[0, 1], [0, 0]], np.eye(2), "r"), "alpha must be sym"),
     (lambda: LMIRegion([[0]], np.eye(2), "r"), "beta has 2 rows"),
     (lambda: LMIRegion([[-1]], [[0]], "r"), "beta is zero"),
-    (lambda: LMIRegion([[-1]], [[1]], "hinf"), "name = 'hinf'"),
+    (lambda: LMIRegion([[-1]], [[1]], "<b>"), "name = '<b>'"),
     (lambda: LMIRegion([[-1]], [[1]], ""), "name = ''"),
     (lambda: Region(()), "parts is empty"),
     (lambda: Region(["disk"]), "parts must be LMIRegion"),

@@ -12,8 +12,8 @@ from scipy.linalg import null_space
 
 import sosbook as sos
 from sosbook.lmi import Unknown
-from sosbook.lmi.certificate import exact
-from sosbook.regularization import (
+from sosbook.lmi.exact import exact
+from sosbook.synthesis.regularization import (
     InfiniteModes,
     infinite_modes,
     prove_regular,

@@ -10,10 +10,10 @@ from scipy.linalg import eigh
 import sosbook as sos
 from benchmarks import plants
 from benchmarks.robustness import Row, judge, summary
-from sosbook.analysis import hinf_norm, peak_input, poles
-from sosbook.descriptor import descriptors
-from sosbook.proof import prove
-from sosbook.request import Request
+from sosbook.analysis.linear import hinf_norm, peak_input, poles
+from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis.certificates import prove
+from sosbook.synthesis.problem import Request
 from tests.random_plants import KINDS, Units, random_case, random_request
 
 LARGEST = 4  # degrees of freedom; the benchmark goes to 8

@@ -12,9 +12,9 @@ from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
 import sosbook as sos
 from sosbook.sampled.balls import balls
-from sosbook.sampled.hold import Clock, input_vertices
-from sosbook.descriptor import descriptors
-from sosbook.lmi.certificate import exact
+from sosbook.sampled.discretize import Clock, input_vertices
+from sosbook.plants.descriptor import descriptors
+from sosbook.lmi.exact import exact
 from sosbook.mip import Mip
 from sosbook.mip.spread import polytope
 from sosbook.sampled import (

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.couplings import promises, widen
-from sosbook.proof import prove
-from sosbook.request import Request
+from sosbook.synthesis.certificates import prove
+from sosbook.synthesis.problem import Request
 from tests.cases import random_plant, random_request
 
 few = settings(max_examples=30, derandomize=True, deadline=None)
@@ -150,7 +150,7 @@ def test_blocks_are_the_formulas(seed):
         slack=0.2, mu=1.5)
     P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
     V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
-    made = request.blocks(P, Y, 2.5**2, V=V)
+    made = request.blocks(P, Y, V=V)
     hand = by_hand(request, P, V, Y)
     assert set(made) == set(hand)
     for name, g in made.items():
@@ -170,7 +170,7 @@ def test_blocks_are_affine_in_the_plant(seed):
     P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
     every = [*P, sum(w * p for w, p in zip(weights, P))]
     V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
-    made = request.blocks(every, Y, 4.0, V=V)
+    made = request.blocks(every, Y, V=V)
     for name in ("half-plane", "sector", "disk", "hinf"):
         mean = sum(
             w * made[f"{name} {k + 1}"] for k, w in enumerate(weights))
@@ -263,8 +263,7 @@ def test_one_plant_gains_nothing(seed, slack):
         P = V.T @ np.linalg.solve(found.P[0], V)
         request = Request(**asked)
         blocks = request.blocks(
-            (P + P.T) / 2, found.K @ (P + P.T) / 2,
-            (asked.get("gamma") or 0) ** 2)
+            (P + P.T) / 2, found.K @ (P + P.T) / 2)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.frame import Frame
+from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
@@ -13,7 +13,7 @@ from sosbook.lmi.kronecker import Hessian
 from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.structure import structure, unfold
-from sosbook.request import Request
+from sosbook.synthesis.problem import Request
 
 EXAMPLES = {
     f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
@@ -30,7 +30,7 @@ def case(request):
     asked = Request(
         example.plant, coupling=coupling, **example.requirements, **more)
     expressions, unknowns = asked.in_unknowns(
-        Frame.of(asked), asked.gamma and asked.gamma**2)
+        Frame.of(asked))
     blocks = Blocks.of(expressions.values(), unknowns)
     x = np.random.default_rng(1).standard_normal(blocks.variables + 1)
     x[-1] = -1e4  # lifts all blocks until they are positive definite
@@ -88,7 +88,7 @@ def test_the_sector_is_one_hermitian_block():
     """(2.20): twice the size, each eigenvalue twice."""
     ex = sos.thesis.example_1()
     asked = Request(ex.plant, U=ex.U, region=sos.PoleRegion(theta=0.7))
-    expressions, unknowns = asked.in_unknowns(Frame.of(asked), None)
+    expressions, unknowns = asked.in_unknowns(Frame.of(asked))
     _, _, parts = structure(expressions.values(), unknowns)
     folded = dict(zip(expressions, parts))["sector"]
     assert folded.weight == 2
@@ -144,7 +144,7 @@ def chain(n):
 def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     plant, asked = chain(4)
     request = Request(plant, **asked)
-    expressions, unknowns = request.in_unknowns(Frame.of(request), 0.04)
+    expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
     x = sos.lmi.centre.phase_one(blocks).x
     direct = Newton(blocks)
@@ -203,7 +203,7 @@ def test_the_first_guess_is_stable(k):
     K = frame.scale * frame.gain @ np.linalg.inv(frame.T)
     assert np.linalg.eigvals(A + B @ K).real.max() < 0
     if k == 1:  # and P = I proves it
-        expressions, unknowns = request.in_unknowns(frame, None)
+        expressions, unknowns = request.in_unknowns(frame)
         blocks = Blocks.of(expressions.values(), unknowns)
         assert Newton(blocks).least(frame.guess(unknowns)).min() > 0
 
@@ -213,7 +213,7 @@ def test_without_multipliers_a_refusal_is_left_open():
     asked = robot.requirements | {"region": sos.PoleRegion(2, np.pi / 4, 5)}
     request = Request(robot.plant, **asked)
     expressions, unknowns = request.in_unknowns(
-        Frame.of(request), request.gamma**2)
+        Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
     assert sos.lmi.centre.phase_one(blocks).verdict == "infeasible"
     open_ = sos.lmi.centre.phase_one(blocks, multipliers=False)

@@ -5,14 +5,9 @@ import numpy as np
 import pytest
 
 from sosbook import LMIRegion, theorems
-from sosbook.descriptor import (
-    Coupled,
-    Descriptor,
-    SlackVertex,
-    descriptors,
-)
+from sosbook.plants.descriptor import Coupled, Descriptor, SlackVertex, descriptors
 from sosbook.lmi import Unknown
-from sosbook.lmi.certificate import exact
+from sosbook.lmi.exact import exact
 from tests.cases import random_plant
 
 GAMMA2, U_MAX2 = 1.7, 30.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.walls import Walls, gamma_walls
+from sosbook.studies.gamma_bounds import Walls, gamma_walls
 from tests.cases import random_plant
 
 EXAMPLES = [
@@ -84,7 +84,7 @@ def test_below_the_third_wall_a_disturbance_breaks_the_bound():
     from scipy.linalg import expm, solve_continuous_lyapunov
 
     example = EXAMPLES[0]()
-    (d,) = sos.descriptor.descriptors(example.plant, example.U)
+    (d,) = sos.plants.descriptors(example.plant, example.U)
     A = sos.analysis.loop_matrix(d, example.K)
     B = d.state_space()[2]
     W = solve_continuous_lyapunov(A, -B @ B.T)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 from sosbook.widgets.arm import REST, STEPS, explore_swing
 
 

@@ -13,7 +13,7 @@ from sosbook.delay import (
     SineDelay,
     SwitchingDelay,
 )
-from sosbook.delay.atlas import KINDS, signal_of, unit_set_point
+from sosbook.book.elements.delay import KINDS, signal_of, unit_set_point
 from sosbook.widgets.delay import (
     OURS,
     PRINTED,

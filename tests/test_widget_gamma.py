@@ -3,7 +3,7 @@
 import pytest
 
 import sosbook as sos
-from sosbook.walls import gamma_walls
+from sosbook.studies.gamma_bounds import gamma_walls
 from sosbook.widgets.gamma import explore_mu
 
 

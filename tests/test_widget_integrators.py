@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.integrators import admissible_U
+from sosbook.synthesis.integrators import admissible_U
 from sosbook.widgets.integrators import explore_integrators
 
 REGION = sos.PoleRegion(sigma=0.3, rho=6)

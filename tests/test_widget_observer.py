@@ -10,7 +10,7 @@ from scipy.integrate import odeint
 
 import sosbook as sos
 from sosbook.mip import Mip, reduced, vertices
-from sosbook.observer import design_observer, observer_loop
+from sosbook.synthesis.observer import design_observer, observer_loop
 from sosbook.widgets import observer as widget
 from sosbook.widgets.observer import explore_observer
 

@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import sosbook as sos
-from sosbook.analysis import loop_matrix
-from sosbook.descriptor import descriptors
+from sosbook.analysis.linear import loop_matrix
+from sosbook.plants.descriptor import descriptors
 from sosbook.mip import V_MAX, Mip, polytope, vertices
 from sosbook.widgets.pendulum_control import (
     PID,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.regularization import regularize
+from sosbook.synthesis.regularization import regularize
 from sosbook.widgets.regularization import explore_regularization
 
 

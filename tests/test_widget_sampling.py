@@ -79,7 +79,7 @@ def test_the_kick_starts_with_the_plant_alone():
     """A tick late, nothing but the plant acts during the first one."""
     law = SampledLaw.of_gain(PRINT.pd[1], 0.01)
     x = kick(SampledLoop(ROBOTS[0], law, 0.01, "firmware"), 1.0, 2)
-    A, _, _ = sos.descriptor.descriptors(
+    A, _, _ = sos.plants.descriptors(
         ROBOTS[0].plant())[0].state_space()
     assert np.allclose(x[:, 1], expm(0.01 * A) @ [0, 0, 1, 0])
 

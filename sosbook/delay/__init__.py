@@ -1,6 +1,5 @@
 """PID control through a varying input delay, and the truth beside it."""
 
-from .atlas import DelayAtlas, delay_atlas
 from .design import (
     DelayCertificate,
     DelayDesign,
@@ -10,14 +9,14 @@ from .design import (
 )
 from .largest import Largest, largest
 from .lyapunov import lyapunov_values
-from .request import DelayedLoop, DelayRequest
-from .signals import (
+from .profiles import (
     ConstantDelay,
     RandomDelay,
     SawtoothDelay,
     SineDelay,
     SwitchingDelay,
 )
+from .request import DelayedLoop, DelayRequest
 from .simulation import DelayedResponse, simulate_delay
 from .spectrum import (
     characteristic_roots,
@@ -30,7 +29,6 @@ from .spectrum import (
 
 __all__ = [
     "ConstantDelay",
-    "DelayAtlas",
     "DelayCertificate",
     "DelayDesign",
     "DelayRequest",
@@ -43,7 +41,6 @@ __all__ = [
     "SwitchingDelay",
     "analyse_delay",
     "characteristic_roots",
-    "delay_atlas",
     "delay_margin",
     "delayed_loop",
     "design_delay_pid",

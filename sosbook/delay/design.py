@@ -5,12 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..gains import Gains
-from ..lmi.centre import Blocks, Unbounded, centre, margin, phase_one
-from ..lmi.certificate import exact, round_digits
-from ..phases import bounded
-from ..proof import Proof, refute
-from ..system import matrix
+from ..lmi.exact import exact, round_digits
+from ..lmi.problem import LMIProblem
+from ..lmi.proof import Proof, refute
+from ..plants.checks import matrix
+from ..synthesis.gains import Gains
 from . import spectrum
 from .request import DelayedLoop, DelayRequest, check_loop
 from .simulation import simulate_delay
@@ -327,27 +326,17 @@ def solve_delay(request, refuse=True):
     refuse : bool
         Look for multipliers that exclude a solution, which takes longer.
     """
-    expressions, unknowns = request.in_unknowns()
-    blocks = Blocks.of(expressions.values(), unknowns)
-    phase = phase_one(blocks, multipliers=refuse)
-    if phase.x is None:
+    point = LMIProblem(request.blocks, request.unknowns()).solve(
+        refuse, lid=True)
+    if point.values is None:
         return DelayDesign(
-            request, phase.verdict, request.gain, multipliers=phase.Z)
-    try:
-        joined, x = bounded(blocks, unknowns, phase.x)
-        x = centre(joined, x)
-    except Unbounded:
-        x = phase.x
-    ends = np.cumsum([u.size for u in unknowns])[:-1]
-    values = {
-        u.name: u.unpack(part)
-        for u, part in zip(unknowns, np.split(x, ends))
-    }
+            request, point.status, request.gain,
+            multipliers=point.multipliers)
+    values, margins = point.values, point.margins
     K, frame = request.gain, request.frame
     if K is None:
         K = np.linalg.solve(values["F"], values["X"].T).T
         K = frame.scale * np.linalg.solve(frame.T.T, K.T).T
-    margins = {name: margin(g) for name, g in request.blocks(values).items()}
     found = DelayDesign(request, "feasible", K, values, margins)
     if min(margins.values()) > 1e-9 or _prove(found, 17).proven:
         return found

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..lmi.certificate import round_digits
+from ..lmi.exact import round_digits
 from .design import ALPHAS, DelayDesign, solve_delay
 from .request import DelayRequest, check_loop
 

@@ -6,12 +6,13 @@ from functools import cached_property
 import numpy as np
 from flint import arb, fmpq
 
-from ..descriptor import Descriptor
-from ..frame import Frame
 from ..lmi import Unknown
-from ..lmi.certificate import exact, inverse
-from ..request import Request
-from ..system import SecondOrderSystem, matrix, number, positive
+from ..lmi.exact import exact, inverse
+from ..plants.checks import matrix, number, positive
+from ..plants.descriptor import Descriptor
+from ..plants.second_order import SecondOrderSystem
+from ..synthesis.problem import Request
+from ..synthesis.scaling import Frame
 from ..theorems import (
     MISPRINTS,
     Functional,

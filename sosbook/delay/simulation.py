@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from ..simulate import disturbance, times, vector
-from ..system import matrix
+from ..analysis.response import disturbance, times, vector
+from ..plants.checks import matrix
 
 __all__ = ["DelayedResponse", "simulate_delay"]
 
@@ -65,7 +65,7 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None,
     t : (k,) array_like
         Increasing times, in seconds, from 0.
     delay : delay signal
-        Such as `ConstantDelay`, see `sosbook.delay.signals`.
+        Such as `ConstantDelay`, see `sosbook.delay.profiles`.
     r : (n,) array_like, optional
         Constant set point from t = 0 on. The integrators get it at
         once, the plant late and through u. Its impulse r' is left out.
@@ -108,8 +108,8 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None,
     --------
     x' = -x(t - 1) from x = 1: the line 1 - t, then a parabola.
 
-    >>> from sosbook.delay.signals import ConstantDelay
-    >>> from sosbook.descriptor import Descriptor
+    >>> from sosbook.delay.profiles import ConstantDelay
+    >>> from sosbook.plants.descriptor import Descriptor
     >>> one, none = np.eye(1), np.zeros((1, 1))
     >>> d = Descriptor(one, none, one, np.zeros((1, 0)), one)
     >>> answer = simulate_delay(d, [[-1.0]], [0, 1, 2], ConstantDelay(1),

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import eigvals, matrix_balance
 from scipy.optimize import minimize_scalar
 
-from ..system import matrix, number
+from ..plants.checks import matrix, number
 
 __all__ = [
     "characteristic_roots",
@@ -47,7 +47,7 @@ def delayed_loop(d, K):
     Examples
     --------
     >>> from sosbook import SecondOrderSystem
-    >>> from sosbook.descriptor import descriptors
+    >>> from sosbook.plants.descriptor import descriptors
     >>> d, = descriptors(SecondOrderSystem([[1]], [[0]], [[4]], [[2]]))
     >>> A, A_d = delayed_loop(d, [[-1, -3]])
     >>> A_d

@@ -347,7 +347,7 @@ def minimize(blocks, cost, x, gap=1e-6):
             x = barrier.descend(x, weight * cost, 0.1)
         except np.linalg.LinAlgError:
             break
-        if x @ x > 1e16:
+        if np.abs(x).max() > 1e100 or x @ x > 1e16:
             break
         slack = 2 * blocks.degree / weight
         if slack < gap * abs(cost @ x):

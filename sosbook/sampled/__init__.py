@@ -1,6 +1,6 @@
 """Control by a computer: sample, compute, hold."""
 
-from .hold import hold, sampled_loop
+from .discretize import hold, sampled_loop
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
 from .proof import SampledCertificate, certify_sampled, prove_schur
 

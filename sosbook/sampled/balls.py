@@ -7,7 +7,7 @@ the precision of flint's context.
 import numpy as np
 from flint import arb, arb_mat
 
-from ..lmi.certificate import exact
+from ..lmi.exact import exact
 
 __all__ = [
     "balls",

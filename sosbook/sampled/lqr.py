@@ -12,10 +12,10 @@ from scipy.linalg import (
     solve_discrete_lyapunov,
 )
 
-from .hold import Clock, input_vertices, sampled_loop
-from ..cost import QuadraticCost
+from ..plants.checks import matrix, rank_deficient
+from ..requirements.cost import QuadraticCost
+from .discretize import Clock, input_vertices, sampled_loop
 from .proof import certify_sampled
-from ..system import matrix, rank_deficient
 
 __all__ = ["SampledLQR", "design_sampled_lqr", "sampled_cost"]
 

@@ -11,21 +11,13 @@ from scipy.linalg import (
     solve_triangular,
 )
 
-from .balls import (
-    balls,
-    entries,
-    exponential,
-    hull,
-    middle,
-    series,
-    solve,
-)
-from .hold import Clock, input_vertices
 from ..lmi import Unknown
 from ..lmi.centre import Blocks, phase_one
-from ..lmi.certificate import exact, round_digits
-from ..proof import Proof
-from ..system import matrix, positive
+from ..lmi.exact import exact, round_digits
+from ..lmi.proof import Proof
+from ..plants.checks import matrix, positive
+from .balls import balls, entries, exponential, hull, middle, series, solve
+from .discretize import Clock, input_vertices
 
 __all__ = ["SampledCertificate", "certify_sampled", "prove_schur"]
 

@@ -14,7 +14,7 @@ from .delay import (
 )
 from .hinf import bounded_real
 from .legendre import legendre_decay, legendre_functional
-from .lqr import lqr_cost, lqr_decay, slack_lqr_decay
+from .lqr import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .observer import observer_cost, observer_decay
 from .pole_region import pole_region, stability
 from .regularization import regular_mass
@@ -50,4 +50,5 @@ __all__ = [
     "slack_pole_region",
     "slack_stability",
     "stability",
+    "trace_bound",
 ]

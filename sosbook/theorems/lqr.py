@@ -1,8 +1,10 @@
 """Lemma 2.3 and Theorem 2.4: a bound of the quadratic cost."""
 
-from ..lmi import block, he
+import numpy as np
 
-__all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay"]
+from ..lmi import block, eye, he
+
+__all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay", "trace_bound"]
 
 
 def lqr_cost(EPE, noise, J):
@@ -64,3 +66,12 @@ def slack_lqr_decay(c, L, W, V, epsilon):
         [EPL.T, 0, -W, 0],
         [c.EY.T, 0, 0, -V],
     ])
+
+
+def trace_bound(J, bound):
+    """bound - tr J, as a matrix."""
+    rows = [bound * eye(1) if np.ndim(bound) == 0 else bound]
+    for k in range(J.shape[0]):
+        unit = eye(J.shape[0])[:, k:k + 1]
+        rows.append(-(unit.T @ J @ unit))
+    return sum(rows[1:], rows[0])

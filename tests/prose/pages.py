@@ -152,7 +152,7 @@ def parse(source):
 @cache
 def thesis():
     """The numbers of each example in `sosbook.thesis`, by its name."""
-    source = (ROOT / "sosbook" / "thesis.py").read_text(encoding="utf-8")
+    source = (ROOT / "sosbook" / "book" / "thesis.py").read_text(encoding="utf-8")
     tree = ast.parse(source)
     return {node.name: tuple(numerals.literals(ast.unparse(node)))
             for node in tree.body if isinstance(node, ast.FunctionDef)}

@@ -8,7 +8,7 @@ from functools import cache
 
 import nbformat
 
-from sosbook.quotations import QUOTATIONS
+from sosbook.book.quotations import QUOTATIONS
 
 from . import check, markup, pages
 
@@ -16,7 +16,7 @@ PHRASES = check.GIVEN / "phrases.toml"
 _QUOTED = re.compile(
     r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
     r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])")
-_ROWS = sorted((pages.ROOT / "sosbook" / "reproduction").rglob("*.py"))
+_ROWS = sorted((pages.ROOT / "sosbook" / "book" / "reproduction").rglob("*.py"))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,192 @@
+"""What a closed loop really does: poles, norms, peaks."""
+
+import control
+import numpy as np
+from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.optimize import minimize_scalar
+
+from ..plants.second_order import sort_poles
+
+__all__ = [
+    "closed_loop",
+    "hinf_norm",
+    "loop_matrix",
+    "open_loop",
+    "peak_input",
+    "poles",
+]
+
+
+def loop_matrix(d, K):
+    """E^-1 (A + B_u K) of one vertex."""
+    return np.linalg.solve(d.E, d.A + d.Bu @ K)
+
+
+def poles(d, K):
+    """Closed-loop poles of one vertex, in rad/s, sorted."""
+    return sort_poles(np.linalg.eigvals(loop_matrix(d, K)))
+
+
+def open_loop(d):
+    """The plant with its integrators as python-control's StateSpace.
+
+    Parameters
+    ----------
+    d : Descriptor
+
+    Returns
+    -------
+    control.StateSpace
+        Inputs u (m of them), w (p), r (n). Outputs the state x = [z; z';
+        x3]: the feedback u = K (x - [r; 0; 0]) closes the loop.
+
+    Notes
+    -----
+    Source: thesis (2.8), with x3 = + integral of U e.
+    """
+    n, N = len(d.C), len(d.E)
+    A, B, Bw = d.state_space()
+    m, p = B.shape[1], Bw.shape[1]
+    names = {
+        "inputs": [f"u{k + 1}" for k in range(m)]
+        + [f"w{k + 1}" for k in range(p)]
+        + [f"r{k + 1}" for k in range(n)],
+        "outputs": [f"x{k + 1}" for k in range(N)],
+    }
+    return control.ss(
+        A, np.hstack([B, Bw, _set_point(d)]),
+        np.eye(N), np.zeros((N, m + p + n)), **names,
+    )
+
+
+def _set_point(d):
+    """How a constant r enters x': only through the integrators."""
+    n, N = len(d.C), len(d.E)
+    entry = np.zeros((N, n))
+    entry[2 * n:] = -d.A[2 * n:, :n]
+    return entry
+
+
+def closed_loop(d, K):
+    """The loop as python-control's StateSpace.
+
+    Parameters
+    ----------
+    d : Descriptor
+    K : (m, N) array
+
+    Returns
+    -------
+    control.StateSpace
+        Inputs w (p of them), then r (n). Outputs z (n), then u = K_P e
+        + K_D e' + K_I x3 (m), for r constant (r' = 0); an acceleration
+        term K_A e'' is inside the loop but not in this u.
+
+    Notes
+    -----
+    Source: thesis (2.8), with x3 = + integral of U e.
+    """
+    n = len(d.C)
+    _, B, Bw = d.state_space()
+    A = loop_matrix(d, K)
+    K_P = K[:, :n]
+    D = np.zeros((n + len(K), d.Bw.shape[1] + n))
+    D[n:, d.Bw.shape[1]:] = -K_P
+    names = {
+        "inputs": [f"w{k + 1}" for k in range(d.Bw.shape[1])]
+        + [f"r{k + 1}" for k in range(n)],
+        "outputs": [f"z{k + 1}" for k in range(n)]
+        + [f"u{k + 1}" for k in range(len(K))],
+    }
+    return control.ss(
+        A, np.hstack([Bw, _set_point(d) - B @ K_P]),
+        np.vstack([d.C, K]), D, **names,
+    )
+
+
+def hinf_norm(d, K):
+    """H-infinity norm from w to z; infinite for an unstable loop.
+
+    Notes
+    -----
+    Source: Bruinsma and Steinbuch (1990): a level that the largest
+    singular value reaches shows as imaginary eigenvalues of a
+    Hamiltonian matrix; between them lie better frequencies.
+    """
+    _, _, B = d.state_space()
+    A, C = loop_matrix(d, K), d.C
+    poles = np.linalg.eigvals(A)
+    if poles.real.max() >= 0:
+        return np.inf
+    unit = np.linalg.norm(B) * np.linalg.norm(C)
+    if unit == 0:
+        return 0.0
+    B, C = B / np.linalg.norm(B), C / np.linalg.norm(C)
+
+    def gain(omega):
+        pencil = 1j * np.ravel(omega)[:, None, None] * np.eye(len(A)) - A
+        answers = C @ np.linalg.solve(pencil, B + 0j)
+        return np.linalg.norm(answers, 2, axis=(1, 2)).max()
+
+    best = gain(np.concatenate([[0.0], abs(poles), abs(poles.imag)]))
+    for _ in range(50):
+        level = best * (1 + 1e-9)
+        if level == 0:
+            break
+        hamiltonian = np.block([
+            [A, B @ B.T / level], [-C.T @ C / level, -A.T],
+        ])
+        crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
+        between = (crossings[1:] + crossings[:-1]) / 2
+        found = gain(np.concatenate([[0.0], crossings, between]))
+        if found <= level:
+            break
+        best = found
+    return float(best * unit)
+
+
+def peak_input(d, K, x0, K_A=None):
+    """The largest |K x(t)| of the free response from x0.
+
+    With K_A the largest |K x(t) + K_A z''(t)|, the whole signal.
+    Infinite for an unstable loop. Looks at times close enough for the
+    fastest mode that is still alive, until a Lyapunov function x'Xx
+    excludes a later peak.
+    """
+    A = loop_matrix(d, K)
+    poles, x = np.linalg.eigvals(A), np.asarray(x0, float)
+    if poles.real.max() >= 0:
+        return np.inf
+    if K_A is not None:
+        n = len(d.C)
+        K = K + K_A @ A[n:2 * n]
+    rate = np.abs(poles).max()
+    X = solve_continuous_lyapunov(A.T / rate, -np.eye(len(A)))
+    reach = np.sqrt(np.linalg.norm(K @ np.linalg.solve(X, K.T), 2))
+    top, now = np.linalg.norm(K @ x), 0.0
+    start, span = x, 0.0
+    for _ in range(2000):
+        if x @ X @ x <= 0 or reach * np.sqrt(x @ X @ x) <= top:
+            break
+        alive = poles[np.exp(poles.real * now) > 1e-9]
+        step = 0.05 / np.abs(alive if len(alive) else poles).max()
+        states = _orbit(expm(A * step), x, 9)
+        sizes = np.linalg.norm(K @ states, axis=0)
+        k = int(sizes.argmax())
+        if sizes[k] > top:
+            top, start, span = sizes[k], states[:, max(k - 1, 0)], 2 * step
+        x, now = states[:, -1], now + step * (states.shape[1] - 1)
+    near = minimize_scalar(
+        lambda t: -np.linalg.norm(K @ expm(A * t) @ start),
+        bounds=(0, span), method="bounded",
+    )
+    return float(max(top, -near.fun))
+
+
+def _orbit(forward, x, doublings):
+    """The columns x, Fx, F^2 x, ..., F^k x with k = 2^doublings."""
+    states = x[:, None]
+    for _ in range(doublings):
+        states = np.hstack([states, forward @ states])
+        forward = forward @ forward
+    return np.hstack([states, (forward @ x)[:, None]])

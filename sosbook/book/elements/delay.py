@@ -1,0 +1,291 @@
+"""Designs under delay in the rendered page: a grid, really solved.
+
+A page has no Python behind it, so it gets the gains, margins and roots of
+every point of the grid. It computes the responses itself, for whatever way
+the delay varies; gains are never interpolated.
+"""
+
+import os
+from importlib.resources import files
+from itertools import product
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from ...delay.design import solve_delay
+from ...delay.profiles import (
+    ConstantDelay,
+    RandomDelay,
+    SawtoothDelay,
+    SineDelay,
+    SwitchingDelay,
+)
+from ...delay.request import DelayRequest
+from .designs import Atlas, Slider, _digits, _loop, _start
+
+__all__ = ["KINDS", "DelayAtlas", "delay_atlas", "output_name", "signal_of",
+           "unit_set_point"]
+
+#: Ways in which the delay varies within its interval.
+KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching",
+         "random")
+BLOCKS = {"functional": "V is positive", "R": "the kernel R of V",
+          "Z": "the kernel Z of V", "decay": "V decays"}
+SCALARS = {"tau": ("Nominal delay τ", "τ", " s"),
+           "ratio": ("Variation μ/τ", "μ/τ", ""),
+           "delta": ("Decay rate δ", "δ", " 1/s"),
+           "alpha": ("Scalar α", "α", " s")}
+SINE, DWELL, SEED = 10, 2, 0  # period and dwell in units of tau
+POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
+
+
+def signal_of(kind, tau, mu):
+    """A delay in [tau - mu, tau + mu] that varies in a named way.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    tau, mu : float
+        In seconds, mu <= tau. With mu = 0 every kind is constant.
+
+    Returns
+    -------
+    delay signal
+        A sine has the period 10 tau; the switching and the random delay
+        hold each value for 2 tau.
+
+    Raises
+    ------
+    ValueError
+        If there is no such kind.
+
+    Examples
+    --------
+    >>> signal_of("switching", 0.4, 0.2)
+    SwitchingDelay(low=0.2, high=0.6000000000000001, dwell=0.8)
+    """
+    if kind not in KINDS:
+        raise ValueError(f"kind must be one of {KINDS}, got {kind!r}")
+    if kind == KINDS[0] or mu == 0:
+        return ConstantDelay(tau)
+    low, high = tau - mu, tau + mu
+    return {
+        KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE * tau)),
+        KINDS[2]: lambda: SawtoothDelay(low, high),
+        KINDS[3]: lambda: SwitchingDelay(low, high, DWELL * tau),
+        KINDS[4]: lambda: RandomDelay(low, high, DWELL * tau, SEED),
+    }[kind]()
+
+
+def unit_set_point(U):
+    """The smallest r for which every integrated error asks for one: U r = 1.
+
+    Parameters
+    ----------
+    U : (a, n) array_like
+
+    Returns
+    -------
+    (n,) array
+
+    Examples
+    --------
+    >>> unit_set_point([[0, 1]]).tolist()
+    [0.0, 1.0]
+    """
+    U = np.asarray(U, float)
+    return np.linalg.pinv(U) @ np.ones(len(U))
+
+
+def output_name(U):
+    """What is integrated, in words: "z1" where U picks one displacement.
+
+    Examples
+    --------
+    >>> output_name([[0, 1]]), output_name([[1, 1]])
+    ('z2', 'U z')
+    """
+    U = np.asarray(U, float)
+    picks = len(U) == 1 and sorted(U[0])[::-1] == [1] + [0] * (U.shape[1] - 1)
+    return f"z{U[0].argmax() + 1}" if picks else "U z"
+
+
+class DelaySlider(Slider):
+    """A scalar of the request, in the units of `design_delay_pid`.
+
+    Examples
+    --------
+    >>> DelaySlider("delta", (0.1, 0.2)).texts
+    ['δ = 0.1 1/s', 'δ = 0.2 1/s']
+    """
+
+    looser = 0  # the page tries both directions
+
+    @property
+    def label(self):
+        """The words beside the slider."""
+        return SCALARS[self.key][0]
+
+    @property
+    def texts(self):
+        """Each value in words, for the page and for screen readers."""
+        _, symbol, unit = SCALARS[self.key]
+        return [f"{symbol} = {value:.4g}{unit}" for value in self.values]
+
+
+class DelayAtlas(Atlas):
+    """An `Atlas` of designs under delay; made by `delay_atlas`."""
+
+    def __repr__(self):
+        return "Delay" + super().__repr__()
+
+    @property
+    def html(self):
+        """The element: style, data and script inline, no other file."""
+        assets = files(__package__) / "assets"
+        style = " ".join((assets / "delay.css").read_text("utf8").split())
+        script = (assets / "delay.js").read_text("utf8").strip()
+        element, base = super().html.rsplit("</sos-atlas>", 1)
+        element = element.replace("sos-atlas", "sos-delay").replace(
+            "</style>", f" {style}</style>", 1)
+        return (f"{element}</sos-delay>"
+                f"{base}\n<script>\n{script}\n</script>")
+
+
+def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
+                start=None, title="Move the delay and the decay rate",
+                progress=True):
+    """Solve Procedure 2.2, corrected, on a grid; return its `DelayAtlas`.
+
+    Parameters
+    ----------
+    example : thesis.DelayExample
+        Its plant and U; its alpha and t_end where these are left out.
+    taus : sequence of float
+        Nominal delays, in seconds.
+    ratios : sequence of float
+        mu / tau, from 0 to 1.
+    deltas : sequence of float
+        Decay rates, in 1/s.
+    alphas : sequence of float, optional
+        In seconds. Without it the example's alpha for every point.
+    horizon : float, optional
+        Seconds shown of the responses.
+    start : dict, optional
+        {"tau": 0.4, "ratio": 0.5, …}: where the sliders stand at first;
+        values of the grid. One that isn't named stands in the middle.
+    title : str
+    progress : bool
+        Show a progress bar, unless the environment variable
+        TQDM_DISABLE is set.
+
+    Returns
+    -------
+    DelayAtlas
+
+    Raises
+    ------
+    ValueError
+        If a ratio isn't in [0, 1], a sequence is empty, a start value
+        isn't on the grid, or the horizon is too long for the page.
+
+    Notes
+    -----
+    Source: thesis, Procedure 2.2 and Theorem 2.3 with its errata.
+    """
+    asked = {"tau": taus, "ratio": ratios, "delta": deltas, "alpha": alphas}
+    sliders = [DelaySlider(key, tuple(sorted(map(float, values))))
+               for key, values in asked.items() if values is not None]
+    for slider in sliders:
+        if not slider.values:
+            raise ValueError(f"{slider.key}s is empty: give one value or more")
+    if not 0 <= min(ratios) <= max(ratios) <= 1:
+        raise ValueError("ratios are mu / tau: take them from [0, 1], for "
+                         "the delay tau - mu must not be negative")
+    place = _start(sliders, start)
+    r = unit_set_point(example.U)
+    loop = _loop(example.plant, example.U, None, r, horizon or example.t_end)
+    steps = _steps(example.plant, loop["horizon"])
+    designs = {}
+    places = list(product(*(range(len(s.values)) for s in sliders)))
+    # in notebooks tqdm doesn't read the variable itself
+    hidden = not progress or "TQDM_DISABLE" in os.environ
+    for at in tqdm(places, unit="design", leave=False, disable=hidden):
+        values = {s.key: s.values[k] for s, k in zip(sliders, at)}
+        designs[at] = record(solve_delay(request_of(example, **values)))
+    count = int(loop["horizon"] / (DWELL * min(taus))) + 2
+    loop |= {
+        "also": [f"α = {example.alpha:.4g} s"] if alphas is None else [],
+        "output": output_name(example.U),
+        "caption": "Response from rest to a unit set point in "
+        f"{output_name(example.U)}.",
+        "blocks": list(BLOCKS.values()), "kinds": KINDS,
+        "U": [[_digits(x, 12) for x in row] for row in example.U],
+        "varying": [SINE, DWELL, [_digits(x, 4) for x in RandomDelay(
+            0.0, 1.0, 1.0, SEED)(np.arange(count))]],
+        "window": _window(designs.values(), max(deltas)),
+        "points": POINTS, "steps": steps,
+    }
+    return DelayAtlas(title, sliders, designs, loop, place)
+
+
+def request_of(example, tau, ratio, delta, alpha=None):
+    """The `DelayRequest` of a point of the grid."""
+    return DelayRequest(
+        example.plant, example.U, tau, ratio * tau, delta,
+        example.alpha if alpha is None else alpha)
+
+
+def record(design):
+    """What the page stores of a design: rounded, and nothing like -0.
+
+    Returns
+    -------
+    0 if infeasible, 1 if undecided, else
+    [K row by row (4 digits), [block, smallest margin (2 digits)], [true
+    slowest rate, delay where it occurs (3 digits)], [for the shortest,
+    nominal and longest delay the rightmost roots with Im >= 0, as re,
+    im, re, im, … (3 digits)]]
+    """
+    if design.status != "feasible":
+        return 0 if design.status == "infeasible" else 1
+    tau, mu = design.request.tau, design.request.mu
+    worst = min(design.margins, key=design.margins.get)
+    return [
+        [_digits(x, 4) for x in design.K.ravel()],
+        [list(BLOCKS).index(worst), _digits(design.margins[worst], 2)],
+        [_digits(x, 3) for x in design.slowest_decay()],
+        [_upper(design.roots(d)) for d in (tau - mu, tau, tau + mu)],
+    ]
+
+
+def _upper(roots):
+    roots = roots[roots.imag >= 0]
+    pairs = np.stack([roots.real, roots.imag], axis=1)
+    return [_digits(x, 3) for x in pairs.ravel()]
+
+
+def _steps(plant, horizon):
+    """Of the page's Runge-Kutta method: a quarter of the fastest rate."""
+    turns = horizon * max(abs(plant.poles())) / 0.25
+    steps = POINTS * max(4, int(np.ceil(turns / POINTS)))
+    if steps > 20 * POINTS:
+        raise ValueError(
+            f"horizon = {horizon:.4g} s takes {steps} steps in the page: "
+            "give a shorter one"
+        )
+    return steps
+
+
+def _window(records, delta):
+    """[left, right, height] that holds the rightmost roots of them all."""
+    near = np.array([
+        pair for stored in records if not isinstance(stored, int)
+        for roots in stored[3]
+        for pair in np.reshape(roots, (-1, 2))[:3]
+    ]).reshape(-1, 2)
+    left = min(near[:, 0].min(initial=-1.0), -2 * delta)
+    height = near[:, 1].max(initial=1.0)
+    return [_digits(1.1 * left, 2), _digits(-0.15 * left, 2),
+            _digits(1.15 * height, 2)]

@@ -1,0 +1,210 @@
+"""The robot in the rendered page: simulated and drawn there, live.
+
+A page has no Python behind it, so it gets the pendulums and the gains and
+runs the loop itself: the nonlinear pendulum, its sensors, and what
+`Controller` does at every tick. Gains are never interpolated.
+"""
+
+import html
+import json
+from importlib.resources import files
+
+import numpy as np
+
+from ...pendulum.firmware import Firmware
+from ...pendulum.law import SampledLaw
+from ...pendulum.model import Mip
+from ...pendulum.rig import COUNTS, GYRO_STEP, Rig
+from ...pendulum.spread import vertices
+from ...plants.checks import positive
+
+__all__ = ["Animation", "animation"]
+
+FINE = 8  # Runge-Kutta steps in a tick
+UNWIND = 0.5  # s; as `SampledLaw.of_gain` has it
+GRAVITY = 9.8  # m/s^2, of `Mip.from_ratios`
+SEED = 2023
+#: Sliders: label, unit, largest value, step; at rest on the smallest.
+SLIDERS = {"tilt": ("Initial tilt", "°", 40, 1),
+           "delay": ("Delay of the voltage", " ms", 30, 2.5),
+           "noise": ("Gyro noise", " × nominal", 5, 0.5)}
+START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
+
+
+class Animation:
+    """A page element that runs the robot; put it last in a cell.
+
+    Made by `animation`.
+
+    Parameters
+    ----------
+    title : str
+    data : dict
+        What the page needs, as JSON has it.
+    """
+
+    def __init__(self, title, data):
+        self.title, self.data = title, {"title": title, **data}
+
+    def __repr__(self):
+        gains = sum(len(law["R"]) for law in self.data["laws"])
+        return (f"Animation: {gains} gains of {len(self.data['laws'])} laws "
+                f"on {len(self.data['robots'])} robots")
+
+    def _repr_html_(self):
+        return self.html
+
+    @property
+    def html(self):
+        """The element: style, data and script inline, no other file."""
+        assets = files(__package__) / "assets"
+        sheets = [(assets / name).read_text("utf8")
+                  for name in ("atlas.css", "robot.css")]
+        style = " ".join(" ".join(sheets).split()).replace(
+            "sos-atlas", "sos-robot")
+        script = (assets / "robot.js").read_text("utf8").strip()
+        data = json.dumps(self.data, ensure_ascii=False,
+                          separators=(",", ":"), allow_nan=False)
+        data = data.replace("<", "\\u003c")
+        return (
+            f'<sos-robot role="group" aria-label="{html.escape(self.title)}">'
+            f"<style>{style}</style>"
+            "<noscript>A simulation of the robot. It needs JavaScript; in "
+            "JupyterLab, trust the notebook (View → Activate Command "
+            "Palette → Trust Notebook) and run the cell, or open the book "
+            "with python3 tasks.py lab.</noscript>"
+            f'<script type="application/json">{data}</script>'
+            f"</sos-robot>\n<script>\n{script}\n</script>")
+
+
+def animation(laws, robots=None, *, T=0.01, start=None,
+              title="The robot, simulated in this page"):
+    """The robot under sampled gains, with sliders, in the page.
+
+    The page integrates `Mip.acceleration` by Runge and Kutta's method and
+    does what `Controller` does at every tick; only the stall fault is
+    off, so that chatter can be seen. The gyro is noisy and rounded, the
+    encoders count, and each voltage acts from its delay on. A tilt
+    beyond the firmware's ``tip`` is a fall: the motors go off. Delays
+    count in eighths of a tick.
+
+    Parameters
+    ----------
+    laws : dict
+        From a name to a dict from R to K: (1, 4) or (1, 5) array_like.
+        The slider for R stops at these values only.
+    robots : dict, optional
+        From a name to a `Mip`. Without it the printed one and its four
+        `vertices`.
+    T : float
+        Time between ticks, in s.
+    start : dict, optional
+        {"law": "PD", "R": 5, "robot": "printed", "tilt": 10,
+        "delay": 5, "noise": 1}: where the controls stand at first; the
+        tilt in degrees, the delay in ms, the noise relative to the
+        gyro's 0.1 deg/s. Without it the first law, robot and R.
+    title : str
+
+    Returns
+    -------
+    Animation
+
+    Raises
+    ------
+    ValueError
+        If there is no law or robot, a gain hasn't 4 or 5 finite
+        entries, an R or T isn't positive, or a start value isn't on its
+        control.
+
+    Notes
+    -----
+    Source: thesis (4.13), mended, with the gains of section 4.3.
+
+    The words in the page: it falls, if the motors go off; it chatters,
+    if in the last of 8 seconds the voltage has an rms above 1 V and
+    more than 10 changes of sign; it sways, if the rms is as high
+    without them or the tilt beyond 1 degree; else it stands. In the
+    page ``element.run({law, R, robot, tilt, delay, noise, seconds,
+    ideal, pushes})`` returns any run as arrays over the ticks.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> animation({"PD": thesis.mip().pd, "PID": thesis.mip().pid})
+    Animation: 6 gains of 2 laws on 5 robots
+    """
+    T = positive("T", T)
+    if robots is None:
+        robots = {"printed": Mip.printed()} | {
+            f"vertex {k}": v
+            for k, v in enumerate(vertices(Mip.printed()), 1)}
+    data = {
+        "laws": [_law(name, gains, T)
+                 for name, gains in _named("laws", laws).items()],
+        "robots": [_robot(name, mip)
+                   for name, mip in _named("robots", robots).items()],
+        "sliders": [
+            {"key": key, "label": label, "unit": unit, "max": top,
+             "step": step}
+            for key, (label, unit, top, step) in SLIDERS.items()],
+        "T": T, "fine": FINE, "unwind": UNWIND, "seed": SEED,
+        "limit": Firmware.limit, "tip": Firmware.tip,
+        "sigma": float(Rig.noise),
+        "gyro": float(GYRO_STEP), "count": 2 * np.pi / COUNTS}
+    return Animation(title, data | {"start": _start(data, start)})
+
+
+def _named(argument, given):
+    if not isinstance(given, dict) or not given:
+        raise ValueError(f"{argument} must be a dict with a name or more, "
+                         f"got {given!r}")
+    return given
+
+
+def _law(name, gains, T):
+    """One law: its values of R, increasing, and the gain of each."""
+    where = f"laws[{name!r}]"
+    found = {}
+    for R, K in _named(where, gains).items():
+        try:
+            SampledLaw.of_gain(K, T, UNWIND)
+        except ValueError as error:
+            raise ValueError(f"{where}[{R}]: {error}") from None
+        found[positive(f"R in {where}", R)] = np.ravel(K).tolist()
+    values = sorted(found)
+    return {"name": str(name), "R": values, "K": [found[R] for R in values]}
+
+
+def _robot(name, mip):
+    if not isinstance(mip, Mip):
+        raise ValueError(f"robots[{name!r}] must be a Mip, got {mip!r}")
+    radius = GRAVITY * positive("b", mip.b) / positive("d", mip.d)
+    letters = {letter: getattr(mip, letter) for letter in "abcdefJ"}
+    return {"name": str(name), **letters, "radius": radius}
+
+
+def _start(data, start):
+    """Where the controls stand: law, R and robot by index."""
+    asked = START | dict(start or {})
+    laws, robots = ([x["name"] for x in data[k]] for k in ("laws", "robots"))
+    law = _index("law", asked.pop("law", laws[0]), laws)
+    values = data["laws"][law]["R"]
+    place = {"law": law,
+             "R": _index("R", asked.pop("R", values[0]), values),
+             "robot": _index("robot", asked.pop("robot", robots[0]), robots)}
+    for key, (_, _, top, step) in SLIDERS.items():
+        value = float(asked.pop(key))
+        if not (0 <= value <= top and np.isclose(value % step, 0)):
+            raise ValueError(f"start: {key} = {value:g} must be a multiple "
+                             f"of {step} from 0 to {top}")
+        place[key] = value
+    if asked:
+        raise ValueError(f"start names no control: {sorted(asked)}")
+    return place
+
+
+def _index(key, value, values):
+    if value not in values:
+        raise ValueError(f"start: {key} must be one of {values}, "
+                         f"got {value!r}")
+    return values.index(value)

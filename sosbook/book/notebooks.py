@@ -1,0 +1,280 @@
+"""Run the book's notebooks and store them in one canonical form.
+
+The executed notebooks are the source of the book: the site shows their stored
+outputs and the tests derive every one of them again. Run twice, a notebook is
+the same file to the byte.
+
+Commands::
+
+    python -m sosbook.book.notebooks run [FILE ...]     run and store
+    python -m sosbook.book.notebooks check [FILE ...]   name every fault
+
+Without files both take every notebook in ``book/``.
+"""
+
+import argparse
+import hashlib
+import os
+import re
+import sys
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
+
+BOOK = Path(__file__).resolve().parents[2] / "book"
+LINE_LENGTH = 72
+CELL_LENGTH = 25
+TIMEOUT = 600  # seconds for one cell
+
+#: A cell with a live widget carries both tags, and no other cell does: its
+#: output depends on the reader, so it is neither stored, compared nor shown.
+LIVE = frozenset({"nbval-ignore-output", "remove-output"})
+TEXTS = frozenset({"text/plain", "text/html", "text/markdown", "text/latex"})
+
+METADATA = {
+    "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+    "language_info": {
+        "file_extension": ".py",
+        "mimetype": "text/x-python",
+        "name": "python",
+        "pygments_lexer": "ipython3",
+    },
+}
+KEPT = ("mystnb", "tags")  # of a cell's metadata
+
+_TAG = re.compile(r"<(svg|img)\b[^>]*>", re.IGNORECASE)
+_NAMED = {
+    "svg": re.compile(r"\baria-(label=\"[^\"]+\"|hidden=\"true\")", re.IGNORECASE),
+    "img": re.compile(r"\balt=\"[^\"]+\"", re.IGNORECASE),
+}
+_MARKDOWN_IMAGE = re.compile(r"!\[\s*\]\(")
+_MACHINE = re.compile(
+    r"0x[0-9a-f]{7,}|(?<![\w./])(/(home|root|tmp|usr|opt|var|mnt|Users|private)/\w"
+    rf"|{re.escape(str(BOOK.parent))}\b)"
+    r"|site-packages|\b[A-Z]:\\\w|<ipython-input|ipykernel_\d"
+)
+_DIGITS = re.compile(r"\d\.\d{11,}")  # more than other processors agree on
+_WIDGET = re.compile(r"\bwidgets?\b|\binteract(ive)?\b")
+
+
+def canonical(notebook):
+    """Bring a notebook to the canonical form, in place, and return it.
+
+    Only what the book needs stays: sources, outputs, tags. Times, versions,
+    widget state and the outputs of live cells go. A cell's id is a hash of its
+    source, so it does not depend on the editor that wrote it.
+
+    Examples
+    --------
+    >>> import nbformat.v4 as v4
+    >>> cell = v4.new_code_cell("1 + 1", metadata={"collapsed": True})
+    >>> notebook = canonical(v4.new_notebook(cells=[cell]))
+    >>> notebook.cells[0].metadata, notebook.metadata.kernelspec.name
+    ({}, 'python3')
+    """
+    notebook.metadata = nbformat.from_dict(METADATA)
+    notebook.nbformat, notebook.nbformat_minor = 4, 5
+    ids = set()
+    for cell in notebook.cells:
+        cell.source = "\n".join(line.rstrip() for line in cell.source.split("\n"))
+        cell.source = cell.source.strip("\n")
+        cell.metadata = nbformat.from_dict(
+            {key: cell.metadata[key] for key in KEPT if cell.metadata.get(key)}
+        )
+        cell.id = _hash(cell.source)
+        while cell.id in ids:
+            cell.id = _hash(cell.id + cell.source)
+        ids.add(cell.id)
+        if cell.cell_type == "code":
+            cell.outputs = _canonical_outputs(cell)
+    return notebook
+
+
+def execute(notebook, folder=BOOK):
+    """Run all cells in a fresh kernel; return the notebook in canonical form.
+
+    Raises
+    ------
+    nbclient.exceptions.CellExecutionError
+        When a cell fails. Nothing is stored then.
+    """
+    for cell in notebook.cells:
+        if cell.cell_type == "code":
+            cell.outputs, cell.execution_count = [], None
+    canonical(notebook)
+    NotebookClient(
+        notebook,
+        timeout=TIMEOUT,
+        kernel_name="python3",
+        record_timing=False,
+        store_widget_state=False,
+        coalesce_streams=True,
+        extra_arguments=["--IPKernelApp.log_level=ERROR"],
+        resources={"metadata": {"path": str(folder)}},
+    ).execute()
+    return canonical(notebook)
+
+
+def problems(notebook):
+    """List what keeps a notebook out of the book, in words.
+
+    Examples
+    --------
+    >>> import nbformat.v4 as v4
+    >>> problems(v4.new_notebook(cells=[v4.new_code_cell("1 + 1")]))
+    ['cell 0 has execution count None instead of 1: run the notebook']
+    """
+    found = []
+    count = 0
+    for index, cell in enumerate(notebook.cells):
+        faults = list(_text_faults(cell.source))
+        if cell.cell_type == "code":
+            count += 1
+            if cell.execution_count != count:
+                faults.append(
+                    f"has execution count {cell.execution_count} "
+                    f"instead of {count}: run the notebook"
+                )
+            faults += _code_faults(cell)
+            faults += [fault for output in cell.outputs for fault in _output_faults(output)]
+        elif _MARKDOWN_IMAGE.search(cell.source):
+            faults.append("shows an image without a text for those who cannot see it")
+        found += [f"cell {index} {fault}" for fault in faults]
+    return found
+
+
+def read(path):
+    """Read a notebook of any format as format 4."""
+    return nbformat.read(path, as_version=4)
+
+
+def text(notebook):
+    """The file's content, with sorted keys and a newline at the end."""
+    return nbformat.writes(notebook).rstrip("\n") + "\n"
+
+
+def _canonical_outputs(cell):
+    if LIVE & set(cell.metadata.get("tags", [])):
+        return []
+    kept = []
+    for output in cell.outputs:
+        output.pop("transient", None)
+        if "metadata" in output:
+            output.metadata = nbformat.from_dict({})
+        if output.output_type == "execute_result":
+            output.execution_count = cell.execution_count
+        last = kept[-1] if kept else None
+        if output.output_type == "stream" and last and last.get("name") == output.name:
+            last.text += output.text
+        else:
+            kept.append(output)
+    return kept
+
+
+def _code_faults(cell):
+    lines = cell.source.split("\n")
+    if not cell.source.strip():
+        yield "is empty"
+    if len(lines) > CELL_LENGTH:
+        yield f"has {len(lines)} lines; {CELL_LENGTH} is the limit"
+    for line in lines:
+        if len(line) > LINE_LENGTH:
+            yield f"has a line of {len(line)} characters: {line.strip()}"
+        if line.lstrip().startswith(("# NBVAL", "#NBVAL", "# PYTEST_VALIDATE")):
+            yield f"steers nbval by a comment: {line.strip()}"
+    if lines[-1].rstrip().endswith(";"):
+        yield "hides its value with a semicolon"
+    tags = set(cell.metadata.get("tags", []))
+    for tag in tags - LIVE:
+        if tag.startswith(("nbval", "raises")):
+            yield f"carries the tag {tag}"
+    if tags & LIVE:
+        if not tags >= LIVE:
+            yield f"must carry both of the tags {sorted(LIVE)} or neither"
+        if not _WIDGET.search(cell.source):
+            yield "is tagged as live and has no widget"
+
+
+def _output_faults(output):
+    if output.output_type == "error":
+        yield f"failed: {output.ename}: {output.evalue}"
+    elif output.output_type == "stream":
+        if output.name != "stdout":
+            yield f"wrote to {output.name}: {output.text.strip()[:200]}"
+        yield from _text_faults(output.text)
+        yield from _digit_faults(output.text)
+    else:
+        for kind, content in output.data.items():
+            if kind == "text/plain":
+                yield from _digit_faults(content)
+            if kind in TEXTS:
+                yield from _text_faults(content)
+            else:
+                yield f"stores {kind}: show figures with sosbook.book.plots.show"
+
+
+def _digit_faults(content):
+    if match := _DIGITS.search(content):
+        yield f"prints digits that may differ elsewhere: {match[0]}"
+
+
+def _text_faults(content):
+    if match := _MACHINE.search(content):
+        around = content[max(0, match.start() - 20) : match.end() + 40]
+        yield f"names a place on one machine: {around!r}"
+    for match in _TAG.finditer(content):
+        if not _NAMED[match[1].lower()].search(match[0]):
+            yield f"has a picture without a text: {match[0][:80]}"
+
+
+def _hash(source):
+    return hashlib.sha256(source.encode()).hexdigest()[:8]
+
+
+def _run(path):
+    before = path.read_text(encoding="utf-8")
+    try:
+        notebook = execute(read(path), folder=path.parent)
+    except CellExecutionError as error:
+        return [f"failed\n{error}"]
+    after = text(notebook)
+    if after != before:
+        path.write_text(after, encoding="utf-8", newline="\n")
+    print(f"{path.name}: {'unchanged' if after == before else 'stored'}", flush=True)
+    return problems(notebook)
+
+
+def _check(path):
+    notebook = read(path)
+    found = problems(notebook)
+    if text(canonical(notebook)) != path.read_text(encoding="utf-8"):
+        found.append("is not in canonical form: python -m sosbook.book.notebooks run")
+    return found
+
+
+def main(words=None):
+    """Entry of ``python -m sosbook.book.notebooks``; returns the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sosbook.book.notebooks", description=__doc__.split("\n")[0]
+    )
+    parser.add_argument("task", choices=["run", "check"])
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    arguments = parser.parse_args(words)
+    for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+        os.environ[f"{name}_NUM_THREADS"] = "1"
+    os.environ["TQDM_DISABLE"] = "1"  # no progress bars in stored outputs
+    task = _run if arguments.task == "run" else _check
+    files = arguments.files or sorted(BOOK.glob("*.ipynb"))
+    for path in files:
+        if not path.is_file():
+            parser.error(f"there is no notebook {path}")
+    found = [(path, fault) for path in files for fault in task(path)]
+    for path, fault in found:
+        print(f"{path.name}: {fault}", file=sys.stderr)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,160 @@
+"""Characteristic roots, decay over the delay, and the delay over time."""
+
+import numpy as np
+
+from ...delay.spectrum import spectral_abscissa
+from .style import (
+    BLUE,
+    COLOURS,
+    DASHES,
+    GREY,
+    MARKERS,
+    ORANGE,
+    VERMILLION,
+    legend_above,
+)
+
+__all__ = [
+    "decay_curve",
+    "delay_signal",
+    "root_map",
+]
+
+
+def root_map(ax, roots, delta=None, label=None, colour=None):
+    """Characteristic roots in the complex plane; call it again to compare.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    roots : array of complex
+        In rad/s, such as `characteristic_roots` returns.
+    delta : float, optional
+        Draws the line Re s = -delta (1/s), left of which the roots of a
+        loop with that decay rate lie.
+    label : str, optional
+        Name in the legend.
+    colour : str, optional
+        Without it, colour and marker follow from how many sets of roots
+        were drawn before.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> figure, ax = plt.subplots()
+    >>> len(root_map(ax, [-1 + 2j, -1 - 2j], delta=0.5).collections)
+    1
+    >>> plt.close(figure)
+    """
+    roots = np.ravel(np.asarray(roots, complex))
+    drawn = len(ax.collections)
+    if not drawn:
+        for line in (ax.axhline, ax.axvline):
+            line(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+        ax.set_xlabel("Re s (1/s)")
+        ax.set_ylabel("Im s (rad/s)")
+    colour, marker = colour or COLOURS[drawn % 6], MARKERS[drawn % 6]
+    face = {"c": colour} if marker in "x+" else {
+        "facecolors": "none", "edgecolors": colour}
+    ax.scatter(roots.real, roots.imag, s=26, marker=marker, linewidths=1.4,
+               label=label, zorder=3, **face)
+    if delta is not None:
+        ax.axvline(-delta, color=VERMILLION, linestyle=(0, (1, 1)),
+                   label=f"Re s = {0 - delta:g}")
+    legend_above(ax, 4)
+    return ax
+
+
+def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
+    """Spectral abscissa of x' = A x + A_d x(t - h) over constant delays h.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    A, A_d : (N, N) array_like
+    delays : (k,) array_like
+        Increasing, in seconds, 0 or more.
+    interval : (low, high), optional
+        Delays to shade, in seconds.
+    delta : float, optional
+        Draws the line -delta (1/s), below which the loop decays at that
+        rate.
+    label : str, optional
+        Name of the curve in the legend.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> figure, ax = plt.subplots()
+    >>> ax = decay_curve(ax, [[0]], [[-1]], [0, 1], interval=(0.2, 0.4))
+    >>> ax.lines[-1].get_ydata().round(4)
+    array([-1.    , -0.3181])
+    >>> plt.close(figure)
+    """
+    drawn = sum(line.get_gid() == "curve" for line in ax.lines)
+    values = [spectral_abscissa(A, A_d, h) for h in delays]
+    if interval is not None:
+        ax.axvspan(*interval, color=ORANGE, alpha=0.15, linewidth=0,
+                   label="interval of delays")
+    if not drawn:
+        ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-")
+        ax.set_xlabel("constant delay h (s)")
+        ax.set_ylabel("rightmost Re s (1/s)")
+    if delta is not None:
+        ax.axhline(-delta, color=VERMILLION, linestyle=(0, (1, 1)),
+                   label=f"−δ = {0 - delta:g}")
+    ax.plot(delays, values, color=COLOURS[drawn % 6],
+            linestyle=DASHES[drawn % 6], label=label, gid="curve")
+    ax.margins(x=0)
+    legend_above(ax, 4)
+    return ax
+
+
+def delay_signal(ax, delay, t_end):
+    """The delay d(t) over [0, t_end], its range shaded, gaps at its jumps.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    delay : delay signal
+        Such as `SawtoothDelay`.
+    t_end : float
+        In seconds, > 0.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Examples
+    --------
+    >>> import matplotlib.pyplot as plt
+    >>> from sosbook.delay import SwitchingDelay
+    >>> figure, ax = plt.subplots()
+    >>> ax = delay_signal(ax, SwitchingDelay(0.1, 0.3, dwell=1), t_end=2)
+    >>> ax.lines[0].get_ydata()
+    array([0.1, 0.1, nan, 0.3, 0.3])
+    >>> plt.close(figure)
+    """
+    edges = np.r_[0.0, delay.jumps(t_end), t_end]
+    turns = delay.rate * t_end / (2 * np.pi)
+    count = int(np.ceil(40 * turns / (len(edges) - 1))) + 2
+    t, d = [], []
+    for start, end in zip(edges, edges[1:]):
+        piece = np.linspace(start, end, count)
+        inside = piece.clip(None, end - 1e-9 * (end - start))
+        t += [*piece, end]
+        d += [*delay(inside), np.nan]
+    ax.axhspan(delay.low, delay.high, color=ORANGE, alpha=0.15, linewidth=0)
+    ax.plot(t[:-1], np.round(d[:-1], 8), color=BLUE, linestyle="-")
+    ax.margins(x=0)
+    ax.set_xlabel("time t (s)")
+    ax.set_ylabel("delay d (s)")
+    return ax

@@ -1,0 +1,78 @@
+"""Section 4.3 at 100 Hz: what a computer makes of the printed laws."""
+
+import control
+import numpy as np
+
+from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
+from .. import thesis
+from .table import Row, below, claim
+
+__all__ = ["rows"]
+
+SAMPLED = "28_discretisation"
+T = 0.01
+WAYS = (
+    ("exact rates, at once", SampledLaw.of_gain, 0, "exact"),
+    ("exact rates, one tick late", SampledLaw.of_gain, 1, "exact"),
+    ("wheels by differences, at once", SampledLaw.of_gain, 0, "firmware"),
+    ("wheels by differences, late", SampledLaw.of_gain, 1, "firmware"),
+    ("(4.26), wheels by differences", SampledLaw.appendix_b, 0, "firmware"),
+    ("(4.26), the same, one tick late", SampledLaw.appendix_b, 1, "firmware"),
+)  # words, law of a gain, ticks of delay, sensing
+
+
+def rows():
+    """Which of the printed controllers a 100 Hz computer can run."""
+    printed, robot = thesis.mip(), Mip.printed()
+    robots = (robot, *vertices(robot))
+
+    def worst(law, ticks, sensing):
+        return max(SampledLoop(r, law, ticks * T, sensing).radius
+                   for r in robots)
+
+    gains = {f"{law} R = {R}": K for law, table in (
+        ("PD", printed.pd), ("PID", printed.pid)) for R, K in table.items()}
+    rates = np.random.default_rng(0).normal(size=(50, 2))
+    gap = max(_gap(K, rates) for K in gains.values())
+    yield Row(
+        SAMPLED, "the PID's program", "(4.26), (B.3)",
+        "the discrete PID of theta' and phi'",
+        f"Euler sums of both; difference {below(gap, 1e-9)} V", claim(gap < 1e-9),
+        "with U, and x2 preset from the tilt, which the text lacks",
+    )
+    lost = {words: [name for name, K in gains.items() if worst(
+        law_of(K, T), ticks, sensing) >= 1]
+        for words, law_of, ticks, sensing in WAYS}
+    yield Row(
+        SAMPLED, "the controllers of Tables 4.1, 4.2 run at 100 Hz",
+        "Section 4.3.1", "run on the robot",
+        "unstable with " + "; ".join(
+            f"{words}: {', '.join(names) or 'none'}"
+            for words, names in lost.items()),
+        claim(*(not names for names in lost.values())),
+        "worst spectral radius of the middle and four vertices. How phi' is "
+        "found and how late V acts isn't printed, and it decides",
+    )
+    A, B, C, D = printed.discrete
+    D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
+    law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
+    radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
+    yield Row(
+        SAMPLED, "the observer's controller at 100 Hz", "(4.30)",
+        "run on the robot", f"worst radius {max(radii):.4f}",
+        claim(max(radii) < 1),
+        "at once and one tick late, rates exact and differenced; phi isn't "
+        "fed back",
+    )
+
+
+def _gap(K, rates):
+    """Between (4.26), mended, and a PID of Euler sums."""
+    law, z, s = SampledLaw.appendix_b(K, T), np.array([0.1, 0.0]), 0.0
+    x, gap = law.start * z[0], 0.0
+    for e in rates:
+        y = np.array([0, 0, *e])
+        V = K[0, :2] @ z + K[0, 2:4] @ e + (K[0, 4] * s if K.size > 4 else 0)
+        gap = max(gap, abs((law.C @ x + law.D @ y)[0] - V))
+        x, s, z = law.A @ x + law.B @ y, s + T * z[1], z + T * e
+    return gap

@@ -1,0 +1,128 @@
+"""The book's tables as accessible HTML: reproduction rows and errata."""
+
+import html
+from collections import Counter
+
+from .reproduction import KINDS, VERDICTS
+
+__all__ = ["Table", "checked", "errata", "kinds", "reproduction", "verdicts"]
+
+MARKS = {
+    "reproduced": "✓",
+    "property holds": "✓",
+    "another solution": "≈",
+    "misprint": "✎",
+    "claim refuted": "✗",
+    "not reproducible": "?",
+}
+
+
+class Table:
+    """An HTML table that scrolls inside itself on a narrow screen.
+
+    Parameters
+    ----------
+    caption : str
+        What the table holds.
+    heads : sequence of str
+        Column heads.
+    rows : sequence of sequences of str
+        HTML of the cells; the first one heads its row.
+
+    Examples
+    --------
+    >>> Table("Squares", ["n", "n * n"], [["2", "4"]])
+    Table: Squares, 1 row
+    """
+
+    def __init__(self, caption, heads, rows):
+        self.caption, self.heads, self.rows = caption, heads, list(rows)
+
+    def __repr__(self):
+        count = len(self.rows)
+        return f"Table: {self.caption}, {count} row{'s' * (count != 1)}"
+
+    def _repr_html_(self):
+        heads = "".join(f'<th scope="col">{h}</th>' for h in self.heads)
+        body = "".join(
+            f'<tr><th scope="row">{row[0]}</th>'
+            + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
+            for row in self.rows
+        )
+        caption = html.escape(self.caption)
+        return (
+            f'<div class="sos-table" role="region" tabindex="0" '
+            f'aria-label="{caption}"><table><caption>{caption}</caption>'
+            f"<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
+            "</div>"
+        )
+
+
+def reproduction(rows, caption="Printed numbers and claims"):
+    """A `Table` of `sosbook.book.reproduction.Row`."""
+    return Table(
+        caption,
+        ["What and where", "Printed", "Ours", "Verdict", "Why"],
+        [
+            [f"{_link(r.chapter, r.item)}<br>{_text(r.place)}",
+             *map(_text, (r.printed, r.ours)), _verdict(r.verdict),
+             _text(r.why)]
+            for r in rows
+        ],
+    )
+
+
+def errata(errata, caption="Corrections to the printed text"):
+    """A `Table` of `sosbook.book.reproduction.Erratum`."""
+    return Table(
+        caption,
+        ["Where", "Kind", "Printed", "Correct", "Evidence"],
+        [
+            [_link(e.chapter, e.place), *map(_text, (
+                e.kind, e.printed, e.correct, e.evidence))]
+            for e in errata
+        ],
+    )
+
+
+def checked(checked, caption="Checked and found right"):
+    """A `Table` of `sosbook.reproduction.checked`."""
+    return Table(
+        caption, ["Where", "What", "How"],
+        [[_link(c.chapter, c.place), _text(c.what), _text(c.how)]
+         for c in checked],
+    )
+
+
+def kinds(errata):
+    """A `Table` that explains the kinds of errata and counts them."""
+    count = Counter(e.kind for e in errata)
+    return Table(
+        "Kinds of corrections", ["Kind", "Entries", "Meaning"],
+        [[_text(k), str(count[k]), _text(meaning)]
+         for k, meaning in KINDS.items()],
+    )
+
+
+def verdicts(rows):
+    """A `Table` that explains the verdicts and counts them."""
+    count = Counter(r.verdict for r in rows)
+    return Table(
+        "Verdicts and how often they are given",
+        ["Verdict", "Rows", "Meaning"],
+        [[_verdict(v), str(count[v]), _text(meaning)]
+         for v, meaning in VERDICTS.items()],
+    )
+
+
+def _text(words):
+    return html.escape(words, quote=False)
+
+
+def _link(chapter, words):
+    return f'<a href="{chapter}.html">{_text(words)}</a>'
+
+
+def _verdict(verdict):
+    kind = verdict.replace(" ", "-")
+    return f'<span class="sos-{kind}">{MARKS[verdict]} {verdict}</span>'

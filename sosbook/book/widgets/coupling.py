@@ -1,0 +1,106 @@
+"""Move the spread of the vertices: three couplings side by side."""
+
+import numpy as np
+
+from ...analysis.linear import poles
+from ...plants.descriptor import descriptors
+from ...plants.second_order import Polytope
+from ...studies.polytopes import READINGS, inside, widen
+from ..elements.chart import Chart
+from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
+from .explorer import Explorer, Follower, linear, note, page
+
+__all__ = ["explore_coupling"]
+
+KEPT = "feasible, and kept at every sampled plant"
+
+
+def explore_coupling(plants, region=None, count=11, slack=None, **asked):
+    """Widen a polytope; see what each coupling finds, and the truth.
+
+    Parameters
+    ----------
+    plants : Polytope
+        Its vertices move along the rays from their mean. The slider
+        counts the largest relative change of a mass.
+    region : Region, optional
+    count : int
+        Steps between two vertices at which the poles are drawn.
+    slack : float, optional
+        Of the slack matrix; without it every move is a line search.
+    asked
+        Further keywords of `design_pid`.
+
+    Returns
+    -------
+    Explorer
+    """
+    full = _mass_spread(plants)
+    if full == 0:
+        raise ValueError("plants has the same mass at all vertices")
+    top = min(99.0, 125 * full)
+    sliders = {"spread": linear(
+        "mass spread (± percent)", 100 * full, 0, top, ".0f")}
+
+    follow = {name: Follower() for name in READINGS}
+
+    def draw(spread):
+        polytope = widen(plants, spread / 100 / full)
+        charts, words = {}, []
+        for order in (("vertices", "pairs"), ("slack",)):
+            for name in order:
+                design = follow[name](
+                    polytope, region=region, coupling=name,
+                    slack=slack if name == "slack" else None, **asked)
+                charts[name], verdict = _one(name, design, region, count)
+                words.append(f"{name}: {verdict}")
+            colour = VERMILLION if "<strong>" in str(words) else BLUE
+            yield note("; ".join(words) + ".", colour) + page(
+                *charts.values())
+
+    return Explorer(sliders, draw)
+
+
+def _mass_spread(plants):
+    mean = plants.mean.M.diagonal()
+    return max(
+        np.abs(v.M.diagonal() / mean - 1).max() for v in plants.vertices
+    )
+
+
+def _one(name, design, region, count):
+    """A chart of all poles, and the verdict in words."""
+    plants = inside(design.request.plant, count)
+    if design.K is None:
+        found = np.concatenate([v.poles() for v in plants])
+        verdict, colour, mark = design.status, GREY, "circle"
+    else:
+        found = _closed_loop(plants, design)
+        verdict, mark = _verdict(found, region), "cross"
+        colour = BLUE if verdict == KEPT else VERMILLION
+    window = window_of([found], region)
+    chart = Chart(
+        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
+        f"Poles of all plants, coupling {name}", square=True,
+    )
+    if region is not None:
+        outline = region_outline(region, window)
+        chart.polygon(outline.real, outline.imag, GREEN)
+    chart.line([0, 0], [-window[2], window[2]], GREY, True)
+    chart.marks(found.real, found.imag, colour, mark)
+    chart.names.append((name, colour))
+    return chart.svg(), verdict
+
+
+def _closed_loop(plants, design):
+    request = design.request
+    loops = descriptors(Polytope(plants), request.U, request.K_A)
+    return np.concatenate([poles(d, design.K) for d in loops])
+
+
+def _verdict(found, region):
+    if found.real.max() >= 0:
+        return "<strong>feasible, and UNSTABLE inside</strong>"
+    if region is not None and not region.contains(found):
+        return "<strong>feasible, and a pole has LEFT the region</strong>"
+    return KEPT

@@ -1,0 +1,112 @@
+"""The same blocks for general solvers: Clarabel cones and cvxpy.
+
+Cross-checks, and the ecosystem's path; designs go through `centre`.
+"""
+
+import clarabel
+import cvxpy
+import numpy as np
+from scipy import sparse
+
+__all__ = ["clarabel_minimize", "clarabel_phase_one", "cvxpy_constraints"]
+
+
+def clarabel_minimize(blocks, cost):
+    """Minimise cost.x over G_k(x) >= 0 with Clarabel.
+
+    Parameters
+    ----------
+    blocks : Blocks
+    cost : (k,) array
+
+    Returns
+    -------
+    x : (k,) array
+    status : str
+        Clarabel's word. Check the eigenvalues yourself.
+    """
+    cones, rows, right = [], [], []
+    for c, s in zip(blocks.constants, blocks.slopes):
+        # upper triangle column by column, off-diagonal times sqrt 2
+        j, i = np.tril_indices(len(c))
+        weight = np.where(i == j, 1.0, np.sqrt(2.0))
+        rows.append(-(s[:, i, j] * weight).T)
+        right.append(c[i, j] * weight)
+        cones.append(clarabel.PSDTriangleConeT(len(c)))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    k = blocks.variables
+    solver = clarabel.DefaultSolver(
+        sparse.csc_matrix((k, k)),
+        np.asarray(cost, float),
+        sparse.csc_matrix(np.vstack(rows)),
+        np.concatenate(right),
+        cones,
+        settings,
+    )
+    solution = solver.solve()
+    return np.array(solution.x), str(solution.status)
+
+
+def clarabel_phase_one(blocks, ceiling=1.0):
+    """The largest t <= ceiling with G_k(x) >= t I for some x.
+
+    Returns
+    -------
+    x, t, status
+        Positive ``t`` means feasible.
+    """
+    lifted = type(blocks)(
+        [*blocks.constants, np.array([[ceiling]])],
+        [
+            np.concatenate([s, -np.eye(s.shape[1])[None]])
+            for s in [*blocks.slopes, np.zeros((blocks.variables, 1, 1))]
+        ],
+    )
+    cost = np.zeros(lifted.variables)
+    cost[-1] = -1.0
+    x, status = clarabel_minimize(lifted, cost)
+    return x[:-1], x[-1], status
+
+
+def cvxpy_constraints(request, margin=0.0):
+    """A request's LMIs as cvxpy constraints, to be copied elsewhere.
+
+    Parameters
+    ----------
+    request : Request
+    margin : float
+        Demands G >= margin * I. (Never ``G >> margin``: cvxpy subtracts
+        a scalar from EVERY entry.)
+
+    Returns
+    -------
+    constraints : list
+    P, Y : cvxpy.Variable
+        With ``coupling="slack"`` P is a list, one for each vertex. The
+        other unknowns are variables of the constraints.
+
+    Examples
+    --------
+    >>> from sosbook.synthesis.problem import Request
+    >>> from sosbook import SecondOrderSystem
+    >>> plant = SecondOrderSystem([[1]], [[1]], [[1]], B=[[1]])
+    >>> constraints, P, Y = cvxpy_constraints(Request(plant), 0.1)
+    >>> problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.trace(P)), constraints)
+    >>> problem.solve(solver="CLARABEL") > 0
+    True
+    """
+    variables = {
+        u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
+        for u in request.unknowns()
+    }
+    constraints = []
+    for g in request.blocks_at(variables).values():
+        symmetric = (g + g.T) / 2
+        constraints.append(symmetric >> margin * np.eye(g.shape[0]))
+    P = [variables[name] for name in request.lyapunov]
+    V = variables.get("V")
+    Y = variables.get("Y")
+    if Y is None:
+        Y = request.gain @ (P[0] if V is None else V.T)
+    return constraints, (P[0] if V is None else P), Y

@@ -1,0 +1,172 @@
+"""The generated C program, compiled and run in place of `Controller`."""
+
+import ctypes
+import importlib.util
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .export import c_header, c_source
+from .spelling import REAL
+
+__all__ = ["FLAGS", "Compiled", "compiler"]
+
+#: C99 to the letter: no warning, no fused operation.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall",
+         "-Wextra", "-Werror")
+MISSING = """\
+no C compiler was found. Any of these will do:
+  apt-get install gcc libc6-dev     (Debian and Ubuntu, as root)
+  xcode-select --install            (macOS)
+  python -m pip install ziglang     (anywhere)
+or set the environment variable CC to a compiler's command"""
+
+
+def compiler():
+    """The command of a C compiler.
+
+    Returns
+    -------
+    list of str
+        $CC if it is set; else cc, gcc or clang on the PATH; else the
+        one in the Python package ziglang.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none; it names the ways to get one.
+    """
+    given = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
+    given = [word.strip('"') for word in given]
+    if given and shutil.which(given[0]):
+        return given
+    if given:
+        raise RuntimeError(
+            f"CC is set to {given[0]!r}, which isn't there: {MISSING}")
+    for name in ("cc", "gcc", "clang"):
+        if path := shutil.which(name):
+            return [path]
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    raise RuntimeError(MISSING)
+
+
+class Compiled:
+    """A `Firmware` in C at work on robots side by side.
+
+    It has the methods of `Controller` and can take its place.
+
+    Parameters
+    ----------
+    firmware : Firmware
+    precision : {"double", "single"}
+    folder : path_like, optional
+        For balance.h, balance.c and the compiled library. Without it a
+        temporary one, which goes with this object.
+    flags : sequence of str
+        For the compiler.
+    runs : int
+
+    Raises
+    ------
+    ValueError
+        As for `c_source`.
+    RuntimeError
+        If there is no compiler, or it refuses.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import Firmware, SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> controller = Compiled(Firmware(law))  # doctest: +SKIP
+    >>> controller.start(tilt=0.1)            # doctest: +SKIP
+    >>> controller.step(gyro=0.0, wheels=0.0).round(3)  # doctest: +SKIP
+    array([2.])
+    """
+
+    def __init__(self, firmware, precision="double", folder=None,
+                 flags=FLAGS, runs=1):
+        header = c_header(firmware, precision=precision)
+        source = c_source(firmware, precision=precision)
+        self.firmware, self.runs = firmware, runs
+        self.kind = np.dtype(REAL[precision])
+        self.states = None
+        if folder is None:
+            self._temporary = tempfile.TemporaryDirectory(
+                prefix="balance", ignore_cleanup_errors=True)
+            folder = self._temporary.name
+        folder = Path(folder)
+        (folder / "balance.h").write_text(header, "utf-8")
+        (folder / "balance.c").write_text(source, "utf-8")
+        self.library = _build(folder, flags)
+        self._load(ctypes.CDLL(str(self.library)))
+
+    def _load(self, library):
+        real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
+        numbers = ["bias", "last", "gyro", "theta", "wheels", "increment",
+                   "zero", "phi"]
+        order = self.firmware.law.order
+        fields = [(name, real) for name in numbers]
+        fields += [("x", real * order)] * bool(order)
+        fields += [(name, ctypes.c_int) for name in (
+            "bad", "same", "full", "fault")]
+        self.state_type = type(
+            "State", (ctypes.Structure,), {"_fields_": fields})
+        pointer = ctypes.POINTER(self.state_type)
+        self._start, self._step = library.balance_start, library.balance_step
+        self._start.argtypes = [pointer, *3 * [real]]
+        self._step.argtypes = [pointer, *5 * [real]]
+        self._start.restype, self._step.restype = None, real
+
+    @property
+    def fault(self):
+        """(runs,) array of int, indices in `FAULTS`; None before start."""
+        return self._read("fault", int)
+
+    @property
+    def theta(self):
+        """(runs,) array, the estimate in rad; None before the start."""
+        return self._read("theta", self.kind)
+
+    def start(self, tilt, wheels=0.0, bias=0.0):
+        """Forget everything; as `Controller.start`."""
+        self.states = [self.state_type() for _ in range(self.runs)]
+        for state, *values in zip(self.states, *self._each(
+                tilt, wheels, bias)):
+            self._start(state, *values)
+
+    def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
+        """One tick; as `Controller.step`."""
+        if self.states is None:
+            raise ValueError("the controller isn't started: call start(tilt)")
+        V = [self._step(state, *values) for state, *values in zip(
+            self.states, *self._each(gyro, wheels, tilt, target, rate))]
+        return np.array(V, self.kind)
+
+    def _each(self, *values):
+        return [np.broadcast_to(np.asarray(value, float), self.runs).tolist()
+                for value in values]
+
+    def _read(self, name, kind):
+        if self.states is None:
+            return None
+        return np.array([getattr(s, name) for s in self.states], kind)
+
+
+def _build(folder, flags):
+    """Path of the shared library of balance.c."""
+    library = folder / "balance.so"
+    command = [*compiler(), *flags, "-shared", "-fPIC", "-o", str(library),
+               str(folder / "balance.c")]
+    done = subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", check=False)
+    if done.returncode:
+        raise RuntimeError(
+            f"the compiler refused: {shlex.join(command)}\n{done.stderr}")
+    return library

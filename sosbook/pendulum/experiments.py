@@ -1,0 +1,132 @@
+"""The two experiments of the identification, as equations of motion.
+
+The body swings under held wheels (4.16); the wheels turn on a body that
+lies still (4.21). The second is the first without gravity.
+"""
+
+from math import sin, tanh
+
+import numpy as np
+
+from ..plants.checks import number, positive
+
+__all__ = ["chirp", "motion"]
+
+STICK = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
+
+
+def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
+    """A sine that sweeps from one frequency to another and back.
+
+    Parameters
+    ----------
+    first, last : float
+        Frequencies in Hz. The frequency changes linearly.
+    seconds : float
+        Length of either way.
+    rate : float
+        Samples per second.
+    amplitude : float
+        In V. A quarter of 7.4 V, as in the thesis, is 1.85 V.
+
+    Returns
+    -------
+    t, V : (N,) arrays
+        Time in s, voltage in V, rounded to the millivolt: the step of
+        the pulse width.
+
+    Raises
+    ------
+    ValueError
+        If a number isn't positive.
+
+    Notes
+    -----
+    Source: thesis sections 4.2.1 (1 Hz to 20 Hz) and 4.2.2 (0.3 Hz to
+    30 Hz). That it is a sine, and linear, is our reading.
+
+    Examples
+    --------
+    >>> t, V = chirp(1, 20)
+    >>> len(t), float(V.max())
+    (6000, 1.85)
+    """
+    asked = dict(first=first, last=last, seconds=seconds, rate=rate,
+                 amplitude=amplitude)
+    for name, value in asked.items():
+        positive(name, value)
+    t = np.arange(round(2 * seconds * rate)) / rate
+    s = np.minimum(t, 2 * seconds - t)  # mirrored in time
+    turns = first * s + (last - first) * s**2 / (2 * seconds)
+    back = t > seconds
+    top = (first + last) * seconds / 2  # turns made at the far end
+    turns[back] = 2 * top - turns[back]
+    V = np.round(amplitude * np.sin(2 * np.pi * turns), 3)
+    return t, V + 0.0  # no minus zero
+
+
+def motion(e, f, d, V, T, friction=0.0, steps=2):
+    r"""Angle and speed of q'' = e V - f q' - d sin q, from rest.
+
+    Parameters
+    ----------
+    e, f, d : float
+        Divided by the inertia: rad/s^2/V, 1/s, 1/s^2. With d = 0 it is
+        the wheels' experiment; with -e/c, f/c, d/c it is the body's,
+        and q = theta - pi.
+    V : (N,) array_like
+        Voltage, held from one sample to the next.
+    T : float
+        Sampling time in s.
+    friction : float
+        Coulomb friction: the voltage that just overcomes it.
+    steps : int
+        Runge-Kutta steps per sample.
+
+    Returns
+    -------
+    q, w : (N,) arrays
+        Before V[k] acts.
+
+    Raises
+    ------
+    ValueError
+        If a number isn't finite, or T or ``steps`` isn't positive.
+
+    Notes
+    -----
+    Source: thesis (4.16) without linearisation, and (4.21).
+
+    Examples
+    --------
+    A body that hangs, under one volt for a long time: sin q = e / d.
+
+    >>> q, w = motion(-30.52, 7.133, 110.6, [1.0] * 500, 0.01)
+    >>> round(float(np.sin(q[-1]) * 110.6), 2)
+    -30.52
+    """
+    e, f, d = number("e", e), number("f", f), number("d", d)
+    h = positive("T", T) / positive("steps", steps)
+    stick = abs(e) * number("friction", friction)
+
+    def push(q, w):
+        pull = stick * tanh(w / STICK) if stick else 0.0
+        return force - f * w - d * sin(q) - pull
+
+    q = w = 0.0
+    path = []
+    for volt in np.asarray(V, dtype=float).tolist():
+        path.append((q, w))
+        force = e * volt
+        for _ in range(steps):
+            a1 = push(q, w)
+            w2 = w + h / 2 * a1
+            a2 = push(q + h / 2 * w, w2)
+            w3 = w + h / 2 * a2
+            a3 = push(q + h / 2 * w2, w3)
+            w4 = w + h * a3
+            a4 = push(q + h * w3, w4)
+            q += h / 6 * (w + 2 * w2 + 2 * w3 + w4)
+            w += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    q, w = np.array(path).T
+    return q, w

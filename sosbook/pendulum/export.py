@@ -1,0 +1,277 @@
+"""A `Firmware` as source code for robots: C99, librobotcontrol, pyctrl.
+
+The programs do what `Controller` does, operation by operation. Their
+text depends on the firmware and on the package's version alone.
+"""
+
+import re
+import textwrap
+from importlib import resources
+from importlib.metadata import version
+from string import Template
+
+import numpy as np
+
+from . import spelling
+from .firmware import FAULTS, Firmware
+
+__all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
+
+TYPE = {"double": "double", "single": "float"}
+TAKEN = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
+MOST = 32766  # ticks; the least that C's int holds, less one
+RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)  # Hz, of the IMU's DMP
+
+
+def c_header(firmware, name="balance", precision="double"):
+    """The header of the C program.
+
+    Parameters
+    ----------
+    firmware : Firmware
+    name : str
+        Of the files and in front of every identifier.
+    precision : {"double", "single"}
+        Of all arithmetic.
+
+    Returns
+    -------
+    str
+        Goes into <name>.h.
+
+    Raises
+    ------
+    ValueError
+        If ``name`` can't begin a C identifier, or the firmware's
+        numbers don't fit.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> print(c_header(Firmware(law)).splitlines()[0])
+    /* balance.h: a control law for a mobile inverted pendulum
+    """
+    words = _words(firmware, name, precision)
+    order = firmware.law.order
+    reason = {
+        "running": "no fault",
+        "sensor": f"over {firmware.missing} bad readings in a row" + (
+            f", or over {firmware.frozen} repeated" if firmware.frozen else ""),
+        "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
+        "stall": f"over {firmware.stall} ticks at the voltage's limit",
+        "command": "the law's answer is no number to trust",
+    }
+    faults = [
+        f"    {name.upper()}_{fault.upper()} = {k},  /* {reason[fault]} */"
+        for k, fault in enumerate(FAULTS)
+    ]
+    x = f"x[{order}];".ljust(12)
+    state = f"    {TYPE[precision]} {x}/* the law's state */\n"
+    return _fill(
+        "law.h", words, faults="\n".join(faults).replace(
+            f" = {len(FAULTS) - 1},", f" = {len(FAULTS) - 1} "),
+        x=state if order else "", T=f"{firmware.law.T:.9g}",
+        tip=f"{firmware.tip:.9g} rad")
+
+
+def c_source(firmware, name="balance", precision="double"):
+    """The C program, for a compiler with IEEE numbers; C99, no library.
+
+    Parameters
+    ----------
+    firmware, name, precision
+        As for `c_header`.
+
+    Returns
+    -------
+    str
+        Goes into <name>.c, beside <name>.h.
+
+    Raises
+    ------
+    ValueError
+        As for `c_header`, and if the law doesn't use what it measures.
+
+    Notes
+    -----
+    Compile with -ffp-contract=off: fused operations round once where
+    the law's arithmetic rounds twice. Constants are hexadecimal, so
+    that no digit is lost; zero coefficients are left out.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> text = c_source(Firmware(law))
+    >>> print(text[text.index("const double u"):].partition(";")[0])
+    const double u =
+        D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
+    """
+    words = _words(firmware, name, precision)
+    law, real = firmware.law, TYPE[precision]
+
+    def number(value):
+        return spelling.literal(value, precision)
+
+    constants = [
+        f"static const {real} {label} = {number(value)};"
+        f"  /* {value:.9g} {unit} */"
+        for label, value, unit in spelling.constants(firmware)
+    ] + [
+        f"static const int {label} = {value};  /* ticks in a row */"
+        for label, value in spelling.counts(firmware)
+    ]
+    matrices = [
+        f"static const {real} {label}{spelling.size(value)} = "
+        f"{spelling.braces(value, number)};"
+        for label, value in spelling.matrices(law)
+    ]
+    output, following = spelling.output(law), spelling.following(law)
+    start = [f"    s->x[{i}] = START[{i}] * tilt;\n"
+             for i in range(law.order)]
+    alias = f"    const {real} *x = s->x;\n"
+    after = ""
+    if law.order:
+        rows = "".join(f"        {row},\n" for row in following)
+        after = (f"    const {real} next[{law.order}] = {{\n{rows}"
+                 f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
+                 "        s->x[i] = next[i];\n")
+    uses_x = "x[" in output + "".join(following)
+    return _fill(
+        "law.c", words, constants="\n".join(constants),
+        matrices="\n".join(matrices), start="".join(start),
+        alias=alias if uses_x else "", output=output, next=after)
+
+
+def rc_balance(firmware, name="balance", precision="double"):
+    """A program for librobotcontrol on a BeagleBone Blue.
+
+    Parameters
+    ----------
+    firmware, name, precision
+        As for `c_header`.
+
+    Returns
+    -------
+    str
+        Goes into rc_<name>.c, beside <name>.h and <name>.c.
+
+    Raises
+    ------
+    ValueError
+        As for `c_header`, and if the IMU doesn't have the law's rate.
+
+    Notes
+    -----
+    Sensors, channels and polarities are those of the library's example
+    rc_balance; its theta, phi and duty have the signs of `Mip`.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> "rc_mpu_set_dmp_callback(tick)" in rc_balance(Firmware(law))
+    True
+    """
+    words = _words(firmware, name, precision)
+    hertz = round(1 / firmware.law.T)
+    if hertz not in RATES or not np.isclose(hertz * firmware.law.T, 1):
+        raise ValueError(
+            f"law runs every {firmware.law.T:.9g} s, but the IMU's rates "
+            f"are {', '.join(map(str, RATES))} Hz: sample the law anew")
+    reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
+    return _fill("rc_balance.c", words, hertz=hertz, reasons=reasons)
+
+
+def pyctrl_script(firmware):
+    """A Python script for pyctrl 0.4.3, the thesis's own software.
+
+    pyctrl's block for sampled systems presets no state and knows no
+    limit, so the script has a block of its own with all that
+    `Controller` does, in plain Python.
+
+    Parameters
+    ----------
+    firmware : Firmware
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        As for `c_source`.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
+    """
+    words = _words(firmware, "balance", "double")
+    law = firmware.law
+    constants = [f"{label} = {float(value)!r}  # {unit}"
+                 for label, value, unit in spelling.constants(firmware)]
+    constants += [f"{label} = {value}  # ticks in a row"
+                  for label, value in spelling.counts(firmware)]
+    matrices = [f"{label} = {spelling.nested(value)}"
+                for label, value in spelling.matrices(law)]
+    after = "".join(f"\n            {row}," for row in spelling.following(law))
+    start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
+    words["note"] = _note(firmware, "").replace("\\", "/")
+    words["note"] = words["note"].replace('"""', "\'\'\'")
+    return _fill(
+        "pyctrl.txt", words, constants="\n".join(constants), faults=FAULTS,
+        matrices="\n".join(matrices), start=start, output=spelling.output(law),
+        next=f"{after}\n        " if after else "", T=repr(float(law.T)))
+
+
+def _words(firmware, name, precision):
+    """What every template needs; checks the arguments."""
+    if not isinstance(firmware, Firmware):
+        raise ValueError("firmware must be a Firmware")
+    if precision not in TYPE:
+        raise ValueError("precision must be 'double' or 'single', got "
+                         f"{precision!r}")
+    if (not isinstance(name, str) or name in TAKEN or name[:3] == "rc_"
+            or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)):
+        raise ValueError(
+            "name must begin a C identifier, in lower case, and be no "
+            f"name that C or the robot's library has, got {name!r}")
+    for field in ("missing", "frozen", "stall"):
+        if getattr(firmware, field) > MOST:
+            raise ValueError(
+                f"{field} must be at most {MOST}, for C's int, got "
+                f"{getattr(firmware, field)}")
+    law = firmware.law
+    if not (law.D.any() or (law.C.any() and law.B.any())):
+        raise ValueError("law doesn't use what it measures: D is zero, "
+                         "and B or C")
+    return {"name": name, "NAME": name.upper(), "real": TYPE[precision],
+            "note": _note(firmware, " * ", precision)}
+
+
+def _note(firmware, margin, precision="double"):
+    """The provenance as lines of a comment that nothing can end."""
+    law = firmware.law
+    about = (firmware.note if not isinstance(firmware.note, str)
+             else (firmware.note,))
+    lines = [
+        f"Written by sosbook {version('sosbook')}; write it again rather "
+        "than edit it.",
+        *(line for text in about for line in str(text).splitlines()),
+        *(["Every number is rounded to single precision; what is said of "
+           "the law is said of its decimals."] * (precision == "single")),
+        f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, "
+        f"order {law.order}.",
+    ]
+    wrapped = [part for line in lines
+               for part in textwrap.wrap(spelling.plain(line), 70)]
+    return "\n".join((margin + line).rstrip() for line in wrapped)
+
+
+def _fill(template, words, **more):
+    text = resources.files("sosbook.pendulum").joinpath("templates", template)
+    return Template(text.read_text("utf-8")).substitute(words, **more)

@@ -1,0 +1,236 @@
+"""What runs on the robot at every tick: estimate, law, limits, faults.
+
+The C program that `sosbook.pendulum.export` writes does the same operations
+in the same order.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..plants.checks import number, positive
+from .law import SampledLaw
+from .model import V_MAX
+
+__all__ = ["FAULTS", "Controller", "Firmware"]
+
+#: Why the motors are off, by number; 0 is no fault.
+FAULTS = ("running", "sensor", "fall", "stall", "command")
+HUGE = 1e6  # V; a command beyond this is no number to trust
+
+
+@dataclass(frozen=True, eq=False)
+class Firmware:
+    """A sampled law with all that a real robot needs around it.
+
+    Parameters
+    ----------
+    law : SampledLaw
+    limit : float
+        Of the voltage, in V.
+    tip : float
+        Beyond this tilt the motors go off for good, in rad.
+    blend : float
+        Share of the accelerometers' tilt in every estimate, 0 to 1:
+        T / (time constant). Zero integrates the gyro alone.
+    missing : int
+        So many ticks in a row without a good reading are bridged.
+    frozen : int
+        So many ticks in a row may the gyro repeat itself to the last
+        bit: a living one is noisy. Zero doesn't look.
+    stall : int
+        After so many ticks in a row at the voltage's limit, of either
+        sign, the motors go off.
+    fastest : float
+        No true rate of the body or of the wheels against it is faster,
+        in rad/s: a reading beyond it is a bad one.
+    note : tuple of str
+        Where the law comes from; the C program's header carries it.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+
+    Notes
+    -----
+    theta is the gyro's integral by the trapezoidal rule, corrected by
+    the accelerometers; phi, the absolute angle of the wheels, is the
+    encoders' angle plus theta; its rate is phi's difference over T.
+
+    Examples
+    --------
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> controller = Firmware(law).controller()
+    >>> controller.start(tilt=0.1)
+    >>> controller.step(gyro=0.0, wheels=0.0).round(3)
+    array([2.])
+    >>> controller.step(gyro=np.nan, wheels=0.0).round(3)
+    array([2.])
+    >>> [FAULTS[k] for k in controller.fault]
+    ['running']
+    """
+
+    law: SampledLaw
+    limit: float = V_MAX
+    tip: float = 0.85
+    blend: float = 0.0
+    missing: int = 5
+    frozen: int = 0
+    stall: int = 50
+    fastest: float = 100.0
+    note: tuple = ()
+
+    def __post_init__(self):
+        if not isinstance(self.law, SampledLaw):
+            raise ValueError("law must be a SampledLaw")
+        for name in ("limit", "tip", "fastest"):
+            object.__setattr__(
+                self, name, positive(name, getattr(self, name)))
+        share("blend", self.blend)
+        for name in ("missing", "frozen", "stall"):
+            value = getattr(self, name)
+            if (not isinstance(value, int) or isinstance(value, bool)
+                    or value < 0):
+                raise ValueError(
+                    f"{name} must be a number of ticks, 0 or more, got "
+                    f"{value!r}")
+
+    def controller(self, runs=1, kind=float):
+        """A `Controller` for so many robots, in float or np.float32."""
+        return Controller(self, runs, kind)
+
+
+class Controller:
+    """A `Firmware` at work on robots side by side.
+
+    Every value is an array with an entry for each robot. Call `start`
+    with the robot at rest, then `step` at every tick.
+
+    Parameters
+    ----------
+    firmware : Firmware
+    runs : int
+    kind : float or np.float32
+        The precision of all arithmetic.
+    """
+
+    def __init__(self, firmware, runs=1, kind=float):
+        self.firmware, self.kind = firmware, np.dtype(kind)
+        self.runs = runs
+        self.fault = None
+
+    def start(self, tilt, wheels=0.0, bias=0.0):
+        """Forget everything; the robot rests.
+
+        Parameters
+        ----------
+        tilt : float or (runs,) array
+            theta, from the accelerometers, in rad.
+        wheels : float or (runs,) array
+            The encoders' mean angle, wheels against body, in rad.
+        bias : float or (runs,) array
+            What the gyro says at rest, in rad/s.
+        """
+        self.bias, self.theta, self.wheels = map(
+            self._each, (bias, tilt, wheels))
+        self.last = self.bias
+        self.gyro, self.increment = self._each(0), self._each(0)
+        self.zero = self.phi = self.wheels + self.theta
+        self.x = [self.kind.type(s) * self.theta
+                  for s in self.firmware.law.start]
+        self.bad = np.zeros(self.runs, int)
+        self.same = np.zeros(self.runs, int)
+        self.full = np.zeros(self.runs, int)
+        self.fault = np.zeros(self.runs, int)
+
+    def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
+        """One tick.
+
+        Parameters
+        ----------
+        gyro : float or (runs,) array
+            In rad/s. Not a number, or out of range: a bad reading.
+        wheels : float or (runs,) array
+            The encoders' mean angle, in rad; likewise.
+        tilt : float or (runs,) array
+            Of the accelerometers, in rad; not a number where there is
+            none, which is no fault.
+        target, rate : float or (runs,) array
+            Set point of phi since the start and of phi', in rad and
+            rad/s.
+
+        Returns
+        -------
+        (runs,) array
+            Volts for the motors; zero after a fault.
+        """
+        if self.fault is None:
+            raise ValueError("the controller isn't started: call start(tilt)")
+        with np.errstate(invalid="ignore", over="ignore"):
+            return self._step(*map(
+                self._each, (gyro, wheels, tilt, target, rate)))
+
+    def _step(self, gyro, wheels, tilt, target, rate):
+        f, law = self.firmware, self.firmware.law
+        T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
+        one = self.kind.type(f.fastest * law.T)  # rad in a tick
+        limit, tip = self.kind.type(f.limit), self.kind.type(f.tip)
+        fastest, huge = self.kind.type(f.fastest), self.kind.type(HUGE)
+        running = self.fault == 0
+
+        last, equal = gyro, (gyro <= self.last) & (gyro >= self.last)
+        same = np.where(equal & (f.frozen > 0), self.same + 1, 0)
+        gyro = gyro - self.bias
+        turned = wheels - self.wheels
+        reach = one * (self.bad + 1).astype(self.kind)
+        seen = within(gyro, fastest), within(turned, reach)
+        bad = np.where(seen[0] & seen[1], 0, self.bad + 1)
+        gyro = np.where(seen[0], gyro, self.gyro)
+        wheels = np.where(seen[1], wheels, self.wheels + self.increment)
+
+        theta = self.theta + half * (gyro + self.gyro)
+        blended = theta + self.kind.type(f.blend) * (tilt - theta)
+        theta = np.where(within(tilt, tip), blended, theta)
+        phi = wheels + theta
+        y = [theta, phi - self.zero - target, gyro,
+             (phi - self.phi) * hertz - rate]
+
+        u = self._each(law.output(self.x, y))
+        V = np.where(u > limit, limit, np.where(u < -limit, -limit, u))
+        full = np.where(V == u, 0, self.full + 1)
+        x = law.next(self.x, y, V - u)
+
+        fault = np.select(
+            [bad > f.missing, same > f.frozen, ~within(theta, tip), ~within(u, huge),
+             full > f.stall],
+            [FAULTS.index(w) for w in ("sensor", "sensor", "fall",
+                                       "command", "stall")], 0)
+        good = running & (fault == 0)
+
+        def keep(new, old):
+            return np.where(good, new, old)
+
+        self.increment = keep(wheels - self.wheels, self.increment)
+        self.theta, self.gyro = keep(theta, self.theta), keep(gyro, self.gyro)
+        self.wheels, self.phi = keep(wheels, self.wheels), keep(phi, self.phi)
+        self.last, self.same = keep(last, self.last), keep(same, self.same)
+        self.bad, self.full = keep(bad, self.bad), keep(full, self.full)
+        self.x = [keep(new, old) for new, old in zip(x, self.x)]
+        self.fault = np.where(running, fault, self.fault)
+        return np.where(good, V, self.kind.type(0))
+
+    def _each(self, value):
+        return np.broadcast_to(np.asarray(value, self.kind), self.runs)
+
+
+def share(name, value):
+    """A number from 0 to 1, or a ValueError that names it."""
+    if not 0 <= number(name, value) <= 1:
+        raise ValueError(f"{name} must lie in [0, 1], got {value!r}")
+    return value
+
+
+def within(value, bound):
+    """-bound <= value <= bound; false for what isn't a number."""
+    return (value >= -bound) & (value <= bound)

@@ -1,0 +1,272 @@
+"""From two logs to the pendulum: the identification of section 4.2."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from .experiments import motion
+from .fit import Fit, output_error
+from .log import Log
+from .model import Mip
+from .rig import COUNTS
+from .spread import polytope
+from .srivc import respond, srivc
+
+__all__ = ["Identified", "fit_body", "fit_wheel", "identify", "speed"]
+
+BODY = ("pendulum", "linear", "free zero")
+
+
+def fit_body(log, model="pendulum", friction=False):
+    r"""The body's experiment: e/c, f/c, d/c.
+
+    Parameters
+    ----------
+    log : Log
+        With gyro, from a body that hangs at rest at first.
+    model : {"pendulum", "linear", "free zero"}
+        The pendulum (4.16) with its sine; its linearisation (4.18);
+        or (4.19), a linear one with one more parameter, "zero":
+        (-e_c s + zero) / (s^2 + f_c s + d_c).
+    friction : bool
+        Fit Coulomb friction too, in V. Only with the pendulum.
+
+    Returns
+    -------
+    Fit
+        Of e_c, f_c, d_c (, zero or friction) and offset, what the gyro
+        says at rest, in rad/s.
+
+    Raises
+    ------
+    ValueError
+        On a wrong model, no gyro, or a log that gives no swinging body.
+
+    Notes
+    -----
+    Source: thesis (4.16), (4.18), (4.19).
+
+    Examples
+    --------
+    >>> from sosbook.pendulum.rig import shipped
+    >>> round(fit_body(shipped("body"))["d_c"], 1)
+    110.6
+    """
+    if model not in BODY:
+        raise ValueError(f"model must be one of {BODY}, got {model!r}")
+    if friction and model != "pendulum":
+        raise ValueError("friction needs model='pendulum'")
+    (gyro,), V, T = log.need("gyro"), log.V, log.T
+    zeros = [1, 0] if model == "free zero" else [1]
+    B, A = srivc(V, gyro - gyro.mean(), T, zeros, 2, cutoff=10.0)
+    start = dict(e_c=-B[0], f_c=A[0], d_c=A[1])
+
+    def linear(e, f, d, *zero_and_offset):
+        zero, offset = (0.0, *zero_and_offset)[-2:]
+        return respond([-e, zero], [1.0, f, d], V, T) + offset
+
+    def pendulum(e, f, d, *friction_and_offset):
+        rub, offset = (0.0, *friction_and_offset)[-2:]
+        return motion(-e, f, d, V, T, rub, steps=1)[1] + offset
+
+    if model == "free zero":
+        start["zero"] = B[1]
+    if friction:
+        start["friction"] = 0.01 * np.ptp(V)
+    start["offset"] = gyro.mean()
+    fit = output_error(linear if model in BODY[1:] else pendulum, gyro,
+                       start)
+    return signs(fit, "body", "the gyro or the motors")
+
+
+def speed(log, wheel=1, counts=COUNTS):
+    """Differenced counts, in rad/s: the mean since the last sample.
+
+    Parameters
+    ----------
+    log : Log
+    wheel : {1, 2}
+    counts : float
+        Counts per turn of the wheel.
+
+    Returns
+    -------
+    (N - 1,) array
+        Between t[0] and t[1], and so on.
+    """
+    if wheel not in (1, 2):
+        raise ValueError(f"wheel must be 1 or 2, got {wheel!r}")
+    (count,) = log.need(f"encoder{wheel}")
+    return np.diff(count) * 2 * np.pi / counts / log.T
+
+
+def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
+              friction=False):
+    r"""The wheels' experiment: e/a, f/a, with a = 2 I_w.
+
+    Parameters
+    ----------
+    log : Log
+        With the wheel's encoder.
+    wheel : {1, 2}
+    differencing : {"modelled", "plain"}
+        A difference of counts is the mean speed of one period, and so
+        the model forms it; or, as is often done, it is taken for the
+        speed at the period's end.
+    counts : float
+        Counts per turn of the wheel.
+    friction : bool
+        Fit Coulomb friction too, in V. Only with "modelled".
+
+    Returns
+    -------
+    Fit
+        Of e_a, f_a (, friction).
+
+    Raises
+    ------
+    ValueError
+        On a wrong argument, no encoder, or a log that gives no wheel.
+
+    Notes
+    -----
+    Source: thesis (4.22).
+
+    Examples
+    --------
+    >>> from sosbook.pendulum.rig import shipped
+    >>> fit = fit_wheel(shipped("wheels"))
+    >>> low, high = fit.interval("e_a")
+    >>> low < 208.8 < high
+    True
+    """
+    if differencing not in ("modelled", "plain"):
+        raise ValueError("differencing must be 'modelled' or 'plain', got "
+                         f"{differencing!r}")
+    if friction and differencing == "plain":
+        raise ValueError("friction needs differencing='modelled'")
+    y, V, T = speed(log, wheel, counts), log.V, log.T
+    B, A = srivc(V, np.append(0.0, y), T, [0], 1, cutoff=30.0)
+    start = dict(e_a=B[0], f_a=A[0])
+
+    def plain(e, f):
+        return respond([e], [1.0, f], V, T)[1:]
+
+    def modelled(e, f):
+        return np.diff(respond([e], [1.0, f, 0.0], V, T)) / T
+
+    def rubbing(e, f, friction):
+        angle, _ = motion(e, f, 0.0, V, T, friction, steps=4)
+        return np.diff(angle) / T
+
+    if friction:
+        start["friction"] = 0.01 * np.ptp(V)
+    fit = output_error(
+        rubbing if friction else plain if differencing == "plain"
+        else modelled, y, start)
+    return signs(fit, "wheels", f"encoder{wheel} or the motors")
+
+
+def signs(fit, log, suspects):
+    """The fit, or a ValueError if it contradicts physics."""
+    wrong = [f"{x} = {fit[x]:.3g}" for x in fit.names
+             if "_" in x and fit[x] <= 0]
+    if wrong:
+        raise ValueError(
+            f"the log of the {log} gives {', '.join(wrong)}, which must be "
+            f"positive: check the sign of {suspects}, and the excitation"
+        )
+    return fit
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What two logs say about a pendulum.
+
+    Parameters
+    ----------
+    ratios : dict
+        e_c, f_c, d_c of the body, e_a, f_a of the wheels: their mean.
+    covariance : (5, 5) array
+        Of the ratios, in their order. The two logs are independent.
+    mip : Mip
+        The pendulum that fits the ratios best.
+    body : Fit
+    wheels : tuple of Fit
+        One for each encoder.
+    """
+
+    ratios: dict
+    covariance: np.ndarray
+    mip: Mip
+    body: Fit
+    wheels: tuple
+
+    @property
+    def contradiction(self):
+        """(e/f by the wheels) / (e/f by the body): one, on one robot.
+
+        Far from one, a unit is wrong, such as ``counts``, or a sensor
+        late. The thesis's numbers give 1.48.
+        """
+        x = self.ratios
+        return x["e_a"] / x["f_a"] / (x["e_c"] / x["f_c"])
+
+    def polytope(self, spread=0.04):
+        """`polytope` of the pendulum, as in (4.25)."""
+        return polytope(self.mip, spread)
+
+
+def identify(log_body, log_wheels, counts=COUNTS, friction=False, **robot):
+    """Identify a pendulum from the logs of its two experiments.
+
+    Parameters
+    ----------
+    log_body : Log
+        With gyro: held by its wheels, upside down.
+    log_wheels : Log
+        With encoder1 or both encoders: on its back.
+    counts : float
+        Counts per turn of a wheel.
+    friction : bool
+        Fit Coulomb friction too.
+    **robot
+        Masses and lengths M_b, l, r, M_w, g, and rotors: see
+        `Mip.from_ratios`.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    ValueError
+        On wrong arguments, or logs that give no pendulum.
+
+    Notes
+    -----
+    Source: thesis section 4.2, with the pendulum's sine and the
+    encoders' differencing in the models.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum.rig import shipped
+    >>> found = identify(shipped("body"), shipped("wheels"))
+    >>> round(found.mip.e, 4), round(found.mip.f, 4)
+    (0.0294, 0.0069)
+    """
+    for name, log in (("log_body", log_body), ("log_wheels", log_wheels)):
+        if not isinstance(log, Log):
+            raise ValueError(f"{name} must be a Log: Log.read(path)")
+    body = fit_body(log_body, friction=friction)
+    both = (1,) if log_wheels.encoder2 is None else (1, 2)
+    wheels = tuple(fit_wheel(log_wheels, i, counts=counts, friction=friction)
+                   for i in both)
+    ratios = {x: body[x] for x in ("e_c", "f_c", "d_c")}
+    for x in ("e_a", "f_a"):
+        ratios[x] = float(np.mean([wheel[x] for wheel in wheels]))
+    mean = sum(w.covariance[:2, :2] for w in wheels) / len(wheels) ** 2
+    return Identified(
+        ratios, block_diag(body.covariance[:3, :3], mean),
+        Mip.from_ratios(**ratios, **robot), body, wheels)

@@ -1,0 +1,239 @@
+"""Control laws as a robot's computer runs them: one step per sample."""
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from ..plants.checks import matrix, positive
+
+__all__ = ["MEASURED", "SampledLaw", "combine"]
+
+MEASURED = ("theta", "phi", "theta'", "phi'")  # y; phi is absolute
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLaw:
+    """A linear law of the samples y = [theta, phi, theta', phi'].
+
+    x(k+1) = A x(k) + B y(k) + W (V(k) - u(k)),
+    u(k) = C x(k) + D y(k), with V(k) the voltage after the limit.
+
+    Parameters
+    ----------
+    A : (N, N) array_like
+    B : (N, 4) array_like
+    C : (1, N) array_like
+    D : (1, 4) array_like
+        In V per rad and V per rad/s.
+    T : float
+        Time between samples, in s.
+    W : (N, 1) array_like, optional
+        Against windup: what the limit withheld acts on the state.
+        Without it the state knows nothing of the limit.
+    start : (N,) array_like, optional
+        The state at the start, per rad of tilt; zero without it.
+
+    Raises
+    ------
+    ValueError
+        On wrong shapes, entries that aren't finite, or T <= 0.
+
+    Examples
+    --------
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9, 0.4]], 0.01)
+    >>> law.order, law.D
+    (1, array([[20. ,  0.8,  2. ,  0.9]]))
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    T: float
+    W: np.ndarray = None
+    start: np.ndarray = None
+
+    def __post_init__(self):
+        A = np.asarray(self.A, float)
+        if A.ndim != 2:
+            raise ValueError(f"A must be a matrix, got the shape {A.shape}")
+        N, width = len(A), len(MEASURED)
+        W = np.zeros((N, 1)) if self.W is None else self.W
+        start = np.zeros(N) if self.start is None else self.start
+        start = np.reshape(np.asarray(start, float), (-1, 1))
+        for name, value, shape in (
+            ("A", A, (N, N)), ("B", self.B, (N, width)),
+            ("C", self.C, (1, N)), ("D", self.D, (1, width)),
+            ("W", W, (N, 1)), ("start", start, (N, 1)),
+        ):
+            found = matrix(name, value, shape)
+            object.__setattr__(self, name, found)
+        object.__setattr__(self, "start", self.start[:, 0])
+        object.__setattr__(self, "T", positive("T", self.T))
+
+    @property
+    def order(self):
+        """Number of states."""
+        return len(self.A)
+
+    @classmethod
+    def of_gain(cls, K, T, unwind=0.5):
+        """V = K [theta, phi, theta', phi', x3] of measured states.
+
+        Parameters
+        ----------
+        K : (1, 4) or (1, 5) array_like
+            [K_P K_D] or [K_P K_D K_I]; x3 sums T phi.
+        T : float
+            In s.
+        unwind : float
+            While the voltage is at its limit, K_I x3 follows what is
+            withheld with this time constant, in s.
+
+        Returns
+        -------
+        SampledLaw
+
+        Notes
+        -----
+        Source: thesis (2.8), sampled; back calculation against windup
+        as in Astrom and Hagglund, PID Controllers, section 3.5.
+
+        Examples
+        --------
+        >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9, 0.4]], 0.01)
+        >>> law.W
+        array([[0.05]])
+        """
+        K = _gain(K)
+        T, unwind = positive("T", T), positive("unwind", unwind)
+        if K.shape[1] == 4:
+            none = np.zeros((0, 4))
+            return cls(none[:, :0], none, none[:, :1].T, K, T)
+        K_I = K[0, 4]
+        if K_I == 0:
+            raise ValueError("K's last entry, K_I, is zero: leave it out")
+        return cls([[1]], [[0, T, 0, 0]], K[:, 4:], K[:, :4], T,
+                   W=[[T / (unwind * K_I)]])
+
+    @classmethod
+    def appendix_b(cls, K, T):
+        """The thesis's realisation: both rates, summed by Euler's rule.
+
+        The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the
+        two rates; neither angle is measured. Print lacks U and names
+        two signals wrongly. ``start`` presets x2, without which the
+        law doesn't know at which tilt it begins.
+
+        Parameters
+        ----------
+        K : (1, 4) or (1, 5) array_like
+        T : float
+            In s.
+
+        Returns
+        -------
+        SampledLaw
+
+        Notes
+        -----
+        Source: thesis (4.26), Appendix B.
+
+        Examples
+        --------
+        >>> SampledLaw.appendix_b([[20, 0.8, 2, 0.9]], 0.01).start
+        array([   0., 2000.])
+        """
+        K, T = _gain(K), positive("T", T)
+        K_I = K[0, 4] if K.shape[1] == 5 else 0.0
+        rates = [0, 0], K[0, 2:4]
+        return cls(
+            [[1, 0], [T, 1]],
+            [[0, 0, 0, K_I], np.append([0, 0], K[0, :2])],
+            [[0, T]], [np.concatenate(rates)], T,
+            start=[0, K[0, 0] / T])
+
+    @classmethod
+    def of_controller(cls, controller, T, W=None, start=None):
+        """The zero-order hold of a controller from both rates to V.
+
+        Parameters
+        ----------
+        controller : control.StateSpace or control.TransferFunction
+            From [theta', phi'] to V, in continuous time, or already
+            sampled with this T.
+        T : float
+            In s.
+        W, start : array_like, optional
+            As in `SampledLaw`.
+
+        Returns
+        -------
+        SampledLaw
+
+        Notes
+        -----
+        Source: thesis (4.30), which is u = -H y.
+
+        Examples
+        --------
+        >>> lag = control.ss([[-1]], [[1, 0]], [[1]], [[0, 0]])
+        >>> law = SampledLaw.of_controller(lag, 0.1)
+        >>> float(law.A[0, 0].round(4)), law.B.round(4)
+        (0.9048, array([[0.    , 0.    , 0.0952, 0.    ]]))
+        """
+        given = control.ss(controller)
+        if (given.ninputs, given.noutputs) != (2, 1):
+            raise ValueError(
+                "controller must take [theta', phi'] and give one voltage")
+        held = given
+        if given.isctime(strict=True):
+            held = control.sample_system(given, positive("T", T), "zoh")
+        elif not (given.dt is True or given.dt is None and not given.nstates
+                  ) and not (given.dt and np.isclose(given.dt, T, atol=0)):
+            raise ValueError(f"controller is sampled with {given.dt}, not T")
+        B, D = (np.hstack([np.zeros((len(x), 2)), x])
+                for x in (held.B, held.D))
+        return cls(held.A, B, held.C, D, T, W, start)
+
+    def output(self, x, y):
+        """u, from the states x (N, ...) and the samples y (4, ...)."""
+        return combine([*self.C[0], *self.D[0]], [*x, *y])
+
+    def next(self, x, y, withheld):
+        """The next state; withheld is V - u."""
+        return [
+            combine([*a, *b, *w], [*x, *y, withheld])
+            for a, b, w in zip(self.A, self.B, self.W)
+        ]
+
+
+def combine(factors, values):
+    """The sum of factor times value, from the left; zeros are left out.
+
+    Entry by entry, in the values' own precision: the C program does the
+    very same operations in the same order.
+
+    Examples
+    --------
+    >>> float(combine([2.0, 0.0, 1.0], [1.0, np.nan, 3.0]))
+    5.0
+    """
+    kind = np.result_type(*values) if values else float
+    total = None
+    for factor, value in zip(factors, values):
+        if factor == 0:
+            continue
+        term = kind.type(factor) * value
+        total = term if total is None else total + term
+    return 0 * kind.type(0) if total is None else total
+
+
+def _gain(K):
+    K = np.atleast_2d(np.asarray(K, float))
+    if K.shape not in ((1, 4), (1, 5)):
+        raise ValueError(
+            "K must be [K_P K_D] or [K_P K_D K_I] of one motor: 4 or 5 "
+            f"entries, got the shape {K.shape}")
+    return matrix("K", K)

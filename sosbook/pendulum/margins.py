@@ -1,0 +1,259 @@
+"""The sampled loop of a pendulum and a law, about upright."""
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from ..plants.checks import positive
+from ..sampled import hold
+from .law import SampledLaw
+from .model import Mip
+
+__all__ = ["SENSING", "SampledLoop", "lowest_rate", "sensing"]
+
+#: What the law is given for [theta, phi, theta', phi'].
+SENSING = ("exact", "differenced", "raw", "firmware")
+AT_ONE = 1e-9  # an eigenvalue so near one is a constant of integration
+
+
+def sensing(kind, T, blend=0.0):
+    """From the true [theta, phi, theta', phi'] to what the law is given.
+
+    Parameters
+    ----------
+    kind : {"exact", "differenced", "raw", "firmware"}
+        "exact": the truth. "differenced": phi' is the encoders'
+        difference over T plus the gyro at this tick. "raw": the
+        encoders' angle phi - theta, and its difference, stand for phi
+        and phi'. "firmware": as `Firmware` does it, theta by the
+        trapezoidal rule and phi' as the difference of absolute angles.
+    T : float
+        In s.
+    blend : float
+        As in `Firmware`, with accelerometers that say the truth.
+
+    Returns
+    -------
+    control.StateSpace
+        Of four inputs and four outputs, sampled with T.
+
+    Examples
+    --------
+    >>> sensing("raw", 0.01).D
+    array([[   1.,    0.,    0.,    0.],
+           [  -1.,    1.,    0.,    0.],
+           [   0.,    0.,    1.,    0.],
+           [-100.,  100.,    0.,    0.]])
+    """
+    if kind not in SENSING:
+        raise ValueError(f"sensing must be one of {SENSING}, got {kind!r}")
+    T = positive("T", T)
+    theta, phi, gyro, rate = np.eye(4)
+    wheels = phi - theta
+    if kind == "exact":
+        return control.ss([], [], [], np.eye(4), T)
+    if kind == "firmware":
+        return _firmware(T, blend)
+    raw = kind == "raw"
+    return control.ss(  # the state is the last tick's encoder angle
+        [[0]], [wheels], [[0], [0], [0], [-1 / T]],
+        [theta, wheels if raw else phi, gyro,
+         wheels / T + (0 if raw else gyro)], T)
+
+
+def _firmware(T, blend):
+    """States: theta^, the gyro and the absolute angle, one tick ago."""
+    theta, phi, gyro, _ = np.eye(4)
+    trust = 1 - blend
+    angle = [trust, trust * T / 2, 0]
+    new = trust * T / 2 * gyro + blend * theta
+    wheel = phi - theta + new
+    rate = np.array([angle]) / T - [[0, 0, 1 / T]]
+    return control.ss(
+        [angle, [0, 0, 0], angle], [new, gyro, wheel],
+        np.vstack([angle, angle, [0, 0, 0], rate]),
+        [new, wheel, gyro, wheel / T], T)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLoop:
+    """A pendulum about upright with a sampled law.
+
+    Parameters
+    ----------
+    robot : Mip
+    law : SampledLaw
+    delay : float
+        From the sample to the voltage that follows from it, in s.
+    sensing : str
+        As in `sensing`.
+    blend : float
+        As in `Firmware`.
+
+    Raises
+    ------
+    ValueError
+        On a negative delay or an unknown ``sensing``.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> law = SampledLaw.of_gain(thesis.mip().pd[1], 0.01)
+    >>> round(SampledLoop(Mip.printed(), law).radius, 3)
+    0.99
+    >>> late = SampledLoop(Mip.printed(), law, delay=0.01)
+    >>> round(late.radius, 3)
+    1.002
+    """
+
+    robot: Mip
+    law: SampledLaw
+    delay: float = 0.0
+    sensing: str = "exact"
+    blend: float = 0.0
+
+    def __post_init__(self):
+        law = self.law
+        T = law.T
+        (held,) = hold(self.robot.plant(), T, self.delay)
+        seen = np.hstack([np.eye(4), np.zeros((4, held.nstates - 4))])
+        truth = control.ss(held.A, held.B, seen, np.zeros((4, 1)), T)
+        open_loop = control.series(truth, self.controller)
+        object.__setattr__(self, "open_loop", open_loop)
+
+    @property
+    def controller(self):
+        """From the true [theta, phi, theta', phi'] to the voltage."""
+        law = self.law
+        return control.series(
+            sensing(self.sensing, law.T, self.blend),
+            control.ss(law.A, law.B, law.C, law.D, law.T))
+
+    @property
+    def matrix(self):
+        """Of the closed loop, from one tick to the next."""
+        L = self.open_loop
+        return L.A + L.B @ L.C
+
+    @property
+    def poles(self):
+        """Its eigenvalues, the largest first."""
+        found = np.linalg.eigvals(self.matrix)
+        return found[np.argsort(-np.abs(found))]
+
+    @property
+    def constants(self):
+        """How many of them are one: sums that nothing feeds back.
+
+        A law of the rates doesn't know phi; a law that integrates the
+        gyro doesn't know theta's beginning.
+        """
+        return len(self.poles) - len(_moving(self.matrix))
+
+    @property
+    def radius(self):
+        """The largest |eigenvalue|, `constants` left out.
+
+        Below one, what the law sees of the loop is stable. Eigenvalues
+        at one are left out without a look at what they are; a law whose
+        own states make a ramp would need that look.
+        """
+        return float(np.abs(_moving(self.matrix)).max())
+
+    @property
+    def sensitivity(self):
+        """The peak of |1 / (1 - L)| at the motor; infinite if unstable.
+
+        Its inverse is the distance of Nyquist's curve from the critical
+        point, the modulus margin.
+        """
+        if self.radius >= 1:
+            return np.inf
+
+        def inverse(angles):
+            L = self.open_loop(np.exp(1j * angles), squeeze=True)
+            return np.abs(1 - L)
+
+        angles = np.linspace(0, np.pi, 2001)[1:]
+        found = inverse(angles)
+        near = angles[found.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000
+        return float(1 / min(found.min(), inverse(near).min()))
+
+    @property
+    def gain_margins(self):
+        """(low, high): the loop stays stable if V is scaled between.
+
+        The ends of the interval around one, to a thousandth; (nan, nan)
+        if the loop isn't stable.
+        """
+        if self.radius >= 1:
+            return np.nan, np.nan
+        return self._end(1e-3), self._end(1e3)
+
+    def _end(self, far):
+        """Between one and the gain ``far``, where stability ends."""
+        L = self.open_loop
+
+        def stable(gain):
+            return np.abs(_moving(L.A + gain * L.B @ L.C)).max() < 1
+
+        good = 1.0
+        for bad in np.geomspace(1, far, 301)[1:]:
+            if not stable(bad):
+                break
+            good = bad
+        else:
+            return far
+        while abs(bad / good - 1) > 1e-4:
+            middle = (bad * good) ** 0.5
+            good, bad = (middle, bad) if stable(middle) else (good, middle)
+        return float(good)
+
+
+def _moving(F):
+    """Eigenvalues of F but those at one."""
+    poles = np.linalg.eigvals(F)
+    return poles[np.abs(poles - 1) >= AT_ONE]
+
+
+def lowest_rate(robots, law_of, ticks=0.0, sensing="exact",
+                rates=np.geomspace(1000, 10, 241)):
+    """The rate down to which every robot's loop is stable.
+
+    Parameters
+    ----------
+    robots : sequence of Mip
+    law_of : callable
+        From T, in s, to a `SampledLaw`.
+    ticks : float
+        The delay, in units of T.
+    sensing : str
+        As in `sensing`.
+    rates : sequence of float
+        In Hz, from the fastest down; the answer is the last one before
+        the first that fails. A slower one may be stable again.
+
+    Returns
+    -------
+    float
+        In Hz; infinite if the first fails.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> K = thesis.mip().pd[5]
+    >>> rate = lowest_rate(
+    ...     [Mip.printed()], lambda T: SampledLaw.of_gain(K, T), ticks=1)
+    >>> 35 < rate < 45
+    True
+    """
+    lowest = np.inf
+    for rate in rates:
+        law = law_of(1 / rate)
+        loops = (SampledLoop(robot, law, ticks / rate, sensing)
+                 for robot in robots)
+        if not all(loop.radius < 1 for loop in loops):
+            break
+        lowest = float(rate)
+    return lowest

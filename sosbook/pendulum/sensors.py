@@ -1,0 +1,177 @@
+"""A robot's gyro, encoders and accelerometers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..plants.checks import number, positive
+from .rig import COUNTS, GYRO_STEP
+
+__all__ = ["Readings", "Sensors"]
+
+STILL = 100  # gyro readings at rest, whose mean is its offset
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """What the robot's computer is told.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of the gyro's noise, in rad/s.
+    offset : float or (runs,) array_like
+        What the gyro says at rest, in rad/s.
+    counts : float
+        Of the encoders, per turn of a wheel against the body.
+    gyro_step : float
+        Of the gyro's 16 bits, in rad/s.
+    tilt_error : float or (runs,) array_like
+        Of the tilt at the start, in rad.
+    accelerometer : float, optional
+        Standard deviation of each accelerometer's noise, in m/s^2.
+        Without it there are none.
+    height, r, g : float
+        Of the accelerometers above the axle and of the wheels' radius,
+        in m; gravity, in m/s^2.
+    ideal : bool
+        They say the truth: no noise, offset, rounding or error. The
+        accelerometers still feel how the robot accelerates.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative or isn't finite.
+
+    Notes
+    -----
+    About upright, accelerometers at the height r (b + c) / (a + b),
+    51 mm for the thesis's robot, don't feel the motors: what the axle
+    gains there, the body's turning takes away.
+
+    Examples
+    --------
+    >>> Sensors().wheels(np.array([0.01]), part=0.0).round(5)
+    array([0.00888])
+    """
+
+    noise: float = np.deg2rad(0.1)
+    offset: float = np.deg2rad(0.5)
+    counts: float = COUNTS
+    gyro_step: float = GYRO_STEP
+    tilt_error: float = 0.0
+    accelerometer: float = None
+    height: float = 0.05
+    r: float = 0.032
+    g: float = 9.8
+    ideal: bool = False
+
+    def __post_init__(self):
+        for name in ("counts", "gyro_step", "r", "g"):
+            positive(name, getattr(self, name))
+        for name in ("noise", "accelerometer"):
+            value = getattr(self, name)
+            if value is not None and number(name, value) < 0:
+                raise ValueError(f"{name} can't be negative, got {value!r}")
+        number("height", self.height)
+        for name in ("offset", "tilt_error"):
+            value = np.array(getattr(self, name), float)
+            if value.ndim > 1 or not np.isfinite(value).all():
+                raise ValueError(
+                    f"{name} must be a finite number, or one for each run")
+            object.__setattr__(self, name, value)
+
+    def gyro(self, rate, noise=0.0):
+        """The gyro's word for theta', in rad/s; noise has variance 1."""
+        if self.ideal:
+            return rate
+        steps = (rate + self.offset + self.noise * noise) / self.gyro_step
+        return self.gyro_step * np.clip(np.round(steps), -2**15, 2**15 - 1)
+
+    def wheels(self, angle, part=0.0):
+        """The encoders' word for phi - theta, in rad.
+
+        It starts at a part, 0 to 1, of the way between two counts.
+        """
+        if self.ideal:
+            return angle
+        one = 2 * np.pi / self.counts
+        return one * (np.floor(angle / one + part) + 0.0)
+
+    def tilt(self, x, ddz, noise=(0.0, 0.0)):
+        r"""The accelerometers' word for theta, in rad.
+
+        They feel the specific force at (-r phi - h sin theta,
+        h cos theta), and don't know gravity from acceleration:
+
+        .. math::
+            \mathrm{atan2}(g \sin\theta - r \cos\theta\, \ddot\varphi
+            - h \ddot\theta,\; g \cos\theta + r \sin\theta\,
+            \ddot\varphi - h \dot\theta^2)
+
+        Parameters
+        ----------
+        x : (4, runs) array_like
+            [theta; phi; theta'; phi'].
+        ddz : (2, runs) array_like
+            [theta''; phi''].
+        noise : (2, runs) array_like
+            Of variance 1.
+
+        Examples
+        --------
+        >>> float(Sensors().tilt([0.2, 5, 0, 0], [0, 0]).round(12))
+        0.2
+        """
+        theta, _, dtheta, _ = x
+        sin, cos = np.sin(theta), np.cos(theta)
+        along = self.g * sin - self.r * cos * ddz[1] - self.height * ddz[0]
+        up = self.g * cos + self.r * sin * ddz[1] - self.height * dtheta**2
+        if not self.ideal:
+            scale = self.accelerometer or 0.0
+            along, up = along + scale * noise[0], up + scale * noise[1]
+        return np.arctan2(along, up)
+
+
+class Readings:
+    """`Sensors` at work on runs side by side, tick by tick.
+
+    Parameters
+    ----------
+    sensors : Sensors
+    runs, count : int
+        So many runs and ticks.
+    seed : int
+        Run i draws from ``default_rng(seed + i)``, whatever runs
+        beside it and for how long.
+    """
+
+    def __init__(self, sensors, runs, count, seed):
+        random = [np.random.default_rng(seed + i) for i in range(runs)]
+        self.sensors, self.zero = sensors, np.zeros(runs)
+        self.part = np.array([r.random() for r in random])
+        self.still = np.array([r.standard_normal(STILL) for r in random]).T
+        self.noise = np.array(
+            [r.standard_normal((count, 3)) for r in random]).T
+
+    def bias(self):
+        """The gyro's mean over readings at rest, in rad/s."""
+        rest = [self.sensors.gyro(self.zero, noise) for noise in self.still]
+        return np.mean(rest, axis=0)
+
+    def first_tilt(self, theta):
+        """theta as the controller is told it at the start, in rad."""
+        ideal = self.sensors.ideal
+        return theta if ideal else theta + self.sensors.tilt_error
+
+    def gyro(self, x, k):
+        """At the tick k, in rad/s."""
+        return self.sensors.gyro(x[2], self.noise[0, k])
+
+    def wheels(self, x):
+        """Wheels against body, in rad."""
+        return self.sensors.wheels(x[1] - x[0], self.part)
+
+    def tilt(self, x, ddz, k):
+        """Of the accelerometers at the tick k, in rad."""
+        return self.sensors.tilt(x, ddz, self.noise[1:, k])

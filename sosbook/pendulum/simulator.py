@@ -1,0 +1,279 @@
+"""Nonlinear pendulums under a sampled controller, with real sensors.
+
+Many runs go side by side: every array has an axis for them, and Python
+loops over ticks only.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..plants.checks import positive
+from .firmware import Firmware
+from .fleet import Fleet, Push
+from .model import V_MAX, Mip
+from .sensors import Readings, Sensors
+
+__all__ = ["Push", "Run", "Sensors", "simulate"]
+
+LEVEL = np.deg2rad(3)  # a robot that settled stays within
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What the robots did; k ticks.
+
+    Parameters
+    ----------
+    t : (k,) array
+        In s.
+    x : (4, runs, k) array
+        [theta; phi; theta'; phi'] at the ticks.
+    V : (runs, k) array
+        The voltage commanded at the ticks, after the limit.
+    estimate : (runs, k) array
+        theta as the controller has it; not a number if it doesn't say.
+    fault : (runs, k) array of int
+        The index in `FAULTS`; zero if the controller doesn't say.
+    limit : float
+        Of the voltage, in V.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    V: np.ndarray
+    estimate: np.ndarray
+    fault: np.ndarray
+    limit: float = V_MAX
+
+    @property
+    def fell(self):
+        """(runs,) bool: lies on the ground or has its motors off."""
+        lies = np.abs(self.x[0, :, -1]) >= np.pi / 2
+        return lies | (self.fault[:, -1] > 0)
+
+    @property
+    def settled(self):
+        """(runs,) bool: within 3 degrees in the run's last fifth."""
+        late = self.x[0][:, 4 * len(self.t) // 5:]
+        return ~self.fell & (np.abs(late) < LEVEL).all(axis=1)
+
+    @property
+    def peak_voltage(self):
+        """(runs,) array, in V."""
+        return np.abs(self.V).max(axis=1)
+
+    @property
+    def full(self):
+        """(runs,) array: share of the ticks with V at its limit."""
+        return (np.abs(self.V) > 0.999999 * self.limit).mean(axis=1)
+
+    @property
+    def chatter(self):
+        """(runs,) array: how often V changes its sign, per second."""
+        turns = (self.V[:, 1:] * self.V[:, :-1] < 0).sum(axis=1)
+        return turns / (self.t[-1] - self.t[0])
+
+
+def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
+             seed=0, substeps=10, push=None, bias=None, target=None,
+             dropouts=None, start=(0, 0, 0)):
+    """Let robots go at a tilt and run their controller.
+
+    At t = k T the sensors are read; the voltage that follows acts from
+    k T + delay on and is held until the next one acts.
+
+    Parameters
+    ----------
+    robots : Mip or sequence of Mip
+        One for all runs, or one for each.
+    controller : Firmware or object
+        Any object with start(tilt, wheels, bias) and step(gyro, wheels,
+        tilt, target, rate) as `Controller` has them, and its
+        ``firmware`` or its own ``T``, in s.
+    tilt : float or (runs,) array_like
+        theta at the start, in rad.
+    t_end : float
+        In s.
+    delay : float or (k,) array_like
+        From the reading to the voltage, in s; or one for each tick. A
+        voltage that is overtaken by a later one never acts.
+    sensors : Sensors
+    seed : int
+        Run i draws its noise from ``default_rng(seed + i)``, whatever
+        runs beside it.
+    substeps : int
+        Runge-Kutta steps per tick, at least.
+    push : Push, optional
+    bias : float or (runs,) array_like, optional
+        What the controller is told of the gyro's offset, in rad/s; the
+        mean of 100 readings at rest without it.
+    target : float, (runs,) array_like or callable, optional
+        Set point of phi since the start, in rad; or a function of t
+        that gives [target, rate].
+    dropouts : (k,) or (runs, k) array_like of bool, or callable
+        The ticks at which no sensor can be read; a function is given
+        the tick.
+    start : (3,) or (3, runs) array_like
+        [phi; theta'; phi'] at the start.
+
+    Returns
+    -------
+    Run
+        A robot that tips by 90 degrees lies there from then on.
+
+    Raises
+    ------
+    ValueError
+        On sizes that don't match, numbers out of range, or a
+        controller whose voltage isn't finite.
+
+    Notes
+    -----
+    Source: thesis (4.13), without small angles.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> from sosbook.pendulum import Mip, SampledLaw
+    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> run = simulate(Mip.printed(), Firmware(law), [0.1, 1.2], 1.0)
+    >>> run.fell
+    array([False,  True])
+    """
+    fleet, tilt, runs = _line_up(robots, tilt, sensors)
+    if isinstance(controller, Firmware):
+        controller = controller.controller(runs)
+    T, limit = _pace(controller, runs)
+    count = int(round(positive("t_end", t_end) / T)) + 1
+    delay = _delays(delay, count)
+    if not isinstance(substeps, int) or substeps < 1:
+        raise ValueError(f"substeps must be 1 or more, got {substeps!r}")
+    x = np.zeros((4, runs))
+    x[0], x[1:] = tilt, np.reshape(np.asarray(start, float), (3, -1))
+    readings = Readings(sensors, runs, count, seed)
+    controller.start(readings.first_tilt(tilt), readings.wheels(x),
+                     readings.bias() if bias is None else bias)
+
+    path, V = np.empty((4, runs, count)), np.empty((runs, count))
+    estimate, fault = np.empty((runs, count)), np.zeros((runs, count), int)
+    hold = _Hold(np.zeros(runs), T)
+    edges = [] if push is None else [push.at, push.at + push.length]
+    for k in range(count):
+        now, then = k * T, (k + 1) * T
+        seen = [readings.gyro(x, k), readings.wheels(x), np.nan]
+        if sensors.accelerometer is not None:
+            ddz = fleet.acceleration(x, hold.V, _torques(push, now))
+            seen[2] = readings.tilt(x, ddz, k)
+        missed = np.broadcast_to(_missed(dropouts, k), runs)
+        seen = [np.where(missed, np.nan, each) for each in seen]
+        u = controller.step(*seen, *_wanted(target, now))
+        if not np.isfinite(u).all():
+            raise ValueError(f"controller gave {u} V at tick {k}: every "
+                             "voltage must be finite")
+        path[..., k], V[:, k] = x, u
+        estimate[:, k] = getattr(controller, "theta", np.nan)
+        fault[:, k] = getattr(controller, "fault", 0)
+
+        hold.send(now + delay[k], V[:, k])
+        for stop in hold.stops(now, then, edges):
+            hold.reach(now)
+            torques = _torques(push, (now + stop) / 2)
+            steps = max(1, int(np.ceil(substeps * (stop - now) / T - 1e-6)))
+            x = fleet.advance(x, hold.V, torques, stop - now, steps)
+            now = stop
+    return Run(np.arange(count) * T, path, V, estimate, fault, limit)
+
+
+class _Hold:
+    """The voltage that acts, and those under way."""
+
+    def __init__(self, V, T):
+        self.V, self.tiny, self.coming = V, 1e-9 * T, []
+
+    def send(self, when, V):
+        """V will act; what it overtakes never does."""
+        self.coming = [each for each in self.coming if each[0] < when]
+        self.coming.append((when, V))
+
+    def stops(self, now, then, edges):
+        """Times at which something changes, up to then."""
+        times = sorted([when for when, _ in self.coming] + edges)
+        found, last = [], now
+        for time in times:
+            if last + self.tiny < time < then - self.tiny:
+                found.append(time)
+                last = time
+        return [*found, then]
+
+    def reach(self, now):
+        """Let act what is due."""
+        while self.coming and self.coming[0][0] <= now + self.tiny:
+            self.V = self.coming.pop(0)[1]
+
+
+def listed(robots):
+    """A list of Mips, of one or of many."""
+    robots = [robots] if isinstance(robots, Mip) else list(robots)
+    if not robots or not all(isinstance(r, Mip) for r in robots):
+        raise ValueError("robots must be a Mip or a sequence of them")
+    return robots
+
+
+def _line_up(robots, tilt, sensors):
+    """The fleet, the tilt of each run and their number."""
+    robots, tilt = listed(robots), np.asarray(tilt, float)
+    sizes = {"robots": len(robots), "tilt": tilt.size,
+             "offset": sensors.offset.size,
+             "tilt_error": sensors.tilt_error.size}
+    runs = max(sizes.values())
+    for name, size in sizes.items():
+        if size not in (1, runs):
+            raise ValueError(f"{name} has {size} entries for {runs} runs: "
+                             "give one, or one for each")
+    if not (np.abs(tilt) <= np.pi / 2).all():
+        raise ValueError("tilt must lie within a quarter turn of upright")
+    tilt = np.broadcast_to(tilt.ravel(), runs)
+    return Fleet(robots), tilt, runs
+
+
+def _pace(controller, runs):
+    """T and the voltage's limit of a controller for so many runs."""
+    if getattr(controller, "runs", runs) != runs:
+        raise ValueError(f"controller is for {controller.runs} runs, but "
+                         f"there are {runs}")
+    firmware = getattr(controller, "firmware", None)
+    if firmware is not None:
+        return firmware.law.T, firmware.limit
+    if not hasattr(controller, "T"):
+        raise ValueError("controller must have a firmware or a T, in s")
+    return positive("T", controller.T), getattr(controller, "limit", V_MAX)
+
+
+def _delays(delay, count):
+    late = np.asarray(delay, float)
+    if late.size not in (1, count) or not (late >= 0).all():
+        raise ValueError("delay must be 0 or more, in s: one number, or one "
+                         f"for each of the {count} ticks")
+    return np.broadcast_to(late.ravel(), count)
+
+
+def _torques(push, t):
+    return (0.0, 0.0) if push is None else push.torques(t)
+
+
+def _wanted(target, t):
+    if callable(target):
+        return target(t)
+    return (0.0 if target is None else np.asarray(target, float)), 0.0
+
+
+def _missed(dropouts, k):
+    if dropouts is None:
+        return False
+    if callable(dropouts):
+        return dropouts(k)
+    dropouts = np.asarray(dropouts, bool)
+    if k >= dropouts.shape[-1]:
+        raise ValueError(f"dropouts ends at tick {k}: give one for each")
+    return dropouts[..., k]

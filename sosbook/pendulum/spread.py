@@ -1,0 +1,153 @@
+"""The pendulums that two uncertain experiments allow."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..plants.checks import number
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.second_order import Polytope
+from .model import Mip
+
+__all__ = ["polytope", "reduced", "triangles", "vertices"]
+
+
+def vertices(mip, spread=0.04):
+    """Four pendulums: e/c and e/a off by the spread, either way.
+
+    Parameters
+    ----------
+    mip : Mip
+        The one in the middle, with I_w.
+    spread : float
+        Relative, between 0 and 1.
+
+    Returns
+    -------
+    tuple of Mip
+        In the order of (4.25): (e/c, e/a) times (1 - s, 1 - s),
+        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s).
+
+    Raises
+    ------
+    ValueError
+        If mip has no I_w, or the spread isn't in [0, 1).
+
+    Examples
+    --------
+    >>> [round(1e3 * v.a, 4) for v in vertices(Mip.printed())]
+    [0.4747, 0.4639, 0.4865, 0.4747]
+    """
+    if mip.I_w is None:
+        raise ValueError("mip has no I_w: say which part of a is geared")
+    if not 0 <= number("spread", spread) < 1:
+        raise ValueError(f"spread must lie in [0, 1), got {spread!r}")
+    return tuple(
+        _scaled(mip, body, wheels)
+        for body in (1 - spread, 1 + spread)
+        for wheels in (1 - spread, 1 + spread)
+    )
+
+
+def _scaled(mip, body, wheels):
+    """With e/c and e/a times so much; J, if any, moves with 2 I_w."""
+    I_w = mip.I_w * body / wheels
+    more = 2 * (I_w - mip.I_w)
+    J = mip.J + more if mip.J else 0.0
+    return replace(mip, a=mip.a + more, e=mip.e * body, I_w=I_w, J=J)
+
+
+def polytope(mip, spread=0.04):
+    """The plants of `vertices`, and all between them.
+
+    M, D, S and B are affine in (I_w, e), and the pairs (I_w, e) that
+    the two spreads allow fill a quadrilateral: the polytope holds just
+    the plants it is meant to hold. `Mip.printed_form`, quadratic in
+    them, hasn't this property.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    Polytope
+
+    Notes
+    -----
+    Source: thesis (4.25), in the natural form of `Mip.plant`.
+
+    Examples
+    --------
+    >>> polytope(Mip.printed()).N
+    4
+    """
+    return Polytope([v.plant() for v in vertices(mip, spread)])
+
+
+def triangles(mip, spread=0.04):
+    """Two polytopes of three vertices that cover `polytope`.
+
+    The four vertices lie in a plane, that of (I_w, e), so two triangles
+    hold all the plants between them, and with fewer weights.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    tuple of Polytope
+        Of the vertices 1, 4, 2 and 1, 4, 3.
+
+    Examples
+    --------
+    >>> [part.N for part in triangles(Mip.printed())]
+    [3, 3]
+    """
+    plants = polytope(mip, spread).vertices
+    return tuple(
+        Polytope([plants[0], plants[3], plants[k]]) for k in (1, 2))
+
+
+def reduced(mip, spread=0.04):
+    """The plants of `polytope` without the wheels' angle.
+
+    Two rates are measured, from which phi can't be observed: nothing in
+    the equations of motion depends on it. What remains fits no
+    second-order form.
+
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    DescriptorSystem
+        With a vertex for each of `vertices`; the state is [theta;
+        theta'; phi'], the outputs are theta' and phi', and w is one
+        torque on both equations of motion, as in `Mip.plant`.
+
+    Notes
+    -----
+    Source: thesis (4.27), in the natural form of `Mip.plant`.
+
+    Examples
+    --------
+    >>> plant = reduced(Mip.printed())
+    >>> plant.order, len(plant.vertices), plant.n
+    (3, 4, 2)
+    """
+    E, A, B, B_w = [], [], [], []
+    for each in vertices(mip, spread):
+        plant, inertia = each.plant(), np.eye(3)
+        inertia[1:, 1:] = plant.M
+        E.append(inertia)
+        A.append(np.vstack(
+            [[0, 1, 0], np.hstack([-plant.S[:, :1], -plant.D])]))
+        B.append(np.vstack([[[0]], plant.B]))
+        B_w.append(np.vstack([[[0]], plant.F]))
+    return DescriptorSystem(E, A, B, B_w, [[0, 1, 0], [0, 0, 1]])

@@ -1,0 +1,24 @@
+"""Plants: second-order systems, their polytopes and descriptor forms."""
+
+from .descriptor import (
+    Coupled,
+    Descriptor,
+    SlackVertex,
+    coupled_pairs,
+    descriptors,
+    mean_descriptor,
+)
+from .descriptor_system import DescriptorSystem
+from .second_order import Polytope, SecondOrderSystem
+
+__all__ = [
+    "Coupled",
+    "Descriptor",
+    "DescriptorSystem",
+    "Polytope",
+    "SecondOrderSystem",
+    "SlackVertex",
+    "coupled_pairs",
+    "descriptors",
+    "mean_descriptor",
+]

@@ -1,0 +1,301 @@
+"""The plant with its integrator as a descriptor system.
+
+Sign convention of the whole package, the one that reproduces the
+thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
+``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
+"""
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from ..lmi import he
+from .checks import matrix, rank_deficient
+
+__all__ = [
+    "COUPLINGS",
+    "Coupled",
+    "Descriptor",
+    "SlackVertex",
+    "coupled_pairs",
+    "descriptors",
+    "mean_descriptor",
+]
+
+COUPLINGS = ("pairs", "vertices", "slack")
+
+
+@dataclass(frozen=True, eq=False)
+class Descriptor:
+    """The matrices of E x' = A x + Bu u + Bw w, y = C x (2.8), (2.11).
+
+    Parameters
+    ----------
+    E, A : (N, N) array
+        ``E = diag(I, M - B K_A, I)``; ``N = 2n + a``.
+    Bu : (N, m) array
+    Bw : (N, p) array
+    C : (n, N) array
+        Picks the displacement ``z``.
+    """
+
+    E: np.ndarray
+    A: np.ndarray
+    Bu: np.ndarray
+    Bw: np.ndarray
+    C: np.ndarray
+
+    def map(self, function):
+        """Apply a function to each matrix (change of arithmetic)."""
+        return Descriptor(*(function(getattr(self, f.name))
+                            for f in fields(self)))
+
+    def change(self, left, T, scale=1):
+        """In coordinates x = T xi, u = scale v, rows times ``left``."""
+        return Descriptor(
+            left @ self.E @ T, left @ self.A @ T,
+            left @ self.Bu * scale, left @ self.Bw, self.C @ T,
+        )
+
+    def state_space(self):
+        """E^-1 [A Bu Bw], the standard form."""
+        both = np.hstack([self.A, self.Bu, self.Bw])
+        solved = np.linalg.solve(self.E, both)
+        N, m = self.Bu.shape
+        return solved[:, :N], solved[:, N:N + m], solved[:, N + m:]
+
+
+def descriptors(plant, U=None, K_A=None):
+    """One `Descriptor` for each vertex of a plant.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+    U : (a, n) array_like, optional
+        Which errors are integrated; without it the controller is PD.
+    K_A : (m, n) array_like, optional
+        Acceleration gain; zero without it.
+
+    Raises
+    ------
+    ValueError
+        If shapes are wrong, ``M - B K_A`` is singular at a vertex, or
+        the integrators are uncontrollable from u.
+
+    Notes
+    -----
+    Source: thesis (2.2), (2.8), (2.11), with errata: the sign of (2.7)
+    and E = diag(I, M - B K_A, I), not E = M - B K_A.
+    """
+    U = np.zeros((0, plant.n)) if U is None else matrix("U", U, (None, plant.n))
+    if U.shape[0] and np.linalg.matrix_rank(U) < U.shape[0]:
+        raise ValueError(
+            "U has linearly dependent rows: two integrators would carry "
+            "the same error; remove one"
+        )
+    if K_A is None:
+        K_A = np.zeros((plant.m, plant.n))
+    K_A = matrix("K_A", K_A, (plant.m, plant.n))
+    return tuple(_descriptor(v, U, K_A) for v in plant.vertices)
+
+
+def _descriptor(v, U, K_A):
+    n, a = v.n, U.shape[0]
+    inertia = v.M - v.B @ K_A
+    if rank_deficient(inertia, 1e-14):
+        raise ValueError(
+            "M - B K_A is singular: give an acceleration gain K_A that "
+            "makes it regular (Lemma 2.1)"
+        )
+    if a and rank_deficient(np.block([[-v.S, v.B],
+                                      [U, np.zeros((a, v.m))]])):
+        raise ValueError(
+            "U is uncontrollable: [-S B; U 0] lacks full row rank, so a "
+            "transmission zero at s = 0 hides an integrator from u; "
+            "integrate fewer or other errors"
+        )
+
+    def stack(*parts):
+        return np.vstack([np.zeros((h, parts[1].shape[1])) if p is None
+                          else p for p, h in zip(parts, (n, n, a))])
+
+    one, zero = np.eye(n), np.zeros((n, n))
+    tall = np.zeros((n, a))
+    return Descriptor(
+        E=np.block([
+            [one, zero, tall],
+            [zero, inertia, tall],
+            [tall.T, tall.T, np.eye(a)],
+        ]),
+        A=np.block([
+            [zero, one, tall],
+            [-v.S, -v.D, tall],
+            [U, tall.T, np.zeros((a, a))],
+        ]),
+        Bu=stack(None, v.B, None),
+        Bw=stack(None, v.F, None),
+        C=np.hstack([one, zero, tall]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    r"""What the theorems ask of a pair of vertices.
+
+    With weights :math:`\alpha` each theorem's matrix is a quadratic form
+    :math:`L(\alpha) = \sum_{ij} \alpha_i \alpha_j L_{ij}`. This class
+    holds the parts of the symmetric :math:`\tfrac12 (L_{ij} + L_{ji})`.
+    One vertex is the pair ``i = j``.
+
+    Parameters
+    ----------
+    i, j : Descriptor
+        The two vertices.
+    P : (N, N) matrix-like
+        The common Lyapunov matrix.
+    Y : (m, N) matrix-like
+        ``K P``.
+    """
+
+    i: Descriptor
+    j: Descriptor
+    P: object
+    Y: object
+
+    @cached_property
+    def Theta(self):
+        """½[(A_i P + B_i Y) E_jᵀ + (A_j P + B_j Y) E_iᵀ]."""
+        i, j = self.i, self.j
+        left = (i.A @ self.P + i.Bu @ self.Y) @ j.E.T
+        if i is j:
+            return left
+        return (left + (j.A @ self.P + j.Bu @ self.Y) @ i.E.T) / 2
+
+    @cached_property
+    def EPE(self):
+        """½(E_i P E_jᵀ + E_j P E_iᵀ)."""
+        if self.i is self.j:
+            return self.i.E @ self.P @ self.i.E.T
+        return he(self.i.E @ self.P @ self.j.E.T) / 2
+
+    @cached_property
+    def EP(self):
+        """½(E_i + E_j) P."""
+        return (self.i.E + self.j.E) @ self.P / 2
+
+    @cached_property
+    def EY(self):
+        """½(E_i + E_j) Yᵀ."""
+        return (self.i.E + self.j.E) @ self.Y.T / 2
+
+    @cached_property
+    def EPC(self):
+        """½(E_i + E_j) P Cᵀ."""
+        return self.EP @ self.i.C.T
+
+    @cached_property
+    def Bw(self):
+        """½(B_w,i + B_w,j)."""
+        return (self.i.Bw + self.j.Bw) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class SlackVertex:
+    """What the theorems with a slack matrix ask of a vertex.
+
+    Parameters
+    ----------
+    i : Descriptor
+        The vertex.
+    E0 : (N, N) array
+        Any nonsingular matrix; near the E_i, P_i and V come out alike.
+    P : (N, N) matrix-like
+        The vertex's own: x' V'^-1 P V^-1 x is its Lyapunov function.
+    V : (N, N) matrix-like
+        Common to all vertices and requirements; not symmetric.
+    Y : (m, N) matrix-like
+        ``K V'``.
+    """
+
+    i: Descriptor
+    E0: np.ndarray
+    P: object
+    V: object
+    Y: object
+
+    @cached_property
+    def Theta(self):
+        """(A_i Vᵀ + B_i Y) E0ᵀ."""
+        return (self.i.A @ self.V.T + self.i.Bu @ self.Y) @ self.E0.T
+
+    @cached_property
+    def EPE(self):
+        """E0 P_i E0ᵀ."""
+        return self.E0 @ self.P @ self.E0.T
+
+    @cached_property
+    def EVE(self):
+        """E_i Vᵀ E0ᵀ."""
+        return self.i.E @ self.V.T @ self.E0.T
+
+    @cached_property
+    def EV(self):
+        """E0 V."""
+        return self.E0 @ self.V
+
+    @cached_property
+    def EY(self):
+        """E0 Yᵀ."""
+        return self.E0 @ self.Y.T
+
+    @cached_property
+    def EVC(self):
+        """E0 V Cᵀ."""
+        return self.EV @ self.i.C.T
+
+    @cached_property
+    def Bw(self):
+        """B_w,i."""
+        return self.i.Bw
+
+
+def coupled_pairs(vertices, coupling):
+    """Indices (i, j), i <= j, of the vertex pairs that need a block.
+
+    Parameters
+    ----------
+    vertices : sequence of Descriptor
+    coupling : {"pairs", "vertices", "slack"}
+        ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
+        the thesis's reading, which proves nothing inside the polytope
+        when ``E`` is uncertain. ``"slack"`` needs no pairs: its blocks
+        are affine in the plant.
+
+    Notes
+    -----
+    Where ``E_i = E_j`` the pair's block is the mean of the vertices'
+    blocks and is left out.
+    """
+    if coupling not in COUPLINGS:
+        raise ValueError(
+            'coupling must be "pairs", "vertices" or "slack", got '
+            f"{coupling!r}"
+        )
+    N = len(vertices)
+    pairs = [(i, i) for i in range(N)]
+    if coupling == "pairs":
+        pairs += [
+            (i, j) for i in range(N) for j in range(i + 1, N)
+            if not np.array_equal(vertices[i].E, vertices[j].E)
+        ]
+    return pairs
+
+
+def mean_descriptor(vertices):
+    """The mean vertex; the first one if the mean isn't regular."""
+    mean = Descriptor(**{
+        name: sum(getattr(d, name) for d in vertices) / len(vertices)
+        for name in ("E", "A", "Bu", "Bw", "C")
+    })
+    return vertices[0] if rank_deficient(mean.E, 1e-6) else mean

@@ -1,0 +1,197 @@
+"""The quadratic cost of a loop that is driven by white noise (Theorem 2.4)."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+
+from ..analysis.linear import loop_matrix
+from ..lmi import Unknown, eye, he
+from ..lmi.exact import exact, inverse
+from ..plants.checks import matrix, positive
+from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
+from .base import Requirement
+from .vocabulary import COST
+
+__all__ = ["QuadraticCost", "noise_cost", "noise_input"]
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticCost(Requirement):
+    r"""The mean of :math:`x^\top Q x + u^\top R u` under white noise (2.33).
+
+    Parameters
+    ----------
+    Q : (N, N) array_like
+        Weight of the state [z; z'; x3], symmetric, not negative.
+    R : (m, m) array_like
+        Weight of the input, symmetric and positive definite.
+    noise : {"F", "states"}
+        Where the noise enters, one white noise of intensity one each: on
+        the plant's disturbance channels F, or on every state. With
+        "states" the cost is tr X for the solution X of the Riccati
+        equation.
+    bound : float, optional
+        A requirement: the cost stays below it. None where it is to be
+        minimised.
+    """
+
+    Q: np.ndarray
+    R: np.ndarray
+    noise: str = "states"
+    bound: float = None
+
+    kind = name = promise = "cost"
+    parameter = COST
+    implies_stability = True
+    rank = 30
+    titles = {"lqr": "decay of the cost", "cost": "noise's share of the cost",
+              "trace": "bound of the cost"}
+
+    def __post_init__(self):
+        put = object.__setattr__
+        for name in ("Q", "R"):
+            value = matrix(name, getattr(self, name))
+            if value.shape[0] != value.shape[1] or not np.allclose(
+                value, value.T, rtol=1e-12, atol=0
+            ):
+                raise ValueError(f"{name} must be symmetric")
+            put(self, name, value)
+        if np.linalg.eigvalsh(self.Q)[0] < -1e-12 * np.abs(self.Q).max():
+            raise ValueError("Q has a negative eigenvalue")
+        if np.linalg.eigvalsh(self.R)[0] <= 0:
+            raise ValueError("R must be positive definite")
+        if self.noise not in ("F", "states"):
+            raise ValueError(
+                f'noise must be "F" or "states", got {self.noise!r}')
+        if self.bound is not None:
+            put(self, "bound", positive("bound", self.bound))
+
+    def factors(self):
+        """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
+        rest, columns, sizes = exact(self.Q), [], []
+        for k in range(len(rest)):
+            pivot = rest[k, k]
+            if pivot > 0:
+                column = rest[:, k:k + 1] / pivot
+                rest = rest - pivot * (column @ column.T)
+                columns.append(column)
+                sizes.append(1 / pivot)
+        L = np.hstack(columns) if columns else rest[:, :0]
+        W = exact(np.zeros((len(sizes), len(sizes))))
+        W[range(len(sizes)), range(len(sizes))] = sizes
+        return L, W, inverse(exact(self.R))
+
+    def with_bound(self, bound):
+        return replace(self, bound=bound)
+
+    def check(self, problem):
+        matrix("Q", self.Q, (problem.order, problem.order))
+        matrix("R", self.R, (problem.plant.m, problem.plant.m))
+        if self.noise == "F" and problem.plant.p == 0:
+            raise ValueError(
+                'noise="F", but the plant has no F: take "states"')
+        if self.bound is None:
+            raise ValueError(
+                "cost: bound is None: give a number, or let "
+                'minimize="cost" or design_lqr find it'
+            )
+
+    def unknowns(self, problem):
+        """J of Theorem 2.4."""
+        channels = problem.order if self.noise == "states" else problem.plant.p
+        return (Unknown("J", channels, symmetric=True),)
+
+    def noise_unit(self, problem, frame):
+        """A power of two near the size of the noise in a frame.
+
+        There J is measured in its square.
+        """
+        if frame is None:
+            return 1.0
+        size = np.linalg.norm(
+            frame.back @ noise_input(problem.mean, self), 2)
+        return float(2.0 ** np.round(np.log2(size or 1.0)))
+
+    def own_unit(self, problem, frame):
+        return self.noise_unit(problem, frame) ** 2
+
+    level_unit = own_unit
+
+    def _unit(self, loop):
+        return loop.scalar(self.noise_unit(loop.problem, loop.frame))
+
+    def once(self, loop):
+        unit, J = self._unit(loop), loop.own["J"]
+        yield "trace", (), trace_bound(J, loop.level(self) / unit**2)
+        if self.noise == "states" and loop.epsilon is None:
+            yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
+
+    def pair(self, loop, c):
+        yield "lqr", lqr_decay(c, *self._weights(loop))
+        if self.noise == "F":
+            yield "cost", lqr_cost(
+                c.EPE, c.Bw / self._unit(loop), loop.own["J"])
+
+    def slack(self, loop, c, i):
+        inner, noise = he(c.EVE) - c.EPE, c.Bw / self._unit(loop)
+        if self.noise == "states":
+            inner = he(loop.near(c.V)) - loop.near(c.P)
+            noise = self._one(loop)
+        yield "cost", lqr_cost(inner, noise, loop.own["J"])
+        yield "lqr", slack_lqr_decay(c, *self._weights(loop), loop.epsilon)
+
+    def _one(self, loop):
+        """Where noise on the states enters, in these coordinates."""
+        if loop.back is None:
+            return eye(loop.problem.order)
+        return loop.back / self._unit(loop)
+
+    def _weights(self, loop):
+        L, W, V = self.factors()
+        if not loop.exact:
+            L, W, V = (w.astype(float) for w in (L, W, V))
+        return (L if loop.T is None else loop.T.T @ L), W, V / loop.scale**2
+
+    def claim(self):
+        bound = f"{self.bound:.10g}"
+        if float(bound) < self.bound:
+            bound = repr(self.bound)
+        return (f"its quadratic cost is below {bound} times the largest "
+                "noise intensity")
+
+    def truth(self, loops, K, K_A=None):
+        return max(noise_cost(d, K, self) for d in loops)
+
+    def riccati(self):
+        Q = self.Q + 1e-6 * np.diag(
+            np.maximum(self.Q.diagonal(), self.Q.max() * 1e-6))
+        return Q, self.R
+
+
+def noise_input(d, cost):
+    """Where the noise enters x' of a `Descriptor`, (N, q)."""
+    if cost.noise == "states":
+        return np.eye(len(d.E))
+    return np.linalg.solve(d.E, d.Bw)
+
+
+def noise_cost(d, K, cost):
+    """The true cost of one vertex; infinite for an unstable loop.
+
+    Parameters
+    ----------
+    d : Descriptor
+    K : (m, N) array
+    cost : QuadraticCost
+
+    Notes
+    -----
+    Source: thesis (2.30), (2.31), with W = I.
+    """
+    A = loop_matrix(d, K)
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return np.inf
+    X = solve_continuous_lyapunov(A.T, -(cost.Q + K.T @ cost.R @ K))
+    push = noise_input(d, cost)
+    return float(np.trace(push.T @ X @ push))

@@ -1,0 +1,76 @@
+"""The loop in one arithmetic and one set of coordinates, for its blocks."""
+
+import numpy as np
+
+__all__ = ["Loop"]
+
+
+class Loop:
+    """What the blocks of a requirement are made of.
+
+    Attributes
+    ----------
+    P, Y, V : matrix-like
+        The unknowns of every problem, in these coordinates; P holds one
+        for each vertex where there is a slack matrix V.
+    own : dict
+        The requirements' own unknowns by name.
+    plain, vertices : tuple of Descriptor
+        The vertices in the plant's own coordinates and in these.
+    epsilon : scalar or None
+        Of the slack LMIs; None without a slack matrix.
+    problem, frame
+        The `Request` and the `Frame` (None for the plant's own coordinates).
+    """
+
+    def __init__(self, problem, number, frame, P, Y, V, levels, own):
+        self.problem, self.frame = problem, frame
+        self.number, self.P, self.Y, self.V = number, P, Y, V
+        self.levels, self.own = dict(levels), dict(own)
+        self.plain = self.vertices = problem.vertices_in(number)
+        self.E0 = number(problem.mean.E)
+        self.T = self.back = None
+        self.scale = 1
+        self.epsilon = None
+        if problem.coupling == "slack":
+            self.epsilon = self.scalar(problem.slack)
+        if frame is not None:
+            left, self.T, self.back, scale = (
+                number(np.array(f))
+                for f in (frame.left, frame.T, frame.back, frame.scale))
+            self.scale = scale.item()
+            self.vertices = [
+                d.change(left, self.T, self.scale) for d in self.vertices]
+            self.E0 = left @ self.E0 @ self.T
+
+    @property
+    def exact(self):
+        """Whether the arithmetic is rational."""
+        return self.number(np.array([1.0])).dtype == object
+
+    def scalar(self, value):
+        """A float in this arithmetic."""
+        return self.number(np.array(value)).item()
+
+    def state(self, x):
+        """A state, or a matrix of them, in these coordinates."""
+        x = self.number(x)
+        return x if self.back is None else self.back @ x
+
+    def row(self, G):
+        """A row that multiplies the state, in units of u."""
+        return G if self.T is None else G @ self.T / self.scale
+
+    def near(self, P):
+        """P where states are compared with it."""
+        if self.T is None:
+            return P
+        turn = self.back @ self.T  # the identity, up to rounding
+        return turn @ P @ turn.T
+
+    def level(self, requirement):
+        """The requirement's level: its own, or the one that is sought."""
+        free = self.levels.get(requirement.parameter.key)
+        if free is not None:
+            return free
+        return self.scalar(requirement.bound) ** requirement.parameter.power

@@ -1,0 +1,205 @@
+"""The keywords of the design functions as requirements, and back again."""
+
+from .base import Requirement
+from .cost import QuadraticCost
+from .hinf import HInfinity
+from .input_bound import Saturation
+from .pole_region import LMIRegion, PoleRegion, Region
+from .vocabulary import PARAMETERS
+
+__all__ = ["KEYWORDS", "Shorthand", "bounds", "collected", "contradictory", "moved",
+           "parameter"]
+
+KEYWORDS = ("region", "gamma", "saturation", "cost", "mu", "requirements")
+SAME = object()  # a keyword that isn't given
+
+
+def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
+              requirements=()):
+    """Keywords and requirement objects as one tuple.
+
+    Parameters
+    ----------
+    region : Region, optional
+    gamma, mu : float, optional
+    saturation : Saturation, optional
+    cost : QuadraticCost, optional
+        A keyword takes the place of what ``requirements`` holds of its
+        kind; None leaves that out.
+    requirements : sequence of Requirement or Region
+        Any others.
+
+    Raises
+    ------
+    ValueError
+        If an argument isn't what its name says, or two requirements of
+        one kind have one name.
+    """
+    found = []
+    try:
+        requirements = tuple(requirements)
+    except TypeError:
+        raise ValueError(
+            "requirements must be a sequence of requirements, got "
+            f"{type(requirements).__name__}") from None
+    for r in requirements:
+        if isinstance(r, Region) and not isinstance(r, LMIRegion):
+            found.extend(r.parts)
+        elif isinstance(r, Requirement):
+            found.append(r)
+        else:
+            raise ValueError(
+                "requirements must hold Requirement objects, got "
+                f"{type(r).__name__}")
+    if mu is not SAME:
+        free = HInfinity(1.0, mu)  # checks it
+        found = [type(r)(r.gamma, free.mu) if isinstance(r, HInfinity) else r
+                 for r in found]
+    if region is not SAME:
+        if not isinstance(region, (Region, type(None))):
+            raise ValueError(
+                "region must be a PoleRegion or an LMIRegion, got "
+                f"{type(region).__name__}"
+            )
+        _put(found, LMIRegion, () if region is None else region.parts)
+    if gamma is not SAME:
+        scale = 1.0 if mu is SAME else mu
+        if mu is SAME:
+            scale = next((r.mu for r in found if isinstance(r, HInfinity)), 1.0)
+        _put(found, HInfinity, () if gamma is None else (
+            HInfinity(gamma, scale),))
+    for name, value, kind, call in (
+            ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
+            ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)")):
+        if value is SAME:
+            continue
+        if not isinstance(value, (kind, type(None))):
+            raise ValueError(f"{name} must be a {call}")
+        _put(found, kind, () if value is None else (value,))
+    keys = [r.key for r in found]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise ValueError(
+                f"two requirements are called {' '.join(dict.fromkeys(key))}: "
+                "give one of them another name")
+    return tuple(found)
+
+
+def _put(found, kind, fresh):
+    """In the place of those of a kind, or where its rank belongs."""
+    places = [k for k, r in enumerate(found) if isinstance(r, kind)]
+    found[:] = [r for r in found if not isinstance(r, kind)]
+    for shift, r in enumerate(fresh):
+        if places:
+            found.insert(places[0] + shift, r)
+        else:
+            _insert(found, r, kind if shift else None)
+
+
+def _insert(found, fresh, kind=None):
+    """Before the first one of higher rank; after those of its own kind."""
+    place = next((
+        k for k, r in enumerate(found)
+        if r.rank > fresh.rank and not (kind and isinstance(r, kind))
+    ), len(found))
+    found.insert(place, fresh)
+
+
+MAKERS = {
+    "sigma": lambda value: PoleRegion(sigma=value).parts[0],
+    "theta": lambda value: PoleRegion(theta=value).parts[0],
+    "rho": lambda value: PoleRegion(rho=value).parts[0],
+    "gamma": HInfinity,
+}
+
+
+def parameter(name, requirements=()):
+    """The `Parameter` of a name: of these requirements or a known one."""
+    for r in requirements:
+        if r.parameter is not None and r.parameter.key == name:
+            return r.parameter
+    if name not in PARAMETERS:
+        raise ValueError(
+            f"name = {name!r} must be one of {', '.join(PARAMETERS)}")
+    return PARAMETERS[name]
+
+
+def bounds(requirements):
+    """What is asked, by the parameters' names; those that can be moved."""
+    found = {}
+    for r in requirements:
+        if r.parameter is not None:
+            found.setdefault(r.parameter.key, []).append(r.bound)
+    return {name: values[0] for name, values in found.items()
+            if len(values) == 1 and values[0]}
+
+
+def moved(requirements, values):
+    """The requirements with other bounds; what is missing joins them.
+
+    Parameters
+    ----------
+    requirements : tuple of Requirement
+    values : dict
+        From a parameter's name to its bound.
+    """
+    found = list(requirements)
+    for name, value in values.items():
+        places = [k for k, r in enumerate(found)
+                  if r.parameter is not None and r.parameter.key == name]
+        if len(places) > 1:
+            raise ValueError(
+                f"{name} belongs to {len(places)} requirements: which one "
+                "is meant isn't clear")
+        if places:
+            found[places[0]] = found[places[0]].with_bound(value)
+            continue
+        which = parameter(name)
+        if name not in MAKERS:
+            raise ValueError(f"{name} needs {which.needs}")
+        _insert(found, MAKERS[name](value))
+    return tuple(found)
+
+
+def contradictory(requirements):
+    """Whether two of them exclude each other at sight."""
+    return any(a.contradicts(b) for a in requirements for b in requirements)
+
+
+class Shorthand:
+    """What the keywords gave, read from ``requirements``."""
+
+    def _one(self, kind):
+        return next((r for r in self.requirements if isinstance(r, kind)), None)
+
+    @property
+    def parts(self):
+        """The parts of the region."""
+        return tuple(r for r in self.requirements if isinstance(r, LMIRegion))
+
+    @property
+    def region(self):
+        """Where the poles must lie; None if anywhere in the left half."""
+        return PoleRegion.of(self.parts) if self.parts else None
+
+    @property
+    def gamma(self):
+        """The bound of the H-infinity norm, or None."""
+        found = self._one(HInfinity)
+        return None if found is None else found.gamma
+
+    @property
+    def mu(self):
+        """The scalar of Theorem 2.1."""
+        found = self._one(HInfinity)
+        return 1.0 if found is None else found.mu
+
+    @property
+    def saturation(self):
+        """The bound of the input, or None."""
+        return self._one(Saturation)
+
+    @property
+    def cost(self):
+        """The quadratic cost, or None."""
+        return self._one(QuadraticCost)

@@ -1,0 +1,35 @@
+"""Stability, which is always demanded (Theorem 2.2 with sigma = 0)."""
+
+from ..analysis.linear import poles
+from ..theorems import slack_stability, stability
+from .base import Requirement
+
+__all__ = ["Stability"]
+
+
+class Stability(Requirement):
+    """Re s < 0; joins a problem where no other block demands it."""
+
+    kind = name = "stability"
+    promise = "poles"
+    implies_stability = True
+    titles = {"stability": "stability"}
+
+    def pair(self, loop, c):
+        yield "stability", stability(c)
+
+    def slack(self, loop, c, i):
+        yield "stability", slack_stability(c, loop.epsilon)
+
+    def admits(self, s):
+        return s.real < 0
+
+    def claim(self):
+        return "its poles lie left of the imaginary axis"
+
+    def truth(self, loops, K, K_A=None):
+        """The distance from the imaginary axis, in rad/s."""
+        return min(-poles(d, K).real.max() for d in loops)
+
+    def kept(self, truth):
+        return truth

@@ -1,0 +1,226 @@
+"""The plant between two samples of a computer, solved exactly.
+
+At t = 0, T, 2 T, ... the computer measures the state and computes u(k).
+The plant gets it ``delay`` seconds later and holds it for T seconds.
+"""
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+from flint import fmpq
+from scipy.linalg import expm
+
+from ..lmi.exact import exact
+from ..plants.checks import matrix, number, positive
+from ..synthesis.problem import Request
+
+__all__ = ["Clock", "hold", "input_vertices", "sampled_loop"]
+
+LONGEST = 1000  # samples that a delay may last
+
+
+def hold(plant, T, delay=0.0, U=None):
+    """The plant from sample to sample, under a delayed zero-order hold.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
+    T : float
+        Time between samples, in s.
+    delay : float
+        From sample to actuator, in s; of any length.
+    U : (a, n) array_like, optional
+        Which errors are integrated, in continuous time.
+
+    Returns
+    -------
+    tuple of control.StateSpace
+        One for each vertex, with ``dt = T``, from u(k) to its state
+        [x; u(k-1); ...; u(k-d)], where d is delay / T, rounded up.
+
+    Raises
+    ------
+    ValueError
+        If M is singular, T <= 0, delay < 0 or longer than 1000 samples.
+
+    Notes
+    -----
+    Source: Van Loan, Computing integrals involving the matrix
+    exponential (1978); Astrom and Wittenmark, Computer-Controlled
+    Systems, section 2.3. T and delay are read as decimals: 0.3 is three
+    times 0.1.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
+    >>> (step,) = hold(cart, T=1.0, delay=0.5)
+    >>> step.A  # the last column: half a second of u(k-1)
+    array([[1.   , 1.   , 0.375],
+           [0.   , 1.   , 0.5  ],
+           [0.   , 0.   , 0.   ]])
+    >>> step.B.T
+    array([[0.125, 0.5  , 1.   ]])
+    """
+    clock = Clock.of(T, delay)
+    found = []
+    for d in input_vertices(plant, U):
+        A, B = clock.held(d)
+        outputs = np.eye(len(A)), np.zeros(B.shape)
+        found.append(control.ss(A, B, *outputs, dt=float(clock.T)))
+    return tuple(found)
+
+
+def sampled_loop(plant, K, T, delay=0.0, U=None):
+    """The matrix of the loop u(k) = K [x; older inputs], from k to k + 1.
+
+    Parameters
+    ----------
+    plant, T, delay, U
+        As for `hold`.
+    K : (m, N) or (m, N + m d) array_like, or control.StateSpace
+        Feedback of x = [z; z'; x3] alone, or of the older inputs, too;
+        or a sampled controller from x(k) to u(k).
+
+    Returns
+    -------
+    tuple of array
+        One for each vertex, of the state [x; older inputs], and last
+        the controller's own. The loop is stable if all eigenvalues lie
+        inside the unit circle.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
+    >>> (F,) = sampled_loop(cart, [[-1, -1.5]], T=1.0)  # dead beat
+    >>> float(abs(F @ F).max())
+    0.0
+    """
+    clock, vertices = Clock.of(T, delay), input_vertices(plant, U)
+    full, own = clock.feedback(K, vertices[0])
+    return tuple(
+        np.vstack([np.hstack(held) @ full, own])
+        for held in map(clock.held, vertices))
+
+
+@dataclass(frozen=True)
+class Clock:
+    """T, and the delay as whole samples and a rest; exact rationals."""
+
+    T: fmpq
+    whole: int
+    rest: fmpq
+
+    @classmethod
+    def of(cls, T, delay):
+        """From floats, read as decimals; ValueError if they are bad."""
+        T, late = exact(positive("T", T)), exact(number("delay", delay))
+        if late < 0:
+            raise ValueError(f"delay must not be negative, got {delay!r}")
+        if late > LONGEST * T:
+            raise ValueError(
+                f"delay = {delay} lasts more than {LONGEST} samples of T = "
+                f"{float(T)}: take a longer T, or check the units")
+        whole = int((late / T).floor())
+        return cls(T, whole, late - whole * T)
+
+    @property
+    def older(self):
+        """d, how many older inputs the state holds."""
+        return self.whole + (self.rest > 0)
+
+    def gain(self, K, d):
+        """K of [x; older inputs], from a K that may be of x alone."""
+        N, m = d.Bu.shape
+        K = matrix("K", K, (m, None))
+        order = N + m * self.older
+        if K.shape[1] not in (N, order):
+            raise ValueError(
+                f"K has {K.shape[1]} columns, needs {N}" +
+                (f", or {order} with the older inputs" if order > N else ""))
+        return np.hstack([K, np.zeros((m, order - K.shape[1]))])
+
+    def feedback(self, K, d, number=lambda x: x):
+        """From [x; older; own] to [x; older; u(k)], and to own(k + 1).
+
+        ``own`` is the state of a controller; a gain K has none.
+        """
+        N, m = d.Bu.shape
+        order = N + m * self.older
+        if not isinstance(K, control.StateSpace):
+            K = self.gain(K, d)
+            return np.vstack([number(np.eye(order)), number(K)]), number(
+                np.zeros((0, order)))
+        timeless = K.dt is True or (K.dt is None and not K.nstates)
+        if (K.ninputs, K.noutputs) != (N, m) or not timeless and (
+                not K.dt or not np.isclose(K.dt, float(self.T), atol=0)):
+            raise ValueError(
+                f"K must be a controller with {N} inputs and {m} outputs, "
+                f"sampled with dt = {float(self.T)}; got {K.ninputs}, "
+                f"{K.noutputs} and dt = {K.dt}")
+        past = np.zeros((K.nstates + m, m * self.older))
+        rows = np.hstack([np.vstack([K.B, K.D]), past,
+                          np.vstack([K.A, K.C])])
+        same = np.eye(order, order + K.nstates)
+        own, u = np.split(rows, [K.nstates])
+        return number(np.vstack([same, u])), number(own)
+
+    def pick(self, N, m):
+        """From [x; older; u(k)] to [x; first input; second input].
+
+        The first acts until the rest of the delay is over.
+        """
+        S = np.zeros((N + 2 * m, N + m * (self.older + 1)))
+        S[:N, :N] = np.eye(N)
+        for row, age in ((N, self.whole + 1), (N + m, self.whole)):
+            if age <= self.older:
+                column = N + (age - 1) * m if age else S.shape[1] - m
+                S[row:row + m, column:column + m] = np.eye(m)
+        return S
+
+    def shift(self, N, m):
+        """From [x; older; u(k)] to the next older inputs."""
+        S = np.zeros((m * self.older, N + m * (self.older + 1)))
+        S[m:, N:N + m * (self.older - 1)] = np.eye(max(len(S) - m, 0))
+        S[:m, -m:] = np.eye(m)[:len(S)]
+        return S
+
+    def pieces(self, A, B):
+        """How [x; first; second] moves: (matrix, how long), in order."""
+        N, m = B.shape
+        before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype)
+                         for _ in range(2))
+        before[:N, :N] = after[:N, :N] = A
+        before[:N, N:N + m] = after[:N, N + m:] = B
+        spans = (before, self.rest), (after, self.T - self.rest)
+        return [(M, span) for M, span in spans if span > 0]
+
+    def held(self, d):
+        """The two matrices of `hold`, of one vertex."""
+        A, B, _ = d.state_space()
+        N, m = B.shape
+        flow = np.eye(N + 2 * m)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for M, span in self.pieces(A, B):
+                flow = expm(M * float(span)) @ flow
+        if not np.isfinite(flow).all():
+            raise ValueError(
+                f"T = {float(self.T)}: the plant's motion overflows from "
+                "one sample to the next; take a shorter T")
+        both = np.vstack([flow[:N] @ self.pick(N, m), self.shift(N, m)])
+        return both[:, :-m], both[:, -m:]
+
+
+def input_vertices(plant, U):
+    """One `Descriptor` for each vertex; its E is regular."""
+    try:
+        return Request(plant, U).vertices
+    except ValueError as error:
+        if "is singular" not in str(error):
+            raise
+        raise ValueError(
+            "M is singular: between samples the plant isn't a differential "
+            "equation in [z; z']; take the massless states out first"
+        ) from None

@@ -1,0 +1,113 @@
+"""What no gamma of a joint request can go below."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+
+from ..analysis.linear import hinf_norm, loop_matrix, poles
+from ..plants.checks import matrix, positive
+from ..plants.descriptor import descriptors
+from ..requirements.input_bound import Saturation
+
+__all__ = ["Walls", "gamma_walls"]
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Three lower bounds on what (2.15) and (2.21) can prove together.
+
+    Parameters
+    ----------
+    norm : float
+        The largest H-infinity norm from w to z: gamma > norm.
+    energy : float
+        The largest integral of z'z of the free motion from x(0):
+        gamma^2 > mu energy.
+    mu : float
+        mu must be larger: else some w of energy 1 / mu drives |K x|
+        from rest above u_max.
+    """
+
+    norm: float
+    energy: float
+    mu: float
+
+    def gamma(self, mu):
+        """No joint certificate has a smaller gamma at this mu.
+
+        Examples
+        --------
+        >>> Walls(norm=1.0, energy=4.0, mu=0.01).gamma(9.0)
+        6.0
+        """
+        if positive("mu", mu) <= self.mu:
+            return np.inf
+        return float(max(self.norm, np.sqrt(mu * self.energy)))
+
+    @property
+    def corner(self):
+        """The mu at which x(0) begins to cost: norm^2 / energy."""
+        return self.norm**2 / self.energy if self.energy else np.inf
+
+
+def gamma_walls(plant, K, U=None, saturation=None, K_A=None):
+    """The walls of a stable loop, the worst of its vertices.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+        With ``F``.
+    K : (m, N) array_like
+    U, K_A
+        As in `design_pid`.
+    saturation : Saturation
+        u_max and x(0).
+
+    Returns
+    -------
+    Walls
+
+    Raises
+    ------
+    ValueError
+        If the loop isn't stable, or nothing is disturbed.
+
+    Notes
+    -----
+    With the Lyapunov function V = x' P^-1 x the LMIs say that along
+    every motion V' < mu w'w - (mu / gamma^2) z'z, V(x(0)) < 1 and
+    |K x|^2 < u_max^2 V. Put w = 0, or start from rest.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> ex = thesis.example_1()
+    >>> walls = gamma_walls(ex.plant, ex.K, ex.U, ex.saturation)
+    >>> round(walls.norm, 4), round(walls.gamma(1.0), 3)
+    (0.0113, 0.306)
+    """
+    if not isinstance(saturation, Saturation) or saturation.acceleration:
+        raise ValueError(
+            "saturation must be a Saturation(u_max, x0) without acceleration"
+        )
+    if plant.p == 0:
+        raise ValueError("the plant has no F: there is no norm to bound")
+    vertices = descriptors(plant, U, K_A)
+    K = matrix("K", K, (plant.m, len(vertices[0].E)))
+    if len(saturation.x0) != K.shape[1]:
+        raise ValueError(f"x0 has {len(saturation.x0)} entries, needs "
+                         f"{K.shape[1]}")
+    if max(poles(d, K).real.max() for d in vertices) >= 0:
+        raise ValueError("K doesn't stabilise every vertex")
+    found = np.array([_walls(d, K, saturation) for d in vertices])
+    return Walls(*map(float, found.max(axis=0)))
+
+
+def _walls(d, K, saturation):
+    A, (_, _, B) = loop_matrix(d, K), d.state_space()
+    x0 = saturation.x0
+    seen = solve_continuous_lyapunov(A.T, -d.C.T @ d.C)
+    reached = solve_continuous_lyapunov(A, -B @ B.T)
+    drive = np.linalg.eigvalsh(K @ reached @ K.T)[-1]
+    return hinf_norm(d, K), x0 @ seen @ x0, drive / saturation.u_max**2

@@ -1,0 +1,25 @@
+"""Feasibility maps: how much can be asked, proven from both sides.
+
+`edge` pushes one requirement, `frontier` two; `feasibility_map` decides a
+grid of them. `designs` solves many specifications, each from the last;
+`sweep` runs any function over many points in parallel.
+"""
+
+from .edges import Edge, Frontier, edge, frontier, request
+from .grid import FeasibilityMap, designs, feasibility_map
+from .parallel import sweep
+from .search import requirements, shown
+
+__all__ = [
+    "Edge",
+    "FeasibilityMap",
+    "Frontier",
+    "designs",
+    "edge",
+    "feasibility_map",
+    "frontier",
+    "request",
+    "requirements",
+    "shown",
+    "sweep",
+]

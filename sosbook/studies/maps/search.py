@@ -1,0 +1,297 @@
+"""Bisection over round numbers: how far one requirement can be pushed."""
+
+import numpy as np
+
+from ...lmi.centre import Blocks, phase_one
+from ...requirements.shorthand import (
+    KEYWORDS,
+    bounds,
+    collected,
+    contradictory,
+    moved,
+    parameter,
+)
+from ...synthesis.feasibility import Solution, finish
+from ...synthesis.pid import Design, design_pid
+from ...synthesis.problem import Request
+from ...synthesis.scaling import Frame
+
+__all__ = ["Ask", "Search", "again", "certified", "refuted", "replaced",
+           "requirements", "round_numbers", "shown"]
+
+
+class Ask:
+    """A request in which any bound can be moved.
+
+    Parameters
+    ----------
+    plant, U
+        As in `design_pid`.
+    asked : dict
+        Keywords of `design_pid` that ask something.
+    options : dict
+        Its other keywords; those that ask something are found here too.
+    """
+
+    def __init__(self, plant, U, asked, options):
+        self.plant, self.U, self.options = plant, U, dict(options)
+        asked = asked | {name: self.options.pop(name) for name in options
+                         if name in KEYWORDS and name != "mu"}
+        if not isinstance(options.get("mu"), str):  # for what joins later too
+            asked["mu"] = options.get("mu")
+        self.requirements = collected(**{
+            name: value for name, value in asked.items() if value is not None})
+
+    @property
+    def known(self):
+        """What is asked, by the parameters' names."""
+        return bounds(self.requirements)
+
+    def at(self, **values):
+        other = object.__new__(Ask)
+        other.__dict__.update(
+            self.__dict__, requirements=moved(self.requirements, values))
+        return other
+
+    def request(self):
+        fixed = {k: v for k, v in self.options.items()
+                 if k in ("K_A", "coupling")}
+        return Request(self.plant, self.U, requirements=self.requirements,
+                       **fixed)
+
+    def empty(self, values):
+        """Whether two requirements exclude each other at sight."""
+        return contradictory(moved(self.requirements, values))
+
+    def solve(self, near=None, **values):
+        """A Design, or None where the region is empty.
+
+        With a design nearby, in coordinates in which its P is I: close
+        to the edge they are the better ones.
+        """
+        if self.empty(values):
+            return None
+        searches = {self.options.get("coupling"), self.options.get("mu")}
+        if near is not None and not searches & {"slack", "free"}:
+            return again(replaced(near.request, self.known | values), near)
+        return design_pid(
+            self.plant, self.U, **self.options,
+            requirements=moved(self.requirements, values))
+
+
+class Search:
+    """Bisection over round numbers; larger places ask for more."""
+
+    def __init__(self, ask, name, digits):
+        self.parameter = parameter(name, ask.requirements)
+        known = ask.known.get(name)
+        ask.at(**{name: known or self.parameter.start}).request()  # refuses
+        if not isinstance(digits, int) or not 1 <= digits <= 6:
+            raise ValueError(f"digits = {digits!r} must be 1, 2, ... or 6")
+        self.ask, self.name, self.digits = ask, name, digits
+        self.sign = self.parameter.harder
+        self.start = self.parameter.shown(known or self.parameter.start)
+        low, high = self.parameter.limits or (
+            self.start / 1000, self.start * 1000)
+        self.ends = sorted(self.place(end) for end in (low, high))
+        self.seen = {}
+
+    def place(self, value):
+        return self.sign * _rank(value, self.digits)
+
+    def number(self, place):
+        return _number(self.sign * place, self.digits)
+
+    def value(self, place):
+        return self.parameter.value(self.number(place))
+
+    def at(self, place):
+        if place not in self.seen:
+            self.seen[place] = self.ask.solve(
+                **{self.name: self.value(place)})
+        return self.seen[place]
+
+    def holds(self, place):
+        design = self.at(place)
+        return design is not None and design.status == "feasible"
+
+    def fails(self, place):
+        design = self.at(place)
+        return design is None or design.status == "infeasible"
+
+    def edge(self, easier=None, harder=None):
+        """The two sides and their designs, as in `Edge`, and the reason.
+
+        Between the edges of easier and harder surroundings, if given.
+        """
+        good = bad = None
+        if harder is not None and harder.feasible is not None:
+            good = self.place(self.parameter.shown(harder.feasible))
+            self.seen[good] = harder.design
+        if easier is not None and easier.infeasible is not None:
+            bad = self.place(self.parameter.shown(easier.infeasible))
+            self.seen[bad] = easier.excluded
+        if good is None:
+            origin = self.place(self.start) if bad is None else bad
+            good = self.walk(origin, -1, self.holds)
+        if bad is None:
+            origin = self.place(self.start) if good is None else good
+            bad = self.walk(origin, 1, self.fails)
+        tried = [k for k in self.seen if bad is None or k < bad]
+        if good is not None:  # the walks have come closer since
+            good = max(filter(self.holds, tried))
+        if bad is not None:
+            above = [k for k in self.seen if good is None or k > good]
+            bad = min(filter(self.fails, above))
+        top = self.last_design(good, bad)
+        near = None if top is None else self.at(top)
+        bottom = self.first_refusal(top, bad, near)
+        return self.result(top, bottom)
+
+    def walk(self, place, way, test):
+        """The first place found this way, in growing strides, or None."""
+        factor = 1.5
+        while not test(place):
+            end = self.ends[way > 0]
+            if (place - end) * way >= 0:
+                return None
+            far = self.place(
+                self.number(place) * factor ** (way * self.sign))
+            place = min(far, end) if way > 0 else max(far, end)
+            factor *= factor
+        return place
+
+    def last_design(self, good, bad):
+        if good is None:
+            return None
+        if bad is None:
+            bad = self.ends[1] + 1
+            self.seen[bad] = None
+        top = _first(lambda k: not self.holds(k), good, bad) - 1
+        while not (self.sharpen(top) or certified(self.at(top))):
+            top -= 1
+            if top < good or not self.holds(top):
+                return None
+        return top
+
+    def sharpen(self, place):
+        """Whether it is certified in its own coordinates: the sharper ones."""
+        again = self.ask.solve(
+            self.at(place), **{self.name: self.value(place)})
+        good = again.status == "feasible" and certified(again)
+        if good:
+            self.seen[place] = again
+        return good
+
+    def first_refusal(self, top, bad, near):
+        if bad is None:
+            return None
+        low = self.ends[0] - 1 if top is None else top
+        if top is not None and self.refused(top + 1, near):
+            return top + 1
+        bottom = _first(self.fails, low, bad)
+        stride, last = 1, bottom - 1
+        while not self.refused(bottom, near):  # too near for exact multipliers
+            last, bottom = bottom, bottom + stride
+            stride *= 2
+            if bottom > self.ends[1]:
+                return None
+        return _first(lambda k: self.refused(k, near), last, bottom)
+
+    def refused(self, place, near):
+        design = self.at(place)
+        if design is None:
+            return True
+        if design.status == "feasible" or refuted(design):
+            return design.status != "feasible"
+        if near is not None:
+            again = self.ask.solve(near, **{self.name: self.value(place)})
+            if again.status != "feasible" and refuted(again):
+                self.seen[place] = again
+        return self.seen[place] is not design
+
+    def result(self, top, bottom):
+        reason = ""
+        if top is None:
+            reason = (f"no design down to {self.name} = "
+                      f"{self.number(self.ends[0]):.6g}")
+        elif bottom is None:
+            reason = (f"nothing is proven infeasible up to {self.name} = "
+                      f"{self.number(self.ends[1]):.6g}")
+        elif self.at(bottom) is None:
+            reason = "beyond the edge the region is empty"
+        return (
+            None if top is None else self.value(top),
+            None if bottom is None else self.value(bottom),
+            None if top is None else self.at(top),
+            None if bottom is None else self.at(bottom),
+            reason,
+        )
+
+
+def _rank(value, digits):
+    """Of the nearest number with so many digits, among all of them."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    base = 10 ** (digits - 1)
+    return int(exponent) * 9 * base + round(float(mantissa) * base) - base
+
+
+def _number(rank, digits):
+    base = 10 ** (digits - 1)
+    exponent, steps = divmod(rank, 9 * base)
+    return float(f"{base + steps}e{exponent - digits + 1}")
+
+
+def round_numbers(which, low, high, digits):
+    """Those of a `Parameter` between two values, the least demanding first."""
+    ends = [_rank(which.shown(end), digits) for end in (low, high)]
+    numbers = [_number(k, digits) for k in range(ends[0], ends[1] + 1)]
+    top = np.inf if which.limits is None else which.limits[1]
+    numbers = [which.value(x) for x in numbers if x <= top]
+    return numbers if which.harder > 0 else numbers[::-1]
+
+
+def shown(name, value):
+    """In the unit of the page: angles in degrees."""
+    return parameter(name).shown(value)
+
+
+def _first(test, low, high):
+    """The smallest place above low that passes, if high does."""
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if test(middle) else (middle, high)
+    return high
+
+
+def certified(design):
+    return design.certify().proven
+
+
+def refuted(design):
+    return bool(design.infeasibility and design.infeasibility.proven)
+
+
+def requirements(request):
+    """What a request asks of each requirement, by name."""
+    return bounds(request.requirements)
+
+
+def again(request, near):
+    """Solve in coordinates in which the P of a design nearby is I."""
+    T = np.linalg.cholesky(near.P)
+    T = T / np.abs(T).max()
+    frame = Frame.at(request, T, np.linalg.norm(near.K @ T, 2))
+    expressions, unknowns = request.in_unknowns(frame)
+    blocks = Blocks.of(expressions.values(), unknowns)
+    phase = phase_one(blocks)
+    found = Solution(request, phase.verdict, frame=frame,
+                     multipliers=phase.Z)
+    if phase.x is not None:
+        found = finish(request, frame, blocks, unknowns, phase.x)
+    return Design(**vars(found))
+
+
+def replaced(request, known):
+    """The request with other bounds, by the parameters' names."""
+    return request.with_bounds(known)

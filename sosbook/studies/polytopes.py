@@ -1,0 +1,253 @@
+"""Vertices, pairs or a slack matrix: what each proves, and what is true.
+
+Compares the three ways to demand an LMI over a polytope of plants, and
+checks their promises at plants between the vertices.
+"""
+
+import os
+from itertools import combinations
+
+import numpy as np
+from scipy.optimize import nnls
+from tqdm.auto import tqdm
+
+from ..plants.checks import number
+from ..plants.descriptor import descriptors
+from ..plants.second_order import Polytope, SecondOrderSystem
+from ..requirements.stability import Stability
+from ..synthesis.pid import design_pid
+
+__all__ = [
+    "READINGS",
+    "block_count",
+    "compare",
+    "hull_gap",
+    "inside",
+    "promises",
+    "survey",
+    "widen",
+]
+
+
+# what accepts most comes first
+READINGS = ("vertices", "pairs", "slack")
+
+
+def widen(plants, factor):
+    """The polytope, enlarged or shrunk about its mean.
+
+    Parameters
+    ----------
+    plants : Polytope
+    factor : float
+        0 gives the mean at every vertex, 1 the polytope itself.
+
+    Examples
+    --------
+    >>> pair = Polytope([SecondOrderSystem([[m]], [[1]], [[1]], [[1]])
+    ...                  for m in (1, 3)])
+    >>> [v.M.item() for v in widen(pair, 0.5).vertices]
+    [1.5, 2.5]
+    """
+    number("factor", factor)
+    mean = plants.mean
+    return Polytope([
+        SecondOrderSystem(*(
+            getattr(mean, x)
+            + factor * (getattr(v, x) - getattr(mean, x)) for x in "MDSBF"
+        ))
+        for v in plants.vertices
+    ])
+
+
+def inside(plants, count=20, seed=0):
+    """Plants to look at: along all edges, and at random.
+
+    Parameters
+    ----------
+    plants : Polytope
+    count : int
+        Steps along each segment between two vertices, ends included;
+        with more than two vertices also so many random plants.
+    seed : int
+        Of the random plants.
+
+    Returns
+    -------
+    list of SecondOrderSystem
+    """
+    found = []
+    corners = np.eye(plants.N)
+    for i, j in combinations(range(plants.N), 2):
+        for a in np.linspace(0, 1, count):
+            found.append(plants.at((1 - a) * corners[i] + a * corners[j]))
+    if plants.N > 2:
+        found += plants.sample(count, seed)
+    return found or list(plants.vertices)
+
+
+def promises(design, count=20, seed=0):
+    """How well a design keeps what was asked, at the worst plant found.
+
+    Parameters
+    ----------
+    design : Design
+        Of a Polytope, with a gain.
+    count, seed : int
+        As in `inside`.
+
+    Returns
+    -------
+    dict
+        All positive where every promise is kept: "poles" (distance from
+        the imaginary axis and into the region, rad/s), for each other
+        requirement the bound less the true value, by its parameter.
+
+    Examples
+    --------
+    >>> from sosbook.book.counterexamples import random_chain
+    >>> design = design_pid(random_chain(0), gamma=1.0)
+    >>> kept = promises(design)
+    >>> sorted(kept), min(kept.values()) > 0
+    (['gamma', 'poles'], True)
+    """
+    request = design.request
+    if design.K is None:
+        raise ValueError(f"the design is {design.status}: nothing to keep")
+    plants = inside(request.plant, count, seed)
+    loops = descriptors(Polytope(plants), request.U, request.K_A)
+    kept = {}
+    for r in (Stability(), *request.requirements):
+        value = float(r.kept(r.truth(loops, design.K, request.K_A)))
+        kept[r.promise] = min(value, kept.get(r.promise, np.inf))
+    return kept
+
+
+def compare(plant, couplings=READINGS, **asked):
+    """The same request with each coupling.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+    couplings : sequence of str
+    asked
+        Keywords of `design_pid`. ``slack`` reaches only that coupling.
+
+    Returns
+    -------
+    dict
+        From the coupling's name to its `Design`.
+
+    Examples
+    --------
+    >>> from sosbook.book.counterexamples import actuated
+    >>> from sosbook import PoleRegion
+    >>> found = compare(actuated(), region=PoleRegion(rho=10))
+    >>> [found[name].status for name in ("vertices", "pairs", "slack")]
+    ['feasible', 'infeasible', 'feasible']
+    """
+    slack = asked.pop("slack", None)
+    return {
+        name: design_pid(
+            plant, coupling=name, **asked,
+            **({"slack": slack} if name == "slack" else {}),
+        )
+        for name in couplings
+    }
+
+
+def survey(polytopes, couplings=READINGS, **asked):
+    """Designs for many polytopes, and what became of their promises.
+
+    Parameters
+    ----------
+    polytopes : sequence of Polytope
+    couplings, asked
+        As in `compare`.
+
+    Returns
+    -------
+    dict
+        From the coupling's name to an array: for each polytope the
+        smallest of `promises`, or NaN where there is no design.
+
+    Examples
+    --------
+    >>> from sosbook.book.counterexamples import actuated
+    >>> from sosbook import PoleRegion
+    >>> found = survey([actuated()], ("vertices", "pairs"),
+    ...                region=PoleRegion(rho=10))
+    >>> found["vertices"] < 0, found["pairs"]
+    (array([ True]), array([nan]))
+    """
+    # in notebooks tqdm doesn't read the variable itself
+    hidden = os.environ.get("TQDM_DISABLE") == "1"
+    found = {name: [] for name in couplings}
+    for plants in tqdm(polytopes, unit="polytope", leave=False,
+                       disable=hidden):
+        for name, design in compare(plants, couplings, **asked).items():
+            kept = np.nan
+            if design.K is not None:
+                kept = min(promises(design).values())
+            found[name].append(kept)
+    return {name: np.array(kept) for name, kept in found.items()}
+
+
+def block_count(vertices, coupling):
+    """How many copies of each LMI a coupling needs; E all different.
+
+    Examples
+    --------
+    >>> [block_count(4, name) for name in ("vertices", "pairs", "slack")]
+    [4, 10, 4]
+    """
+    if coupling not in READINGS:
+        raise ValueError(
+            f"coupling must be one of {READINGS}, got {coupling!r}"
+        )
+    N = int(vertices)
+    return N * (N + 1) // 2 if coupling == "pairs" else N
+
+
+def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
+    """How far E^-1 [A B_u B_w] leaves the hull of its vertices.
+
+    Zero (to rounding) means that checking the vertices is enough for
+    the plants looked at.
+
+    Parameters
+    ----------
+    plants : Polytope
+    U, K_A : arrays, optional
+        As in `design_pid`.
+    count, seed : int
+        As in `inside`.
+
+    Returns
+    -------
+    float
+        The largest distance from the hull, relative to the matrix.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> hull_gap(thesis.example_2().plant, U=np.eye(2)) < 1e-9
+    True
+    """
+    corners = _standard_forms(plants, U, K_A)
+    size = np.abs(corners).max(axis=1, keepdims=True)
+    size[size == 0] = 1
+    corners = np.vstack([corners / size, np.ones(plants.N)])
+    targets = _standard_forms(Polytope(inside(plants, count, seed)), U, K_A)
+    targets = np.vstack([targets / size, np.ones(targets.shape[1])])
+    return float(max(
+        nnls(corners, t)[1] / np.linalg.norm(t) for t in targets.T
+    ))
+
+
+def _standard_forms(plants, U, K_A):
+    """Columns: the entries of E^-1 [A B_u B_w], a column per vertex."""
+    return np.array([
+        np.hstack(d.state_space()).ravel()
+        for d in descriptors(plants, U, K_A)
+    ]).T

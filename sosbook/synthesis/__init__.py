@@ -1,0 +1,1 @@
+"""From a plant and its requirements to a proven gain."""

@@ -1,0 +1,299 @@
+"""Which errors can be integrated: the choice of U.
+
+The thesis leaves it open (section 5). The answer is a rank condition on
+S, B and U alone, [-S B; U 0] of full row rank: no transmission zero at
+s = 0 from u to U z. K_A, M and D have no part in it.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.linalg import null_space
+
+from ..lmi import Unknown, he
+from ..lmi.centre import Blocks, phase_one
+from ..lmi.exact import exact, pivots, round_digits
+from ..plants.checks import matrix, rank_deficient
+from ..plants.second_order import Polytope, SecondOrderSystem
+from .problem import Request
+
+__all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
+
+MOST_CHANNELS = 12  # 4095 choices
+MOST_PIECES = 64
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IntegratorChoice:
+    """One choice of U and what it is worth.
+
+    Parameters
+    ----------
+    U : (a, n) array
+    channels : tuple of int
+        Displacements that U reads, from 0.
+    admissible : bool
+        Whether the integrators are controllable at every vertex. If
+        not, no gain stabilises the loop: see `admissible_U`.
+    distance : float
+        Between 0 and 1. The smallest ``eps`` for which changes dS, dB
+        with ``|[dS/|S| dB/|B|]| = eps`` (spectral norms) make U
+        inadmissible; the smallest over the vertices. Zero if U is
+        inadmissible.
+    certified : bool or None
+        Of a Polytope: whether U is *proven* admissible for every plant
+        in it, in exact arithmetic. None for one plant.
+    """
+
+    U: np.ndarray
+    channels: tuple
+    admissible: bool
+    distance: float
+    certified: bool = None
+
+    @property
+    def a(self):
+        """Number of integrators."""
+        return len(self.U)
+
+    def __repr__(self):
+        names = ", ".join(f"z{k + 1}" for k in self.channels)
+        word = "admissible" if self.admissible else "inadmissible"
+        text = f"<{self.a} on {names}: {word}, distance {self.distance:.3g}"
+        if self.certified is not None and self.admissible:
+            text += ", proven" if self.certified else ", not proven"
+        return text + ">"
+
+
+def admissible_U(plant, candidates=None):
+    r"""Every choice of integrators, the most and the safest first.
+
+    With :math:`(A_0, B_0)` stabilisable, a U gives a stabilisable loop
+    with integrators if and only if
+
+    .. math:: \operatorname{rank}
+        \begin{bmatrix} -S & B \\ U & 0 \end{bmatrix} = n + a .
+
+    Then every constant set point of U z is followed and every constant
+    disturbance rejected by every stabilising gain. Otherwise no gain
+    stabilises.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+    candidates : sequence of (a, n) array_like, optional
+        Which U to judge: any real matrices, such as ``[[1, 1]]`` for the
+        sum of two errors. Without it: every set of at most m channels.
+
+    Returns
+    -------
+    tuple of IntegratorChoice
+        Sorted by the number of integrators, then by distance, both
+        descending.
+
+    Raises
+    ------
+    ValueError
+        If the plant itself can't be stabilised: then no U helps. If it
+        has more than 12 displacements and no candidates are given.
+
+    Notes
+    -----
+    Source: the open question of the thesis's section 5; the rank
+    condition is Davison and Smith's (1971) for second-order systems.
+
+    Examples
+    --------
+    Two masses in a row, the first one driven and tied to a wall:
+
+    >>> plant = SecondOrderSystem(
+    ...     M=np.eye(2), D=np.zeros((2, 2)), S=[[2, -1], [-1, 1]],
+    ...     B=[[1], [0]])
+    >>> admissible_U(plant)
+    (<1 on z1: admissible, distance 0.354>, <1 on z2: admissible, distance 0.298>)
+    """
+    if not isinstance(plant, (SecondOrderSystem, Polytope)):
+        raise ValueError(
+            "plant must be a SecondOrderSystem or a Polytope, got "
+            f"{type(plant).__name__}"
+        )
+    if candidates is None:
+        candidates = _selections(plant)
+    else:
+        candidates = [
+            matrix(f"candidates[{k}]", U, (None, plant.n))
+            for k, U in enumerate(candidates)
+        ]
+    if any(len(U) == 0 for U in candidates):
+        raise ValueError("a candidate has no row: that is a PD controller")
+    _check_stabilisable(plant)
+    found = [_judge(plant, U) for U in candidates]
+    return tuple(sorted(found, key=lambda c: (-c.a, -round(c.distance, 9))))
+
+
+def _selections(plant):
+    n, m = plant.n, plant.m
+    if n > MOST_CHANNELS:
+        raise ValueError(
+            f"the plant has {n} displacements and 2^{n} choices: pass the "
+            "candidates to be judged"
+        )
+    return [
+        np.eye(n)[list(channels)]
+        for a in range(1, min(m, n) + 1)
+        for channels in combinations(range(n), a)
+    ]
+
+
+def _check_stabilisable(plant):
+    """Raise where a vertex has an unstable mode that no gain moves."""
+    for k, v in enumerate(plant.vertices):
+        where = f" at vertex {k + 1}" if len(plant.vertices) > 1 else ""
+        modes = (
+            np.zeros(1) if rank_deficient(np.hstack([v.S, v.B]))
+            else Request(v, K_A=_regular(v)).fixed_modes()
+        )
+        if len(modes):
+            s = complex(modes[0])
+            raise ValueError(
+                f"the plant can't be stabilised{where}: u doesn't reach "
+                f"its mode at s = {s.real:.3g}{s.imag:+.3g}j, so no U "
+                "helps; add an input"
+            )
+
+
+def _regular(v):
+    """An acceleration gain that makes M - B K_A nonsingular.
+
+    It maps the null space of M onto what M leaves out.
+    """
+    left, sizes, right = np.linalg.svd(v.M)
+    null = sizes < 1e-12 * max(sizes[0], 1e-300)
+    scale = (sizes[0] or 1.0) / (np.linalg.norm(v.B, 2) ** 2 or 1.0)
+    return -scale * v.B.T @ left[:, null] @ right[null]
+
+
+def _judge(plant, U):
+    channels = tuple(int(k) for k in np.flatnonzero(U.any(axis=0)))
+    good = not any(rank_deficient(_zero_matrix(v, U)) for v in plant.vertices)
+    distance, certified = 0.0, None
+    if good:
+        distance = min(_distance(v, U) for v in plant.vertices)
+    if isinstance(plant, Polytope):
+        certified = good and proven_everywhere(plant, U)
+    return IntegratorChoice(U, channels, good, distance, certified)
+
+
+def _zero_matrix(v, U):
+    """[-S B; U 0]: its row rank drops at a transmission zero s = 0."""
+    return np.block([[-v.S, v.B], [U, np.zeros((len(U), v.m))]])
+
+
+def _distance(v, U):
+    """Smallest singular value of [S N/|S|  B/|B|], with U N = 0."""
+    rest = v.S @ null_space(U) / (np.linalg.norm(v.S, 2) or 1.0)
+    reach = v.B / (np.linalg.norm(v.B, 2) or 1.0)
+    both = np.hstack([rest, reach])
+    return float(min(np.linalg.svd(both, compute_uv=False)[v.n - 1], 1.0))
+
+
+def proven_everywhere(plant, U):
+    r"""Prove that U is admissible for every plant of a polytope.
+
+    With :math:`R = [-S\ B; U\ 0]`, affine in the weights, a matrix X
+    with :math:`R_i X + X^\top R_i^\top > 0` at the vertices proves full
+    row rank of every mixture: a vertex test that is sound. Where no X
+    is found, the polytope is halved, and each half gets its own.
+
+    Parameters
+    ----------
+    plant : Polytope
+    U : (a, n) array_like
+
+    Returns
+    -------
+    bool
+        True: proven in exact rational arithmetic. False: refuted by a
+        plant where the rank drops or a determinant changes sign, or not
+        proven with 64 pieces.
+
+    Examples
+    --------
+    Both vertices pass, the plant halfway between them doesn't:
+
+    >>> def plant(s):
+    ...     return SecondOrderSystem(np.eye(2), np.eye(2),
+    ...                              [[2, -1], [-1, s]], [[1], [0]])
+    >>> proven_everywhere(Polytope([plant(1), plant(2)]), [[1, 0]])
+    True
+    >>> proven_everywhere(Polytope([plant(1), plant(-1)]), [[1, 0]])
+    False
+    """
+    U = matrix("U", U, (None, plant.n))
+    corners = np.array([_zero_matrix(v, U) for v in plant.vertices])
+    if any(map(rank_deficient, corners)):
+        return False
+    rows, columns = _scales(corners)
+    pieces, budget = [np.eye(len(corners))], MOST_PIECES
+    while pieces:
+        weights = pieces.pop()
+        R = np.tensordot(weights, corners, 1)
+        scaled = rows[:, None] * R * columns
+        budget -= 1
+        if budget < 0 or _refuted(scaled):
+            return False
+        if not _proven(weights, corners, scaled, rows, columns):
+            pieces += _halves(weights, scaled)
+    return True
+
+
+def _scales(corners):
+    """Diagonal scalings that bring the entries near one."""
+    size = np.abs(corners).max(axis=0)
+    rows, columns = np.ones(len(size)), np.ones(size.shape[1])
+    for _ in range(3):
+        now = rows[:, None] * size * columns
+        rows /= np.sqrt(now.max(axis=1))
+        now = rows[:, None] * size * columns
+        top = now.max(axis=0)
+        columns /= np.sqrt(np.where(top > 0, top, 1))
+    return rows, columns
+
+
+def _refuted(R):
+    if any(map(rank_deficient, R)):
+        return True
+    return R.shape[1] == R.shape[2] and len(set(np.linalg.slogdet(R)[0])) > 1
+
+
+def _proven(weights, corners, scaled, rows, columns):
+    """One X for all corners: first a guess, then the LMI."""
+    mixtures = [
+        sum(w * R for w, R in zip(share, exact(corners)))
+        for share in exact(weights)
+    ]
+
+    def holds(X):
+        X = exact(round_digits(columns[:, None] * X * rows, 12))
+        return all(pivots(he(R @ X))[-1] > 0 for R in mixtures)
+
+    if holds(np.linalg.pinv(scaled.mean(axis=0))):
+        return True
+    unknown = Unknown("X", scaled.shape[2], scaled.shape[1])
+    blocks = Blocks.of([he(R @ unknown) for R in scaled], [unknown])
+    found = phase_one(blocks)
+    return found.x is not None and holds(unknown.unpack(found.x))
+
+
+def _halves(weights, scaled):
+    """Cut a simplex in the middle of its longest edge."""
+    N = len(weights)
+    edges = {
+        (i, j): np.linalg.norm(scaled[i] - scaled[j])
+        for i in range(N) for j in range(i)
+    }
+    i, j = max(edges, key=edges.get)
+    first, second = weights.copy(), weights.copy()
+    first[i] = second[j] = (weights[i] + weights[j]) / 2
+    return [first, second]

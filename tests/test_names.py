@@ -1,0 +1,47 @@
+"""A requirement has a home: no other module knows it by name."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import sosbook
+
+PACKAGE = Path(sosbook.__file__).parent
+HOMES = ("requirements", "book")  # the book speaks of the thesis's own examples
+NAMES = {"gamma", "saturation", "cost", "u_max", "hinf", "lqr", "half-plane",
+         "sector", "disk", "sigma"}
+ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
+# keywords of the design functions, which become requirements at once
+SHORTHAND = {
+    "synthesis/pid.py": {"gamma", "saturation", "cost"},
+    "pendulum/deployment.py": {"cost"},  # writes the weights into a C comment
+}
+
+
+def known(file):
+    """Requirements that a module knows by name, with their lines."""
+    tree = ast.parse(file.read_text("utf8"))
+    prose = {id(node.value) for node in ast.walk(tree)
+             if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in ATTRIBUTES:
+            yield node.attr, node.lineno
+        elif (isinstance(node, ast.Constant) and id(node) not in prose
+              and isinstance(node.value, str) and node.value in NAMES):
+            yield node.value, node.lineno
+
+
+@pytest.mark.parametrize("file", [
+    f for f in sorted(PACKAGE.rglob("*.py"))
+    if f.relative_to(PACKAGE).parts[0] not in HOMES
+], ids=lambda f: str(f.relative_to(PACKAGE)))
+def test_no_other_module_knows_a_requirement(file):
+    allowed = SHORTHAND.get(file.relative_to(PACKAGE).as_posix(), set())
+    assert [(name, line) for name, line in known(file) if name not in allowed] == []
+
+
+def test_names_are_seen(tmp_path):
+    file = tmp_path / "x.py"
+    file.write_text('"""gamma"""\ny = request.gamma\nz = found["u_max"]\n', "utf8")
+    assert list(known(file)) == [("gamma", 2), ("u_max", 3)]

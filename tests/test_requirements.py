@@ -1,0 +1,354 @@
+"""Every requirement meets every consumer; none takes another one's place."""
+
+import pickle
+
+import cvxpy
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.book.elements.designs import BLOCKS
+from sosbook.couplings import promises
+from sosbook.plants import descriptors
+from sosbook.requirements.base import BlockName, BlockTable
+from sosbook.requirements.cost import noise_cost
+from sosbook.requirements.hinf import HInfinity
+from sosbook.requirements.stability import Stability
+from sosbook.synthesis.problem import Request
+from tests.energy_to_peak import EnergyToPeak
+
+COUPLINGS = ("pairs", "vertices", "slack")
+REQUIREMENTS = {
+    "sigma": sos.LMIRegion.half_plane(0.3),
+    "theta": sos.LMIRegion.sector(1.2),
+    "rho": sos.LMIRegion.disk(30.0),
+    "ellipse": sos.LMIRegion.ellipse(-10, 9.9, 9),
+    "strip": sos.LMIRegion.strip(-40, -0.2, name="slow and fast"),
+    "gamma": HInfinity(0.8),
+    "u_max": sos.Saturation(40.0, [1, 0]),
+    "cost": sos.QuadraticCost(np.eye(2), [[1]], bound=60.0),
+    "noise": sos.QuadraticCost(np.eye(2), [[1]], noise="F", bound=60.0),
+    "peak": EnergyToPeak(2.0),
+}
+MOVABLE = [name for name, r in REQUIREMENTS.items() if r.parameter]
+OPEN = [name for name in MOVABLE if REQUIREMENTS[name].parameter.power]
+
+
+def plant(m):
+    return sos.SecondOrderSystem([[m]], [[0.1]], [[1]], B=[[1]], F=[[1]])
+
+
+PLANTS = sos.Polytope([plant(1.0), plant(1.2)])
+ROOF = sos.Saturation(500.0, [0.3, 0])  # bounds the set of designs
+FAST = sos.LMIRegion.half_plane(1.0)
+TIGHT = sos.Saturation(0.3, [0.3, 0])
+
+
+def asked(name, *others):
+    """Keywords with a requirement, others and a bound of the input."""
+    r = REQUIREMENTS[name]
+    roof = () if isinstance(r, sos.Saturation) else (ROOF,)
+    return dict(requirements=[r, *others, *roof])
+
+
+def solved(name, **more):
+    return sos.design_pid(PLANTS, **asked(name), **more)
+
+
+@pytest.fixture(scope="module")
+def designs():
+    return {name: solved(name) for name in REQUIREMENTS}
+
+
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_solve_prove_and_truth(designs, name):
+    d, r = designs[name], REQUIREMENTS[name]
+    assert d.status == "feasible" and min(d.margins.values()) > 0
+    proof = d.certify()
+    assert proof.proven and r.claim() in proof.claims
+    kept = promises(d)
+    assert kept[r.promise] > 0 and min(kept.values()) > 0
+    truth = r.truth(descriptors(PLANTS), d.K)
+    assert kept[r.promise] <= r.kept(truth)  # the plants between join in
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_every_coupling(name, coupling):
+    d = solved(name, coupling=coupling)
+    assert d.status == "feasible"
+    assert d.certify().proven
+    corners = descriptors(PLANTS)
+    r = REQUIREMENTS[name]
+    assert r.kept(r.truth(corners, d.K)) > 0
+    assert all(isinstance(n, BlockName) for n in d.margins)
+
+
+@pytest.mark.parametrize("name", OPEN)
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_minimise(designs, name, coupling):
+    r = REQUIREMENTS[name]
+    key = r.parameter.key
+    fixed = [FAST] if name == "u_max" else [ROOF]
+    more = dict(slack=0.3) if coupling == "slack" else {}
+    d = sos.design_pid(
+        PLANTS, requirements=[r.with_bound(None), *fixed], minimize=key,
+        coupling=coupling, **more)
+    assert d.status == "feasible" and d.certify().proven
+    bound = sos.maps.requirements(d.request)[key]
+    assert bound < r.bound
+    assert min(promises(d).values()) > 0
+    harder = sos.design_pid(
+        PLANTS, requirements=[r.with_bound(0.97 * bound), *fixed],
+        coupling=coupling, **more)
+    assert harder.status != "feasible"
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_a_warm_start_gives_the_same_design(name, coupling):
+    more = dict(coupling=coupling)
+    if coupling == "slack":
+        more["slack"] = 0.3
+    r = REQUIREMENTS[name]
+    first = solved(name, **more)
+    wanted = r
+    if r.parameter:
+        wanted = r.with_bound(r.bound * (1 + 0.05 * r.parameter.harder))
+    fixed = [] if name == "u_max" else [ROOF]
+    cold = sos.design_pid(PLANTS, requirements=[wanted, *fixed], **more)
+    warm = sos.design_pid(
+        PLANTS, requirements=[wanted, *fixed], start=first, **more)
+    assert warm.status == cold.status == "feasible"
+    assert np.allclose(warm.K, cold.K, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_a_start_that_knows_less_is_no_fault(name):
+    plain = sos.design_pid(PLANTS, saturation=ROOF)
+    warm, cold = solved(name, start=plain), solved(name)
+    assert warm.status == "feasible"
+    assert np.allclose(warm.K, cold.K, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_refute_and_advise(name):
+    r = REQUIREMENTS[name]
+    tight = sos.Saturation(1e-3, [1, 0])
+    if r.parameter is None:  # a region far to the left
+        r = sos.LMIRegion.strip(-40, -30, name="far")
+    elif name == "theta":
+        r = r.with_bound(0.01)
+    elif name == "rho":  # no gain holds all poles so near to zero
+        r, tight = r.with_bound(0.01), sos.Saturation(0.05, [1, 0])
+    else:
+        r = r.with_bound(r.bound * 1000.0 ** r.parameter.harder)
+    others = [] if name == "u_max" else [tight]
+    if name == "u_max":
+        others = [sos.LMIRegion.half_plane(3.0)]
+    d = sos.design_pid(PLANTS, requirements=[r, *others])
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert r.words in d.advice
+    assert set(d.infeasibility.multipliers) == set(
+        d.request.in_unknowns(d.frame)[0])
+    without = d.request.without(r)
+    assert r.key not in {x.key for x in without.requirements}
+    assert len(without.requirements) == len(others)
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_export_to_cvxpy(name, coupling):
+    more = dict(slack=0.3) if coupling == "slack" else {}
+    d = solved(name, coupling=coupling, **more)
+    constraints, P, Y = d.to_cvxpy()
+    problem = cvxpy.Problem(cvxpy.Minimize(0), constraints)
+    problem.solve(solver="CLARABEL")
+    assert problem.status == "optimal"
+    assert len(constraints) == len(d.margins)
+    if coupling != "slack":
+        K = np.linalg.solve(P.value, Y.value.T).T
+        poles = [np.linalg.eigvals(x.state_space()[0] + x.state_space()[1] @ K)
+                 for x in descriptors(PLANTS)]
+        assert np.real(poles).max() < 1e-6
+
+
+@pytest.mark.parametrize("name", MOVABLE)
+def test_edges_and_shares(name):
+    r = REQUIREMENTS[name]
+    key = r.parameter.key
+    held = {"u_max": [FAST], "theta": [REQUIREMENTS["sigma"], TIGHT], "rho": [TIGHT.with_bound(0.2)]}
+    edge = sos.maps.edge(key, PLANTS, digits=1,
+                         requirements=[r, *held.get(name, [ROOF])])
+    assert edge.proven, edge.reason
+    assert r.parameter.harder_than(edge.infeasible, edge.feasible) == 1
+    assert key in edge.shares and np.isclose(sum(edge.shares.values()), 1)
+    assert f"<Edge: {key}" in repr(edge)
+
+
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_maps_hold_it_or_move_it(name):
+    """Each verdict of a map is that of a design of its own."""
+    r = REQUIREMENTS[name]
+    across = ("rho", [5.0, 20.0]) if name == "sigma" else ("sigma", [0.4, 6.0])
+    up = ("gamma", [0.3, 0.9])
+    if r.parameter and name not in ("sigma", "gamma"):
+        up = r.parameter.key, [0.9 * r.bound, 1.1 * r.bound]
+    found = sos.maps.feasibility_map(PLANTS, across=across, up=up, **asked(name))
+    for i, y in enumerate(up[1]):
+        for j, x in enumerate(across[1]):
+            wanted = Request(PLANTS, **asked(name)).with_bounds(
+                {across[0]: x, up[0]: y})
+            d = sos.design_pid(PLANTS, requirements=wanted.requirements)
+            assert found.status[i, j] == d.status
+    for d in found.designs.values():
+        assert any(x.key == r.key for x in d.request.requirements)
+        assert d.certify().proven
+
+
+@pytest.mark.parametrize("name", REQUIREMENTS)
+def test_pages_show_it(name):
+    r = REQUIREMENTS[name]
+    key = r.parameter.key if r.parameter else "gamma"
+    start = r.bound if r.parameter else 0.8
+    atlas = sos.atlas.design_atlas(
+        PLANTS, sigma=None if key == "sigma" else 0.31, progress=False,
+        slide={key: [start, 1.1 * start]}, **asked(name))
+    assert [s.parameter.key for s in atlas.sliders] == [key]
+    (first, second) = (atlas.designs[k,] for k in (0, 1))
+    words = atlas.data["blocks"]
+    for made in (first, second):
+        assert made not in (0, 1)
+        assert 0 <= made[2][0] < len(words)
+    x, values, held = "sigma", [0.4, 0.5], [REQUIREMENTS["sigma"]]
+    if key == "sigma":
+        x, values, held = "rho", [20.0, 30.0], [REQUIREMENTS["rho"]]
+    if not r.parameter:
+        held.append(REQUIREMENTS["gamma"])
+    front = sos.maps.frontier(
+        x, key, PLANTS, values=values, digits=1, n_jobs=1, progress=False,
+        **asked(name, *held))
+    page = sos.atlas.MapAtlas({"Mass": [front]}).data
+    assert page["groups"][0]["maps"][0]["y"]["key"] == key
+
+
+def test_a_region_cannot_take_a_theorems_place():
+    """"lqr" overwrote the block of the cost, and a falsehood was proven."""
+    ex = sos.thesis.example_1()
+    for name in ("lqr", "cost", "trace", "P", "x0", "hinf", "stability", "u_max"):
+        d = sos.design_pid(
+            ex.plant, ex.U, region=sos.LMIRegion.half_plane(5.0, name=name),
+            cost=sos.QuadraticCost(np.eye(6), np.eye(2), bound=1e5))
+        assert {"P", "trace", "cost", "lqr"} <= set(d.margins or d.request.blocks(
+            np.eye(6), np.zeros((2, 6)), own={"J": np.eye(6)}))
+        if d.status == "feasible" and d.certify().proven:
+            assert d.noise_cost() < 1e5
+
+
+def test_names_of_regions_are_kept_apart():
+    region = sos.LMIRegion.half_plane(0.3, name="cost")
+    request = Request(
+        PLANTS, region=region, cost=REQUIREMENTS["cost"], gamma=0.8)
+    d = sos.design_pid(PLANTS, requirements=request.requirements)
+    assert d.status == "feasible"
+    labels = list(d.margins)
+    assert len(set(labels)) == len(labels)
+    assert "region cost 1" in labels and "cost" in labels
+    assert {n.requirement for n in labels} == {
+        None, ("region", "cost"), ("cost", "cost"), ("gamma", "gamma")}
+    with pytest.raises(ValueError, match="2 requirements are called"):
+        request.without("cost")
+    assert request.without(region).names == ["gamma", "cost"]
+
+
+def test_a_block_comes_once():
+    table = BlockTable(many=False)
+    table.add(Stability(), "stability", (0, 0), 1)
+    with pytest.raises(ValueError, match="two blocks"):
+        table.add(Stability(), "stability", (0,), 2)
+
+
+def test_block_names_can_be_pickled(designs):
+    name = next(iter(designs["gamma"].margins))
+    again = pickle.loads(pickle.dumps(name))
+    assert again == name and again.vertices == name.vertices
+
+
+@pytest.mark.parametrize("name", [
+    "", " ", "a\nb", "</script><img src=x onerror=alert(1)>", 'a"b', "a&b", 3])
+def test_names_are_sane(name):
+    with pytest.raises(ValueError, match="letters, digits"):
+        sos.LMIRegion.half_plane(1.0, name=name)
+
+
+def test_keywords_and_objects_say_the_same():
+    both = dict(
+        region=sos.PoleRegion(0.3, 1.2, 30), gamma=0.8, mu=2.0,
+        saturation=REQUIREMENTS["u_max"], cost=REQUIREMENTS["cost"])
+    by_name = Request(PLANTS, **both)
+    by_object = Request(PLANTS, requirements=[
+        sos.PoleRegion(0.3, 1.2, 30), HInfinity(0.8, 2.0), both["cost"],
+        both["saturation"]])
+    P, Y = np.diag([2.0, 3.0]), np.ones((1, 2))
+    one, two = (r.blocks(P, Y, own={"J": np.eye(2)})
+                for r in (by_name, by_object))
+    assert list(one) == list(two)
+    assert all(np.array_equal(one[n], two[n]) for n in one)
+    assert by_object.gamma == 0.8 and by_object.mu == 2.0
+    assert by_object.region.sigma == 0.3
+    assert by_object.saturation is both["saturation"]
+
+
+def test_two_of_a_kind_are_refused():
+    with pytest.raises(ValueError, match="two requirements are called gamma"):
+        sos.design_pid(PLANTS, requirements=[HInfinity(1.0), HInfinity(2.0)])
+    with pytest.raises(ValueError, match="must hold Requirement"):
+        sos.design_pid(PLANTS, requirements=["gamma"])
+    with pytest.raises(ValueError, match="sequence of requirements"):
+        sos.design_pid(PLANTS, requirements=3)
+
+
+# ------------------------------------------------------- what used to crash
+
+def test_a_cost_with_a_warm_start():
+    """KeyError: 'J'."""
+    cost = REQUIREMENTS["cost"]
+    first = sos.design_pid(PLANTS, cost=cost, saturation=ROOF)
+    d = sos.design_pid(PLANTS, cost=cost, saturation=ROOF, start=first)
+    assert d.status == "feasible" and np.allclose(d.K, first.K, rtol=1e-5)
+
+
+def test_a_frontier_and_a_map_keep_the_cost():
+    """The cost was dropped, or an AttributeError."""
+    cost = REQUIREMENTS["cost"]
+    front = sos.maps.frontier(
+        "sigma", "u_max", PLANTS, saturation=ROOF, values=[0.3, 0.4], digits=1,
+        cost=cost, n_jobs=1, progress=False)
+    assert front.request.cost is cost
+    assert all(e.design.request.cost.bound == 60 for e in front.edges)
+    found = sos.maps.feasibility_map(
+        PLANTS, saturation=ROOF, cost=cost, across=("sigma", [0.3, 0.6]),
+        up=("u_max", [100.0, 500.0]))
+    assert all(d.request.cost.bound == 60 for d in found.designs.values())
+
+
+def test_promises_know_the_cost(designs):
+    d = designs["cost"]
+    worst = max(noise_cost(x, d.K, REQUIREMENTS["cost"])
+                for x in descriptors(PLANTS))
+    assert 0 < promises(d)["cost"] <= 60.0 - worst
+
+
+def test_records_know_every_region_and_cost(designs):
+    """ValueError: 'ellipse' is not in list."""
+    for name, d in designs.items():
+        words = list(BLOCKS)
+        index, margin = sos.atlas.record(d, words)[2]
+        worst = min(d.margins, key=d.margins.get)
+        assert margin == pytest.approx(d.margins[worst], rel=0.05)
+        assert words[index], name
+
+
+def test_a_proven_bound_is_never_rounded_down():
+    cost = sos.QuadraticCost(np.eye(2), [[1]], bound=1 + 1e-12)
+    assert "below 1.000000000001 " in cost.claim()

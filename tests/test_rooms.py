@@ -1,0 +1,107 @@
+"""The house keeps its floors: a room imports only from the rooms before it."""
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import sosbook
+
+PACKAGE = Path(sosbook.__file__).parent
+ROOMS = ("lmi", "plants", "theorems", "analysis", "requirements", "synthesis",
+         "delay", "sampled", "studies", "pendulum", "book")
+
+
+def imports(file):
+    """Modules of the package that a file imports, as paths below it."""
+    here = file.relative_to(PACKAGE).parts[:-1]
+    for node in ast.walk(ast.parse(file.read_text("utf8"))):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = here[:len(here) - node.level + 1]
+            module = (*base, *(node.module or "").split(".")) if (
+                node.module) else base
+            for name in node.names:
+                yield (*module, name.name)
+        elif isinstance(node, ast.ImportFrom):
+            parts = node.module.split(".")
+            if parts[0] == "sosbook":
+                for name in node.names:
+                    yield (*parts[1:], name.name)
+        elif isinstance(node, ast.Import):
+            for name in node.names:
+                parts = name.name.split(".")
+                if parts[0] == "sosbook":
+                    yield tuple(parts[1:])
+
+
+def files():
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def test_every_folder_is_a_room():
+    folders = {p.name for p in PACKAGE.iterdir() if (p / "__init__.py").exists()}
+    assert folders == set(ROOMS)
+    loose = {p.name for p in PACKAGE.glob("*.py")}
+    assert loose == {"__init__.py", "aliases.py"}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_from_rooms_before_it(room):
+    allowed = set(ROOMS[:ROOMS.index(room) + 1])
+    for file in (PACKAGE / room).rglob("*.py"):
+        for module in imports(file):
+            where = f"{file.relative_to(PACKAGE)} imports {'.'.join(module)}"
+            assert module and module[0] in allowed, where
+
+
+def test_the_root_imports_nothing_of_the_book():
+    for module in imports(PACKAGE / "__init__.py"):
+        assert module[0] != "book"
+    code = ("import sys, sosbook; "
+            "print([m for m in sys.modules if m.startswith('sosbook.book')])")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True,
+                          encoding="utf-8", check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_contract_sees_an_arrow_that_points_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
+    file = tmp_path / "lmi" / "x.py"
+    file.parent.mkdir()
+    for text in ("from ..book import thesis", "from .. import book",
+                 "import sosbook.book.thesis", "from sosbook.book import thesis",
+                 "def f():\n    from ..book.thesis import arm"):
+        file.write_text(text, "utf8")
+        assert [m[0] for m in imports(file)] == ["book"], text
+
+
+@pytest.mark.parametrize("short, full", sorted(sosbook.aliases.MODULES.items()))
+def test_a_short_name_is_the_same_module(short, full):
+    module = importlib.import_module(f"sosbook.{full}")
+    assert importlib.import_module(f"sosbook.{short}") is module
+    assert getattr(sosbook, short) is module
+    assert module.__spec__.name == f"sosbook.{full}"
+
+
+def test_a_part_of_a_short_name_is_not_imported_twice():
+    import sosbook.mip.model
+    from sosbook.mip.model import Mip
+    from sosbook.pendulum.model import Mip as same
+
+    assert Mip is same
+
+
+def test_an_unknown_name_is_an_error():
+    with pytest.raises(AttributeError, match="no attribute 'walls'"):
+        sosbook.walls
+    with pytest.raises(ModuleNotFoundError):
+        importlib.import_module("sosbook.mip.nothing")
+
+
+def test_the_robots_program_runs_by_its_short_name():
+    done = subprocess.run([sys.executable, "-m", "sosbook.mip", "--help"],
+                          capture_output=True, encoding="utf-8", check=True)
+    assert "folder" in done.stdout
