@@ -23,6 +23,7 @@ from sosbook.mip.export import (
     pyctrl_script,
     rc_balance,
 )
+from sosbook.mip.rig import COUNTS
 from tests.compiler import find, refuse
 
 T = 0.01
@@ -432,8 +433,8 @@ def readings(row):
     """gyro, wheels, tilt in our units, as librobotcontrol has signs."""
     _, pitch, rate, left, right, _ = row
     one = 6.283185307179586
-    wheels = (left * one / (1 * 35.577 * 60)
-              + right * one / (-1 * 35.577 * 60)) / 2
+    wheels = (left * one / (1 * COUNTS)
+              + right * one / (-1 * COUNTS)) / 2
     return rate * 0.0174532925199, wheels, pitch + 0.49
 
 
@@ -530,7 +531,7 @@ def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
     press = ("p", *REST[0][1:])
     ticks, output = robot.live([*REST, press, *REST, *moves(9)], "check")
     assert set(ticks) == {(0.0, 0.0, 1)}
-    assert "tilt  0.040 rad, gyro   0.01 rad/s, wheels    0.29 and" in output
+    assert "tilt  0.040 rad, gyro   0.01 rad/s, wheels    0.30 and" in output
 
 
 # pyctrl
@@ -616,18 +617,20 @@ def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
     firmware = Firmware(LAWS["PID"], blend=0.02)
     block = script(firmware)["Balance"]()
     turn = 6.283185307179586
+    mount, theirs = 0.49 / turn, 60 * 35.557  # pyctrl's gears and counts
+    wheel = turn * theirs / COUNTS
     rest = [(-0.065, 0.001, 0.2, 0.3)] * 100
     for row in rest:
         block.write(*row)
         assert block.read() == (0.0, 0.0)
     assert block.balancing
     ours = firmware.controller()
-    ours.start(turn * 0.005, turn * 0.25, turn * 0.001)
+    ours.start(turn * (mount - 0.065), wheel * 0.25, turn * 0.001)
     random = np.random.default_rng(1)
     for row in random.normal(0, 0.003, (60, 4)) + rest[0]:
         block.write(*row)
-        gyro, tilt = turn * row[1], turn * (row[0] + 0.07)
-        volts = float(ours.step(gyro, turn * (row[2] + row[3]) / 2, tilt)[0])
+        gyro, tilt = turn * row[1], turn * (row[0] + mount)
+        volts = float(ours.step(gyro, wheel * (row[2] + row[3]) / 2, tilt)[0])
         percent = np.clip(100 * volts / 7.4, -100, 100)
         assert block.read() == pytest.approx((percent, percent), abs=1e-9)
     assert ours.fault[0] == 0 and abs(volts) > 0.01
