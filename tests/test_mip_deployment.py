@@ -150,6 +150,8 @@ def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
         return found
 
     monkeypatch.setattr(command, "deploy", listen)
+    monkeypatch.setattr(command, "inspect", lambda *words: None)
+    monkeypatch.setattr(command, "write_report", lambda *words: "a page")
     toml = DATA / "gearmotors.toml"
     main([str(toml), "b.csv", "w.csv", str(tmp_path), "--R", "30",
           "--M_b", "0.3", "--limit", "9", "--no-rotors"])

@@ -95,7 +95,7 @@ def test_the_constants_are_the_laws_to_the_last_bit(name):
 def test_single_precision_rounds_its_constants_once():
     text = c_source(Firmware(LAWS["PD"]), precision="single")
     literals = re.findall(r"-?0x[\w.]+p[+-]\d+f?", text)
-    assert len(literals) == 8 + 4
+    assert len(literals) == 9 + 4
     assert all(x.endswith("f") for x in literals)
     numbers = [float.fromhex(x[:-1]) for x in literals]
     assert numbers == [float(np.float32(x)) for x in numbers]
@@ -202,6 +202,41 @@ def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
     found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(
         LAWS["PID"])))
     assert [(x.upper(), str(k)) for k, x in enumerate(FAULTS)] == found
+
+
+def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
+    """An Arduino sketch is C++: the names must not be decorated."""
+    source = write(tmp_path, Firmware(LAWS["PID"]))
+    main = tmp_path / "main.cpp"
+    main.write_text(
+        '#include "balance.h"\nint main() {\n    balance_state s;\n'
+        "    balance_start(&s, 0.1, 0, 0);\n"
+        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n")
+    cpp = [shutil.which("g++") or shutil.which("c++")]
+    if "ziglang" in gcc:
+        cpp = [*gcc[:-1], "c++"]
+    if not cpp[0]:
+        pytest.skip("no C++ compiler")
+    run(*gcc, *FLAGS, "-c", source, "-o", tmp_path / "law.o")
+    run(*cpp, "-Wall", "-Wextra", "-Werror", "-pedantic", main,
+        tmp_path / "law.o", "-o", tmp_path / "main")
+    run(tmp_path / "main")
+
+
+@pytest.mark.parametrize("precision, macro", [
+    ("double", "DBL_MANT_DIG"), ("single", "FLT_MANT_DIG")])
+def test_a_double_of_other_digits_is_refused(
+        precision, macro, gcc, tmp_path):
+    """As on AVR, where double is float and the proof isn't of it."""
+    source = write(tmp_path, Firmware(LAWS["PD"]), precision=precision)
+    text = source.read_text().replace(
+        '#include "balance.h"', f'#include "balance.h"\n#undef {macro}\n'
+        f"#define {macro} 11")
+    source.write_text(text)
+    done = subprocess.run(
+        [*gcc, "-std=c99", "-c", str(source), "-o", str(tmp_path / "a.o")],
+        capture_output=True, text=True, check=False)
+    assert done.returncode and "other digits" in done.stderr
 
 
 def test_fast_math_is_refused(gcc, tmp_path):

@@ -62,7 +62,9 @@ def c_header(firmware, name="balance", precision="double"):
     reason = {
         "running": "no fault",
         "sensor": f"over {firmware.missing} bad readings in a row" + (
-            f", or over {firmware.frozen} repeated" if firmware.frozen else ""),
+            f", or over {firmware.frozen} repeated" if firmware.frozen else "")
+        + (f", or over {firmware.deaf} of still wheels under voltage"
+           if firmware.deaf else ""),
         "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
         "stall": f"over {firmware.stall} ticks at the voltage's limit",
         "command": "the law's answer is no number to trust",
@@ -143,8 +145,9 @@ def c_source(firmware, name="balance", precision="double"):
                  f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
                  "        s->x[i] = next[i];\n")
     uses_x = "x[" in output + "".join(following)
+    mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
     return _fill(
-        "law.c", words, constants="\n".join(constants),
+        "law.c", words, mantissa=mantissa, digits=digits, constants="\n".join(constants),
         matrices="\n".join(matrices), start="".join(start),
         alias=alias if uses_x else "", output=output, next=after)
 
@@ -279,7 +282,7 @@ def _words(firmware, name, precision):
         raise ValueError(
             "name must begin a C identifier, in lower case, and be no "
             f"name that C or the robot's library has, got {name!r}")
-    for field in ("missing", "frozen", "stall"):
+    for field in ("missing", "frozen", "stall", "deaf"):
         if getattr(firmware, field) > MOST:
             raise ValueError(
                 f"{field} must be at most {MOST}, for C's int, got "

@@ -259,6 +259,8 @@ def _check_fit(subject, fit, y, quantum):
     floor = max(rough, quantum / 12**0.5)
     text = (f"the fit leaves {fit.rms:.3g} rad/s, {100 * size:.2g} % of the "
             "signal")
+    if fit.rms < 0.5 * quantum:
+        return []  # coarse counts explain it
     if size > UNLIKE[1]:
         return [Finding("refused", subject, text + ": the model isn't this "
                         "log's")]

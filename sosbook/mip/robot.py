@@ -54,7 +54,7 @@ class Robot:
         As in `Firmware`; T / (2 s) without it.
     tip : float
         Tilt beyond which the motors go off, in rad.
-    missing, frozen, stall : int
+    missing, frozen, stall, deaf : int
         As in `Firmware`, in ticks.
     board : {"other", "beaglebone"}
         For the BeagleBone Blue there are complete programs.
@@ -104,6 +104,7 @@ class Robot:
     missing: int = key("bad readings in a row that are bridged", "ticks", 5)
     frozen: int = key("equal readings of a gyro that lives", "ticks", 12)
     stall: int = key("longest time at the limit", "ticks", 50)
+    deaf: int = key("equal encoders under voltage", "ticks", 25)
     board: str = key("beaglebone or other", "", "other")
     mount: float = key("tilt of the board in the body", "rad", None,
                        low=-pi)

@@ -125,15 +125,24 @@ def _too_slow(mip, robot, Q, peak):
     """What clock it takes, in words."""
     words = (f"no R keeps the peak of the sensitivity at {peak:g} or below "
              f"with T = {1000 * robot.T:g} ms and a delay of "
-             f"{1000 * robot.delay:g} ms: the robot falls too fast for this "
-             "clock")
+             f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
+             "for this clock")
     for share in FASTER:
         clock = robot.but(T=robot.T * share, delay=robot.delay * share)
         if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
             return (f"{words}. About {1 / clock.T:.0f} Hz and "
                     f"{1000 * clock.delay:.2g} ms would do")
-    return (f"{words}, and one of {1 / clock.T:.0f} Hz wouldn't do either; "
-            "a taller or heavier body falls more slowly")
+    return f"{words}, and one of {1 / clock.T:.0f} Hz wouldn't do either"
+
+
+def _fastest(mip):
+    """What the clock has to follow: the fall, or the motors' speed."""
+    poles = mip.plant().poles().real
+    fall, motor = poles.max(), -poles.min()
+    if motor > 8 * fall:  # a fall by e is worth more than a settling by e
+        return ("the motors' own back-EMF settles their speed in "
+                f"{1000 / motor:.3g} ms")
+    return f"the robot's fall grows by e in {1000 / fall:.3g} ms"
 
 
 def largest_hold(robot):
