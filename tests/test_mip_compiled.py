@@ -15,6 +15,7 @@ from sosbook import thesis
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
 from sosbook.mip import compiled as module
 from sosbook.mip.compiled import FLAGS, Compiled, compiler
+from sosbook.mip.firmware import COUNTERS
 from sosbook.mip.rig import COUNTS, GYRO_STEP
 from sosbook.mip.simulator import simulate
 from tests.compiler import MISSING, ensure, find, refuse
@@ -24,7 +25,8 @@ PRINTED = thesis.mip()
 ROBUST = [[15.78, 0.49, 1.42, 0.69, 0.22]]
 BLEND = 0.01
 KINDS = {"double": float, "single": np.float32}
-NUMBERS = ("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi")
+NUMBERS = ("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi",
+           "volts")
 SENSOR, FALL, STALL, COMMAND = (
     FAULTS.index(word) for word in ("sensor", "fall", "stall", "command"))
 
@@ -93,7 +95,7 @@ class Twins:
         if self.python.x:
             same(state.x[:], [float(np.ravel(x)[0]) for x in self.python.x],
                  kind)
-        for name in ("bad", "same", "full", "fault"):
+        for name in (*COUNTERS, "fault"):
             assert getattr(state, name) == getattr(self.python, name)[0]
 
     @property
@@ -318,11 +320,53 @@ def test_a_wheel_that_slipped_away_unseen_may_have_turned_farther():
     twins = Twins.of("PD", fastest=10.0)
     twins.start(tilt=0.05)  # a reach of 0.1 rad a tick
     twins.step(0.0, 0.25)
-    assert twins.c.states[0].bad == 1 and twins.c.states[0].wheels == 0
+    assert twins.c.states[0].lost == 1 and twins.c.states[0].wheels == 0
     twins.step(0.0, 0.25)
-    assert twins.c.states[0].bad == 2
+    assert twins.c.states[0].lost == 2
     twins.step(0.0, 0.25)
-    assert twins.c.states[0].bad == 0 and twins.c.states[0].wheels == 0.25
+    assert twins.c.states[0].lost == 0 and twins.c.states[0].wheels == 0.25
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_wheels_that_rest_under_voltage_are_a_fault(precision):
+    """PD with 0.2 rad: more than a quarter of the limit; 0.01: less."""
+    twins = Twins.of("PD", precision, deaf=6)
+    twins.start(tilt=0.2)
+    volts = [twins.step(1e-3 * (-1)**k, 0.0) for k in range(8)]
+    assert all(v > V_MAX / 4 for v in volts[:7])
+    assert volts[7] == 0 and twins.fault == SENSOR
+    twins.start(tilt=0.01)
+    for k in range(50):
+        assert abs(twins.step(1e-3 * (-1)**k, 0.0)) < V_MAX / 4
+    assert twins.fault == 0
+    twins.start(tilt=0.2)  # it turns now and then: it lives
+    for k in range(40):
+        twins.step(1e-3 * (-1)**k, 0.003 * (k // 5))
+    assert twins.fault == 0
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_each_sensor_has_its_own_count_of_bad_readings(precision):
+    """Never both at once, three in a row of each in turn."""
+    twins = Twins.of("PD", precision, missing=3)
+    twins.start(tilt=0.01)
+    for _ in range(10):
+        for gyro, wheels in 3 * [(np.nan, 0.0)] + 3 * [(0.01, np.nan)]:
+            assert twins.step(gyro, wheels) != 0
+    for _ in range(4):
+        twins.step(0.01, np.nan)
+    assert twins.fault == SENSOR
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_a_gyro_at_its_full_scale_says_nothing(precision):
+    twins = Twins.of("PD", precision, gyro_range=17.0)
+    twins.start(tilt=0.01)
+    twins.step(0.01, 0.0)
+    twins.step(17.4, 0.0)
+    assert twins.c.states[0].bad == 1 and abs(twins.c.theta[0]) < 0.02
+    twins.step(0.0, 0.0)
+    assert twins.c.states[0].bad == 0
 
 
 @pytest.mark.parametrize("precision", KINDS)
@@ -398,7 +442,7 @@ def test_the_state_has_the_size_that_c_gives_it(tmp_path):
     for name, law in LAWS.items():
         for precision, real in (("double", 8), ("single", 4)):
             c = Compiled(Firmware(law), precision, tmp_path)
-            plain = real * (8 + law.order) + 4 * 4
+            plain = real * (9 + law.order) + 4 * 6
             assert 0 <= ctypes.sizeof(c.state_type) - plain < real
             assert sorted(p.name for p in tmp_path.iterdir()) == [
                 "balance.c", "balance.h", "balance.so"], name

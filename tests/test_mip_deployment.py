@@ -150,8 +150,14 @@ def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
         return found
 
     monkeypatch.setattr(command, "deploy", listen)
-    main(["b.csv", "w.csv", str(tmp_path), "--R", "30", "--M_b", "0.3"])
-    assert asked == {"words": ("b.csv", "w.csv", {"M_b": 0.3}), "R": 30.0}
+    monkeypatch.setattr(command, "inspect", lambda *words: None)
+    monkeypatch.setattr(command, "write_report", lambda *words: "a page")
+    toml = DATA / "gearmotors.toml"
+    main([str(toml), "b.csv", "w.csv", str(tmp_path), "--R", "30",
+          "--M_b", "0.3", "--limit", "9", "--no-rotors"])
+    robot = sos.mip.Robot.shipped("gearmotors").but(
+        M_b=0.3, limit=9.0, rotors=False)
+    assert asked == {"words": ("b.csv", "w.csv", robot), "R": 30.0}
 
 
 def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
@@ -162,7 +168,7 @@ def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("asked, words", [
-    (dict(R=0), "R must"), (dict(T=-1), "T must"),
+    (dict(R=0), "R must"), (dict(T=-1), "T .time between samples. must"),
     (dict(delay=-0.01), "delay"), (dict(spread=1.2), "spread"),
 ])
 def test_bad_input_is_named(asked, words):

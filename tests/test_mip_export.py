@@ -23,6 +23,7 @@ from sosbook.mip.export import (
     pyctrl_script,
     rc_balance,
 )
+from sosbook.mip.rig import COUNTS
 from tests.compiler import find, refuse
 
 T = 0.01
@@ -94,7 +95,7 @@ def test_the_constants_are_the_laws_to_the_last_bit(name):
 def test_single_precision_rounds_its_constants_once():
     text = c_source(Firmware(LAWS["PD"]), precision="single")
     literals = re.findall(r"-?0x[\w.]+p[+-]\d+f?", text)
-    assert len(literals) == 8 + 4
+    assert len(literals) == 9 + 4
     assert all(x.endswith("f") for x in literals)
     numbers = [float.fromhex(x[:-1]) for x in literals]
     assert numbers == [float(np.float32(x)) for x in numbers]
@@ -201,6 +202,41 @@ def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
     found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(
         LAWS["PID"])))
     assert [(x.upper(), str(k)) for k, x in enumerate(FAULTS)] == found
+
+
+def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
+    """An Arduino sketch is C++: the names must not be decorated."""
+    source = write(tmp_path, Firmware(LAWS["PID"]))
+    main = tmp_path / "main.cpp"
+    main.write_text(
+        '#include "balance.h"\nint main() {\n    balance_state s;\n'
+        "    balance_start(&s, 0.1, 0, 0);\n"
+        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n")
+    cpp = [shutil.which("g++") or shutil.which("c++")]
+    if "ziglang" in gcc:
+        cpp = [*gcc[:-1], "c++"]
+    if not cpp[0]:
+        pytest.skip("no C++ compiler")
+    run(*gcc, *FLAGS, "-c", source, "-o", tmp_path / "law.o")
+    run(*cpp, "-Wall", "-Wextra", "-Werror", "-pedantic", main,
+        tmp_path / "law.o", "-o", tmp_path / "main")
+    run(tmp_path / "main")
+
+
+@pytest.mark.parametrize("precision, macro", [
+    ("double", "DBL_MANT_DIG"), ("single", "FLT_MANT_DIG")])
+def test_a_double_of_other_digits_is_refused(
+        precision, macro, gcc, tmp_path):
+    """As on AVR, where double is float and the proof isn't of it."""
+    source = write(tmp_path, Firmware(LAWS["PD"]), precision=precision)
+    text = source.read_text().replace(
+        '#include "balance.h"', f'#include "balance.h"\n#undef {macro}\n'
+        f"#define {macro} 11")
+    source.write_text(text)
+    done = subprocess.run(
+        [*gcc, "-std=c99", "-c", str(source), "-o", str(tmp_path / "a.o")],
+        capture_output=True, text=True, check=False)
+    assert done.returncode and "other digits" in done.stderr
 
 
 def test_fast_math_is_refused(gcc, tmp_path):
@@ -432,8 +468,8 @@ def readings(row):
     """gyro, wheels, tilt in our units, as librobotcontrol has signs."""
     _, pitch, rate, left, right, _ = row
     one = 6.283185307179586
-    wheels = (left * one / (1 * 35.577 * 60)
-              + right * one / (-1 * 35.577 * 60)) / 2
+    wheels = (left * one / (1 * COUNTS)
+              + right * one / (-1 * COUNTS)) / 2
     return rate * 0.0174532925199, wheels, pitch + 0.49
 
 
@@ -530,7 +566,7 @@ def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
     press = ("p", *REST[0][1:])
     ticks, output = robot.live([*REST, press, *REST, *moves(9)], "check")
     assert set(ticks) == {(0.0, 0.0, 1)}
-    assert "tilt  0.040 rad, gyro   0.01 rad/s, wheels    0.29 and" in output
+    assert "tilt  0.040 rad, gyro   0.01 rad/s, wheels    0.30 and" in output
 
 
 # pyctrl
@@ -616,18 +652,20 @@ def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
     firmware = Firmware(LAWS["PID"], blend=0.02)
     block = script(firmware)["Balance"]()
     turn = 6.283185307179586
+    mount, theirs = 0.49 / turn, 60 * 35.557  # pyctrl's gears and counts
+    wheel = turn * theirs / COUNTS
     rest = [(-0.065, 0.001, 0.2, 0.3)] * 100
     for row in rest:
         block.write(*row)
         assert block.read() == (0.0, 0.0)
     assert block.balancing
     ours = firmware.controller()
-    ours.start(turn * 0.005, turn * 0.25, turn * 0.001)
+    ours.start(turn * (mount - 0.065), wheel * 0.25, turn * 0.001)
     random = np.random.default_rng(1)
     for row in random.normal(0, 0.003, (60, 4)) + rest[0]:
         block.write(*row)
-        gyro, tilt = turn * row[1], turn * (row[0] + 0.07)
-        volts = float(ours.step(gyro, turn * (row[2] + row[3]) / 2, tilt)[0])
+        gyro, tilt = turn * row[1], turn * (row[0] + mount)
+        volts = float(ours.step(gyro, wheel * (row[2] + row[3]) / 2, tilt)[0])
         percent = np.clip(100 * volts / 7.4, -100, 100)
         assert block.read() == pytest.approx((percent, percent), abs=1e-9)
     assert ours.fault[0] == 0 and abs(volts) > 0.01

@@ -117,9 +117,9 @@ def test_after_a_gap_the_wheels_may_have_turned_further():
     controller = started(missing=5)
     controller.step(0.0, NAN)
     controller.step(0.0, 1.5 * one)
-    assert controller.bad[0] == 0
+    assert controller.lost[0] == 0
     controller.step(0.0, 3.0 * one)
-    assert controller.bad[0] == 1
+    assert controller.lost[0] == 1
 
 
 def test_a_gyro_that_repeats_itself_is_dead():

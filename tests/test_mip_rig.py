@@ -161,7 +161,7 @@ def test_a_log_survives_its_file(tmp_path):
     ("t,V\n", "t has 0 samples"),
     ("t,V\n0,0\n0.01,0\n0.01,0\n", "t must increase.* row 2"),
     ("t,V\n0,0\n.01,0\n.02,0\n.05,0\n.06,0\n", "2 samples missing .*0.02"),
-    ("t,V\n0,0\n.01,0\n.02,0\n.034,0\n.044,0\n", "t isn't uniform: 0.014"),
+    ("t,V\n0,0\n.01,0\n.02,0\n.038,0\n.048,0\n", "1 sample missing .*0.02"),
 ])
 def test_bad_files(tmp_path, text, message):
     path = tmp_path / "log.csv"

@@ -15,7 +15,7 @@ ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
 # keywords of the design functions, which become requirements at once
 SHORTHAND = {
     "synthesis/pid.py": {"gamma", "saturation", "cost"},
-    "pendulum/deployment.py": {"cost"},  # writes the weights into a C comment
+    "pendulum/proven.py": {"cost"},  # writes the weights into a C comment
 }
 
 

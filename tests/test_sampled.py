@@ -574,3 +574,15 @@ def test_a_static_controller_needs_no_clock():
 def test_balls_that_are_not_finite_are_named():
     with pytest.raises(ValueError, match="isn't finite"):
         prove_schur([arb_mat([[arb("nan")]])])
+
+
+@pytest.mark.parametrize("k", range(1, 8))
+def test_a_delay_of_whole_samples_makes_no_more_registers(k):
+    """3 * 0.1 isn't 0.3 in floats, and is three samples all the same."""
+    cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
+    for late in (k * 0.1, np.nextafter(k * 0.1, 9), k * 0.1 * (1 - 1e-11)):
+        (step,) = hold(cart, 0.1, late)
+        assert step.nstates == 2 + k
+        assert np.array_equal(step.A, hold(cart, 0.1, k / 10)[0].A)
+    (step,) = hold(cart, 0.1, k * 0.1 + 1e-8)
+    assert step.nstates == 2 + k + 1

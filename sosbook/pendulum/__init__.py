@@ -6,6 +6,7 @@ from .law import SampledLaw
 from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
 from .recovery import largest_tilt, recovered
+from .robot import Robot
 from .simulator import Push, Run, Sensors, simulate
 from .spread import polytope, reduced, triangles, vertices
 
@@ -17,6 +18,7 @@ __all__ = [
     "Mip",
     "Push",
     "R_G",
+    "Robot",
     "Run",
     "SampledLaw",
     "SampledLoop",

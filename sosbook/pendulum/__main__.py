@@ -1,49 +1,86 @@
 """Identify a robot from two logs; write a proven program for it.
 
-Without logs it takes those that the package ships.
+The robot is described in a TOML file, from which any number may differ
+by an option. Without logs it takes those that the package ships, and
+the description of their robot, the thesis's.
 """
 
 import argparse
+from dataclasses import fields
 
-from .deployment import deploy
+from .deployment import deploy, described, inspect
+from .report import write_report
 from .rig import DATA
+from .robot import Robot
 
 OPTIONS = {
-    "R": "weight of the voltage", "spread": "of e/c and e/a, relative",
-    "T": "time between samples, s", "delay": "to compute, at most, s",
-    "blend": "share of the accelerometers' tilt in each estimate",
+    "R": "weight of the voltage; without it the smallest is searched "
+    "that keeps the peak", "spread": "of e/c and e/a, relative",
+    "decay": "to be proven behind the hold, 1/s, at most",
+    "peak": "of the sensitivity, at most (2)",
 }
-ROBOT = {
-    "M_b": "mass of the body, kg", "l": "axle to its centre, m",
-    "r": "radius of the wheels, m", "M_w": "mass of one wheel, kg",
-    "g": "gravity, m/s^2", "counts": "of an encoder, per turn of a wheel",
-}
+USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 
 
 def main(words=None):
     """The command; returns the `Deployment`."""
     parser = argparse.ArgumentParser(
-        prog="python -m sosbook.pendulum", description=__doc__)
-    parser.add_argument("body", nargs="?", default=DATA / "body.csv")
-    parser.add_argument("wheels", nargs="?", default=DATA / "wheels.csv")
-    parser.add_argument("folder", nargs="?", default="deployment")
+        prog="python -m sosbook.mip", description=__doc__, usage=USAGE,
+        allow_abbrev=False)
+    parser.add_argument("paths", nargs="*", help="see above")
+    parser.add_argument("--name", default="balance", help="of the programs")
     for name, text in OPTIONS.items():
         parser.add_argument(f"--{name}", type=float, help=text)
-    for name, text in ROBOT.items():
-        parser.add_argument(f"--{name}", type=float, help=text)
+    parser.add_argument("--force", action="store_true", default=None,
+                        help="go on with logs that are refused")
+    parser.add_argument("--cells", type=int, help="for the sampled proofs")
+    parser.add_argument(
+        "--Q", type=float, nargs=5, metavar="q",
+        help="diagonal of the weight of theta, phi, their rates and x3")
+    keys = parser.add_argument_group(
+        "keys of the description that differ from robot.toml's")
+    for x in fields(Robot):
+        if x.type in (float, int):
+            keys.add_argument(
+                f"--{x.name}", *["--voltage"] * (x.name == "limit"),
+                dest=x.name, type=x.type, help=", ".join(
+                    filter(None, (x.metadata["text"], x.metadata["unit"]))))
+        elif x.type is bool:
+            keys.add_argument(
+                f"--{x.name}", action=argparse.BooleanOptionalAction,
+                help=x.metadata["text"])
     given = {name: value for name, value
              in vars(parser.parse_args(words)).items() if value is not None}
-    paths = [given.pop(name) for name in ("body", "wheels", "folder")]
-    robot = {name: given.pop(name) for name in ROBOT if name in given}
+    paths, name = given.pop("paths"), given.pop("name")
+    changes = {x.name: given.pop(x.name) for x in fields(Robot)
+               if x.name in given}
     try:
-        found = deploy(*paths[:2], robot, **given)
+        robot, body, wheels, folder = places(paths)
+        if robot is None:  # the thesis's, with the weight of the book
+            given.setdefault("R", 20.0)
+        robot = described(robot, (body, wheels)).but(**changes)
+        report = write_report(inspect(body, wheels, robot), folder)
+        print(f"wrote {report}")
+        found = deploy(body, wheels, robot, **given)
         for word, text in found.facts.items():
             print(f"{word}: {text}")
-        for path in found.write(paths[2]):
+        for path in found.write(folder, name):
             print(f"wrote {path}")
     except (OSError, ValueError) as error:
         parser.exit(1, f"{error}\n")
     return found
+
+
+def places(paths):
+    """The description or None, the two logs and the folder."""
+    paths = list(paths)
+    first = paths.pop(0) if paths and paths[0].endswith(".toml") else None
+    if len(paths) not in (0, 2, 3) or (first and not paths):
+        raise ValueError(
+            "give robot.toml, body.csv and wheels.csv, and perhaps a "
+            f"folder; got {' '.join(filter(None, [first, *paths]))!r}")
+    shipped = [DATA / "body.csv", DATA / "wheels.csv", "deployment"]
+    return (first, *paths, *shipped[len(paths):])
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from .export import c_header, c_source
+from .firmware import COUNTERS
 from .spelling import REAL
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
@@ -110,12 +111,11 @@ class Compiled:
     def _load(self, library):
         real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
         numbers = ["bias", "last", "gyro", "theta", "wheels", "increment",
-                   "zero", "phi"]
+                   "zero", "phi", "volts"]
         order = self.firmware.law.order
         fields = [(name, real) for name in numbers]
         fields += [("x", real * order)] * bool(order)
-        fields += [(name, ctypes.c_int) for name in (
-            "bad", "same", "full", "fault")]
+        fields += [(name, ctypes.c_int) for name in (*COUNTERS, "fault")]
         self.state_type = type(
             "State", (ctypes.Structure,), {"_fields_": fields})
         pointer = ctypes.POINTER(self.state_type)

@@ -65,7 +65,7 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     return t, V + 0.0  # no minus zero
 
 
-def motion(e, f, d, V, T, friction=0.0, steps=2):
+def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICK):
     r"""Angle and speed of q'' = e V - f q' - d sin q, from rest.
 
     Parameters
@@ -76,12 +76,14 @@ def motion(e, f, d, V, T, friction=0.0, steps=2):
         and q = theta - pi.
     V : (N,) array_like
         Voltage, held from one sample to the next.
-    T : float
-        Sampling time in s.
+    T : float or (N,) array_like
+        Sampling time in s, or the time from each sample to the next.
     friction : float
         Coulomb friction: the voltage that just overcomes it.
     steps : int
         Runge-Kutta steps per sample.
+    stick : float
+        In rad/s, the speed below which the friction fades.
 
     Returns
     -------
@@ -106,16 +108,19 @@ def motion(e, f, d, V, T, friction=0.0, steps=2):
     -30.52
     """
     e, f, d = number("e", e), number("f", f), number("d", d)
-    h = positive("T", T) / positive("steps", steps)
-    stick = abs(e) * number("friction", friction)
+    V = np.asarray(V, dtype=float)
+    spans = np.broadcast_to(np.asarray(T, float), V.shape)
+    positive("T", float(spans.min()))
+    spans = (spans / positive("steps", steps)).tolist()
+    held = abs(e) * number("friction", friction)
 
     def push(q, w):
-        pull = stick * tanh(w / STICK) if stick else 0.0
+        pull = held * tanh(w / stick) if held else 0.0
         return force - f * w - d * sin(q) - pull
 
     q = w = 0.0
     path = []
-    for volt in np.asarray(V, dtype=float).tolist():
+    for volt, h in zip(V.tolist(), spans):
         path.append((q, w))
         force = e * volt
         for _ in range(steps):

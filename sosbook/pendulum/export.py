@@ -14,12 +14,17 @@ import numpy as np
 
 from . import spelling
 from .firmware import FAULTS, Firmware
+from .robot import Robot
 
 __all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
 
 TYPE = {"double": "double", "single": "float"}
 TAKEN = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
 MOST = 32766  # ticks; the least that C's int holds, less one
+PYCTRL_COUNTS = 60 * 35.557  # a turn of a wheel, as pyctrl has it
+PYCTRL = {  # its wiring, which can't be changed from outside
+    "motor_channels": (3, 2), "motor_polarities": (1, -1),
+    "encoder_channels": (3, 2), "encoder_polarities": (1, -1)}
 RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)  # Hz, of the IMU's DMP
 
 
@@ -57,7 +62,9 @@ def c_header(firmware, name="balance", precision="double"):
     reason = {
         "running": "no fault",
         "sensor": f"over {firmware.missing} bad readings in a row" + (
-            f", or over {firmware.frozen} repeated" if firmware.frozen else ""),
+            f", or over {firmware.frozen} repeated" if firmware.frozen else "")
+        + (f", or over {firmware.deaf} of still wheels under voltage"
+           if firmware.deaf else ""),
         "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
         "stall": f"over {firmware.stall} ticks at the voltage's limit",
         "command": "the law's answer is no number to trust",
@@ -138,19 +145,23 @@ def c_source(firmware, name="balance", precision="double"):
                  f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
                  "        s->x[i] = next[i];\n")
     uses_x = "x[" in output + "".join(following)
+    mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
     return _fill(
-        "law.c", words, constants="\n".join(constants),
+        "law.c", words, mantissa=mantissa, digits=digits, constants="\n".join(constants),
         matrices="\n".join(matrices), start="".join(start),
         alias=alias if uses_x else "", output=output, next=after)
 
 
-def rc_balance(firmware, name="balance", precision="double"):
+def rc_balance(firmware, name="balance", precision="double", robot=None):
     """A program for librobotcontrol on a BeagleBone Blue.
 
     Parameters
     ----------
     firmware, name, precision
         As for `c_header`.
+    robot : Robot, optional
+        Its counts, mount, battery, channels and polarities; the
+        thesis's robot without it.
 
     Returns
     -------
@@ -160,12 +171,13 @@ def rc_balance(firmware, name="balance", precision="double"):
     Raises
     ------
     ValueError
-        As for `c_header`, and if the IMU doesn't have the law's rate.
+        As for `c_header`, if the IMU doesn't have the law's rate, or
+        if the robot has another board.
 
     Notes
     -----
-    Sensors, channels and polarities are those of the library's example
-    rc_balance; its theta, phi and duty have the signs of `Mip`.
+    The sensors are read as in the library's example rc_balance; its
+    theta, phi and duty have the signs of `Mip`.
 
     Examples
     --------
@@ -180,11 +192,17 @@ def rc_balance(firmware, name="balance", precision="double"):
         raise ValueError(
             f"law runs every {firmware.law.T:.9g} s, but the IMU's rates "
             f"are {', '.join(map(str, RATES))} Hz: sample the law anew")
+    robot = _wired(robot)
+    pairs = {word: "{%d, %d}" % getattr(robot, word) for word in PYCTRL}
     reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
-    return _fill("rc_balance.c", words, hertz=hertz, reasons=reasons)
+    low, high = robot.battery
+    return _fill(
+        "rc_balance.c", words, hertz=hertz, reasons=reasons,
+        mount=repr(robot.mount), counts=repr(robot.counts),
+        nominal=repr(robot.nominal), low=repr(low), high=repr(high), **pairs)
 
 
-def pyctrl_script(firmware):
+def pyctrl_script(firmware, robot=None):
     """A Python script for pyctrl 0.4.3, the thesis's own software.
 
     pyctrl's block for sampled systems presets no state and knows no
@@ -194,6 +212,8 @@ def pyctrl_script(firmware):
     Parameters
     ----------
     firmware : Firmware
+    robot : Robot, optional
+        As for `rc_balance`.
 
     Returns
     -------
@@ -202,7 +222,8 @@ def pyctrl_script(firmware):
     Raises
     ------
     ValueError
-        As for `c_source`.
+        As for `c_source`, and if the robot has another board or
+        channels that pyctrl doesn't have.
 
     Examples
     --------
@@ -211,7 +232,16 @@ def pyctrl_script(firmware):
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
     words = _words(firmware, "balance", "double")
-    law = firmware.law
+    law, robot = firmware.law, _wired(robot)
+    for word in ("motor_channels", "encoder_channels"):
+        if getattr(robot, word) != PYCTRL[word]:
+            raise ValueError(
+                f"{word} = {list(getattr(robot, word))}: pyctrl has "
+                f"{list(PYCTRL[word])} and no others")
+    signs = {word: tuple(
+        ours * theirs for ours, theirs in zip(
+            getattr(robot, f"{word}_polarities"),
+            PYCTRL[f"{word}_polarities"])) for word in ("motor", "encoder")}
     constants = [f"{label} = {float(value)!r}  # {unit}"
                  for label, value, unit in spelling.constants(firmware)]
     constants += [f"{label} = {value}  # ticks in a row"
@@ -225,7 +255,19 @@ def pyctrl_script(firmware):
     return _fill(
         "pyctrl.txt", words, constants="\n".join(constants), faults=FAULTS,
         matrices="\n".join(matrices), start=start, output=spelling.output(law),
-        next=f"{after}\n        " if after else "", T=repr(float(law.T)))
+        next=f"{after}\n        " if after else "", T=repr(float(law.T)),
+        mount=repr(robot.mount), nominal=repr(robot.nominal),
+        counts=repr(robot.counts), theirs=repr(PYCTRL_COUNTS), **signs)
+
+
+def _wired(robot):
+    """A `Robot` whose board these programs are for."""
+    robot = robot or Robot.shipped("thesis")
+    if robot.board != "beaglebone":
+        raise ValueError(
+            f"the robot's board is \"{robot.board}\": this program is for "
+            "a BeagleBone Blue")
+    return robot
 
 
 def _words(firmware, name, precision):
@@ -240,7 +282,7 @@ def _words(firmware, name, precision):
         raise ValueError(
             "name must begin a C identifier, in lower case, and be no "
             f"name that C or the robot's library has, got {name!r}")
-    for field in ("missing", "frozen", "stall"):
+    for field in ("missing", "frozen", "stall", "deaf"):
         if getattr(firmware, field) > MOST:
             raise ValueError(
                 f"{field} must be at most {MOST}, for C's int, got "

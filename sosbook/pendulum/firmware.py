@@ -12,10 +12,15 @@ from ..plants.checks import number, positive
 from .law import SampledLaw
 from .model import V_MAX
 
-__all__ = ["FAULTS", "Controller", "Firmware"]
+__all__ = ["COUNTERS", "FAULTS", "Controller", "Firmware"]
 
 #: Why the motors are off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "fall", "stall", "command")
+#: Of ticks in a row, as the state has them: the gyro's bad readings, the
+#: encoders', equal ones of the gyro, equal ones of the encoders under
+#: voltage, and ticks at the limit.
+COUNTERS = ("bad", "lost", "same", "still", "full")
+PUSH = 0.25  # of the limit: more than friction takes
 HUGE = 1e6  # V; a command beyond this is no number to trust
 
 
@@ -34,7 +39,8 @@ class Firmware:
         Share of the accelerometers' tilt in every estimate, 0 to 1:
         T / (time constant). Zero integrates the gyro alone.
     missing : int
-        So many ticks in a row without a good reading are bridged.
+        So many ticks in a row without a good reading of the gyro, or of
+        the encoders, are bridged; each sensor has its own count.
     frozen : int
         So many ticks in a row may the gyro repeat itself to the last
         bit: a living one is noisy. Zero doesn't look.
@@ -42,8 +48,13 @@ class Firmware:
         After so many ticks in a row at the voltage's limit, of either
         sign, the motors go off.
     fastest : float
-        No true rate of the body or of the wheels against it is faster,
-        in rad/s: a reading beyond it is a bad one.
+        The wheels never turn faster against the body, in rad/s: a
+        reading beyond it is a bad one.
+    gyro_range : float
+        Likewise of the gyro; at its full scale it says nothing.
+    deaf : int
+        So many ticks in a row may the encoders say the same while the
+        motors get a quarter of the limit. Zero doesn't look.
     note : tuple of str
         Where the law comes from; the C program's header carries it.
 
@@ -79,16 +90,18 @@ class Firmware:
     frozen: int = 0
     stall: int = 50
     fastest: float = 100.0
+    gyro_range: float = 100.0
+    deaf: int = 0
     note: tuple = ()
 
     def __post_init__(self):
         if not isinstance(self.law, SampledLaw):
             raise ValueError("law must be a SampledLaw")
-        for name in ("limit", "tip", "fastest"):
+        for name in ("limit", "tip", "fastest", "gyro_range"):
             object.__setattr__(
                 self, name, positive(name, getattr(self, name)))
         share("blend", self.blend)
-        for name in ("missing", "frozen", "stall"):
+        for name in ("missing", "frozen", "stall", "deaf"):
             value = getattr(self, name)
             if (not isinstance(value, int) or isinstance(value, bool)
                     or value < 0):
@@ -136,12 +149,12 @@ class Controller:
             self._each, (bias, tilt, wheels))
         self.last = self.bias
         self.gyro, self.increment = self._each(0), self._each(0)
+        self.volts = self._each(0)
         self.zero = self.phi = self.wheels + self.theta
         self.x = [self.kind.type(s) * self.theta
                   for s in self.firmware.law.start]
-        self.bad = np.zeros(self.runs, int)
-        self.same = np.zeros(self.runs, int)
-        self.full = np.zeros(self.runs, int)
+        for name in COUNTERS:
+            setattr(self, name, np.zeros(self.runs, int))
         self.fault = np.zeros(self.runs, int)
 
     def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
@@ -176,16 +189,21 @@ class Controller:
         T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
         one = self.kind.type(f.fastest * law.T)  # rad in a tick
         limit, tip = self.kind.type(f.limit), self.kind.type(f.tip)
-        fastest, huge = self.kind.type(f.fastest), self.kind.type(HUGE)
+        span, huge = self.kind.type(f.gyro_range), self.kind.type(HUGE)
+        push = self.kind.type(f.limit * PUSH)
         running = self.fault == 0
 
         last, equal = gyro, (gyro <= self.last) & (gyro >= self.last)
         same = np.where(equal & (f.frozen > 0), self.same + 1, 0)
         gyro = gyro - self.bias
         turned = wheels - self.wheels
-        reach = one * (self.bad + 1).astype(self.kind)
-        seen = within(gyro, fastest), within(turned, reach)
-        bad = np.where(seen[0] & seen[1], 0, self.bad + 1)
+        reach = one * (self.lost + 1).astype(self.kind)
+        seen = within(gyro, span), within(turned, reach)
+        bad = np.where(seen[0], 0, self.bad + 1)
+        lost = np.where(seen[1], 0, self.lost + 1)
+        quiet = (wheels <= self.wheels) & (wheels >= self.wheels)
+        quiet &= ~within(self.volts, push) & (f.deaf > 0)
+        still = np.where(quiet, self.still + 1, 0)
         gyro = np.where(seen[0], gyro, self.gyro)
         wheels = np.where(seen[1], wheels, self.wheels + self.increment)
 
@@ -202,10 +220,11 @@ class Controller:
         x = law.next(self.x, y, V - u)
 
         fault = np.select(
-            [bad > f.missing, same > f.frozen, ~within(theta, tip), ~within(u, huge),
+            [(bad > f.missing) | (lost > f.missing) | (same > f.frozen)
+             | (still > f.deaf), ~within(theta, tip), ~within(u, huge),
              full > f.stall],
-            [FAULTS.index(w) for w in ("sensor", "sensor", "fall",
-                                       "command", "stall")], 0)
+            [FAULTS.index(w) for w in ("sensor", "fall", "command",
+                                       "stall")], 0)
         good = running & (fault == 0)
 
         def keep(new, old):
@@ -216,6 +235,8 @@ class Controller:
         self.wheels, self.phi = keep(wheels, self.wheels), keep(phi, self.phi)
         self.last, self.same = keep(last, self.last), keep(same, self.same)
         self.bad, self.full = keep(bad, self.bad), keep(full, self.full)
+        self.lost, self.still = keep(lost, self.lost), keep(still, self.still)
+        self.volts = keep(V, self.volts)
         self.x = [keep(new, old) for new, old in zip(x, self.x)]
         self.fault = np.where(running, fault, self.fault)
         return np.where(good, V, self.kind.type(0))

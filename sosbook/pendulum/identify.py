@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from .experiments import motion
+from .experiments import STICK, motion
 from .fit import Fit, output_error
 from .log import Log
 from .model import Mip
@@ -16,6 +16,9 @@ from .srivc import respond, srivc
 __all__ = ["Identified", "fit_body", "fit_wheel", "identify", "speed"]
 
 BODY = ("pendulum", "linear", "free zero")
+SHARPER = (0.15, 0.05)  # rad/s, as `STICK`; tried where friction is fitted
+COARSE = 0.5  # of the speed: one count a sample, when counts aren't noise
+AS_GOOD = 1.02  # a fit that leaves so much more is no worse
 
 
 def fit_body(log, model="pendulum", friction=False):
@@ -58,8 +61,12 @@ def fit_body(log, model="pendulum", friction=False):
     if friction and model != "pendulum":
         raise ValueError("friction needs model='pendulum'")
     (gyro,), V, T = log.need("gyro"), log.V, log.T
+    if model != "pendulum" and not log.even:
+        raise ValueError("a log whose samples aren't equally far apart "
+                         "needs model='pendulum'")
     zeros = [1, 0] if model == "free zero" else [1]
-    B, A = srivc(V, gyro - gyro.mean(), T, zeros, 2, cutoff=10.0)
+    held, smooth = (V, gyro) if log.even else log.evenly(gyro)
+    B, A = srivc(held, smooth - smooth.mean(), T, zeros, 2, cutoff=10.0)
     start = dict(e_c=-B[0], f_c=A[0], d_c=A[1])
 
     def linear(e, f, d, *zero_and_offset):
@@ -68,8 +75,9 @@ def fit_body(log, model="pendulum", friction=False):
 
     def pendulum(e, f, d, *friction_and_offset):
         rub, offset = (0.0, *friction_and_offset)[-2:]
-        return motion(-e, f, d, V, T, rub, steps=1)[1] + offset
+        return motion(-e, f, d, V, log.steps, rub, steps, stick)[1] + offset
 
+    steps, stick = 1, STICK
     if model == "free zero":
         start["zero"] = B[1]
     if friction:
@@ -77,6 +85,12 @@ def fit_body(log, model="pendulum", friction=False):
     start["offset"] = gyro.mean()
     fit = output_error(linear if model in BODY[1:] else pendulum, gyro,
                        start)
+    if friction:
+        start, fits = dict(zip(fit.names, fit.values)), [fit]
+        for stick in SHARPER:
+            steps = 4
+            fits.append(output_error(pendulum, gyro, start))
+        fit = best(fits)
     return signs(fit, "body", "the gyro or the motors")
 
 
@@ -98,7 +112,7 @@ def speed(log, wheel=1, counts=COUNTS):
     if wheel not in (1, 2):
         raise ValueError(f"wheel must be 1 or 2, got {wheel!r}")
     (count,) = log.need(f"encoder{wheel}")
-    return np.diff(count) * 2 * np.pi / counts / log.T
+    return np.diff(count) * 2 * np.pi / counts / log.steps[:-1]
 
 
 def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
@@ -146,8 +160,14 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
                          f"{differencing!r}")
     if friction and differencing == "plain":
         raise ValueError("friction needs differencing='modelled'")
+    if differencing == "plain" and not log.even:
+        raise ValueError("a log whose samples aren't equally far apart "
+                         "needs differencing='modelled'")
     y, V, T = speed(log, wheel, counts), log.V, log.T
-    B, A = srivc(V, np.append(0.0, y), T, [0], 1, cutoff=30.0)
+    held, smooth = V, np.append(0.0, y)
+    if not log.even:
+        held, smooth = log.evenly(smooth)
+    B, A = srivc(held, smooth, T, [0], 1, cutoff=30.0)
     start = dict(e_a=B[0], f_a=A[0])
 
     def plain(e, f):
@@ -156,16 +176,63 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
     def modelled(e, f):
         return np.diff(respond([e], [1.0, f, 0.0], V, T)) / T
 
-    def rubbing(e, f, friction):
-        angle, _ = motion(e, f, 0.0, V, T, friction, steps=4)
-        return np.diff(angle) / T
+    def rubbing(e, f, friction=0.0):
+        angle, _ = motion(e, f, 0.0, V, log.steps, friction, 4, stick)
+        return np.diff(angle) / log.steps[:-1]
 
+    stick = STICK
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     fit = output_error(
-        rubbing if friction else plain if differencing == "plain"
-        else modelled, y, start)
+        rubbing if friction or not log.even else plain
+        if differencing == "plain" else modelled, y, start)
+    if friction:
+        start, fits = dict(zip(fit.names, fit.values)), [fit]
+        for stick in SHARPER:
+            fits.append(output_error(rubbing, y, start))
+        fit = best(fits)
+    quantum = 2 * np.pi / counts / T
+    if differencing == "modelled" and quantum > COARSE * np.std(y):
+        angles = np.cumsum(np.append(0.0, (y - fit.residuals)
+                                     * log.steps[:-1]))
+        fit = coarse(fit, angles, quantum * T, log.steps[:-1],
+                     rubbing if friction or not log.even else modelled)
     return signs(fit, "wheels", f"encoder{wheel} or the motors")
+
+
+def coarse(fit, angles, one, steps, model):
+    """A fit to counts so coarse that they aren't noise, made honest.
+
+    The fit is repeated on its own model's angles, rounded down to
+    counts from several starts: their mean says the bias, their spread
+    the uncertainty.
+    """
+    again = []
+    for part in (0.1, 0.3, 0.5, 0.7, 0.9):
+        counted = one * np.floor(angles / one + part)
+        again.append(output_error(
+            model, np.diff(counted) / steps, dict(zip(
+                fit.names, fit.values))).values)
+    off = np.array(again) - fit.values
+    bias = off.mean(axis=0)
+    more = np.diag(bias**2 + off.var(axis=0))
+    return Fit(fit.names, fit.values - bias, fit.covariance + more,
+               fit.residuals)
+
+
+def best(fits):
+    """The closest of some fits, as uncertain as those as good make it.
+
+    Nobody knows how sharply the gears stick: what a fit says under
+    other assumptions that explain the log as well widens its
+    intervals.
+    """
+    first = min(fits, key=lambda fit: fit.rms)
+    good = [fit for fit in fits if fit.rms < AS_GOOD * first.rms]
+    apart = np.array([fit.values - first.values for fit in good])
+    more = np.abs(apart).max(axis=0)
+    return Fit(first.names, first.values,
+               first.covariance + np.diag((more / 2) ** 2), first.residuals)
 
 
 def signs(fit, log, suspects):

@@ -10,12 +10,13 @@ __all__ = ["Log"]
 
 DIGITS = {"t": "{:.9g}", "V": "{:.6g}", "gyro": "{:.5g}",
           "encoder1": "{:.9g}", "encoder2": "{:.9g}"}
-LATE = 0.1  # of a period: how far a sample may be from its time
+EVEN = 0.01  # of a period: so far from its time a sample is on time
+LOST = 1.75  # periods between two samples, when one is missing
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """Samples of an experiment, equally far apart in time.
+    """Samples of an experiment, one after the other in time.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ class Log:
     ------
     ValueError
         If a column has another length or entries that aren't finite,
-        or if samples are missing or aren't equally far apart.
+        or if samples are missing.
 
     Examples
     --------
@@ -65,13 +66,42 @@ class Log:
                     f"{x.name} has {len(value)} samples, t has "
                     f"{len(self.t)}"
                 )
-        uniform(self.t)
+        gapless(self.t)
 
     @property
     def T(self):
         """Sampling time in s."""
         span = float(self.t[-1] - self.t[0])
         return float(f"{span / (len(self.t) - 1):.9g}")
+
+    @property
+    def steps(self):
+        """(N,) array: the time from each sample to the next, in s.
+
+        The mean where they are even, to a hundredth of it; else what
+        the time stamps say. After the last one comes another mean.
+        """
+        steps = np.append(np.diff(self.t), self.T)
+        if abs(steps / self.T - 1).max() <= EVEN:
+            steps[:] = self.T
+        return steps
+
+    @property
+    def even(self):
+        """Whether the samples are equally far apart."""
+        return bool(np.ptp(self.steps) == 0)
+
+    def evenly(self, *columns):
+        """Columns at even times: V as it is held, others by lines.
+
+        Returns
+        -------
+        list of (N,) array
+            V, and the columns.
+        """
+        t = self.t[0] + self.T * np.arange(len(self.t))
+        held = np.searchsorted(self.t, t + 1e-9 * self.T, "right") - 1
+        return [self.V[held], *(np.interp(t, self.t, y) for y in columns)]
 
     def need(self, *names):
         """These columns, or a ValueError that says which is missing."""
@@ -135,8 +165,8 @@ def column(name, value):
     return array
 
 
-def uniform(t):
-    """A ValueError if samples are missing or not equally far apart."""
+def gapless(t):
+    """A ValueError if t doesn't increase or samples are missing."""
     if len(t) < 3:
         raise ValueError(f"t has {len(t)} samples; a log needs at least 3")
     step = np.diff(t)
@@ -144,15 +174,8 @@ def uniform(t):
         raise ValueError(f"t must increase; it doesn't after row "
                          f"{np.flatnonzero(step <= 0)[0] + 1}")
     T = np.median(step)
-    for k in np.flatnonzero(abs(step / T - 1) > LATE)[:1]:
-        gone = round(step[k] / T) - 1
-        if gone >= 1 and abs(step[k] / T - gone - 1) <= LATE:
-            raise ValueError(
-                f"t: {gone} sample{'s' * (gone > 1)} missing after "
-                f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill "
-                "it in"
-            )
+    for k in np.flatnonzero(step > LOST * T)[:1]:
+        gone = max(round(step[k] / T) - 1, 1)
         raise ValueError(
-            f"t isn't uniform: {step[k]:g} s after t = {t[k]:g} s (row "
-            f"{k + 1}), else {T:g} s; sample the log anew"
-        )
+            f"t: {gone} sample{'s' * (gone > 1)} missing after "
+            f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill it in")

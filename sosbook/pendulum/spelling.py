@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from .firmware import HUGE
+from .firmware import HUGE, PUSH
 
 __all__ = [
     "REAL", "braces", "constants", "counts", "following", "literal",
@@ -22,7 +22,8 @@ def constants(firmware):
         ("LIMIT", firmware.limit, "V"),
         ("TIP", firmware.tip, "rad"),
         ("BLEND", firmware.blend, "of each tick's tilt"),
-        ("FASTEST", fastest, "rad/s"),
+        ("RANGE", firmware.gyro_range, "rad/s"),
+        ("PUSH", firmware.limit * PUSH, "V"),
         ("REACH", fastest * T, "rad a tick"),
         ("TRUSTED", HUGE, "V"),
     ]
@@ -31,7 +32,7 @@ def constants(firmware):
 def counts(firmware):
     """Name and value of the numbers of ticks."""
     return [("MISSING", firmware.missing), ("FROZEN", firmware.frozen),
-            ("STALL", firmware.stall)]
+            ("DEAF", firmware.deaf), ("STALL", firmware.stall)]
 
 
 def matrices(law):

@@ -18,6 +18,7 @@ from ..synthesis.problem import Request
 __all__ = ["Clock", "hold", "input_vertices", "sampled_loop"]
 
 LONGEST = 1000  # samples that a delay may last
+ROUND = fmpq(1, 10**9)  # of a sample; so near a whole number a delay is one
 
 
 def hold(plant, T, delay=0.0, U=None):
@@ -48,8 +49,9 @@ def hold(plant, T, delay=0.0, U=None):
     -----
     Source: Van Loan, Computing integrals involving the matrix
     exponential (1978); Astrom and Wittenmark, Computer-Controlled
-    Systems, section 2.3. T and delay are read as decimals: 0.3 is three
-    times 0.1.
+    Systems, section 2.3. T and delay are read as decimals, and a delay
+    within a billionth of a sample of a whole number of them is one: 0.3
+    and 3 * 0.1 are three times 0.1.
 
     Examples
     --------
@@ -123,6 +125,9 @@ class Clock:
             raise ValueError(
                 f"delay = {delay} lasts more than {LONGEST} samples of T = "
                 f"{float(T)}: take a longer T, or check the units")
+        whole = int((late / T + fmpq(1, 2)).floor())
+        if abs(late / T - whole) <= ROUND:  # 3 * 0.1 is three samples
+            return cls(T, whole, fmpq(0))
         whole = int((late / T).floor())
         return cls(T, whole, late - whole * T)
 

@@ -11,6 +11,9 @@ $note
 #if FLT_EVAL_METHOD != 0
 #error "sums must round to their type at once: for x86 use -mfpmath=sse"
 #endif
+#if ${mantissa}_MANT_DIG != $digits
+#error "$real has other digits than those that the header speaks of"
+#endif
 
 $constants
 
@@ -33,8 +36,11 @@ void ${name}_start(${name}_state *s, $real tilt, $real wheels, $real bias)
     s->increment = 0;
     s->phi = wheels + tilt;
     s->zero = s->phi;
+    s->volts = 0;
 $start    s->bad = 0;
+    s->lost = 0;
     s->same = 0;
+    s->still = 0;
     s->full = 0;
     s->fault = ${NAME}_RUNNING;
 }
@@ -52,10 +58,15 @@ $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
 
     /* After a bad reading all turns on as in the tick before. */
     gyro = gyro - s->bias;
-    const int seen = within(gyro, FASTEST);
+    const int seen = within(gyro, RANGE);
     const int turned =
-        within(wheels - s->wheels, REACH * ($real)(s->bad + 1));
-    const int bad = seen && turned ? 0 : s->bad + 1;
+        within(wheels - s->wheels, REACH * ($real)(s->lost + 1));
+    const int bad = seen ? 0 : s->bad + 1;
+    const int lost = turned ? 0 : s->lost + 1;
+
+    /* Wheels that rest under voltage: an encoder that lost its wire. */
+    const int still = DEAF > 0 && !within(s->volts, PUSH) &&
+        wheels <= s->wheels && wheels >= s->wheels ? s->still + 1 : 0;
     if (!seen)
         gyro = s->gyro;
     if (!turned)
@@ -80,7 +91,8 @@ $alias    const $real u =
     const int full = u > LIMIT || u < -LIMIT ? s->full + 1 : 0;
 
     s->fault =
-        bad > MISSING || same > FROZEN ? ${NAME}_SENSOR :
+        bad > MISSING || lost > MISSING || same > FROZEN || still > DEAF ?
+            ${NAME}_SENSOR :
         !within(theta, TIP) ? ${NAME}_FALL :
         !within(u, TRUSTED) ? ${NAME}_COMMAND :
         full > STALL ? ${NAME}_STALL : ${NAME}_RUNNING;
@@ -93,8 +105,11 @@ $alias    const $real u =
     s->wheels = wheels;
     s->phi = phi;
     s->last = last;
+    s->volts = V;
     s->bad = bad;
+    s->lost = lost;
     s->same = same;
+    s->still = still;
     s->full = full;
 $next    return V;
 }

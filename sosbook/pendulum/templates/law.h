@@ -13,6 +13,10 @@ $note
 #ifndef ${NAME}_H
 #define ${NAME}_H
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Why the motors are off. Only ${name}_start() ends a fault. */
 enum {
 $faults
@@ -28,8 +32,11 @@ typedef struct {
     $real increment;  /* rad, by which they turned in the last tick */
     $real zero;       /* rad, phi at the start */
     $real phi;        /* rad, wheels against the ground */
-$x    int bad;           /* ticks in a row with a bad reading */
-    int same;          /* ticks in a row with that very reading */
+    $real volts;      /* V, what the motors got in the last tick */
+$x    int bad;           /* ticks in a row with a bad gyro */
+    int lost;          /* ticks in a row with bad encoders */
+    int same;          /* ticks in a row with that very gyro */
+    int still;         /* ticks in a row under voltage, wheels at rest */
     int full;          /* ticks in a row at the voltage's limit */
     int fault;         /* 0 while running */
 } ${name}_state;
@@ -50,4 +57,7 @@ void ${name}_start(${name}_state *s, $real tilt, $real wheels, $real bias);
 $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
     $real target, $real rate);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -13,7 +13,8 @@ $note
  *      wheel forward: its encoder grows.
  *   2. Run the stand's program, with the body's gains alone and 2 V.
  *      Tip the robot forward: both wheels run forward, as if to catch
- *      it. If they don't, change MOTOR_POLARITY. Don't try it with a
+ *      it. If they don't, change motor_polarities in the robot's
+ *      description and write the programs again. Don't try it with a
  *      program that balances: in the air its wheels race.
  *
  * Running: the robot waits until it is held still near upright for a
@@ -25,16 +26,19 @@ $note
 #include "$name.h"
 
 #define RATE_HZ $hertz
-#define BOARD_MOUNT_ANGLE 0.49 /* rad, of the board in the body */
-#define GEARBOX 35.577         /* turns of the motor per turn of a wheel */
-#define ENCODER_RES 60         /* counts per turn of the motor */
-#define V_NOMINAL 7.4          /* V, where the battery isn't measured */
+
+/* The robot's description. */
+#define BOARD_MOUNT_ANGLE $mount /* rad, of the board in the body */
+#define COUNTS $counts /* of an encoder, per turn of a wheel */
+#define V_NOMINAL $nominal /* V, where the battery isn't measured */
+#define V_LOW $low /* V; a battery below isn't measured */
+#define V_HIGH $high /* V; nor one above */
 
 /* Left and right. */
-static const int MOTOR_CHANNEL[2] = {3, 2};
-static const int MOTOR_POLARITY[2] = {1, -1};
-static const int ENCODER_CHANNEL[2] = {3, 2};
-static const int ENCODER_POLARITY[2] = {1, -1};
+static const int MOTOR_CHANNEL[2] = $motor_channels;
+static const int MOTOR_POLARITY[2] = $motor_polarities;
+static const int ENCODER_CHANNEL[2] = $encoder_channels;
+static const int ENCODER_POLARITY[2] = $encoder_polarities;
 
 /* At rest near upright: all readings of a second lie within. */
 #define REST_TICKS RATE_HZ
@@ -73,7 +77,7 @@ static double read_gyro(void)
 static double read_wheel(int side)
 {
     return rc_encoder_eqep_read(ENCODER_CHANNEL[side]) * TURN
-        / (ENCODER_POLARITY[side] * GEARBOX * ENCODER_RES);
+        / (ENCODER_POLARITY[side] * COUNTS);
 }
 
 static void motors_off(void)
@@ -160,7 +164,7 @@ static void pause_pressed(void)
 static void measure_battery(void)
 {
     const double volts = rc_adc_batt();
-    const int sane = volts > 5 && volts < 9;
+    const int sane = volts > V_LOW && volts < V_HIGH;
     battery = (int)(1000 * (sane ? volts : V_NOMINAL));
 }
 

@@ -1,0 +1,329 @@
+"""A controller for a robot with its proofs, and the programs it is
+written as."""
+
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from ..plants.checks import number, positive
+from ..sampled import certify_sampled
+from .export import PYCTRL, c_header, c_source, pyctrl_script, rc_balance
+from .firmware import Firmware, share
+from .law import SampledLaw
+from .model import Mip
+from .robot import Robot
+from .spread import polytope, triangles, vertices
+from .tuning import U, loops, reach
+
+__all__ = ["Deployment"]
+
+STAND = 2.0  # V, at most, on the stand: enough to see the wheels turn
+CELLS = 600  # at most so many for one proof of the sampled loop
+PEAK = 2.0  # of the sensitivity, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Deployment:
+    """A controller for a robot, and what is known about it.
+
+    Parameters
+    ----------
+    mip : Mip
+        The robot in the middle.
+    spread : float
+        Of e/c and e/a, relative.
+    design : Design
+        Theorem 2.4 over the polytope.
+    delayed : DelayDesign
+        The same plants and gain behind any delay from zero to T +
+        delay: the hold, and a computer that takes ``delay``.
+    T, delay : float
+        In s.
+    blend : float
+        As in `Firmware`.
+    cells : int
+        As for `certify_sampled`, at most.
+    peak : float
+        The largest peak of the sensitivity with which it is written.
+    identified : Identified or None
+        What the logs say of the robot.
+    robot : Robot, optional
+        The robot's description; without it the thesis's robot, whose
+        T, delay and blend are those above.
+    data : dict
+        Where the robot comes from: facts for the header.
+
+    Raises
+    ------
+    ValueError
+        If the parts are about different plants, gains or delays.
+    """
+
+    mip: Mip
+    spread: float
+    design: object
+    delayed: object
+    T: float
+    delay: float
+    blend: float
+    cells: int = CELLS
+    peak: float = PEAK
+    identified: object = None
+    robot: Robot = None
+    data: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        about = self.delayed.request
+        plants = (self.design.request.plant, about.plant,
+                  polytope(self.mip, self.spread))
+        for name in "MDSB":
+            first, *others = (
+                [getattr(v, name) for v in each.vertices] for each in plants)
+            if not all(np.array_equal(first, other) for other in others):
+                raise ValueError("design, delayed and mip with its spread "
+                                 "are about different plants")
+        if not np.array_equal(self.delayed.K, self.certificate.K):
+            raise ValueError("delayed isn't about the design's gain, "
+                             "rounded to six digits")
+        positive("T", self.T)
+        if number("delay", self.delay) < 0:
+            raise ValueError(
+                f"delay must be 0 or more, in s, got {self.delay!r}")
+        share("blend", self.blend)
+        robot = self.robot or Robot.shipped("thesis")
+        object.__setattr__(self, "robot", robot.but(
+            T=self.T, delay=self.delay, blend=self.blend))
+        least, most = about.tau - about.mu, about.tau + about.mu
+        longest = self.T + self.delay + robot.jitter
+        if least > 0 or most < longest * (1 - 1e-12):
+            late = "T + delay" + " + jitter" * (robot.jitter > 0)
+            raise ValueError(
+                f"delayed is about {least:g} to {most:g} s, but must be "
+                f"about 0 to {late} = {longest:g} s")
+        asked = self.design.request
+        plain = asked.coupling == "pairs" and not about.misprints
+        if not plain or any(not np.array_equal(x.U, U)
+                            for x in (asked, about)):
+            raise ValueError(
+                "design and delayed must be of U = [0 1], pairs of vertices "
+                "and the theorem as mended: the header says so")
+
+    @cached_property
+    def certificate(self):
+        """A `Certificate` of the design, in continuous time.
+
+        Its K has six digits and is the gain that goes onto the robot.
+        """
+        return self.design.certify()
+
+    @cached_property
+    def held(self):
+        """The `DelayCertificate` of K behind the hold."""
+        return self.delayed.certify()
+
+    @cached_property
+    def law(self):
+        """The `SampledLaw` of K."""
+        return SampledLaw.of_gain(self.certificate.K, self.T)
+
+    @property
+    def robots(self):
+        """The one in the middle and the four vertices."""
+        return (self.mip, *vertices(self.mip, self.spread))
+
+    @cached_property
+    def loops(self):
+        """Sampled loops of all robots for no, half and all delay.
+
+        A dict from the delay in s to a tuple of `SampledLoop`, with the
+        firmware's own sensing.
+        """
+        return loops(self.robots, self.law, self.robot)
+
+    @property
+    def radius(self):
+        """The largest spectral radius of all `loops`."""
+        return max(x.radius for row in self.loops.values() for x in row)
+
+    @property
+    def sensitivity(self):
+        """The largest peak of the sensitivity of all `loops`."""
+        return max(
+            x.sensitivity for row in self.loops.values() for x in row)
+
+    @cached_property
+    def sampled(self):
+        """Proofs of `loops` for every plant of the polytope.
+
+        A dict from the delay in s to two `SampledCertificate`, one for
+        each of `triangles`. What they say of the estimate of theta
+        takes the accelerometers by their word.
+        """
+        parts = triangles(self.mip, self.spread)
+        return {
+            late: tuple(
+                certify_sampled(part, row[0].controller, self.T, late,
+                                cells=self.cells)
+                for part in parts)
+            for late, row in self.loops.items()
+        }
+
+    @cached_property
+    def lacking(self):
+        """The proofs that fail, in words; empty if all hold."""
+        found = []
+        for name, proof in (("in continuous time", self.certificate),
+                            ("behind the hold", self.held)):
+            if not proof.proven:
+                found.append(f"{name}: {', '.join(proof.failed)}")
+        for late, row in self.sampled.items():
+            words = {text for proof in row for text in proof.failed}
+            if words:
+                found.append(f"sampled, {1000 * late:g} ms late: "
+                             + "; ".join(sorted(words)))
+        return tuple(found)
+
+    @property
+    def proven(self):
+        """Whether all proofs hold, those of the sampled loops too."""
+        return not self.lacking
+
+    def _advice(self):
+        if self.blend == 0:
+            return ("With blend = 0 nothing corrects the estimate of theta: "
+                    "take a blend above 0")
+        if any("undecided" in words for words in self.lacking):
+            return "Where a proof is undecided, take more cells"
+        return "Take a larger R, a smaller spread or delay"
+
+    @cached_property
+    def facts(self):
+        """What the C program's header says, from a word to a sentence."""
+        mip, T = self.mip, self.law.T
+        letters = ", ".join(
+            f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
+        return {
+            **self.data,
+            "robot": self.robot.words,
+            "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}",
+            "spread": f"e/c and e/a off by {100 * self.spread:g} %, either "
+            "way",
+            "specification": "least quadratic cost (Theorem 2.4, vertices "
+            f"and pairs), Q = {self._weights()}, R = "
+            f"{self.design.request.cost.R[0, 0]:g}, U = [0 1]",
+            "gain": " ".join(f"{k:.6g}" for k in self.certificate.K[0]),
+            "proof": "; ".join(self.certificate.claims) or "none",
+            "proof with the hold": "; ".join(self.held.claims) or "none",
+            "proof of the sampled loop": self._sampled_in_words(),
+            "sampling": f"T = {T:g} s, computed within {self.delay:g} s, "
+            f"ticks late by at most {self.robot.jitter:g} s",
+            "estimate": f"{self.blend:g} of the accelerometers' tilt per "
+            "tick; the proof of the sampled loop takes it for the truth",
+            "sampled loop": f"spectral radius {self.radius:.4f}, peak "
+            f"sensitivity {self.sensitivity:.3f}, worst of "
+            f"{len(self.robots)} robots and {len(self.loops)} delays",
+            "reach": "from a tilt at rest of at most "
+            f"{np.degrees(reach(mip, self.robot.limit)):.0f} degrees, by the "
+            f"linear plant and {self.robot.limit:g} V",
+            "written by": f"sosbook {version('sosbook')}",
+        }
+
+    def _weights(self):
+        Q = self.design.request.cost.Q
+        if np.array_equal(Q, np.eye(5)):
+            return "I"
+        return "diag(" + ", ".join(f"{q:g}" for q in np.diag(Q)) + ")"
+
+    def _sampled_in_words(self):
+        if not all(x.proven for row in self.sampled.values() for x in row):
+            return "none"
+        delays = ", ".join(f"{1000 * late:g}" for late in self.sampled)
+        return ("every plant of the polytope, with this law and its "
+                "estimates of theta, phi and phi', is stable for each of "
+                f"the constant delays {delays} ms")
+
+    @cached_property
+    def firmware(self):
+        """The `Firmware`, with the facts as its note."""
+        note = tuple(f"{word}: {text}" for word, text in self.facts.items())
+        return self._firmware(self.law, self.robot.limit, note)
+
+    def _firmware(self, law, limit, note):
+        """With what the description says of faults."""
+        robot = self.robot
+        return Firmware(
+            law, limit=limit, tip=robot.tip, blend=self.blend,
+            missing=robot.missing, frozen=robot.frozen, stall=robot.stall,
+            gyro_range=robot.gyro_range, deaf=robot.deaf, note=note)
+
+    @property
+    def stand(self):
+        """A `Firmware` to check signs, wheels in the air.
+
+        It has the gains of theta and theta' alone and 2 V at most: in
+        the air the gains of the wheels are positive feedback.
+        """
+        return self._firmware(
+            SampledLaw.of_gain(self.law.D * [1, 0, 1, 0], self.T),
+            min(STAND, self.robot.limit), (
+                "For the stand, wheels in the air, to check signs: the "
+                "gains of theta and theta' alone. It doesn't balance.",
+                f"robot: {self.robot.words}"))
+
+    def write(self, folder, name="balance"):
+        """Write the programs and their provenance.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if it doesn't exist.
+        name : str
+            Of the C functions and files.
+
+        Returns
+        -------
+        list of Path
+
+        Raises
+        ------
+        ValueError
+            If something isn't proven, or the sensitivity peaks above
+            ``peak``: such a controller isn't written.
+        """
+        if not self.proven:
+            raise ValueError(
+                "this controller isn't proven, so it isn't written. "
+                + ". ".join(self.lacking) + ". " + self._advice())
+        if self.sensitivity > self.peak:
+            raise ValueError(
+                "this controller's margin is thin, so it isn't written: "
+                f"its sensitivity peaks at {self.sensitivity:.2f}, above "
+                f"{self.peak:g}. Leave R out, and the smallest that will "
+                "do is searched")
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        texts = {f"provenance_{name}.json": json.dumps(
+            self.facts, indent=2) + "\n"}
+        for precision, suffix in (("double", ""), ("single", "_single")):
+            texts[f"{name}{suffix}.h"] = c_header(
+                self.firmware, f"{name}{suffix}", precision)
+            texts[f"{name}{suffix}.c"] = c_source(
+                self.firmware, f"{name}{suffix}", precision)
+        texts[f"{name}_stand.h"] = c_header(self.stand, f"{name}_stand")
+        texts[f"{name}_stand.c"] = c_source(self.stand, f"{name}_stand")
+        for each, firmware in ((name, self.firmware),
+                               (f"{name}_stand", self.stand)):
+            if self.robot.board == "beaglebone":
+                texts[f"rc_{each}.c"] = rc_balance(
+                    firmware, each, robot=self.robot)
+                if all(getattr(self.robot, word) == pins for word, pins
+                       in PYCTRL.items() if "channels" in word):
+                    texts[f"pyctrl_{each}.py"] = pyctrl_script(
+                        firmware, robot=self.robot)
+        for file, text in texts.items():
+            (folder / file).write_bytes(text.encode())
+        return [folder / file for file in texts]

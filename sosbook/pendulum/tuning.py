@@ -1,0 +1,190 @@
+"""The weight and the decay that suit a robot, its clock and its delay.
+
+The smallest weight of the voltage whose sampled loops keep their
+distance from the critical point is searched, and then the fastest decay
+that can be proven behind the hold.
+"""
+
+import numpy as np
+from scipy.linalg import solve_continuous_are
+
+from ..delay import DelayDesign, DelayRequest, analyse_delay
+from ..synthesis.lqr import design_lqr
+from .law import SampledLaw
+from .margins import SampledLoop
+from .spread import polytope, vertices
+
+__all__ = ["DELAYS", "design", "largest_hold", "peak_of", "prove", "reach"]
+
+U = [[0, 1]]  # integrate phi
+DELAYS = (0.0, 0.5, 1.0)  # the delays that are looked at, of the largest
+WEIGHTS = tuple(m * 10.0**k for k in range(-4, 6) for m in (1, 2, 5))
+STEPS = (1, 0.5, 0.2, 0.1, 0.05, 0.0)  # of the decay that is asked for
+FASTER = 0.8 ** np.arange(1, 16)  # of T and the delay
+
+
+def loops(robots, law, robot):
+    """Rows of `SampledLoop` for no, half and all delay, by the delay."""
+    return {
+        late: tuple(SampledLoop(each, law, late, "firmware", robot.blend)
+                    for each in robots)
+        for late in (share * robot.delay for share in DELAYS)}
+
+
+def peak_of(robots, law, robot):
+    """The largest peak of the sensitivity of `loops`."""
+    return max(loop.sensitivity for row in loops(robots, law, robot).values()
+               for loop in row)
+
+
+def reach(mip, limit):
+    """The largest tilt at rest that a voltage can bring back, in rad.
+
+    Of the linear plant: an input bounded by ``limit`` can't stop the
+    unstable mode w'x' = p w'x + w'B V from beyond |w'B| limit / p.
+    """
+    plant = mip.plant()
+    A = np.block([[np.zeros((2, 2)), np.eye(2)],
+                  [-np.linalg.solve(plant.M, np.hstack(
+                      [plant.S, plant.D]))]])
+    B = np.vstack([np.zeros((2, 1)), np.linalg.solve(plant.M, plant.B)])
+    poles, left = np.linalg.eig(A.T)
+    k = poles.real.argmax()
+    w = left[:, k].real
+    return float(abs(w @ B[:, 0] / w[0]) * limit / poles[k].real)
+
+
+def design(mip, robot, spread, Q, R, peak):
+    """The `Design` of the least cost, for R or the smallest good one.
+
+    Parameters
+    ----------
+    mip : Mip
+    robot : Robot
+        Its T, delay and blend.
+    spread : float
+    Q : (5, 5) array
+    R : float or None
+        Without it the smallest of 1, 2, 5, 10, ... with which all
+        `loops` have a sensitivity of at most ``peak``.
+    peak : float
+
+    Raises
+    ------
+    ValueError
+        If there is no design, or no R will do; it says what clock
+        would.
+    """
+    if R is not None:
+        return _designed(mip, spread, Q, R)
+    guess = [k for k, weight in enumerate(WEIGHTS)
+             if _guessed(mip, robot, Q, weight) <= peak]
+    if not guess:
+        raise ValueError(_too_slow(mip, robot, Q, peak))
+    found = {}
+
+    def good(k):
+        found[k] = _designed(mip, spread, Q, WEIGHTS[k])
+        law = SampledLaw.of_gain(found[k].certify().K, robot.T)
+        return peak_of((mip, *vertices(mip, spread)), law, robot) <= peak
+
+    k = guess[0]
+    while not good(k):
+        k += 1
+        if k == len(WEIGHTS) or k > guess[-1]:
+            raise ValueError(_too_slow(mip, robot, Q, peak))
+    while k == guess[0] and k > 0 and good(k - 1):
+        k = guess[0] = k - 1
+    return found[k]
+
+
+def _designed(mip, spread, Q, R):
+    found = design_lqr(polytope(mip, spread), Q, [[R]], U)
+    if found.status != "feasible":
+        raise ValueError(f"no design for R = {R:g}: {found.advice}")
+    return found
+
+
+def _guessed(mip, robot, Q, R):
+    """The peak for the one plant in the middle, by Riccati's gain."""
+    (d,) = polytope(mip, 0.0).vertices[:1]
+    M, zero = d.M, np.zeros((2, 2))
+    A = np.zeros((5, 5))
+    A[:2, 2:4], A[4, 1] = np.eye(2), 1
+    A[2:4, :2], A[2:4, 2:4] = (
+        -np.linalg.solve(M, d.S), -np.linalg.solve(M, d.D))
+    B = np.vstack([zero[:, :1], np.linalg.solve(M, d.B), [[0]]])
+    K = -B.T @ solve_continuous_are(A, B, Q, [[R]]) / R
+    try:
+        return peak_of([mip], SampledLaw.of_gain(K, robot.T), robot)
+    except ValueError:  # no gain of the integral
+        return np.inf
+
+
+def _too_slow(mip, robot, Q, peak):
+    """What clock it takes, in words."""
+    words = (f"no R keeps the peak of the sensitivity at {peak:g} or below "
+             f"with T = {1000 * robot.T:g} ms and a delay of "
+             f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
+             "for this clock")
+    for share in FASTER:
+        clock = robot.but(T=robot.T * share, delay=robot.delay * share)
+        if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
+            return (f"{words}. About {1 / clock.T:.0f} Hz and "
+                    f"{1000 * clock.delay:.2g} ms would do")
+    return f"{words}, and one of {1 / clock.T:.0f} Hz wouldn't do either"
+
+
+def _fastest(mip):
+    """What the clock has to follow: the fall, or the motors' speed."""
+    poles = mip.plant().poles().real
+    fall, motor = poles.max(), -poles.min()
+    if motor > 8 * fall:  # a fall by e is worth more than a settling by e
+        return ("the motors' own back-EMF settles their speed in "
+                f"{1000 / motor:.3g} ms")
+    return f"the robot's fall grows by e in {1000 / fall:.3g} ms"
+
+
+def largest_hold(robot):
+    """The oldest that a voltage can be, in s: T + delay + jitter."""
+    return robot.T + robot.delay + robot.jitter
+
+
+def prove(mip, robot, spread, K, decay):
+    """The `DelayDesign` of the fastest decay that can be proven.
+
+    At most ``decay``, by either theorem; then smaller ones. What is
+    proven is a decay for every delay from 0 to `largest_hold`, however
+    it varies.
+
+    Raises
+    ------
+    ValueError
+        If not even stability can be proven; it says what is known of
+        the loop itself.
+    """
+    plants, half = polytope(mip, spread), largest_hold(robot) / 2
+    true, at = DelayDesign(
+        DelayRequest(plants, U, half, half, gain=K), "undecided", K
+    ).slowest_decay()
+    if true <= 0:
+        raise ValueError(
+            f"a loop of the polytope is unstable for a delay of "
+            f"{1000 * at:.3g} ms, which the hold and the computer may make: "
+            "take a larger R, a smaller T, delay or spread")
+    rates = {share * decay for share in STEPS if share * decay < true}
+    tried = {}
+    for rate in sorted(rates | {0.0}, reverse=True):
+        for method in ("functional", "shift"):
+            found = analyse_delay(plants, K, U, tau=half, mu=half,
+                                  delta=rate, method=method)
+            if found.status == "feasible" and found.certify().proven:
+                return found
+            tried[method] = found.status
+    raise ValueError(
+        f"no decay rate is proven for delays from 0 to {2000 * half:g} ms, "
+        "however they vary (" + ", ".join(
+            f"{method}: {status}" for method, status in tried.items())
+        + "). For constant delays the loops decay at "
+        f"{true:.3g}/s or faster, so it is the proof that lacks means and "
+        "not the gain: take a smaller spread, or a larger R")

@@ -1,0 +1,199 @@
+"""Six robots by an independent simulator: own equations, own sensors.
+
+Nothing here comes from the package: Lagrange's equations of a body, two
+wheels and two motors with rotors that turn against the body, Coulomb
+friction in the gears, a gyro and encoders with steps, and
+accelerometers that feel how the body moves. q = (theta, phi), phi the
+wheels' angle against the ground.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+G = 9.81
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A robot's parts, in SI units.
+
+    The motor: stall torque and free speed of one gear motor at V_n, its
+    rotor's inertia and its gears; friction is the voltage that they eat.
+    """
+
+    name: str
+    M_b: float
+    l: float
+    r: float
+    M_w: float
+    stall: float
+    free: float
+    V_n: float
+    gears: float
+    rotor: float
+    counts: float
+    T: float
+    delay: float
+    friction: float = 0.0
+    shape: float = 1.4  # inertia about the axle over M_b l^2
+
+    @property
+    def J(self):
+        """Both rotors, as seen at the wheels."""
+        return 2 * self.gears**2 * self.rotor
+
+    @property
+    def I_w(self):
+        """One wheel: a disc, without the rotor."""
+        return self.M_w * self.r**2 / 2
+
+    @property
+    def e(self):
+        return 2 * self.stall / self.V_n
+
+    @property
+    def f(self):
+        return 2 * self.stall / self.free
+
+    @property
+    def I_o(self):
+        return self.shape * self.M_b * self.l**2
+
+    def torque(self, V, speed):
+        """Of both motors between body and wheels, gears' friction off."""
+        rub = self.e * self.friction * np.tanh(speed / 0.05)
+        return self.e * V - self.f * speed - rub
+
+    def rate(self, x, V):
+        """x = [theta, phi, theta', phi'] on the ground."""
+        theta, _, w, v = x
+        sin, cos = np.sin(theta), np.cos(theta)
+        # 2 T = I_o w^2 + 2 M_b l r cos w v + m v^2 + J (v - w)^2
+        m = self.r**2 * (self.M_b + 2 * self.M_w) + 2 * self.I_w
+        off = self.M_b * self.l * self.r * cos - self.J
+        A, C = self.I_o + self.J, m + self.J
+        tau = self.torque(V, v - w)
+        p = self.M_b * G * self.l * sin - tau
+        q = self.M_b * self.l * self.r * sin * w**2 + tau
+        det = A * C - off**2
+        return np.array([w, v, (C * p - off * q) / det,
+                         (A * q - off * p) / det])
+
+    def hanging(self, x, V):
+        """x = [q, q'], wheels held, the body upside down."""
+        q, w = x
+        tau = self.torque(V, -w)
+        return np.array([w, (-self.M_b * G * self.l * np.sin(q) - tau)
+                         / (self.I_o + self.J)])
+
+    def spinning(self, x, V):
+        """x = [phi, phi'], on its back, wheels in the air."""
+        _, v = x
+        return np.array([v, self.torque(V, v) / (2 * self.I_w + self.J)])
+
+
+def advance(rate, x, V, time, steps):
+    h = time / steps
+    for _ in range(steps):
+        a = rate(x, V)
+        b = rate(x + h / 2 * a, V)
+        c = rate(x + h / 2 * b, V)
+        x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c, V))
+    return x
+
+
+def sweep(first, last, seconds, T, amplitude):
+    """A sine from one frequency to another and back."""
+    t = T * np.arange(round(2 * seconds / T))
+    there = np.where(t <= seconds, t, 2 * seconds - t)
+    turns = first * there + (last - first) * there**2 / (2 * seconds)
+    turns = np.where(t <= seconds, turns, (first + last) * seconds - turns)
+    return t, np.round(amplitude * np.sin(2 * np.pi * turns), 3)
+
+
+def logs(machine, seed=0, seconds=10.0):
+    """(t, V, gyro) and (t, V, counts, counts), as a computer logs them."""
+    random = np.random.default_rng(seed)
+    volts = max(0.35 * machine.V_n, 3 * machine.friction)
+    swing = np.sqrt(G / machine.l / machine.shape) / 2 / np.pi
+    t, V = sweep(0.3 * swing, 6 * swing, seconds, machine.T, volts)
+    x, gyro = np.zeros(2), []
+    for u in V:
+        gyro.append(x[1])
+        x = advance(machine.hanging, x, u, machine.T, 8)
+    step = np.deg2rad(1000) / 2**15
+    gyro = np.array(gyro) + 0.007 + 0.002 * random.standard_normal(len(t))
+    gyro = step * np.round(gyro / step)
+    corner = machine.f / (2 * machine.I_w + machine.J) / 2 / np.pi
+    t2, V2 = sweep(0.1 * corner, min(4 * corner, 0.2 / machine.T), seconds,
+                   machine.T, volts)
+    x, angle = np.zeros(2), []
+    for u in V2:
+        angle.append(x[0])
+        x = advance(machine.spinning, x, u, machine.T, 8)
+    turn = 2 * np.pi / machine.counts
+    counts = [np.floor(np.array(angle) / turn + random.random())
+              for _ in range(2)]
+    return (t, V, gyro), (t2, V2, *counts)
+
+
+def write(path, names, columns):
+    rows = [",".join(f"{v:.9g}" for v in row) for row in zip(*columns)]
+    path.write_text("\n".join([names, *rows]) + "\n")
+
+
+def stand(machine, controller, limit, seconds=60.0, tilt=0.1, seed=0,
+          dropouts=0.01, jitter=0.0005):
+    """The largest and the last tilt, and the fault, of the program.
+
+    ``controller`` has start(tilt, wheels, bias), step(gyro, wheels,
+    tilt) and fault. Its ticks come late by chance, it takes its time
+    to compute, and a sensor may say nothing.
+    """
+    random = np.random.default_rng(seed)
+    x, V, bias = np.array([tilt, 0.0, 0.0, 0.0]), 0.0, 0.008
+    turn, height = 2 * np.pi / machine.counts, 0.5 * machine.l
+    controller.start(tilt + 0.01, 0.0, bias)
+    tilts, now = [], 0.0
+    for k in range(round(seconds / machine.T)):
+        at = k * machine.T + jitter * random.random()
+        x = advance(machine.rate, x, V, at - now, 3)
+        d = machine.rate(x, V)
+        along = (G * np.sin(x[0]) - machine.r * np.cos(x[0]) * d[3]
+                 - height * d[2])
+        up = (G * np.cos(x[0]) + machine.r * np.sin(x[0]) * d[3]
+              - height * x[2]**2)
+        gyro = x[2] + bias + 0.002 * random.standard_normal()
+        wheels = turn * np.floor((x[1] - x[0]) / turn)
+        level = np.arctan2(along, up) + 0.01 * random.standard_normal()
+        lost = random.random(2) < dropouts
+        u = float(controller.step(
+            np.nan if lost[0] else gyro, np.nan if lost[1] else wheels,
+            level)[0])
+        assert abs(u) <= limit * (1 + 1e-6)
+        now = at + machine.delay * random.random()
+        x = advance(machine.rate, x, V, now - at, 2)
+        V = u
+        tilts.append(x[0])
+        if abs(x[0]) > 1.2 or controller.fault[0]:
+            break
+    return np.array(tilts), int(controller.fault[0])
+
+
+SIX = (
+    Machine("eduMIP-like", 0.272, 0.040, 0.034, 0.027, 0.11, 34.0, 7.4,
+            35.6, 5e-8, 2134.0, 0.01, 0.003),
+    Machine("Balboa-like", 0.32, 0.032, 0.040, 0.020, 0.14, 30.0, 6.0,
+            51.5, 3e-8, 1212.0, 0.005, 0.002),
+    Machine("LEGO-like", 0.60, 0.10, 0.028, 0.020, 0.30, 17.0, 9.0,
+            40.0, 3e-7, 360.0, 0.005, 0.002),
+    Machine("gear motors 100 Hz", 1.0, 0.075, 0.0325, 0.040, 0.50, 21.0,
+            12.0, 34.0, 4e-7, 1496.0, 0.01, 0.002),
+    Machine("gear motors 200 Hz", 1.0, 0.075, 0.0325, 0.040, 0.50, 21.0,
+            12.0, 34.0, 4e-7, 1496.0, 0.005, 0.002),
+    Machine("8 kg", 8.0, 0.25, 0.10, 0.45, 5.0, 15.0, 24.0, 25.0, 2.5e-6,
+            2000.0, 0.01, 0.003),
+    Machine("tall and thin", 0.7, 0.28, 0.040, 0.030, 0.50, 20.0, 12.0,
+            30.0, 4e-7, 1320.0, 0.005, 0.002, shape=1.1),
+)

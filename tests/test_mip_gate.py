@@ -1,0 +1,156 @@
+"""Logs that no working robot writes are refused, each with its reason."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sosbook.mip import Robot
+from sosbook.mip.__main__ import main
+from sosbook.mip.deployment import deploy
+from sosbook.mip.gate import Inspection, refused, widened
+from sosbook.mip.identify import identify
+from sosbook.mip.log import Log
+from sosbook.mip.report import page
+from sosbook.mip.rig import COUNTS, DATA, Rig, shipped
+from tests.corrupted import SPOILT
+from tests.test_mip_robot import GEARS, THESIS, record, truth
+
+
+@pytest.fixture(scope="module")
+def robots(tmp_path_factory):
+    """Description and logs of the thesis's robot and a second one."""
+    folder = tmp_path_factory.mktemp("gears")
+    record(GEARS, folder)
+    return {
+        "thesis": (THESIS, shipped("body"), shipped("wheels")),
+        "gears": (GEARS, Log.read(folder / "body.csv"),
+                  Log.read(folder / "wheels.csv"))}
+
+
+@pytest.mark.parametrize("which", ["thesis", "gears"])
+def test_good_logs_pass_without_a_word(which, robots):
+    robot, body, wheels = robots[which]
+    seen = Inspection.of(body, wheels, robot)
+    assert seen.findings == ()
+    assert "Nothing speaks against" in page(seen)
+    assert page(seen).count("<svg") == 6
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("which", ["thesis", "gears"])
+@pytest.mark.parametrize("name", SPOILT)
+def test_spoilt_logs_are_refused_with_the_reason(name, which, robots):
+    robot, body, wheels = robots[which]
+    spoil, words = SPOILT[name]
+    seen = Inspection.of(*spoil(body, wheels), robot)
+    assert refused(seen.findings), seen.findings
+    assert re.search(words, seen.refusal), seen.refusal
+    assert 'class="refused"' in page(seen)
+
+
+@pytest.mark.parametrize("counts", [1440.0, 0.5 * COUNTS, 4 * COUNTS])
+def test_wrong_counts_are_refused(counts, robots, tmp_path):
+    robot, body, wheels = robots["thesis"]
+    seen = Inspection.of(body, wheels, robot.but(counts=counts))
+    assert "wrong counts" in seen.refusal
+    with pytest.raises(ValueError, match="(?s)no program:.*wrong counts"):
+        deploy(DATA / "body.csv", DATA / "wheels.csv", {"counts": counts})
+
+
+def test_counts_off_by_a_little_are_a_warning(robots):
+    robot, body, wheels = robots["thesis"]
+    seen = Inspection.of(body, wheels, robot.but(counts=1.1 * COUNTS))
+    assert [f.severity for f in seen.findings] == ["warning"]
+    assert not refused(seen.findings)
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"M_b": 272.0}, "M_b .*at most 100 kg"),
+    ({"M_w": 27.0}, "M_w .*at most 20 kg"),
+    ({"l": 40.0}, "l .*at most 2 m"), ({"T": 10.0}, "T .*at most 0.2 s")])
+def test_masses_in_grams_and_lengths_in_mm_are_refused(change, words):
+    with pytest.raises(ValueError, match=words):
+        THESIS.but(**change)
+
+
+def test_force_goes_on_and_every_file_says_so(tmp_path, capsys):
+    """The gyro's range is half of what the log shows."""
+    asked = [str(DATA / "body.csv"), str(DATA / "wheels.csv"),
+             str(tmp_path / "out"), "--gyro_range", "5"]
+    with pytest.raises(SystemExit):
+        main(asked)
+    assert "gyro_range = 5 rad/s" in capsys.readouterr().err
+    assert [p.name for p in (tmp_path / "out").iterdir()] == [
+        "identification.html"]  # the reason, and no program
+    found = main([*asked, "--force", "--R", "50"])
+    assert "FORCED" in found.facts["warning 1"]
+    for name in ("balance.h", "rc_balance.c", "pyctrl_balance.py"):
+        assert "FORCED" in (tmp_path / "out" / name).read_text()
+
+
+def test_the_intervals_hold_what_the_two_wheels_disagree_by(robots):
+    robot, body, wheels = robots["thesis"]
+    found = identify(body, wheels, **robot.identification)
+    sd = dict(zip(found.ratios, widened(found)))
+    for name in ("e_a", "f_a"):
+        for fit in found.wheels:
+            assert abs(fit[name] - found.ratios[name]) <= 1.001 * sd[name]
+    middle = found.mip.e / found.mip.c
+    assert abs(middle - found.ratios["e_c"]) <= 1.01 * sd["e_c"]
+
+
+# Time stamps
+
+
+def uneven(log, share, seed=1):
+    """Every sample at its own time: of what happened, recorded so."""
+    random = np.random.default_rng(seed)
+    return log.t + share * log.T * random.uniform(-1, 1, len(log.t))
+
+
+def test_uneven_time_stamps_are_used_as_they_are():
+    """A rig whose clock jitters by 30 %, and the same logs pretending
+    that it doesn't: worse by far."""
+    from sosbook.mip.experiments import motion
+    rig = Rig()
+    x, random = rig.ratios, np.random.default_rng(4)
+    logs, flat = [], []
+    for log, e, d in ((rig.body(), -x["e_c"], x["d_c"]),
+                      (rig.wheels(), x["e_a"], 0.0)):
+        t = uneven(log, 0.3)
+        f = x["f_c"] if d else x["f_a"]
+        q, w = motion(e, f, d, log.V, np.append(np.diff(t), log.T), steps=8)
+        columns = {"gyro": w + 0.002 * random.standard_normal(len(t))} if (
+            d) else {"encoder1": np.floor(q * COUNTS / (2 * np.pi))}
+        logs.append(Log(t, log.V, **columns))
+        flat.append(Log(log.t, log.V, **columns))
+    assert not logs[0].even and flat[0].even
+    found, wrong = identify(*logs), identify(*flat)
+    for name, value in x.items():
+        assert found.ratios[name] == pytest.approx(value, rel=2e-3), name
+    assert wrong.body.rms > 10 * found.body.rms
+    seen = Inspection.of(*logs, THESIS)
+    assert not seen.findings
+
+
+def test_a_linear_fit_of_uneven_samples_is_refused():
+    from sosbook.mip.identify import fit_body, fit_wheel
+    body, wheels = shipped("body"), shipped("wheels")
+    body = replace(body, t=uneven(body, 0.2))
+    wheels = replace(wheels, t=uneven(wheels, 0.2))
+    with pytest.raises(ValueError, match="needs model='pendulum'"):
+        fit_body(body, "linear")
+    with pytest.raises(ValueError, match="differencing='modelled'"):
+        fit_wheel(wheels, 1, "plain")
+
+
+def test_the_truth_of_the_second_robot_lies_in_the_widened_intervals(robots):
+    robot, body, wheels = robots["gears"]
+    found = identify(body, wheels, **robot.identification)
+    real = truth(robot)
+    for (name, value), sd in zip(found.ratios.items(), widened(found)):
+        over = {"c": real.c, "a": 2 * real.I_w}[name[-1]]
+        assert abs(getattr(real, name[0]) / over - value) < 4 * sd, name
+    assert Robot.shipped("gearmotors") == robot

@@ -1,0 +1,291 @@
+"""The description of a robot, and where each of its keys arrives."""
+
+import re
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from sosbook.mip import Mip, Robot
+from sosbook.mip.__main__ import main, places
+from sosbook.mip.deployment import deploy, described
+from sosbook.mip.experiments import chirp, motion
+from sosbook.mip.identify import identify
+from sosbook.mip.log import Log
+from sosbook.mip.rig import COUNTS, DATA
+
+THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
+
+
+def table(robot):
+    return {x.name: getattr(robot, x.name) for x in fields(robot)
+            if getattr(robot, x.name) is not None}
+
+
+def text(robot):
+    """As a TOML file."""
+    return "\n".join(
+        f"{k} = " + (str(v).lower() if isinstance(v, bool) else
+                     f'"{v}"' if isinstance(v, str) else
+                     str(list(v)) if isinstance(v, tuple) else repr(v))
+        for k, v in table(robot).items()) + "\n"
+
+
+# The file
+
+
+def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
+    assert THESIS.counts == COUNTS
+    assert Mip.from_ratios(30.52, 7.133, 110.6, 208.8, **{
+        k: getattr(THESIS, k) for k in ("M_b", "l", "r", "M_w", "g")
+    }) == Mip.printed()
+
+
+@pytest.mark.parametrize("robot", [THESIS, GEARS])
+def test_a_description_survives_its_file(robot, tmp_path):
+    (tmp_path / "robot.toml").write_text(text(robot))
+    assert Robot.read(tmp_path / "robot.toml") == robot
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"count": 1.0}, "unknown key count; do you mean counts"),
+    ({"wheels": {}}, "unknown key wheels"),
+    ({"zzz": 1}, "the keys are name, M_b"),
+    ({"M_b": -1}, "M_b .mass of the body.* above 0 .* kg, got -1"),
+    ({"M_b": "1"}, "M_b"), ({"M_b": True}, "M_b"),
+    ({"l": float("nan")}, "l .from the axle"),
+    ({"T": 0}, "T .time between"), ({"delay": -0.1}, "delay .* 0 or more"),
+    ({"blend": 2.0}, "blend .* at most 1"), ({"tip": 2.0}, "tip .* at most"),
+    ({"rotors": 1}, "rotors must be true or false, got 1"),
+    ({"stall": 1.5}, "stall must be a number of ticks"),
+    ({"board": "uno"}, "board must be one of"), ({"name": ""}, "name must"),
+    ({"motor_channels": [3, 3]}, "motor_channels must be two different"),
+    ({"encoder_polarities": [1, 2]}, "encoder_polarities must be 1 or -1"),
+    ({"battery": [9.0]}, "battery must be two voltages"),
+    ({"nominal": 12.0}, "nominal = 12 V must lie within battery"),
+])
+def test_a_wrong_key_is_named_with_what_it_must_be(change, words, tmp_path):
+    with pytest.raises(ValueError, match=words):
+        Robot.of(table(THESIS) | change)
+
+
+@pytest.mark.parametrize("key", [
+    x.name for x in fields(Robot) if x.name not in (
+        "g", "jitter", "blend", "tip", "missing", "frozen", "stall", "deaf",
+        "board")])
+def test_a_missing_key_is_named(key):
+    with pytest.raises(ValueError, match=key):
+        Robot.of({k: v for k, v in table(THESIS).items() if k != key})
+
+
+def test_a_key_that_no_program_would_read_is_refused():
+    with pytest.raises(ValueError, match="mount: no program for board"):
+        GEARS.but(mount=0.1)
+    with pytest.raises(ValueError, match="isn't TOML"):
+        Robot.read(DATA / "body.csv")
+
+
+def test_another_clock_keeps_the_estimates_memory():
+    assert GEARS.but(T=0.01).blend == pytest.approx(2 * GEARS.blend)
+    assert GEARS.but(T=0.01, blend=0.1).blend == 0.1
+
+
+# The robot behind the logs
+
+
+def test_foreign_logs_need_a_description(tmp_path):
+    body, wheels = (DATA / f"{x}.csv" for x in ("body", "wheels"))
+    assert described(None, (body, wheels)) == THESIS
+    assert described({"M_b": 0.3}, (body, wheels)) == THESIS.but(M_b=0.3)
+    changed = tmp_path / "body.csv"
+    changed.write_text(body.read_text() + "60,0,0.01\n")
+    for given in (None, {"M_b": 0.3}):
+        with pytest.raises(ValueError, match="must be described.*robot.toml"):
+            deploy(changed, wheels, given)
+    assert described(GEARS, (changed, wheels)) == GEARS
+    assert described(DATA / "thesis.toml", (changed, wheels)) == THESIS
+
+
+def test_the_places_of_the_files():
+    assert places(["a.toml", "b", "w", "f"]) == ("a.toml", "b", "w", "f")
+    assert places(["b", "w"]) == (None, "b", "w", "deployment")
+    assert places([])[1:3] == (DATA / "body.csv", DATA / "wheels.csv")
+    for bad in (["a.toml"], ["b"], ["a.toml", "b"], ["b", "w", "f", "g"]):
+        with pytest.raises(ValueError, match="give robot.toml"):
+            places(bad)
+
+
+# Every key arrives
+
+
+def truth(robot):
+    """A plausible pendulum of this description: two gear motors.
+
+    Stall torque 0.3 N m a motor at 12 V, 10 rad/s per volt... in SI:
+    e and f of both motors; the rotors' inertia through the gears.
+    """
+    e, f, J = 0.10, 0.045, 4e-4
+    I_w = (J + robot.M_w * robot.r**2) / 2
+    b, d = robot.M_b * robot.l * robot.r, robot.M_b * robot.g * robot.l
+    a = robot.r**2 * (robot.M_b + 2 * robot.M_w) + 2 * I_w
+    return Mip(a, b, 1.4 * robot.M_b * robot.l**2, d, e, f, I_w=I_w, J=J)
+
+
+def record(robot, folder, amplitude=4.0):
+    """The logs of the two experiments, with noise and counts."""
+    mip, random = truth(robot), np.random.default_rng(12)
+    rate = 1 / robot.T
+    t, V = chirp(0.5, 12, 15, rate, amplitude)
+    _, w = motion(-mip.e / mip.c, mip.f / mip.c, mip.d / mip.c, V,
+                  robot.T, steps=6)
+    gyro = w + 0.01 + 0.002 * random.standard_normal(len(t))
+    body = Log(t, V, gyro=np.round(gyro, 4))
+    t, V = chirp(0.3, 20, 15, rate, amplitude)
+    q, _ = motion(mip.e / (2 * mip.I_w), mip.f / (2 * mip.I_w), 0.0, V,
+                  robot.T, steps=6)
+    counts = np.floor(q * robot.counts / (2 * np.pi) + random.random())
+    logs = body, Log(t, V, encoder1=counts, encoder2=counts - 3)
+    for log, name in zip(logs, ("body.csv", "wheels.csv")):
+        log.write(folder / name)
+
+
+#: What a change of each key must and mustn't change in the code, with
+#: all comments and notes left out.
+LAW, RC, PYCTRL = "balance.c", "rc_balance.c", "pyctrl_balance.py"
+ARRIVES = {
+    "M_b": {LAW, PYCTRL}, "l": {LAW, PYCTRL}, "r": {LAW, PYCTRL},
+    "M_w": {LAW, PYCTRL}, "g": {LAW, PYCTRL},
+    "counts": {LAW, RC, PYCTRL}, "rotors": {LAW, PYCTRL},
+    "friction": {LAW, PYCTRL}, "limit": {LAW, PYCTRL},
+    "T": {LAW, RC, PYCTRL}, "blend": {LAW, PYCTRL},
+    "tip": {LAW, PYCTRL}, "missing": {LAW, PYCTRL},
+    "frozen": {LAW, PYCTRL}, "stall": {LAW, PYCTRL},
+    "deaf": {LAW, PYCTRL}, "gyro_range": {LAW, PYCTRL},
+    "mount": {RC, PYCTRL}, "nominal": {RC, PYCTRL}, "battery": {RC},
+    "motor_polarities": {RC, PYCTRL}, "encoder_polarities": {RC, PYCTRL},
+    "motor_channels": {RC}, "encoder_channels": {RC},
+}
+SAID = {"name", "delay", "jitter", "board"}  # in words alone
+
+
+def code(path):
+    """Without comments, docstrings, decimals beside numbers."""
+    found = path.read_text()
+    if path.suffix == ".py":
+        found = re.sub(r'""".*?"""', "", found, flags=re.S)
+        return re.sub(r"#.*", "", found)
+    return re.sub(r"/\*.*?\*/", "", found, flags=re.S)
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory):
+    """The thesis's robot, without proofs: they aren't the matter."""
+    return deploy(DATA / "body.csv", DATA / "wheels.csv")
+
+
+def written(found, folder):
+    """What `write` writes, whatever is proven."""
+    object.__setattr__(found, "lacking", ())
+    object.__setattr__(found, "sampled", {})
+    return {path.name: path for path in found.write(folder)}
+
+
+CHANGES = {
+    "name": "other", "M_b": 0.28, "l": 0.041, "r": 0.033, "M_w": 0.03,
+    "g": 9.81, "counts": 2100.0, "gyro_range": 17.5, "limit": 6.5,
+    "rotors": True, "friction": True, "T": 0.02, "delay": 0.008,
+    "jitter": 0.001, "blend": 0.006, "tip": 0.8, "missing": 4,
+    "frozen": 13, "stall": 49, "deaf": 24, "mount": 0.5, "nominal": 7.3,
+    "battery": (5.5, 8.9), "motor_channels": (1, 4),
+    "motor_polarities": (-1, 1), "encoder_channels": (1, 4),
+    "encoder_polarities": (-1, 1),
+}
+
+
+def test_the_list_of_keys_is_whole():
+    keys = {x.name for x in fields(Robot)}
+    assert keys == set(ARRIVES) | SAID == set(CHANGES) | {"board"}
+
+
+#: The fits take these, the proofs the next ones: both take their time.
+FITTED = tuple(THESIS.identification)
+CHAINED = "counts", "T", "delay", "jitter"
+
+
+@pytest.mark.parametrize("key", FITTED)
+def test_each_key_of_the_fit_changes_the_robot(key, base):
+    robot = THESIS.but(**{key: CHANGES[key]})
+    logs = (Log.read(DATA / f"{name}.csv") for name in ("body", "wheels"))
+    assert identify(*logs, **robot.identification).mip != base.mip
+
+
+@pytest.mark.parametrize("key", [
+    pytest.param(key, marks=pytest.mark.slow) if key in CHAINED else key
+    for key in CHANGES if key in CHAINED or key not in FITTED])
+def test_each_key_arrives_where_it_belongs(key, base, tmp_path):
+    robot = THESIS.but(**{key: CHANGES[key]})
+    asked = {"R": 40.0} if key == "T" else {}
+    if key in CHAINED:
+        found = deploy(
+            DATA / "body.csv", DATA / "wheels.csv", robot, **asked)
+    else:
+        found = replace(base, robot=robot, blend=robot.blend)
+    ours = written(found, tmp_path / "new")
+    theirs = written(base, tmp_path / "old")
+    changed = {name for name in theirs if name in ours
+               and code(ours[name]) != code(theirs[name])}
+    assert {LAW, RC, PYCTRL} & changed == (
+        ARRIVES.get(key, set()) & set(ours))
+    said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
+    for path in ours.values():  # and every file says it
+        # a comment's margin and line breaks are no part of what it says
+        plain = " ".join(re.sub(r"^ \*", "", path.read_text(),
+                                flags=re.M).split())
+        if path.suffix == ".json":
+            plain = plain.encode().decode("unicode_escape")
+        assert said in plain, path.name
+
+
+@pytest.fixture(scope="module")
+def second(tmp_path_factory):
+    """Another robot, end to end, by the command."""
+    folder = tmp_path_factory.mktemp("gears")
+    wired = GEARS.but(
+        board="beaglebone", mount=0.1, nominal=11.1, battery=(9.0, 12.6),
+        motor_channels=(3, 2), motor_polarities=(-1, 1),
+        encoder_channels=(3, 2), encoder_polarities=(1, -1), T=0.005)
+    (folder / "robot.toml").write_text(text(wired))
+    record(wired, folder)
+    return wired, folder, main([str(folder / x) for x in (
+        "robot.toml", "body.csv", "wheels.csv", "out")])
+
+
+@pytest.mark.slow
+def test_a_second_robot_end_to_end(second):
+    robot, folder, found = second
+    assert found.proven
+    real = truth(robot)
+    for letter in (*"abcdef", "J"):
+        assert getattr(found.mip, letter) == pytest.approx(
+            getattr(real, letter), rel=0.02), letter
+    out = {path.name: path.read_text()
+           for path in (folder / "out").iterdir()}
+    assert "#define COUNTS 1496.0" in out["rc_balance.c"]
+    assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
+    assert "MOTOR_POLARITY[2] = {-1, 1};" in out["rc_balance.c"]
+    assert "#define RATE_HZ 200" in out["rc_balance.c"]
+    assert "COUNTS = 1496.0" in out["pyctrl_balance.py"]
+    assert "MOTOR_POLARITY = (-1, -1)" in out["pyctrl_balance.py"]
+    assert f"LIMIT = {(12.0).hex().replace('.8000000000000', '.8')}" in (
+        out["balance.c"])
+    for name, words in out.items():  # nothing of the thesis's robot
+        assert not re.search(r"2122|2134|35\.577|0\.49\b|7\.4 V|0\.272",
+                             words), name
+        plain = " ".join(re.sub(r"^ \*", "", words, flags=re.M).split())
+        assert "counts = 1496 a turn" in plain, name
+
+
+def test_a_board_of_ones_own_gets_the_law_alone(base, tmp_path):
+    robot = replace(GEARS, T=0.01, delay=0.01, blend=0.005, jitter=0.0)
+    names = written(replace(base, robot=robot), tmp_path)
+    assert not any(name.startswith(("rc_", "pyctrl")) for name in names)

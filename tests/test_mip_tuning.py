@@ -1,0 +1,127 @@
+"""The weight and the decay are found, and refusals say the true cause."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sosbook.delay import analyse_delay
+from sosbook.mip import Mip, Robot, SampledLaw, polytope, vertices
+from sosbook.mip import tuning
+from sosbook.mip.deployment import recommend
+from sosbook.mip.tuning import (
+    WEIGHTS, design, largest_hold, peak_of, prove, reach)
+from tests.test_mip_robot import GEARS, THESIS, truth
+
+Q = np.eye(5)
+
+
+def peak(mip, robot, R):
+    law = SampledLaw.of_gain(
+        design(mip, robot, 0.04, Q, R, 2.0).certify().K, robot.T)
+    return peak_of((mip, *vertices(mip)), law, robot)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mip, robot, R", [
+    (Mip.printed(), THESIS, 20.0), (truth(GEARS), GEARS, 5.0)])
+def test_the_smallest_weight_that_keeps_the_margin(mip, robot, R):
+    found = design(mip, robot, 0.04, Q, None, 2.0)
+    assert found.request.cost.R[0, 0] == R
+    assert peak(mip, robot, R) <= 2
+    assert peak(mip, robot, WEIGHTS[WEIGHTS.index(R) - 1]) > 2
+
+
+@pytest.mark.slow
+def test_a_clock_that_is_too_slow_is_named_with_one_that_would_do():
+    robot, mip = THESIS.but(T=0.04, delay=0.04), Mip.printed()
+    with pytest.raises(ValueError, match=r"T = 40 ms .*About \d+ Hz") as e:
+        design(mip, robot, 0.04, Q, None, 2.0)
+    hertz = float(str(e.value).split("About ")[1].split()[0])
+    fast = robot.but(T=1.05 / hertz / 1.25, delay=0.04 * 25 / hertz / 1.3)
+    found = design(mip, fast, 0.04, Q, None, 2.0)
+    assert peak(mip, fast, found.request.cost.R[0, 0]) <= 2
+
+
+@pytest.mark.slow
+def test_the_decay_is_lowered_and_the_method_changed_until_it_is_proven():
+    """Gear motors: no functional at 0.2/s, and yet a proof."""
+    mip, half = truth(GEARS), largest_hold(GEARS) / 2
+    K = design(mip, GEARS, 0.04, Q, 5.0, 2.0).certify().K
+    found = prove(mip, GEARS, 0.04, K, 0.2)
+    assert found.certify().proven and found.request.method == "shift"
+    assert found.request.delta == 0.2
+    assert found.request.tau + found.request.mu == pytest.approx(0.0075)
+    assert analyse_delay(polytope(mip), K, [[0, 1]], tau=half, mu=half,
+                         delta=0.2).status != "feasible"
+    # more than the loop's own decay is never tried
+    slow = prove(mip, GEARS, 0.04, K, 50.0)
+    assert slow.request.delta < slow.slowest_decay()[0]
+
+
+def test_an_unstable_loop_is_the_cause_that_is_named():
+    late = THESIS.but(delay=0.2)
+    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
+    with pytest.raises(ValueError, match="unstable for a delay of .* ms"):
+        prove(Mip.printed(), late, 0.04, K, 0.2)
+
+
+def test_a_proof_that_lacks_means_says_so(monkeypatch):
+    class Undecided:
+        status = "undecided"
+
+    monkeypatch.setattr(tuning, "analyse_delay", lambda *a, **k: Undecided)
+    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
+    with pytest.raises(ValueError, match="0.64.* it is the proof that"):
+        prove(Mip.printed(), THESIS, 0.04, K, 0.2)
+
+
+def test_the_reach_is_where_the_unstable_mode_gets_away():
+    """Full voltage at once, on the linear plant: to either side of it."""
+    mip, limit = Mip.printed(), 7.4
+    plant = mip.plant()
+    M, D, S, B = plant.M, plant.D, plant.S, plant.B[:, 0]
+
+    def mode(tilt):
+        """Of |theta| after two seconds of 7.4 V: gets away, and where."""
+        z, dz, h = np.array([tilt, 0.0]), np.zeros(2), 1e-4
+        for _ in range(20000):
+            dz = dz + h * np.linalg.solve(M, B * limit - D @ dz - S @ z)
+            z = z + h * dz
+            if abs(z[0]) > 20:
+                break
+        return np.sign(z[0])
+
+    edge = reach(mip, limit)
+    assert mode(1.005 * edge) == 1 and mode(0.995 * edge) == -1
+
+
+def test_weak_motors_are_named():
+    weak = replace(Mip.printed(), e=0.05 * Mip.printed().e)
+    with pytest.raises(ValueError, match="motors are too weak.* It takes"):
+        recommend(weak)
+
+
+@pytest.mark.parametrize("asked, words", [
+    (dict(peak=1.0), "peak must be above 1"), (dict(decay=-1), "decay must"),
+])
+def test_bad_input(asked, words):
+    with pytest.raises(ValueError, match=words):
+        recommend(Mip.printed(), **asked)
+
+
+def test_a_thin_margin_is_not_written(tmp_path):
+    found = recommend(Mip.printed(), R=10.0)
+    object.__setattr__(found, "lacking", ())
+    with pytest.raises(ValueError, match="margin is thin.* peaks at 2"):
+        found.write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+    object.__setattr__(found, "peak", 3.0)
+    assert found.write(tmp_path)
+
+
+def test_other_weights_are_said():
+    found = recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5])
+    assert "Q = diag(2, 1, 1, 1, 0.5), R = 20" in (
+        found.facts["specification"])
+    assert Robot.shipped("thesis").words == found.facts["robot"]
