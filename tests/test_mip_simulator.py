@@ -331,6 +331,7 @@ def test_recovery_is_that_of_each_run():
     assert (found[:, :2]).all() and not found[:, 2].any()
 
 
+@pytest.mark.slow
 def test_the_largest_tilt_stands_and_a_little_more_falls():
     far = replace(FIRMWARE, tip=1.5, limit=4.0)
     options = dict(t_end=1.5, sensors=IDEAL)

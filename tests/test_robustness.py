@@ -25,6 +25,7 @@ def known(seed):
     return random_case(seed, LARGEST)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_answer_is_right_and_backed(seed):
     """Certified, or excluded by multipliers or a mode out of reach."""
@@ -72,6 +73,7 @@ def test_a_witness_keeps_its_promises_in_the_loop():
     assert seen == {"region", "gamma", "saturation"}
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_request():
     for seed in range(6):
         one, two = random_case(seed), random_case(seed)

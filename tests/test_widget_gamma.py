@@ -18,6 +18,7 @@ def explorer(robot):
         robot.plant, robot.K, robot.U, robot.region, robot.saturation)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, -1.5, -3.5])
 def test_the_smallest_gamma_of_this_mu_is_shown(explorer, robot, mu):
     explorer.sliders["mu"].value = mu

@@ -54,6 +54,7 @@ def test_every_ratio_stands_beside_the_truth(explorer):
         explorer.picture.value)
 
 
+@pytest.mark.slow
 def test_the_numbers_are_the_fits_of_the_rig(explorer):
     shown = drawn(explorer, 0.5, 2.0, 0.1, "plain")
     rig = Rig(amplitude=0.5, noise=np.deg2rad(2.0), friction=0.1)
@@ -104,6 +105,7 @@ def test_it_says_what_it_does_and_has_words(explorer):
         assert slider.description
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude, noise, friction", [
     (0.25, 10.0, 0.3), (3.0, 0.0, 0.3)])
 def test_the_corners_of_the_sliders_give_numbers(
