@@ -43,7 +43,7 @@ BOOK = ("test_notebooks", "test_prose", "test_solutions", "test_values", "test_r
 KINDS = {
     "browser": {"site", "browser", "visit"},
     "compiler": {"gcc", "a_compiler"},
-    "slow": {"rows"},
+    "slow": {"rows", "cluster"},
 }
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 

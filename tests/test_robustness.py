@@ -16,6 +16,7 @@ from sosbook.proof import prove
 from sosbook.request import Request
 from tests.random_plants import KINDS, Units, random_case, random_request
 
+pytestmark = pytest.mark.slow
 LARGEST = 4  # degrees of freedom; the benchmark goes to 8
 SEEDS = range(84)
 
@@ -25,7 +26,6 @@ def known(seed):
     return random_case(seed, LARGEST)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_answer_is_right_and_backed(seed):
     """Certified, or excluded by multipliers or a mode out of reach."""
@@ -73,7 +73,6 @@ def test_a_witness_keeps_its_promises_in_the_loop():
     assert seen == {"region", "gamma", "saturation"}
 
 
-@pytest.mark.slow
 def test_the_same_seed_makes_the_same_request():
     for seed in range(6):
         one, two = random_case(seed), random_case(seed)

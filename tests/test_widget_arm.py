@@ -74,6 +74,7 @@ def test_an_empty_region_is_explained(explorer):
     assert "the region is empty" in explorer.picture.value
 
 
+@pytest.mark.slow
 def test_the_way_back_shows_the_first_picture_again(explorer):
     before = explorer.picture.value
     explorer.sliders["phi_max"].value = 45.0

@@ -6,6 +6,8 @@ import sosbook as sos
 from sosbook.walls import gamma_walls
 from sosbook.widgets.gamma import explore_mu
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def robot():
@@ -18,7 +20,6 @@ def explorer(robot):
         robot.plant, robot.K, robot.U, robot.region, robot.saturation)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, -1.5, -3.5])
 def test_the_smallest_gamma_of_this_mu_is_shown(explorer, robot, mu):
     explorer.sliders["mu"].value = mu

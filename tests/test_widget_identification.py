@@ -85,6 +85,7 @@ def test_plain_differencing_moves_the_wheels_only(explorer):
     assert after["wheels f/a"][0] < 0.7 * TRUTH["f/a"]
 
 
+@pytest.mark.slow
 def test_friction_looks_like_damping(explorer):
     explorer.sliders["friction"].value = 0.2
     shown = rows(explorer.picture.value)
