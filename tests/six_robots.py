@@ -140,7 +140,7 @@ def logs(machine, seed=0, seconds=10.0):
 
 def write(path, names, columns):
     rows = [",".join(f"{v:.9g}" for v in row) for row in zip(*columns)]
-    path.write_text("\n".join([names, *rows]) + "\n")
+    path.write_text("\n".join([names, *rows]) + "\n", "utf-8")
 
 
 def stand(machine, controller, limit, seconds=60.0, tilt=0.1, seed=0,

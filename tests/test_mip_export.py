@@ -211,7 +211,7 @@ def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
     main.write_text(
         '#include "balance.h"\nint main() {\n    balance_state s;\n'
         "    balance_start(&s, 0.1, 0, 0);\n"
-        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n")
+        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n", "utf-8")
     cpp = [shutil.which("g++") or shutil.which("c++")]
     if "ziglang" in gcc:
         cpp = [*gcc[:-1], "c++"]
@@ -229,10 +229,10 @@ def test_a_double_of_other_digits_is_refused(
         precision, macro, gcc, tmp_path):
     """As on AVR, where double is float and the proof isn't of it."""
     source = write(tmp_path, Firmware(LAWS["PD"]), precision=precision)
-    text = source.read_text().replace(
+    text = source.read_text("utf-8").replace(
         '#include "balance.h"', f'#include "balance.h"\n#undef {macro}\n'
         f"#define {macro} 11")
-    source.write_text(text)
+    source.write_text(text, "utf-8")
     done = subprocess.run(
         [*gcc, "-std=c99", "-c", str(source), "-o", str(tmp_path / "a.o")],
         capture_output=True, text=True, check=False)

@@ -87,7 +87,7 @@ def test_force_goes_on_and_every_file_says_so(tmp_path, capsys):
     found = main([*asked, "--force", "--R", "50"])
     assert "FORCED" in found.facts["warning 1"]
     for name in ("balance.h", "rc_balance.c", "pyctrl_balance.py"):
-        assert "FORCED" in (tmp_path / "out" / name).read_text()
+        assert "FORCED" in (tmp_path / "out" / name).read_text("utf-8")
 
 
 def test_the_intervals_hold_what_the_two_wheels_disagree_by(robots):

@@ -43,7 +43,7 @@ def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
 
 @pytest.mark.parametrize("robot", [THESIS, GEARS])
 def test_a_description_survives_its_file(robot, tmp_path):
-    (tmp_path / "robot.toml").write_text(text(robot))
+    (tmp_path / "robot.toml").write_text(text(robot), "utf-8")
     assert Robot.read(tmp_path / "robot.toml") == robot
 
 
@@ -98,7 +98,7 @@ def test_foreign_logs_need_a_description(tmp_path):
     assert described(None, (body, wheels)) == THESIS
     assert described({"M_b": 0.3}, (body, wheels)) == THESIS.but(M_b=0.3)
     changed = tmp_path / "body.csv"
-    changed.write_text(body.read_text() + "60,0,0.01\n")
+    changed.write_text(body.read_text("utf-8") + "60,0,0.01\n", "utf-8")
     for given in (None, {"M_b": 0.3}):
         with pytest.raises(ValueError, match="must be described.*robot.toml"):
             deploy(changed, wheels, given)
@@ -170,7 +170,7 @@ SAID = {"name", "delay", "jitter", "board"}  # in words alone
 
 def code(path):
     """Without comments, docstrings, decimals beside numbers."""
-    found = path.read_text()
+    found = path.read_text("utf-8")
     if path.suffix == ".py":
         found = re.sub(r'""".*?"""', "", found, flags=re.S)
         return re.sub(r"#.*", "", found)
@@ -239,7 +239,7 @@ def test_each_key_arrives_where_it_belongs(key, base, tmp_path):
     said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for path in ours.values():  # and every file says it
         # a comment's margin and line breaks are no part of what it says
-        plain = " ".join(re.sub(r"^ \*", "", path.read_text(),
+        plain = " ".join(re.sub(r"^ \*", "", path.read_text("utf-8"),
                                 flags=re.M).split())
         if path.suffix == ".json":
             plain = plain.encode().decode("unicode_escape")
@@ -254,7 +254,7 @@ def second(tmp_path_factory):
         board="beaglebone", mount=0.1, nominal=11.1, battery=(9.0, 12.6),
         motor_channels=(3, 2), motor_polarities=(-1, 1),
         encoder_channels=(3, 2), encoder_polarities=(1, -1), T=0.005)
-    (folder / "robot.toml").write_text(text(wired))
+    (folder / "robot.toml").write_text(text(wired), "utf-8")
     record(wired, folder)
     return wired, folder, main([str(folder / x) for x in (
         "robot.toml", "body.csv", "wheels.csv", "out")])
@@ -268,7 +268,7 @@ def test_a_second_robot_end_to_end(second):
     for letter in (*"abcdef", "J"):
         assert getattr(found.mip, letter) == pytest.approx(
             getattr(real, letter), rel=0.02), letter
-    out = {path.name: path.read_text()
+    out = {path.name: path.read_text("utf-8")
            for path in (folder / "out").iterdir()}
     assert "#define COUNTS 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
