@@ -193,7 +193,7 @@ def written(found, folder):
 CHANGES = {
     "name": "other", "M_b": 0.28, "l": 0.041, "r": 0.033, "M_w": 0.03,
     "g": 9.81, "counts": 2100.0, "gyro_range": 17.5, "limit": 6.5,
-    "rotors": True, "friction": True, "T": 0.02, "delay": 0.008,
+    "rotors": True, "friction": True, "T": 0.005, "delay": 0.008,
     "jitter": 0.001, "blend": 0.006, "tip": 0.8, "missing": 4,
     "frozen": 13, "stall": 49, "deaf": 24, "mount": 0.5, "nominal": 7.3,
     "battery": (5.5, 8.9), "motor_channels": (1, 4),
@@ -224,10 +224,8 @@ def test_each_key_of_the_fit_changes_the_robot(key, base):
     for key in CHANGES if key in CHAINED or key not in FITTED])
 def test_each_key_arrives_where_it_belongs(key, base, tmp_path):
     robot = THESIS.but(**{key: CHANGES[key]})
-    asked = {"R": 40.0} if key == "T" else {}
     if key in CHAINED:
-        found = deploy(
-            DATA / "body.csv", DATA / "wheels.csv", robot, **asked)
+        found = deploy(DATA / "body.csv", DATA / "wheels.csv", robot)
     else:
         found = replace(base, robot=robot, blend=robot.blend)
     ours = written(found, tmp_path / "new")
