@@ -5,6 +5,7 @@
     python3 tasks.py test     run every test (more words go to pytest)
     python3 tasks.py test quick    the package alone, in a minute and a half
     python3 tasks.py coverage      which lines of the package its tests reach
+    python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
@@ -103,6 +104,14 @@ def coverage(words):
     prepare()
     return pytest("-m", UNIT, "--cov", "--cov-report=term:skip-covered",
                   f"--cov-report=html:{BUILD / 'coverage'}", "tests", "sosbook", *words)
+
+
+def campaign(words):
+    """Run the tests that the gate leaves out, once a week."""
+    prepare()
+    if compiler.ensure(str(PYTHON)) is None:
+        return fail(compiler.MISSING)
+    return pytest("--campaign", "-m", "campaign", "tests", *words)
 
 
 def rehearse(words):
@@ -229,7 +238,7 @@ def fail(message, status=1):
 
 
 TASKS = {task.__name__: task for task in (
-    book, test, coverage, rehearse, lab, run, bench, clean)}
+    book, test, coverage, campaign, rehearse, lab, run, bench, clean)}
 
 if __name__ == "__main__":
     main()

@@ -55,8 +55,17 @@ LONGEST = (
 )
 
 
-def pytest_collection_modifyitems(items):
+def pytest_addoption(parser):
+    parser.addoption("--campaign", action="store_true",
+                     help="run the long campaigns, too")
+
+
+def pytest_collection_modifyitems(config, items):
     """Mark kinds of tests, set the timeouts, and bring long files first."""
+    if not config.getoption("--campaign", False):
+        long = [x for x in items if x.get_closest_marker("campaign")]
+        items[:] = [x for x in items if x not in long]
+        config.hook.pytest_deselected(items=long)
     rank = {name: k for k, name in enumerate(LONGEST)}
     for item in items:
         asked = set(getattr(item, "fixturenames", ()))

@@ -235,7 +235,7 @@ def test_a_double_of_other_digits_is_refused(
     source.write_text(text, "utf-8")
     done = subprocess.run(
         [*gcc, "-std=c99", "-c", str(source), "-o", str(tmp_path / "a.o")],
-        capture_output=True, text=True, check=False)
+        capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode and "other digits" in done.stderr
 
 

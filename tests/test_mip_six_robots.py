@@ -25,10 +25,24 @@ OPEN = pytest.mark.xfail(
     reason="the sampled proof runs out of cells", raises=AssertionError)
 
 
+#: Each robot takes a minute: the gate takes two, far from each other.
+GATE = "gear motors 100 Hz", "Balboa-like"
+
+
+def marks(name):
+    """Those of a robot's campaign."""
+    return [OPEN] * (name == "tall and thin") + (
+        [pytest.mark.campaign] * (name not in GATE))
+
+
+def test_the_gate_takes_two_of_them():
+    assert set(GATE) < {m.name for m in SIX}
+    assert sum(not marks(m.name) for m in SIX) == len(GATE)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", [
-    pytest.param(m, id=m.name, marks=[OPEN] * (m.name == "tall and thin"))
-    for m in SIX])
+    pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX])
 def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     body, wheels = logs(machine)
     write(tmp_path / "body.csv", "t,V,gyro", body)

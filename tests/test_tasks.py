@@ -54,6 +54,21 @@ def test_the_quick_lane_has_no_pages_and_no_notebooks(called):
     assert "--nbval" not in command and "SOSBOOK_SITE" not in extra
 
 
+@pytest.mark.slow
+def test_the_campaigns_run_when_they_are_called_and_never_else(called, monkeypatch):
+    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: ["cc"])
+    assert tasks.campaign(["-x"]) == 0
+    ((command, _),) = called
+    assert command[-5:] == ["--campaign", "-m", "campaign", "tests", "-x"]
+    listed = [subprocess.run(
+        [sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "no:cacheprovider",
+         *words, "tests/test_mip_six_robots.py"], cwd=ROOT, capture_output=True,
+        text=True, encoding="utf-8", check=True).stdout
+        for words in ((), ("--campaign",))]
+    few, all_of_them = (int(re.search(r": (\d+)", text)[1]) for text in listed)
+    assert 0 < few < all_of_them
+
+
 def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(tasks, "BUILD", tmp_path)
@@ -109,11 +124,27 @@ def test_a_build_that_never_ends_is_not_awaited_for_ever(tmp_path):
         conftest.wait_for(tmp_path / "book.status", seconds=0)
 
 
+class Config:
+    """What the hook sees of the command line; it has no --campaign."""
+
+    def __init__(self):
+        self.hook, self.gone = self, []
+
+    def getoption(self, name, default):
+        return default
+
+    def pytest_deselected(self, items):
+        self.gone += items
+
+
 class Item:
     """What the hook sees of a test."""
 
     def __init__(self, path, *fixtures):
         self.path, self.fixturenames, self.marks = Path(path), fixtures, {}
+
+    def get_closest_marker(self, name):
+        return name in self.marks
 
     def add_marker(self, mark):
         self.marks[mark.mark.name] = mark.mark.args
@@ -124,8 +155,11 @@ def test_pages_are_marked_and_long_files_come_first():
     page = Item("tests/test_maps.py", "visit")
     site, cell = Item("tests/test_site.py", "site"), Item("book/01_first.ipynb")
     slowest = Item(f"book/{conftest.LONGEST[0]}.ipynb")
-    items = [plain, table, page, cell, site, slowest]
-    conftest.pytest_collection_modifyitems(items)
+    campaign = Item("tests/test_design.py")
+    campaign.add_marker(pytest.mark.campaign)
+    items, config = [plain, campaign, table, page, cell, site, slowest], Config()
+    conftest.pytest_collection_modifyitems(config, items)
+    assert config.gone == [campaign]
     assert items == [slowest, site, plain, table, page, cell]
     assert "browser" in page.marks and "browser" in site.marks
     assert "slow" in table.marks
@@ -263,7 +297,8 @@ def test_the_three_lanes_run_where_they_should():
     assert quick["python"] == ["3.11", "3.12", "3.13", "3.14"]
     assert full["python"] == ["3.11", "3.14"]
     assert rehearsal["worlds"] == ["noise", "kernels", "simd"]
-    assert "== 'schedule'" in JOBS["tests-rehearsal"]["if"]
+    for weekly in ("tests-rehearsal", "tests-campaign"):
+        assert "== 'schedule'" in JOBS[weekly]["if"]
     assert "cron" in WORKFLOWS[0].read_text("utf-8")
 
 
