@@ -29,8 +29,8 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "ready"
 BUILD = ROOT / "_build"
 SITE = BUILD / "html"
-QUICK = "not slow and not browser and not live and not compiler"
-UNIT = "not browser and not live"
+QUICK = "not slow and not book and not browser and not live and not compiler"
+UNIT = "not book and not browser and not live"
 
 
 #: The program jupyter-book, whatever the system calls its file.

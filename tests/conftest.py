@@ -37,7 +37,14 @@ from tests import browser as chromium
 
 collect_ignore = ["rehearsal"]  # its sitecustomize.py is no test
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = {"site", "browser", "visit"}
+#: Tests of what the book says and shows, and of the tools that compare it.
+BOOK = ("test_notebooks", "test_prose", "test_solutions", "test_values", "test_rehearsal")
+#: A test that asks for one of these fixtures is of this kind.
+KINDS = {
+    "browser": {"site", "browser", "visit"},
+    "compiler": {"gcc", "a_compiler"},
+    "slow": {"rows", "cluster"},
+}
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 
 #: What takes longest comes first, so that at the end no process waits for
@@ -49,16 +56,19 @@ LONGEST = (
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what needs pages, set the timeouts, and bring long files first."""
+    """Mark kinds of tests, set the timeouts, and bring long files first."""
     rank = {name: k for k, name in enumerate(LONGEST)}
     for item in items:
+        asked = set(getattr(item, "fixturenames", ()))
+        for kind, fixtures in KINDS.items():
+            if asked & fixtures:
+                item.add_marker(getattr(pytest.mark, kind))
+        if item.path.stem.startswith(BOOK):
+            item.add_marker(pytest.mark.book)
         if item.path.suffix == ".ipynb":
             item.add_marker(pytest.mark.timeout(CELL))
-        elif not PAGES.isdisjoint(getattr(item, "fixturenames", ())):
-            item.add_marker(pytest.mark.browser)
+        elif "site" in asked:
             item.add_marker(pytest.mark.timeout(PAGE))
-        elif "rows" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
 
 

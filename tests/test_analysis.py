@@ -51,6 +51,7 @@ def test_norm_and_poles_agree_with_python_control(seed):
     assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6, atol=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("p", [1, 3])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_norm_for_any_number_of_disturbances(seed, p):

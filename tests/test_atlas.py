@@ -53,6 +53,7 @@ def request_at(robot, atlas, place):
 
 # ------------------------------------------------------------------ in Python
 
+@pytest.mark.slow
 def test_what_is_stored_is_what_is_solved(robot, atlas):
     n = 0
     for place in sorted(atlas.designs)[::7]:

@@ -52,6 +52,7 @@ def _all(q):
     return np.arange(q * q), np.ones(q * q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peer", [p for p in PEERS if PEERS[p].feasible])
 def test_every_peer_solves_example_1(peer):
     if not PEERS[peer].installed():
@@ -111,6 +112,7 @@ def test_the_staircase_is_the_map():
     assert solves < cells.size
 
 
+@pytest.mark.slow
 def test_a_trial_tells_time_memory_and_limit():
     job = Job("chain 2", "clarabel", "raw")
     found = trial(job, 60)

@@ -254,6 +254,7 @@ def chain(q):
     return exact(x), fmpq(q + 1, q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("q", [1, 2, 3, 7, 24, 25, 40, 60])
 def test_definite_around_the_border(q):
     """Less than the last pivot off the last entry, all of it, and more."""
@@ -286,6 +287,7 @@ def test_semidefinite_is_not_definite(q):
     assert as_large(x - exact(np.eye(q)) / 10**20)[0] is False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("q", range(1, 61, 7))
 def test_definite_is_what_the_pivots_say(q):
     rng = np.random.default_rng(q)

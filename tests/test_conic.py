@@ -32,6 +32,7 @@ def scaled(blocks):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(25))
 def test_verdict(seed):
     """Clarabel's largest t with G >= t I has the sign of ours."""

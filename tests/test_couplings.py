@@ -78,6 +78,7 @@ def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
     assert couplings.hull_gap(sos.Polytope(twisted)) > 1e-3
 
 
+@pytest.mark.slow
 def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
     """The theorem on the hull: a vertex design keeps its LMIs inside."""
     chain = counterexamples.random_chain(5, spread=0.6)

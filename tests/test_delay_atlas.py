@@ -50,6 +50,7 @@ def design_at(atlas, place):
 
 # ------------------------------------------------------------------ in Python
 
+@pytest.mark.slow
 def test_what_is_stored_is_what_is_solved(atlas):
     assert len(atlas) == 8
     for place, stored in atlas.designs.items():

@@ -72,6 +72,7 @@ def test_the_printed_gain_of_example_2_is_proven():
     )[0] == pytest.approx(0.2934, abs=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("published, possible", [(False, 0.29), (True, 0.1)])
 def test_example_1_as_asked_is_infeasible(published, possible):
     """The rate 0.6 isn't; the largest provable one is less than half."""
@@ -152,6 +153,7 @@ def test_where_no_alpha_succeeds_nothing_is_decided():
             ask()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 @pytest.mark.parametrize("delta", [0.0, 0.1])
 @pytest.mark.parametrize("method", ["functional", "shift"])
@@ -412,6 +414,7 @@ def outside(request):
     return {"optimal": "feasible"}.get(problem.status, problem.status)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes, status", [
     (dict(mu=0.2), "feasible"),
     (dict(tau=0.7), "feasible"),
@@ -439,6 +442,7 @@ def test_clarabel_agrees_on_a_design(changes, status):
     assert outside(d.request) == status
 
 
+@pytest.mark.slow
 def test_a_tiny_delay_changes_nothing():
     """A gain is accepted where the loop without delay is Hurwitz."""
     rng = np.random.default_rng(4)
@@ -461,6 +465,7 @@ MASS, FORCE, TIME = 1e3, 1e-2, 60.0
 LENGTHS = np.diag([1e3, 1e-2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["functional", "shift"])
 @pytest.mark.parametrize("unit", ["mass", "force", "lengths", "time"])
 def test_units_do_not_change_a_design(unit, method):

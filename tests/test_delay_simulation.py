@@ -286,6 +286,7 @@ def test_sine_delay_against_an_ode_solver(low, high, omega, phase):
     assert np.abs(answer.x - x).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [
     SwitchingDelay(0.2, 0.6, 0.7),
     SwitchingDelay(0.1, 0.6, 0.15),

@@ -138,6 +138,7 @@ class Mode:
         return np.concatenate([self(t), self.dx(t)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["design", "analysis", "shift"])
 @pytest.mark.parametrize("mu", [0.0, 0.2])
 def test_v_is_the_functional_as_defined(case, mu):
@@ -219,6 +220,7 @@ def test_bad_questions_for_v():
 
 # The campaign
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["functional", "shift"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_no_constant_delay_refutes_a_proof(seed, method):
@@ -266,6 +268,7 @@ def test_no_sampled_loop_refutes_a_proof(seed, method):
             assert np.abs(found).max() < np.exp(-d.request.delta * period)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["functional", "shift"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_v_grows_on_no_motion(seed, method):
@@ -285,6 +288,7 @@ def test_v_grows_on_no_motion(seed, method):
         assert (size <= bound).all(), delay
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [
     dict(mu=0.24), dict(delta=0.13), dict(mu=0.0, tau=0.6)], ids=str)
 def test_v_of_an_analysis_grows_on_no_motion(changes):

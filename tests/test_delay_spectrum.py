@@ -152,6 +152,7 @@ def test_complex_scalars_as_two_states(a, size, angle, h):
     assert apart(found, wanted) < near
 
 
+@pytest.mark.slow
 @given(seeds)
 @settings(max_examples=60)
 def test_random_roots(seed):
@@ -390,6 +391,7 @@ def test_loops_that_no_delay_or_every_delay_leaves_stable():
 
 # ---- slowest decay
 
+@pytest.mark.slow
 @pytest.mark.parametrize("A, A_d, low, high", [
     (*LOOPS["printed wing"], 0.1, 0.3),
     (*LOOPS["published wing"], 0.1, 0.3),

@@ -149,6 +149,7 @@ def test_the_same_again_is_the_same(example, design):
         example[0], **example[1]).K, design.K)
 
 
+@pytest.mark.slow
 def test_analysis_finds_a_proof_for_every_design():
     for seed in range(12):
         asked = random_request(seed)
@@ -298,6 +299,7 @@ def test_asking_for_less_is_never_harder():
     assert given.status == "feasible" and given.certify(8).proven
 
 
+@pytest.mark.slow
 def test_an_idle_direction_does_not_hide_the_smallest_gamma():
     """Without sigma a part of P may grow without bound."""
     robot = sos.thesis.example_1()

@@ -79,6 +79,7 @@ def test_following_the_advice_helps(name):
     assert sos.design_pid(**rest).certify().proven
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change, words", [
     (dict(saturation=sos.Saturation(20, [.2, .2, .8, .8, .1, .1])),
      "input bound u_max first"),

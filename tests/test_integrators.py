@@ -277,6 +277,7 @@ def test_admissible_vertices_with_an_inadmissible_middle():
         descriptors(plants.mean, [[1, 0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_what_is_proven_holds_at_sampled_plants(seed):
     rng = np.random.default_rng(seed)

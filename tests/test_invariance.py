@@ -99,6 +99,7 @@ def same_design(name, units, tolerance=1e-6):
     assert there.certify(9).proven
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REQUESTS)
 @some
 @given(powers, powers, powers, powers, powers)
@@ -121,6 +122,7 @@ def test_units_of_a_set_without_bound(
         10**signal * np.eye(m), 10**integral * np.eye(a)), 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REQUESTS)
 @some
 @given(seeds)
@@ -144,6 +146,7 @@ def test_coordinates(name, seed):
     same_design(name, Units(1.0, T, regular(n), Q, regular(a)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 @some
 @given(powers, powers, powers, powers)

@@ -100,6 +100,7 @@ def polytope():
         for effort in (0.9, 1.1) for inertia in (0.95, 1.05)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
 @pytest.mark.parametrize("noise", ["states", "F"])
 def test_the_bound_holds_over_the_polytope(polytope, coupling, noise):

@@ -39,6 +39,7 @@ def harder(name, value, factor):
 
 # ------------------------------------------------------------------- edges
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_are_proven_for_what_they_say(edges, name):
     edge = edges[name]
@@ -102,6 +103,7 @@ def test_no_edge_is_said_and_not_invented(robot):
         edge.shares
 
 
+@pytest.mark.slow
 def test_no_design_is_said_too(robot):
     asked = robot.requirements | dict(
         region=sos.PoleRegion(1.4, np.pi / 4, 5))
@@ -111,6 +113,7 @@ def test_no_design_is_said_too(robot):
     assert edge.reason == "no design down to rho = 5000"
 
 
+@pytest.mark.slow
 def test_other_couplings_have_edges_too():
     arm = sos.thesis.example_4()
     edge = maps.edge("rho", arm.plant, **arm.requirements, digits=2,
@@ -121,6 +124,7 @@ def test_other_couplings_have_edges_too():
         edge.shares
 
 
+@pytest.mark.slow
 def test_shares_are_the_slope_of_the_frontier(robot):
     asked = robot.requirements
     shares = maps.edge("u_max", robot.plant, **asked).shares
@@ -167,6 +171,7 @@ def test_gamma_needs_a_disturbance():
 
 # --------------------------------------------------------------- frontiers
 
+@pytest.mark.slow
 def test_a_frontier_is_a_monotone_staircase(force):
     assert force.values == (2, 1.2, 0.8, 0.6)
     assert all(edge.proven for edge in force.edges)
@@ -179,6 +184,7 @@ def test_a_frontier_is_a_monotone_staircase(force):
         assert asked["gamma"] >= gamma and asked["u_max"] >= edge.infeasible
 
 
+@pytest.mark.slow
 def test_each_entry_is_the_edge_found_alone(force, robot):
     for gamma, edge in zip(force.values, force.edges):
         asked = robot.requirements | dict(gamma=gamma)
@@ -187,6 +193,7 @@ def test_each_entry_is_the_edge_found_alone(force, robot):
         assert alone.infeasible == edge.infeasible
 
 
+@pytest.mark.slow
 def test_workers_change_nothing(force, robot):
     again = maps.frontier(
         "gamma", "u_max", robot.plant, **robot.requirements,
@@ -230,6 +237,7 @@ def test_the_set_of_bounds_is_convex(force):
                 + c * force.feasible**2 > 0).all()
 
 
+@pytest.mark.slow
 def test_sigma_and_theta_are_not_convex(robot):
     front = maps.frontier(
         "sigma", "theta", robot.plant, **robot.requirements,
@@ -510,6 +518,7 @@ def test_designs_are_those_of_each_specification_alone(robot, specifications):
     assert maps.designs(robot.plant, []) == []
 
 
+@pytest.mark.slow
 def test_runs_workers_and_order_change_nothing(
     robot, specifications, monkeypatch
 ):
@@ -542,6 +551,7 @@ def test_a_bad_specification_is_named(robot, bad, fault):
         assert any("specification" in n for n in caught.value.__notes__)
 
 
+@pytest.mark.slow
 def test_the_two_sides_of_an_edge_are_neighbours():
     """The last design is proven in its own coordinates, if not in others."""
     chain = sos.thesis.example_3()

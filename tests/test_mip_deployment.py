@@ -14,6 +14,8 @@ from sosbook.mip.__main__ import main
 from sosbook.mip.deployment import recommend
 from sosbook.mip.rig import DATA
 
+pytestmark = pytest.mark.slow  # one identification, one design, two proofs
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):

@@ -138,6 +138,7 @@ def contradiction(e_c, f_c, e_a, f_a):
     return Identified(ratios, None, None, None, None).contradiction
 
 
+@pytest.mark.slow
 def test_friction_is_found_and_not_taken_for_damping(ideal):
     truth, rig = ideal[0], Rig(friction=0.3)
     body, wheels = head(rig.body(), 20), head(rig.wheels(), 20)

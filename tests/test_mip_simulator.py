@@ -313,6 +313,7 @@ def test_an_offset_the_controller_doesnt_know_tilts_its_estimate():
     assert np.allclose(error, wrong * (run.t + T / 2), rtol=0, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_set_point_moves_the_wheels():
     still = simulate(MIP, FIRMWARE, 0.0, 6.0, sensors=IDEAL, target=1.0)
     assert abs(still.x[1, 0, -1] - 1) < 0.02
@@ -321,6 +322,7 @@ def test_a_set_point_moves_the_wheels():
     assert run.target == [(0.0, 2.0), (0.02, 2.0), (0.04, 2.0)]
 
 
+@pytest.mark.slow
 def test_recovery_is_that_of_each_run():
     tilts, robots = np.deg2rad([5, 30, 60]), vertices(MIP)[:2]
     found = recovered(robots, FIRMWARE, tilts, t_end=1.5)
@@ -331,6 +333,7 @@ def test_recovery_is_that_of_each_run():
     assert (found[:, :2]).all() and not found[:, 2].any()
 
 
+@pytest.mark.slow
 def test_the_largest_tilt_stands_and_a_little_more_falls():
     far = replace(FIRMWARE, tip=1.5, limit=4.0)
     options = dict(t_end=1.5, sensors=IDEAL)

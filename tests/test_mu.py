@@ -50,6 +50,7 @@ def test_mu_is_a_unit_of_w(robot):
     assert np.allclose(first.K, second.K, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_free_mu_proves_what_one_cannot(robot):
     """A bound near the true norm, over the other requirements."""
     asked = dict(U=robot.U, region=robot.region, saturation=robot.saturation)
@@ -63,6 +64,7 @@ def test_free_mu_proves_what_one_cannot(robot):
     assert sos.design_pid(robot.plant, gamma=0.02, **asked).status == "infeasible"
 
 
+@pytest.mark.slow
 def test_free_mu_that_finds_nothing_is_undecided(robot):
     asked = dict(U=robot.U, region=robot.region, saturation=robot.saturation)
     d = sos.design_pid(robot.plant, gamma=0.001, mu="free", **asked)

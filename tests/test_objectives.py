@@ -74,6 +74,7 @@ def test_bad_objectives(robot, more, words):
         sos.design_pid(robot.plant, U=robot.U, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3])
 @pytest.mark.parametrize("factor", [0.95, 1.02, 3.0])
 def test_a_warm_start_changes_nothing(number, factor):
@@ -132,6 +133,7 @@ def test_a_cutting_plane_over_vertices_changes_nothing(monkeypatch):
     assert found.hinf(samples=20) < 0.5
 
 
+@pytest.mark.slow
 def test_many_vertices_that_ask_too_much():
     plant, asked = many(1e-3)
     d = sos.design_pid(plant, **asked)

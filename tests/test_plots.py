@@ -57,6 +57,7 @@ def test_a_figure_without_alternative_text_is_refused(alt):
         plots.show(plt.figure(), alt=alt)
 
 
+@pytest.mark.slow
 def test_the_same_data_give_the_same_bytes(design):
     once, again = (
         {name: plots.show(figure, alt=name).html
@@ -75,6 +76,7 @@ def test_the_output_does_not_depend_on_the_reader_s_settings(design):
         expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["poles", "response", "others"])
 def test_an_output_is_small_accessible_svg_without_a_date(design, kind):
     page = plots.show(
@@ -94,6 +96,7 @@ def test_an_output_is_small_accessible_svg_without_a_date(design, kind):
     assert "NaN" not in page and "nan" not in page
 
 
+@pytest.mark.slow
 def test_every_id_is_used_and_every_reference_is_there(design):
     page = plots.show(pictures(design)["response"], alt="response").html
     ids = re.findall(r'\sid="([^"]+)"', page)

@@ -1,6 +1,7 @@
 """Promises that hold for every plant: hypothesis looks for exceptions."""
 
 import numpy as np
+import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +16,7 @@ few = settings(max_examples=25, derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_a_feasible_design_keeps_its_promises(seed):
@@ -43,6 +45,7 @@ def test_a_feasible_design_keeps_its_promises(seed):
             assert peak_input(e, d.K, limit.x0) <= limit.u_max
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_the_verdict_is_clarabels(seed):
@@ -54,6 +57,7 @@ def test_the_verdict_is_clarabels(seed):
         assert (t > 0) == (d.status == "feasible")
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.floats(-6, 6), st.floats(-6, 6), st.booleans())
 def test_units_do_not_decide(seed, length, force, integrate):
@@ -77,6 +81,7 @@ def test_units_do_not_decide(seed, length, force, integrate):
         assert np.abs(there.K * u / z - here.K).max() < 1e-3 * scale
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_relaxing_a_request_keeps_it_feasible(seed):
@@ -98,6 +103,7 @@ def test_relaxing_a_request_keeps_it_feasible(seed):
     assert sos.design_pid(**asked).status == "feasible"
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_an_exact_proof_of_infeasibility_is_never_wrong(seed):

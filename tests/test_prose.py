@@ -10,8 +10,6 @@ from tests.prose import check, numerals, pages, power, quoted
 
 #: Pages whose numbers aren't mended yet.
 PENDING = {
-    "14_what_gamma_measures",
-    "27_pendulum_control",
 }
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]

@@ -3,10 +3,13 @@
 import re
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_the_programs_in_the_readme_design_proven_controllers(capsys):
     names = {}
     for program in re.findall(r"```python\n(.*?)```", README, re.DOTALL):

@@ -106,6 +106,7 @@ def test_ellipse():
         assert region.contains(circle)
 
 
+@pytest.mark.slow
 def test_intersection():
     region = PoleRegion(0.7, np.pi / 4, 5) & LMIRegion.strip(-3, -1)
     points = POINTS[:300]

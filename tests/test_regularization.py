@@ -88,6 +88,7 @@ def test_readings_agree():
     assert (np.linalg.eigvalsh(printed)[0] > 0) == (schur[0] > 0)
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.sampled_from(["centre", "least norm"]))
 def test_the_lemma_keeps_its_promise(seed, choose):
@@ -126,6 +127,7 @@ def dual_proof_holds(case, beta, proof):
     return value <= 0 and float(value) == proof.value
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @few
 @given(seeds)
@@ -161,6 +163,7 @@ def test_least_norm_of_one_mass():
         assert found.K_A == pytest.approx(wanted, rel=1e-4)
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_least_norm_is_cvxpys(seed):
@@ -187,6 +190,7 @@ def test_least_norm_is_zero_where_no_gain_is_needed():
     assert not regularize(heavy, 0.1, "least norm").K_A.any()
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.floats(-6, 6), st.floats(-6, 6))
 def test_units_of_mass_and_force_do_not_matter(seed, mass, force):

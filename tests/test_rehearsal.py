@@ -262,7 +262,7 @@ def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
     assert rehearsal.main(["--worlds", "noise-1", "--unit", "--", "03"]) == exit_status
     assert ran == [
         ("noise-1", "notebooks", ["--nbval", "book/03_lmis_in_ten_minutes.ipynb"]),
-        ("noise-1", "unit", ["-m", "not browser and not live", "tests", "sosbook"])]
+        ("noise-1", "unit", ["-m", "not book and not browser and not live", "tests", "sosbook"])]
     assert ("pytest itself failed" in capsys.readouterr().out) == (status == 3)
     with pytest.raises(SystemExit, match="no notebook's name starts with 99"):
         rehearsal.main(["--worlds", "noise", "--", "99"])

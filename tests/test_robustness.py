@@ -16,6 +16,7 @@ from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 from tests.random_plants import KINDS, Units, random_case, random_request
 
+pytestmark = pytest.mark.slow
 LARGEST = 4  # degrees of freedom; the benchmark goes to 8
 SEEDS = range(84)
 

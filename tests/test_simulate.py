@@ -103,6 +103,7 @@ def test_a_time_scale_of_picoseconds():
     assert np.allclose(here.z, there.z, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_acceleration_feedback_is_counted_in_u():
     """M z'' + D z' + S z = B u + F w, u with its K_A z''."""
     ex = sos.thesis.example_1()

@@ -64,12 +64,14 @@ def keeps_its_promises(design):
     assert min(kept.values()) > 0, kept
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_pairs_keep_their_promises_with_uncertain_masses(seed):
     keeps_its_promises(sos.design_pid(**uncertain(seed)))
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.sampled_from([0.03, 0.1, 0.3]))
 def test_slack_keeps_its_promises_with_uncertain_masses(seed, slack):
@@ -77,6 +79,7 @@ def test_slack_keeps_its_promises_with_uncertain_masses(seed, slack):
         **uncertain(seed), coupling="slack", slack=slack))
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_slack_keeps_its_promises_with_any_requirements(seed):
@@ -214,6 +217,7 @@ def clarabel_margin(request):
     return float(t.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("share", [0.4, 1.0])
 def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
@@ -228,6 +232,7 @@ def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
         assert design.status == "infeasible"
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_a_certain_E_makes_slack_at_least_as_good(seed):
@@ -249,6 +254,7 @@ def test_a_certain_E_makes_slack_at_least_as_good(seed):
         assert "feasible" in found
 
 
+@pytest.mark.slow
 @few
 @given(seeds, st.sampled_from([0.02, 0.2]))
 def test_one_plant_gains_nothing(seed, slack):
@@ -295,6 +301,7 @@ def test_a_gain_that_is_given_keeps_its_own_matrices():
     assert refused.status == "infeasible"
 
 
+@pytest.mark.slow
 def test_the_same_search_finds_what_the_vertices_break():
     """Otherwise the promises above would be kept by easy cases only."""
     broken = 0

@@ -159,6 +159,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     assert_allclose(found, wanted, atol=1e-5 * abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
     plant, asked = chain(12)
     found = sos.design_pid(plant, **asked)

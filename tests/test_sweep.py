@@ -80,12 +80,14 @@ def test_each_worker_has_one_blas_thread(monkeypatch):
     assert os.getpid() not in {process for _, process in found}
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_is_survived(serial, tmp_path):
     found = sweep(make_deadly(tmp_path, {4}), POINTS, n_jobs=2)
     assert found == serial
     assert [f.name for f in tmp_path.iterdir()] == ["4"]
 
 
+@pytest.mark.slow
 def test_so_are_several(serial, tmp_path):
     deadly = make_deadly(tmp_path, {0, 3, 6})
     found = sweep(deadly, POINTS, n_jobs=2, retries=1)
@@ -93,6 +95,7 @@ def test_so_are_several(serial, tmp_path):
     assert len(list(tmp_path.iterdir())) == 3
 
 
+@pytest.mark.slow
 def test_a_point_that_always_kills_is_named():
     def fatal(k):
         return os._exit(1) if k == 7 else k
@@ -142,6 +145,7 @@ def cluster():
             yield client
 
 
+@pytest.mark.slow
 def test_the_same_call_runs_on_a_dask_cluster(cluster, serial):
     with joblib.parallel_config(backend="dask"):
         assert sweep(work, POINTS) == serial
@@ -151,6 +155,7 @@ def test_the_same_call_runs_on_a_dask_cluster(cluster, serial):
     assert os.getpid() not in {process for _, process in places}
 
 
+@pytest.mark.slow
 def test_dask_survives_a_death_too(cluster, serial, tmp_path):
     with joblib.parallel_config(backend="dask"):
         found = sweep(make_deadly(tmp_path, {4}), POINTS)

@@ -20,6 +20,7 @@ def smallest(example, mu, region=None, u_max=None):
         K_A=example.K_A, mu=mu, minimize="gamma", backoff=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", EXAMPLES)
 def test_no_certificate_lies_below_the_walls(make):
     example = make()

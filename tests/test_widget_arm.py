@@ -29,6 +29,7 @@ def test_it_starts_with_example_4(explorer):
     assert explorer.picture.value.count("<polyline") == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, value, asked", [
     ("phi_max", 60.0, dict(low=np.sinc(1 / 3))),
     ("sigma", 4.0, dict(low=2 / np.pi, sigma=4.0)),
@@ -40,6 +41,7 @@ def test_each_slider_designs_again(explorer, name, value, asked):
     assert shows(explorer, design(**asked).K)
 
 
+@pytest.mark.slow
 def test_set_points_need_the_cosine(explorer):
     explorer.sliders["task"].value = STEPS
     assert "<strong>infeasible</strong>" in explorer.picture.value
@@ -72,6 +74,7 @@ def test_an_empty_region_is_explained(explorer):
     assert "the region is empty" in explorer.picture.value
 
 
+@pytest.mark.slow
 def test_the_way_back_shows_the_first_picture_again(explorer):
     before = explorer.picture.value
     explorer.sliders["phi_max"].value = 45.0

@@ -21,6 +21,7 @@ def designed(low=70, high=120, sigma=0.9, theta=60, rho=15,
         gamma, sos.Saturation(u_max, x0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, value",
     [("low", 50), ("high", 200), ("sigma", 0.5), ("theta", 70), ("rho", 20)],
@@ -53,6 +54,7 @@ def test_the_range_is_named_and_both_ends_are_drawn(explorer):
     assert page.count("<polyline") == 6 + 3
 
 
+@pytest.mark.slow
 def test_an_impossible_wish_is_refused_with_advice(explorer):
     explorer.sliders["sigma"].value = 4
     explorer.sliders["rho"].value = 4.5

@@ -68,6 +68,7 @@ def test_it_starts_with_our_design_for_example_2(explorer):
     assert page.count("<svg role='img'") == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, value, changes", [
     ("tau", 0.3, dict(tau=0.3, mu=0.15)),
     ("ratio", 0.25, dict(mu=0.1)),
@@ -91,6 +92,7 @@ def test_the_printed_gains_are_analysed_without_alpha(explorer):
     assert explorer.picture.value == page
 
 
+@pytest.mark.slow
 def test_no_certificate_does_not_make_the_printed_loop_slower(explorer):
     """At delta = 0.2 Theorem A.3 is silent; the true rate is larger."""
     explorer.sliders["gain"].value = PRINTED
@@ -103,6 +105,7 @@ def test_no_certificate_does_not_make_the_printed_loop_slower(explorer):
     assert agrees(explorer, loop)
 
 
+@pytest.mark.slow
 def test_without_a_design_there_is_no_gain_to_show(explorer):
     explorer.sliders["delta"].value = 0.25
     assert design(delta=0.25).status == "infeasible"
@@ -124,6 +127,7 @@ SIGNALS = dict(zip(KINDS, (
     RandomDelay(0.2, 0.6, 0.8, seed=0))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_response_is_that_of_the_delay_named(explorer, kind):
     explorer.sliders["kind"].value = kind

@@ -6,6 +6,8 @@ import sosbook as sos
 from sosbook.studies.gamma_bounds import gamma_walls
 from sosbook.widgets.gamma import explore_mu
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def robot():

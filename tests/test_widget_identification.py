@@ -54,6 +54,7 @@ def test_every_ratio_stands_beside_the_truth(explorer):
         explorer.picture.value)
 
 
+@pytest.mark.slow
 def test_the_numbers_are_the_fits_of_the_rig(explorer):
     shown = drawn(explorer, 0.5, 2.0, 0.1, "plain")
     rig = Rig(amplitude=0.5, noise=np.deg2rad(2.0), friction=0.1)
@@ -84,6 +85,7 @@ def test_plain_differencing_moves_the_wheels_only(explorer):
     assert after["wheels f/a"][0] < 0.7 * TRUTH["f/a"]
 
 
+@pytest.mark.slow
 def test_friction_looks_like_damping(explorer):
     explorer.sliders["friction"].value = 0.2
     shown = rows(explorer.picture.value)
@@ -104,6 +106,7 @@ def test_it_says_what_it_does_and_has_words(explorer):
         assert slider.description
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude, noise, friction", [
     (0.25, 10.0, 0.3), (3.0, 0.0, 0.3)])
 def test_the_corners_of_the_sliders_give_numbers(

@@ -57,6 +57,7 @@ def test_it_starts_with_the_printed_spread(explorer):
     assert worst < design.request.cost.bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slider, value, name", [
     ("R", 10.0, "R"), ("q_theta", 10.0, "theta"), ("q_phi", 0.1, "phi")])
 def test_each_weight_designs_again(explorer, slider, value, name):
@@ -65,6 +66,7 @@ def test_each_weight_designs_again(explorer, slider, value, name):
     assert rows(explorer) == as_shown(middle(**asked), robust(**asked).K)
 
 
+@pytest.mark.slow
 def test_the_spread_and_the_coupling_design_again(explorer):
     explorer.sliders["spread"].value = 40.0
     assert rows(explorer)[1:] == as_shown(robust(40.0).K)

@@ -91,6 +91,7 @@ def test_it_starts_with_table_4_3():
     assert "<strong>proven stable</strong>" in shown()
 
 
+@pytest.mark.slow
 def test_each_slider_moves_the_filter_and_the_regulator():
     explorer, asked = explore_observer(), dict(START)
     assert explorer.picture.value == shown()

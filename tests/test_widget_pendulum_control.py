@@ -30,6 +30,7 @@ def shows(explorer, K):
     return all(f">{k:.4g}<" in explorer.picture.value for k in K.ravel())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle, limit", [(0.1, V_MAX), (0.5, 3.0)])
 def test_the_recovery_is_that_of_an_adaptive_integrator(angle, limit):
     """With and without saturation, vertex by vertex."""
@@ -66,6 +67,7 @@ def test_it_starts_with_table_4_1(explorer):
     assert "Peak voltage 3.35 V. " in explorer.picture.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("R", [1.0, 2.0])
 def test_the_integral_and_the_robust_design(explorer, R):
     start = {n: s.value for n, s in explorer.sliders.items()}
@@ -91,6 +93,7 @@ def test_a_steep_start_is_said(explorer):
     assert explorer.picture.value == before
 
 
+@pytest.mark.slow
 def test_a_large_spread_needs_the_robust_design(explorer):
     """Seventy percent: the regulator of vertex 4 loses a plant."""
     start = {n: s.value for n, s in explorer.sliders.items()}

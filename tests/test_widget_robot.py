@@ -52,6 +52,7 @@ def test_it_starts_with_the_robust_design_and_stands(explorer):
         K[0, 0] * np.radians(10), abs=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law, R, table", [
     (PD, 1.0, PRINT.pd), (PID, 1.0, PRINT.pid), (PID, 5.0, PRINT.pid)])
 def test_it_chatters_where_the_sampled_loop_is_unstable(
@@ -78,6 +79,7 @@ def test_too_steep_a_start_is_a_fall(explorer):
     assert said(explorer.picture.value, "Peak voltage") == V_MAX
 
 
+@pytest.mark.slow
 def test_noise_and_an_offset_are_seen(explorer):
     """V has at least what the rate's gain makes of the gyro's noise; the
     PD drives away with (1 + K_theta / K_phi) times the offset."""
@@ -95,6 +97,7 @@ def test_noise_and_an_offset_are_seen(explorer):
     assert near < 3 and speed / 2 < far < 2 * speed
 
 
+@pytest.mark.slow
 def test_it_returns_to_where_it_was(explorer):
     before = explorer.picture.value
     assert move(explorer, tilt=30.0, delay=20.0) != before

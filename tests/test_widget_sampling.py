@@ -96,6 +96,7 @@ def test_it_starts_with_table_4_1(explorer):
     assert "stable at all four vertices" in explorer.picture.value
 
 
+@pytest.mark.slow
 def test_one_tick_late_r_equal_to_one_is_lost(moved):
     """The printed regulators at 100 Hz, measured exactly."""
     said = moved(sensing="exact", R=1.0)
@@ -104,12 +105,14 @@ def test_one_tick_late_r_equal_to_one_is_lost(moved):
     assert "stable at all four" in moved(R=5.0)
 
 
+@pytest.mark.slow
 def test_half_a_tick_heals_what_differencing_breaks(moved):
     said = moved(sensing="differenced", R=2.0)
     assert "UNSTABLE at 4 of 4 vertices" in said
     assert "stable at all four vertices" in moved(ticks=0.5)
 
 
+@pytest.mark.slow
 def test_the_peak_is_that_of_a_dense_sweep(moved):
     """The robust PID for R = 20, two ticks late."""
     said = moved(R=20.0, law=PID, design=ROBUST, ticks=2.0)

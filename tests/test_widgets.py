@@ -85,6 +85,7 @@ def test_a_polytope_shows_every_vertex(robot):
         assert f">{gain:.4g}<" in explorer.picture.value
 
 
+@pytest.mark.slow
 def test_an_empty_region_is_explained(explorer):
     explorer.sliders["rho"].value = 1
     explorer.sliders["sigma"].value = 1.5
@@ -180,6 +181,7 @@ def explorers():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", explorers())
 def test_the_picture_does_not_depend_on_the_way(name, monkeypatch):
     """Designs start from the last one; what is shown doesn't tell."""
@@ -205,6 +207,7 @@ def test_the_picture_does_not_depend_on_the_way(name, monkeypatch):
     assert travelled.picture.value == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", explorers())
 def test_no_explorer_draws_a_matplotlib_figure(name, monkeypatch):
     from matplotlib.figure import Figure

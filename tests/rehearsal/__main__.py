@@ -67,7 +67,7 @@ def arguments(words):
 
 def lanes(asked):
     """{name: pytest's words} of the runs in each world."""
-    units = ["-m", "not browser and not live"]
+    units = ["-m", "not book and not browser and not live"]
     if asked.only_unit:
         return {"unit": [*units, *(asked.names or ["tests", "sosbook"])]}
     runs = {"notebooks": ["--nbval", *notebooks(asked.names)]}
