@@ -148,7 +148,7 @@ def _minimize(blocks, unknowns, cost, x, gap, objective):
 def _at_optimum(request, objective, backoff):
     values, x, frame = optimum(request, objective, 1e-5)
     if values is None:
-        return Solution(request, x.verdict, request.gain)
+        return Solution(_opened(request, objective), x.verdict, request.gain)
     request = request.with_bounds({
         name: _rounded_up(value * (1 + backoff))
         for name, value in values.items()
@@ -156,6 +156,15 @@ def _at_optimum(request, objective, backoff):
     expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     return finish(request, frame, blocks, unknowns, x)
+
+
+def _opened(request, objective):
+    """The request less the requirements that an objective alone has made."""
+    for name in objective:
+        owner = _owner(request, name)
+        if not owner.parameter.open:
+            request = request.without(owner)
+    return request
 
 
 def _rounded_up(value):
