@@ -18,6 +18,9 @@ from tests.corrupted import SPOILT
 from tests.test_mip_robot import GEARS, THESIS, record, truth
 
 
+pytestmark = pytest.mark.slow  # each log is identified
+
+
 @pytest.fixture(scope="module")
 def robots(tmp_path_factory):
     """Description and logs of the thesis's robot and a second one."""

@@ -212,6 +212,7 @@ FITTED = tuple(THESIS.identification)
 CHAINED = "counts", "T", "delay", "jitter"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", FITTED)
 def test_each_key_of_the_fit_changes_the_robot(key, base):
     robot = THESIS.but(**{key: CHANGES[key]})
