@@ -8,9 +8,6 @@ import pytest
 from sosbook import notebooks
 from tests.prose import check, numerals, pages, power, quoted
 
-#: Pages whose numbers aren't mended yet.
-PENDING = {
-}
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]
 
@@ -18,16 +15,12 @@ SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]
 @pytest.mark.parametrize("path", PAGES)
 def test_typed_numbers_are_tied(path):
     loose, stale = check.loose(path)
-    if path.stem in PENDING:
-        pytest.skip(f"{len(loose)} numbers to be mended")
     assert not loose, "\n" + "\n".join(map(str, loose))
     assert not stale, f"tests/given/{path.stem}.toml ties nothing with {stale}"
 
 
 @pytest.mark.parametrize("path", SOURCES)
 def test_quotations_are_verbatim(path):
-    if path.stem in PENDING:
-        pytest.skip("to be mended")
     assert not [str(phrase) for phrase in quoted.unknown(path)]
 
 
