@@ -58,7 +58,8 @@ def _noise(runs, rest):
             readings = [not quarter.any(), not volts.any()]
         yield _row(
             item, where, "yes",
-            "V at rest: " + _words(rest, (more, less), wild=wild), readings,
+            "V at rest: " + _words(rest, (more, less), wild=wild, digits=1),
+            readings,
             f"two thresholds: a quarter, and {FLOOR:g} V; how noisy the "
             "real robot's sensors are isn't printed")
 
@@ -142,14 +143,14 @@ def _row(item, where, printed, ours, holds, why):
                "; ".join(w for w in (HOW, why) if w))
 
 
-def _words(table, names, unit="", wild=None):
+def _words(table, names, unit="", wild=None, digits=2):
     """Three numbers for each name, one for each delay.
 
     A limit cycle's digits are chance: where ``wild`` it is only named.
     """
     return "; ".join(
         f"{n}: " + ", ".join(
-            "chatter" if wild and wild[n][k] else f"{x:.2g}{unit}"
+            "chatter" if wild and wild[n][k] else f"{x:.{digits}g}{unit}"
             for k, x in enumerate(table[n]))
         for n in names)
 
