@@ -6,9 +6,10 @@ take ten minutes, and outputs are compared by their values (tests/values).
 
 import os
 
-for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-    os.environ.setdefault(f"{name}_NUM_THREADS", "1")
-os.environ["TQDM_DISABLE"] = "1"  # no progress bars in compared outputs
+from sosbook.runtime.progress import HIDDEN
+from sosbook.runtime.threads import ONE_THREAD
+
+os.environ.update(ONE_THREAD | dict(os.environ) | HIDDEN)  # before numpy
 
 from hypothesis import settings
 

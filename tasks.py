@@ -7,6 +7,7 @@
     python3 tasks.py coverage      which lines of the package its tests reach
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
+    python3 tasks.py types         what mypy says of the package's types
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
     python3 tasks.py bench    time the solver and its peers, for chapter 18
@@ -34,6 +35,8 @@ QUICK = "not slow and not book and not browser and not live and not compiler"
 UNIT = "not book and not browser and not live"
 
 
+MYPY = "mypy==2.4.1"
+
 #: The program jupyter-book, whatever the system calls its file.
 JUPYTER_BOOK = ("-c", "from jupyter_book.cli.main import main; main()")
 
@@ -48,12 +51,11 @@ PYTHON = interpreter()
 if __name__ == "__main__":
     sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT))
+from sosbook.runtime.threads import ONE_THREAD  # noqa: E402
 from tests import browser, compiler  # noqa: E402
 
 
 def main():
-    if sys.version_info < (3, 11):
-        sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     name, *words = sys.argv[1:] or [""]
     if name not in TASKS:
         sys.exit(__doc__)
@@ -77,20 +79,32 @@ def test(words):
         return pytest("-m", QUICK, "tests", "sosbook", *words[1:])
     chromium = browser.ensure(str(PYTHON))
     cc = compiler.ensure(str(PYTHON))
-    missing = "\n".join(text for text, found in (
-        (browser.MISSING, chromium), (compiler.MISSING, cc)) if found is None)
+    missing = "\n".join(
+        text
+        for text, found in ((browser.MISSING, chromium), (compiler.MISSING, cc))
+        if found is None
+    )
     if missing and os.environ.get("CI"):
         return fail(missing)
     notebooks = sorted(
-        str(path) for path in Path("book").glob("*.ipynb")
-        if cc or path.name not in compiler.CHAPTERS)
+        str(path)
+        for path in Path("book").glob("*.ipynb")
+        if cc or path.name not in compiler.CHAPTERS
+    )
     log, outcome = BUILD / "book.log", BUILD / "book.status"
     BUILD.mkdir(exist_ok=True)
     outcome.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as beside:
         built = beside.submit(build_aside, log, outcome)
-        status = pytest("--nbval", "tests", "sosbook", *notebooks, *words,
-                        SOSBOOK_SITE=str(SITE), SOSBOOK_BUILT=str(outcome))
+        status = pytest(
+            "--nbval",
+            "tests",
+            "sosbook",
+            *notebooks,
+            *words,
+            SOSBOOK_SITE=str(SITE),
+            SOSBOOK_BUILT=str(outcome),
+        )
     if built.result():
         print(log.read_text("utf-8", errors="replace"), file=sys.stderr)
         status = fail("The book does not build; see above.", status or 1)
@@ -102,8 +116,16 @@ def test(words):
 def coverage(words):
     """Measure the package's tests, without pages and notebooks."""
     prepare()
-    return pytest("-m", UNIT, "--cov", "--cov-report=term:skip-covered",
-                  f"--cov-report=html:{BUILD / 'coverage'}", "tests", "sosbook", *words)
+    return pytest(
+        "-m",
+        UNIT,
+        "--cov",
+        "--cov-report=term:skip-covered",
+        f"--cov-report=html:{BUILD / 'coverage'}",
+        "tests",
+        "sosbook",
+        *words,
+    )
 
 
 def campaign(words):
@@ -118,6 +140,14 @@ def rehearse(words):
     """Run the notebooks in other numerical worlds; see tests/rehearsal."""
     prepare()
     return call(PYTHON, "-m", "tests.rehearsal", *words)
+
+
+def types(words):
+    """Check the types, of the package and of a user's program (tests/typed.py)."""
+    prepare()
+    if status := call(PYTHON, "-m", "pip", "install", "--quiet", MYPY):
+        return fail("mypy could not be installed.", status)
+    return call(PYTHON, "-m", "mypy", "--cache-dir", BUILD / "mypy", *words)
 
 
 def lab(words):
@@ -214,14 +244,19 @@ def make_environment():
 def call(*command, log=None, **extra):
     """Run a command with one thread to a process; return its exit status."""
     environment = dict(os.environ, **extra)
-    environment["PATH"] = os.pathsep.join([str(PYTHON.parent), os.environ.get("PATH", "")])
+    environment["PATH"] = os.pathsep.join(
+        [str(PYTHON.parent), os.environ.get("PATH", "")]
+    )
     environment["PYTHONUTF8"] = "1"
-    for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-        environment[f"{name}_NUM_THREADS"] = "1"
+    environment.update(ONE_THREAD)
     sys.stdout.flush()
     return subprocess.run(
-        [str(word) for word in command], env=environment, check=False,
-        stdout=log, stderr=log and subprocess.STDOUT).returncode
+        [str(word) for word in command],
+        env=environment,
+        check=False,
+        stdout=log,
+        stderr=log and subprocess.STDOUT,
+    ).returncode
 
 
 def works(*command):
@@ -237,8 +272,13 @@ def fail(message, status=1):
     return status
 
 
-TASKS = {task.__name__: task for task in (
-    book, test, coverage, campaign, rehearse, lab, run, bench, clean)}
+TASKS = {
+    task.__name__: task
+    for task in (
+        *(book, test, coverage, campaign, rehearse, types, lab, run, bench),
+        clean,
+    )
+}
 
 if __name__ == "__main__":
     main()

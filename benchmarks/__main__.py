@@ -1,16 +1,17 @@
 """Measure sosbook against its peers; write benchmarks/results.json.
 
-    python -m benchmarks            everything, half an hour or more
-    python -m benchmarks --quick    the small cases
-    python -m benchmarks "chain 8" map    these only, the others are kept
-    python -m benchmarks --table    print the file as tables, measure nothing
+python -m benchmarks            everything, half an hour or more
+python -m benchmarks --quick    the small cases
+python -m benchmarks "chain 8" map    these only, the others are kept
+python -m benchmarks --table    print the file as tables, measure nothing
 """
 
 import os
 
-for _name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-    os.environ[f"{_name}_NUM_THREADS"] = "1"
-os.environ["TQDM_DISABLE"] = "1"
+from sosbook.runtime.progress import HIDDEN
+from sosbook.runtime.threads import ONE_THREAD
+
+os.environ.update(ONE_THREAD | HIDDEN)  # before numpy is imported
 
 import argparse
 import json
@@ -26,10 +27,13 @@ RESULTS = Path(__file__).with_name("results.json")
 def main(words=None):
     names = [*CASES, *run.SPECIAL]
     parser = argparse.ArgumentParser(
-        "python -m benchmarks", description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cases", nargs="*", metavar="case",
-                        help="one of: " + ", ".join(names))
+        "python -m benchmarks",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "cases", nargs="*", metavar="case", help="one of: " + ", ".join(names)
+    )
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--output", type=Path, default=RESULTS)
@@ -40,8 +44,9 @@ def main(words=None):
         print(report.table(json.loads(asked.output.read_text("utf8"))))
         return
     if wrong := set(asked.cases) - set(names):
-        sys.exit(f"no such case: {', '.join(sorted(wrong))}. There are: "
-                 + ", ".join(names))
+        sys.exit(
+            f"no such case: {', '.join(sorted(wrong))}. There are: " + ", ".join(names)
+        )
     old = None
     if asked.cases and asked.output.exists():
         old = json.loads(asked.output.read_text("utf8"))

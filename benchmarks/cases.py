@@ -54,9 +54,15 @@ def many_vertices(count=256, n=8, spread=0.1):
     vertices = []
     for signs in product((-1, 1), repeat=uncertain):
         change = np.append(signs, np.zeros(n - uncertain))
-        vertices.append(sos.SecondOrderSystem(
-            plant.M, plant.D, plant.S + spread * np.diag(change),
-            B=plant.B, F=plant.F))
+        vertices.append(
+            sos.SecondOrderSystem(
+                plant.M,
+                plant.D,
+                plant.S + spread * np.diag(change),
+                B=plant.B,
+                F=plant.F,
+            )
+        )
     return sos.Polytope(vertices), asked
 
 
@@ -73,16 +79,18 @@ def _cases():
     for k in (1, 2, 3):
         yield Case(f"example {k}", "example", lambda k=k: _example(k))
     for n in (2, 4, 8, 16, 20, 40, 100, 200):
-        yield Case(f"chain {n}", "chain", lambda n=n: plants.chain(n), n,
-                   quick=n <= 4)
+        yield Case(f"chain {n}", "chain", lambda n=n: plants.chain(n), n, quick=n <= 4)
     yield Case("pendulum LQR", "lqr", lambda: (pendulum(), {}), kind=LqrTask)
     for place, name in enumerate(plants.public()):
-        yield Case(name, "public", lambda name=name: _public(name),
-                   quick=place < 1)
+        yield Case(name, "public", lambda name=name: _public(name), quick=place < 1)
     for count in (4, 256):
-        yield Case(f"{count} vertices", "vertices",
-                   lambda count=count: many_vertices(count), count,
-                   quick=False)
+        yield Case(
+            f"{count} vertices",
+            "vertices",
+            lambda count=count: many_vertices(count),
+            count,
+            quick=False,
+        )
 
 
 CASES = {case.name: case for case in _cases()}

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import margin
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
 __all__ = ["Cones", "Task", "compiled"]
 
@@ -117,8 +117,9 @@ class Cones:
             scale = np.outer(scale, scale).ravel()
             constants.append(scale * c)
             dense = isinstance(A, np.ndarray)
-            matrices.append(scale[:, None] * A if dense
-                            else sparse.diags_array(scale) @ A)
+            matrices.append(
+                scale[:, None] * A if dense else sparse.diags_array(scale) @ A
+            )
         return Cones(constants, matrices)
 
     def lifted(self):
@@ -128,8 +129,10 @@ class Cones:
         for A, q in zip(self.matrices, self.sizes):
             last = -np.eye(q).reshape(-1, 1)
             matrices.append(
-                np.hstack([A, last]) if isinstance(A, np.ndarray)
-                else sparse.hstack([A, sparse.csr_array(last)], format="csr"))
+                np.hstack([A, last])
+                if isinstance(A, np.ndarray)
+                else sparse.hstack([A, sparse.csr_array(last)], format="csr")
+            )
         return Cones([np.ones(1), *self.constants], matrices)
 
     def stacked(self, pick):
@@ -145,14 +148,17 @@ class Cones:
             rows, weights = pick(q)
             right.append(weights * c[rows])
             part = A[rows]
-            parts.append(weights[:, None] * part
-                         if isinstance(part, np.ndarray)
-                         else sparse.diags_array(weights) @ part)
+            parts.append(
+                weights[:, None] * part
+                if isinstance(part, np.ndarray)
+                else sparse.diags_array(weights) @ part
+            )
         if all(isinstance(A, np.ndarray) for A in parts):
             matrix = sparse.csc_matrix(np.vstack(parts))
         else:
-            matrix = sparse.csc_matrix(sparse.vstack(
-                [sparse.csr_array(A) for A in parts]))
+            matrix = sparse.csc_matrix(
+                sparse.vstack([sparse.csr_array(A) for A in parts])
+            )
         return np.concatenate(right), matrix
 
 
@@ -167,8 +173,7 @@ def compiled(expressions, unknowns):
             matrix = np.vstack(flat).T.astype(float)
         else:
             matrix = sparse.hstack(
-                [_slope(g, u) @ s for u, s in zip(unknowns, spreads)],
-                format="csr",
+                [_slope(g, u) @ s for u, s in zip(unknowns, spreads)], format="csr"
             )
         constants.append(np.asarray(g.constant, float).ravel())
         matrices.append(matrix)
@@ -202,9 +207,10 @@ def _spread(unknown):
         return sparse.eye_array(rows * cols, format="csr")
     i, j = np.tril_indices(rows)
     k, off = np.arange(len(i)), i != j
-    return sparse.csr_array((
-        np.ones(len(i) + off.sum()),
-        (np.append(i * cols + j, j[off] * cols + i[off]),
-         np.append(k, k[off])),
-    ), shape=(rows * cols, len(i)))
-
+    return sparse.csr_array(
+        (
+            np.ones(len(i) + off.sum()),
+            (np.append(i * cols + j, j[off] * cols + i[off]), np.append(k, k[off])),
+        ),
+        shape=(rows * cols, len(i)),
+    )

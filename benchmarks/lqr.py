@@ -10,11 +10,11 @@ import numpy as np
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.plants.descriptor import descriptors
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.centre import margin
+from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
 __all__ = ["LqrTask", "pendulum"]
 
@@ -59,7 +59,8 @@ class LqrTask:
         d = descriptors(self.plant)[0]
         N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]
         return [
-            Unknown("P", N, symmetric=True), Unknown("Y", m, N),
+            Unknown("P", N, symmetric=True),
+            Unknown("Y", m, N),
             Unknown("J", p, symmetric=True),
         ]
 
@@ -72,11 +73,13 @@ class LqrTask:
         Bw = d.Bw / self.unit
         return {
             "J": block([[J, Bw.T], [Bw, EP @ d.E.T]]),
-            "lqr": -block([
-                [he(theta), EP @ self.T.T, d.E @ Y.T],
-                [self.T @ EP.T, -eye(len(d.E)), 0],
-                [Y @ d.E.T, 0, -eye(m)],
-            ]),
+            "lqr": -block(
+                [
+                    [he(theta), EP @ self.T.T, d.E @ Y.T],
+                    [self.T @ EP.T, -eye(len(d.E)), 0],
+                    [Y @ d.E.T, 0, -eye(m)],
+                ]
+            ),
         }
 
     def expressions(self):
@@ -89,10 +92,12 @@ class LqrTask:
     def cost(self):
         """The trace of J in the free entries of P, Y, J."""
         *others, J = self.unknowns
-        return np.concatenate([
-            *(np.zeros(u.size) for u in others),
-            J.pack(np.eye(J.shape[0])).astype(float),
-        ])
+        return np.concatenate(
+            [
+                *(np.zeros(u.size) for u in others),
+                J.pack(np.eye(J.shape[0])).astype(float),
+            ]
+        )
 
     def gain(self, P, Y, J):
         return np.linalg.solve(self.T.T, np.linalg.solve(P.T, Y.T)).T

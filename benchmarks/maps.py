@@ -4,13 +4,13 @@ import time
 
 import numpy as np
 from joblib.externals.loky import get_reusable_executor
-
-import sosbook as sos
-from sosbook.synthesis.scaling import Frame
-from sosbook.lmi.centre import Blocks, margin, phase_one
 from sosbook.maps import designs, feasibility_map, sweep
 from sosbook.maps.search import replaced, requirements
+
+import sosbook as sos
+from sosbook.lmi.centre import Blocks, margin, phase_one
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
 from .cones import Task
 from .measure import SMALLEST, record
@@ -37,7 +37,8 @@ def point(request):
     task = Task(request, Frame.of(request))
     expressions, unknowns = task.expressions()
     phase = phase_one(
-        Blocks.of(expressions, unknowns), start=task.frame.guess(unknowns))
+        Blocks.of(expressions, unknowns), start=task.frame.guess(unknowns)
+    )
     if phase.x is None:
         return None
     return task.home(*unpacked(unknowns, phase.x))
@@ -45,8 +46,7 @@ def point(request):
 
 def keeps(request, P, Y):
     """Whether all blocks are positive definite at (P, Y)."""
-    return all(
-        margin(g) > SMALLEST for g in request.blocks(P, Y).values())
+    return all(margin(g) > SMALLEST for g in request.blocks(P, Y).values())
 
 
 def staircase(requests):
@@ -60,18 +60,26 @@ def staircase(requests):
     """
     easy = requests[0][0]
     found = feasibility_map(
-        easy.plant, easy.U, easy.region, easy.gamma, easy.saturation,
+        easy.plant,
+        easy.U,
+        easy.region,
+        easy.gamma,
+        easy.saturation,
         across=("sigma", [requirements(r)["sigma"] for r in requests[0]]),
-        up=("theta", [requirements(row[0])["theta"] for row in requests]))
+        up=("theta", [requirements(row[0])["theta"] for row in requests]),
+        mu=easy.mu,
+    )
     return found.feasible, found.solves
 
 
 def one_by_one(requests):
     """The same map, one solve for each cell."""
-    return np.array([
-        [(p := point(r)) is not None and keeps(r, *p) for r in line]
-        for line in requests
-    ])
+    return np.array(
+        [
+            [(p := point(r)) is not None and keeps(r, *p) for r in line]
+            for line in requests
+        ]
+    )
 
 
 def naive(request):
@@ -91,7 +99,8 @@ def records(quick=False, seed=0):
     flat = [r for line in requests for r in line]
     total = len(flat)
     chosen = np.random.default_rng(seed).choice(
-        total, 20 if quick else 100, replace=False)
+        total, 20 if quick else 100, replace=False
+    )
     point(flat[0]), naive(flat[0])  # to warm up
 
     def timed(function, *words):
@@ -104,52 +113,97 @@ def records(quick=False, seed=0):
     words, loop = timed(lambda: [naive(flat[k]) for k in chosen])
     truth = cells.ravel()
     common = dict(
-        family="map", case="example 1 over sigma and theta", n=2, states=6,
-        unknowns=33, vertices=1, clock="whole map", count=total,
-        repeats=1, status="right",
-        formulation="which specifications have a design")
+        family="map",
+        case="example 1 over sigma and theta",
+        n=2,
+        states=6,
+        unknowns=33,
+        vertices=1,
+        clock="whole map",
+        count=total,
+        repeats=1,
+        status="right",
+        formulation="which specifications have a design",
+    )
     yield record(
-        **common, competitor="sosbook, staircase", coordinates="frame",
-        median_s=walk, min_s=walk, ratio=1.0, measured=total, solves=solves,
+        **common,
+        competitor="sosbook, staircase",
+        coordinates="frame",
+        median_s=walk,
+        min_s=walk,
+        ratio=1.0,
+        measured=total,
+        solves=solves,
         agreement=float((stairs == cells).mean()),
         note=f"{int(stairs.sum())} of {total} cells are feasible; feasibility_map "
-             "solves those along the border")
+        "solves those along the border",
+    )
     yield record(
-        **common, competitor="sosbook, cell by cell", coordinates="frame",
-        median_s=single, min_s=single, ratio=single / walk, measured=total,
-        solves=total, agreement=1.0)
+        **common,
+        competitor="sosbook, cell by cell",
+        coordinates="frame",
+        median_s=single,
+        min_s=single,
+        ratio=single / walk,
+        measured=total,
+        solves=total,
+        agreement=1.0,
+    )
     scaled = loop * total / len(chosen)
     yield record(
-        **common, competitor="cvxpy + clarabel, cell by cell",
-        coordinates="raw", median_s=scaled, min_s=scaled,
-        ratio=scaled / walk, measured=len(chosen), solves=total,
+        **common,
+        competitor="cvxpy + clarabel, cell by cell",
+        coordinates="raw",
+        median_s=scaled,
+        min_s=scaled,
+        ratio=scaled / walk,
+        measured=len(chosen),
+        solves=total,
         agreement=float((truth[chosen] == words).mean()),
         note=f"measured on {len(chosen)} random cells and scaled up; the "
-             "agreement is over these")
+        "agreement is over these",
+    )
 
-    asked = [dict(U=r.U, region=r.region, gamma=r.gamma,
-                  saturation=r.saturation) for r in flat]
+    asked = [
+        dict(U=r.U, region=r.region, gamma=r.gamma, saturation=r.saturation)
+        for r in flat
+    ]
     plant = flat[0].plant
     designs(plant, asked[:50], n_jobs=2, progress=False)  # starts workers
-    found, ours = timed(
-        lambda: designs(plant, asked, n_jobs=2, progress=False))
-    words, theirs = timed(lambda: sweep(
-        naive, [flat[k] for k in chosen], n_jobs=2, progress=False))
+    found, ours = timed(lambda: designs(plant, asked, n_jobs=2, progress=False))
+    words, theirs = timed(
+        lambda: sweep(naive, [flat[k] for k in chosen], n_jobs=2, progress=False)
+    )
     get_reusable_executor().shutdown()
     common |= dict(
-        family="designs", clock="all designs, two cores",
-        formulation="one design for each specification, two processes")
+        family="designs",
+        clock="all designs, two cores",
+        formulation="one design for each specification, two processes",
+    )
     found = np.array([d.status == "feasible" for d in found])
     yield record(
-        **common, competitor="sosbook, complete designs",
-        coordinates="frame", median_s=ours, min_s=ours, ratio=1.0,
-        measured=total, solves=total, agreement=float((truth == found).mean()),
-        note="sosbook.maps.designs: each one starts from the last")
+        **common,
+        competitor="sosbook, complete designs",
+        coordinates="frame",
+        median_s=ours,
+        min_s=ours,
+        ratio=1.0,
+        measured=total,
+        solves=total,
+        agreement=float((truth == found).mean()),
+        note="sosbook.maps.designs: each one starts from the last",
+    )
     scaled = theirs * total / len(chosen)
     yield record(
-        **common, competitor="cvxpy + clarabel, points",
-        coordinates="raw", median_s=scaled, min_s=scaled,
-        ratio=scaled / ours, measured=len(chosen), solves=total,
+        **common,
+        competitor="cvxpy + clarabel, points",
+        coordinates="raw",
+        median_s=scaled,
+        min_s=scaled,
+        ratio=scaled / ours,
+        measured=len(chosen),
+        solves=total,
         agreement=float((truth[chosen] == words).mean()),
         note=f"measured on {len(chosen)} random cells and scaled up; any "
-             "feasible point will do")
+        "feasible point will do",
+    )

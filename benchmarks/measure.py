@@ -24,34 +24,32 @@ ONCE = 40  # size beyond which a complete design is timed as a whole only
 LARGEST_EXCESS = 1e-3  # of a cost over the optimum
 
 FIELDS = {
-    "family": "example, chain, lqr, public, vertices, slider, answers, map or "
-              "designs",
+    "family": "example, chain, lqr, public, vertices, slider, answers, map or designs",
     "case": "name of the plant and its requirements",
     "n": "degrees of freedom",
     "states": "N = 2n + a",
     "unknowns": "free numbers in P and Y (and J)",
     "vertices": "of the polytope",
     "competitor": "who solved it",
-    "coordinates": "raw: the plant's own; frame: sosbook's well conditioned"
-                   " ones",
+    "coordinates": "raw: the plant's own; frame: sosbook's well conditioned ones",
     "clock": "end to end: from the plant to the gain, compiling included; "
-             "solve only: with the data in the solver's own form (not for "
-             "those who compile each time); else what the words say",
+    "solve only: with the data in the solver's own form (not for "
+    "those who compile each time); else what the words say",
     "formulation": "the question that was put to the solver",
     "note": "what else to know",
     "status": "right; wrong: its answer breaks a block; no answer; over the "
-              "limit; not tried: over the limit on a smaller case, or out of "
-              "its range; not installed",
+    "limit; not tried: over the limit on a smaller case, or out of "
+    "its range; not installed",
     "margin": "smallest eigenvalue of all blocks at the answer, each "
-              "diagonal scaled to one, in the plant's own coordinates; "
-              "right demands more than 1e-9, except for lqr",
+    "diagonal scaled to one, in the plant's own coordinates; "
+    "right demands more than 1e-9, except for lqr",
     "excess": "lqr only: true cost of the loop over the Riccati optimum, "
-              "relative; right demands less than 1e-3",
+    "relative; right demands less than 1e-3",
     "median_s": "median wall time of a call in seconds, None unless right",
     "min_s": "the shortest",
     "repeats": "how many calls; 1 means the call in a fresh process",
     "base_mb": "resident memory before the call, MB, of a fresh process in "
-               "which all competitors are imported",
+    "which all competitors are imported",
     "peak_mb": "its peak during the call",
     "ratio": "median over sosbook's for the same case and clock",
     "limit_s": "time that a call was allowed",
@@ -94,18 +92,25 @@ class Job:
         if case.family == "lqr":
             formulation = "minimise tr J (Theorem 2.4)"
         return record(
-            family=case.family, case=self.case, competitor=self.peer,
-            coordinates=self.coordinates, formulation=formulation,
-            note=peer.note, **values)
+            family=case.family,
+            case=self.case,
+            competitor=self.peer,
+            coordinates=self.coordinates,
+            formulation=formulation,
+            note=peer.note,
+            **values,
+        )
 
     def sizes(self):
         plant, asked = CASES[self.case].build()
         task = CASES[self.case].kind.of(plant, asked, "raw")
         unknowns = task.unknowns
         return dict(
-            n=plant.n, states=unknowns[0].shape[0],
+            n=plant.n,
+            states=unknowns[0].shape[0],
             unknowns=sum(u.size for u in unknowns),
-            vertices=len(plant.vertices))
+            vertices=len(plant.vertices),
+        )
 
     def run(self):
         """One call.
@@ -200,8 +205,9 @@ def _alone(job, pipe):
     except NoAnswer as error:
         found = dict(status="no answer", times={}, why=str(error)[:200])
     except Exception as error:  # a peer's failure is a finding
-        found = dict(status="no answer", times={},
-                     why=f"{type(error).__name__}: {error}"[:200])
+        found = dict(
+            status="no answer", times={}, why=f"{type(error).__name__}: {error}"[:200]
+        )
     pipe.send(found | dict(base_mb=base, peak_mb=memory("VmHWM")))
 
 
@@ -236,8 +242,7 @@ def rounds(jobs, budget, most=15):
 
 
 def summary(times):
-    return dict(median_s=statistics.median(times), min_s=min(times),
-                repeats=len(times))
+    return dict(median_s=statistics.median(times), min_s=min(times), repeats=len(times))
 
 
 def memory(key):

@@ -17,11 +17,11 @@ from contextlib import contextmanager
 import numpy as np
 from scipy import sparse
 from scipy.linalg import solve_continuous_are
+from sosbook.maps.search import replaced, requirements
 
+from sosbook.lmi.centre import Blocks, centre, minimize, phase_one
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.pid import design_pid
-from sosbook.lmi.centre import Blocks, centre, minimize, phase_one
-from sosbook.maps.search import replaced, requirements
 
 from .cones import Task, compiled
 
@@ -130,7 +130,7 @@ class _Direct(Peer):
         x = self.point(data)
         if x is None or not np.isfinite(x).all():
             raise NoAnswer("no finite point")
-        return unpacked(unknowns, x[:sum(u.size for u in unknowns)])
+        return unpacked(unknowns, x[: sum(u.size for u in unknowns)])
 
     def data(self, cones, cost):
         raise NotImplementedError
@@ -155,7 +155,8 @@ class Clarabel(_Direct):
         settings.verbose = False
         cones = [clarabel.PSDTriangleConeT(q) for q in data["sizes"]]
         solver = clarabel.DefaultSolver(
-            data["P"], data["c"], data["A"], data["b"], cones, settings)
+            data["P"], data["c"], data["A"], data["b"], cones, settings
+        )
         return np.array(self.run(solver).x)
 
     def run(self, solver):
@@ -192,7 +193,11 @@ class SCS(_Direct):
         solver = scs.SCS(
             dict(A=data["A"], b=data["b"], c=data["c"]),
             dict(s=data["sizes"]),
-            verbose=False, eps_abs=1e-4, eps_rel=1e-4, max_iters=20_000)
+            verbose=False,
+            eps_abs=1e-4,
+            eps_rel=1e-4,
+            max_iters=20_000,
+        )
         return solver.solve()["x"]
 
 
@@ -210,11 +215,9 @@ class CVXOPT(_Direct):
             return spmatrix(A.data, A.row, A.col, A.shape)
 
         G = [convert(-A) for A in cones.matrices]
-        h = [matrix(b.reshape(q, q)) for b, q in zip(
-            cones.constants, cones.sizes)]
+        h = [matrix(b.reshape(q, q)) for b, q in zip(cones.constants, cones.sizes)]
         # the last variable is t, maximised, or J, minimised
-        loose = {} if cost[-1] > 0 else dict(
-            abstol=1e-4, reltol=1e-4, feastol=1e-5)
+        loose = {} if cost[-1] > 0 else dict(abstol=1e-4, reltol=1e-4, feastol=1e-5)
         return matrix(cost), G, h, dict(show_progress=False, **loose)
 
     def point(self, data):
@@ -231,14 +234,18 @@ class CVXOPT(_Direct):
 class SDPA(_Direct):
     name, package = "sdpa", "sdpap"
     most_vertices = 20
-    note = ("its compiled part alone, without the checks of sdpap.solve; "
-            "default accuracy: looser ones gave wrong answers")
+    note = (
+        "its compiled part alone, without the checks of sdpap.solve; "
+        "default accuracy: looser ones gave wrong answers"
+    )
 
     def data(self, cones, cost):
         right, matrix = cones.stacked(_every)
         return (
-            sparse.csc_matrix(-matrix.T), sparse.csc_matrix(-cost[:, None]),
-            sparse.csc_matrix(right[:, None]), tuple(cones.sizes),
+            sparse.csc_matrix(-matrix.T),
+            sparse.csc_matrix(-cost[:, None]),
+            sparse.csc_matrix(right[:, None]),
+            tuple(cones.sizes),
         )
 
     def point(self, data):
@@ -281,8 +288,7 @@ class CvxpyCentre(Peer):
     def solve(self, data):
         import cvxpy
 
-        P, Y = (cvxpy.Variable(u.shape, symmetric=u.symmetric)
-                for u in data.unknowns)
+        P, Y = (cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in data.unknowns)
         blocks = data.blocks(P, Y).values()
         volume = sum(cvxpy.log_det((g + g.T) / 2) for g in blocks)
         return cvxpy_answer(cvxpy.Problem(cvxpy.Maximize(volume)), [P, Y])
@@ -337,8 +343,10 @@ class Picos(Peer):
         task, diagonals = data
         expressions, unknowns = task.expressions()
         variables = [
-            picos.SymmetricVariable(u.name, u.shape[0]) if u.symmetric
-            else picos.RealVariable(u.name, u.shape) for u in unknowns
+            picos.SymmetricVariable(u.name, u.shape[0])
+            if u.symmetric
+            else picos.RealVariable(u.name, u.shape)
+            for u in unknowns
         ]
         X = dict(zip(unknowns, variables))
         problem = picos.Problem()
@@ -388,10 +396,20 @@ class Riccati(Peer):
 
 
 PEERS = {
-    peer.name: peer for peer in (
-        Sosbook, SosbookCentre, Clarabel, ClarabelEarly, Cvxpy, CvxpyDPP, CvxpyCentre,
-       
-        CVXOPT, SDPA, SCS, Picos, Riccati,
+    peer.name: peer
+    for peer in (
+        Sosbook,
+        SosbookCentre,
+        Clarabel,
+        ClarabelEarly,
+        Cvxpy,
+        CvxpyDPP,
+        CvxpyCentre,
+        CVXOPT,
+        SDPA,
+        SCS,
+        Picos,
+        Riccati,
     )
 }
 
@@ -400,8 +418,7 @@ def conic(cones, cost, right, matrix):
     """Data of Clarabel and SCS."""
     k = cones.variables
     return dict(
-        P=sparse.csc_matrix((k, k)), c=cost, A=-matrix, b=right,
-        sizes=cones.sizes,
+        P=sparse.csc_matrix((k, k)), c=cost, A=-matrix, b=right, sizes=cones.sizes
     )
 
 
@@ -409,17 +426,16 @@ def cvxpy_problem(task, parameter=None):
     """The task as a cvxpy Problem; with Parameters where they are asked."""
     import cvxpy
 
-    variables = [
-        cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in task.unknowns
-    ]
+    variables = [cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in task.unknowns]
     if parameter is None:
         blocks = task.blocks(*variables)
     else:
         blocks = _with_parameters(task, *variables, parameter)
     if task.objective is not None:
         goal = cvxpy.Minimize(cvxpy.trace(variables[task.objective]))
-        return cvxpy.Problem(goal, [
-            (g + g.T) / 2 >> 0 for g in blocks.values()]), variables
+        return cvxpy.Problem(
+            goal, [(g + g.T) / 2 >> 0 for g in blocks.values()]
+        ), variables
     t = cvxpy.Variable()
     constraints = [t <= 1]
     weights = compiled(*task.expressions()).diagonals()
@@ -435,7 +451,8 @@ def _with_parameters(task, P, Y, parameter):
     blocks = task.blocks(P, Y, levels)
     asked = requirements(task.request)
     for name, key, factor in (
-        ("sigma", "half-plane", 2), ("u_max", "u_max", np.sqrt(2)),
+        ("sigma", "half-plane", 2),
+        ("u_max", "u_max", np.sqrt(2)),
     ):
         if name not in asked:
             continue

@@ -8,8 +8,17 @@ import numpy as np
 import sosbook as sos
 
 __all__ = [
-    "beam", "bicycle", "building", "bus", "chain", "joint", "pendulums",
-    "public", "rotor", "two_masses", "wing",
+    "beam",
+    "bicycle",
+    "building",
+    "bus",
+    "chain",
+    "joint",
+    "pendulums",
+    "public",
+    "rotor",
+    "two_masses",
+    "wing",
 ]
 
 
@@ -52,10 +61,9 @@ def chain(n):
     if n < 2:
         raise ValueError(f"n = {n} must be 2 or more")
     T = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    places = np.eye(n)[:, :4 * max(1, n // 4):4]
+    places = np.eye(n)[:, : 4 * max(1, n // 4) : 4]
     plant = sos.SecondOrderSystem(
-        M=np.eye(n), D=0.1 * np.eye(n) + 0.05 * T, S=np.eye(n) + T,
-        B=places, F=places,
+        M=np.eye(n), D=0.1 * np.eye(n) + 0.05 * T, S=np.eye(n) + T, B=places, F=places
     )
     region = sos.PoleRegion(sigma=0.1, theta=np.radians(86), rho=4)
     return plant, dict(U=places.T, region=region, gamma=0.2)
@@ -105,18 +113,29 @@ def beam(n):
     if n < 1:
         raise ValueError(f"n = {n} must be 1 or more")
     h = 1 / n
-    stiffness = np.array([
-        [12, 6 * h, -12, 6 * h],
-        [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-        [-12, -6 * h, 12, -6 * h],
-        [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-    ]) / h**3
-    mass = h / 420 * np.array([
-        [156, 22 * h, 54, -13 * h],
-        [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-        [54, 13 * h, 156, -22 * h],
-        [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-    ])
+    stiffness = (
+        np.array(
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+            ]
+        )
+        / h**3
+    )
+    mass = (
+        h
+        / 420
+        * np.array(
+            [
+                [156, 22 * h, 54, -13 * h],
+                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+                [54, 13 * h, 156, -22 * h],
+                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+            ]
+        )
+    )
     M, S = np.zeros((2, 2 * n + 2, 2 * n + 2))
     for e in range(n):
         nodes = slice(2 * e, 2 * e + 4)
@@ -129,10 +148,13 @@ def beam(n):
         B = np.hstack([tip, np.eye(2 * n)[:, [2 * (n // 2) - 2]]])
     plant = sos.SecondOrderSystem(M, 0.3 * M + 0.0005 * S, S, B, tip)
     bent = np.zeros(4 * n + 1)  # by a unit force at the tip
-    bent[:2 * n] = np.linalg.solve(S, tip[:, 0])
+    bent[: 2 * n] = np.linalg.solve(S, tip[:, 0])
     return plant, dict(
-        U=tip.T, region=sos.PoleRegion(sigma=0.5), gamma=0.4,
-        saturation=sos.Saturation(30, bent))
+        U=tip.T,
+        region=sos.PoleRegion(sigma=0.5),
+        gamma=0.4,
+        saturation=sos.Saturation(30, bent),
+    )
 
 
 def public():
@@ -149,8 +171,7 @@ def public():
     >>> sorted(public())  # doctest: +ELLIPSIS
     ['bicycle', 'building', 'bus', ...]
     """
-    found = (two_masses, bicycle, wing, building, bus, pendulums, joint,
-             rotor)
+    found = (two_masses, bicycle, wing, building, bus, pendulums, joint, rotor)
     return {make.__name__: make() for make in found}
 
 
@@ -164,8 +185,12 @@ def two_masses():
     """
     vertices = [
         sos.SecondOrderSystem(
-            M=np.eye(2), D=np.zeros((2, 2)), S=[[k, -k], [-k, k]],
-            B=[[1], [0]], F=[[0], [1]])
+            M=np.eye(2),
+            D=np.zeros((2, 2)),
+            S=[[k, -k], [-k, k]],
+            B=[[1], [0]],
+            F=[[0], [1]],
+        )
         for k in (0.5, 2.0)
     ]
     region = sos.PoleRegion(sigma=0.1, rho=8)
@@ -183,12 +208,15 @@ def bicycle(speed=5.0):
     """
     M = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]
     C1 = [[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]]
-    K0 = [[-80.95, -2.59951685249872],
-          [-2.59951685249872, -0.80329488458618]]
+    K0 = [[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]]
     K2 = [[0, 76.59734589573222], [0, 2.65431523794604]]
     plant = sos.SecondOrderSystem(
-        M, speed * np.array(C1), 9.81 * np.array(K0) + speed**2 * np.array(K2),
-        B=[[0], [1]], F=[[1], [0]])
+        M,
+        speed * np.array(C1),
+        9.81 * np.array(K0) + speed**2 * np.array(K2),
+        B=[[0], [1]],
+        F=[[1], [0]],
+    )
     region = sos.PoleRegion(sigma=1, theta=np.radians(75), rho=20)
     return plant, dict(U=[[1, 0]], region=region, gamma=0.002)
 
@@ -205,7 +233,9 @@ def wing():
         M=[[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]],
         D=[[7.66, 2.45, 2.1], [0.23, 1.04, 0.223], [0.6, 0.756, 0.658]],
         S=[[121, 18.9, 15.9], [0, 2.7, 0.145], [11.9, 3.64, 15.5]],
-        B=np.eye(3)[:, 1:], F=np.eye(3)[:, :1])
+        B=np.eye(3)[:, 1:],
+        F=np.eye(3)[:, :1],
+    )
     region = sos.PoleRegion(sigma=0.3, theta=np.radians(84), rho=10)
     return plant, dict(U=np.eye(3)[1:], region=region, gamma=0.08)
 
@@ -222,9 +252,10 @@ def building():
     plant = sos.SecondOrderSystem(
         M,
         D=[[175, -50, 0], [-50, 100, -50], [0, -50, 50]],
-        S=1e5 * np.array(
-            [[12, -6.84, 0], [-6.84, 13.7, -6.84], [0, -6.84, 6.84]]),
-        B=[[1], [0], [0]], F=-M @ np.ones((3, 1)))
+        S=1e5 * np.array([[12, -6.84, 0], [-6.84, 13.7, -6.84], [0, -6.84, 6.84]]),
+        B=[[1], [0], [0]],
+        F=-M @ np.ones((3, 1)),
+    )
     region = sos.PoleRegion(sigma=1, rho=180)
     return plant, dict(region=region, gamma=0.001)
 
@@ -244,7 +275,9 @@ def bus():
             M=np.diag([body, 320]),
             D=[[b1, -b1], [-b1, b1 + b2]],
             S=[[k1, -k1], [-k1, k1 + k2]],
-            B=[[1], [-1]], F=[[0], [k2]])
+            B=[[1], [-1]],
+            F=[[0], [k2]],
+        )
         for body in (2500, 3500)
     ]
     region = sos.PoleRegion(sigma=1, rho=60)
@@ -261,12 +294,16 @@ def pendulums():
     """
     cart, m1, m2, l1, l2, g = 1.0, 0.3, 0.2, 0.5, 0.4, 9.81
     plant = sos.SecondOrderSystem(
-        M=[[cart + m1 + m2, (m1 + m2) * l1, m2 * l2],
-           [(m1 + m2) * l1, (m1 + m2) * l1**2, m2 * l1 * l2],
-           [m2 * l2, m2 * l1 * l2, m2 * l2**2]],
+        M=[
+            [cart + m1 + m2, (m1 + m2) * l1, m2 * l2],
+            [(m1 + m2) * l1, (m1 + m2) * l1**2, m2 * l1 * l2],
+            [m2 * l2, m2 * l1 * l2, m2 * l2**2],
+        ],
         D=np.diag([0.5, 0.01, 0.01]),
         S=-np.diag([0, (m1 + m2) * g * l1, m2 * g * l2]),
-        B=[[1], [0], [0]], F=[[1], [0], [0]])
+        B=[[1], [0], [0]],
+        F=[[1], [0], [0]],
+    )
     region = sos.PoleRegion(sigma=0.5, theta=np.radians(80), rho=15)
     return plant, dict(U=[[1, 0, 0]], region=region, gamma=0.05)
 
@@ -281,13 +318,16 @@ def joint():
     """
     vertices = [
         sos.SecondOrderSystem(
-            M=np.eye(2), D=np.diag([0.05, 0.1]),
-            S=[[k - 10, -k], [-k, k]], B=[[0], [1]], F=[[1], [0]])
+            M=np.eye(2),
+            D=np.diag([0.05, 0.1]),
+            S=[[k - 10, -k], [-k, k]],
+            B=[[0], [1]],
+            F=[[1], [0]],
+        )
         for k in (80, 120)
     ]
     region = sos.PoleRegion(sigma=1, theta=np.radians(80), rho=25)
-    return sos.Polytope(vertices), dict(
-        U=[[1, 0]], region=region, gamma=0.05)
+    return sos.Polytope(vertices), dict(U=[[1, 0]], region=region, gamma=0.05)
 
 
 def rotor(speed=400.0):
@@ -307,6 +347,7 @@ def rotor(speed=400.0):
     D = np.zeros((4, 4))
     D[2:, 2:] = Ip * speed * np.array([[0, 1], [-1, 0]])
     plant = sos.SecondOrderSystem(
-        M, D, S, B=np.kron(arms, np.eye(2)), F=np.eye(4)[:, :2])
+        M, D, S, B=np.kron(arms, np.eye(2)), F=np.eye(4)[:, :2]
+    )
     region = sos.PoleRegion(sigma=30, theta=np.radians(75), rho=400)
     return plant, dict(U=np.eye(4), region=region, gamma=5e-6)

@@ -6,21 +6,28 @@ __all__ = ["table"]
 def table(document):
     """Text: the machine, then a table for each case."""
     machine = document["machine"]
-    lines = [f"{machine['cpu']}, {machine['cores']} cores, one thread used; "
-             f"Python {machine['python']}, {machine['date']}"]
+    lines = [
+        f"{machine['cpu']}, {machine['cores']} cores, one thread used; "
+        f"Python {machine['python']}, {machine['date']}"
+    ]
     case = None
     for r in document["records"]:
         if r["case"] != case:
             case = r["case"]
-            lines += ["", f"{case} (N = {r['states']}, {r['unknowns']} "
-                          f"unknowns, {r['vertices']} vertices)"]
+            lines += [
+                "",
+                f"{case} (N = {r['states']}, {r['unknowns']} "
+                f"unknowns, {r['vertices']} vertices)",
+            ]
         lines.append(_line(r))
     if document["growth"]:
         lines += ["", "time grows like n to the power"]
     for g in document["growth"]:
-        lines.append(f"  {g['competitor']:34} {g['clock']:12} "
-                     f"{g['exponent']:5.2f}  n = {g['from_n']} to "
-                     f"{g['to_n']}")
+        lines.append(
+            f"  {g['competitor']:34} {g['clock']:12} "
+            f"{g['exponent']:5.2f}  n = {g['from_n']} to "
+            f"{g['to_n']}"
+        )
     return "\n".join(lines)
 
 
@@ -39,7 +46,8 @@ def _line(r):
     if r["share_solver"] is not None:
         words.append(
             f"solver {r['share_solver']:.0%}, simulation "
-            f"{r['share_simulation']:.0%}, drawing {r['share_drawing']:.0%}")
+            f"{r['share_simulation']:.0%}, drawing {r['share_drawing']:.0%}"
+        )
     if r["solves"] is not None:
         words.append(f"{r['solves']} solves, agrees {r['agreement']:.1%}")
     return " ".join(words).rstrip()

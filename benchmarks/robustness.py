@@ -2,16 +2,20 @@
 
 ``python -m benchmarks.robustness [count] [first] [largest]`` solves
 ``count`` (1000) of the requests of ``tests.random_plants``, from the
-seed ``first`` (0) on, with up to ``largest`` (8) degrees of freedom, and
-writes what came out into ``robustness.json`` next to this file.
+seed ``first`` (0) on, with up to ``largest`` (8) degrees of freedom, each
+of them in five systems of units. To every fifth one comes an attack: a
+controllable plant, of which only the place of its poles is asked, with a
+gain that puts them there exactly. What came out goes into
+``robustness.json`` next to this file.
 """
 
 import json
 import os
 import signal
 
-for _name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-    os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
+from sosbook.runtime.threads import ONE_THREAD
+
+os.environ.update(ONE_THREAD | dict(os.environ))  # before numpy is imported
 
 import sys
 import time
@@ -24,19 +28,25 @@ import numpy as np
 from tqdm import tqdm
 
 import sosbook as sos
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.synthesis.problem import Request
-from tests.random_plants import float_blocks, random_case, scaled
+from sosbook.synthesis.scaling import Frame
+from tests.attacks import attack
+from tests.random_plants import Units, float_blocks, random_case, scaled
 
 __all__ = ["Row", "judge", "summary"]
 
 TARGET = Path(__file__).with_name("robustness.json")
 SLOW = 2.0  # seconds
 LIMIT = 60  # seconds, after which a request counts as an error
+ATTACKED = 5  # an attack to every fifth request
 CROSS_CHECK = 5  # every fifth request goes to Clarabel, too
 DIGITS = (6, 12, 17)
+EXACT = {
+    "FixedModeCertificate": "uncontrollable mode",
+    "SingularMassCertificate": "singular mass",
+}
 
 
 @dataclass(frozen=True)
@@ -53,10 +63,12 @@ class Row:
     backing : str
         Of "feasible": "6 digits", "12 digits", "17 digits", the length
         of the gain that was certified. Of "infeasible": "exact
-        multipliers", "uncontrollable mode", "float multipliers".
-        Otherwise "none".
+        multipliers", "uncontrollable mode", "singular mass". Otherwise
+        "none".
     seconds : float
         Time of `design_pid` alone.
+    elsewhere : tuple of str
+        The verdicts in other units.
     clarabel : float or None
         Clarabel's largest t with all blocks >= t I; None where it was
         not asked or failed.
@@ -73,21 +85,50 @@ class Row:
     backing: str
     seconds: float
     clarabel: float = None
+    elsewhere: tuple = ()
 
     @property
     def wrong(self):
         """Whether the answer contradicts what is known."""
         return self.verdict in ("feasible", "infeasible") and (
-            self.verdict != self.known)
+            self.verdict != self.known
+        )
+
+    @property
+    def contradicted(self):
+        """Whether it is feasible in some units and infeasible in others."""
+        return {"feasible", "infeasible"} <= {self.verdict, *self.elsewhere}
 
     @property
     def proven(self):
         """Whether the answer has an exact proof."""
-        return self.backing in ("exact multipliers",) + tuple(
-            f"{k} digits" for k in DIGITS)
+        exact = "exact multipliers", *EXACT.values()
+        return self.backing in (*exact, *(f"{k} digits" for k in DIGITS))
 
 
-def judge(case, ask_clarabel=False):
+# units of time, length and force: newton and metre come first
+SYSTEMS = {
+    "kN, m": (1, 1, 1e-3),
+    "N, mm": (1, 1e3, 1),
+    "uN, mm, ms": (1e3, 1e3, 1e6),
+    "MN, km, hours": (1 / 3600, 1e-3, 1e-6),
+}
+
+
+def in_units(case, time, length, force):
+    """The plant and the requirements of a case in other units."""
+    plant, asked = case.plant, case.requirements
+    units = Units(
+        time,
+        length * np.eye(plant.n),
+        force * np.eye(plant.n),
+        np.eye(plant.m) / force,
+        np.eye(len(asked.get("U", ()))),
+    )
+    return units.plant(plant), units.requirements(asked)
+
+
+def judge(case, ask_clarabel=False, systems=()):
     """Solve a `Case` and see what backs the answer.
 
     Returns
@@ -108,15 +149,33 @@ def judge(case, ask_clarabel=False):
     if ask_clarabel and plant.n <= 3 and backing is None:
         t = _clarabel(Request(plant, **asked))
     return Row(
-        case.seed, case.kind, case.verdict, case.reason, plant.n, plant.m,
-        len(plant.vertices), verdict, backing or _backing(design),
-        round(seconds, 3), t,
+        case.seed,
+        case.kind,
+        case.verdict,
+        case.reason,
+        plant.n,
+        plant.m,
+        len(plant.vertices),
+        verdict,
+        backing or _backing(design),
+        round(seconds, 3),
+        t,
+        tuple(_verdict(*in_units(case, *SYSTEMS[name])) for name in systems),
     )
+
+
+def _verdict(plant, asked):
+    try:
+        with at_most(LIMIT):
+            return sos.design_pid(plant, **asked).status
+    except Exception as error:
+        return f"error: {type(error).__name__}"
 
 
 @contextmanager
 def at_most(seconds):
     """Raise a TimeoutError after so many seconds, where the system can."""
+
     def stop(*_):
         raise TimeoutError(f"no answer in {seconds} s")
 
@@ -141,32 +200,8 @@ def _backing(design):
     if design.status == "infeasible":
         proof = design.infeasibility
         if proof is not None and proof.proven:
-            return "exact multipliers"
-        if len(design.request.fixed_modes()):
-            return "uncontrollable mode"
-        if proof is not None and _reach(design) > 1e3:
-            return "float multipliers"
+            return EXACT.get(type(proof).__name__, "exact multipliers")
     return "none"
-
-
-def _reach(design):
-    """No P and Y shorter than this exist, as far as floats can tell.
-
-    In the design's frame: a feasible x has 0 < sum <G_k(x), Z_k> =
-    value + adjoint.x, so that |x| > -value / |adjoint|. Homogeneous
-    blocks are read with P > I.
-    """
-    blocks = float_blocks(design.request, design.frame)
-    Z = design.multipliers
-    if min(np.linalg.eigvalsh(z)[0] / np.trace(z) for z in Z) < -1e-12:
-        return 0.0
-    value = blocks.value(Z)
-    if not any(c.any() for c in blocks.constants):
-        value = -np.trace(Z[0])
-    size = np.linalg.norm(blocks.adjoint(Z))
-    if value >= 0:
-        return 0.0
-    return -value / size if size else np.inf
 
 
 def _clarabel(request):
@@ -181,6 +216,7 @@ def _clarabel(request):
 
 def summary(rows):
     """Counts, and the seeds of all that went wrong."""
+
     def seeds(test):
         return [r.seed for r in rows if test(r)]
 
@@ -191,8 +227,10 @@ def summary(rows):
     infeasible = [r for r in rows if r.verdict == "infeasible"]
     asked = [r for r in rows if r.clarabel is not None]
     against = [
-        r for r in asked
-        if abs(r.clarabel) > 1e-4 and r.verdict in ("feasible", "infeasible")
+        r
+        for r in asked
+        if abs(r.clarabel) > 1e-4
+        and r.verdict in ("feasible", "infeasible")
         and (r.clarabel > 0) != (r.verdict == "feasible")
     ]
     times = np.array([r.seconds for r in rows])
@@ -200,36 +238,38 @@ def summary(rows):
     return {
         "requests": len(rows),
         "kinds": table(lambda r: f"{r.kind}, known {r.known}"),
-        "verdicts": table(
-            lambda r: f"{r.kind}, known {r.known}: {r.verdict[:10]}"),
+        "verdicts": table(lambda r: f"{r.kind}, known {r.known}: {r.verdict[:10]}"),
         "feasible": table(lambda r: r.backing, feasible),
         "infeasible": table(lambda r: r.backing, infeasible),
-        "undecided share": sum(
-            r.verdict == "undecided" for r in rows) / len(rows),
+        "undecided share": sum(r.verdict == "undecided" for r in rows) / len(rows),
         "wrong": {
             "feasible, called infeasible": seeds(
-                lambda r: r.wrong and r.known == "feasible"
-                and not r.proven),
+                lambda r: r.wrong and r.known == "feasible" and not r.proven
+            ),
             "infeasible, called feasible": seeds(
-                lambda r: r.wrong and r.known == "infeasible"
-                and not r.proven),
+                lambda r: r.wrong and r.known == "infeasible" and not r.proven
+            ),
+        },
+        "units": {
+            "asked": sum(bool(r.elsewhere) for r in rows),
+            "feasible here, infeasible there": seeds(lambda r: r.contradicted),
+            "another verdict": seeds(lambda r: bool(set(r.elsewhere) - {r.verdict})),
         },
         "known verdict disproven": seeds(lambda r: r.wrong and r.proven),
         "undecided": seeds(lambda r: r.verdict == "undecided"),
         "errors": {
-            str(r.seed): r.verdict for r in rows
-            if r.verdict.startswith("error")},
+            str(r.seed): r.verdict for r in rows if r.verdict.startswith("error")
+        },
         "feasible, not certified": seeds(
-            lambda r: r.verdict == "feasible" and r.backing == "none"),
-        "infeasible, float multipliers only": seeds(
-            lambda r: r.backing == "float multipliers"),
+            lambda r: r.verdict == "feasible" and r.backing == "none"
+        ),
         "infeasible, no backing": seeds(
-            lambda r: r.verdict == "infeasible" and r.backing == "none"),
+            lambda r: r.verdict == "infeasible" and r.backing == "none"
+        ),
         "Clarabel": {
             "asked": len(asked),
             "disagrees": [r.seed for r in against],
-            "disagrees with a proof": [
-                r.seed for r in against if r.proven],
+            "disagrees with a proof": [r.seed for r in against if r.proven],
         },
         "seconds": {
             "median": round(float(np.median(times)), 3),
@@ -238,8 +278,16 @@ def summary(rows):
             "above 2 s": seeds(lambda r: r.seconds > SLOW),
         },
         "slowest": [
-            dict(seed=r.seed, n=r.n, m=r.m, vertices=r.vertices,
-                 seconds=r.seconds, reason=r.reason) for r in slowest],
+            dict(
+                seed=r.seed,
+                n=r.n,
+                m=r.m,
+                vertices=r.vertices,
+                seconds=r.seconds,
+                reason=r.reason,
+            )
+            for r in slowest
+        ],
     }
 
 
@@ -247,7 +295,9 @@ def main(count=1000, first=0, largest=8):
     rows = []
     for seed in tqdm(range(first, first + count), unit="request"):
         case = random_case(seed, largest)
-        rows.append(judge(case, seed % CROSS_CHECK == 0))
+        rows.append(judge(case, seed % CROSS_CHECK == 0, SYSTEMS))
+        if seed % ATTACKED == 0:
+            rows.append(judge(attack(seed), systems=SYSTEMS))
     found = {"first seed": first, "largest n": largest} | summary(rows)
     TARGET.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
     print(json.dumps(found, indent=1))

@@ -40,16 +40,22 @@ def measure(names=(), quick=False, old=None, log=print):
     """
     begin = time.perf_counter()
     budget = 2.0 if quick else 6.0
-    chosen = [c for c in CASES.values()
-              if (c.name in names if names else c.quick or not quick)]
+    chosen = [
+        c
+        for c in CASES.values()
+        if (c.name in names if names else c.quick or not quick)
+    ]
     special = [s for s in SPECIAL if not names or s in names]
     records, last = [], {}
     for case in chosen:
         fresh = case_records(case, limit(case, quick), budget, last)
         records += fresh
         right = sum(r["status"] == "right" for r in fresh)
-        log(f"{time.perf_counter() - begin:6.0f} s  {case.name}: {right} of "
-            f"{len(fresh)} records are right", flush=True)
+        log(
+            f"{time.perf_counter() - begin:6.0f} s  {case.name}: {right} of "
+            f"{len(fresh)} records are right",
+            flush=True,
+        )
     if "sliders" in special:
         for k in (1, 2, 3):
             records += sliders.moves(k, 12 if quick else 60)
@@ -60,16 +66,18 @@ def measure(names=(), quick=False, old=None, log=print):
         log(f"{time.perf_counter() - begin:6.0f} s  map", flush=True)
     if old is not None:
         again = {(r["family"], r["case"]) for r in records}
-        kept = [r for r in old["records"]
-                if (r["family"], r["case"]) not in again]
+        kept = [r for r in old["records"] if (r["family"], r["case"]) not in again]
         records = kept + records
         begin -= old["seconds"]
     return dict(
         about="Times of sosbook and its peers. One thread, calls in turns, "
-              "medians; every answer judged by the eigenvalues of its LMIs. "
-              "Compare ratios, not seconds.",
-        quick=quick, seconds=time.perf_counter() - begin,
-        machine=machine(), fields=FIELDS, records=records,
+        "medians; every answer judged by the eigenvalues of its LMIs. "
+        "Compare ratios, not seconds.",
+        quick=quick,
+        seconds=time.perf_counter() - begin,
+        machine=machine(),
+        fields=FIELDS,
+        records=records,
         growth=growth(records),
     )
 
@@ -112,8 +120,7 @@ def case_records(case, most, budget, last):
     framed = [
         (Job(case.name, job.peer, "frame"), seconds)
         for job, seconds in calls
-        if PEERS[job.peer].framed
-        and found[job]["status"] in ("wrong", "no answer")
+        if PEERS[job.peer].framed and found[job]["status"] in ("wrong", "no answer")
     ]
     found |= trials(framed, most, again)
     quick = {}
@@ -130,8 +137,7 @@ def case_records(case, most, budget, last):
     records = [job.record(status=word, **sizes) for job, word in idle]
     for job, one in found.items():
         records += clocks(job, one, timed.get(job), sizes)
-    ours = {r["clock"]: r["median_s"] for r in records
-            if r["competitor"] == REFERENCE}
+    ours = {r["clock"]: r["median_s"] for r in records if r["competitor"] == REFERENCE}
     for r in records:
         if r["median_s"] is not None and ours.get(r["clock"]):
             r["ratio"] = r["median_s"] / ours[r["clock"]]
@@ -140,8 +146,9 @@ def case_records(case, most, budget, last):
 
 def clocks(job, one, timed, sizes):
     """One record for each clock, or one that says why there is none."""
-    known = {k: one.get(k) for k in (
-        "status", "margin", "excess", "base_mb", "peak_mb")}
+    known = {
+        k: one.get(k) for k in ("status", "margin", "excess", "base_mb", "peak_mb")
+    }
     if known["excess"] == float("inf"):
         known["excess"] = None
     if one["status"] != "right":
@@ -184,27 +191,49 @@ def growth(records):
     For sosbook between 40 and 100, where both were measured.
     """
     found = []
-    chains = [r for r in records if r["family"] == "chain"
-              and r["median_s"] and r["status"] == "right"]
+    chains = [
+        r
+        for r in records
+        if r["family"] == "chain" and r["median_s"] and r["status"] == "right"
+    ]
     keys = {(r["competitor"], r["coordinates"], r["clock"]) for r in chains}
     for key in sorted(keys):
-        times = {r["n"]: r["median_s"] for r in chains if key == (
-            r["competitor"], r["coordinates"], r["clock"])}
+        times = {
+            r["n"]: r["median_s"]
+            for r in chains
+            if key == (r["competitor"], r["coordinates"], r["clock"])
+        }
         ends = [40, 100] if {40, 100} <= set(times) else sorted(times)[-2:]
         if len(ends) < 2:
             continue
         small, large = ends
         exponent = np.log(times[large] / times[small]) / np.log(large / small)
-        found.append(dict(
-            competitor=key[0], coordinates=key[1], clock=key[2],
-            from_n=small, to_n=large, exponent=float(exponent)))
+        found.append(
+            dict(
+                competitor=key[0],
+                coordinates=key[1],
+                clock=key[2],
+                from_n=small,
+                to_n=large,
+                exponent=float(exponent),
+            )
+        )
     return found
 
 
 def machine():
     """What the times depend on."""
-    packages = ("sosbook", "numpy", "scipy", "cvxpy", "clarabel", "cvxopt",
-                "sdpa-python", "scs", "picos")
+    packages = (
+        "sosbook",
+        "numpy",
+        "scipy",
+        "cvxpy",
+        "clarabel",
+        "cvxopt",
+        "sdpa-python",
+        "scs",
+        "picos",
+    )
     versions = {}
     for name in packages:
         try:
@@ -215,10 +244,13 @@ def machine():
     if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return dict(
-        cpu=_cpu(), cores=os.cpu_count(), threads=1,
+        cpu=_cpu(),
+        cores=os.cpu_count(),
+        threads=1,
         memory_gb=memory and round(memory / 2**30, 1),
         system=f"{platform.system()} {platform.machine()}",
-        python=platform.python_version(), packages=versions,
+        python=platform.python_version(),
+        packages=versions,
         date=date.today().isoformat(),
     )
 

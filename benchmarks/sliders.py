@@ -5,11 +5,11 @@ import time
 from contextlib import contextmanager
 
 import numpy as np
+from sosbook.maps.search import replaced, requirements
+from sosbook.widgets.design import _design_page
 
 import sosbook as sos
-from sosbook.maps.search import replaced, requirements
 from sosbook.synthesis.problem import Request
-from sosbook.widgets.design import _design_page
 
 from .measure import record, summary
 
@@ -47,13 +47,19 @@ def moves(example, count=MOVES):
     for (way, name), rows in found.items():
         whole, solver, simulation = np.array([r[:3] for r in rows]).T
         yield record(
-            family="slider", case=f"example {example}, {name}", n=plant.n,
-            states=request.order, vertices=len(plant.vertices),
-            competitor=way, coordinates="frame", clock="slider move",
+            family="slider",
+            case=f"example {example}, {name}",
+            n=plant.n,
+            states=request.order,
+            vertices=len(plant.vertices),
+            competitor=way,
+            coordinates="frame",
+            clock="slider move",
             formulation="design_pid, poles, response, SVG and tables as text",
             note=f"{sum(r[3] for r in rows)} of {len(rows)} requests had a "
-                 "design; the rest were refused, without a response",
-            status="right", count=len(rows),
+            "design; the rest were refused, without a response",
+            status="right",
+            count=len(rows),
             margin=min((r[4] for r in rows if r[3]), default=None),
             share_solver=float(np.median(solver / whole)),
             share_simulation=float(np.median(simulation / whole)),
@@ -78,24 +84,31 @@ def answers(example, count=15):
     rows = {
         "sosbook, refusal": (refuse, lambda d: d.status == "infeasible"),
         "sosbook, refusal with advice": (
-            lambda: refuse().advice, lambda words: words != ""),
+            lambda: refuse().advice,
+            lambda words: words != "",
+        ),
         "sosbook, refusal with exact proof": (
-            lambda: refuse().infeasibility, lambda c: bool(c and c.proven)),
-        "sosbook, exact proof of a design": (
-            design.certify, lambda c: c.proven),
+            lambda: refuse().infeasibility,
+            lambda c: bool(c and c.proven),
+        ),
+        "sosbook, exact proof of a design": (design.certify, lambda c: c.proven),
     }
     for name, (call, right) in rows.items():
         times = []
-        for k in range(-1, count):  # one to warm up
+        for _k in range(-1, count):  # one to warm up
             begin = time.perf_counter()
             found = call()
             times.append(time.perf_counter() - begin)
         good = right(found)
         yield record(
-            family="answers", case=f"example {example}, answers",
-            n=given.plant.n, states=design.request.order,
-            vertices=len(given.plant.vertices), competitor=name,
-            clock="one call", status="right" if good else "wrong",
+            family="answers",
+            case=f"example {example}, answers",
+            n=given.plant.n,
+            states=design.request.order,
+            vertices=len(given.plant.vertices),
+            competitor=name,
+            clock="one call",
+            status="right" if good else "wrong",
             **(summary(times[1:]) if good else {}),
         )
 
@@ -105,8 +118,15 @@ def _move(request, start):
     words = {} if start is None else {"start": start}
     begin = time.perf_counter()
     design = sos.design_pid(
-        request.plant, request.U, request.region, request.gamma,
-        request.saturation, request.K_A, request.coupling, **words)
+        request.plant,
+        request.U,
+        region=request.region,
+        gamma=request.gamma,
+        saturation=request.saturation,
+        K_A=request.K_A,
+        coupling=request.coupling,
+        **words,
+    )
     solved = time.perf_counter()
     with stopwatch() as spent:
         page = _design_page(design, request.region)
@@ -115,8 +135,7 @@ def _move(request, start):
         raise AssertionError("the page has no picture")
     feasible = design.status == "feasible"
     smallest = min(design.margins.values()) if feasible else None
-    return (end - begin, solved - begin, sum(spent), feasible,
-            smallest), design
+    return (end - begin, solved - begin, sum(spent), feasible, smallest), design
 
 
 @contextmanager
@@ -131,6 +150,7 @@ def stopwatch():
                 return method(*words, **more)
             finally:
                 spent.append(time.perf_counter() - begin)
+
         return call
 
     for name in ("poles", "simulate"):

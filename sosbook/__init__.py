@@ -6,35 +6,62 @@ Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 
 from importlib import import_module as _import_module
 
-from . import aliases as _aliases, delay, sampled
-from .analysis.nonlinear import Steps, simulate_nonlinear
-from .analysis.response import Response, Sine
-from .delay import DelayDesign, analyse_delay, design_delay_pid
-from .plants.descriptor_system import DescriptorSystem
-from .plants.second_order import Polytope, SecondOrderSystem
-from .requirements.cost import QuadraticCost
-from .requirements.input_bound import Saturation
-from .requirements.pole_region import LMIRegion, PoleRegion, Region
-from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
-from .synthesis.integrators import IntegratorChoice, admissible_U
-from .synthesis.lqr import design_lqr
-from .synthesis.observer import ObserverDesign, design_observer, observer_loop
-from .synthesis.pid import Design, analyse_loop, analyse_pid, design_pid
-from .synthesis.regularization import (
-    InfiniteModes,
-    Regularization,
-    infinite_modes,
-    regularize,
+from . import aliases as _aliases
+
+# Nothing is imported before it is asked for (PEP 562). Type checkers read
+# the same names in __init__.pyi.
+_NAMES = {
+    "analysis.nonlinear": ("simulate_nonlinear",),
+    "delay": ("DelayDesign", "analyse_delay", "design_delay_pid"),
+    "plants.descriptor_system": ("DescriptorSystem",),
+    "plants.response": ("Response",),
+    "plants.second_order": ("MassWarning", "Polytope", "SecondOrderSystem"),
+    "plants.signals": ("Sine", "Step", "Steps"),
+    "requirements.cost": ("QuadraticCost",),
+    "requirements.input_bound": ("Saturation",),
+    "requirements.pole_region": ("LMIRegion", "PoleRegion", "Region"),
+    "sampled": ("SampledLQR", "certify_sampled", "design_sampled_lqr"),
+    "synthesis.design": ("Design",),
+    "synthesis.error_loop": ("observer_loop",),
+    "synthesis.integrators": ("IntegratorChoice", "admissible_U"),
+    "synthesis.lqr": ("design_lqr",),
+    "synthesis.observer": ("design_observer",),
+    "synthesis.observer_design": ("ObserverDesign",),
+    "synthesis.pid": ("analyse_loop", "analyse_pid", "design_pid"),
+    "synthesis.regularization": (
+        "InfiniteModes",
+        "Regularization",
+        "infinite_modes",
+        "regularize",
+    ),
+    "synthesis.result": ("Result",),
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+_ROOMS = (
+    "analysis",
+    "book",
+    "delay",
+    "display",
+    "lmi",
+    "pendulum",
+    "plants",
+    "proofs",
+    "requirements",
+    "runtime",
+    "sampled",
+    "studies",
+    "synthesis",
+    "theorems",
 )
 
-__version__ = "0.1.0"
 __all__ = [
     "DelayDesign",
-    "Design",
     "DescriptorSystem",
+    "Design",
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
+    "MassWarning",
     "ObserverDesign",
     "PoleRegion",
     "Polytope",
@@ -42,10 +69,12 @@ __all__ = [
     "Region",
     "Regularization",
     "Response",
+    "Result",
     "SampledLQR",
     "Saturation",
     "SecondOrderSystem",
     "Sine",
+    "Step",
     "Steps",
     "admissible_U",
     "analyse_delay",
@@ -77,14 +106,21 @@ __all__ = [
 
 
 def __getattr__(name):
-    """Rooms that most programs don't need are imported when they are asked for."""
-    if name in _aliases.MODULES:
-        return _import_module(f"{__name__}.{name}")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    """Import what is asked for: a public name, a room, a short name, the version."""
+    if name in _HOMES:
+        value = getattr(_import_module(f"{__name__}.{_HOMES[name]}"), name)
+    elif name in _ROOMS or name in _aliases.MODULES:
+        value = _import_module(f"{__name__}.{name}")
+    elif name == "__version__":
+        value = _import_module("importlib.metadata").version(__name__)
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
 
 
 def __dir__():
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "__version__"})
 
 
 _aliases.install()

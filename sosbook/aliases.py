@@ -37,8 +37,12 @@ class _Alias(MetaPathFinder, Loader):
         if behind is None:
             return None
         return ModuleSpec(
-            fullname, self, origin=behind.origin, loader_state=behind,
-            is_package=behind.submodule_search_locations is not None)
+            fullname,
+            self,
+            origin=behind.origin,
+            loader_state=behind,
+            is_package=behind.submodule_search_locations is not None,
+        )
 
     def create_module(self, spec):
         return import_module(spec.loader_state.name)

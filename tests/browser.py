@@ -29,14 +29,17 @@ def find(python=sys.executable, system=os.name):
     if system == "nt":  # there a Chromium that is asked for its version opens a window
         return own if own and os.path.isfile(own) else None
     places = [path for name in NAMES if (path := shutil.which(name))]
-    return next((path for path in [*places, own] if path and output(path, "--version")), None)
+    return next(
+        (path for path in [*places, own] if path and output(path, "--version")), None
+    )
 
 
 def output(*command):
     """What a command prints, or None where it fails or does not exist."""
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, encoding="utf-8", check=True)
+            command, capture_output=True, text=True, encoding="utf-8", check=True
+        )
     except (OSError, subprocess.CalledProcessError):
         return None
     return done.stdout.strip()
@@ -55,7 +58,9 @@ def ensure(python=sys.executable):
     if path := find(python):
         return path
     extra = ["--with-deps"] if is_root() else []
-    subprocess.run([python, "-m", "playwright", "install", *extra, "chromium"], check=False)
+    subprocess.run(
+        [python, "-m", "playwright", "install", *extra, "chromium"], check=False
+    )
     return find(python)
 
 

@@ -24,9 +24,9 @@ def random_plant(rng, n, m, p=1, vertices=1, spread=0.0):
         rng.standard_normal((n, p)),
     ]
     found = [
-        sos.SecondOrderSystem(*(
-            x * (1 + spread * rng.uniform(-1, 1, x.shape)) for x in parts
-        ))
+        sos.SecondOrderSystem(
+            *(x * (1 + spread * rng.uniform(-1, 1, x.shape)) for x in parts)
+        )
         for _ in range(vertices)
     ]
     return found[0] if vertices == 1 else sos.Polytope(found)

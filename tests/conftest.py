@@ -35,10 +35,16 @@ import pytest
 from tasks import JUPYTER_BOOK
 from tests import browser as chromium
 
-collect_ignore = ["rehearsal"]  # its sitecustomize.py is no test
+collect_ignore = ["rehearsal", "typed.py"]  # programs of other tests
 ROOT = Path(__file__).resolve().parent.parent
 #: Tests of what the book says and shows, and of the tools that compare it.
-BOOK = ("test_notebooks", "test_prose", "test_solutions", "test_values", "test_rehearsal")
+BOOK = (
+    "test_notebooks",
+    "test_prose",
+    "test_solutions",
+    "test_values",
+    "test_rehearsal",
+)
 #: A test that asks for one of these fixtures is of this kind.
 KINDS = {
     "browser": {"site", "browser", "visit"},
@@ -50,14 +56,28 @@ CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaite
 #: What takes longest comes first, so that at the end no process waits for
 #: another. The pages come after the first notebooks: the book is built by then.
 LONGEST = (
-    "15_feasibility_maps", "14_what_gamma_measures", "22_sharper_certificates",
-    "07_grasping_robot", "test_site", "test_live", "test_properties",
+    "31_whole_chain",
+    "21_delay_examples",
+    "28_discretisation",
+    "22_sharper_certificates",
+    "14_what_gamma_measures",
+    "29_on_the_desk",
+    "test_site",
+    "test_live",
+    "07_grasping_robot",
+    "20_delay_theorem",
+    "15_feasibility_maps",
+    "test_mip_robot",
+    "test_mip_gate",
+    "test_mip_six_robots",
+    "test_properties",
 )
 
 
 def pytest_addoption(parser):
-    parser.addoption("--campaign", action="store_true",
-                     help="run the long campaigns, too")
+    parser.addoption(
+        "--campaign", action="store_true", help="run the long campaigns, too"
+    )
 
 
 def pytest_collection_modifyitems(config, items):
@@ -92,9 +112,22 @@ def site(tmp_path_factory):
         return path
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run(
-        [sys.executable, *JUPYTER_BOOK, "build", ROOT, "-W", "-n", "--keep-going",
-         "--path-output", folder], capture_output=True, text=True,
-        encoding="utf-8", check=False)
+        [
+            sys.executable,
+            *JUPYTER_BOOK,
+            "build",
+            ROOT,
+            "-W",
+            "-n",
+            "--keep-going",
+            "--path-output",
+            folder,
+        ],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
     return folder / "_build" / "html"
 
@@ -191,10 +224,7 @@ def visit(browser):
         page.on("request", lambda r: tab.requests.append(r.url))
         page.on("requestfailed", lambda r: tab.errors.append(f"failed: {r.url}"))
         page.on("pageerror", lambda e: tab.errors.append(str(e)))
-        page.on(
-            "console",
-            lambda m: m.type == "error" and tab.errors.append(m.text),
-        )
+        page.on("console", lambda m: m.type == "error" and tab.errors.append(m.text))
         page.goto(address, wait_until="load")
         return tab.typeset()
 

@@ -23,14 +23,24 @@ def clipped(y, share=0.6):
 
 def cut(log, start):
     """Without its first samples: it doesn't begin at rest."""
-    return replace(log, **{
-        x: None if getattr(log, x) is None else getattr(log, x)[start:]
-        for x in ("t", "V", "gyro", "encoder1", "encoder2")})
+    return replace(
+        log,
+        **{
+            x: None if getattr(log, x) is None else getattr(log, x)[start:]
+            for x in ("t", "V", "gyro", "encoder1", "encoder2")
+        },
+    )
 
 
 def rewritten(log, **columns):
-    return replace(log, **{k: f(getattr(log, k)) for k, f in columns.items()
-                           if getattr(log, k) is not None})
+    return replace(
+        log,
+        **{
+            k: f(getattr(log, k))
+            for k, f in columns.items()
+            if getattr(log, k) is not None
+        },
+    )
 
 
 def both(log, f):
@@ -40,43 +50,77 @@ def both(log, f):
 #: From a name to what it makes of (body, wheels), and what the refusal
 #: must name.
 SPOILT = {
-    "gyro in deg/s": (lambda b, w: (
-        rewritten(b, gyro=np.rad2deg), w), "deg/s|times e/f"),
-    "t in ms": (lambda b, w: (rewritten(b, t=lambda t: 1000 * t), rewritten(
-        w, t=lambda t: 1000 * t)), "not in ms"),
-    "V a duty in the body's log": (lambda b, w: (
-        rewritten(b, V=lambda V: V / 12), w), "duty|times e/f"),
-    "V a duty in both": (lambda b, w: (rewritten(
-        b, V=lambda V: V / 40), rewritten(w, V=lambda V: V / 40)), "duty"),
-    "V in mV": (lambda b, w: (rewritten(b, V=lambda V: 1e3 * V), rewritten(
-        w, V=lambda V: 1e3 * V)), "mV"),
-    "encoders in rad": (lambda b, w: (
-        b, both(w, lambda n: 2 * np.pi * n / 2000)), "counts"),
-    "encoders in degrees": (lambda b, w: (
-        b, both(w, lambda n: 360 * n / 2122.2)), "counts"),
-    "angle for rate": (lambda b, w: (
-        rewritten(b, gyro=lambda g: np.cumsum(g - g.mean()) * b.T), w),
-        "e/f|model|ran away|positive"),
-    "an encoder's column for the gyro's": (lambda b, w: (
-        replace(b, gyro=w.encoder1[:len(b.t)]), w), "encoder's|faster"),
-    "the gyro's column for an encoder's": (lambda b, w: (
-        b, replace(w, encoder1=b.gyro[:len(w.t)], encoder2=None)),
-        "fractions"),
-    "gyro clipped": (lambda b, w: (
-        rewritten(b, gyro=clipped), w), "clipped"),
-    "three spikes": (lambda b, w: (
-        rewritten(b, gyro=lambda g: spikes(g, 30.0)), w), "spike"),
-    "an encoder's glitches": (lambda b, w: (
-        b, rewritten(w, encoder1=lambda n: spikes(n, 500.0))), "spike"),
-    "gyro two samples late": (lambda b, w: (
-        rewritten(b, gyro=lambda g: late(g, 2)), w), "late"),
-    "gyro one sample late": (lambda b, w: (
-        rewritten(b, gyro=lambda g: late(g, 1)), w), "late"),
-    "gyro reversed": (lambda b, w: (
-        rewritten(b, gyro=np.negative), w), "must be positive"),
-    "V zero": (lambda b, w: (
-        rewritten(b, V=np.zeros_like), w), "V reaches 0"),
-    "a dead encoder": (lambda b, w: (
-        b, both(w, np.zeros_like)), "the fit|model"),
+    "gyro in deg/s": (
+        lambda b, w: (rewritten(b, gyro=np.rad2deg), w),
+        "deg/s|times e/f",
+    ),
+    "t in ms": (
+        lambda b, w: (
+            rewritten(b, t=lambda t: 1000 * t),
+            rewritten(w, t=lambda t: 1000 * t),
+        ),
+        "not in ms",
+    ),
+    "V a duty in the body's log": (
+        lambda b, w: (rewritten(b, V=lambda V: V / 12), w),
+        "duty|times e/f",
+    ),
+    "V a duty in both": (
+        lambda b, w: (
+            rewritten(b, V=lambda V: V / 40),
+            rewritten(w, V=lambda V: V / 40),
+        ),
+        "duty",
+    ),
+    "V in mV": (
+        lambda b, w: (
+            rewritten(b, V=lambda V: 1e3 * V),
+            rewritten(w, V=lambda V: 1e3 * V),
+        ),
+        "mV",
+    ),
+    "encoders in rad": (
+        lambda b, w: (b, both(w, lambda n: 2 * np.pi * n / 2000)),
+        "counts",
+    ),
+    "encoders in degrees": (
+        lambda b, w: (b, both(w, lambda n: 360 * n / 2122.2)),
+        "counts",
+    ),
+    "angle for rate": (
+        lambda b, w: (rewritten(b, gyro=lambda g: np.cumsum(g - g.mean()) * b.T), w),
+        "e/f|model|ran away|positive",
+    ),
+    "an encoder's column for the gyro's": (
+        lambda b, w: (replace(b, gyro=w.encoder1[: len(b.t)]), w),
+        "encoder's|faster",
+    ),
+    "the gyro's column for an encoder's": (
+        lambda b, w: (b, replace(w, encoder1=b.gyro[: len(w.t)], encoder2=None)),
+        "fractions",
+    ),
+    "gyro clipped": (lambda b, w: (rewritten(b, gyro=clipped), w), "clipped"),
+    "three spikes": (
+        lambda b, w: (rewritten(b, gyro=lambda g: spikes(g, 30.0)), w),
+        "spike",
+    ),
+    "an encoder's glitches": (
+        lambda b, w: (b, rewritten(w, encoder1=lambda n: spikes(n, 500.0))),
+        "spike",
+    ),
+    "gyro two samples late": (
+        lambda b, w: (rewritten(b, gyro=lambda g: late(g, 2)), w),
+        "late",
+    ),
+    "gyro one sample late": (
+        lambda b, w: (rewritten(b, gyro=lambda g: late(g, 1)), w),
+        "late",
+    ),
+    "gyro reversed": (
+        lambda b, w: (rewritten(b, gyro=np.negative), w),
+        "must be positive",
+    ),
+    "V zero": (lambda b, w: (rewritten(b, V=np.zeros_like), w), "V reaches 0"),
+    "a dead encoder": (lambda b, w: (b, both(w, np.zeros_like)), "the fit|model"),
     "not at rest": (lambda b, w: (cut(b, 33), w), "rest"),
 }

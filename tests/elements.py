@@ -3,20 +3,29 @@
 import pytest
 
 # the system's colours, the page's own theme, and whether it is dark then
-schemes = pytest.mark.parametrize("scheme, theme, dark", [
-    ("light", None, False), ("dark", None, True),
-    ("light", "dark", True), ("dark", "light", False)])
+schemes = pytest.mark.parametrize(
+    "scheme, theme, dark",
+    [
+        ("light", None, False),
+        ("dark", None, True),
+        ("light", "dark", True),
+        ("dark", "light", False),
+    ],
+)
 
 
 def brightness(tab, selector, kind):
     """Relative luminance of a colour, as WCAG 2 defines it."""
-    return tab.page.evaluate("""([selector, kind]) => {
+    return tab.page.evaluate(
+        """([selector, kind]) => {
       const style = getComputedStyle(document.querySelector(selector));
       const [r, g, b] = style[kind].match(/[\\d.]+/g).map(x => {
         const c = x / 255;
         return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
       });
-      return 0.2126 * r + 0.7152 * g + 0.0722 * b; }""", [selector, kind])
+      return 0.2126 * r + 0.7152 * g + 0.0722 * b; }""",
+        [selector, kind],
+    )
 
 
 def assert_readable(tab, element, theme, dark, *more):
@@ -25,32 +34,33 @@ def assert_readable(tab, element, theme, dark, *more):
     ``more`` has (selector inside, kind of ink, selector of its ground).
     """
     if theme:
-        tab.page.evaluate(
-            "t => document.documentElement.dataset.theme = t", theme)
+        tab.page.evaluate("t => document.documentElement.dataset.theme = t", theme)
     paper = brightness(tab, element, "backgroundColor")
     assert paper < 0.05 if dark else paper > 0.8
     tinted = ".sos-readout"
     for inside, kind, ground in [
-        ("", "color", ""), ("svg text", "fill", ""),
+        ("", "color", ""),
+        ("svg text", "fill", ""),
         ("figcaption", "color", ""),
-        (".sos-readout p", "color", tinted), (".sos-status", "color", tinted),
+        (".sos-readout p", "color", tinted),
+        (".sos-status", "color", tinted),
         *more,
     ]:
         selector = f"{element} {inside}".strip()
-        low, high = sorted([
-            brightness(tab, selector, kind),
-            brightness(tab, f"{element} {ground}".strip(),
-                       "backgroundColor")])
+        low, high = sorted(
+            [
+                brightness(tab, selector, kind),
+                brightness(tab, f"{element} {ground}".strip(), "backgroundColor"),
+            ]
+        )
         assert (high + 0.05) / (low + 0.05) > 4.5, selector
     assert tab.errors == []
 
 
 def assert_fits_a_phone(tab, element, labels):
     """No sideways scroll, and controls that a thumb can hit."""
-    assert tab.page.evaluate(
-        "document.documentElement.scrollWidth <= innerWidth")
+    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     for label in labels:
-        box = tab.page.locator(element).first.get_by_label(
-            label).bounding_box()
+        box = tab.page.locator(element).first.get_by_label(label).bounding_box()
         assert box["width"] > 250 and box["height"] >= 24
     assert tab.errors == []

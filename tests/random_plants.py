@@ -22,15 +22,16 @@ import numpy as np
 from scipy.linalg import eigvals, solve_continuous_are
 
 import sosbook as sos
-from sosbook.plants.descriptor import descriptors
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown
 from sosbook.lmi.centre import Blocks, margin
 from sosbook.lmi.cones import clarabel_minimize
+from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
-__all__ = ["KINDS", "Case", "Units", "random_case", "random_request"]
+__all__ = ["KINDS", "ROUNDED", "Case", "Units", "random_case", "random_request"]
 
+ROUNDED = ", but for rounding"
 KINDS = ("feasible", "infeasible", "marginal")
 
 
@@ -65,8 +66,12 @@ class Units:
         """A SecondOrderSystem in these units."""
         back, R, w0 = np.linalg.inv(self.T), self.R, self.w0
         return sos.SecondOrderSystem(
-            R @ v.M @ back * w0**2, R @ v.D @ back * w0, R @ v.S @ back,
-            R @ v.B @ self.Q, R @ v.F * np.sqrt(w0))
+            R @ v.M @ back * w0**2,
+            R @ v.D @ back * w0,
+            R @ v.S @ back,
+            R @ v.B @ self.Q,
+            R @ v.F * np.sqrt(w0),
+        )
 
     def plant(self, plant):
         """A plant or a polytope in these units."""
@@ -80,8 +85,8 @@ class Units:
         n, a = len(self.T), len(self.G)
         out = np.zeros((2 * n + a, 2 * n + a))
         out[:n, :n] = self.T
-        out[n:2 * n, n:2 * n] = self.T / self.w0
-        out[2 * n:, 2 * n:] = self.w0 * self.G
+        out[n : 2 * n, n : 2 * n] = self.T / self.w0
+        out[2 * n :, 2 * n :] = self.w0 * self.G
         return out
 
     def gain(self, K):
@@ -101,17 +106,18 @@ class Units:
         if "region" in asked:
             r = asked["region"]
             out["region"] = sos.PoleRegion(
-                r.sigma and r.sigma / w0, r.theta, r.rho and r.rho / w0)
+                r.sigma and r.sigma / w0, r.theta, r.rho and r.rho / w0
+            )
         if "gamma" in asked:
             size = np.linalg.norm(self.T, 2) * np.sqrt(w0)
             out["gamma"] = asked["gamma"] * size
         if "saturation" in asked:
             s = asked["saturation"]
             out["saturation"] = sos.Saturation(
-                s.u_max / np.linalg.norm(self.Q, 2), self.state @ s.x0)
+                s.u_max / np.linalg.norm(self.Q, 2), self.state @ s.x0
+            )
         if "K_A" in asked:
-            out["K_A"] = np.linalg.solve(
-                self.Q, asked["K_A"] @ back * w0**2)
+            out["K_A"] = np.linalg.solve(self.Q, asked["K_A"] @ back * w0**2)
         return out
 
 
@@ -169,8 +175,7 @@ def random_case(seed, largest=8):
     rng = np.random.default_rng([seed, 20])
     make = {
         "feasible": [_backed_off],
-        "infeasible": [
-            _mode, _out_of_reach, _force, _static, _signs, _edge],
+        "infeasible": [_mode, _out_of_reach, _force, _static, _signs, _edge],
         "marginal": [_mode, _edge],
     }[kind]
     marginal = kind == "marginal"
@@ -184,9 +189,15 @@ def random_case(seed, largest=8):
         K, P = witness
         witness = units.gain(K), units.lyapunov(P)
     return Case(
-        seed, kind, "feasible" if feasible else "infeasible", reason,
-        units.plant(plant), units.requirements(asked), units,
-        witness or None)
+        seed,
+        kind,
+        "feasible" if feasible else "infeasible",
+        reason,
+        units.plant(plant),
+        units.requirements(asked),
+        units,
+        witness or None,
+    )
 
 
 def _log(rng, low, high):
@@ -210,8 +221,12 @@ def _random_units(rng, plant, asked):
         return np.diag(_log(rng, -3, 3) * 10 ** rng.uniform(-2, 2, size))
 
     return Units(
-        _log(rng, -6, 6), scales(n, "gamma" in asked), scales(n, False),
-        scales(m, "saturation" in asked), scales(a, False))
+        _log(rng, -6, 6),
+        scales(n, "gamma" in asked),
+        scales(n, False),
+        scales(m, "saturation" in asked),
+        scales(a, False),
+    )
 
 
 def _degrees_of_freedom(rng, largest, least=1):
@@ -264,11 +279,12 @@ def _polytope(rng, parts, count, spread, mass):
         tilt = spread * rng.uniform(-1, 1, n)
         return X * np.sqrt(np.outer(1 + tilt, 1 + tilt))
 
-    return sos.Polytope([
-        sos.SecondOrderSystem(
-            symmetric(M) if mass else M, near(D), near(S), B, F)
-        for _ in range(count)
-    ])
+    return sos.Polytope(
+        [
+            sos.SecondOrderSystem(symmetric(M) if mass else M, near(D), near(S), B, F)
+            for _ in range(count)
+        ]
+    )
 
 
 def _base(rng, largest, least=1, fewer_inputs=False):
@@ -293,6 +309,7 @@ def _vertex_count(rng, n):
 
 # ---- feasible: backed off from a gain that is known
 
+
 def _backed_off(rng, largest, marginal):
     """Requirements that a gain from a Riccati equation fulfils."""
     found = _known(rng, largest)
@@ -300,9 +317,13 @@ def _backed_off(rng, largest, marginal):
         return None
     known, asked, spread = found
     return (
-        known.plant, asked, True,
+        known.plant,
+        asked,
+        True,
         f"the gain of a Riccati equation, spread {spread:.1g}",
-        known.K, known.P)
+        known.K,
+        known.P,
+    )
 
 
 def _known(rng, largest):
@@ -318,15 +339,15 @@ def _known(rng, largest):
     U = _integrators(rng, single, single.m)
     if U is not None:
         asked["U"] = U
-    d, = descriptors(single, U, asked.get("K_A"))
+    (d,) = descriptors(single, U, asked.get("K_A"))
     A, B, _ = d.state_space()
     shift = rng.uniform(0.05, 0.3)
     if not _controllable(A, B, 1e-3):
         return None
     effort = _log(rng, -2, 1)
     X = solve_continuous_are(
-        A + shift * np.eye(len(A)), B, np.eye(len(A)),
-        effort * np.eye(single.m))
+        A + shift * np.eye(len(A)), B, np.eye(len(A)), effort * np.eye(single.m)
+    )
     K = -B.T @ X / effort
     T = np.linalg.inv(np.linalg.cholesky(X)).T  # P = T T'
     count = _vertex_count(rng, single.n)
@@ -356,9 +377,11 @@ def _controllable(A, B, least):
         return False
     scale = np.linalg.norm(A, 2)
     return all(
-        np.linalg.svd(np.hstack([
-            (A - s * np.eye(len(A))) / scale, B / np.linalg.norm(B, 2)
-        ]), compute_uv=False)[-1] > least
+        np.linalg.svd(
+            np.hstack([(A - s * np.eye(len(A))) / scale, B / np.linalg.norm(B, 2)]),
+            compute_uv=False,
+        )[-1]
+        > least
         for s in eigvals(A)
     )
 
@@ -379,8 +402,8 @@ class _Known:
         request = Request(self.plant, **self.asked, **more, region=region)
         frame = self.frame(request)
         blocks = request.blocks(
-            np.eye(request.order), self.K @ frame.T / frame.scale,
-            frame=frame)
+            np.eye(request.order), self.K @ frame.T / frame.scale, frame=frame
+        )
         return min(margin(g) for g in blocks.values())
 
     @property
@@ -391,8 +414,11 @@ class _Known:
         """The frame in which the known P is the identity."""
         T = self.T * np.sqrt(self.size)
         return Frame(
-            np.linalg.inv(request.vertices[0].E @ T), T, np.linalg.inv(T),
-            np.linalg.norm(self.K @ T, 2))
+            np.linalg.inv(request.vertices[0].E @ T),
+            T,
+            np.linalg.inv(T),
+            np.linalg.norm(self.K @ T, 2),
+        )
 
     def proves(self, **asked):
         return self.margin(**asked) > 1e-6
@@ -451,6 +477,7 @@ class _Known:
 
 # ---- infeasible for a reason that needs no LMI
 
+
 def _around(rng, parts, spread, mass):
     """A polytope with the plant itself, which excludes every gain."""
     count = 2 if len(parts[0]) > 4 else int(rng.integers(2, 5))
@@ -461,7 +488,8 @@ def _around(rng, parts, spread, mass):
 def _mode(rng, largest, marginal):
     """A mode that no input reaches, outside the region or inside.
 
-    Half of them after a rotation, where it is so up to rounding.
+    Half of them after a rotation, where it is so up to rounding: then
+    a gain exists, but it is beyond floats.
     """
     if largest < 2:
         return None
@@ -479,29 +507,35 @@ def _mode(rng, largest, marginal):
     M, D, S, B, F = (np.zeros((n, x.shape[1] + 1)) for x in parts)
     B, F = B[:, :m], F[:, :1]
     for full, part in zip((M, D, S, B, F), parts):
-        full[:n - 1, :part.shape[1]] = part
+        full[: n - 1, : part.shape[1]] = part
     M[-1, -1], D[-1, -1], S[-1, -1] = 1, 2 * zeta * omega, omega**2
     coupled = 0.3 * rng.standard_normal((2, n - 1))
     D[:-1, -1], S[:-1, -1] = coupled
     F[-1, 0] = rng.standard_normal()
-    if rng.random() < 0.5:
+    rotated = rng.random() < 0.5
+    if rotated:
         Q, R = _orthogonal(rng, n), _orthogonal(rng, n)
     else:
         Q, R = np.eye(n)[rng.permutation(n)], np.eye(n)
-    plant = sos.SecondOrderSystem(
-        R @ M @ Q, R @ D @ Q, R @ S @ Q, R @ B, R @ F)
+    plant = sos.SecondOrderSystem(R @ M @ Q, R @ D @ Q, R @ S @ Q, R @ B, R @ F)
     asked = {"region": sos.PoleRegion(**region)}
     if rng.random() < 0.5:
         U = np.zeros((1, n))
-        U[0, :n - 1] = rng.standard_normal(n - 1)
+        U[0, : n - 1] = rng.standard_normal(n - 1)
         asked["U"] = U @ Q
-    d, = descriptors(
+    (d,) = descriptors(
         sos.SecondOrderSystem(*parts),
-        (asked["U"] @ Q.T)[:, :n - 1] if "U" in asked else None)
+        (asked["U"] @ Q.T)[:, : n - 1] if "U" in asked else None,
+    )
     if not _controllable(*d.state_space()[:2], 1e-3):
         return None
-    return plant, asked, inside, (
-        f"a mode out of reach, {kind} {far:.1g} from its edge")
+    return (
+        plant,
+        asked,
+        inside or rotated,
+        f"a mode out of reach, {kind} {far:.1g} from its edge"
+        + (ROUNDED if rotated and not inside else ""),
+    )
 
 
 def _extras(rng, asked):
@@ -533,10 +567,9 @@ def _out_of_reach(rng, largest, marginal):
     U = _integrators(rng, plant, plant.m)
     if U is not None:
         asked["U"] = U
-    N = np.linalg.svd(B)[0][:, B.shape[1]:].T
+    N = np.linalg.svd(B)[0][:, B.shape[1] :].T
     bound = max(
-        np.linalg.norm(np.linalg.pinv(
-            N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
+        np.linalg.norm(np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
         for w in np.append(0, np.logspace(-2, 2, 200))
     )
     asked["gamma"] = bound * rng.uniform(0.2, 0.97)
@@ -565,7 +598,7 @@ def _force(rng, largest, marginal):
     U = _integrators(rng, plant, plant.m)
     if U is not None:
         asked["U"] = U
-    d, = descriptors(plant, U, asked.get("K_A"))
+    (d,) = descriptors(plant, U, asked.get("K_A"))
     A, B, _ = d.state_space()
     sigma = _log(rng, -1, 0.5) if rng.random() < 0.6 else 0.0
     x0 = rng.standard_normal(len(A))
@@ -623,19 +656,24 @@ def _signs(rng, largest, marginal):
     if "K_A" in asked:
         return None
     M, D, S, B, F = parts
-    A = np.block([[np.zeros_like(M), np.eye(len(M))],
-                  [-np.linalg.solve(M, S), -np.linalg.solve(M, D)]])
+    A = np.block(
+        [
+            [np.zeros_like(M), np.eye(len(M))],
+            [-np.linalg.solve(M, S), -np.linalg.solve(M, D)],
+        ]
+    )
     slowest = -eigvals(A).real.max()
     asked["region"] = sos.PoleRegion(
-        sigma=max(slowest, 0) * (1 + rng.uniform(0.05, 1)) + 0.05)
-    plant = sos.Polytope([
-        sos.SecondOrderSystem(*parts),
-        sos.SecondOrderSystem(M, D, S, -B, F),
-    ])
+        sigma=max(slowest, 0) * (1 + rng.uniform(0.05, 1)) + 0.05
+    )
+    plant = sos.Polytope(
+        [sos.SecondOrderSystem(*parts), sos.SecondOrderSystem(M, D, S, -B, F)]
+    )
     return plant, asked, False, "an input of either sign"
 
 
 # ---- an edge that Clarabel finds
+
 
 def float_blocks(request, frame, levels=()):
     """The blocks of a request, with explicit slopes."""
@@ -643,7 +681,8 @@ def float_blocks(request, frame, levels=()):
     blocks = Blocks.of(expressions.values(), unknowns)
     return Blocks(
         [c.astype(float) for c in blocks.constants],
-        [s.astype(float) for s in blocks.slopes])
+        [s.astype(float) for s in blocks.slopes],
+    )
 
 
 def scaled(blocks):
@@ -651,7 +690,8 @@ def scaled(blocks):
     constants, slopes = [], []
     for c, s in zip(blocks.constants, blocks.slopes):
         size = np.abs(np.diag(c)) + np.linalg.norm(
-            np.diagonal(s, axis1=1, axis2=2), axis=0)
+            np.diagonal(s, axis1=1, axis2=2), axis=0
+        )
         d = 2.0 ** np.round(-np.log2(np.where(size == 0, 1, size)) / 2)
         constants.append(c * np.outer(d, d))
         slopes.append(s * np.outer(d, d))
@@ -697,7 +737,7 @@ class _Edge:
     def __init__(self, known, asked, which):
         self.known, self.asked, self.which = known, asked, which
         self.request = Request(known.plant, **asked)
-        self.unit = self._bound()**2
+        self.unit = self._bound() ** 2
         frame = known.frame(self.request)
         x = self._optimum(frame)
         other = self._optimum(Frame.of(self.request))
@@ -725,17 +765,24 @@ class _Edge:
         """With bound^2 / unit as the last variable."""
         one, two = (self._fixed(frame, k * self.unit) for k in (1, 2))
         slope = [b - a for a, b in zip(one.constants, two.constants)]
-        return scaled(Blocks(
-            [a - s for a, s in zip(one.constants, slope)],
-            [np.concatenate([s, d[None]])
-             for s, d in zip(one.slopes, slope)]))
+        return scaled(
+            Blocks(
+                [a - s for a, s in zip(one.constants, slope)],
+                [np.concatenate([s, d[None]]) for s, d in zip(one.slopes, slope)],
+            )
+        )
 
     def _fixed(self, frame, bound2):
         request = self.request
         if self.which == "gamma":
             return float_blocks(request, frame, {"gamma": bound2})
-        return float_blocks(replace(request, saturation=sos.Saturation(
-            np.sqrt(bound2), request.saturation.x0)), frame)
+        return float_blocks(
+            replace(
+                request,
+                saturation=sos.Saturation(np.sqrt(bound2), request.saturation.x0),
+            ),
+            frame,
+        )
 
     def _optimum(self, frame):
         blocks = self._blocks(frame)
@@ -753,12 +800,12 @@ class _Edge:
         share = (factor**2 - 1) * edge / (1 - edge)
         if share >= 1:
             return self.known.K, self.known.P
-        there = np.concatenate([
-            P.pack(np.eye(N)),
-            Y.pack(self.known.K @ frame.T / frame.scale), [1.0]])
+        there = np.concatenate(
+            [P.pack(np.eye(N)), Y.pack(self.known.K @ frame.T / frame.scale), [1.0]]
+        )
         x = self.x + share * (there - self.x)
         if min(margin(g) for g in self._blocks(frame)(x)) <= 0:
             return None
-        P, Y = P.unpack(x[:P.size]), Y.unpack(x[P.size:-1])
+        P, Y = P.unpack(x[: P.size]), Y.unpack(x[P.size : -1])
         K = np.linalg.solve(P, Y.T).T @ np.linalg.inv(frame.T) * frame.scale
         return K, frame.T @ P @ frame.T.T

@@ -77,15 +77,15 @@ class Machine:
         p = self.M_b * G * self.l * sin - tau
         q = self.M_b * self.l * self.r * sin * w**2 + tau
         det = A * C - off**2
-        return np.array([w, v, (C * p - off * q) / det,
-                         (A * q - off * p) / det])
+        return np.array([w, v, (C * p - off * q) / det, (A * q - off * p) / det])
 
     def hanging(self, x, V):
         """x = [q, q'], wheels held, the body upside down."""
         q, w = x
         tau = self.torque(V, -w)
-        return np.array([w, (-self.M_b * G * self.l * np.sin(q) - tau)
-                         / (self.I_o + self.J)])
+        return np.array(
+            [w, (-self.M_b * G * self.l * np.sin(q) - tau) / (self.I_o + self.J)]
+        )
 
     def spinning(self, x, V):
         """x = [phi, phi'], on its back, wheels in the air."""
@@ -126,15 +126,15 @@ def logs(machine, seed=0, seconds=10.0):
     gyro = np.array(gyro) + 0.007 + 0.002 * random.standard_normal(len(t))
     gyro = step * np.round(gyro / step)
     corner = machine.f / (2 * machine.I_w + machine.J) / 2 / np.pi
-    t2, V2 = sweep(0.1 * corner, min(4 * corner, 0.2 / machine.T), seconds,
-                   machine.T, volts)
+    t2, V2 = sweep(
+        0.1 * corner, min(4 * corner, 0.2 / machine.T), seconds, machine.T, volts
+    )
     x, angle = np.zeros(2), []
     for u in V2:
         angle.append(x[0])
         x = advance(machine.spinning, x, u, machine.T, 8)
     turn = 2 * np.pi / machine.counts
-    counts = [np.floor(np.array(angle) / turn + random.random())
-              for _ in range(2)]
+    counts = [np.floor(np.array(angle) / turn + random.random()) for _ in range(2)]
     return (t, V, gyro), (t2, V2, *counts)
 
 
@@ -143,8 +143,16 @@ def write(path, names, columns):
     path.write_text("\n".join([names, *rows]) + "\n", "utf-8")
 
 
-def stand(machine, controller, limit, seconds=60.0, tilt=0.1, seed=0,
-          dropouts=0.01, jitter=0.0005):
+def stand(
+    machine,
+    controller,
+    limit,
+    seconds=60.0,
+    tilt=0.1,
+    seed=0,
+    dropouts=0.01,
+    jitter=0.0005,
+):
     """The largest and the last tilt, and the fault, of the program.
 
     ``controller`` has start(tilt, wheels, bias), step(gyro, wheels,
@@ -160,17 +168,17 @@ def stand(machine, controller, limit, seconds=60.0, tilt=0.1, seed=0,
         at = k * machine.T + jitter * random.random()
         x = advance(machine.rate, x, V, at - now, 3)
         d = machine.rate(x, V)
-        along = (G * np.sin(x[0]) - machine.r * np.cos(x[0]) * d[3]
-                 - height * d[2])
-        up = (G * np.cos(x[0]) + machine.r * np.sin(x[0]) * d[3]
-              - height * x[2]**2)
+        along = G * np.sin(x[0]) - machine.r * np.cos(x[0]) * d[3] - height * d[2]
+        up = G * np.cos(x[0]) + machine.r * np.sin(x[0]) * d[3] - height * x[2] ** 2
         gyro = x[2] + bias + 0.002 * random.standard_normal()
         wheels = turn * np.floor((x[1] - x[0]) / turn)
         level = np.arctan2(along, up) + 0.01 * random.standard_normal()
         lost = random.random(2) < dropouts
-        u = float(controller.step(
-            np.nan if lost[0] else gyro, np.nan if lost[1] else wheels,
-            level)[0])
+        u = float(
+            controller.step(
+                np.nan if lost[0] else gyro, np.nan if lost[1] else wheels, level
+            )[0]
+        )
         assert abs(u) <= limit * (1 + 1e-6)
         now = at + machine.delay * random.random()
         x = advance(machine.rate, x, V, now - at, 2)
@@ -182,18 +190,110 @@ def stand(machine, controller, limit, seconds=60.0, tilt=0.1, seed=0,
 
 
 SIX = (
-    Machine("eduMIP-like", 0.272, 0.040, 0.034, 0.027, 0.11, 34.0, 7.4,
-            35.6, 5e-8, 2134.0, 0.01, 0.003),
-    Machine("Balboa-like", 0.32, 0.032, 0.040, 0.020, 0.14, 30.0, 6.0,
-            51.5, 3e-8, 1212.0, 0.005, 0.002),
-    Machine("LEGO-like", 0.60, 0.10, 0.028, 0.020, 0.30, 17.0, 9.0,
-            40.0, 3e-7, 360.0, 0.005, 0.002),
-    Machine("gear motors 100 Hz", 1.0, 0.075, 0.0325, 0.040, 0.50, 21.0,
-            12.0, 34.0, 4e-7, 1496.0, 0.01, 0.002),
-    Machine("gear motors 200 Hz", 1.0, 0.075, 0.0325, 0.040, 0.50, 21.0,
-            12.0, 34.0, 4e-7, 1496.0, 0.005, 0.002),
-    Machine("8 kg", 8.0, 0.25, 0.10, 0.45, 5.0, 15.0, 24.0, 25.0, 2.5e-6,
-            2000.0, 0.01, 0.003),
-    Machine("tall and thin", 0.7, 0.28, 0.040, 0.030, 0.50, 20.0, 12.0,
-            30.0, 4e-7, 1320.0, 0.005, 0.002, shape=1.1),
+    Machine(
+        "eduMIP-like",
+        0.272,
+        0.040,
+        0.034,
+        0.027,
+        0.11,
+        34.0,
+        7.4,
+        35.6,
+        5e-8,
+        2134.0,
+        0.01,
+        0.003,
+    ),
+    Machine(
+        "Balboa-like",
+        0.32,
+        0.032,
+        0.040,
+        0.020,
+        0.14,
+        30.0,
+        6.0,
+        51.5,
+        3e-8,
+        1212.0,
+        0.005,
+        0.002,
+    ),
+    Machine(
+        "LEGO-like",
+        0.60,
+        0.10,
+        0.028,
+        0.020,
+        0.30,
+        17.0,
+        9.0,
+        40.0,
+        3e-7,
+        360.0,
+        0.005,
+        0.002,
+    ),
+    Machine(
+        "gear motors 100 Hz",
+        1.0,
+        0.075,
+        0.0325,
+        0.040,
+        0.50,
+        21.0,
+        12.0,
+        34.0,
+        4e-7,
+        1496.0,
+        0.01,
+        0.002,
+    ),
+    Machine(
+        "gear motors 200 Hz",
+        1.0,
+        0.075,
+        0.0325,
+        0.040,
+        0.50,
+        21.0,
+        12.0,
+        34.0,
+        4e-7,
+        1496.0,
+        0.005,
+        0.002,
+    ),
+    Machine(
+        "8 kg",
+        8.0,
+        0.25,
+        0.10,
+        0.45,
+        5.0,
+        15.0,
+        24.0,
+        25.0,
+        2.5e-6,
+        2000.0,
+        0.01,
+        0.003,
+    ),
+    Machine(
+        "tall and thin",
+        0.7,
+        0.28,
+        0.040,
+        0.030,
+        0.50,
+        20.0,
+        12.0,
+        30.0,
+        4e-7,
+        1320.0,
+        0.005,
+        0.002,
+        shape=1.1,
+    ),
 )

@@ -24,7 +24,7 @@ def whole(chain):
 
 
 def test_peak_with_acceleration_is_the_simulated_one(chain):
-    d, = descriptors(chain.plant, chain.U, chain.K_A)
+    (d,) = descriptors(chain.plant, chain.U, chain.K_A)
     x0, t = chain.saturation.x0, np.linspace(0, 8, 8001)
     loop = sos.analyse_pid(chain.plant, chain.K, **chain.requirements)
     u = np.linalg.norm(loop.simulate(t, x0=x0).u, axis=0).max()
@@ -42,7 +42,7 @@ def test_the_whole_signal_is_bounded_and_proven(chain, whole):
 def test_the_bound_is_tight_enough_to_refuse(chain):
     """Half of the true peak can't be proven."""
     given = sos.analyse_pid(chain.plant, chain.K, **chain.requirements)
-    d, = given.request.vertices
+    (d,) = given.request.vertices
     peak = peak_input(d, chain.K, chain.saturation.x0, chain.K_A)
     asked = chain.requirements
     asked["saturation"] = sos.Saturation(
@@ -70,7 +70,10 @@ def test_uncertain_mass_is_refused():
 def test_slack_bounds_it_too(chain):
     start = chain.saturation.x0
     d = sos.design_pid(
-        chain.plant, chain.U, K_A=chain.K_A, coupling="slack",
+        chain.plant,
+        chain.U,
+        K_A=chain.K_A,
+        coupling="slack",
         saturation=sos.Saturation(120, start, acceleration=True),
     )
     assert d.status == "feasible" and d.peak_input() <= 120
@@ -83,16 +86,17 @@ def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
     asked = chain.requirements
     asked["saturation"] = replace(asked["saturation"], acceleration=True)
     request = Request(
-        chain.plant, **asked, coupling=coupling,
+        chain.plant,
+        **asked,
+        coupling=coupling,
         slack=0.1 if coupling == "slack" else None,
     )
     (d,), N = request.vertices, request.order
     V = np.random.default_rng(1).standard_normal((N, N))
     P = V + V.T
     right = P if coupling == "pairs" else V.T
-    found = request.blocks(
-        P if coupling == "pairs" else [P], chain.K @ right, V=V)
+    found = request.blocks(P if coupling == "pairs" else [P], chain.K @ right, V=V)
     rate = np.linalg.solve(d.E, d.A + d.Bu @ chain.K)
     n = chain.plant.n
-    whole = chain.K + chain.K_A @ rate[n:2 * n]
+    whole = chain.K + chain.K_A @ rate[n : 2 * n]
     assert np.allclose(found["u_max"][N:, :N], whole @ right)

@@ -15,7 +15,7 @@ def stable_loop(seed, p=2):
     """A random plant and the gain of a design for it."""
     rng = np.random.default_rng(seed)
     plant = random_plant(rng, 2, 2, p)
-    d = sos.design_pid(plant, np.eye(2), sos.PoleRegion(0.3, rho=30))
+    d = sos.design_pid(plant, np.eye(2), region=sos.PoleRegion(0.3, rho=30))
     return d, descriptors(plant, np.eye(2))[0]
 
 
@@ -23,8 +23,8 @@ def lightly_damped(damping, scale=1.0, rate=1.0):
     """Two masses, K = 0; scale is F's size, rate the unit of time."""
     S = np.array([[3.0, -1], [-1, 2]])
     plant = sos.SecondOrderSystem(
-        np.eye(2) / rate**2, damping * S / rate, S, np.eye(2),
-        [[scale], [0.3 * scale]])
+        np.eye(2) / rate**2, damping * S / rate, S, np.eye(2), [[scale], [0.3 * scale]]
+    )
     return descriptors(plant)[0], np.zeros((2, 4))
 
 
@@ -36,7 +36,8 @@ def sweep(d, K):
     wide = np.abs(poles).max() * np.logspace(-5, 1, 2000)
     omega = np.concatenate([[0.0], wide, *near])[:, None, None]
     answer = np.linalg.solve(
-        1j * omega * np.eye(len(A)) - A, np.linalg.solve(d.E, d.Bw) + 0j)
+        1j * omega * np.eye(len(A)) - A, np.linalg.solve(d.E, d.Bw) + 0j
+    )
     return np.linalg.norm(d.C @ answer, 2, axis=(1, 2)).max()
 
 
@@ -44,8 +45,7 @@ def sweep(d, K):
 def test_norm_and_poles_agree_with_python_control(seed):
     d, v = stable_loop(seed)
     loop = d.closed_loop()
-    assert np.allclose(
-        np.sort_complex(d.poles() + 0j), np.sort_complex(loop.poles()))
+    assert np.allclose(np.sort_complex(d.poles() + 0j), np.sort_complex(loop.poles()))
     w_to_z = control.ss(loop.A, loop.B[:, :2], loop.C[:2], loop.D[:2, :2])
     norm = control.system_norm(w_to_z, p="inf", tol=1e-9)
     assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6, atol=0)
@@ -68,8 +68,7 @@ def test_norm_in_any_unit(damping, scale, rate):
     d, K = lightly_damped(damping, scale, rate)
     assert np.isclose(hinf_norm(d, K), sweep(d, K), rtol=1e-5, atol=0)
     unit, _ = lightly_damped(damping)
-    assert np.isclose(
-        hinf_norm(d, K), scale * hinf_norm(unit, K), rtol=1e-7, atol=0)
+    assert np.isclose(hinf_norm(d, K), scale * hinf_norm(unit, K), rtol=1e-7, atol=0)
 
 
 def test_norm_of_a_disturbance_that_does_nothing_is_zero():
@@ -85,8 +84,15 @@ def test_unstable_loops_have_no_finite_norm_or_peak():
 
 def dense_peak(d, K, x0, end):
     A = np.linalg.solve(d.E, d.A + d.Bu @ K)
-    done = solve_ivp(lambda t, x: A @ x, (0, end), x0, rtol=1e-10,
-                     atol=1e-12, method="LSODA", dense_output=True)
+    done = solve_ivp(
+        lambda t, x: A @ x,
+        (0, end),
+        x0,
+        rtol=1e-10,
+        atol=1e-12,
+        method="LSODA",
+        dense_output=True,
+    )
     times = np.union1d(np.linspace(0, end, 20001), done.t)
     return np.linalg.norm(K @ done.sol(times), axis=0).max()
 
@@ -102,8 +108,8 @@ def test_peak_against_a_dense_simulation(seed):
 def test_late_peak_of_a_stiff_loop():
     """Poles -1, -2 and -1e5: u = z1 / 1e9 peaks at ln 2, long after."""
     plant = sos.SecondOrderSystem(
-        np.diag([1, 1e-5]), np.diag([3.0, 1]), np.diag([2, 1e-5]),
-        np.eye(2))
+        np.diag([1, 1e-5]), np.diag([3.0, 1]), np.diag([2, 1e-5]), np.eye(2)
+    )
     (d,) = descriptors(plant)
     K = 1e-9 * np.array([[0.0, 0, 0, 0], [1, 0, 0, 0]])
     # z1(0) = 0, z1'(0) = 1: z1 = e^-t - e^-2t, at most 1/4
@@ -129,17 +135,16 @@ def test_one_answer_for_each_vertex():
     single = [sos.analyse_pid(v, d.K, **asked) for v in plants.vertices]
     assert d.hinf() == max(s.hinf() for s in single)
     assert d.peak_input() == max(s.peak_input() for s in single)
-    assert all(
-        np.allclose(row, s.poles()) for row, s in zip(d.poles(), single))
+    assert all(np.allclose(row, s.poles()) for row, s in zip(d.poles(), single))
 
 
 def test_feedback_closes_the_open_loop():
     robot = sos.thesis.example_1()
     design = sos.analyse_pid(robot.plant, robot.K, robot.U)
     loop = control.feedback(
-        design.open_loop()[:, :2], control.ss([], [], [], robot.K), sign=1)
-    assert np.allclose(
-        np.sort_complex(loop.poles()), np.sort_complex(design.poles()))
+        design.open_loop()[:, :2], control.ss([], [], [], robot.K), sign=1
+    )
+    assert np.allclose(np.sort_complex(loop.poles()), np.sort_complex(design.poles()))
     names = design.open_loop().input_labels
     assert names == ["u1", "u2", "w1", "w2", "r1", "r2"]
 
@@ -147,10 +152,11 @@ def test_feedback_closes_the_open_loop():
 def test_samples_join_the_vertices_of_a_polytope():
     robot = sos.thesis.example_1()
     heavy = sos.SecondOrderSystem(
-        1.2 * robot.plant.M, robot.plant.D, robot.plant.S,
-        robot.plant.B, robot.plant.F)
+        1.2 * robot.plant.M, robot.plant.D, robot.plant.S, robot.plant.B, robot.plant.F
+    )
     design = sos.analyse_pid(
-        sos.Polytope([robot.plant, heavy]), robot.K, **robot.requirements)
+        sos.Polytope([robot.plant, heavy]), robot.K, **robot.requirements
+    )
     few, many = design.poles(), design.poles(samples=5, seed=1)
     assert many.shape == (7, 6) and np.array_equal(many[:2], few)
     assert robot.region.contains(many)

@@ -9,8 +9,9 @@ import pytest
 
 import sosbook as sos
 from sosbook.analysis.linear import poles as loop_poles
-from sosbook.book.elements.designs import Atlas, Slider, design_atlas, record
-from sosbook.analysis.response import simulate
+from sosbook.book.elements.designs import Atlas, Slider, design_atlas
+from sosbook.book.elements.records import record
+from sosbook.plants.response import simulate
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 ANGLES = np.radians([30, 45, 60])
@@ -24,10 +25,18 @@ def robot():
 @pytest.fixture(scope="module")
 def atlas(robot):
     return design_atlas(
-        robot.plant, robot.U, [0.4, 1.257], robot.saturation,
-        sigma=[0.3, 0.7, 1.3], theta=ANGLES, rho=[1, 3, 5], u_max=[100, 150],
+        robot.plant,
+        robot.U,
+        [0.4, 1.257],
+        robot.saturation,
+        sigma=[0.3, 0.7, 1.3],
+        theta=ANGLES,
+        rho=[1, 3, 5],
+        u_max=[100, 150],
         start={"sigma": 0.7, "rho": 5, "gamma": 1.257, "u_max": 150},
-        title="The <robot> & its designs")
+        title="The <robot> & its designs",
+        mu=1.0,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +47,9 @@ def sheet(atlas, tmp_path_factory):
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
         '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
+        "utf8",
+    )
     return page
 
 
@@ -46,12 +57,17 @@ def request_at(robot, atlas, place):
     """The design at a place of the grid, solved here and now."""
     asked = {s.key: s.values[at] for s, at in zip(atlas.sliders, place)}
     return sos.design_pid(
-        robot.plant, robot.U,
-        sos.PoleRegion(asked["sigma"], asked["theta"], asked["rho"]),
-        asked["gamma"], sos.Saturation(asked["u_max"], robot.saturation.x0))
+        robot.plant,
+        robot.U,
+        region=sos.PoleRegion(asked["sigma"], asked["theta"], asked["rho"]),
+        gamma=asked["gamma"],
+        saturation=sos.Saturation(asked["u_max"], robot.saturation.x0),
+        mu=1.0,
+    )
 
 
 # ------------------------------------------------------------------ in Python
+
 
 @pytest.mark.slow
 def test_what_is_stored_is_what_is_solved(robot, atlas):
@@ -77,8 +93,9 @@ def test_what_is_stored_is_what_is_solved(robot, atlas):
 def test_infeasible_is_never_put_where_a_design_exists(robot, atlas):
     """The places that were skipped, because a looser request failed."""
     bad = [place for place, stored in atlas.designs.items() if stored == 0]
-    empty = [p for p in bad if atlas.sliders[2].values[p[2]]
-             <= atlas.sliders[0].values[p[0]]]
+    empty = [
+        p for p in bad if atlas.sliders[2].values[p[2]] <= atlas.sliders[0].values[p[0]]
+    ]
     assert len(bad) > 20 and empty
     for place in sorted(set(bad) - set(empty))[::8]:
         assert request_at(robot, atlas, place).status == "infeasible"
@@ -87,15 +104,16 @@ def test_infeasible_is_never_put_where_a_design_exists(robot, atlas):
 def test_feasible_places_have_only_feasible_looser_ones(atlas):
     for place, stored in atlas.designs.items():
         for k, slider in enumerate(atlas.sliders):
-            looser = (*place[:k], place[k] + slider.looser, *place[k + 1:])
+            looser = (*place[:k], place[k] + slider.looser, *place[k + 1 :])
             if not isinstance(stored, int) and looser in atlas.designs:
                 assert not isinstance(atlas.designs[looser], int)
 
 
 def test_the_output_is_the_same_twice_and_survives_any_title(robot):
     def small(title):
-        return design_atlas(robot.plant, robot.U, sigma=[0.5, 0.7], theta=0.8,
-                            rho=5.0, title=title)
+        return design_atlas(
+            robot.plant, robot.U, sigma=[0.5, 0.7], theta=0.8, rho=5.0, title=title
+        )
 
     wicked = 'a</script><b>"&'
     html = small(wicked).html
@@ -109,31 +127,33 @@ def test_the_output_is_the_same_twice_and_survives_any_title(robot):
 def test_fixed_requirements_are_asked_and_named(robot):
     atlas = design_atlas(robot.plant, robot.U, sigma=[0.5, 0.7], rho=5.0)
     assert atlas.data["also"] == ["ρ = 5 1/s"]
-    fresh = sos.design_pid(robot.plant, robot.U, sos.PoleRegion(0.7, rho=5))
+    fresh = sos.design_pid(robot.plant, robot.U, region=sos.PoleRegion(0.7, rho=5))
     assert atlas.designs[(1,)] == record(fresh)
     assert atlas.designs[(1,)][4] is None  # no x(0), so no peak
 
 
 def test_a_polytope_stores_the_poles_of_every_vertex(robot):
     first = robot.plant
-    second = sos.SecondOrderSystem(
-        1.1 * first.M, first.D, first.S, first.B, first.F)
+    second = sos.SecondOrderSystem(1.1 * first.M, first.D, first.S, first.B, first.F)
     both = sos.Polytope([first, second])
     atlas = design_atlas(both, robot.U, sigma=[0.3, 0.5], rho=6.0)
-    fresh = sos.design_pid(both, robot.U, sos.PoleRegion(0.5, rho=6))
+    fresh = sos.design_pid(both, robot.U, region=sos.PoleRegion(0.5, rho=6))
     stored = atlas.designs[(1,)]
     assert len(stored[1]) == 2 * (fresh.poles().imag >= 0).sum()
     assert len(atlas.data["vertices"]) == 2
     assert atlas.data["caption"].endswith("every vertex.")
 
 
-@pytest.mark.parametrize("wrong, words", [
-    ({}, "nothing to slide"),
-    ({"sigma": [0.5, 0.7], "start": {"sigma": 0.6}}, "is not a value"),
-    ({"sigma": [0.5, 0.7], "start": {"rho": 5}}, "names no slider"),
-    ({"sigma": [0.5, 0.7], "r": [1]}, "r must hold n = 2"),
-    ({"u_max": [100, 150]}, "u_max needs saturation"),
-])
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        ({}, "nothing to slide"),
+        ({"sigma": [0.5, 0.7], "start": {"sigma": 0.6}}, "is not a value"),
+        ({"sigma": [0.5, 0.7], "start": {"rho": 5}}, "names no slider"),
+        ({"sigma": [0.5, 0.7], "r": [1]}, "r must hold n = 2"),
+        ({"u_max": [100, 150]}, "u_max needs saturation"),
+    ],
+)
 def test_bad_input_is_explained(robot, wrong, words):
     with pytest.raises(ValueError, match=words):
         design_atlas(robot.plant, robot.U, **wrong)
@@ -146,6 +166,7 @@ def test_a_grid_with_a_hole_is_refused():
 
 # -------------------------------------------------------------- in the browser
 
+
 def first(tab):
     return tab.page.locator("sos-atlas").first
 
@@ -155,8 +176,10 @@ def say(tab):
 
 
 def numbers(text):
-    return [float(x) for x in re.findall(
-        r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text.replace("−", "-"))]
+    return [
+        float(x)
+        for x in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text.replace("−", "-"))
+    ]
 
 
 @pytest.fixture
@@ -167,8 +190,13 @@ def tab(visit, sheet):
     assert all(re.match("file:|data:", url) for url in tab.requests)
 
 
-LABELS = ["Decay rate σ", "Half-angle θ", "Disk radius ρ", "H∞ bound γ",
-          "Input bound u_max"]
+LABELS = [
+    "Decay rate σ",
+    "Half-angle θ",
+    "Disk radius ρ",
+    "H∞ bound γ",
+    "Input bound u_max",
+]
 
 
 def test_every_slider_has_its_own_visible_label(tab, atlas):
@@ -181,8 +209,10 @@ def test_every_slider_has_its_own_visible_label(tab, atlas):
             name = found.get_attribute("id")
             assert part.locator(f"label[for='{name}']").is_visible()
             assert tab.page.locator(f"[id='{name}']").count() == 1
-    assert first(tab).get_by_label("Half-angle θ").get_attribute(
-        "aria-valuetext") == "θ = 45°"
+    assert (
+        first(tab).get_by_label("Half-angle θ").get_attribute("aria-valuetext")
+        == "θ = 45°"
+    )
     live = first(tab).locator(".sos-readout")
     assert live.get_attribute("aria-live") == "polite"
     assert first(tab).locator("svg[role=img][aria-label]").count() == 2
@@ -234,14 +264,13 @@ def test_the_page_says_what_was_solved(tab, robot, atlas):
     text = say(tab)
     assert text.startswith("Feasible for σ = 0.7 1/s, θ = 45°, ρ = 5 1/s")
     n = robot.plant.n
-    shown = numbers(text[text.index("KP"):text.index("Poles")])
-    blocks = [fresh.K[:, :n], fresh.K[:, n:2 * n], fresh.K[:, 2 * n:]]
+    shown = numbers(text[text.index("KP") : text.index("Poles")])
+    blocks = [fresh.K[:, :n], fresh.K[:, n : 2 * n], fresh.K[:, 2 * n :]]
     gains = np.concatenate([block.ravel() for block in blocks])
     assert np.allclose(shown, gains, rtol=6e-5)
-    poles = numbers(text[text.index("Poles"):text.index("Smallest")])
+    poles = numbers(text[text.index("Poles") : text.index("Smallest")])
     upper = fresh.poles()[fresh.poles().imag >= 0]
-    parts = [x for s in upper for x in (
-        (s.real, s.imag) if s.imag else (s.real,))]
+    parts = [x for s in upper for x in ((s.real, s.imag) if s.imag else (s.real,))]
     assert np.allclose(poles, parts, rtol=6e-3)
     least = min(fresh.margins, key=fresh.margins.get)
     assert f"{fresh.margins[least]:.2g}" in text and "u_max" in text
@@ -254,10 +283,11 @@ def test_the_element_holds_every_solved_design(tab, atlas):
 
 
 def test_the_step_response_is_the_one_of_python(tab, robot, atlas):
-    """The page's matrix exponential against `sosbook.analysis.response`."""
+    """The page's matrix exponential against `sosbook.plants.response`."""
     data = tab.page.evaluate(
         "(() => { const a = document.querySelector('sos-atlas');"
-        "return {z: a.response[0], K: a.design.K, T: a.data.horizon}; })()")
+        "return {z: a.response[0], K: a.design.K, T: a.data.horizon}; })()"
+    )
     K, z = np.array(data["K"]), np.array(data["z"])
     t = np.linspace(0, data["T"], len(z))
     request = request_at(robot, atlas, atlas.start).request
@@ -281,8 +311,11 @@ def test_the_poles_are_drawn_in_the_shaded_region(tab):
 
 def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     place = list(atlas.start)
-    for label, key in [("Decay rate σ", "End"), ("H∞ bound γ", "Home"),
-                       ("Input bound u_max", "Home")]:
+    for label, key in [
+        ("Decay rate σ", "End"),
+        ("H∞ bound γ", "Home"),
+        ("Input bound u_max", "Home"),
+    ]:
         slider = first(tab).get_by_label(label)
         slider.focus()
         slider.press(key)
@@ -292,13 +325,12 @@ def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     assert text.startswith("Infeasible for σ = 1.3")
     assert "KP" not in text
     assert first(tab).locator(".sos-pole").count() == 0
-    assert first(tab).locator(".sos-map text.sos-no").inner_html() == (
-        "infeasible")
+    assert first(tab).locator(".sos-map text.sos-no").inner_html() == ("infeasible")
     hatch = first(tab).locator(".sos-region").get_attribute("style")
     name = re.search(r"url\(#(.+?)\)", hatch)[1]
     assert first(tab).locator(f"pattern[id='{name}']").count() == 1
     # Do what the page says: the result must be feasible.
-    advice = text[text.index("Relax"):].split(".  ")[0]
+    advice = text[text.index("Relax") :].split(".  ")[0]
     moves = re.split(r"Moving one other", advice)[0]
     for k, slider in enumerate(atlas.sliders):
         for at, words in enumerate(slider.texts):
@@ -310,17 +342,20 @@ def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
 def test_the_nearest_single_move_is_named_first(tab, atlas):
     """Against the same search in Python, at every infeasible place."""
     places = [p for p, stored in atlas.designs.items() if stored == 0]
-    said = tab.page.evaluate("""places => {
+    said = tab.page.evaluate(
+        """places => {
       const atlas = document.querySelector("sos-atlas");
       return places.map(place => { atlas.place = place; return atlas.advice(); });
-    }""", [list(place) for place in places])
+    }""",
+        [list(place) for place in places],
+    )
     single = 0
     for place, words in zip(places, said):
         steps = {}
         for k, slider in enumerate(atlas.sliders):
             for far in range(1, len(slider.values)):
                 at = place[k] + far * slider.looser
-                goal = (*place[:k], at, *place[k + 1:])
+                goal = (*place[:k], at, *place[k + 1 :])
                 if not isinstance(atlas.designs.get(goal, 0), int):
                     steps[slider.texts[at]] = far
                     break
@@ -359,8 +394,7 @@ def test_the_shaded_region_is_the_one_asked_for(tab, atlas):
       return found; }""")
     compared = 0
     for re_, im, inside in held:
-        least = min(d.min() for d in region.distances(
-            [complex(re_, im)]).values())
+        least = min(d.min() for d in region.distances([complex(re_, im)]).values())
         if abs(least) > 0.1:
             compared += 1
             assert inside == (least > 0), (re_, im)
@@ -378,10 +412,10 @@ def test_an_empty_region_is_infeasible(tab):
 
 @schemes
 def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    assert_readable(
-        visit(sheet, scheme=scheme), "sos-atlas", theme, dark)
+    assert_readable(visit(sheet, scheme=scheme), "sos-atlas", theme, dark)
 
 
 def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-atlas", ["Decay rate σ"])
+        visit(sheet, width=390, height=844), "sos-atlas", ["Decay rate σ"]
+    )

@@ -3,11 +3,11 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from sosbook.plots import band, branches, pole_cloud
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
 from sosbook.plants.descriptor import descriptors
-from sosbook.plots import band, branches, pole_cloud
 
 
 @pytest.fixture
@@ -47,7 +47,8 @@ def test_band_draws_the_named_plant_and_keeps_the_last_time(ax):
 
 
 @pytest.mark.parametrize(
-    "signals", [np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((2, 2, 3))])
+    "signals", [np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((2, 2, 3))]
+)
 def test_band_refuses_what_does_not_fit(ax, signals):
     with pytest.raises(ValueError, match="needs a row for each plant"):
         band(ax, [0, 1, 2], signals)
@@ -69,8 +70,11 @@ def test_a_pair_that_meets_parts_the_same_way_whatever_the_order():
     rows = [[-2 + 1j, -2 - 1j], [-1.5, -2.5], [-1.8 + 1j, -1.8 - 1j]]
     for noise in (1e-15, -1e-15):
         for flip in (1, -1):
-            shaken = [rows[0], np.array(rows[1])[::flip] + noise,
-                      np.array(rows[2])[::flip]]
+            shaken = [
+                rows[0],
+                np.array(rows[1])[::flip] + noise,
+                np.array(rows[2])[::flip],
+            ]
             upper = branches(shaken)[:, 0]
             assert np.allclose(upper, [-2 + 1j, -2.5, -1.8 + 1j])
 

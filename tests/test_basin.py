@@ -6,10 +6,10 @@ import pytest
 
 import sosbook as sos
 from sosbook.analysis.linear import loop_matrix
-from sosbook.studies.region_of_attraction import basin
-from sosbook.plants.descriptor import descriptors
-from sosbook.lmi.exact import exact, pivots
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.lmi.exact import exact, pivots
+from sosbook.plants.descriptor import descriptors
+from sosbook.studies.region_of_attraction import region_of_attraction
 
 EX = sos.thesis.example_4()
 RELEASE = np.array([1.0, 1, 0, 0, 0])
@@ -21,8 +21,7 @@ def reach_by_cvxpy(sigma, T):
     loops = [loop_matrix(d, EX.K) for d in descriptors(EX.plant, EX.U)]
     X, t = cp.Variable((5, 5), symmetric=True), cp.Variable((1, 1))
     v = np.linalg.solve(T, RELEASE)[:, None]
-    lmis = [T[:1] @ X @ T[:1].T <= (np.pi / 2) ** 2,
-            cp.bmat([[X, v], [v.T, t]]) >> 0]
+    lmis = [T[:1] @ X @ T[:1].T <= (np.pi / 2) ** 2, cp.bmat([[X, v], [v.T, t]]) >> 0]
     for loop in loops:
         N = np.linalg.solve(T, loop @ T)
         lmis.append(2 * sigma * X + N @ X + X @ N.T << 0)
@@ -32,14 +31,14 @@ def reach_by_cvxpy(sigma, T):
 
 @pytest.mark.parametrize("sigma", [0.0, 2.0])
 def test_reach_against_cvxpy(sigma):
-    found = basin(EX.plant, EX.K, EX.U, sigma, **ASKED)
+    found = region_of_attraction(EX.plant, EX.K, EX.U, sigma, **ASKED)
     best = reach_by_cvxpy(sigma, np.linalg.cholesky(found.P))
     assert found.proven
     assert 0.985 * best < found.reach < best
 
 
 def test_the_proof_is_about_the_three_claims():
-    found = basin(EX.plant, EX.K, EX.U, 3.0, **ASKED)
+    found = region_of_attraction(EX.plant, EX.K, EX.U, 3.0, **ASKED)
     P = exact(found.P)
     assert float(P[0, 0]) < (np.pi / 2) ** 2
     assert found.level(found.reach * RELEASE) < 1
@@ -51,44 +50,49 @@ def test_the_proof_is_about_the_three_claims():
 
 def test_motions_from_the_boundary_stay_and_decay():
     sigma = 3.0
-    found = basin(EX.plant, EX.K, EX.U, sigma, **ASKED)
+    found = region_of_attraction(EX.plant, EX.K, EX.U, sigma, **ASKED)
     t = np.linspace(0, 1.5, 151)
     starts = found.boundary(20)
     assert np.allclose(found.level(starts.T), 1)
     for x0 in starts:
         motion = simulate_nonlinear(
-            sos.thesis.arm(0.0), arm_gravity, EX.K, t, EX.U, x0=x0)
+            sos.thesis.arm(0.0), arm_gravity, EX.K, t, EX.U, x0=x0
+        )
         assert np.abs(motion.z[0]).max() < np.pi / 2
         V = found.level(motion.x)
         assert (V <= np.exp(-2 * sigma * t) + 1e-6).all()
 
 
 def test_more_decay_costs_reach():
-    reaches = [basin(EX.plant, EX.K, EX.U, sigma, **ASKED).reach
-               for sigma in (0, 2, 4)]
+    reaches = [
+        region_of_attraction(EX.plant, EX.K, EX.U, sigma, **ASKED).reach
+        for sigma in (0, 2, 4)
+    ]
     assert reaches[0] > reaches[1] > reaches[2] > 0
 
 
 def test_the_range_of_the_output_scales_the_ellipsoid():
-    near = basin(EX.plant, EX.K, EX.U, **ASKED | {"bound": 0.1})
-    far = basin(EX.plant, EX.K, EX.U, **ASKED | {"bound": 1.0})
+    near = region_of_attraction(EX.plant, EX.K, EX.U, **ASKED | {"bound": 0.1})
+    far = region_of_attraction(EX.plant, EX.K, EX.U, **ASKED | {"bound": 1.0})
     assert np.isclose(far.reach, 10 * near.reach, rtol=1e-3)
 
 
 def test_no_common_p_means_no_basin():
-    found = basin(EX.plant, EX.K, EX.U, 7.0, **ASKED)
-    assert (found.status, found.reach, found.proven) == (
-        "infeasible", 0.0, False)
+    found = region_of_attraction(EX.plant, EX.K, EX.U, 7.0, **ASKED)
+    assert (found.status, found.reach, found.proven) == ("infeasible", 0.0, False)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(row=[1, 0]), "row has 2 columns"),
-    (dict(start=[1, 0]), "start has 2 columns"),
-    (dict(bound=0.0), "bound must be positive"),
-    (dict(backoff=-1.0), "backoff must be positive"),
-    (dict(start=np.zeros(5)), "row or start is zero"),
-    (dict(row=np.zeros(5)), "row or start is zero"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(row=[1, 0]), "row has 2 columns"),
+        (dict(start=[1, 0]), "start has 2 columns"),
+        (dict(bound=0.0), "bound must be positive"),
+        (dict(backoff=-1.0), "backoff must be positive"),
+        (dict(start=np.zeros(5)), "row or start is zero"),
+        (dict(row=np.zeros(5)), "row or start is zero"),
+    ],
+)
 def test_bad_input_is_named(bad, words):
     with pytest.raises(ValueError, match=words):
-        basin(EX.plant, EX.K, EX.U, **ASKED | bad)
+        region_of_attraction(EX.plant, EX.K, EX.U, **ASKED | bad)

@@ -41,11 +41,13 @@ def test_both_ways_to_cone_data_agree(monkeypatch):
     sparse = compiled(expressions, unknowns)
     for A, B in zip(dense.matrices, sparse.matrices):
         np.testing.assert_allclose(A, B.toarray(), rtol=1e-12, atol=1e-12)
-    for a, b in zip(dense.scaled().lifted().stacked(_all),
-                    sparse.scaled().lifted().stacked(_all)):
+    for a, b in zip(
+        dense.scaled().lifted().stacked(_all), sparse.scaled().lifted().stacked(_all)
+    ):
         np.testing.assert_allclose(
-            *(x if isinstance(x, np.ndarray) else x.toarray()
-              for x in (a, b)), atol=1e-12)
+            *(x if isinstance(x, np.ndarray) else x.toarray() for x in (a, b)),
+            atol=1e-12,
+        )
 
 
 def _all(q):
@@ -91,7 +93,8 @@ def test_the_lqr_is_judged_by_the_riccati_equation():
     P, Y, J = peer.solve(peer.prepare(task))
     # thesis, Table 4.1, R = 1; print was made from rounded matrices
     np.testing.assert_allclose(
-        task.gain(P, Y, J), [[38.3431, 1.0001, 4.0221, 1.5153]], rtol=5e-4)
+        task.gain(P, Y, J), [[38.3431, 1.0001, 4.0221, 1.5153]], rtol=5e-4
+    )
     assert status(task.judge(P, Y, J)) == "right"
     assert status(task.judge(P, 1.5 * Y, J)) == "wrong"
     assert status(task.judge(P, 0 * Y, J)) == "wrong"
@@ -131,9 +134,10 @@ def test_many_vertices_differ_in_stiffness_only():
 
 def test_records_have_the_fields_and_no_others():
     job = Job("example 1", "clarabel", "raw")
-    one = dict(status="right", times={"solve only": 0.5}, margin=0.1,
-               base_mb=1.0, peak_mb=2.0)
-    made, = run.clocks(job, one, None, job.sizes())
+    one = dict(
+        status="right", times={"solve only": 0.5}, margin=0.1, base_mb=1.0, peak_mb=2.0
+    )
+    (made,) = run.clocks(job, one, None, job.sizes())
     assert set(made) == set(FIELDS)
     assert (made["n"], made["states"], made["unknowns"]) == (2, 6, 33)
     assert (made["median_s"], made["repeats"]) == (0.5, 1)
@@ -144,19 +148,26 @@ def test_records_have_the_fields_and_no_others():
 def test_a_wrong_answer_has_no_time():
     job = Job("example 1", "scs", "raw")
     one = dict(status="wrong", times={"solve only": 0.5}, margin=-0.1)
-    made, = run.clocks(job, one, None, job.sizes())
+    (made,) = run.clocks(job, one, None, job.sizes())
     assert made["status"] == "wrong" and made["median_s"] is None
     assert "after 0.5 s" in made["note"]
 
 
 def test_growth_is_the_slope_between_40_and_100():
     records = [
-        record(family="chain", case=f"chain {n}", n=n, competitor="sosbook",
-               coordinates="frame", clock="solve only", status="right",
-               **summary([2e-6 * n**3]))
+        record(
+            family="chain",
+            case=f"chain {n}",
+            n=n,
+            competitor="sosbook",
+            coordinates="frame",
+            clock="solve only",
+            status="right",
+            **summary([2e-6 * n**3]),
+        )
         for n in (20, 40, 100, 200)
     ]
-    one, = run.growth(records)
+    (one,) = run.growth(records)
     assert (one["from_n"], one["to_n"]) == (40, 100)
     assert one["exponent"] == pytest.approx(3)
 
@@ -165,8 +176,7 @@ def test_growth_is_the_slope_between_40_and_100():
 def test_the_stored_results_are_consistent():
     document = json.loads(RESULTS.read_text("utf8"))
     assert document["fields"] == FIELDS
-    assert {"cpu", "cores", "python", "packages", "date"} <= set(
-        document["machine"])
+    assert {"cpu", "cores", "python", "packages", "date"} <= set(document["machine"])
     assert document["growth"] == run.growth(document["records"])
     for r in document["records"]:
         assert set(r) == set(FIELDS)

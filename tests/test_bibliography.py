@@ -7,15 +7,16 @@ import pytest
 
 FILE = Path(__file__).resolve().parent.parent / "book/references.bib"
 pytestmark = pytest.mark.skipif(
-    not FILE.exists(), reason="the package without its book")
+    not FILE.exists(), reason="the package without its book"
+)
 
 
 def entries():
     """(mark, kind, key, fields) of each entry."""
     text = FILE.read_text("utf8")
     for mark, kind, key, body in re.findall(
-            r"(?:^%([^\n]*)\n)?^@(\w+)\{([^,]+),\n(.*?)^\}", text,
-            flags=re.M | re.S):
+        r"(?:^%([^\n]*)\n)?^@(\w+)\{([^,]+),\n(.*?)^\}", text, flags=re.M | re.S
+    ):
         fields = dict(re.findall(r"^ +(\w+) *= *\{(.*)\},?$", body, re.M))
         yield mark.strip(), kind, key, fields
 
@@ -35,6 +36,5 @@ def test_each_entry_can_be_found():
 
 
 def test_no_doi_stands_twice():
-    dois = [fields["doi"].lower() for *_, fields in entries()
-            if "doi" in fields]
+    dois = [fields["doi"].lower() for *_, fields in entries() if "doi" in fields]
     assert len(dois) > 25 and len(set(dois)) == len(dois)

@@ -6,13 +6,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.centre import (
-    Blocks,
-    Unbounded,
-    centre,
-    minimize,
-    phase_one,
-)
+from sosbook.lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
 from sosbook.lmi.cones import cvxpy_constraints
 
 
@@ -82,8 +76,7 @@ def test_gradient_of_the_barrier_vanishes_at_the_centre():
         assert abs(up - down) < 0.02 * abs(bend)
 
 
-@pytest.mark.parametrize("decay, word", [(-0.1, "feasible"),
-                                         (0.1, "infeasible")])
+@pytest.mark.parametrize("decay, word", [(-0.1, "feasible"), (0.1, "infeasible")])
 def test_phase_one_on_lyapunovs_inequality(decay, word):
     A = decay * np.eye(2) + np.array([[0, 3.0], [-3, 0]])
     found = phase_one(lyapunov(A, np.zeros((2, 2))))

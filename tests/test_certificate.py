@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.lmi import Unknown, exact as certificate, eye
+from sosbook.lmi import Unknown, eye
+from sosbook.lmi import exact as certificate
 from sosbook.lmi.exact import (
     Rational,
     definite,
@@ -66,10 +67,8 @@ TAMPERED = {
     "sign of K": lambda d: replace(d, K=-d.K),
     "sign of one gain": lambda d: replace(d, K=flip_one(d.K)),
     "K is zero": lambda d: replace(d, K=0 * d.K),
-    "no integral gain": lambda d: replace(
-        d, K=np.hstack([d.K[:, :4], 0 * d.K[:, 4:]])),
-    "K_P and K_D exchanged": lambda d: replace(
-        d, K=d.K[:, [2, 3, 0, 1, 4, 5]]),
+    "no integral gain": lambda d: replace(d, K=np.hstack([d.K[:, :4], 0 * d.K[:, 4:]])),
+    "K_P and K_D exchanged": lambda d: replace(d, K=d.K[:, [2, 3, 0, 1, 4, 5]]),
     "exchanged inputs": lambda d: replace(d, K=d.K[::-1]),
     "K doubled": lambda d: replace(d, K=2 * d.K),
     "P isn't symmetric": lambda d: replace(d, P=skewed(d.P)),
@@ -80,7 +79,8 @@ TAMPERED = {
     "P is the identity": lambda d: replace(d, P=np.eye(6)),
     "another mass": lambda d: plant(d, M=np.diag([10, 30])),
     "exchanged masses and springs": lambda d: plant(
-        d, S=-d.request.plant.S, M=d.request.plant.M / 3),
+        d, S=-d.request.plant.S, M=d.request.plant.M / 3
+    ),
     "stronger disturbance": lambda d: plant(d, F=400 * np.eye(2)),
     "wrong U": lambda d: asked(d, U=-np.eye(2)),
     "exchanged rows of U": lambda d: asked(d, U=[[0, 1], [1, 0]]),
@@ -88,10 +88,8 @@ TAMPERED = {
     "faster decay": lambda d: asked(d, region=region(0.95, np.pi / 4, 5)),
     "narrower sector": lambda d: asked(d, region=region(0.7, 0.5, 5)),
     "smaller disk": lambda d: asked(d, region=region(0.7, np.pi / 4, 2.5)),
-    "lower u_max": lambda d: asked(
-        d, saturation=start(80, d.request.saturation.x0)),
-    "larger x0": lambda d: asked(
-        d, saturation=start(150, 2 * d.request.saturation.x0)),
+    "lower u_max": lambda d: asked(d, saturation=start(80, d.request.saturation.x0)),
+    "larger x0": lambda d: asked(d, saturation=start(150, 2 * d.request.saturation.x0)),
 }
 
 
@@ -112,12 +110,15 @@ def test_too_few_digits_are_refused():
     assert not d.certify(digits=1).proven
 
 
-@pytest.mark.parametrize("change, name", [
-    (lambda d: replace(d, K=d.K * np.nan), "K"),
-    (lambda d: replace(d, P=d.P * np.inf), "P"),
-    (lambda d: replace(d, K=d.K[:, :4]), "K"),
-    (lambda d: replace(d, P=d.P[:4, :4]), "P"),
-])
+@pytest.mark.parametrize(
+    "change, name",
+    [
+        (lambda d: replace(d, K=d.K * np.nan), "K"),
+        (lambda d: replace(d, P=d.P * np.inf), "P"),
+        (lambda d: replace(d, K=d.K[:, :4]), "K"),
+        (lambda d: replace(d, P=d.P[:4, :4]), "P"),
+    ],
+)
 def test_broken_designs_are_refused(robot, change, name):
     with pytest.raises(ValueError, match=f"^{name} has"):
         change(robot[1]).certify()
@@ -152,8 +153,7 @@ def positive_definite(matrix):
     q = len(matrix)
     entries = [[fmpq(e) for e in row] for row in matrix]
     return all(
-        fmpq_mat([row[:k] for row in entries[:k]]).det() > 0
-        for k in range(1, q + 1)
+        fmpq_mat([row[:k] for row in entries[:k]]).det() > 0 for k in range(1, q + 1)
     )
 
 
@@ -171,13 +171,17 @@ def test_claims_never_say_more_than_was_asked():
     sigma, rho, gamma = 0.1234567891234, 50.00000001, 1.0000000123
     one = [[1.0]]
     d = sos.design_pid(
-        sos.SecondOrderSystem(one, one, one, one, one), gamma=gamma,
-        region=sos.PoleRegion(sigma, rho=rho)
-        & sos.LMIRegion.sector(1.0, apex=0.25),
+        sos.SecondOrderSystem(one, one, one, one, one),
+        gamma=gamma,
+        region=sos.PoleRegion(sigma, rho=rho) & sos.LMIRegion.sector(1.0, apex=0.25),
     )
     claims = str(d.certify())
-    for words in (f"Re s < {-sigma}", str(rho), str(gamma),
-                  "half-angle 57.3 degrees with apex 0.25"):
+    for words in (
+        f"Re s < {-sigma}",
+        str(rho),
+        str(gamma),
+        "half-angle 57.3 degrees with apex 0.25",
+    ):
         assert words in claims
     assert np.degrees(1.0) < 57.3
 
@@ -185,8 +189,7 @@ def test_claims_never_say_more_than_was_asked():
 def test_the_mass_that_is_proven_has_no_rounding_error():
     """M - B K_A is formed in exact arithmetic: 0.3 - 0.1 is 0.2."""
     one = [[1.0]]
-    d = sos.design_pid(
-        sos.SecondOrderSystem([[0.3]], one, one, one), K_A=[[0.1]])
+    d = sos.design_pid(sos.SecondOrderSystem([[0.3]], one, one, one), K_A=[[0.1]])
     (v,) = d.request.vertices
     assert v.E[1, 1] != 0.2
     P = exact(np.eye(2))
@@ -198,8 +201,7 @@ def test_the_mass_that_is_proven_has_no_rounding_error():
 
 
 def test_pivots_are_those_of_a_known_matrix():
-    hilbert = np.array(
-        [[fmpq(1, i + j + 1) for j in range(6)] for i in range(6)])
+    hilbert = np.array([[fmpq(1, i + j + 1) for j in range(6)] for i in range(6)])
     assert min(pivots(hilbert)) == fmpq(1, 698544)
     hilbert[5, 5] -= fmpq(1, 698544)
     assert pivots(hilbert)[-1] == 0

@@ -7,8 +7,8 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, theorems
-from sosbook.plants.descriptor import Coupled, Descriptor
 from sosbook.lmi.exact import exact, pivots
+from sosbook.plants.descriptor import Coupled, Descriptor
 from sosbook.synthesis.problem import Request
 from tests.test_certificate import positive_definite
 
@@ -19,9 +19,14 @@ def test_rotation():
     for v in (first, second):
         g = theorems.stability(Coupled(v, v, P, Y))
         assert np.allclose(g, 0.2 * np.eye(2))
-    halfway = Descriptor(*(
-        (x + y) / 2
-        for x, y in zip(vars(first).values(), vars(second).values())))
+    assert first.Du is None and second.Du is None
+    halfway = Descriptor(
+        **{
+            name: (x + getattr(second, name)) / 2
+            for name, x in vars(first).items()
+            if x is not None
+        }
+    )
     poles = np.linalg.eigvals(np.linalg.solve(halfway.E, halfway.A))
     assert np.allclose(poles, [4.9 + 5j, 4.9 - 5j])
     pair = theorems.stability(Coupled(first, second, P, Y))
@@ -64,16 +69,14 @@ def test_turn_fails_the_disk_though_only_E_varies():
     Y = np.zeros((1, 2))
     for v in (first, second):
         for g in (
-            theorems.pole_region(
-                Coupled(v, v, P, Y), disk.alpha, disk.beta),
+            theorems.pole_region(Coupled(v, v, P, Y), disk.alpha, disk.beta),
             theorems.stability(Coupled(v, v, P, Y)),
         ):
             assert np.linalg.eigvalsh(g)[0] > 0
     E = (first.E + second.E) / 2
     poles = np.linalg.eigvals(np.linalg.solve(E, first.A))
     assert np.allclose(abs(poles), np.sqrt(5) / 2)
-    pair = theorems.pole_region(
-        Coupled(first, second, P, Y), disk.alpha, disk.beta)
+    pair = theorems.pole_region(Coupled(first, second, P, Y), disk.alpha, disk.beta)
     assert np.linalg.eigvalsh(pair)[0] < 0
 
 
@@ -105,7 +108,8 @@ def test_with_an_input_bound_the_vertices_go_wrong_and_the_pairs_do_not():
     limit = sos.Saturation(10, [1, 0, 0, 0])
     for coupling, stable in (("vertices", False), ("pairs", True)):
         design = sos.design_pid(
-            counterexamples.actuated(), saturation=limit, coupling=coupling)
+            counterexamples.actuated(), saturation=limit, coupling=coupling
+        )
         assert design.certify().proven
         assert (design.poles(samples=50).real.max() < 0) == stable
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from sosbook.reproduction import vertices
 
 import sosbook as sos
 from sosbook import counterexamples, couplings
 from sosbook.analysis.linear import poles
 from sosbook.plants.descriptor import descriptors
-from sosbook.reproduction import vertices
 
 
 def single(mass, stiffness=1.0):
@@ -16,20 +16,19 @@ def single(mass, stiffness=1.0):
 
 def test_a_design_at_the_vertices_is_proven_there_and_unstable_inside():
     region = sos.PoleRegion(rho=10)
-    found = couplings.compare(
-        counterexamples.actuated(), region=region, slack=0.1)
+    found = couplings.compare(counterexamples.actuated(), region=region, slack=0.1)
     wrong = found["vertices"]
     assert wrong.certify().proven
     assert "not the plants between" in wrong.certify().claims[0]
     assert region.contains(wrong.poles())
     assert wrong.poles(samples=50).real.max() > 1
-    assert couplings.promises(wrong)["poles"] < -1
+    assert couplings.verify_on_samples(wrong)["poles"] < -1
     assert found["pairs"].status == "infeasible"
     assert found["pairs"].infeasibility.proven
     right = found["slack"]
     assert right.certify().proven
     assert right.certify().claims[0].startswith("every plant")
-    assert couplings.promises(right, 50)["poles"] > 0
+    assert couplings.verify_on_samples(right, 50)["poles"] > 0
 
 
 def test_pairs_and_slack_do_not_contain_each_other():
@@ -37,8 +36,7 @@ def test_pairs_and_slack_do_not_contain_each_other():
     plants = counterexamples.random_pair(3, ratio=9)
     assert sos.design_pid(plants, region=region).certify().proven
     for slack in (0.05, 0.5):
-        refused = sos.design_pid(
-            plants, region=region, coupling="slack", slack=slack)
+        refused = sos.design_pid(plants, region=region, coupling="slack", slack=slack)
         assert refused.status == "infeasible"
         assert refused.infeasibility.proven
 
@@ -67,7 +65,8 @@ def test_hull_gap(plants, suffices):
 def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
     def plant(masses, F):
         return sos.SecondOrderSystem(
-            np.diag(masses), np.eye(2), np.eye(2), np.eye(2), F)
+            np.diag(masses), np.eye(2), np.eye(2), np.eye(2), F
+        )
 
     same, other = np.ones((2, 1)), np.array([[5.0], [-3.0]])
     fixed = [plant([1, 2], same), plant([1, 2], other)]
@@ -83,84 +82,89 @@ def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
     """The theorem on the hull: a vertex design keeps its LMIs inside."""
     chain = counterexamples.random_chain(5, spread=0.6)
     design = sos.design_pid(
-        chain, gamma=0.8, coupling="vertices",
-        region=sos.PoleRegion(sigma=0.2, theta=1.2, rho=30))
+        chain,
+        gamma=0.8,
+        coupling="vertices",
+        region=sos.PoleRegion(sigma=0.2, theta=1.2, rho=30),
+    )
     assert design.status == "feasible"
-    for plant in couplings.inside(chain, 7):
+    for plant in couplings.sample_plants(chain, 7):
         there = sos.analyse_pid(
-            plant, design.K, gamma=0.8, region=design.request.region)
+            plant, design.K, gamma=0.8, region=design.request.region
+        )
         blocks = there.request.blocks(design.P, design.Y)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
 
 
 @pytest.mark.parametrize(
-    "count, blocks",
-    [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))],
+    "count, blocks", [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))]
 )
 def test_block_count_is_what_the_request_makes(count, blocks):
     found = [couplings.block_count(count, x) for x in couplings.READINGS]
     assert tuple(found) == blocks
     plants = sos.Polytope([single(1.0 + k) for k in range(count)])
     for name, number in zip(couplings.READINGS, blocks):
-        design = sos.design_pid(plants, coupling=name, slack=(
-            0.1 if name == "slack" else None))
+        design = sos.design_pid(
+            plants, coupling=name, slack=(0.1 if name == "slack" else None)
+        )
         made = [x for x in design.margins if x.startswith("stability")]
         assert len(made) == number
 
 
 def test_widen():
     plants = counterexamples.actuated()
-    same = couplings.widen(plants, 1)
+    same = couplings.scale_polytope(plants, 1)
     for v, w in zip(plants.vertices, same.vertices):
         for x in "MDSBF":
             assert np.allclose(getattr(v, x), getattr(w, x))
-    none = couplings.widen(plants, 0)
+    none = couplings.scale_polytope(plants, 0)
     assert np.allclose(none.vertices[0].S, none.vertices[1].S)
-    half = couplings.widen(plants, 0.5)
+    half = couplings.scale_polytope(plants, 0.5)
     assert np.allclose(half.mean.D, plants.mean.D)
     assert np.allclose(half.vertices[0].M, np.diag([1.4, 0.6]))
 
 
 def test_inside_walks_all_edges():
     box = counterexamples.random_chain(1)
-    plants = couplings.inside(box, 5)
+    plants = couplings.sample_plants(box, 5)
     assert len(plants) == 6 * 5 + 5
-    pair = couplings.inside(counterexamples.actuated(), 3)
+    pair = couplings.sample_plants(counterexamples.actuated(), 3)
     assert [p.M[0, 0] for p in pair] == pytest.approx([1.8, 1.0, 0.2])
-    assert couplings.inside(sos.Polytope([single(2)])) != []
+    assert couplings.sample_plants(sos.Polytope([single(2)])) != []
 
 
 def test_promises_are_those_of_the_worst_plant():
     chain = counterexamples.random_chain(2, spread=0.5)
     limit = sos.Saturation(20, [1, 0, 0, 0])
     design = sos.design_pid(
-        chain, gamma=1.5, saturation=limit,
-        region=sos.PoleRegion(sigma=0.3))
-    kept = couplings.promises(design, 5)
+        chain, gamma=1.5, saturation=limit, region=sos.PoleRegion(sigma=0.3)
+    )
+    kept = couplings.verify_on_samples(design, 5)
     assert set(kept) == {"poles", "gamma", "u_max"}
     assert all(value > 0 for value in kept.values())
     worst = [
         (d, poles(d, design.K).real.max())
-        for v in couplings.inside(chain, 5) for d in descriptors(v)
+        for v in couplings.sample_plants(chain, 5)
+        for d in descriptors(v)
     ]
-    assert kept["poles"] == pytest.approx(
-        -0.3 - max(rate for _, rate in worst))
+    assert kept["poles"] == pytest.approx(-0.3 - max(rate for _, rate in worst))
     assert kept["u_max"] <= limit.u_max - design.peak_input() + 1e-9
     assert kept["gamma"] <= 1.5 - design.hinf() + 1e-9
 
 
 def test_promises_want_a_gain():
-    refused = sos.design_pid(
-        counterexamples.actuated(), region=sos.PoleRegion(rho=10))
+    refused = sos.design_pid(counterexamples.actuated(), region=sos.PoleRegion(rho=10))
     with pytest.raises(ValueError, match="nothing to keep"):
-        couplings.promises(refused)
+        couplings.verify_on_samples(refused)
 
 
 def test_survey_counts_what_pairs_and_slack_never_do():
-    plants = [couplings.widen(counterexamples.random_pair(k, 9), 1)
-              for k in (6, 9)]
-    found = couplings.survey(
-        plants, region=sos.PoleRegion(theta=np.pi / 6, rho=6), slack=0.1)
+    plants = [
+        couplings.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (6, 9)
+    ]
+    found = couplings.verify_many(
+        plants, region=sos.PoleRegion(theta=np.pi / 6, rho=6), slack=0.1
+    )
     assert (found["vertices"] < 0).all()
     for name in ("pairs", "slack"):
         assert not (found[name] <= 0).any()
@@ -170,10 +174,13 @@ def test_unknown_names_are_refused():
     with pytest.raises(ValueError, match="coupling must be one of"):
         couplings.block_count(2, "edges")
     with pytest.raises(ValueError, match="factor"):
-        couplings.widen(counterexamples.actuated(), np.nan)
+        couplings.scale_polytope(counterexamples.actuated(), np.nan)
 
 
 def test_rows_on_the_vertices():
     verdicts = [row.verdict for row in vertices.rows()]
-    assert verdicts == ["property holds", *5 * ["claim refuted"],
-                        *2 * ["property holds"]]
+    assert verdicts == [
+        "property holds",
+        *5 * ["claim refuted"],
+        *2 * ["property holds"],
+    ]

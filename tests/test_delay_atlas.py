@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book.elements.delay import KINDS, delay_atlas, signal_of
+from sosbook.book.elements.records import delay_record
 from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
-from sosbook.book.elements.delay import KINDS, delay_atlas, record, signal_of
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 from tests.test_atlas import numbers
 
@@ -20,8 +21,7 @@ START = dict(tau=0.4, ratio=0.5, delta=0.1)
 
 @pytest.fixture(scope="module")
 def atlas():
-    return delay_atlas(EXAMPLE, **GRID, start=START, horizon=15,
-                       title="Late & <bold>")
+    return delay_atlas(EXAMPLE, **GRID, start=START, horizon=15, title="Late & <bold>")
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,9 @@ def sheet(atlas, tmp_path_factory):
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
         '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
+        "utf8",
+    )
     return page
 
 
@@ -44,11 +46,17 @@ def design_at(atlas, place):
     """The design at a place of the grid, solved here and now."""
     asked = asked_at(atlas, place)
     return sos.design_delay_pid(
-        EXAMPLE.plant, EXAMPLE.U, asked["tau"], asked["ratio"] * asked["tau"],
-        asked["delta"], asked.get("alpha", EXAMPLE.alpha))
+        EXAMPLE.plant,
+        EXAMPLE.U,
+        asked["tau"],
+        asked["ratio"] * asked["tau"],
+        asked["delta"],
+        alpha=asked.get("alpha", EXAMPLE.alpha),
+    )
 
 
 # ------------------------------------------------------------------ in Python
+
 
 @pytest.mark.slow
 def test_what_is_stored_is_what_is_solved(atlas):
@@ -74,8 +82,9 @@ def test_what_is_stored_is_what_is_solved(atlas):
 def test_the_grid_has_both_verdicts(atlas):
     held = [not isinstance(d, int) for d in atlas.designs.values()]
     assert 4 <= sum(held) < 8
-    assert repr(atlas) == (f"DelayAtlas: 8 requests solved, {sum(held)} "
-                           f"feasible, {8 - sum(held)} not")
+    assert repr(atlas) == (
+        f"DelayAtlas: 8 requests solved, {sum(held)} feasible, {8 - sum(held)} not"
+    )
 
 
 def test_the_true_rate_is_no_less_than_the_promise(atlas):
@@ -86,8 +95,8 @@ def test_the_true_rate_is_no_less_than_the_promise(atlas):
 
 def test_an_undecided_request_is_not_called_infeasible():
     request = sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4)
-    assert record(sos.delay.DelayDesign(request, "undecided")) == 1
-    assert record(sos.delay.DelayDesign(request, "infeasible")) == 0
+    assert delay_record(sos.delay.DelayDesign(request, "undecided")) == 1
+    assert delay_record(sos.delay.DelayDesign(request, "infeasible")) == 0
 
 
 def test_alpha_is_a_slider_where_it_is_given():
@@ -95,13 +104,12 @@ def test_alpha_is_a_slider_where_it_is_given():
     assert atlas.sliders[3].texts == ["α = 0.4 s", "α = 1.2 s"]
     assert atlas.data["also"] == []
     for place in [(0, 0, 0, 0), (0, 0, 0, 1)]:
-        assert atlas.designs[place] == record(design_at(atlas, place))
+        assert atlas.designs[place] == delay_record(design_at(atlas, place))
     assert atlas.designs[0, 0, 0, 0] != atlas.designs[0, 0, 0, 1]
 
 
 def test_the_output_is_small_plain_and_survives_any_title(atlas):
-    data = re.search(
-        r'<script type="application/json">(.*?)</script>', atlas.html)[1]
+    data = re.search(r'<script type="application/json">(.*?)</script>', atlas.html)[1]
     assert json.loads(data)["title"] == "Late & <bold>"
     assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data)
     assert "http" not in atlas.html
@@ -110,13 +118,16 @@ def test_the_output_is_small_plain_and_survives_any_title(atlas):
     assert atlas.html.count("<noscript>") == 1
 
 
-@pytest.mark.parametrize("wrong, words", [
-    (dict(ratios=[0.5, 1.5]), "ratios are mu / tau"),
-    (dict(deltas=[]), "deltas is empty"),
-    (dict(start=dict(tau=0.3)), "is not a value"),
-    (dict(start=dict(alpha=0.8)), "names no slider"),
-    (dict(horizon=1e4), "horizon = 1e\\+04 s takes"),
-])
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        (dict(ratios=[0.5, 1.5]), "ratios are mu / tau"),
+        (dict(deltas=[]), "deltas is empty"),
+        (dict(start=dict(tau=0.3)), "is not a value"),
+        (dict(start=dict(alpha=0.8)), "names no slider"),
+        (dict(horizon=1e4), "horizon = 1e\\+04 s takes"),
+    ],
+)
 def test_bad_input_is_explained(wrong, words):
     with pytest.raises(ValueError, match=words):
         delay_atlas(EXAMPLE, **GRID | wrong)
@@ -152,8 +163,10 @@ def test_every_control_has_its_own_visible_label(tab):
             assert found.count() == 1 and found.is_visible()
             name = found.get_attribute("id")
             assert tab.page.locator(f"[id='{name}']").count() == 1
-    assert first(tab).get_by_label("Decay rate δ").get_attribute(
-        "aria-valuetext") == "δ = 0.1 1/s"
+    assert (
+        first(tab).get_by_label("Decay rate δ").get_attribute("aria-valuetext")
+        == "δ = 0.1 1/s"
+    )
     live = first(tab).locator(".sos-readout")
     assert live.get_attribute("aria-live") == "polite"
     assert first(tab).locator("svg[role=img][aria-label]").count() == 3
@@ -163,8 +176,9 @@ def test_the_page_says_what_was_solved(tab, atlas):
     fresh, text = design_at(atlas, atlas.start), say(tab)
     assert text.startswith(
         "Feasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.1 1/s, α = 0.8 s: the "
-        "delay stays in [0.2, 0.6] s.")
-    shown = numbers(text[text.index("KP"):text.index("Promised")])
+        "delay stays in [0.2, 0.6] s."
+    )
+    shown = numbers(text[text.index("KP") : text.index("Promised")])
     assert np.allclose(shown, fresh.K.ravel(), rtol=6e-4)
     rate, delay = fresh.slowest_decay()
     assert "Promised rate, however the delay varies: 0.1 1/s." in text
@@ -176,8 +190,9 @@ def test_each_slider_works_by_keyboard_and_mouse(tab, label):
     slider = first(tab).get_by_label(label)
     before, place = say(tab), slider.input_value()
     slider.focus()
-    away, back = (("ArrowLeft", "ArrowRight") if place == "1"
-                  else ("ArrowRight", "ArrowLeft"))
+    away, back = (
+        ("ArrowLeft", "ArrowRight") if place == "1" else ("ArrowRight", "ArrowLeft")
+    )
     slider.press(away)
     assert slider.input_value() != place
     assert slider.get_attribute("aria-valuetext") in say(tab)
@@ -205,8 +220,8 @@ def test_the_second_atlas_moves_alone(tab):
 
 def held(tab, code):
     return tab.page.evaluate(
-        "(() => { const a = document.querySelector('sos-delay');"
-        f"{code} }})()")
+        f"(() => {{ const a = document.querySelector('sos-delay');{code} }})()"
+    )
 
 
 def test_the_element_holds_every_solved_design(tab, atlas):
@@ -221,18 +236,27 @@ def compared(tab, example, kind, K, tau, mu):
     jumps, and a jump early or late is a large difference for a moment.
     """
     first(tab).get_by_label(KIND).select_option(kind)
-    answer = held(tab, """
+    answer = held(
+        tab,
+        """
       const pick = name => a.response[name].filter((_, k) => k % 8 === 0);
       return Object.fromEntries(
-        ["t", "z", "asked", "applied"].map(name => [name, pick(name)]));""")
+        ["t", "z", "asked", "applied"].map(name => [name, pick(name)]));""",
+    )
     d = sos.delay.DelayRequest(example.plant, example.U, tau).vertices[0]
     true = simulate_delay(
-        d, K, answer["t"], signal_of(kind, tau, mu),
-        r=np.linalg.pinv(example.U) @ np.ones(len(example.U)))
-    z, asked, applied = (np.array(answer[k]).T
-                         for k in ("z", "asked", "applied"))
-    return [abs(z - example.U @ true.z).max(), abs(asked - true.u).max(),
-            abs(applied - true.applied).mean()]
+        d,
+        K,
+        answer["t"],
+        signal_of(kind, tau, mu),
+        r=np.linalg.pinv(example.U) @ np.ones(len(example.U)),
+    )
+    z, asked, applied = (np.array(answer[k]).T for k in ("z", "asked", "applied"))
+    return [
+        abs(z - example.U @ true.z).max(),
+        abs(asked - true.u).max(),
+        abs(applied - true.applied).mean(),
+    ]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -244,11 +268,15 @@ def test_the_response_is_the_one_of_python(tab, atlas, kind):
     assert abs(held(tab, "return a.response.z.at(-1)[0];") - 1) < 0.02
 
 
-def test_two_inputs_and_two_outputs_without_the_least_delay(
-        visit, tmp_path):
+def test_two_inputs_and_two_outputs_without_the_least_delay(visit, tmp_path):
     """mu = tau: the delay passes through zero."""
-    both = replace(EXAMPLE, U=np.eye(2), plant=sos.SecondOrderSystem(
-        EXAMPLE.plant.M, EXAMPLE.plant.D, EXAMPLE.plant.S, np.eye(2)))
+    both = replace(
+        EXAMPLE,
+        U=np.eye(2),
+        plant=sos.SecondOrderSystem(
+            EXAMPLE.plant.M, EXAMPLE.plant.D, EXAMPLE.plant.S, np.eye(2)
+        ),
+    )
     atlas = delay_atlas(both, [0.1], [1.0], [0.2], horizon=15)
     K = np.reshape(atlas.designs[0, 0, 0][0], (2, 6))
     sheet = tmp_path / "two.html"
@@ -274,7 +302,9 @@ def test_a_varying_delay_changes_the_picture_not_the_verdict(tab):
 
 def test_the_roots_are_drawn_where_they_are(tab, atlas):
     """Crosses of the longest delay, by the axes' own ticks."""
-    at = held(tab, """
+    at = held(
+        tab,
+        """
       const texts = [...a.querySelectorAll(".sos-map text")];
       const scale = anchor => {
         const side = anchor === "middle" ? "x" : "y";
@@ -290,7 +320,8 @@ def test_the_roots_are_drawn_where_they_are(tab, atlas):
       return [...a.querySelectorAll(".sos-root")].map(root => {
         const box = root.getBBox();
         return [root.getAttribute("style"), X(box.x + box.width / 2),
-                Y(box.y + box.height / 2)]; });""")
+                Y(box.y + box.height / 2)]; });""",
+    )
     found = np.array([x + 1j * y for style, x, y in at if "second" in style])
     K = np.reshape(atlas.designs[tuple(atlas.start)][0], (1, 5))
     d = sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4).vertices[0]
@@ -312,16 +343,23 @@ def test_infeasible_is_drawn_and_says_what_helps(tab, atlas):
     assert "KP" not in text
     assert first(tab).locator(".sos-root, .sos-line").count() == 0
     assert first(tab).locator("text.sos-no").count() == 3
-    helps = {slider.texts[0] for k, slider in enumerate(atlas.sliders)
-             if atlas.designs[tuple(
-                 0 if j == k else 1 for j in range(3))] != 0}
+    helps = {
+        slider.texts[0]
+        for k, slider in enumerate(atlas.sliders)
+        if atlas.designs[tuple(0 if j == k else 1 for j in range(3))] != 0
+    }
     named = re.search(r"leads to a design: (.*)\.", text)[1].split("; or ")
     assert set(named) == helps and helps
 
 
 def test_undecided_is_said(visit, atlas, tmp_path):
-    doubt = type(atlas)("t", atlas.sliders, dict.fromkeys(atlas.designs, 1),
-                        atlas.data | {"designs": None}, atlas.start)
+    doubt = type(atlas)(
+        "t",
+        atlas.sliders,
+        dict.fromkeys(atlas.designs, 1),
+        atlas.data | {"designs": None},
+        atlas.start,
+    )
     sheet = tmp_path / "doubt.html"
     sheet.write_text(f"<link rel=icon href='data:,'>{doubt.html}", "utf8")
     tab = visit(sheet)
@@ -334,10 +372,16 @@ def test_undecided_is_said(visit, atlas, tmp_path):
 @schemes
 def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
     assert_readable(
-        visit(sheet, scheme=scheme), "sos-delay", theme, dark,
-        (".sos-mark", "color", ""), ("select", "color", "select"))
+        visit(sheet, scheme=scheme),
+        "sos-delay",
+        theme,
+        dark,
+        (".sos-mark", "color", ""),
+        ("select", "color", "select"),
+    )
 
 
 def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-delay", ["Decay rate δ", KIND])
+        visit(sheet, width=390, height=844), "sos-delay", ["Decay rate δ", KIND]
+    )

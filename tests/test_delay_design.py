@@ -20,16 +20,17 @@ from sosbook.delay import (
     slowest_decay,
     solve_delay,
 )
-from sosbook.plants.descriptor import descriptors
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.exact import exact
+from sosbook.plants.descriptor import descriptors
 from sosbook.theorems import Functional, delay_stabilization
 from tests.test_certificate import positive_definite
 
 RAM = sos.thesis.delay_example_2()
 BENCHMARK = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
 HEAVIER = sos.SecondOrderSystem(
-    1.2 * RAM.plant.M, RAM.plant.D, 1.1 * RAM.plant.S, RAM.plant.B)
+    1.2 * RAM.plant.M, RAM.plant.D, 1.1 * RAM.plant.S, RAM.plant.B
+)
 ONE = [[1.0]]
 
 
@@ -44,6 +45,7 @@ def thesis_design(method="functional"):
 
 # The thesis's examples
 
+
 def test_example_2_is_designed_and_proven():
     d = thesis_design()
     assert d.status == "feasible"
@@ -52,7 +54,8 @@ def test_example_2_is_designed_and_proven():
     assert certificate.proven
     assert certificate.claims == (
         "the plant, under u = K x(t - d), decays at least as fast as "
-        "exp(-0.1 t) for every delay in [0.2, 0.6] s, however it varies",)
+        "exp(-0.1 t) for every delay in [0.2, 0.6] s, however it varies",
+    )
     rate, _ = d.slowest_decay()
     assert 0.1 < rate < 1
     assert np.array_equal(np.hstack([d.K_P, d.K_D, d.K_I]), d.K)
@@ -68,7 +71,7 @@ def test_the_printed_gain_of_example_2_is_proven():
     assert certificate.proven
     assert np.array_equal(certificate.K, RAM.K)
     assert slowest_decay(
-        *delayed_loop(descriptors(RAM.plant, RAM.U)[0], RAM.K), 0.2, 0.6,
+        *delayed_loop(descriptors(RAM.plant, RAM.U)[0], RAM.K), 0.2, 0.6
     )[0] == pytest.approx(0.2934, abs=2e-4)
 
 
@@ -102,17 +105,18 @@ def test_the_printed_theorem_designs_unstable_loops(name):
         "wing, published": sos.thesis.delay_example_1(True),
         "ram": RAM,
     }[name]
-    d = design_delay_pid(
-        example.plant, **example.requirements, printed=True)
+    d = design_delay_pid(example.plant, **example.requirements, printed=True)
     assert d.status == "feasible"
     assert d.slowest_decay()[0] < -1
     certificate = d.certify()
     assert certificate.proven
     assert certificate.claims == (
-        "the LMIs as printed hold: that proves nothing about the loop",)
+        "the LMIs as printed hold: that proves nothing about the loop",
+    )
 
 
 # What a design consists of
+
 
 @pytest.mark.parametrize("method", ["functional", "shift"])
 def test_the_gain_is_x_over_f(method):
@@ -190,6 +194,7 @@ def test_the_proof_is_about_the_rounded_gain():
 
 # Polytopes
 
+
 def test_one_functional_serves_a_polytope():
     """At vertices by proof, between them by convexity, and by roots."""
     plants = sos.Polytope([RAM.plant, HEAVIER])
@@ -201,17 +206,14 @@ def test_one_functional_serves_a_polytope():
     assert certificate.claims[0].startswith("every plant of the polytope")
     assert {"decay 1", "decay 2"} < set(certificate.blocks)
     frame, t, v = d.request.frame, d.request.times(), d.values
-    bars = Functional(*(
-        v[n] for n in ("P", "Q", "S", "R1", "R2", "R3", "Z")))
+    bars = Functional(*(v[n] for n in ("P", "Q", "S", "R1", "R2", "R3", "Z")))
     for a in (0.0, 0.3, 0.8, 1.0):
-        vertex, = descriptors(plants.at([1 - a, a]), U=RAM.U)
+        (vertex,) = descriptors(plants.at([1 - a, a]), U=RAM.U)
         loop = delayed_loop(vertex, d.K)
         assert slowest_decay(*loop, 0.2, 0.6)[0] > 0.05
         part = vertex.change(frame.left, frame.T, frame.scale)
-        part = type(part)(
-            part.E, 0.4 * part.A, 0.4 * part.Bu, part.Bw, part.C)
-        matrix = delay_stabilization(
-            part, bars, v["F"], v["X"], t, d.alpha / 0.4)
+        part = type(part)(part.E, 0.4 * part.A, 0.4 * part.Bu, part.Bw, part.C)
+        matrix = delay_stabilization(part, bars, v["F"], v["X"], t, d.alpha / 0.4)
         assert np.linalg.eigvalsh(matrix)[0] > 0
     assert len(d.roots(0.4)) == len(d.stable_delays(0.5)) == 2
     assert d.stable_delays(0.5) == [[(0.0, 0.5)], [(0.0, 0.5)]]
@@ -228,14 +230,19 @@ def test_a_polytope_asks_for_more_than_its_vertices():
 
 # Sharper methods and their limits
 
-@pytest.mark.parametrize("asked, proven, beyond", [
-    (dict(method="functional"), 4.47, 4.48),  # as sharp as Jensen
-    (dict(method="legendre", order=0), 4.47, 4.48),
-    (dict(method="legendre", order=1), 6.059, 6.06),
-    (dict(method="legendre", order=2), 6.168, 6.169),
-    (dict(method="legendre", order=3), 6.1724, 6.17255),
-    (dict(method="legendre", order=4), 6.1725, 6.1726),
-], ids=str)
+
+@pytest.mark.parametrize(
+    "asked, proven, beyond",
+    [
+        (dict(method="functional"), 4.47, 4.48),  # as sharp as Jensen
+        (dict(method="legendre", order=0), 4.47, 4.48),
+        (dict(method="legendre", order=1), 6.059, 6.06),
+        (dict(method="legendre", order=2), 6.168, 6.169),
+        (dict(method="legendre", order=3), 6.1724, 6.17255),
+        (dict(method="legendre", order=4), 6.1725, 6.1726),
+    ],
+    ids=str,
+)
 def test_legendre_orders_approach_the_true_margin(asked, proven, beyond):
     """Known limits: 4.472 (Jensen), 6.059 (Wirtinger), 6.17258 (true).
 
@@ -287,11 +294,14 @@ def test_largest_stops_at_the_parameters_own_limit():
     assert never.design is None
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(name="d"), "name must be"),
-    (dict(digits=0), "digits must be"),
-    (dict(digits=1.5), "digits must be"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(name="d"), "name must be"),
+        (dict(digits=0), "digits must be"),
+        (dict(digits=1.5), "digits must be"),
+    ],
+)
 def test_bad_questions_for_the_largest(bad, words):
     with pytest.raises(ValueError, match=words):
         largest(**dict(name="tau", plant=BENCHMARK, tau=1) | bad)
@@ -299,68 +309,77 @@ def test_bad_questions_for_the_largest(bad, words):
 
 # Bad input
 
-SINGULAR = sos.SecondOrderSystem(
-    np.diag([1.0, 0]), np.eye(2), np.eye(2), [[1], [1]])
+SINGULAR = sos.SecondOrderSystem(np.diag([1.0, 0]), np.eye(2), np.eye(2), [[1], [1]])
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(tau=None), "tau is missing"),
-    (dict(tau=0), "tau must be"),
-    (dict(tau=-1.0), "tau must be"),
-    (dict(tau=np.nan), "tau"),
-    (dict(tau="1"), "tau"),
-    (dict(mu=-0.1), "mu must not be negative"),
-    (dict(mu=0.5), "mu = 0.5 exceeds tau = 0.4.*take mu <= tau"),
-    (dict(mu=np.inf), "mu"),
-    (dict(delta=-0.1), "delta must not be negative"),
-    (dict(delta=[0.1]), "delta"),
-    (dict(alpha=0), "alpha must be"),
-    (dict(alpha=-2.0), "alpha must be"),
-    (dict(method="bessel"), "method must be one of functional, shift"),
-    (dict(method="legendre"), "analyses a given gain"),
-    (dict(U=[[1, 0, 0]]), "U has 3 columns, needs 2"),
-    (dict(U=[1, 0]), "U must be a matrix"),
-    (dict(U=[[1, 0], [0, 1]]), "U"),
-    (dict(K_A=[[0.1, 0]]), "K_A must be zero.*neutral"),
-    (dict(plant=SINGULAR, U=None), "M is singular.*neutral"),
-    (dict(plant="wing"), "plant"),
-    (dict(method="shift", printed=True), "printed=True"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(tau=None), "tau is missing"),
+        (dict(tau=0), "tau must be"),
+        (dict(tau=-1.0), "tau must be"),
+        (dict(tau=np.nan), "tau"),
+        (dict(tau="1"), "tau"),
+        (dict(mu=-0.1), "mu must not be negative"),
+        (dict(mu=0.5), "mu = 0.5 exceeds tau = 0.4.*take mu <= tau"),
+        (dict(mu=np.inf), "mu"),
+        (dict(delta=-0.1), "delta must not be negative"),
+        (dict(delta=[0.1]), "delta"),
+        (dict(alpha=0), "alpha must be"),
+        (dict(alpha=-2.0), "alpha must be"),
+        (dict(method="bessel"), "method must be one of functional, shift"),
+        (dict(method="legendre"), "analyses a given gain"),
+        (dict(U=[[1, 0, 0]]), "U has 3 columns, needs 2"),
+        (dict(U=[1, 0]), "U must be a matrix"),
+        (dict(U=[[1, 0], [0, 1]]), "U"),
+        (dict(K_A=[[0.1, 0]]), "K_A must be zero.*neutral"),
+        (dict(plant=SINGULAR, U=None), "M is singular.*neutral"),
+        (dict(plant="wing"), "plant"),
+        (dict(method="shift", printed=True), "printed=True"),
+    ],
+)
 def test_bad_input_of_a_design(bad, words):
     asked = dict(plant=RAM.plant) | RAM.requirements | bad
     with pytest.raises(ValueError, match=words):
         design_delay_pid(**asked)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(K=None), "K is missing"),
-    (dict(K=[[1, 2, 3]]), "K has 3 columns, needs 5"),
-    (dict(K=np.ones((2, 5))), "K has 2 rows, needs 1"),
-    (dict(K=[1, 2, 3, 4, 5]), "K must be a matrix"),
-    (dict(K=[[1, 2, 3, 4, np.nan]]), "K has NaN"),
-    (dict(K_A=[[0.1, 0]]), "K_A must be zero"),
-    (dict(alpha=0.8), "alpha stands in the printed"),
-    (dict(method="legendre", order=-1), "order must be 0, 1, 2"),
-    (dict(method="legendre", order=1.0), "order must be 0, 1, 2"),
-    (dict(method="Legendre"), "method must be one of"),
-    (dict(method="legendre", plant=sos.Polytope([RAM.plant, HEAVIER])),
-     "takes one plant"),
-    (dict(method="legendre", printed=True), "printed=True"),
-    (dict(plant=BENCHMARK), "has its controller inside"),
-    (dict(plant=BENCHMARK, K=None), "has its controller inside"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(K=None), "K is missing"),
+        (dict(K=[[1, 2, 3]]), "K has 3 columns, needs 5"),
+        (dict(K=np.ones((2, 5))), "K has 2 rows, needs 1"),
+        (dict(K=[1, 2, 3, 4, 5]), "K must be a matrix"),
+        (dict(K=[[1, 2, 3, 4, np.nan]]), "K has NaN"),
+        (dict(K_A=[[0.1, 0]]), "K_A must be zero"),
+        (dict(alpha=0.8), "alpha stands in the printed"),
+        (dict(method="legendre", order=-1), "order must be 0, 1, 2"),
+        (dict(method="legendre", order=1.0), "order must be 0, 1, 2"),
+        (dict(method="Legendre"), "method must be one of"),
+        (
+            dict(method="legendre", plant=sos.Polytope([RAM.plant, HEAVIER])),
+            "takes one plant",
+        ),
+        (dict(method="legendre", printed=True), "printed=True"),
+        (dict(plant=BENCHMARK), "has its controller inside"),
+        (dict(plant=BENCHMARK, K=None), "has its controller inside"),
+    ],
+)
 def test_bad_input_of_an_analysis(bad, words):
-    asked = dict(
-        plant=RAM.plant, K=RAM.K, U=RAM.U, tau=0.4, mu=0.2, delta=0.1)
+    asked = dict(plant=RAM.plant, K=RAM.K, U=RAM.U, tau=0.4, mu=0.2, delta=0.1)
     with pytest.raises(ValueError, match=words):
         analyse_delay(**asked | bad)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(A=[[1, 2]], A_d=[[1, 2]]), "A must be square"),
-    (dict(A=[[1]], A_d=[[1, 2]]), "A_d has 2 columns, needs 1"),
-    (dict(A=[1], A_d=[[1]]), "A must be a matrix"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(A=[[1, 2]], A_d=[[1, 2]]), "A must be square"),
+        (dict(A=[[1]], A_d=[[1, 2]]), "A_d has 2 columns, needs 1"),
+        (dict(A=[1], A_d=[[1]]), "A must be a matrix"),
+    ],
+)
 def test_bad_loops(bad, words):
     with pytest.raises(ValueError, match=words):
         DelayedLoop(**bad)
@@ -373,14 +392,22 @@ def test_a_zero_acceleration_gain_is_none():
 
 # Proofs that there is none
 
-@pytest.mark.parametrize("d", [
-    lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1, mu=1),
-    lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1.6,
-                          method="legendre"),
-    lambda: design_delay_pid(
-        sos.SecondOrderSystem(ONE, [[0.0]], [[-1.0]], ONE), tau=1, mu=0.5,
-        delta=2, alpha=2),
-], ids=["analysis", "legendre", "design"])
+
+@pytest.mark.parametrize(
+    "d",
+    [
+        lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1, mu=1),
+        lambda: analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1.6, method="legendre"),
+        lambda: design_delay_pid(
+            sos.SecondOrderSystem(ONE, [[0.0]], [[-1.0]], ONE),
+            tau=1,
+            mu=0.5,
+            delta=2,
+            alpha=2,
+        ),
+    ],
+    ids=["analysis", "legendre", "design"],
+)
 def test_infeasibility_is_proven(d):
     """Z > 0 whose pairing with the blocks is zero for all unknowns."""
     d = d()
@@ -402,28 +429,34 @@ def test_infeasibility_is_proven(d):
 
 # Other methods
 
+
 def outside(request):
     """Clarabel's verdict: all blocks >= I, for they are a cone."""
     values = {
         u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
-        for u in request.unknowns()}
-    problem = cvxpy.Problem(cvxpy.Minimize(0), [
-        (g + g.T) / 2 >> np.eye(g.shape[0])
-        for g in request.blocks(values).values()])
+        for u in request.unknowns()
+    }
+    problem = cvxpy.Problem(
+        cvxpy.Minimize(0),
+        [(g + g.T) / 2 >> np.eye(g.shape[0]) for g in request.blocks(values).values()],
+    )
     problem.solve(solver=cvxpy.CLARABEL)
     return {"optimal": "feasible"}.get(problem.status, problem.status)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes, status", [
-    (dict(mu=0.2), "feasible"),
-    (dict(tau=0.7), "feasible"),
-    (dict(tau=1.2, mu=0.4), "infeasible"),
-    (dict(tau=1.6), "infeasible"),
-    (dict(mu=0.2, delta=0.3, method="shift"), "feasible"),
-    (dict(tau=1.5, method="legendre"), "feasible"),
-    (dict(tau=1.6, method="legendre"), "infeasible"),
-])
+@pytest.mark.parametrize(
+    "changes, status",
+    [
+        (dict(mu=0.2), "feasible"),
+        (dict(tau=0.7), "feasible"),
+        (dict(tau=1.2, mu=0.4), "infeasible"),
+        (dict(tau=1.6), "infeasible"),
+        (dict(mu=0.2, delta=0.3, method="shift"), "feasible"),
+        (dict(tau=1.5, method="legendre"), "feasible"),
+        (dict(tau=1.6, method="legendre"), "infeasible"),
+    ],
+)
 def test_clarabel_agrees_on_an_analysis(changes, status):
     loop = DelayedLoop([[0, 0], [0.2, -0.5]], [[-1, 0], [0, -0.3]])
     request = DelayRequest(loop, **dict(tau=0.5) | changes)
@@ -432,8 +465,9 @@ def test_clarabel_agrees_on_an_analysis(changes, status):
     assert outside(request) == status
 
 
-@pytest.mark.parametrize("changes, status", [
-    (dict(), "feasible"), (dict(delta=2.0), "infeasible")])
+@pytest.mark.parametrize(
+    "changes, status", [(dict(), "feasible"), (dict(delta=2.0), "infeasible")]
+)
 def test_clarabel_agrees_on_a_design(changes, status):
     plant = sos.SecondOrderSystem(ONE, [[0.1]], [[-1.0]], ONE)
     asked = dict(tau=0.2, mu=0.1, delta=0.1, alpha=0.4) | changes
@@ -446,7 +480,7 @@ def test_clarabel_agrees_on_a_design(changes, status):
 def test_a_tiny_delay_changes_nothing():
     """A gain is accepted where the loop without delay is Hurwitz."""
     rng = np.random.default_rng(4)
-    d, = descriptors(RAM.plant, U=RAM.U)
+    (d,) = descriptors(RAM.plant, U=RAM.U)
     seen = set()
     for _ in range(8):
         K = RAM.K + 0.6 * rng.standard_normal(RAM.K.shape)
@@ -490,8 +524,7 @@ def test_units_do_not_change_a_design(unit, method):
             asked[name] = asked[name] / TIME
         asked["delta"] *= TIME
         right = np.array([1, 1, 1 / TIME, 1 / TIME, TIME])
-    scaled = design_delay_pid(
-        sos.SecondOrderSystem(*parts), **asked, method=method)
+    scaled = design_delay_pid(sos.SecondOrderSystem(*parts), **asked, method=method)
     wanted = left * thesis_design(method).K * right
     assert np.allclose(scaled.K, wanted, rtol=1e-5, atol=0)
     assert scaled.certify().proven
@@ -510,8 +543,7 @@ def test_a_loop_that_is_given_as_such_takes_no_controller():
 
 def test_order_is_an_integer_of_any_kind_but_no_truth_value():
     loop = delay.DelayedLoop([[-2.0]], [[-1.0]])
-    found = sos.analyse_delay(
-        loop, tau=1, method="legendre", order=np.int64(1))
+    found = sos.analyse_delay(loop, tau=1, method="legendre", order=np.int64(1))
     assert found.status == "feasible"
     with pytest.raises(ValueError, match="order must be 0, 1, 2"):
         sos.analyse_delay(loop, tau=1, method="legendre", order=True)

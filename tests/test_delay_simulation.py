@@ -21,24 +21,26 @@ from sosbook.delay.profiles import (
 )
 from sosbook.delay.simulation import simulate_delay
 from sosbook.plants.descriptor import Descriptor, descriptors
-from sosbook.analysis.response import simulate
+from sosbook.plants.response import simulate
 
 # Example 2 of the thesis's part on delay, joined by a disturbance
 PLANT = sos.SecondOrderSystem(
-    np.eye(2), [[1, -1], [-1, 1]], [[3, -2], [-2, 3]], [[1], [0]],
-    [[0.5], [1]])
+    np.eye(2), [[1, -1], [-1, 1]], [[3, -2], [-2, 3]], [[1], [0]], [[0.5], [1]]
+)
 (LOOP,) = descriptors(PLANT, [[1, 0]])
 K = np.array([[0.2727, -0.0513, -1.1878, -1.0302, -0.3308]])
 R = np.array([1.0, 0.0])
 X0 = np.array([0.3, -0.2, 0.5, 0.1, 0.05])
 # M = I: x' = A x + B u(t - d) + C, written out
-A = np.array([
-    [0, 0, 1, 0, 0],
-    [0, 0, 0, 1, 0],
-    [-3, 2, -1, 1, 0],
-    [2, -3, 1, -1, 0],
-    [1, 0, 0, 0, 0.0],
-])
+A = np.array(
+    [
+        [0, 0, 1, 0, 0],
+        [0, 0, 0, 1, 0],
+        [-3, 2, -1, 1, 0],
+        [2, -3, 1, -1, 0],
+        [1, 0, 0, 0, 0.0],
+    ]
+)
 B = np.array([0, 0, 1, 0, 0.0])
 C = np.array([0, 0, 0, 0, -1.0])
 
@@ -76,8 +78,7 @@ def collocate(edges, delay, x0, before, degree=20):
     slope -= np.diag(slope.sum(1))
     for a, b in zip(edges, edges[1:]):
         size = b - a
-        system = np.kron(slope / size, np.eye(N)) - np.kron(
-            np.eye(degree + 1), A)
+        system = np.kron(slope / size, np.eye(N)) - np.kron(np.eye(degree + 1), A)
         right = np.tile(C, degree + 1)
         for i, s in enumerate(a + size * grid):
             asked, here = s - delay(s), slice(i * N, (i + 1) * N)
@@ -85,12 +86,10 @@ def collocate(edges, delay, x0, before, degree=20):
             if middle - delay(middle) < 0:
                 right[here] += B * before(asked)
             elif asked >= a:
-                system[here] -= np.kron(
-                    row((asked - a) / size), np.outer(B, K[0]))
+                system[here] -= np.kron(row((asked - a) / size), np.outer(B, K[0]))
                 right[here] -= B * (K[0, :2] @ R)
             else:
-                start, end, x = next(
-                    p for p in pieces if asked <= p[1] + 1e-12)
+                start, end, x = next(p for p in pieces if asked <= p[1] + 1e-12)
                 late = row((asked - start) / (end - start)) @ x
                 right[here] += B * controller(late)
         system[:N] = np.eye(N, N * (degree + 1))
@@ -121,8 +120,9 @@ def integrate(edges, delays, x0):
             u = controller(late(max(asked, 0.0))) if on else 0.0
             return A @ x + B * u + C
 
-        done = solve_ivp(rate, (a, b), x0, method="DOP853", rtol=1e-11,
-                         atol=1e-12, dense_output=True)
+        done = solve_ivp(
+            rate, (a, b), x0, method="DOP853", rtol=1e-11, atol=1e-12, dense_output=True
+        )
         past.append(done.sol)
         x0 = done.y[:, -1]
         ends.append(x0)
@@ -131,10 +131,13 @@ def integrate(edges, delays, x0):
 
 def cut(edges, longest):
     """Further edges, so that no piece is longer."""
-    return np.concatenate([
-        np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1]
-        for a, b in zip(edges, edges[1:])
-    ] + [edges[-1:]])
+    return np.concatenate(
+        [
+            np.linspace(a, b, int(np.ceil((b - a) / longest)) + 1)[:-1]
+            for a, b in zip(edges, edges[1:])
+        ]
+        + [edges[-1:]]
+    )
 
 
 def test_constant_delay_against_collocation():
@@ -142,11 +145,17 @@ def test_constant_delay_against_collocation():
     t, x = collocate(tau * np.arange(26), lambda s: tau, X0, lambda s: 0.0)
     answer = simulate_delay(LOOP, K, t, ConstantDelay(tau), r=R, x0=X0)
     assert np.abs(answer.x - x).max() < 1e-8
-    errors = np.array([
-        np.abs(simulate_delay(LOOP, K, [0, 0.05, t[-1]], ConstantDelay(tau),
-                              r=R, x0=X0, step=h).x[:, -1] - x[:, -1]).max()
-        for h in (0.2, 0.1, 0.05)
-    ])
+    errors = np.array(
+        [
+            np.abs(
+                simulate_delay(
+                    LOOP, K, [0, 0.05, t[-1]], ConstantDelay(tau), r=R, x0=X0, step=h
+                ).x[:, -1]
+                - x[:, -1]
+            ).max()
+            for h in (0.2, 0.1, 0.05)
+        ]
+    )
     assert errors[-1] < 1e-5
     assert (errors[:-1] / errors[1:] > 12).all()  # order four: 16
 
@@ -157,10 +166,10 @@ def test_what_the_controller_did_before_the_start():
         return np.array([np.cos(2 * s), s, np.exp(s), 0.3, -s])
 
     tau = 0.4
-    t, x = collocate(tau * np.arange(8), lambda s: tau, history(0),
-                     lambda s: K[0] @ history(s))
-    answer = simulate_delay(LOOP, K, t, ConstantDelay(tau), r=R,
-                            history=history)
+    t, x = collocate(
+        tau * np.arange(8), lambda s: tau, history(0), lambda s: K[0] @ history(s)
+    )
+    answer = simulate_delay(LOOP, K, t, ConstantDelay(tau), r=R, history=history)
     assert np.abs(answer.x - x).max() < 1e-9
     early = t < tau - 1e-9
     asked = np.array([K[0] @ history(s - tau) for s in t[early]])
@@ -171,16 +180,23 @@ def test_polynomials_by_the_method_of_steps():
     """x' = -x(t - 1), x = 1 before: a sum of powers, piece by piece."""
     t = np.linspace(0, 6, 241)
     exact = sum(
-        (-1)**k / factorial(k) * np.maximum(t - (k - 1), 0)**k
-        for k in range(8))
-    answer = simulate_delay(scalar(0, 1), [[-1]], t, ConstantDelay(1),
-                            history=lambda s: [1.0])
+        (-1) ** k / factorial(k) * np.maximum(t - (k - 1), 0) ** k for k in range(8)
+    )
+    answer = simulate_delay(
+        scalar(0, 1), [[-1]], t, ConstantDelay(1), history=lambda s: [1.0]
+    )
     assert np.abs(answer.x[0] - exact).max() < 1e-10
     assert np.allclose(answer.dx, answer.applied)
     # cubics are read off exactly, parabolas are integrated exactly
     first = t <= 3
-    coarse = simulate_delay(scalar(0, 1), [[-1]], t[first], ConstantDelay(1),
-                            history=lambda s: [1.0], step=1.0)
+    coarse = simulate_delay(
+        scalar(0, 1),
+        [[-1]],
+        t[first],
+        ConstantDelay(1),
+        history=lambda s: [1.0],
+        step=1.0,
+    )
     assert np.abs(coarse.x[0] - exact[first]).max() < 1e-14
 
 
@@ -201,8 +217,9 @@ class Pantograph:
 def test_a_delay_that_starts_at_zero_against_a_power_series():
     """x' = -x(t / 2): sum of (-1)^k 2^(-k (k - 1) / 2) t^k / k!."""
     t = np.linspace(0, 4, 81)
-    exact = sum((-1)**k * 2.0**(-k * (k - 1) / 2) * t**k / factorial(k)
-                for k in range(30))
+    exact = sum(
+        (-1) ** k * 2.0 ** (-k * (k - 1) / 2) * t**k / factorial(k) for k in range(30)
+    )
     answer = simulate_delay(scalar(0, 1), [[-1]], t, Pantograph(), x0=[1])
     assert np.abs(answer.x[0] - exact).max() < 1e-9
 
@@ -231,9 +248,7 @@ def test_two_inputs_without_delay():
         assert np.abs(answer.x - exact.x).max() < 1e-8
 
 
-@pytest.mark.parametrize("low, high", [
-    (0, 2), (1, 3), (2, 6), (5, 7), (3, 4),
-])
+@pytest.mark.parametrize("low, high", [(0, 2), (1, 3), (2, 6), (5, 7), (3, 4)])
 def test_sawtooth_is_sample_and_hold(low, high):
     """Recursion with matrix exponentials, times counted in tenths."""
     big = np.zeros((7, 7))
@@ -261,10 +276,13 @@ def test_sawtooth_is_exact_with_long_steps_at_odd_times():
     assert np.abs(exact.x[:, ::500] - coarse.x).max() < 1e-11
 
 
-@pytest.mark.parametrize("low, high, omega, phase", [
-    (0.2, 0.6, 3.0, 0.0),  # t - d(t) grows
-    (0.2, 0.6, 9.0, 0.7),  # it doesn't always: d' > 1
-])
+@pytest.mark.parametrize(
+    "low, high, omega, phase",
+    [
+        (0.2, 0.6, 3.0, 0.0),  # t - d(t) grows
+        (0.2, 0.6, 9.0, 0.7),  # it doesn't always: d' > 1
+    ],
+)
 def test_sine_delay_against_an_ode_solver(low, high, omega, phase):
     def delay(t):
         return (low + high) / 2 + (high - low) / 2 * np.sin(omega * t + phase)
@@ -272,9 +290,11 @@ def test_sine_delay_against_an_ode_solver(low, high, omega, phase):
     def arrivals(mark):
         near = np.linspace(mark, mark + 0.7, 2001)
         passed = near - delay(near) > mark
-        return [brentq(lambda t: t - delay(t) - mark, a, b, xtol=1e-14)
-                for a, b, one, two in zip(near, near[1:], passed, passed[1:])
-                if one != two]
+        return [
+            brentq(lambda t: t - delay(t) - mark, a, b, xtol=1e-14)
+            for a, b, one, two in zip(near, near[1:], passed, passed[1:])
+            if one != two
+        ]
 
     first = arrivals(0.0)
     edges = np.unique([0, *first, *(b for a in first for b in arrivals(a)), 6])
@@ -287,12 +307,16 @@ def test_sine_delay_against_an_ode_solver(low, high, omega, phase):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("delay", [
-    SwitchingDelay(0.2, 0.6, 0.7),
-    SwitchingDelay(0.1, 0.6, 0.15),
-    RandomDelay(0.2, 0.6, 0.5, seed=3),
-    RandomDelay(0.1, 0.7, 0.1, seed=4),
-], ids=str)
+@pytest.mark.parametrize(
+    "delay",
+    [
+        SwitchingDelay(0.2, 0.6, 0.7),
+        SwitchingDelay(0.1, 0.6, 0.15),
+        RandomDelay(0.2, 0.6, 0.5, seed=3),
+        RandomDelay(0.1, 0.7, 0.1, seed=4),
+    ],
+    ids=str,
+)
 def test_jumping_delays_against_an_ode_solver(delay):
     end = 5.0
     jumps = delay.dwell * np.arange(int(np.ceil(end / delay.dwell)) + 1)
@@ -314,36 +338,46 @@ def test_steps_chosen_for_a_faster_plant():
         [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]],
         [[7.66, 2.5, 2.1], [0.23, 1.04, 0.223], [0.6, 0.756, 0.658]],
         [[121, 18.9, 15.9], [0, 27, 0.145], [11.9, 3.64, 15.5]],
-        [[1], [0], [0]])
+        [[1], [0], [0]],
+    )
     (d,) = descriptors(wing, [[1, 0, 0]])
-    gains = [[-7.7475, 15.5212, 0.9003, -75.0955, -4.6038, -12.3270,
-              -66.2748]]
-    for delay in (ConstantDelay(0.2), SineDelay(0.1, 0.3, 5),
-                  RandomDelay(0, 0.3, 0.2, seed=1)):
+    gains = [[-7.7475, 15.5212, 0.9003, -75.0955, -4.6038, -12.3270, -66.2748]]
+    for delay in (
+        ConstantDelay(0.2),
+        SineDelay(0.1, 0.3, 5),
+        RandomDelay(0, 0.3, 0.2, seed=1),
+    ):
         answer, exact = (
             simulate_delay(d, gains, [0, 1, 4], delay, [1, 0, 0], step=step).x
-            for step in (None, 0.002))
+            for step in (None, 0.002)
+        )
         assert np.abs(answer - exact).max() < 1e-8 * np.abs(exact).max()
 
 
 def test_a_delay_that_touches_zero_again_and_again():
     """mu = tau; d(0) = 0 and d' < 1, so nothing comes from before."""
     delay = SineDelay(0.0, 0.8, 2.0, -np.pi / 2)
-    t, x = collocate(0.25 * np.arange(25),
-                     lambda s: 0.4 * (1 - np.cos(2 * s)), X0, None)
+    t, x = collocate(
+        0.25 * np.arange(25), lambda s: 0.4 * (1 - np.cos(2 * s)), X0, None
+    )
     answer = simulate_delay(LOOP, K, t, delay, R, x0=X0)
     assert np.abs(answer.x - x).max() < 1e-8
     assert delay.low == 0 and answer.d.min() < 1e-12
 
 
-@pytest.mark.parametrize("delay", [
-    SineDelay(0, 0.8, 3.0),
-    SwitchingDelay(0, 0.6, 0.23),
-    RandomDelay(0, 0.8, 0.5, seed=2),
-    RandomDelay(0, 0.8, 0.007, seed=2),
-], ids=str)
+@pytest.mark.parametrize(
+    "delay",
+    [
+        SineDelay(0, 0.8, 3.0),
+        SwitchingDelay(0, 0.6, 0.23),
+        RandomDelay(0, 0.8, 0.5, seed=2),
+        RandomDelay(0, 0.8, 0.007, seed=2),
+    ],
+    ids=str,
+)
 def test_the_order_survives_jumps_and_zero_delays(delay):
     """Errors fall like step^4, measured against much finer steps."""
+
     def end(step):
         w = sos.Sine(1, 2, offset=1, start=0.77, stop=1.9)
         answer = simulate_delay(LOOP, K, [0, 3], delay, R, w, X0, step=step)
@@ -359,8 +393,7 @@ def test_the_order_survives_jumps_and_zero_delays(delay):
 def test_samples_of_the_past_are_held_as_well():
     """low > high - low: more than one sample is on its way at t = 0."""
     delay, t = SawtoothDelay(0.5, 0.7), np.linspace(0, 0.5, 51)[:-1]
-    answer = simulate_delay(
-        scalar(0, 1), [[1]], t, delay, history=lambda s: [1 + s])
+    answer = simulate_delay(scalar(0, 1), [[1]], t, delay, history=lambda s: [1 + s])
     u = np.array([0.4, 0.6, 0.8])  # of t = -0.6, -0.4 and -0.2
     held = u[np.floor((np.arange(50) + 10) / 20).astype(int)]
     x = 1 + 0.01 * np.concatenate([[0], np.cumsum(held)[:-1]])
@@ -370,8 +403,9 @@ def test_samples_of_the_past_are_held_as_well():
 
 def test_an_initial_state_may_differ_from_the_past():
     t = np.linspace(0, 1, 11)
-    answer = simulate_delay(scalar(0, 1), [[1]], t, ConstantDelay(1), x0=[5],
-                            history=lambda s: [s])
+    answer = simulate_delay(
+        scalar(0, 1), [[1]], t, ConstantDelay(1), x0=[5], history=lambda s: [s]
+    )
     assert np.allclose(answer.x[0], 5 - t + t**2 / 2, atol=1e-14)
     off = simulate_delay(scalar(0, 1), [[1]], t, ConstantDelay(1), x0=[5])
     assert np.array_equal(off.x[0], np.full(11, 5.0))
@@ -391,8 +425,7 @@ def test_a_loop_at_rest_stays_there_until_the_disturbance_starts():
 
 
 def test_set_points_reach_the_integrator_first():
-    answer = simulate_delay(
-        LOOP, K, [0, 0.2, 0.39, 0.4], ConstantDelay(0.4), R)
+    answer = simulate_delay(LOOP, K, [0, 0.2, 0.39, 0.4], ConstantDelay(0.4), R)
     assert np.allclose(answer.x[4], -answer.t, atol=1e-14)
     assert np.array_equal(answer.applied[0, :3], [0, 0, 0])
     assert np.isclose(answer.applied[0, 3], -K[0, 0], atol=1e-13)
@@ -400,8 +433,7 @@ def test_set_points_reach_the_integrator_first():
 
 
 def test_the_loop_of_the_thesis_follows_its_set_point():
-    answer = simulate_delay(
-        LOOP, K, [0, 10, 120], SineDelay(0.2, 0.6, 5), R)
+    answer = simulate_delay(LOOP, K, [0, 10, 120], SineDelay(0.2, 0.6, 5), R)
     assert abs(answer.e[0, 2]) < 1e-8 < 1e-2 < abs(answer.e[0, 1])
 
 
@@ -409,16 +441,23 @@ def test_a_time_scale_of_picoseconds():
     """The same loop with seconds of 1e12 of ours."""
     c, t = 1e-12, np.linspace(0, 3, 21)
     answers = [
-        simulate_delay(scalar(-1 / s, 1 / s), [[-1]], t * s,
-                       SineDelay(0.1 * s, 0.5 * s, 4 / s), x0=[1])
+        simulate_delay(
+            scalar(-1 / s, 1 / s),
+            [[-1]],
+            t * s,
+            SineDelay(0.1 * s, 0.5 * s, 4 / s),
+            x0=[1],
+        )
         for s in (1, c)
     ]
     assert np.allclose(answers[0].x, answers[1].x, rtol=1e-9, atol=1e-12)
 
 
 @given(
-    low=st.floats(0, 0.5), width=st.floats(0.01, 0.5),
-    dwell=st.floats(0.02, 1), seed=st.integers(0, 10**6),
+    low=st.floats(0, 0.5),
+    width=st.floats(0.01, 0.5),
+    dwell=st.floats(0.02, 1),
+    seed=st.integers(0, 10**6),
     kind=st.sampled_from(["sine", "saw", "switch", "random"]),
 )
 @settings(max_examples=30)
@@ -442,8 +481,7 @@ def test_what_is_applied_was_asked_for(low, width, dwell, seed, kind):
     many = simulate_delay(LOOP, K, every, delay, R, x0=X0)
     late = t - values > 1e-8
     there = np.abs(every - (t - values)[late, None]).argmin(1)
-    assert np.abs(few.applied[0, late] - many.u[0, there]).max(
-        initial=0) < 1e-7
+    assert np.abs(few.applied[0, late] - many.u[0, there]).max(initial=0) < 1e-7
     assert np.abs(few.applied[0, t - values < -1e-8]).max(initial=0) == 0
 
 
@@ -457,15 +495,24 @@ def test_random_delays_come_from_their_seed():
     values = np.unique(one(t))
     assert len(values) == 401 and 0.1 <= values.min() < values.max() <= 0.5
     assert abs(values.mean() - 0.3) < 0.02
-    first, second = (simulate_delay(LOOP, K, [0, 3, 4], d, R).x
-                     for d in (one, RandomDelay(0.1, 0.5, 0.05, 1)))
+    first, second = (
+        simulate_delay(LOOP, K, [0, 3, 4], d, R).x
+        for d in (one, RandomDelay(0.1, 0.5, 0.05, 1))
+    )
     assert np.array_equal(first, second)
 
 
-@pytest.mark.parametrize("delay", [
-    SawtoothDelay(0.1, 0.4), SawtoothDelay(0, 0.7), SawtoothDelay(0.5, 0.7),
-    SwitchingDelay(0.1, 0.3, 0.1), RandomDelay(0, 1, 0.7, 5),
-], ids=str)
+@pytest.mark.parametrize(
+    "delay",
+    [
+        SawtoothDelay(0.1, 0.4),
+        SawtoothDelay(0, 0.7),
+        SawtoothDelay(0.5, 0.7),
+        SwitchingDelay(0.1, 0.3, 0.1),
+        RandomDelay(0, 1, 0.7, 5),
+    ],
+    ids=str,
+)
 def test_jumps_are_where_the_delay_jumps(delay):
     """Also where multiples of a decimal fraction are rounded."""
     jumps = delay.jumps(50.0)
@@ -483,22 +530,25 @@ def test_jumps_are_where_the_delay_jumps(delay):
     assert np.allclose(slopes, slope, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind, numbers, words", [
-    (ConstantDelay, (-0.1,), "value must be >= 0"),
-    (ConstantDelay, (np.nan,), "value must be a finite number"),
-    (ConstantDelay, ("1",), "value must be a finite number"),
-    (SineDelay, (-0.1, 1, 1), "low must be >= 0"),
-    (SineDelay, (2, 1, 1), "low must not exceed high"),
-    (SineDelay, (0, np.inf, 1), "high must be a finite number"),
-    (SineDelay, (0, 1, 0), "omega must be > 0"),
-    (SineDelay, (0, 1, 1, np.nan), "phase"),
-    (SawtoothDelay, (1, 1), "high must exceed low"),
-    (SwitchingDelay, (0, 1, 0), "dwell must be > 0"),
-    (SwitchingDelay, (1, 0, 1), "low must not exceed high"),
-    (RandomDelay, (0, 1, -1, 0), "dwell must be > 0"),
-    (RandomDelay, (0, 1, 1, -1), "seed must be a whole number"),
-    (RandomDelay, (0, 1, 1, 0.5), "seed must be a whole number"),
-])
+@pytest.mark.parametrize(
+    "kind, numbers, words",
+    [
+        (ConstantDelay, (-0.1,), "value must be >= 0"),
+        (ConstantDelay, (np.nan,), "value must be a finite number"),
+        (ConstantDelay, ("1",), "value must be a finite number"),
+        (SineDelay, (-0.1, 1, 1), "low must be >= 0"),
+        (SineDelay, (2, 1, 1), "low must not exceed high"),
+        (SineDelay, (0, np.inf, 1), "high must be a finite number"),
+        (SineDelay, (0, 1, 0), "omega must be > 0"),
+        (SineDelay, (0, 1, 1, np.nan), "phase"),
+        (SawtoothDelay, (1, 1), "high must exceed low"),
+        (SwitchingDelay, (0, 1, 0), "dwell must be > 0"),
+        (SwitchingDelay, (1, 0, 1), "low must not exceed high"),
+        (RandomDelay, (0, 1, -1, 0), "dwell must be > 0"),
+        (RandomDelay, (0, 1, 1, -1), "seed must be a whole number"),
+        (RandomDelay, (0, 1, 1, 0.5), "seed must be a whole number"),
+    ],
+)
 def test_delays_are_checked(kind, numbers, words):
     with pytest.raises(ValueError, match=words):
         kind(*numbers)
@@ -514,26 +564,29 @@ class Nowhere(Pantograph):
         return np.nan * np.asarray(t)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(t=[0, 1, 1]), "t must increase from 0"),
-    (dict(K=[[1, 2]]), "K has 2 columns"),
-    (dict(r=[1.0]), "r must hold 2"),
-    (dict(x0=np.zeros(4)), "x0 must hold 5"),
-    (dict(w=np.sin), "w must be a Sine"),
-    (dict(delay=0.4), "delay must be a delay signal"),
-    (dict(delay=np.sin), "delay must be a delay signal"),
-    (dict(delay=Early()), "delay must be a number >= 0"),
-    (dict(delay=Nowhere()), "delay must be a number >= 0"),
-    (dict(delay=RandomDelay(0, 1, 1e-9, 0)), "delay jumps .* times"),
-    (dict(history=1.0), "history must be a function"),
-    (dict(history=lambda s: [1.0]), r"history\(s\) must hold 5"),
-    (dict(history=lambda s: None), r"history\(s\) must hold 5"),
-    (dict(step=0.0), "step must be a positive"),
-    (dict(step=np.nan), "step must be a positive"),
-    (dict(step="1"), "step must be a positive"),
-    (dict(step=1e-9), "would take .* steps"),
-    (dict(t=[0, 1e3], K=1e3 * K, r=R, step=0.1), "runs away"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(t=[0, 1, 1]), "t must increase from 0"),
+        (dict(K=[[1, 2]]), "K has 2 columns"),
+        (dict(r=[1.0]), "r must hold 2"),
+        (dict(x0=np.zeros(4)), "x0 must hold 5"),
+        (dict(w=np.sin), "w must be a Sine"),
+        (dict(delay=0.4), "delay must be a delay signal"),
+        (dict(delay=np.sin), "delay must be a delay signal"),
+        (dict(delay=Early()), "delay must be a number >= 0"),
+        (dict(delay=Nowhere()), "delay must be a number >= 0"),
+        (dict(delay=RandomDelay(0, 1, 1e-9, 0)), "delay jumps .* times"),
+        (dict(history=1.0), "history must be a function"),
+        (dict(history=lambda s: [1.0]), r"history\(s\) must hold 5"),
+        (dict(history=lambda s: None), r"history\(s\) must hold 5"),
+        (dict(step=0.0), "step must be a positive"),
+        (dict(step=np.nan), "step must be a positive"),
+        (dict(step="1"), "step must be a positive"),
+        (dict(step=1e-9), "would take .* steps"),
+        (dict(t=[0, 1e3], K=1e3 * K, r=R, step=0.1), "runs away"),
+    ],
+)
 def test_what_is_asked_is_checked(bad, words):
     asked = dict(d=LOOP, K=K, t=[0, 1], delay=ConstantDelay(0.4))
     with pytest.raises(ValueError, match=words):

@@ -67,7 +67,8 @@ def signals(request, seed):
     if mu:
         rng = np.random.default_rng(seed)
         found += [
-            ConstantDelay(low), SawtoothDelay(low, high),
+            ConstantDelay(low),
+            SawtoothDelay(low, high),
             SineDelay(low, high, rng.uniform(0.3, 3) / tau),
             SwitchingDelay(low, high, rng.uniform(0.5, 6) * tau),
             RandomDelay(low, high, rng.uniform(0.3, 2) * tau, seed),
@@ -81,13 +82,12 @@ def motion(design, delay, seed, length=30, points=1500):
     rng = np.random.default_rng(seed)
     end = length * request.tau
     still, wave = (
-        request.frame.T @ xi for xi in rng.standard_normal(
-            (2, request.states)))
+        request.frame.T @ xi for xi in rng.standard_normal((2, request.states))
+    )
     omega = rng.uniform(0.5, 2) / request.tau
     t = np.union1d(np.linspace(0, end, points), delay.jumps(end))
     t = t[np.append(True, np.diff(t) > 1e-9 * end)]
-    return design.simulate(
-        t, delay, history=lambda s: still + np.sin(omega * s) * wave)
+    return design.simulate(t, delay, history=lambda s: still + np.sin(omega * s) * wave)
 
 
 def growth(design, response):
@@ -115,6 +115,7 @@ def unbarred(design):
 
 
 # V itself
+
 
 class Mode:
     """A real motion of a loop with a constant delay: c e^(s t)."""
@@ -149,31 +150,28 @@ def test_v_is_the_functional_as_defined(case, mu):
         d = analyse_delay(RAM.plant, RAM.K, RAM.U, **asked)
     else:
         method = "shift" if case == "shift" else "functional"
-        d = design_delay_pid(
-            RAM.plant, RAM.U, **asked, alpha=0.8, method=method)
+        d = design_delay_pid(RAM.plant, RAM.U, **asked, alpha=0.8, method=method)
     mode = Mode.of(*loops(d)[0], tau + mu / 2)
     t = np.linspace(0, 4, 401)
     response = d.simulate(t, ConstantDelay(tau + mu / 2), history=mode)
-    assert np.allclose(
-        response.x, np.array([mode(s) for s in t]).T, atol=1e-6)
+    assert np.allclose(response.x, np.array([mode(s) for s in t]).T, atol=1e-6)
     V = lyapunov_values(d, response)
     assert np.array_equal(np.isnan(V), t < tau + mu - 1e-9)
     # x = T xi, time in units of tau; shifted: times e^(delta t)
     shift = delta if case == "shift" else 0.0
-    scaled = Mode(
-        np.linalg.solve(d.request.frame.T, mode.c), tau * (mode.s + shift))
-    wanted = functional(
-        scaled, unbarred(d), 1.0, mu / tau, tau * (delta - shift))
+    scaled = Mode(np.linalg.solve(d.request.frame.T, mode.c), tau * (mode.s + shift))
+    wanted = functional(scaled, unbarred(d), 1.0, mu / tau, tau * (delta - shift))
     for k in (60, 61, 200, 400):
         assert V[k] * np.exp(2 * shift * t[k]) == pytest.approx(
-            wanted(t[k] / tau), rel=1e-5)
+            wanted(t[k] / tau), rel=1e-5
+        )
 
 
 def test_a_finer_mesh_changes_v_by_the_third_power():
     d = near_the_limit(1)
     delay = SwitchingDelay(
-        d.request.tau - d.request.mu, d.request.tau + d.request.mu,
-        2 * d.request.tau)
+        d.request.tau - d.request.mu, d.request.tau + d.request.mu, 2 * d.request.tau
+    )
     values = []
     for points in (301, 601, 9601):
         t = np.linspace(0, 20 * d.request.tau, points)  # holds the jumps
@@ -192,8 +190,14 @@ def test_the_functional_without_a_bar_solves_theorem_a3():
     F, tau = np.linalg.inv(v["F"]), request.tau
     K = d.K @ frame.T / frame.scale
     matrix = delay_decay(
-        part.E, tau * part.A, tau * part.Bu @ K, unbarred(d), F,
-        request.alpha / tau * F, request.times())
+        part.E,
+        tau * part.A,
+        tau * part.Bu @ K,
+        unbarred(d),
+        F,
+        request.alpha / tau * F,
+        request.times(),
+    )
     assert np.linalg.eigvalsh(matrix)[0] > 0
     assert smallest_eigenvalue(d) > 0
 
@@ -201,11 +205,9 @@ def test_the_functional_without_a_bar_solves_theorem_a3():
 def test_bad_questions_for_v():
     d = near_the_limit(0)
     response = motion(d, ConstantDelay(d.request.tau), 0)
-    short = d.simulate(
-        [0, d.request.tau / 2], ConstantDelay(d.request.tau))
+    short = d.simulate([0, d.request.tau / 2], ConstantDelay(d.request.tau))
     other = SimpleNamespace(x=np.ones((7, 2)), dx=np.ones((7, 2)))
-    other_v = analyse_delay(
-        DelayedLoop([[0]], [[-1]]), tau=1, method="legendre")
+    other_v = analyse_delay(DelayedLoop([[0]], [[-1]]), tau=1, method="legendre")
     none = analyse_delay(DelayedLoop([[0]], [[-1]]), tau=2)
     for question, words in [
         ((d, short), "must last longer than tau"),
@@ -219,6 +221,7 @@ def test_bad_questions_for_v():
 
 
 # The campaign
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["functional", "shift"])
@@ -249,8 +252,8 @@ def multipliers(A, Ad, low, period):
     step = np.zeros((size, size))
     step[:N, :N] = X2 @ X1
     # the sample of q + 1 periods ago, then the one of q periods ago
-    step[:N, (q + 1) * N:(q + 2) * N] += X2 @ G1
-    step[:N, q * N:(q + 1) * N] += G2
+    step[:N, (q + 1) * N : (q + 2) * N] += X2 @ G1
+    step[:N, q * N : (q + 1) * N] += G2
     step[N:, :-N] = np.eye(size - N)
     return np.linalg.eigvals(step)
 
@@ -263,7 +266,7 @@ def test_no_sampled_loop_refutes_a_proof(seed, method):
     tau, mu = d.request.tau, d.request.mu
     for period in (2 * mu, mu, mu / 3):
         if period:
-            (A, Ad), = loops(d)
+            ((A, Ad),) = loops(d)
             found = multipliers(A, Ad, tau + mu - period, period)
             assert np.abs(found).max() < np.exp(-d.request.delta * period)
 
@@ -289,8 +292,9 @@ def test_v_grows_on_no_motion(seed, method):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", [
-    dict(mu=0.24), dict(delta=0.13), dict(mu=0.0, tau=0.6)], ids=str)
+@pytest.mark.parametrize(
+    "changes", [dict(mu=0.24), dict(delta=0.13), dict(mu=0.0, tau=0.6)], ids=str
+)
 def test_v_of_an_analysis_grows_on_no_motion(changes):
     """The thesis's gain of Example 2 near the limits of its proof."""
     asked = dict(tau=0.4, mu=0.2, delta=0.1) | changes
@@ -302,6 +306,7 @@ def test_v_of_an_analysis_grows_on_no_motion(changes):
 
 
 # What a refutation looks like
+
 
 @pytest.mark.parametrize("name", ["transpose", "alpha"])
 def test_v_of_a_misprinted_proof_grows(name):
@@ -315,20 +320,24 @@ def test_v_of_a_misprinted_proof_grows(name):
 def test_the_misprinted_sign_leaves_v_without_a_bound():
     """Nothing makes Z positive then: V falls, and goes to -infinity."""
     for d in (
-            solve_delay(sos.counterexamples.misprint("sign")),
-            design_delay_pid(RAM.plant, **RAM.requirements, printed=True)):
+        solve_delay(sos.counterexamples.misprint("sign")),
+        design_delay_pid(RAM.plant, **RAM.requirements, printed=True),
+    ):
         assert d.certify().proven
         assert np.linalg.eigvalsh(d.values["Z"])[0] < 0
-        V = lyapunov_values(
-            d, motion(d, ConstantDelay(d.slowest_decay()[1]), 0))
+        V = lyapunov_values(d, motion(d, ConstantDelay(d.slowest_decay()[1]), 0))
         assert V[-1] < 1e6 * min(V[~np.isnan(V)][0], -1)
 
 
 def test_v_grows_on_motions_of_another_loop():
     """The check itself can fail: V of one gain, motion of another."""
     d = near_the_limit(1)
-    vertex, = d.request.vertices
+    (vertex,) = d.request.vertices
     response = sos.delay.simulate_delay(
-        vertex, -d.K, np.linspace(0, 20 * d.request.tau, 1501),
-        ConstantDelay(d.request.tau), history=lambda s: d.request.frame.T[0])
+        vertex,
+        -d.K,
+        np.linspace(0, 20 * d.request.tau, 1501),
+        ConstantDelay(d.request.tau),
+        history=lambda s: d.request.frame.T[0],
+    )
     assert growth(d, response) > 0.1

@@ -64,11 +64,14 @@ def test_units_of_displacement(example, design):
     limit = asked["saturation"]
     other = sos.design_pid(
         sos.SecondOrderSystem(
-            plant.M @ inverse, plant.D @ inverse, plant.S @ inverse,
-            plant.B, plant.F),
-        **asked | dict(
-            U=T @ asked["U"] @ inverse, gamma=None,
-            saturation=sos.Saturation(150, big @ limit.x0)),
+            plant.M @ inverse, plant.D @ inverse, plant.S @ inverse, plant.B, plant.F
+        ),
+        **asked
+        | dict(
+            U=T @ asked["U"] @ inverse,
+            gamma=None,
+            saturation=sos.Saturation(150, big @ limit.x0),
+        ),
     )
     here = sos.design_pid(plant, **asked | dict(gamma=None))
     assert close(other.K @ big, here.K)
@@ -80,10 +83,13 @@ def test_units_of_force_and_of_equations(example, design):
     rows = np.array([[3.0, 1], [0, 0.01]])
     other = sos.design_pid(
         sos.SecondOrderSystem(
-            rows @ plant.M, rows @ plant.D, rows @ plant.S,
-            rows @ plant.B / 1000, rows @ plant.F),
-        **asked | dict(saturation=sos.Saturation(
-            150e3, asked["saturation"].x0)),
+            rows @ plant.M,
+            rows @ plant.D,
+            rows @ plant.S,
+            rows @ plant.B / 1000,
+            rows @ plant.F,
+        ),
+        **asked | dict(saturation=sos.Saturation(150e3, asked["saturation"].x0)),
     )
     assert close(other.K / 1000, design.K)
 
@@ -95,9 +101,9 @@ def test_units_of_time(example):
     x0 = asked["saturation"].x0 * np.repeat([1, 1 / c, c], 2)
     here = sos.design_pid(plant, **asked | dict(gamma=None))
     there = sos.design_pid(
-        sos.SecondOrderSystem(
-            plant.M * c**2, plant.D * c, plant.S, plant.B, plant.F),
-        U=asked["U"], saturation=sos.Saturation(150, x0),
+        sos.SecondOrderSystem(plant.M * c**2, plant.D * c, plant.S, plant.B, plant.F),
+        U=asked["U"],
+        saturation=sos.Saturation(150, x0),
         region=sos.PoleRegion(0.7 / c, np.pi / 4, 5 / c),
     )
     assert close(there.K * np.repeat([1, 1 / c, c], 2), here.K)
@@ -110,9 +116,10 @@ def test_a_stronger_disturbance_and_gamma_go_together(example):
     only = dict(U=asked["U"], region=asked["region"])
     here = sos.design_pid(plant, gamma=1.0, **only)
     there = sos.design_pid(
-        sos.SecondOrderSystem(
-            plant.M, plant.D, plant.S, plant.B, 1e3 * plant.F),
-        gamma=1e3, **only)
+        sos.SecondOrderSystem(plant.M, plant.D, plant.S, plant.B, 1e3 * plant.F),
+        gamma=1e3,
+        **only,
+    )
     assert close(there.K, here.K)
 
 
@@ -121,10 +128,8 @@ def test_numbers_of_degrees_of_freedom(example, design):
     swap = np.eye(2)[::-1]
     big = np.kron(np.eye(3), swap)
     other = sos.design_pid(
-        sos.SecondOrderSystem(*(
-            swap @ getattr(plant, x) @ swap for x in "MDSBF")),
-        **asked | dict(saturation=sos.Saturation(
-            150, big @ asked["saturation"].x0)),
+        sos.SecondOrderSystem(*(swap @ getattr(plant, x) @ swap for x in "MDSBF")),
+        **asked | dict(saturation=sos.Saturation(150, big @ asked["saturation"].x0)),
     )
     assert close(swap @ other.K @ big, design.K, 1e-8)
 
@@ -145,8 +150,7 @@ def test_a_polytope_of_one_plant_is_that_plant(example, design):
 
 
 def test_the_same_again_is_the_same(example, design):
-    assert np.array_equal(sos.design_pid(
-        example[0], **example[1]).K, design.K)
+    assert np.array_equal(sos.design_pid(example[0], **example[1]).K, design.K)
 
 
 @pytest.mark.slow
@@ -212,12 +216,15 @@ def test_the_certificate_bounds_lyapunovs_solution():
 @pytest.mark.parametrize("U", [None, ONE])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 def test_one_degree_of_freedom_in_any_unit(U, scale):
-    plant = sos.SecondOrderSystem(
-        [[scale]], [[0.1 * scale]], [[scale]], ONE, [[scale]])
+    plant = sos.SecondOrderSystem([[scale]], [[0.1 * scale]], [[scale]], ONE, [[scale]])
     start = np.eye(3 if U else 2)[0]
     d = sos.design_pid(
-        plant, U, sos.PoleRegion(0.5, 1.0, 20), 10,
-        sos.Saturation(100 * scale, start))
+        plant,
+        U,
+        region=sos.PoleRegion(0.5, 1.0, 20),
+        gamma=10,
+        saturation=sos.Saturation(100 * scale, start),
+    )
     assert d.certify().proven
     assert d.K_I.shape == (1, 1 if U else 0)
 
@@ -225,8 +232,8 @@ def test_one_degree_of_freedom_in_any_unit(U, scale):
 @pytest.mark.parametrize("power", [3, 6])
 def test_masses_of_different_size(power):
     plant = sos.SecondOrderSystem(
-        np.diag([10.0**-power, 10.0**power]), np.eye(2), np.eye(2),
-        np.eye(2), np.eye(2))
+        np.diag([10.0**-power, 10.0**power]), np.eye(2), np.eye(2), np.eye(2), np.eye(2)
+    )
     assert sos.design_pid(plant, np.eye(2)).certify().proven
 
 
@@ -236,14 +243,16 @@ def test_a_stiff_beam():
     S = np.diag([1.0, 1e2, 1e4, 1e6])
     S[0, 3] = S[3, 0] = 10
     plant = sos.SecondOrderSystem(
-        np.eye(n), 0.02 * np.sqrt(S), S, np.eye(n)[:, :2], np.eye(n)[:, :1])
+        np.eye(n), 0.02 * np.sqrt(S), S, np.eye(n)[:, :2], np.eye(n)[:, :1]
+    )
     d = sos.design_pid(plant, [[1, 0, 0, 0]])
     assert d.certify().proven
 
 
 def test_a_chain_of_eight_masses():
     d = sos.design_pid(
-        chain(8), np.eye(8)[:1], sos.PoleRegion(sigma=0.005), gamma=1e3)
+        chain(8), np.eye(8)[:1], region=sos.PoleRegion(sigma=0.005), gamma=1e3
+    )
     assert d.K.shape == (4, 17)
     assert d.certify().proven
 
@@ -267,11 +276,12 @@ def test_the_smallest_gamma_is_kept(example):
 
 def test_acceleration_feedback_repairs_a_singular_mass():
     plant = sos.SecondOrderSystem(
-        np.diag([3.0, 0]), [[2, -1], [-1, 1]], [[2, -1], [-1, 1]],
-        np.eye(2), np.eye(2))
+        np.diag([3.0, 0]), [[2, -1], [-1, 1]], [[2, -1], [-1, 1]], np.eye(2), np.eye(2)
+    )
     K_A = [[0, 0], [0, -2.0]]
     d = sos.design_pid(
-        plant, np.eye(2), sos.PoleRegion(0.5, 1.2, 30), 10, K_A=K_A)
+        plant, np.eye(2), region=sos.PoleRegion(0.5, 1.2, 30), gamma=10, K_A=K_A
+    )
     assert d.certify().proven
     assert np.array_equal(d.K_A, K_A)
     assert len(d.poles()) == 6
@@ -294,8 +304,7 @@ def test_asking_for_less_is_never_harder():
     d = sos.design_pid(ex.plant, region=fast, **asked)
     assert d.status == "feasible"
     assert d.certify(17).proven and fast.contains(d.poles())
-    given = sos.analyse_pid(
-        ex.plant, ex.K, saturation=ex.saturation, **asked)
+    given = sos.analyse_pid(ex.plant, ex.K, saturation=ex.saturation, **asked)
     assert given.status == "feasible" and given.certify(8).proven
 
 
@@ -304,7 +313,8 @@ def test_an_idle_direction_does_not_hide_the_smallest_gamma():
     """Without sigma a part of P may grow without bound."""
     robot = sos.thesis.example_1()
     d = sos.design_pid(
-        robot.plant, robot.U, sos.PoleRegion(rho=5), minimize="gamma")
+        robot.plant, robot.U, region=sos.PoleRegion(rho=5), minimize="gamma"
+    )
     assert d.status == "feasible" and d.hinf() < d.gamma
     assert d.certify(12).proven
     with pytest.raises(ValueError, match="no minimum"):

@@ -9,9 +9,6 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-
-from sosbook import thesis
-from sosbook.requirements.pole_region import PoleRegion
 from sosbook.reproduction import (
     example_1,
     example_3,
@@ -21,13 +18,20 @@ from sosbook.reproduction import (
     regulators,
 )
 
+from sosbook import thesis
+from sosbook.requirements.pole_region import PoleRegion
+
 PROMISE = "a bound or a start: the promise is kept with room to spare"
 FIGURE = "only figures depend on it"
 OURS = "our choice, not printed"
 UNNOTICED = {
     "example_1": {
-        "plant.F": PROMISE, "gamma": PROMISE, "saturation": PROMISE,
-        "set_point": FIGURE, "disturbance": FIGURE, "t_end": OURS,
+        "plant.F": PROMISE,
+        "gamma": PROMISE,
+        "saturation": PROMISE,
+        "set_point": FIGURE,
+        "disturbance": FIGURE,
+        "t_end": OURS,
     },
     "example_3": {},
     "example_4": {"t_end": OURS},
@@ -44,8 +48,10 @@ UNNOTICED = {
 }
 UNNOTICED["example_3"] = UNNOTICED["example_1"]
 MODULES = {
-    "example_1": [example_1], "example_3": [example_3],
-    "example_4": [example_4], "mip": [mip, regulators, observer],
+    "example_1": [example_1],
+    "example_3": [example_3],
+    "example_4": [example_4],
+    "mip": [mip, regulators, observer],
 }
 # Example 2 and both examples of section 3.2: no number is printed that
 # follows from others; their gains keep promises, see the rows. Regions
@@ -78,8 +84,12 @@ def put(value, path, number):
         return number
     key, *rest = path
     if isinstance(value, complex):
-        return complex(*(number if key == name else getattr(value, name)
-                         for name in ("real", "imag")))
+        return complex(
+            *(
+                number if key == name else getattr(value, name)
+                for name in ("real", "imag")
+            )
+        )
     if is_dataclass(value):
         return replace(value, **{key: put(getattr(value, key), rest, number)})
     if isinstance(value, dict):
@@ -99,8 +109,7 @@ def step(number):
 
 
 def verdicts(name, data):
-    return [row.verdict for module in MODULES[name]
-            for row in module.numbers(data)]
+    return [row.verdict for module in MODULES[name] for row in module.numbers(data)]
 
 
 @pytest.mark.parametrize("name", UNNOTICED)
@@ -112,8 +121,10 @@ def test_a_change_of_any_digit_is_noticed(name):
             other = put(data, path, number + sign * step(number))
             if verdicts(name, other) == before:
                 missed.add(".".join(map(str, path)))
-    listed = {where: {m for m in missed if f"{m}.".startswith(f"{where}.")}
-              for where in UNNOTICED[name]}
+    listed = {
+        where: {m for m in missed if f"{m}.".startswith(f"{where}.")}
+        for where in UNNOTICED[name]
+    }
     assert sorted(missed - set().union(*listed.values())) == []
     assert all(listed.values()), "listed, but noticed"
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from sosbook.reproduction import example_4
 
 import sosbook as sos
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
-from sosbook.reproduction import example_4
 
 EX = sos.thesis.example_4()
 ROWS = {row.item: row for row in example_4.rows()}
@@ -56,13 +56,13 @@ def test_the_mean_of_the_cosine():
     assert -0.2173 < np.sin(around) / around < -0.2172
 
 
-@pytest.mark.parametrize("low, sigma", [
-    (2 / np.pi, 5.0), (0.0, 3.9), (-0.2173, 3.5), (-1.0, 2.2),
-])
+@pytest.mark.parametrize(
+    "low, sigma", [(2 / np.pi, 5.0), (0.0, 3.9), (-0.2173, 3.5), (-1.0, 2.2)]
+)
 def test_one_p_serves_a_moving_factor(low, sigma):
     """The claims of the chapter, from the returned P with numpy."""
     arms = sos.Polytope([sos.thesis.arm(1.0), sos.thesis.arm(low)])
-    found = sos.analyse_pid(arms, EX.K, EX.U, sos.PoleRegion(sigma=sigma))
+    found = sos.analyse_pid(arms, EX.K, EX.U, region=sos.PoleRegion(sigma=sigma))
     assert found.certify(8).proven
     T = np.linalg.cholesky(found.P)
     for factor in np.linspace(low, 1, 9):
@@ -72,8 +72,7 @@ def test_one_p_serves_a_moving_factor(low, sigma):
 
 def test_verdicts():
     verdicts = {item: row.verdict for item, row in ROWS.items()}
-    assert verdicts["all closed-loop poles lie in the D-region"] == (
-        "property holds")
+    assert verdicts["all closed-loop poles lie in the D-region"] == ("property holds")
     assert verdicts[TRACKED] == "property holds"
     assert verdicts["labels of the rows"] == "misprint"
     assert verdicts["K_P, K_D, K_I"] == "another solution"
@@ -85,7 +84,8 @@ def test_the_remaining_error_is_the_twist_of_the_shaft():
     phi1 = brentq(lambda p: np.sin(p) + 50 * (p - np.pi / 2), 0, 2)
     goal = [np.pi / 2, np.pi / 2]
     end = simulate_nonlinear(
-        sos.thesis.arm(0.0), arm_gravity, EX.K, [0, 12], EX.U, goal)
+        sos.thesis.arm(0.0), arm_gravity, EX.K, [0, 12], EX.U, goal
+    )
     assert abs(end.e[0, -1] - (phi1 - np.pi / 2)) < 1e-6
     assert abs(phi1 - np.pi / 2 + np.sin(phi1) / 50) < 1e-12
     assert "(m g l / k) sin(phi1)" in ROWS[TRACKED].why

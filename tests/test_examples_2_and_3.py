@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from sosbook.reproduction import example_2, example_3
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
 from sosbook.plants.descriptor import descriptors
-from sosbook.reproduction import example_2, example_3
-from sosbook.analysis.response import simulate
+from sosbook.plants.response import simulate
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,8 @@ def divided(mass):
     """Example 2, its first equation divided by the mass."""
     c, rows = sos.thesis.car_seat(mass), np.diag([1 / mass, 1])
     return sos.SecondOrderSystem(
-        rows @ c.M, rows @ c.D, rows @ c.S, rows @ c.B, rows @ c.F)
+        rows @ c.M, rows @ c.D, rows @ c.S, rows @ c.B, rows @ c.F
+    )
 
 
 def test_the_verdicts_of_example_2():
@@ -37,8 +38,11 @@ def test_the_verdicts_of_example_2():
     peaks = [float(x.split(" ")[0]) for x in limit.ours.split("; ")]
     assert 39990 < peaks[0] <= 40000 and 35490 < peaks[1] <= 35500
     assert "40.0 kN (k1 + k2) or 35.5 kN (k1 + b2)" in limit.why
-    rest = {row.verdict for k, row in rows.items() if k not in (
-        "lower right entry of S", "K_P, K_D, K_I")}
+    rest = {
+        row.verdict
+        for k, row in rows.items()
+        if k not in ("lower right entry of S", "K_P, K_D, K_I")
+    }
     assert rest == {"property holds"}
 
 
@@ -57,8 +61,7 @@ def test_the_verdicts_of_example_3():
     peak = rows["u stays below u_max"]
     assert peak.verdict == "not reproducible"
     assert peak.ours.startswith("K x alone 109.5; ") and "165.5" in peak.ours
-    for place in ("finite open-loop poles",
-                  "closed-loop poles of the printed gains"):
+    for place in ("finite open-loop poles", "closed-loop poles of the printed gains"):
         assert rows[place].verdict == "reproduced"
 
 
@@ -112,8 +115,7 @@ def test_the_whole_signal_of_the_chain_by_an_ode_solver(chain):
         return np.r_[x[4:8], acceleration(x), chain.U @ (x[:4] - r)]
 
     t = np.linspace(0, 1, 101)
-    exact = solve_ivp(slope, (0, 1), np.zeros(10), t_eval=t, rtol=1e-10,
-                      atol=1e-12).y
+    exact = solve_ivp(slope, (0, 1), np.zeros(10), t_eval=t, rtol=1e-10, atol=1e-12).y
     (loop,) = descriptors(v, chain.U, K_A)
     answer = simulate(loop, K, t, r, K_A=K_A)
     assert np.allclose(answer.x, exact, atol=1e-7)
@@ -128,7 +130,8 @@ def test_the_whole_signal_of_the_chain_by_an_ode_solver(chain):
 
 def test_set_points_that_the_chain_can_hold(chain):
     design = sos.analyse_pid(
-        chain.plant, chain.K, chain.U, chain.region, K_A=chain.K_A)
+        chain.plant, chain.K, chain.U, region=chain.region, K_A=chain.K_A
+    )
     S, t = chain.plant.S, np.linspace(0, 25, 251)
     inner = -np.linalg.solve(S[1:3, 1:3], S[1:3, [0, 3]] @ [1, -0.5])
     held = np.r_[1, inner, -0.5]

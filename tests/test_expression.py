@@ -50,11 +50,9 @@ def test_block_fills_zeros_in_every_arithmetic():
     seven = np.full((1, 2), 7)
 
     def layout(x):
-        return block([
-            [eye(3), np.zeros((3, 2)), np.zeros((3, 1))],
-            [x, 0, 0],
-            [0, seven, 0],
-        ])
+        return block(
+            [[eye(3), np.zeros((3, 2)), np.zeros((3, 1))], [x, 0, 0], [0, seven, 0]]
+        )
 
     variable = cvxpy.Variable((2, 3))
     variable.value = y

@@ -1,15 +1,21 @@
 """Requests that no gain fulfils: exact proof and useful advice."""
 
+from itertools import product
+
 import numpy as np
 import pytest
-from flint import fmpq
+from flint import fmpq, fmpq_mat
 
 import sosbook as sos
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.exact import exact
-from sosbook.synthesis.problem import Request
+from sosbook.lmi.time_limit import OutOfTime
+from sosbook.studies.maps import edge, feasibility_map
+from sosbook.synthesis import feasibility, objectives
 from sosbook.synthesis.feasibility import closer
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
+from tests.attacks import placed
 from tests.test_certificate import positive_definite
 
 ONE = [[1.0]]
@@ -23,8 +29,7 @@ def mass(**changes):
 
 IMPOSSIBLE = {
     "too little force": (
-        dict(plant=mass(D=[[-1.0]], S=ONE),
-             saturation=sos.Saturation(0.5, [1, 0])),
+        dict(plant=mass(D=[[-1.0]], S=ONE), saturation=sos.Saturation(0.5, [1, 0])),
         "input bound u_max first",
     ),
     "bound below what u_max allows": (
@@ -32,8 +37,11 @@ IMPOSSIBLE = {
         "H-infinity bound gamma first",
     ),
     "fast with little force": (
-        dict(plant=mass(), region=sos.PoleRegion(sigma=3),
-             saturation=sos.Saturation(1, [1, 0])),
+        dict(
+            plant=mass(),
+            region=sos.PoleRegion(sigma=3),
+            saturation=sos.Saturation(1, [1, 0]),
+        ),
         "input bound u_max first|decay rate sigma first",
     ),
 }
@@ -80,13 +88,18 @@ def test_following_the_advice_helps(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("change, words", [
-    (dict(saturation=sos.Saturation(20, [.2, .2, .8, .8, .1, .1])),
-     "input bound u_max first"),
-    (dict(region=sos.PoleRegion(0.7, np.pi / 4, 0.75)),
-     "disk radius rho first"),
-    (dict(gamma=0.05), "H-infinity bound gamma first"),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (
+            dict(saturation=sos.Saturation(20, [0.2, 0.2, 0.8, 0.8, 0.1, 0.1])),
+            "input bound u_max first",
+        ),
+        (dict(region=sos.PoleRegion(0.7, np.pi / 4, 0.75)), "disk radius rho first"),
+        (dict(gamma=0.05), "Leave out mu = 1 first"),
+        (dict(gamma=0.005, mu=None), "H-infinity bound gamma first"),
+    ],
+)
 def test_example_1_asked_too_much(change, words):
     ex = sos.thesis.example_1()
     d = sos.design_pid(ex.plant, **ex.requirements | change)
@@ -96,18 +109,26 @@ def test_example_1_asked_too_much(change, words):
 
 
 def test_the_limit_of_the_force_is_where_physics_puts_it():
-    """z'' = z + u, |u| <= u_max from z(0) = 1: u_max = 1 is the limit."""
-    def status(u_max):
-        limit = sos.Saturation(u_max, [1, 0])
-        return sos.design_pid(mass(S=[[-1.0]]), saturation=limit).status
+    """z'' = z + u, |u| <= u_max from z(0) = 1: u_max = 1 is the limit.
 
-    assert status(0.99) == "infeasible"
-    assert status(4.0) == "feasible"
+    Below it the multipliers are singular, because one mode is stable:
+    floats have them, exact arithmetic hasn't.
+    """
+
+    def design(u_max):
+        limit = sos.Saturation(u_max, [1, 0])
+        return sos.design_pid(mass(S=[[-1.0]]), saturation=limit)
+
+    low = design(0.99)
+    assert low.status == "undecided"
+    assert "Exact multipliers exclude all P, Y shorter than" in low.reason
+    assert "no exact proof" in low.reason
+    assert not low.infeasibility.proven
+    assert design(4.0).status == "feasible"
 
 
 def test_a_mode_out_of_reach_is_named():
-    plant = sos.SecondOrderSystem(
-        np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]])
+    plant = sos.SecondOrderSystem(np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]])
     d = sos.design_pid(plant)
     assert d.status == "infeasible"
     assert "uncontrollable" in d.advice
@@ -117,29 +138,142 @@ def test_a_mode_out_of_reach_is_named():
 def test_masses_of_both_signs_between_the_vertices():
     """M = 0 halfway: infeasible, not an error."""
     plants = sos.Polytope([mass(S=ONE), mass(M=[[-1.0]], S=ONE)])
-    assert sos.design_pid(plants).status == "infeasible"
+    d = sos.design_pid(plants)
+    assert d.status == "infeasible"
+    assert d.infeasibility.proven and d.infeasibility.vertices == (0, 1)
+    assert "between the vertices 1 and 2" in d.reason.lower()
+    alone = sos.design_pid(plants, coupling="vertices")
+    assert "singular" not in alone.reason  # only the vertices count there
+
+
+def test_a_hull_that_holds_a_plant_without_mass():
+    """The determinants agree at both ends and are zero halfway."""
+    turn = np.array([[0, 1], [-1, 0]])
+    one = np.eye(2)
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem(s * turn, *3 * [one]) for s in (1, -1)]
+    )
+    d = sos.design_pid(plants)
+    assert d.status == "infeasible" and d.infeasibility.proven
 
 
 def test_contradicting_regions():
     """Two half-planes that share a name are both kept."""
     strip = sos.LMIRegion.half_plane(1) & sos.LMIRegion(
-        [[1]], [[-1]], "half-plane")  # Re s > 0.5
+        [[1]], [[-1]], "half-plane"
+    )  # Re s > 0.5
     d = sos.design_pid(mass(), region=strip)
     assert d.status == "infeasible"
 
 
-def test_an_unstable_gain_has_no_certificate():
+@pytest.mark.parametrize("mass", [1.0, 2.0, 0.5])
+@pytest.mark.parametrize("spring", [10.0, 20.0])
+def test_a_loop_without_inputs_is_refused_by_exact_multipliers(mass, spring):
+    # Every plant is stable, but the two vertices share no P.
+    A = [np.array([[0.0, 1.0], [-k, -0.1]]) for k in (1.0, spring)]
+    found = sos.analyse_loop([np.eye(2), np.diag([1.0, mass])], A)
+    assert found.status == "infeasible"
+    assert "Exact multipliers" in found.reason
+    assert found.infeasibility.proven
+
+
+def test_an_unstable_gain_is_refused_by_its_own_pole():
     d = sos.analyse_pid(mass(), [[-1.0, 1.0]])
     assert d.status == "infeasible"
-    assert "this gain" in d.advice
+    assert "this gain" in d.advice.lower()
     assert d.infeasibility.proven
+    assert np.isclose(d.infeasibility.mode, 0.5 + np.sqrt(0.75) * 1j)
 
 
-def test_singular_multipliers_are_not_called_a_proof():
-    """With one stable mode each multiplier has to be singular."""
-    d = sos.analyse_pid(mass(), [[1.0, 0.0]])
+@pytest.mark.parametrize(
+    "plant, mode",
+    [
+        # equal modes of two masses that are pushed alike: one stays at rest
+        (([[1, 0], [0, 1]], 0.01, [[1, 0], [0, 1]], [[1], [1]]), -0.005),
+        # the difference of the coordinates isn't pushed
+        (([[1, 0], [0, 1]], 0.01, [[2, -0.3], [-0.3, 2]], [[1], [1]]), -0.005),
+        # nor is it at rest: a mode on the imaginary axis, by no rounding
+        (([[1, 0], [0, 1]], 0, [[2, -0.3], [-0.3, 2]], [[1], [1]]), 0.0),
+    ],
+)
+def test_a_hidden_mode_is_found_exactly(plant, mode):
+    M, damping, S, B = plant
+    plant = sos.SecondOrderSystem(M, damping * np.eye(2), S, B)
+    d = sos.design_pid(plant, region=sos.PoleRegion(sigma=1))
     assert d.status == "infeasible"
-    assert not d.infeasibility.proven
+    proof = d.infeasibility
+    assert proof.proven and np.isclose(proof.mode.real, mode, atol=1e-15)
+    (v,) = d.request.vertices_in(exact)
+    V, L = proof.part.rows, proof.part.dynamics
+    E, A, B = (fmpq_mat(*x.shape, list(x.ravel())) for x in (v.E, v.A, v.Bu))
+    assert V * A == L * V * E
+    assert V * B == 0 * (V * B)
+    assert V.rank() == V.nrows() > 0
+
+
+@pytest.mark.parametrize("n, status", [(8, "feasible"), (12, "undecided")])
+def test_a_controllable_plant_is_never_infeasible_for_its_poles(n, status):
+    """A chain of unit masses with one force on its first."""
+    S = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    plant = sos.SecondOrderSystem(np.eye(n), np.zeros((n, n)), S, np.eye(n)[:, :1])
+    d = sos.design_pid(plant, region=sos.PoleRegion(sigma=3))
+    assert d.status == status
+    assert ("a gain exists" in d.reason) == (status == "undecided")
+
+
+@pytest.mark.parametrize("gap", [1e-6, 1e-8, 1e-9, 1e-12])
+def test_two_masses_that_are_nearly_alike(gap):
+    """One force moves both: 1 / gap is the size of the gain."""
+    S = np.diag([1, 1 + gap])
+    plant = sos.SecondOrderSystem(np.eye(2), 0.01 * np.eye(2), S, [[1], [1]])
+    d = sos.design_pid(plant, region=sos.PoleRegion(sigma=1))
+    assert d.status != "infeasible"
+    assert "uncontrollable" not in d.advice
+    if d.status == "undecided":
+        assert "a gain exists" in d.reason
+        assert d.K is None
+
+
+def test_a_mass_that_is_nearly_singular():
+    """Neither a design without a gain nor a mode that doesn't exist."""
+    one = np.eye(2)
+    for gap in (1e-6, 1e-9, 1e-12, 1e-13):
+        plant = sos.SecondOrderSystem(
+            [[1, 1], [1, 1 + gap]], 0.1 * one, [[6, -2], [-2, 4]], one, one
+        )
+        d = sos.design_pid(plant, region=sos.PoleRegion(sigma=0.5))
+        assert d.status != "infeasible"
+        if d.status == "feasible":
+            assert d.K is not None
+        elif d.K is not None:
+            assert min(d.margins.values()) > -1e-6
+        assert "uncontrollable" not in d.advice
+
+
+def test_a_mode_out_of_reach_stops_the_least_cost_too():
+    plant = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, -1]), [[1], [0]])
+    d = sos.design_lqr(plant, np.eye(4), [[1]])
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert "0.618" in d.advice
+    # and with an objective
+    d = sos.design_pid(
+        plant, minimize="u_max", saturation=sos.Saturation(None, [1, 0, 0, 0])
+    )
+    assert d.status == "infeasible" and d.infeasibility.proven
+
+
+def test_a_gain_whose_proof_is_too_long_for_floats_is_undecided():
+    """Exact poles of this loop lie where they should."""
+    plant = sos.SecondOrderSystem(
+        np.eye(2), 0.01 * np.eye(2), np.diag([1, 1 + 1e-8]), [[1], [1]]
+    )
+    poles = -1.4 - 0.2 * np.arange(4)
+    K = placed(plant, poles)
+    region = sos.PoleRegion(sigma=1)
+    d = sos.analyse_pid(plant, K, region=region)
+    assert d.status != "infeasible"
+    if d.status == "undecided":
+        assert "a P exists" in d.reason
 
 
 def test_asking_an_infeasible_design_for_its_gain():
@@ -153,9 +287,7 @@ def test_asking_an_infeasible_design_for_its_gain():
 def test_a_bound_just_below_the_norm_is_proven_impossible(share):
     robot = sos.thesis.example_1()
     norm = sos.analyse_pid(robot.plant, robot.K, robot.U).hinf()
-    below = sos.analyse_pid(
-        robot.plant, robot.K, robot.U, gamma=share * norm
-    )
+    below = sos.analyse_pid(robot.plant, robot.K, robot.U, gamma=share * norm)
     assert below.status == "infeasible"
     assert below.infeasibility.proven
 
@@ -169,3 +301,118 @@ def test_a_point_without_direction_keeps_the_frame():
         P = size * np.eye(2)
         near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])
         assert closer(request, frame, unknowns, near) is frame
+
+
+def test_time_that_is_over_leaves_the_request_undecided():
+    """Each kind of request, and a limit that no machine keeps."""
+    plant = sos.thesis.example_1().plant
+    asked = dict(region=sos.PoleRegion(0.3), time_limit=1e-6)
+    for d in (
+        sos.design_pid(plant, **asked),
+        sos.design_pid(plant, minimize="gamma", **asked),
+        sos.design_pid(plant, coupling="slack", **asked),
+        sos.analyse_pid(plant, np.zeros((2, 4)), **asked),
+        sos.design_lqr(plant, np.eye(4), np.eye(2), **asked),
+    ):
+        assert d.status == "undecided"
+        assert "Stopped after 1e-06 s" in d.reason
+
+
+def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
+    """The point that phase one found, with the bounds that it keeps."""
+    plant = sos.thesis.example_1().plant
+
+    def slow(*_):
+        raise OutOfTime
+
+    monkeypatch.setattr(objectives, "_minimize", slow)
+    d = sos.design_pid(plant, region=sos.PoleRegion(0.3), minimize="gamma")
+    assert d.status == "undecided"
+    assert "Stopped before the least gamma" in d.reason
+    assert d.certify().proven and d.hinf() < d.gamma
+
+
+def test_a_map_and_an_edge_that_time_cuts_short():
+    ex = sos.thesis.example_1()
+    asked = dict(ex.requirements)
+    axes = dict(across=("sigma", [0.5, 1.0]), up=("theta", [0.6, 1.0]))
+    found = feasibility_map(ex.plant, **asked, **axes, time_limit=1e-6)
+    assert (found.status == "undecided").all()
+    side = edge("rho", ex.plant, **asked, time_limit=1e-6)
+    assert side.feasible is None and side.reason == "stopped after 1e-06 s"
+
+
+@pytest.mark.parametrize("wrong", [0, -1, np.nan, "long", None])
+def test_a_time_limit_is_a_positive_number(wrong):
+    with pytest.raises(ValueError, match="time_limit must be"):
+        sos.design_pid(mass(), time_limit=wrong)
+
+
+def test_many_pairs_are_cut_with_and_without_an_objective():
+    """2^4 vertices, uncertain masses: the answer covers every pair."""
+    plants = corners(4)
+    asked = dict(region=sos.PoleRegion(sigma=0.1, rho=20))
+    d = sos.design_pid(plants, gamma=8, **asked)
+    assert d.status == "feasible" and min(d.margins.values()) > 0
+    assert len(d.request.pairs) > 90
+    best = sos.design_pid(plants, minimize="gamma", **asked)
+    assert best.status == "feasible" and best.gamma <= 8
+    assert best.hinf(samples=20) < best.gamma
+    assert asked["region"].contains(best.poles(samples=20))
+    # the same optimum without cuts
+    whole = sos.design_pid(corners(3), minimize="gamma", **asked)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(objectives, "MANY", 3)
+        patch.setattr(feasibility, "MANY", 3)
+        patch.setattr(feasibility, "EVERY", 3)
+        cut = sos.design_pid(corners(3), minimize="gamma", **asked)
+    assert cut.gamma == whole.gamma and min(cut.margins.values()) > 0
+
+
+def corners(k):
+    """2^k plants of two masses with k uncertain numbers."""
+    moves = [
+        ("M", [[0.1, 0], [0, 0]]),
+        ("M", [[0, 0], [0, 0.2]]),
+        ("D", [[0.1, 0], [0, 0]]),
+        ("S", [[0.3, 0], [0, 0]]),
+        ("S", [[0, 0], [0, 0.3]]),
+    ][:k]
+    plants = []
+    for signs in product((-1, 1), repeat=k):
+        parts = dict(
+            M=np.diag([1.0, 2]),
+            D=np.array([[0.4, -0.1], [-0.1, 0.5]]),
+            S=np.array([[3.0, -1], [-1, 2]]),
+        )
+        for sign, (name, change) in zip(signs, moves):
+            parts[name] = parts[name] + sign * np.array(change)
+        plants.append(sos.SecondOrderSystem(**parts, B=[[1], [0]], F=[[0], [1]]))
+    return sos.Polytope(plants)
+
+
+@pytest.mark.parametrize(
+    "B, spread", [("first two", True), ("first two", False), ("random", False)]
+)
+def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
+    n = 60
+    pushed = np.eye(n)[:, :2]
+    if B == "random":
+        pushed = np.random.default_rng(0).standard_normal((n, 2))
+    S = np.diag(np.arange(1.0, n + 1)) if spread else np.eye(n)
+    plant = sos.SecondOrderSystem(np.eye(n), 0.1 * np.eye(n), S, pushed)
+    d = sos.design_pid(plant, region=sos.PoleRegion(sigma=1), time_limit=60)
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert np.isclose(d.infeasibility.mode.real, -0.05)
+
+
+def test_a_refusal_for_one_slack_scalar_says_so():
+    """Without the number a search that finds nothing is undecided."""
+    plants = sos.Polytope([mass(), mass(M=[[2.0]])])
+    asked = dict(gamma=0.01, saturation=sos.Saturation(1, [1, 0]), coupling="slack")
+    one = sos.design_pid(plants, slack=0.5, **asked)
+    assert one.status == "infeasible" and one.infeasibility.proven
+    assert "for slack = 0.5 s" in one.reason
+    every = sos.design_pid(plants, **asked)
+    assert every.status == "undecided"
+    assert "slack scalars that were tried" in every.reason

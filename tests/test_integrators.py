@@ -7,14 +7,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook.synthesis import integrators
 from sosbook.plants.descriptor import descriptors
+from sosbook.synthesis import integrators
 from sosbook.synthesis.integrators import admissible_U, proven_everywhere
 from tests.cases import random_plant
 
 EXAMPLES = [
-    sos.thesis.example_1, sos.thesis.example_2,
-    sos.thesis.example_3, sos.thesis.example_4,
+    sos.thesis.example_1,
+    sos.thesis.example_2,
+    sos.thesis.example_3,
+    sos.thesis.example_4,
 ]
 
 
@@ -22,13 +24,15 @@ def robot(d=0.1066, e=0.0294):
     """The thesis's mobile inverted pendulum, (4.15)."""
     a, b, c, f = 0.4747e-3, 0.3482e-3, 0.9641e-3, 0.0069
     return sos.SecondOrderSystem(
-        [[c, b], [b, a]], f * np.array([[1, -1], [-1, 1]]),
-        np.diag([-d, 0]), [[-e], [e]])
+        [[c, b], [b, a]],
+        f * np.array([[1, -1], [-1, 1]]),
+        np.diag([-d, 0]),
+        [[-e], [e]],
+    )
 
 
 def two_masses(s22):
-    return sos.SecondOrderSystem(
-        np.eye(2), np.eye(2), [[2, -1], [-1, s22]], [[1], [0]])
+    return sos.SecondOrderSystem(np.eye(2), np.eye(2), [[2, -1], [-1, s22]], [[1], [0]])
 
 
 def integer_plant(seed):
@@ -46,12 +50,12 @@ def augmented(plant, U):
     """x' = A x + B u of plant and integrators, made by hand."""
     n, a = plant.n, len(U)
     A = np.zeros((2 * n + a, 2 * n + a))
-    A[:n, n:2 * n] = np.eye(n)
-    A[n:2 * n, :n] = -np.linalg.solve(plant.M, plant.S)
-    A[n:2 * n, n:2 * n] = -np.linalg.solve(plant.M, plant.D)
-    A[2 * n:, :n] = U
+    A[:n, n : 2 * n] = np.eye(n)
+    A[n : 2 * n, :n] = -np.linalg.solve(plant.M, plant.S)
+    A[n : 2 * n, n : 2 * n] = -np.linalg.solve(plant.M, plant.D)
+    A[2 * n :, :n] = U
     B = np.zeros((2 * n + a, plant.m))
-    B[n:2 * n] = np.linalg.solve(plant.M, plant.B)
+    B[n : 2 * n] = np.linalg.solve(plant.M, plant.B)
     return A, B
 
 
@@ -100,7 +104,8 @@ def test_inadmissible_means_a_transmission_zero_at_the_origin(s22):
     A, B = augmented(plant, np.zeros((0, 2)))
     zeros = control.zeros(control.ss(A, B, [[1, 0, 0, 0]], 0))
     assert np.abs(zeros).min() == pytest.approx(
-        np.abs(np.roots([1, 1, s22])).min(), abs=1e-9)
+        np.abs(np.roots([1, 1, s22])).min(), abs=1e-9
+    )
     assert choice.admissible == (s22 != 0)
 
 
@@ -130,7 +135,10 @@ def test_mass_damping_and_acceleration_gain_play_no_part(seed):
     plant = random_plant(rng, 3, 2)
     other = sos.SecondOrderSystem(
         plant.M - plant.B @ rng.standard_normal((2, 3)),
-        rng.standard_normal((3, 3)), plant.S, plant.B)
+        rng.standard_normal((3, 3)),
+        plant.S,
+        plant.B,
+    )
     for here, there in zip(admissible_U(plant), admissible_U(other)):
         assert here.channels == there.channels
         assert here.distance == there.distance
@@ -150,15 +158,14 @@ def test_distance_is_that_of_the_nearest_inadmissible_plant(seed):
         k = rest.shape[1]
         change_S = size_S * step[:, :k] @ rest.T
         change_B = size_B * step[:, k:]
-        size = np.linalg.norm(
-            np.hstack([change_S / size_S, change_B / size_B]), 2)
+        size = np.linalg.norm(np.hstack([change_S / size_S, change_B / size_B]), 2)
         assert size == pytest.approx(choice.distance)
-        near = sos.SecondOrderSystem(
-            plant.M, plant.D, S + change_S, B + change_B)
+        near = sos.SecondOrderSystem(plant.M, plant.D, S + change_S, B + change_B)
         (there,) = admissible_U(near, [choice.U])
         assert not there.admissible and there.distance == 0
         almost = sos.SecondOrderSystem(
-            plant.M, plant.D, S + 0.99 * change_S, B + 0.99 * change_B)
+            plant.M, plant.D, S + 0.99 * change_S, B + 0.99 * change_B
+        )
         assert admissible_U(almost, [choice.U])[0].admissible
 
 
@@ -169,25 +176,24 @@ def test_distance_bounds_what_holds_a_set_point(seed):
     ratio = np.linalg.norm(plant.S, 2) / np.linalg.norm(plant.B, 2)
     for choice in admissible_U(plant):
         r = rng.standard_normal(choice.a)
-        R = np.block([[-plant.S, plant.B],
-                      [choice.U, np.zeros((choice.a, 2))]])
+        R = np.block([[-plant.S, plant.B], [choice.U, np.zeros((choice.a, 2))]])
         weight = np.r_[np.ones(4), np.full(2, 1 / ratio)]
-        rest = np.linalg.lstsq(
-            R / weight, np.r_[np.zeros(4), r], rcond=None)[0] / weight
+        rest = (
+            np.linalg.lstsq(R / weight, np.r_[np.zeros(4), r], rcond=None)[0] / weight
+        )
         z, u = rest[:4], rest[4:]
         assert np.allclose(plant.S @ z, plant.B @ u)
         bound = np.linalg.norm(r) / choice.distance
         others = np.delete(z, choice.channels)
-        assert np.hypot(
-            np.linalg.norm(others), np.linalg.norm(u) / ratio
-        ) <= bound * (1 + 1e-9)
+        assert np.hypot(np.linalg.norm(others), np.linalg.norm(u) / ratio) <= bound * (
+            1 + 1e-9
+        )
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_distance_has_no_unit(seed):
     plant = random_plant(np.random.default_rng(seed), 3, 2)
-    other = sos.SecondOrderSystem(
-        plant.M, plant.D, 1000 * plant.S, 0.01 * plant.B)
+    other = sos.SecondOrderSystem(plant.M, plant.D, 1000 * plant.S, 0.01 * plant.B)
     for here, there in zip(admissible_U(plant), admissible_U(other)):
         assert here.distance == pytest.approx(there.distance)
 
@@ -236,11 +242,11 @@ def test_followed_without_error_and_never_without():
     plant = two_masses(1)
     t = np.linspace(0, 60, 601)
     constant = sos.Sine(0, 1, offset=[0.3, -0.7])
-    pushed = sos.SecondOrderSystem(
-        plant.M, plant.D, plant.S, plant.B, np.eye(2))
+    pushed = sos.SecondOrderSystem(plant.M, plant.D, plant.S, plant.B, np.eye(2))
     for choice in admissible_U(plant):
         design = sos.design_pid(
-            pushed, choice.U, sos.PoleRegion(sigma=0.3, rho=3))
+            pushed, choice.U, region=sos.PoleRegion(sigma=0.3, rho=3)
+        )
         answer = design.simulate(t, r=[0.5, 0.5], w=constant)
         assert np.abs(choice.U @ answer.e[:, -1]).max() < 1e-5
 
@@ -259,10 +265,17 @@ def test_a_singular_mass_is_no_obstacle():
     assert choice.admissible
 
 
-@pytest.mark.parametrize("low, high, proven", [
-    (1, 2, True), (0.01, 3, True), (-2, -0.1, True),
-    (1, -1, False), (0, 1, False), (1e-3, -5, False),
-])
+@pytest.mark.parametrize(
+    "low, high, proven",
+    [
+        (1, 2, True),
+        (0.01, 3, True),
+        (-2, -0.1, True),
+        (1, -1, False),
+        (0, 1, False),
+        (1e-3, -5, False),
+    ],
+)
 def test_proof_over_a_polytope(low, high, proven):
     plants = sos.Polytope([two_masses(low), two_masses(high)])
     assert proven_everywhere(plants, [[1, 0]]) == proven
@@ -284,8 +297,7 @@ def test_what_is_proven_holds_at_sampled_plants(seed):
     plants = random_plant(rng, 3, 2, vertices=3, spread=0.5)
     for choice in admissible_U(plants):
         inside = [
-            admissible_U(v, [choice.U])[0].distance
-            for v in plants.sample(60, seed)
+            admissible_U(v, [choice.U])[0].distance for v in plants.sample(60, seed)
         ]
         if choice.certified:
             assert min(inside) > 1e-6
@@ -298,10 +310,12 @@ def test_halving_proves_what_one_matrix_cannot(monkeypatch):
         [[-1, -2, 1], [-2, 0, -2], [1, 0, 1]],
     ]
     inputs = [[[0], [1], [0]], [[1], [0], [-1]], [[0], [-1], [-1]]]
-    plants = sos.Polytope([
-        sos.SecondOrderSystem(np.eye(3), np.eye(3), S, B)
-        for S, B in zip(stiffness, inputs)
-    ])
+    plants = sos.Polytope(
+        [
+            sos.SecondOrderSystem(np.eye(3), np.eye(3), S, B)
+            for S, B in zip(stiffness, inputs)
+        ]
+    )
     assert proven_everywhere(plants, [[1, 0, 0]])
     monkeypatch.setattr(integrators, "MOST_PIECES", 1)
     assert not proven_everywhere(plants, [[1, 0, 0]])
@@ -309,40 +323,50 @@ def test_halving_proves_what_one_matrix_cannot(monkeypatch):
 
 def test_a_design_for_the_polytope_is_a_proof_too():
     example = sos.thesis.example_4()
-    design = sos.design_pid(example.plant, [[1, 0]], sos.PoleRegion(sigma=1))
+    design = sos.design_pid(example.plant, [[1, 0]], region=sos.PoleRegion(sigma=1))
     assert design.certify().proven
     assert proven_everywhere(example.plant, [[1, 0]])
 
 
-@pytest.mark.parametrize("plant, message", [
-    (two_masses, "plant must be a SecondOrderSystem"),
-    (sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.eye(2), [[1], [0]]),
-     r"can't be stabilised: u doesn't reach its mode at s = .*1j"),
-    (sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, 0]), [[1], [0]]),
-     r"can't be stabilised: .* s = 0"),
-    (sos.SecondOrderSystem(
-        np.eye(13), np.eye(13), np.eye(13), np.eye(13)),
-     "13 displacements and 2.13 choices: pass the candidates"),
-])
+@pytest.mark.parametrize(
+    "plant, message",
+    [
+        (two_masses, "plant must be a SecondOrderSystem"),
+        (
+            sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.eye(2), [[1], [0]]),
+            r"can't be stabilised: u doesn't reach its mode at s = .*1j",
+        ),
+        (
+            sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, 0]), [[1], [0]]),
+            r"can't be stabilised: .* s = 0",
+        ),
+        (
+            sos.SecondOrderSystem(np.eye(13), np.eye(13), np.eye(13), np.eye(13)),
+            "13 displacements and 2.13 choices: pass the candidates",
+        ),
+    ],
+)
 def test_bad_plants_are_named(plant, message):
     with pytest.raises(ValueError, match=message):
         admissible_U(plant)
 
 
 def test_the_vertex_that_cannot_be_stabilised_is_named():
-    stuck = sos.SecondOrderSystem(
-        np.eye(2), np.eye(2), np.diag([1, -1]), [[1], [0]])
+    stuck = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, -1]), [[1], [0]])
     plants = sos.Polytope([two_masses(1), stuck])
     with pytest.raises(ValueError, match="stabilised at vertex 2"):
         admissible_U(plants)
 
 
-@pytest.mark.parametrize("candidates, message", [
-    ([[[1, 0, 0]]], r"candidates\[0\] has 3 columns, needs 2"),
-    ([[[1, 0]], [[np.nan, 0]]], r"candidates\[1\] has NaN"),
-    ([np.zeros((0, 2))], "no row"),
-    ([[1, 0]], r"candidates\[0\] must be a matrix"),
-])
+@pytest.mark.parametrize(
+    "candidates, message",
+    [
+        ([[[1, 0, 0]]], r"candidates\[0\] has 3 columns, needs 2"),
+        ([[[1, 0]], [[np.nan, 0]]], r"candidates\[1\] has NaN"),
+        ([np.zeros((0, 2))], "no row"),
+        ([[1, 0]], r"candidates\[0\] must be a matrix"),
+    ],
+)
 def test_bad_candidates_are_named(candidates, message):
     with pytest.raises(ValueError, match=message):
         admissible_U(two_masses(1), candidates)
@@ -351,5 +375,4 @@ def test_bad_candidates_are_named(candidates, message):
 def test_words():
     plants = sos.Polytope([two_masses(1), two_masses(-1)])
     assert repr(admissible_U(plants, [[[1, 0]]])[0]).endswith("not proven>")
-    assert repr(admissible_U(robot())[1]) == (
-        "<1 on z1: inadmissible, distance 0>")
+    assert repr(admissible_U(robot())[1]) == ("<1 on z1: inadmissible, distance 0>")

@@ -22,59 +22,81 @@ powers = st.floats(-6, 6)
 seeds = st.integers(0, 10**6)
 
 ROBOT = sos.SecondOrderSystem(
-    M=np.diag([10, 11]), D=[[4, 1], [1, 5]], S=[[8, 4], [-4, 9]],
-    B=np.eye(2), F=np.eye(2))
+    M=np.diag([10, 11]),
+    D=[[4, 1], [1, 5]],
+    S=[[8, 4], [-4, 9]],
+    B=np.eye(2),
+    F=np.eye(2),
+)
 STIFFER = sos.SecondOrderSystem(
-    M=ROBOT.M, D=1.2 * ROBOT.D, S=1.3 * ROBOT.S, B=ROBOT.B, F=ROBOT.F)
+    M=ROBOT.M, D=1.2 * ROBOT.D, S=1.3 * ROBOT.S, B=ROBOT.B, F=ROBOT.F
+)
 HEAVIER = sos.SecondOrderSystem(
-    M=1.2 * ROBOT.M, D=ROBOT.D, S=ROBOT.S, B=ROBOT.B, F=ROBOT.F)
+    M=1.2 * ROBOT.M, D=ROBOT.D, S=ROBOT.S, B=ROBOT.B, F=ROBOT.F
+)
 CART = sos.SecondOrderSystem(  # one input, unstable
-    M=[[2, 1], [1, 1]], D=np.diag([0.1, 0]), S=np.diag([0, -3]),
-    B=[[1], [0]], F=[[1], [0]])
+    M=[[2, 1], [1, 1]],
+    D=np.diag([0.1, 0]),
+    S=np.diag([0, -3]),
+    B=[[1], [0]],
+    F=[[1], [0]],
+)
 LIGHT = sos.SecondOrderSystem(  # no mass in the second coordinate
-    M=np.diag([2, 0]), D=np.eye(2), S=[[2, -1], [-1, 1]],
-    B=[[0], [1]], F=[[1], [0]])
+    M=np.diag([2, 0]), D=np.eye(2), S=[[2, -1], [-1, 1]], B=[[0], [1]], F=[[1], [0]]
+)
 REGION = sos.PoleRegion(sigma=0.5, theta=np.pi / 3, rho=6)
 START = [0.2, 0.1, 0, 0, 0, 0]
 
 REQUESTS = {
     "gamma": (ROBOT, dict(U=np.eye(2), region=REGION, gamma=0.5)),
-    "saturation": (ROBOT, dict(
-        U=np.eye(2), region=REGION, gamma=0.5,
-        saturation=sos.Saturation(60, START))),
-    "saturation without gamma": (ROBOT, dict(
-        region=REGION, saturation=sos.Saturation(60, START[:4]))),
+    "saturation": (
+        ROBOT,
+        dict(
+            U=np.eye(2), region=REGION, gamma=0.5, saturation=sos.Saturation(60, START)
+        ),
+    ),
+    "saturation without gamma": (
+        ROBOT,
+        dict(region=REGION, saturation=sos.Saturation(60, START[:4])),
+    ),
     "polytope": (
         sos.Polytope([ROBOT, STIFFER]),
-        dict(U=np.eye(2), region=REGION, gamma=0.5)),
+        dict(U=np.eye(2), region=REGION, gamma=0.5),
+    ),
     "uncertain mass": (
         sos.Polytope([ROBOT, HEAVIER]),
-        dict(region=REGION, gamma=0.5,
-             saturation=sos.Saturation(90, START[:4]))),
-    "one input": (CART, dict(
-        U=[[1, 0]], region=sos.PoleRegion(0.2, None, 8), gamma=8)),
-    "singular mass": (LIGHT, dict(
-        K_A=np.array([[0, -2.0]]), region=sos.PoleRegion(0.3, None, 8),
-        gamma=5)),
+        dict(region=REGION, gamma=0.5, saturation=sos.Saturation(90, START[:4])),
+    ),
+    "one input": (CART, dict(U=[[1, 0]], region=sos.PoleRegion(0.2, None, 8), gamma=8)),
+    "singular mass": (
+        LIGHT,
+        dict(K_A=np.array([[0, -2.0]]), region=sos.PoleRegion(0.3, None, 8), gamma=5),
+    ),
 }
 ENDLESS = {
     "region": (ROBOT, dict(region=REGION)),
     "region and integrators": (ROBOT, dict(U=np.eye(2), region=REGION)),
-    "region of a polytope": (
-        sos.Polytope([ROBOT, HEAVIER]), dict(region=REGION)),
+    "region of a polytope": (sos.Polytope([ROBOT, HEAVIER]), dict(region=REGION)),
 }
 REFUSED = {
-    "region and gamma": (ROBOT, dict(
-        region=sos.PoleRegion(rho=6), gamma=1e-3)),
-    "too little force": (CART, dict(
-        region=sos.PoleRegion(0.2, None, 8),
-        saturation=sos.Saturation(0.1, [0, 1, 0, 0]))),
+    "region and gamma": (ROBOT, dict(region=sos.PoleRegion(rho=6), gamma=1e-3)),
     "polytope and saturation": (
         sos.Polytope([ROBOT, HEAVIER]),
-        dict(region=REGION, saturation=sos.Saturation(1, START[:4]))),
+        dict(region=REGION, saturation=sos.Saturation(1, START[:4])),
+    ),
     "out of reach": (
-        sos.SecondOrderSystem(
-            np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]]), {}),
+        sos.SecondOrderSystem(np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]]),
+        {},
+    ),
+}
+UNPROVEN = {  # multipliers exclude all but enormous P, Y; none are exact
+    "too little force": (
+        CART,
+        dict(
+            region=sos.PoleRegion(0.2, None, 8),
+            saturation=sos.Saturation(0.1, [0, 1, 0, 0]),
+        ),
+    )
 }
 
 
@@ -84,7 +106,7 @@ def size(plant, asked):
 
 @cache
 def plain(name):
-    plant, asked = (REQUESTS | ENDLESS | REFUSED)[name]
+    plant, asked = (REQUESTS | ENDLESS | REFUSED | UNPROVEN)[name]
     return sos.design_pid(plant, **asked)
 
 
@@ -106,20 +128,34 @@ def same_design(name, units, tolerance=1e-6):
 def test_units(name, time, length, force, signal, integral):
     """Seconds, metres, newtons, volts, and those of the integrators."""
     n, m, a = size(*REQUESTS[name])
-    same_design(name, Units(
-        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
-        10**signal * np.eye(m), 10**integral * np.eye(a)))
+    same_design(
+        name,
+        Units(
+            10**time,
+            10**length * np.eye(n),
+            10**force * np.eye(n),
+            10**signal * np.eye(m),
+            10**integral * np.eye(a),
+        ),
+    )
 
 
 @pytest.mark.parametrize("name", ENDLESS)
 @some
 @given(powers, powers, powers, powers, powers)
-def test_units_of_a_set_without_bound(
-        name, time, length, force, signal, integral):
+def test_units_of_a_set_without_bound(name, time, length, force, signal, integral):
     n, m, a = size(*ENDLESS[name])
-    same_design(name, Units(
-        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
-        10**signal * np.eye(m), 10**integral * np.eye(a)), 1e-4)
+    same_design(
+        name,
+        Units(
+            10**time,
+            10**length * np.eye(n),
+            10**force * np.eye(n),
+            10**signal * np.eye(m),
+            10**integral * np.eye(a),
+        ),
+        1e-4,
+    )
 
 
 @pytest.mark.slow
@@ -146,33 +182,63 @@ def test_coordinates(name, seed):
     same_design(name, Units(1.0, T, regular(n), Q, regular(a)))
 
 
+def refused(name, units):
+    """The request as it is and in other units."""
+    plant, asked = (REFUSED | UNPROVEN)[name]
+    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
+    return plain(name), there
+
+
+def units_of(request, time, length, force, signal):
+    n, m, a = size(*request)
+    return Units(
+        10**time,
+        10**length * np.eye(n),
+        10**force * np.eye(n),
+        10**signal * np.eye(m),
+        np.eye(a),
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 @some
 @given(powers, powers, powers, powers)
 def test_a_refusal_stays_one(name, time, length, force, signal):
-    plant, asked = REFUSED[name]
-    n, m, a = size(plant, asked)
-    units = Units(
-        10**time, 10**length * np.eye(n), 10**force * np.eye(n),
-        10**signal * np.eye(m), np.eye(a))
-    here = plain(name)
-    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
+    here, there = refused(name, units_of(REFUSED[name], time, length, force, signal))
     assert here.status == there.status == "infeasible"
     if here.infeasibility is not None and here.infeasibility.proven:
         assert there.infeasibility.proven
 
 
-def test_time_scaling_needs_square_roots():
-    """P is only the same if w keeps its energy: F sqrt(w0)."""
+@pytest.mark.slow
+@pytest.mark.parametrize("name", UNPROVEN)
+@some
+@given(powers, powers, powers, powers)
+def test_what_is_not_proven_infeasible_is_feasible_in_no_units(
+    name, time, length, force, signal
+):
+    """Each verdict says "infeasible" with a proof, else what is excluded."""
+    for design in refused(name, units_of(UNPROVEN[name], time, length, force, signal)):
+        assert design.status in ("infeasible", "undecided")
+        assert design.K is None
+        proven = design.infeasibility is not None and design.infeasibility.proven
+        assert proven == (design.status == "infeasible")
+        assert proven or "Exact multipliers exclude all P, Y" in design.reason
+
+
+def test_only_a_fixed_mu_knows_the_unit_of_w():
+    """With mu = 1, P is only the same if w keeps its energy: F sqrt(w0)."""
     plant, asked = REQUESTS["saturation"]
     units = Units(0.5, np.eye(2), np.eye(2), np.eye(2), np.eye(2))
     slow = units.plant(plant)
-    careless = sos.SecondOrderSystem(
-        slow.M, slow.D, slow.S, slow.B, plant.F)
+    careless = sos.SecondOrderSystem(slow.M, slow.D, slow.S, slow.B, plant.F)
     there = units.requirements(asked)
-    K = sos.design_pid(plant, **asked).K
-    other = sos.design_pid(careless, **there | {"gamma": asked["gamma"]}).K
-    good = sos.design_pid(slow, **there).K
-    assert np.allclose(units.Q @ good @ units.state, K, rtol=1e-6)
-    assert not np.allclose(units.Q @ other @ units.state, K, rtol=1e-2)
+    louder = there | {"gamma": asked["gamma"]}
+    for mu in (None, 1.0):
+        K = sos.design_pid(plant, **asked, mu=mu).K
+        other = sos.design_pid(careless, **louder, mu=mu).K
+        good = sos.design_pid(slow, **there, mu=mu).K
+        assert np.allclose(units.Q @ good @ units.state, K, rtol=1e-6)
+        same = np.allclose(units.Q @ other @ units.state, K, rtol=1e-6)
+        assert same == (mu is None)

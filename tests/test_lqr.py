@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
 
 import sosbook as sos
-from sosbook.requirements.cost import noise_cost
 from sosbook.plants.descriptor import descriptors
+from sosbook.requirements.cost import noise_cost
 
 
 def riccati(plant, Q, R, U=None):
@@ -24,8 +24,12 @@ def light_pendulum(effort=1.0, inertia=1.0):
     """A pendulum on wheels in SI units: masses of a few 1e-4."""
     a, b, c, d, f, e = 4.7e-4, 3.5e-4, 9.6e-4, 0.107, 6.9e-3, 0.0294
     return sos.SecondOrderSystem(
-        [[c, b], [b, a * inertia]], f * np.array([[1, -1], [-1, 1]]),
-        np.diag([-d, 0]), e * effort * np.array([[-1], [1]]), [[1], [1]])
+        [[c, b], [b, a * inertia]],
+        f * np.array([[1, -1], [-1, 1]]),
+        np.diag([-d, 0]),
+        e * effort * np.array([[-1], [1]]),
+        [[1], [1]],
+    )
 
 
 def divided(plant):
@@ -33,7 +37,8 @@ def divided(plant):
     factor = np.linalg.det(plant.M)
     left = factor * np.linalg.inv(plant.M)
     return sos.SecondOrderSystem(
-        factor * np.eye(2), left @ plant.D, left @ plant.S, left @ plant.B)
+        factor * np.eye(2), left @ plant.D, left @ plant.S, left @ plant.B
+    )
 
 
 @pytest.mark.parametrize("U", [None, np.eye(2)])
@@ -65,8 +70,11 @@ def test_random_plants_give_the_riccati_gain(seed, n):
     rng = np.random.default_rng(seed)
     half = rng.normal(size=(n, n))
     plant = sos.SecondOrderSystem(
-        half @ half.T + np.eye(n), rng.normal(size=(n, n)),
-        rng.normal(size=(n, n)), rng.normal(size=(n, n)) + 2 * np.eye(n))
+        half @ half.T + np.eye(n),
+        rng.normal(size=(n, n)),
+        rng.normal(size=(n, n)),
+        rng.normal(size=(n, n)) + 2 * np.eye(n),
+    )
     weight = rng.normal(size=(2 * n, 2 * n))
     Q, R = weight @ weight.T + 0.1 * np.eye(2 * n), np.eye(n)
     design = sos.design_lqr(plant, Q, R)
@@ -95,9 +103,13 @@ def test_a_singular_weight_is_factored_exactly():
 
 @pytest.fixture(scope="module")
 def polytope():
-    return sos.Polytope([
-        light_pendulum(effort, inertia)
-        for effort in (0.9, 1.1) for inertia in (0.95, 1.05)])
+    return sos.Polytope(
+        [
+            light_pendulum(effort, inertia)
+            for effort in (0.9, 1.1)
+            for inertia in (0.95, 1.05)
+        ]
+    )
 
 
 @pytest.mark.slow
@@ -105,8 +117,13 @@ def polytope():
 @pytest.mark.parametrize("noise", ["states", "F"])
 def test_the_bound_holds_over_the_polytope(polytope, coupling, noise):
     design = sos.design_lqr(
-        polytope, np.eye(4), [[1]], noise=noise, coupling=coupling,
-        slack=0.02 if coupling == "slack" else None)
+        polytope,
+        np.eye(4),
+        [[1]],
+        noise=noise,
+        coupling=coupling,
+        slack=0.02 if coupling == "slack" else None,
+    )
     assert design.status == "feasible"
     assert design.certify().proven
     assert design.noise_cost(samples=60) < design.request.cost.bound
@@ -132,13 +149,13 @@ def test_cost_is_a_requirement_among_others():
     least = riccati(robot.plant, Q, R, robot.U)[1]
     fast = sos.PoleRegion(sigma=1.0)
     design = sos.design_pid(
-        robot.plant, robot.U, fast, cost=sos.QuadraticCost(Q, R),
-        minimize="cost")
+        robot.plant, robot.U, region=fast, cost=sos.QuadraticCost(Q, R), minimize="cost"
+    )
     assert design.status == "feasible" and design.certify().proven
     assert design.request.cost.bound > 1.1 * least
     assert design.poles().real.max() < -1
     tight = sos.QuadraticCost(Q, R, bound=1.05 * least)
-    refused = sos.design_pid(robot.plant, robot.U, fast, cost=tight)
+    refused = sos.design_pid(robot.plant, robot.U, region=fast, cost=tight)
     assert refused.status == "infeasible" and refused.infeasibility.proven
     alone = sos.design_pid(robot.plant, robot.U, cost=tight)
     assert alone.status == "feasible" and alone.certify().proven
@@ -156,8 +173,13 @@ def test_a_bound_below_the_optimum_is_refused_with_proof():
 def test_a_given_gain_has_its_true_cost_as_least_bound():
     ex = sos.thesis.example_1()
     given_ = sos.analyse_pid(
-        ex.plant, ex.K, ex.U, cost=sos.QuadraticCost(np.eye(6), np.eye(2)),
-        minimize="cost", backoff=1e-3)
+        ex.plant,
+        ex.K,
+        ex.U,
+        cost=sos.QuadraticCost(np.eye(6), np.eye(2)),
+        minimize="cost",
+        backoff=1e-3,
+    )
     true = given_.noise_cost()
     assert true < given_.request.cost.bound < 1.01 * true
     assert given_.certify().proven
@@ -166,7 +188,8 @@ def test_a_given_gain_has_its_true_cost_as_least_bound():
 def test_the_trace_bounds_the_cost_and_its_root_does_not():
     """Lemma 2.3 by Lyapunov and by chance: lambda_max(W) tr J holds."""
     plant = sos.SecondOrderSystem(
-        np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2), np.eye(2))
+        np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2), np.eye(2)
+    )
     design = sos.design_lqr(plant, 100 * np.eye(4), np.eye(2), noise="F")
     bound = design.request.cost.bound
     (d,) = descriptors(plant)
@@ -191,20 +214,23 @@ def test_the_trace_bounds_the_cost_and_its_root_does_not():
 
 def test_a_mode_at_the_origin_that_no_cost_sees_is_still_moved():
     design = sos.design_lqr(
-        sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]]),
-        np.diag([0.0, 1]), [[1]])
+        sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]]), np.diag([0.0, 1]), [[1]]
+    )
     assert design.status == "feasible" and design.certify().proven
     assert design.poles().real.max() < 0
     assert design.K[0, 1] == pytest.approx(-1, abs=1e-3)  # sqrt(q / r)
 
 
-@pytest.mark.parametrize("Q, R, words", [
-    (np.eye(3), [[1]], "Q has 3 rows, needs 4"),
-    (np.diag([1, 1, 1, -1.0]), [[1]], "Q has a negative eigenvalue"),
-    (np.eye(4), [[0]], "R must be positive definite"),
-    (np.eye(4), np.eye(2), "R has 2 rows, needs 1"),
-    (np.triu(np.ones((4, 4))), [[1]], "Q must be symmetric"),
-])
+@pytest.mark.parametrize(
+    "Q, R, words",
+    [
+        (np.eye(3), [[1]], "Q has 3 rows, needs 4"),
+        (np.diag([1, 1, 1, -1.0]), [[1]], "Q has a negative eigenvalue"),
+        (np.eye(4), [[0]], "R must be positive definite"),
+        (np.eye(4), np.eye(2), "R has 2 rows, needs 1"),
+        (np.triu(np.ones((4, 4))), [[1]], "Q must be symmetric"),
+    ],
+)
 def test_bad_weights_are_named(Q, R, words):
     with pytest.raises(ValueError, match=words):
         sos.design_lqr(light_pendulum(), Q, R)
@@ -237,8 +263,7 @@ def test_a_loop_with_a_filter_is_certified_over_a_polytope():
     found = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=0.3))
     assert found.certify().proven
     for s in np.linspace(0, 1, 9):
-        between = np.linalg.solve(
-            s * E[0] + (1 - s) * E[1], np.array(A[0], float))
+        between = np.linalg.solve(s * E[0] + (1 - s) * E[1], np.array(A[0], float))
         assert np.linalg.eigvals(between).real.max() < -0.3
     slow = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=5))
     assert slow.status == "infeasible"
@@ -254,10 +279,15 @@ def test_costs_are_infinite_where_the_loop_is_unstable():
 def test_a_first_order_plant_has_no_displacements():
     """Without [z; z'; x3] there are no parts of K and no set points."""
     plant = sos.DescriptorSystem(
-        np.eye(3), np.diag([1.0, 2, 3]), np.ones((3, 1)), C=np.eye(3)[1:])
+        np.eye(3), np.diag([1.0, 2, 3]), np.ones((3, 1)), C=np.eye(3)[1:]
+    )
     design = sos.design_lqr(plant, np.eye(3), [[1]])
     assert design.status == "feasible" and design.K.shape == (1, 3)
-    for wanted in (lambda: design.K_P, design.closed_loop, design.open_loop,
-                   lambda: design.simulate([0, 1])):
+    for wanted in (
+        lambda: design.K_P,
+        design.closed_loop,
+        design.open_loop,
+        lambda: design.simulate([0, 1]),
+    ):
         with pytest.raises(ValueError, match="its state isn't"):
             wanted()

@@ -5,10 +5,10 @@ import re
 
 import numpy as np
 import pytest
+from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
-from sosbook.maps.search import replaced
 from sosbook.synthesis.certificates import prove, prove_infeasible
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -22,15 +22,22 @@ def robot():
 @pytest.fixture(scope="module")
 def edges(robot):
     """Of Example 1, to two digits."""
-    return {name: maps.edge(name, robot.plant, **robot.requirements,
-                            digits=2) for name in NAMES}
+    return {
+        name: maps.edge(name, robot.plant, **robot.requirements, digits=2)
+        for name in NAMES
+    }
 
 
 @pytest.fixture(scope="module")
 def force(robot):
     return maps.frontier(
-        "gamma", "u_max", robot.plant, **robot.requirements,
-        values=[2, 0.6, 1.2, 0.8], progress=False)
+        "gamma",
+        "u_max",
+        robot.plant,
+        **robot.requirements,
+        values=[2, 0.6, 1.2, 0.8],
+        progress=False,
+    )
 
 
 def harder(name, value, factor):
@@ -39,17 +46,21 @@ def harder(name, value, factor):
 
 # ------------------------------------------------------------------- edges
 
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_are_proven_for_what_they_say(edges, name):
     edge = edges[name]
     assert edge.proven
-    for side, design in ((edge.feasible, edge.design),
-                         (edge.infeasible, edge.excluded)):
+    for side, design in (
+        (edge.feasible, edge.design),
+        (edge.infeasible, edge.excluded),
+    ):
         asked = maps.requirements(design.request)
         assert np.isclose(asked[name], side, rtol=1e-12)
-    others = {k: v for k, v in maps.requirements(
-        edge.design.request).items() if k != name}
+    others = {
+        k: v for k, v in maps.requirements(edge.design.request).items() if k != name
+    }
     printed = maps.requirements(maps.request(sos.thesis.example_1()))
     assert others == {k: v for k, v in printed.items() if k != name}
 
@@ -59,13 +70,12 @@ def test_the_sides_are_neighbours_on_the_harder_side(edges, robot, name):
     edge = edges[name]
     printed = maps.requirements(maps.request(robot))[name]
     yes, no = (maps.shown(name, v) for v in (edge.feasible, edge.infeasible))
-    assert np.allclose([yes, no], [float(f"{v:.1e}") for v in (yes, no)],
-                       rtol=1e-14)
-    digits = [round(v / 10 ** (np.floor(np.log10(min(yes, no))) - 1))
-              for v in (yes, no)]
+    assert np.allclose([yes, no], [float(f"{v:.1e}") for v in (yes, no)], rtol=1e-14)
+    digits = [
+        round(v / 10 ** (np.floor(np.log10(min(yes, no))) - 1)) for v in (yes, no)
+    ]
     assert abs(digits[0] - digits[1]) == 1
-    assert edge.feasible > printed if name == "sigma" else (
-        edge.feasible < printed)
+    assert edge.feasible > printed if name == "sigma" else (edge.feasible < printed)
 
 
 def test_relaxing_keeps_the_solution(edges):
@@ -73,8 +83,8 @@ def test_relaxing_keeps_the_solution(edges):
     for name, edge in edges.items():
         known = maps.requirements(edge.design.request)
         easier = replaced(
-            edge.design.request,
-            known | {name: harder(name, known[name], 0.8)})
+            edge.design.request, known | {name: harder(name, known[name], 0.8)}
+        )
         assert prove(easier, edge.design.K, edge.design.P).proven
 
 
@@ -93,20 +103,18 @@ def test_an_edge_with_a_lyapunov_matrix_of_bad_condition():
 
 
 def test_no_edge_is_said_and_not_invented(robot):
-    edge = maps.edge("sigma", robot.plant, robot.U,
-                     sos.PoleRegion(sigma=0.7), digits=1)
+    edge = maps.edge("sigma", robot.plant, robot.U, sos.PoleRegion(sigma=0.7), digits=1)
     assert edge.infeasible is None and edge.excluded is None
     assert edge.feasible == 700 and edge.design.certify().proven
     assert "nothing is proven infeasible up to sigma = 700" in edge.reason
-    assert not edge.proven and "none is not" in repr(edge)
+    assert not edge.proven and edge.reason in repr(edge)
     with pytest.raises(ValueError, match="one side only"):
         edge.shares
 
 
 @pytest.mark.slow
 def test_no_design_is_said_too(robot):
-    asked = robot.requirements | dict(
-        region=sos.PoleRegion(1.4, np.pi / 4, 5))
+    asked = robot.requirements | dict(region=sos.PoleRegion(1.4, np.pi / 4, 5))
     edge = maps.edge("rho", robot.plant, **asked, digits=1)
     assert edge.feasible is None and edge.design is None
     assert edge.excluded.infeasibility.proven
@@ -116,12 +124,12 @@ def test_no_design_is_said_too(robot):
 @pytest.mark.slow
 def test_other_couplings_have_edges_too():
     arm = sos.thesis.example_4()
-    edge = maps.edge("rho", arm.plant, **arm.requirements, digits=2,
-                     coupling="slack", slack=0.05)
+    edge = maps.edge(
+        "rho", arm.plant, **arm.requirements, digits=2, coupling="slack", slack=0.05
+    )
     assert edge.design.V is not None and edge.design.certify().proven
     assert edge.design.request.slack == 0.05
-    with pytest.raises(ValueError, match="one Lyapunov matrix only"):
-        edge.shares
+    assert set(edge.shares) == {"sigma", "theta", "rho"}
 
 
 @pytest.mark.slow
@@ -131,8 +139,10 @@ def test_shares_are_the_slope_of_the_frontier(robot):
     assert np.isclose(sum(shares.values()), 1)
     assert set(shares) == set(NAMES)
     assert min(shares.values()) >= 0 and shares["rho"] < 0.01
-    ends = [maps.edge("u_max", robot.plant, **asked | dict(gamma=g)).feasible
-            for g in (1.257 / 1.2, 1.257 * 1.2)]
+    ends = [
+        maps.edge("u_max", robot.plant, **asked | dict(gamma=g)).feasible
+        for g in (1.257 / 1.2, 1.257 * 1.2)
+    ]
     slope = -np.log(ends[1] / ends[0]) / np.log(1.44)
     assert np.isclose(slope, shares["gamma"] / shares["u_max"], rtol=0.03)
 
@@ -140,10 +150,11 @@ def test_shares_are_the_slope_of_the_frontier(robot):
 def test_shares_do_not_depend_on_units(robot):
     plant = robot.plant
     tons = sos.SecondOrderSystem(  # forces in kilonewtons, w alike
-        plant.M / 1e3, plant.D / 1e3, plant.S / 1e3, plant.B,
-        plant.F / 1e3)
+        plant.M / 1e3, plant.D / 1e3, plant.S / 1e3, plant.B, plant.F / 1e3
+    )
     asked = robot.requirements | dict(
-        saturation=sos.Saturation(0.15, robot.saturation.x0))
+        saturation=sos.Saturation(0.15, robot.saturation.x0)
+    )
     one = maps.edge("gamma", plant, **robot.requirements, digits=2)
     two = maps.edge("gamma", tons, **asked, digits=2)
     assert one.feasible == two.feasible
@@ -151,12 +162,16 @@ def test_shares_do_not_depend_on_units(robot):
         assert np.isclose(share, two.shares[name], atol=2e-3)
 
 
-@pytest.mark.parametrize("change, fault", [
-    (dict(name="speed"), "name = 'speed' must be one of sigma"),
-    (dict(digits=0), "digits = 0"), (dict(digits=2.5), "digits = 2.5"),
-    (dict(region="disk"), "region must be a PoleRegion"),
-    (dict(name="u_max", saturation=None), "u_max needs saturation"),
-])
+@pytest.mark.parametrize(
+    "change, fault",
+    [
+        (dict(name="speed"), "name = 'speed' must be one of sigma"),
+        (dict(digits=0), "digits = 0"),
+        (dict(digits=2.5), "digits = 2.5"),
+        (dict(region="disk"), "region must be a PoleRegion"),
+        (dict(name="u_max", saturation=None), "u_max needs saturation"),
+    ],
+)
 def test_bad_input_is_named(robot, change, fault):
     asked = dict(name="sigma", plant=robot.plant) | robot.requirements
     with pytest.raises(ValueError, match=fault):
@@ -170,6 +185,7 @@ def test_gamma_needs_a_disturbance():
 
 
 # --------------------------------------------------------------- frontiers
+
 
 @pytest.mark.slow
 def test_a_frontier_is_a_monotone_staircase(force):
@@ -196,8 +212,14 @@ def test_each_entry_is_the_edge_found_alone(force, robot):
 @pytest.mark.slow
 def test_workers_change_nothing(force, robot):
     again = maps.frontier(
-        "gamma", "u_max", robot.plant, **robot.requirements,
-        values=force.values, n_jobs=2, progress=False)
+        "gamma",
+        "u_max",
+        robot.plant,
+        **robot.requirements,
+        values=force.values,
+        n_jobs=2,
+        progress=False,
+    )
     for one, two in zip(force.edges, again.edges):
         assert one.feasible == two.feasible
         assert one.infeasible == two.infeasible
@@ -211,8 +233,13 @@ def test_status_is_what_the_proofs_say(force, robot):
             status = force.status(gamma, u_max)
             seen.add(status)
             fresh = sos.design_pid(
-                robot.plant, robot.U, robot.region, gamma,
-                sos.Saturation(u_max, robot.saturation.x0))
+                robot.plant,
+                robot.U,
+                region=robot.region,
+                gamma=gamma,
+                saturation=sos.Saturation(u_max, robot.saturation.x0),
+                mu=1.0,
+            )
             assert status in (fresh.status, "undecided")
             found = force.design(gamma, u_max)
             if status == "feasible":
@@ -229,30 +256,38 @@ def test_the_set_of_bounds_is_convex(force):
         proof = prove_infeasible(d.request, d.frame, d.multipliers)
         N, n = d.request.order, d.request.plant.n
         Z = {k: z.astype(float) for k, z in proof.multipliers.items()}
-        b = np.trace(Z["hinf"][N:N + n, N:N + n])
+        b = np.trace(Z["hinf"][N : N + n, N : N + n])
         c = np.trace(Z["u_max"][N:, N:]) / d.frame.scale**2
         a = proof.value - b * d.gamma**2 - c * edge.infeasible**2
         assert b > 0 and c > 0
-        assert (a + b * np.square(force.values)
-                + c * force.feasible**2 > 0).all()
+        assert (a + b * np.square(force.values) + c * force.feasible**2 > 0).all()
 
 
 @pytest.mark.slow
 def test_sigma_and_theta_are_not_convex(robot):
     front = maps.frontier(
-        "sigma", "theta", robot.plant, **robot.requirements,
-        values=[0.3, 0.8, 1.3], progress=False)
+        "sigma",
+        "theta",
+        robot.plant,
+        **robot.requirements,
+        values=[0.3, 0.8, 1.3],
+        progress=False,
+    )
     half = (front.feasible[0] + front.feasible[-1]) / 2
     assert front.status(0.3, front.feasible[0]) == "feasible"
     assert front.status(1.3, front.feasible[-1]) == "feasible"
     assert front.status(0.8, half) == "infeasible"
 
 
-@pytest.mark.parametrize("change, fault", [
-    (dict(y="gamma"), "x and y are both"), (dict(x="speed"), "must be one"),
-    (dict(values=[1]), "values of gamma must be two or more"),
-    (dict(values=[1, -1]), "values of gamma"),
-])
+@pytest.mark.parametrize(
+    "change, fault",
+    [
+        (dict(y="gamma"), "x and y are both"),
+        (dict(x="speed"), "must be one"),
+        (dict(values=[1]), "values of gamma must be two or more"),
+        (dict(values=[1, -1]), "values of gamma"),
+    ],
+)
 def test_bad_frontiers_are_named(robot, change, fault):
     asked = dict(x="gamma", y="u_max", plant=robot.plant, values=[1, 2])
     with pytest.raises(ValueError, match=fault):
@@ -261,13 +296,16 @@ def test_bad_frontiers_are_named(robot, change, fault):
 
 # ------------------------------------------------------------------- atlas
 
+
 @pytest.fixture(scope="module")
 def atlas(force):
     arm = sos.thesis.example_4()
-    radius = maps.frontier("sigma", "rho", arm.plant, **arm.requirements,
-                           values=[4, 5, 6], progress=False)
-    return sos.atlas.MapAtlas({"The <robot> & co": [force], "Arm": [radius]},
-                         title='a</script><b>"&')
+    radius = maps.frontier(
+        "sigma", "rho", arm.plant, **arm.requirements, values=[4, 5, 6], progress=False
+    )
+    return sos.atlas.MapAtlas(
+        {"The <robot> & co": [force], "Arm": [radius]}, title='a</script><b>"&'
+    )
 
 
 @pytest.fixture(scope="module")
@@ -277,13 +315,14 @@ def sheet(atlas, tmp_path_factory):
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
         '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>", "utf8")
+        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
+        "utf8",
+    )
     return page
 
 
 def test_the_page_stores_the_proofs(atlas, force):
-    data = re.search(
-        r'<script type="application/json">(.*?)</script>', atlas.html)[1]
+    data = re.search(r'<script type="application/json">(.*?)</script>', atlas.html)[1]
     assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data)
     stored = json.loads(data)
     assert stored["title"] == 'a</script><b>"&'
@@ -294,7 +333,7 @@ def test_the_page_stores_the_proofs(atlas, force):
         K = first["designs"][row[2]]["K"]
         assert np.allclose(K, edge.design.K.ravel(), rtol=6e-4)
         shares = dict(first["refusals"][row[3]]["shares"])
-        assert 98 <= sum(shares.values()) <= 102
+        assert 0.98 <= sum(shares.values()) <= 1.02
     assert "http" not in atlas.html.replace("http://www.w3.org", "")
     assert repr(atlas) == "MapAtlas: 2 frontiers"
     with pytest.raises(ValueError, match="one Frontier or more"):
@@ -305,8 +344,11 @@ def test_the_page_says_what_python_says(visit, sheet, atlas, force):
     tab = visit(sheet)
     box = tab.page.locator("sos-map").first
     say = box.locator(".sos-readout")
-    words = {"feasible": "Certified", "infeasible": "Excluded",
-             "undecided": "Undecided"}
+    words = {
+        "feasible": "Certified",
+        "infeasible": "Excluded",
+        "undecided": "Undecided",
+    }
     axes = atlas.data["groups"][0]["maps"][0]
     seen = set()
     for i, gamma in enumerate(axes["x"]["values"]):
@@ -318,7 +360,8 @@ def test_the_page_says_what_python_says(visit, sheet, atlas, force):
             seen.add(status)
     assert {"feasible", "infeasible"} <= seen
     assert tab.errors == [] and all(
-        r.startswith(("file:", "data:")) for r in tab.requests)
+        r.startswith(("file:", "data:")) for r in tab.requests
+    )
 
 
 def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
@@ -327,7 +370,7 @@ def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
     readout = box.locator("[role=status]")
     assert readout.get_attribute("aria-live") == "polite"
     assert readout.inner_text().startswith("Certified")
-    box.get_by_label("Plant").select_option(label="Arm")
+    box.get_by_label("Plant", exact=True).select_option(label="Arm")
     radius = box.get_by_role("slider", name="Disk radius ρ")
     assert radius.get_attribute("aria-valuetext") == "ρ = 15 1/s"
     for _ in range(3):
@@ -336,8 +379,7 @@ def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
     assert "Disk radius ρ:" in readout.inner_text()
     label = box.locator("svg").get_attribute("aria-label")
     assert "ρ = 12 1/s is infeasible" in label
-    ids = tab.page.evaluate(
-        "[...document.querySelectorAll('[id]')].map(e => e.id)")
+    ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
     assert len(ids) == len(set(ids)) > 8
     assert tab.errors == []
 
@@ -345,8 +387,7 @@ def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
 @pytest.mark.parametrize("scheme, dark", [("light", False), ("dark", True)])
 def test_it_is_readable_on_a_phone(visit, sheet, scheme, dark):
     tab = visit(sheet, width=390, height=844, scheme=scheme)
-    assert tab.page.evaluate(
-        "document.documentElement.scrollWidth <= innerWidth")
+    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ratio = """() => {
       const light = c => { const [r, g, b] = c.match(/[\\d.]+/g).map(x => {
         const v = x / 255;
@@ -365,12 +406,15 @@ def test_it_is_readable_on_a_phone(visit, sheet, scheme, dark):
 
 # ------------------------------------------------------------------- grids
 
+
 @pytest.fixture(scope="module")
 def grid(robot):
     return maps.feasibility_map(
-        robot.plant, **robot.requirements,
+        robot.plant,
+        **robot.requirements,
         across=("sigma", [1.5, 0.3, 0.7, 1.1]),  # in any order
-        up=("theta", np.radians([70, 22, 34, 46, 28])))
+        up=("theta", np.radians([70, 22, 34, 46, 28])),
+    )
 
 
 def cells(grid):
@@ -379,8 +423,9 @@ def cells(grid):
 
 def cell_request(grid, robot, row, column):
     known = maps.requirements(maps.request(robot))
-    return replaced(maps.request(robot), known | {
-        grid.up: grid.y[row], grid.across: grid.x[column]})
+    return replaced(
+        maps.request(robot), known | {grid.up: grid.y[row], grid.across: grid.x[column]}
+    )
 
 
 def test_a_grid_says_what_one_solve_per_cell_says(grid, robot):
@@ -388,7 +433,13 @@ def test_a_grid_says_what_one_solve_per_cell_says(grid, robot):
     for row, column in cells(grid):
         asked = cell_request(grid, robot, row, column)
         alone = sos.design_pid(
-            robot.plant, robot.U, asked.region, robot.gamma, robot.saturation)
+            robot.plant,
+            robot.U,
+            region=asked.region,
+            gamma=robot.gamma,
+            saturation=robot.saturation,
+            mu=1.0,
+        )
         assert alone.status == grid.status[row, column]
     assert grid.solves < grid.status.size
 
@@ -414,20 +465,28 @@ def test_a_grid_keeps_the_corners_of_its_staircase_only(grid):
             y = -way * grid.y[i]
             assert not any(
                 way * grid.x[b] >= x and -way * grid.y[a] >= y
-                for a, b in known if (a, b) != (i, j))
+                for a, b in known
+                if (a, b) != (i, j)
+            )
 
 
 def test_the_axes_may_be_exchanged(grid, robot):
     other = maps.feasibility_map(
-        robot.plant, **robot.requirements, across=("theta", grid.y),
-        up=("sigma", grid.x))
+        robot.plant,
+        **robot.requirements,
+        across=("theta", grid.y),
+        up=("sigma", grid.x),
+    )
     assert (other.status == grid.status.T).all()
 
 
 def test_a_design_that_is_found_serves_its_neighbours(robot):
     loose = maps.feasibility_map(
-        robot.plant, **robot.requirements, across=("rho", [9, 10, 11, 12]),
-        up=("u_max", [300, 310]))
+        robot.plant,
+        **robot.requirements,
+        across=("rho", [9, 10, 11, 12]),
+        up=("u_max", [300, 310]),
+    )
     assert loose.feasible.all() and loose.proven.all() and loose.solves == 1
     (design,) = loose.designs.values()
     assert maps.requirements(design.request)["u_max"] == 300
@@ -436,10 +495,16 @@ def test_a_design_that_is_found_serves_its_neighbours(robot):
 
 def test_an_empty_region_needs_no_multipliers(robot):
     found = maps.feasibility_map(
-        robot.plant, robot.U, sos.PoleRegion(sigma=1, rho=5),
-        across=("sigma", [1, 3]), up=("rho", [2, 6]))
+        robot.plant,
+        robot.U,
+        sos.PoleRegion(sigma=1, rho=5),
+        across=("sigma", [1, 3]),
+        up=("rho", [2, 6]),
+    )
     assert found.status.tolist() == [
-        ["feasible", "infeasible"], ["feasible", "feasible"]]
+        ["feasible", "infeasible"],
+        ["feasible", "feasible"],
+    ]
     assert found.refusals == {(0, 1): None}
     assert found.backing(0, 1) is None and found.proven.all()
 
@@ -456,10 +521,15 @@ def test_what_cannot_be_decided_is_said(robot, monkeypatch):
 
     monkeypatch.setattr(sos.maps.search.Ask, "solve", blind)
     found = maps.feasibility_map(
-        robot.plant, **robot.requirements, across=("sigma", [0.3, 1.1, 1.5]),
-        up=("theta", np.radians([22, 60])))
+        robot.plant,
+        **robot.requirements,
+        across=("sigma", [0.3, 1.1, 1.5]),
+        up=("theta", np.radians([22, 60])),
+    )
     assert found.status.tolist() == [
-        ["feasible", "undecided", "infeasible"], ["feasible"] * 3]
+        ["feasible", "undecided", "infeasible"],
+        ["feasible"] * 3,
+    ]
     assert (found.proven == (found.status != "undecided")).all()
     assert found.backing(0, 1) is None
 
@@ -467,46 +537,57 @@ def test_what_cannot_be_decided_is_said(robot, monkeypatch):
 def test_slack_and_polytopes_have_grids_too():
     arm = sos.thesis.example_4()
     found = maps.feasibility_map(
-        arm.plant, **arm.requirements, coupling="slack", slack=0.05,
-        across=("sigma", [2, 11]), up=("rho", [12, 40]))
+        arm.plant,
+        **arm.requirements,
+        coupling="slack",
+        slack=0.05,
+        across=("sigma", [2, 11]),
+        up=("rho", [12, 40]),
+    )
     assert "slack" in {d.request.coupling for d in found.designs.values()}
     for row, column in cells(found):
-        region = sos.PoleRegion(
-            found.x[column], arm.region.theta, found.y[row])
+        region = sos.PoleRegion(found.x[column], arm.region.theta, found.y[row])
         alone = sos.design_pid(
-            arm.plant, arm.U, region, coupling="slack", slack=0.05)
+            arm.plant, arm.U, region=region, coupling="slack", slack=0.05
+        )
         assert alone.status == found.status[row, column]
 
 
-@pytest.mark.parametrize("change, fault", [
-    (dict(up=("sigma", [1, 2])), 'across and up are both "sigma"'),
-    (dict(up=("speed", [1, 2])), "name = 'speed' must be one of"),
-    (dict(up=("theta", [1])), "up: values of theta must be two or more"),
-    (dict(up=("theta", [1, np.nan])), "up: values of theta"),
-    (dict(up=("theta", [20, 70])), "up: theta is a half-angle in radians"),
-    (dict(across="sigma"), "across must be a name and its values"),
-    (dict(across=("sigma", 3)), "across must be a name and its values"),
-    (dict(minimize="gamma", gamma=None), "minimize has no meaning"),
-])
+@pytest.mark.parametrize(
+    "change, fault",
+    [
+        (dict(up=("sigma", [1, 2])), 'across and up are both "sigma"'),
+        (dict(up=("speed", [1, 2])), "name = 'speed' must be one of"),
+        (dict(up=("theta", [1])), "up: values of theta must be two or more"),
+        (dict(up=("theta", [1, np.nan])), "up: values of theta"),
+        (dict(up=("theta", [20, 70])), "up: theta is a half-angle in radians"),
+        (dict(across="sigma"), "across must be a name and its values"),
+        (dict(across=("sigma", 3)), "across must be a name and its values"),
+        (dict(minimize="gamma", gamma=None), "minimize has no meaning"),
+    ],
+)
 def test_bad_grids_are_named(robot, change, fault):
     asked = dict(across=("sigma", [1, 2]), up=("theta", [0.5, 1]))
     with pytest.raises(ValueError, match=fault):
-        maps.feasibility_map(
-            robot.plant, **robot.requirements | asked | change)
+        maps.feasibility_map(robot.plant, **robot.requirements | asked | change)
 
 
 # ------------------------------------------------------------ many designs
+
 
 @pytest.fixture(scope="module")
 def specifications(robot):
     return [
         robot.requirements | dict(gamma=float(g))
-        for g in (1.0, 1.05, 1.1, 0.2, 1.15, 1.2)]
+        for g in (1.0, 1.05, 1.1, 0.2, 1.15, 1.2)
+    ]
 
 
 def same(one, two):
-    return one.status == two.status and (one.K is None or np.allclose(
-        one.K, two.K, rtol=1e-9, atol=1e-9 * np.abs(one.K).max()))
+    return one.status == two.status and (
+        one.K is None
+        or np.allclose(one.K, two.K, rtol=1e-9, atol=1e-9 * np.abs(one.K).max())
+    )
 
 
 def test_designs_are_those_of_each_specification_alone(robot, specifications):
@@ -519,29 +600,26 @@ def test_designs_are_those_of_each_specification_alone(robot, specifications):
 
 
 @pytest.mark.slow
-def test_runs_workers_and_order_change_nothing(
-    robot, specifications, monkeypatch
-):
+def test_runs_workers_and_order_change_nothing(robot, specifications, monkeypatch):
     one = maps.designs(robot.plant, specifications, progress=False)
     back = maps.designs(robot.plant, specifications[::-1], progress=False)
     monkeypatch.setattr(sos.maps.grid, "RUN", 2)
-    two = maps.designs(
-        robot.plant, specifications, n_jobs=2, progress=False)
+    two = maps.designs(robot.plant, specifications, n_jobs=2, progress=False)
     assert all(map(same, one, two)) and all(map(same, one, back[::-1]))
 
 
 def test_designs_with_other_integrators_do_not_start_from_each_other(robot):
     pd = robot.requirements | dict(
-        U=None, saturation=sos.Saturation(150, robot.saturation.x0[:4]))
-    found = maps.designs(
-        robot.plant, [robot.requirements, pd, robot.requirements])
+        U=None, saturation=sos.Saturation(150, robot.saturation.x0[:4])
+    )
+    found = maps.designs(robot.plant, [robot.requirements, pd, robot.requirements])
     assert [d.K.shape for d in found] == [(2, 6), (2, 4), (2, 6)]
     assert same(found[1], sos.design_pid(robot.plant, **pd))
 
 
-@pytest.mark.parametrize("bad, fault", [
-    (dict(gamma=-1), "gamma"), ([1], "specification 1 must be a dict"),
-])
+@pytest.mark.parametrize(
+    "bad, fault", [(dict(gamma=-1), "gamma"), ([1], "specification 1 must be a dict")]
+)
 def test_a_bad_specification_is_named(robot, bad, fault):
     if isinstance(bad, dict):
         bad = robot.requirements | bad

@@ -8,22 +8,25 @@ import control
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-
-from sosbook import thesis
-from sosbook.book.elements.robot import FINE, animation
 from sosbook.mip.firmware import Firmware
 from sosbook.mip.law import SampledLaw
 from sosbook.mip.model import Mip
 from sosbook.mip.rig import COUNTS, GYRO_STEP, Rig
 from sosbook.mip.spread import vertices
+
+from sosbook import thesis
+from sosbook.book.elements.robot import FINE, animation
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 MIP = Mip.printed()
 T = 0.01
 STEP = T / FINE
 LIMIT, TIP = Firmware.limit, Firmware.tip
-LAWS = {"PD": thesis.mip().pd, "PID": thesis.mip().pid,
-        "weak & <slow>": {4: thesis.mip().pd[5] / 5}}
+LAWS = {
+    "PD": thesis.mip().pd,
+    "PID": thesis.mip().pid,
+    "weak & <slow>": {4: thesis.mip().pd[5] / 5},
+}
 START = dict(law="PD", R=5, tilt=10, delay=5, noise=1)
 
 
@@ -40,47 +43,54 @@ def sheet(element, tmp_path_factory):
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
         '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{element.html}<p>between</p>{element.html}</body></html>", "utf8")
+        f"{element.html}<p>between</p>{element.html}</body></html>",
+        "utf8",
+    )
     return page
 
 
 # ------------------------------------------------------------------ in Python
 
+
 def test_the_page_gets_the_very_gains_and_pendulums(element):
-    data = json.loads(re.search(
-        r'<script type="application/json">(.*?)</script>', element.html)[1])
+    data = json.loads(
+        re.search(r'<script type="application/json">(.*?)</script>', element.html)[1]
+    )
     assert data["title"] == "Stand & <fall>"
     for law in data["laws"]:
         for R, K in zip(law["R"], law["K"]):
             assert K == np.ravel(LAWS[law["name"]][R]).tolist()
     for stored, mip in zip(data["robots"], [MIP, *vertices(MIP)]):
-        assert [stored[x] for x in "abcdefJ"] == [
-            getattr(mip, x) for x in "abcdefJ"]
+        assert [stored[x] for x in "abcdefJ"] == [getattr(mip, x) for x in "abcdefJ"]
         assert np.isclose(stored["radius"], 0.032)  # m, of `from_ratios`
     assert "http" not in element.html and len(element.html) < 60_000
     assert element.html.count("<noscript>") == 1
 
 
-@pytest.mark.parametrize("wrong, words", [
-    (dict(laws={}), "laws must be a dict"),
-    (dict(laws={"PD": {}}), r"laws\['PD'\] must be a dict"),
-    (dict(laws={"PD": {1: [1, 2, 3]}}), r"laws\['PD'\]\[1\]: K must be"),
-    (dict(laws={"PD": {1: [1, 2, 3, np.nan]}}), r"laws\['PD'\]\[1\]: "),
-    (dict(laws={"PD": {-1: [1, 2, 3, 4]}}), "R in laws"),
-    (dict(robots={"flat": 3}), r"robots\['flat'\] must be a Mip"),
-    (dict(T=0), "T"),
-    (dict(start=dict(R=3)), r"R must be one of \[1.0, 2.0, 5.0\]"),
-    (dict(start=dict(law="LQG")), "law must be one of"),
-    (dict(start=dict(delay=4)), "delay = 4 must be a multiple of 2.5"),
-    (dict(start=dict(tilt=90)), "tilt = 90 must be"),
-    (dict(start=dict(mass=1)), r"names no control: \['mass'\]"),
-])
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        (dict(laws={}), "laws must be a dict"),
+        (dict(laws={"PD": {}}), r"laws\['PD'\] must be a dict"),
+        (dict(laws={"PD": {1: [1, 2, 3]}}), r"laws\['PD'\]\[1\]: K must be"),
+        (dict(laws={"PD": {1: [1, 2, 3, np.nan]}}), r"laws\['PD'\]\[1\]: "),
+        (dict(laws={"PD": {-1: [1, 2, 3, 4]}}), "R in laws"),
+        (dict(robots={"flat": 3}), r"robots\['flat'\] must be a Mip"),
+        (dict(T=0), "T"),
+        (dict(start=dict(R=3)), r"R must be one of \[1.0, 2.0, 5.0\]"),
+        (dict(start=dict(law="LQG")), "law must be one of"),
+        (dict(start=dict(delay=4)), "delay = 4 must be a multiple of 2.5"),
+        (dict(start=dict(tilt=90)), "tilt = 90 must be"),
+        (dict(start=dict(mass=1)), r"names no control: \['mass'\]"),
+    ],
+)
 def test_bad_input_is_explained(wrong, words):
     with pytest.raises(ValueError, match=words):
         animation(**dict(laws=LAWS) | wrong)
 
 
 # ------------------------------------------- the same loop, with `Controller`
+
 
 def uniform(seed):
     """The page's generator, mulberry32."""
@@ -106,8 +116,7 @@ class Sensors:
     def gyro(self, dz):
         u, v = next(self.random), next(self.random)
         gauss = np.sqrt(-2 * np.log(1 - u)) * np.cos(2 * np.pi * v)
-        return GYRO_STEP * np.floor(
-            (dz[0] + self.noise * gauss) / GYRO_STEP + 0.5)
+        return GYRO_STEP * np.floor((dz[0] + self.noise * gauss) / GYRO_STEP + 0.5)
 
 
 class Ideal:
@@ -133,8 +142,9 @@ def runge_kutta(x, V, h):
 
 
 def adaptive(x, V, h):
-    return solve_ivp(lambda _, x: rate(x, V), (0, h), x, "DOP853",
-                     rtol=1e-10, atol=1e-12).y[:, -1]
+    return solve_ivp(
+        lambda _, x: rate(x, V), (0, h), x, "DOP853", rtol=1e-10, atol=1e-12
+    ).y[:, -1]
 
 
 def simulate(K, tilt, delay, seconds, sensors, method=runge_kutta):
@@ -156,6 +166,7 @@ def simulate(K, tilt, delay, seconds, sensors, method=runge_kutta):
 
 # -------------------------------------------------------------- in the browser
 
+
 def first(tab):
     return tab.page.locator("sos-robot").first
 
@@ -166,8 +177,8 @@ def say(tab):
 
 def held(tab, code, given=None):
     return tab.page.evaluate(
-        "given => { const a = document.querySelector('sos-robot');"
-        f"{code} }}", given)
+        f"given => {{ const a = document.querySelector('sos-robot');{code} }}", given
+    )
 
 
 def ran(tab, **setting):
@@ -194,14 +205,22 @@ def engine(browser, sheet):
     page.close()
 
 
-@pytest.mark.parametrize("law, R, tilt, delay", [
-    ("PD", 5, 10, 0), ("PD", 5, 40, 30), ("PID", 5, 30, 10),
-    ("PID", 2, 10, 5), ("PID", 1, 10, 7.5), ("weak & <slow>", 4, 20, 2.5),
-])
+@pytest.mark.parametrize(
+    "law, R, tilt, delay",
+    [
+        ("PD", 5, 10, 0),
+        ("PD", 5, 40, 30),
+        ("PID", 5, 30, 10),
+        ("PID", 2, 10, 5),
+        ("PID", 1, 10, 7.5),
+        ("weak & <slow>", 4, 20, 2.5),
+    ],
+)
 def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay):
     """Controller and `Mip.acceleration` against the script: to 1e-9."""
-    page, verdict = ran(engine, law=law, R=R, tilt=tilt, delay=delay,
-                        ideal=True, seconds=2)
+    page, verdict = ran(
+        engine, law=law, R=R, tilt=tilt, delay=delay, ideal=True, seconds=2
+    )
     true, fault = simulate(LAWS[law][R], tilt, delay / 1e3, 2, Ideal())
     assert (fault != 0) == (verdict["fell"] is not None)
     there = np.abs(true[0]) < 1.4  # then it lies on the ground
@@ -212,21 +231,24 @@ def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay):
 
 def test_the_page_integrates_accurately(engine):
     """Its steps against a method with error control."""
-    page, _ = ran(engine, law="PID", R=5, tilt=30, delay=10, ideal=True,
-                  seconds=0.4)
+    page, _ = ran(engine, law="PID", R=5, tilt=30, delay=10, ideal=True, seconds=0.4)
     true, _ = simulate(LAWS["PID"][5], 30, 0.01, 0.4, Ideal(), adaptive)
     scale = np.abs(true).max(axis=1, keepdims=True)
     assert np.abs((page - true) / scale).max() < 1e-4
 
 
-@pytest.mark.parametrize("law, R, delay, noise, word", [
-    ("PD", 5, 10, 5, "stands"), ("PD", 1, 10, 1, "chatters"),
-    ("PID", 1, 0, 1, "chatters"),
-])
-def test_noise_and_counts_are_those_of_python(engine, law, R, delay, noise,
-                                              word):
-    page, verdict = ran(engine, law=law, R=R, tilt=10, delay=delay,
-                        noise=noise, seconds=4)
+@pytest.mark.parametrize(
+    "law, R, delay, noise, word",
+    [
+        ("PD", 5, 10, 5, "stands"),
+        ("PD", 1, 10, 1, "chatters"),
+        ("PID", 1, 0, 1, "chatters"),
+    ],
+)
+def test_noise_and_counts_are_those_of_python(engine, law, R, delay, noise, word):
+    page, verdict = ran(
+        engine, law=law, R=R, tilt=10, delay=delay, noise=noise, seconds=4
+    )
     true, _ = simulate(LAWS[law][R], 10, delay / 1e3, 4, Sensors(noise))
     assert np.abs(page - true)[:, :50].max() < 1e-9
     V = true[4, -100:]
@@ -237,10 +259,13 @@ def test_noise_and_counts_are_those_of_python(engine, law, R, delay, noise,
 
 
 def test_the_gyro_is_as_noisy_as_it_says(engine):
-    seen = held(engine, """
+    seen = held(
+        engine,
+        """
       const robot = a.robot({noise: 5});
       robot.state = [0, 0, 1, 0];
-      return Array.from({length: 4000}, () => robot.rate());""")
+      return Array.from({length: 4000}, () => robot.rate());""",
+    )
     assert abs(np.mean(seen) - 1) < 4 * 5 * Rig.noise / np.sqrt(4000)
     assert abs(np.std(seen) / (5 * Rig.noise) - 1) < 0.05
 
@@ -276,9 +301,12 @@ def test_what_stands_is_what_is_stable(engine):
             for ticks in (0, 1):
                 radius = np.abs(np.linalg.eigvals(loop(K, ticks))).max()
                 word = held(
-                    engine, "return a.run(given).verdict.word;", dict(
-                        law=law, R=R, tilt=10, delay=10 * ticks,
-                        ideal=True, seconds=20))
+                    engine,
+                    "return a.run(given).verdict.word;",
+                    dict(
+                        law=law, R=R, tilt=10, delay=10 * ticks, ideal=True, seconds=20
+                    ),
+                )
                 assert (word == "stands") == (radius < 1 + 1e-6)
                 found.add(word)
     assert found == {"stands", "chatters"}
@@ -289,13 +317,13 @@ def test_a_push_is_a_momentum_at_the_top(engine):
     theta, _, *jump = page[:4, 0]
     both = MIP.b * np.cos(theta)
     mass = np.array([[MIP.c, both], [both, MIP.a]])
-    assert np.allclose(mass @ jump, 0.06 * np.array(
-        [0.1 * np.cos(theta), 0.032]))
+    assert np.allclose(mass @ jump, 0.06 * np.array([0.1 * np.cos(theta), 0.032]))
 
 
 def test_it_stands_a_push_but_not_three_at_once(engine):
-    calm, once, thrice = (ran(engine, tilt=0, pushes=p) for p in (
-        [], [1], [1, 1.02, 1.04]))
+    calm, once, thrice = (
+        ran(engine, tilt=0, pushes=p) for p in ([], [1], [1, 1.02, 1.04])
+    )
     words = [verdict["word"] for _, verdict in (calm, once, thrice)]
     assert words == ["stands", "stands", "falls"]
     assert np.abs(once[0][0]).max() > np.abs(calm[0][0]).max() + 0.2
@@ -319,13 +347,16 @@ def test_a_fall_ends_on_the_ground(tab):
 
 def test_the_picture_shows_the_run(tab):
     """What plays is what was announced, drawn as it is."""
-    shown = held(tab, """
+    shown = held(
+        tab,
+        """
       while (a.live.t < 0.5) a.live.advance();
       a.show();
       const turn = name => Number(a.querySelector(name).getAttribute(
         "transform").match(/rotate\\((.*)\\)/)[1]);
       return [turn(".sos-body"), turn(".sos-wheel"),
-              a.ahead.theta[50], a.ahead.phi[50], a.live.state];""")
+              a.ahead.theta[50], a.ahead.phi[50], a.live.state];""",
+    )
     body, wheel, theta, phi, state = shown
     assert np.allclose([theta, phi], state[:2], atol=1e-12)
     assert np.allclose([body, wheel], np.degrees([theta, phi]), atol=0.01)
@@ -336,8 +367,12 @@ def test_the_picture_shows_the_run(tab):
 
 # ----------------------------------------------------------------- controls
 
-SLIDERS = ["Initial tilt", "Delay of the voltage", "Gyro noise",
-           "Weight R of the design"]
+SLIDERS = [
+    "Initial tilt",
+    "Delay of the voltage",
+    "Gyro noise",
+    "Weight R of the design",
+]
 
 
 def test_every_control_has_its_own_visible_label(tab):
@@ -359,8 +394,9 @@ def test_each_slider_works_by_keyboard(tab):
     for label in SLIDERS:
         slider = first(tab).get_by_label(label)
         slider.focus()
-        away, back = (("ArrowLeft", "ArrowRight") if "R" in label
-                      else ("ArrowRight", "ArrowLeft"))
+        away, back = (
+            ("ArrowLeft", "ArrowRight") if "R" in label else ("ArrowRight", "ArrowLeft")
+        )
         slider.press(away)
         assert slider.get_attribute("aria-valuetext") in say(tab)
         assert say(tab) != before
@@ -396,8 +432,7 @@ def test_nothing_moves_unasked_where_less_motion_is_wanted(tab):
     assert first(tab).locator(".sos-line").count() == 2  # what will come
     play.focus()
     play.press("Enter")
-    tab.page.wait_for_function(
-        "document.querySelector('sos-robot').live.t > 0.2")
+    tab.page.wait_for_function("document.querySelector('sos-robot').live.t > 0.2")
     first(tab).get_by_role("button", name="Pause").press("Space")
     stopped = clock(tab)
     tab.page.evaluate("new Promise(requestAnimationFrame)")
@@ -411,17 +446,17 @@ def test_nothing_moves_unasked_where_less_motion_is_wanted(tab):
 def test_it_plays_by_itself_otherwise(tab):
     tab.page.emulate_media(reduced_motion="no-preference")
     tab.page.reload()
-    tab.page.wait_for_function(
-        "document.querySelector('sos-robot').live.t > 0.2")
+    tab.page.wait_for_function("document.querySelector('sos-robot').live.t > 0.2")
     button = first(tab).get_by_role("button", name="Pause")
     first(tab).get_by_label("Initial tilt").fill("20")
-    assert button.is_visible() and clock(tab) < held(
-        tab, "return a.ahead.t.at(-1);")
+    assert button.is_visible() and clock(tab) < held(tab, "return a.ahead.t.at(-1);")
 
 
 def test_time_runs_true_or_slow_and_ends(tab):
     """Driven by hand: frames of 40 ms, drawn up to the same time."""
-    times = held(tab, """
+    times = held(
+        tab,
+        """
       let call = null;
       window.requestAnimationFrame = f => (call = f, 1);
       const after = (slow, frames) => {
@@ -438,7 +473,8 @@ def test_time_runs_true_or_slow_and_ends(tab):
       const times = [after(false, 10), after(true, 10)];
       a.picture.draw = () => {};
       return [...times, after(false, 1000), a.ended,
-              a.querySelector(".sos-play").textContent];""")
+              a.querySelector(".sos-play").textContent];""",
+    )
     assert abs(times[0] - 0.4) < 2 * STEP and abs(times[1] - 0.1) < 2 * STEP
     assert abs(times[2] - 30) < 0.05 and times[3:] == [True, "Play"]
 
@@ -446,11 +482,17 @@ def test_time_runs_true_or_slow_and_ends(tab):
 @schemes
 def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
     assert_readable(
-        visit(sheet, scheme=scheme), "sos-robot", theme, dark,
+        visit(sheet, scheme=scheme),
+        "sos-robot",
+        theme,
+        dark,
         (".sos-button", "color", ".sos-readout"),
-        (".sos-tyre", "stroke", ""), ("select", "color", "select"))
+        (".sos-tyre", "stroke", ""),
+        ("select", "color", "select"),
+    )
 
 
 def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-robot", [*SLIDERS, "Law"])
+        visit(sheet, width=390, height=844), "sos-robot", [*SLIDERS, "Law"]
+    )

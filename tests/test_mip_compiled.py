@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sosbook import thesis
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
 from sosbook.mip import compiled as module
 from sosbook.mip.compiled import FLAGS, Compiled, compiler
 from sosbook.mip.firmware import COUNTERS
 from sosbook.mip.rig import COUNTS, GYRO_STEP
 from sosbook.mip.simulator import simulate
+
+from sosbook import thesis
 from tests.compiler import MISSING, ensure, find, refuse
 
 T = 0.01
@@ -25,10 +25,20 @@ PRINTED = thesis.mip()
 ROBUST = [[15.78, 0.49, 1.42, 0.69, 0.22]]
 BLEND = 0.01
 KINDS = {"double": float, "single": np.float32}
-NUMBERS = ("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi",
-           "volts")
+NUMBERS = (
+    "bias",
+    "last",
+    "gyro",
+    "theta",
+    "wheels",
+    "increment",
+    "zero",
+    "phi",
+    "volts",
+)
 SENSOR, FALL, STALL, COMMAND = (
-    FAULTS.index(word) for word in ("sensor", "fall", "stall", "command"))
+    FAULTS.index(word) for word in ("sensor", "fall", "stall", "command")
+)
 
 
 def observer():
@@ -93,8 +103,7 @@ class Twins:
         ours = np.array([getattr(self.python, name)[0] for name in NUMBERS])
         same(numbers, ours, kind)
         if self.python.x:
-            same(state.x[:], [float(np.ravel(x)[0]) for x in self.python.x],
-                 kind)
+            same(state.x[:], [float(np.ravel(x)[0]) for x in self.python.x], kind)
         for name in (*COUNTERS, "fault"):
             assert getattr(state, name) == getattr(self.python, name)[0]
 
@@ -105,8 +114,10 @@ class Twins:
 
 def same(one, other, kind):
     """The same bits, but for the sign of what isn't a number."""
-    one, other = (np.where(np.isnan(x), np.nan, x).astype(kind)
-                  for x in map(np.asarray, (one, other)))
+    one, other = (
+        np.where(np.isnan(x), np.nan, x).astype(kind)
+        for x in map(np.asarray, (one, other))
+    )
     assert one.tobytes() == other.tobytes()
 
 
@@ -120,19 +131,18 @@ def flights():
     mip, ticks, runs = Mip.printed(), 6000, len(LAWS)
     random = np.random.default_rng(430)
     noise = random.normal(0, 0.0017, (ticks, 2, runs))
-    controllers = [Firmware(law, blend=BLEND).controller()
-                   for law in LAWS.values()]
+    controllers = [Firmware(law, blend=BLEND).controller() for law in LAWS.values()]
     x = np.zeros((2, 2, runs))  # [z, z'], [theta, phi], run
     x[0, 0] = 0.1
-    logs = [SimpleNamespace(gyro=[], wheels=[], tilt=[], V=[], theta=[],
-                            x=[]) for _ in LAWS]
+    logs = [
+        SimpleNamespace(gyro=[], wheels=[], tilt=[], V=[], theta=[], x=[]) for _ in LAWS
+    ]
 
     def rate(x, V):
         return np.array([x[1], mip.acceleration(x[0], x[1], V)])
 
     for k in range(ticks):
-        gyro = GYRO_STEP * np.round((x[1, 0] + 0.009 + noise[k, 0])
-                                    / GYRO_STEP)
+        gyro = GYRO_STEP * np.round((x[1, 0] + 0.009 + noise[k, 0]) / GYRO_STEP)
         one = 2 * np.pi / COUNTS
         wheels = one * np.floor((x[0, 1] - x[0, 0]) / one)
         tilt = x[0, 0] + 5 * noise[k, 1]
@@ -165,8 +175,7 @@ def replay(log, controller, ticks=None):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_a_minute_in_the_loop_is_the_same_to_the_last_bit(
-        name, flights):
+def test_a_minute_in_the_loop_is_the_same_to_the_last_bit(name, flights):
     log = flights[name]
     V = replay(log, program(name, blend=BLEND))
     assert [v.hex() for v in V.tolist()] == [v.hex() for v in log.V.tolist()]
@@ -174,8 +183,7 @@ def test_a_minute_in_the_loop_is_the_same_to_the_last_bit(
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_single_precision_errs_by_no_more_than_rounding_explains(
-        name, flights):
+def test_single_precision_errs_by_no_more_than_rounding_explains(name, flights):
     """Shadow mode: both see the double loop's readings for a minute.
 
     The bound is a running error analysis (Higham, Accuracy and
@@ -196,11 +204,13 @@ def rounding(law, log):
     before = np.append(0, gyro[:-1])
     e_gyro = one * (abs(log.gyro) + 0.009 + abs(gyro))
     e_wheels, sum_phi = one * abs(log.wheels), one * abs(phi)
-    turn = T / 2 * (e_gyro + np.append(0, e_gyro[:-1])
-                    + 3 * one * abs(gyro + before))
+    turn = T / 2 * (e_gyro + np.append(0, e_gyro[:-1]) + 3 * one * abs(gyro + before))
     # theta is rounded when the gyro is added, and by the blending
-    made = (turn + 3 * one * (abs(log.theta) + 0.01)
-            + blend * 3 * one * (abs(log.tilt) + abs(log.theta) + 0.01))
+    made = (
+        turn
+        + 3 * one * (abs(log.theta) + 0.01)
+        + blend * 3 * one * (abs(log.tilt) + abs(log.theta) + 0.01)
+    )
     e_theta, sofar = np.zeros(len(gyro)), one * 0.1
     for k, new in enumerate(made):
         sofar = (1 - blend) * sofar + new
@@ -210,28 +220,35 @@ def rounding(law, log):
     # what both ticks have of theta's error cancels, blending apart
     steps = made + blend * np.append(one * 0.1, e_theta[:-1])
     roughness = e_wheels + sum_phi
-    e_dphi = (steps + roughness + np.append(roughness[0], roughness[:-1])
-              ) / T + 4 * one * (abs(dphi) + 0.1)
+    e_dphi = (
+        steps + roughness + np.append(roughness[0], roughness[:-1])
+    ) / T + 4 * one * (abs(dphi) + 0.1)
     y = np.array([log.theta, phi - phi[0], gyro, dphi])
-    e_y = np.array([e_theta, e_phi + e_phi[0] + 2 * one * abs(y[1])
-                    + one * 0.2, e_gyro, e_dphi])
+    e_y = np.array(
+        [e_theta, e_phi + e_phi[0] + 2 * one * abs(y[1]) + one * 0.2, e_gyro, e_dphi]
+    )
     slack = np.array([0.01, 0.02, 0, 1.0])[:, None]  # y of the first tick
     size = abs(y) + slack
     ops = (2 * law.order + 9) * one
     e_x, worst = one * abs(law.start) * 0.3, []
     x = law.start * 0.1
     for k in range(len(gyro)):
-        worst.append(abs(law.C[0]) @ e_x + abs(law.D[0]) @ e_y[:, k] + ops * (
-            abs(law.C[0]) @ abs(x) + abs(law.D[0]) @ size[:, k]))
-        e_x = (abs(law.A) @ e_x + abs(law.B) @ e_y[:, k] + ops * (
-            abs(law.A) @ abs(x) + abs(law.B) @ size[:, k]))
+        worst.append(
+            abs(law.C[0]) @ e_x
+            + abs(law.D[0]) @ e_y[:, k]
+            + ops * (abs(law.C[0]) @ abs(x) + abs(law.D[0]) @ size[:, k])
+        )
+        e_x = (
+            abs(law.A) @ e_x
+            + abs(law.B) @ e_y[:, k]
+            + ops * (abs(law.A) @ abs(x) + abs(law.B) @ size[:, k])
+        )
         x = log.x[k]
     return np.array(worst)
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_single_precision_is_numpys_float32_to_the_last_bit(
-        name, flights):
+def test_single_precision_is_numpys_float32_to_the_last_bit(name, flights):
     log, c = flights[name], program(name, "single", blend=BLEND)
     ours = replay(log, c.firmware.controller(kind=np.float32), 800)
     assert ours.tobytes() == replay(log, c, 800).tobytes()
@@ -242,8 +259,7 @@ def test_single_precision_is_numpys_float32_to_the_last_bit(
 def test_the_simulator_cannot_tell_them_apart(precision):
     c = program("PID", precision, blend=BLEND)
     python = c.firmware.controller(kind=KINDS[precision])
-    runs = [simulate(Mip.printed(), controller, 0.1, 0.5)
-            for controller in (python, c)]
+    runs = [simulate(Mip.printed(), controller, 0.1, 0.5) for controller in (python, c)]
     assert bits(runs[0].x) == bits(runs[1].x)
     assert bits(runs[0].estimate) == bits(runs[1].estimate)
     assert np.abs(runs[0].V).max() > 0.5
@@ -280,11 +296,18 @@ def test_saturation_and_then_a_stall(precision):
     assert twins.step(0.0, 0.0) == -limit
 
 
-@pytest.mark.parametrize("broken", [
-    {"gyro": np.nan}, {"wheels": np.nan}, {"gyro": np.inf},
-    {"wheels": -np.inf}, {"gyro": 1e300}, {"wheels": 50.0},
-    {"gyro": np.nan, "wheels": np.nan},
-])
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"gyro": np.nan},
+        {"wheels": np.nan},
+        {"gyro": np.inf},
+        {"wheels": -np.inf},
+        {"gyro": 1e300},
+        {"wheels": 50.0},
+        {"gyro": np.nan, "wheels": np.nan},
+    ],
+)
 @pytest.mark.parametrize("precision", KINDS)
 def test_dropouts_are_bridged_and_one_more_is_a_fault(broken, precision):
     missing = 4
@@ -332,16 +355,16 @@ def test_wheels_that_rest_under_voltage_are_a_fault(precision):
     """PD with 0.2 rad: more than a quarter of the limit; 0.01: less."""
     twins = Twins.of("PD", precision, deaf=6)
     twins.start(tilt=0.2)
-    volts = [twins.step(1e-3 * (-1)**k, 0.0) for k in range(8)]
+    volts = [twins.step(1e-3 * (-1) ** k, 0.0) for k in range(8)]
     assert all(v > V_MAX / 4 for v in volts[:7])
     assert volts[7] == 0 and twins.fault == SENSOR
     twins.start(tilt=0.01)
     for k in range(50):
-        assert abs(twins.step(1e-3 * (-1)**k, 0.0)) < V_MAX / 4
+        assert abs(twins.step(1e-3 * (-1) ** k, 0.0)) < V_MAX / 4
     assert twins.fault == 0
     twins.start(tilt=0.2)  # it turns now and then: it lives
     for k in range(40):
-        twins.step(1e-3 * (-1)**k, 0.003 * (k // 5))
+        twins.step(1e-3 * (-1) ** k, 0.003 * (k // 5))
     assert twins.fault == 0
 
 
@@ -396,18 +419,28 @@ def test_zeros_with_signs_and_the_smallest_numbers(name, precision):
 
 
 sizes = st.one_of(
-    st.floats(-0.3, 0.3), st.floats(-0.0625, 0.0625, width=32),
+    st.floats(-0.3, 0.3),
+    st.floats(-0.0625, 0.0625, width=32),
     st.floats(allow_nan=True, allow_infinity=True),
-    st.sampled_from([np.nan, np.inf, -np.inf, -0.0, 5e-324, 1e308]))
+    st.sampled_from([np.nan, np.inf, -np.inf, -0.0, 5e-324, 1e308]),
+)
 tame = st.floats(-0.05, 0.05)
 readings = st.tuples(
-    st.one_of(tame, sizes), st.one_of(tame, sizes), sizes,
-    st.one_of(st.just(0.0), sizes), st.one_of(st.just(0.0), sizes))
+    st.one_of(tame, sizes),
+    st.one_of(tame, sizes),
+    sizes,
+    st.one_of(st.just(0.0), sizes),
+    st.one_of(st.just(0.0), sizes),
+)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.sampled_from(list(LAWS)), st.sampled_from(list(KINDS)),
-       st.tuples(tame, tame, tame), st.lists(readings, max_size=8))
+@given(
+    st.sampled_from(list(LAWS)),
+    st.sampled_from(list(KINDS)),
+    st.tuples(tame, tame, tame),
+    st.lists(readings, max_size=8),
+)
 def test_whatever_the_sensors_say(name, precision, first, ticks):
     twins = Twins.of(name, precision, blend=BLEND)
     with np.errstate(all="ignore"):
@@ -426,12 +459,20 @@ def test_random_laws_of_any_order(seed):
     def some(*shape):
         return random.normal(0, 0.4, shape) * (random.random(shape) < 0.7)
 
-    law = SampledLaw(some(N, N), some(N, 4), some(1, N), some(1, 4) + 0.1,
-                     0.02, W=some(N, 1), start=some(N))
+    law = SampledLaw(
+        some(N, N),
+        some(N, 4),
+        some(1, N),
+        some(1, 4) + 0.1,
+        0.02,
+        W=some(N, 1),
+        start=some(N),
+    )
     firmware = Firmware(law, limit=0.05, blend=0.3, stall=10**4)
     for precision in KINDS:
-        twins = Twins(firmware.controller(kind=KINDS[precision]),
-                      Compiled(firmware, precision))
+        twins = Twins(
+            firmware.controller(kind=KINDS[precision]), Compiled(firmware, precision)
+        )
         twins.start(*random.normal(0, 0.05, 3))
         for _ in range(100):
             twins.step(*random.normal(0, 0.05, 5))
@@ -445,7 +486,10 @@ def test_the_state_has_the_size_that_c_gives_it(tmp_path):
             plain = real * (9 + law.order) + 4 * 6
             assert 0 <= ctypes.sizeof(c.state_type) - plain < real
             assert sorted(p.name for p in tmp_path.iterdir()) == [
-                "balance.c", "balance.h", "balance.so"], name
+                "balance.c",
+                "balance.h",
+                "balance.so",
+            ], name
 
 
 def test_the_compilers_refusal_is_told():

@@ -3,16 +3,18 @@
 import hashlib
 import json
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-
-import sosbook as sos
 from sosbook.mip import __main__ as command
 from sosbook.mip.__main__ import main
 from sosbook.mip.deployment import recommend
 from sosbook.mip.rig import DATA
+
+import sosbook as sos
 
 pytestmark = pytest.mark.slow  # one identification, one design, two proofs
 
@@ -25,8 +27,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(folder):
     """What the command makes of the shipped logs."""
-    return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"),
-                 str(folder)])
+    return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"), str(folder)])
 
 
 def test_both_proofs_hold_for_the_gain_that_is_written(found, folder):
@@ -51,6 +52,24 @@ def test_the_facts_name_the_logs_by_their_digests(found, folder):
     assert facts["gain"] in header
 
 
+def test_the_proofs_lie_beside_the_programs(found, folder):
+    """Each is read again; plain Python checks those that rationals decide."""
+    for proof, file, code in (
+        (found.certificate, "proof_balance.json", 0),
+        (found.held, "proof_balance_hold.json", 0),
+        (found.sampled[0.0][0], "proof_balance_sampled_1.json", 2),
+    ):
+        assert sos.proofs.load(folder / file) == proof
+        done = subprocess.run(
+            [sys.executable, "-I", "-S", "check_proof.py", file],
+            cwd=folder,
+            capture_output=True,
+            encoding="utf-8",
+        )
+        assert done.returncode == code, done.stdout
+    assert len(list(folder.glob("proof_balance_sampled_*.json"))) == 6
+
+
 def test_the_identified_robot_is_near_the_simulated_truth(found):
     truth = sos.mip.Mip.printed()
     for letter in "abcdef":
@@ -70,20 +89,23 @@ def test_the_firmwares_loop_is_proven_over_the_whole_polytope(found):
         assert first.proven and second.proven
         for robot in found.loops[late]:  # what is proven is what runs
             ours = sos.sampled.sampled_loop(
-                robot.robot.plant(), first.K, found.law.T, late)[0]
-            assert np.allclose(
-                np.poly(ours), np.poly(robot.matrix), atol=1e-8)
+                robot.robot.plant(), first.K, found.law.T, late
+            )[0]
+            assert np.allclose(np.poly(ours), np.poly(robot.matrix), atol=1e-8)
 
 
 def test_robots_between_the_vertices_keep_it_too(found):
     low, mid, high, limit = 0.96, 1.0, 1.04, 1.001 * found.sensitivity
     for body, wheels in ((low, mid), (mid, high), (0.99, 1.03)):
         I_w = found.mip.I_w * body / wheels
-        robot = replace(found.mip, e=found.mip.e * body, I_w=I_w,
-                        a=found.mip.a + 2 * (I_w - found.mip.I_w))
+        robot = replace(
+            found.mip,
+            e=found.mip.e * body,
+            I_w=I_w,
+            a=found.mip.a + 2 * (I_w - found.mip.I_w),
+        )
         for delay in (0.0, 0.01):
-            loop = sos.mip.SampledLoop(
-                robot, found.law, delay, "firmware", found.blend)
+            loop = sos.mip.SampledLoop(robot, found.law, delay, "firmware", found.blend)
             assert loop.radius < 1
             assert loop.sensitivity <= limit
 
@@ -93,8 +115,7 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
     robot = found.mip
     assert found.law.D[0, 3] * robot.e / robot.f > 1  # V to speed to V
     assert found.stand.law.D[0, [1, 3]].tolist() == [0, 0]
-    assert np.array_equal(found.stand.law.D[0, [0, 2]],
-                          found.law.D[0, [0, 2]])
+    assert np.array_equal(found.stand.law.D[0, [0, 2]], found.law.D[0, [0, 2]])
     assert found.stand.limit == 2.0
     header = (folder / "balance_stand.h").read_text("utf-8")
     assert "It doesn't balance" in header
@@ -116,14 +137,19 @@ def test_a_second_run_writes_the_same_bytes(found, folder, tmp_path):
         assert not re.search(rb"20\d\d-\d\d|/home|/root", path.read_bytes())
 
 
-@pytest.mark.parametrize("other, words", [
-    (dict(spread=0.05), "different plants"),
-    (dict(mip=sos.mip.Mip.printed()), "different plants"),
-    (dict(delay=0.02), "0 to 0.02 s, but must be about 0 to T.* 0.03 s"),
-    (dict(T=0.02), "must be about 0 to"),
-    (dict(T=-0.01, delay=0.03), "T must"), (dict(delay=-0.01), "delay must"),
-    (dict(blend=2.0), "blend"), (dict(blend=float("nan")), "blend"),
-])
+@pytest.mark.parametrize(
+    "other, words",
+    [
+        (dict(spread=0.05), "different plants"),
+        (dict(mip=sos.mip.Mip.printed()), "different plants"),
+        (dict(delay=0.02), "0 to 0.02 s, but must be about 0 to T.* 0.03 s"),
+        (dict(T=0.02), "must be about 0 to"),
+        (dict(T=-0.01, delay=0.03), "T must"),
+        (dict(delay=-0.01), "delay must"),
+        (dict(blend=2.0), "blend"),
+        (dict(blend=float("nan")), "blend"),
+    ],
+)
 def test_proofs_of_something_else_are_refused(found, other, words):
     with pytest.raises(ValueError, match=words):
         replace(found, **other)
@@ -132,8 +158,9 @@ def test_proofs_of_something_else_are_refused(found, other, words):
 def test_one_constant_delay_or_another_integrator_is_refused(found):
     about = found.delayed.request
     for request, words in (
-            (replace(about, tau=0.02, mu=0.0), "0.02 to 0.02 s"),
-            (replace(about, U=np.array([[0.0, 2.0]])), "U = ")):
+        (replace(about, tau=0.02, mu=0.0), "0.02 to 0.02 s"),
+        (replace(about, U=np.array([[0.0, 2.0]])), "U = "),
+    ):
         with pytest.raises(ValueError, match=words):
             replace(found, delayed=replace(found.delayed, request=request))
 
@@ -155,10 +182,22 @@ def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
     monkeypatch.setattr(command, "inspect", lambda *words: None)
     monkeypatch.setattr(command, "write_report", lambda *words: "a page")
     toml = DATA / "gearmotors.toml"
-    main([str(toml), "b.csv", "w.csv", str(tmp_path), "--R", "30",
-          "--M_b", "0.3", "--limit", "9", "--no-rotors"])
-    robot = sos.mip.Robot.shipped("gearmotors").but(
-        M_b=0.3, limit=9.0, rotors=False)
+    main(
+        [
+            str(toml),
+            "b.csv",
+            "w.csv",
+            str(tmp_path),
+            "--R",
+            "30",
+            "--M_b",
+            "0.3",
+            "--limit",
+            "9",
+            "--no-rotors",
+        ]
+    )
+    robot = sos.mip.Robot.shipped("gearmotors").but(M_b=0.3, limit=9.0, rotors=False)
     assert asked == {"words": ("b.csv", "w.csv", robot), "R": 30.0}
 
 
@@ -169,10 +208,15 @@ def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
     assert "none.csv" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("asked, words", [
-    (dict(R=0), "R must"), (dict(T=-1), "T .time between samples. must"),
-    (dict(delay=-0.01), "delay"), (dict(spread=1.2), "spread"),
-])
+@pytest.mark.parametrize(
+    "asked, words",
+    [
+        (dict(R=0), "R must"),
+        (dict(T=-1), "T .time between samples. must"),
+        (dict(delay=-0.01), "delay"),
+        (dict(spread=1.2), "spread"),
+    ],
+)
 def test_bad_input_is_named(asked, words):
     with pytest.raises(ValueError, match=words):
         recommend(sos.mip.Mip.printed(), **asked)

@@ -12,28 +12,37 @@ from types import ModuleType
 import control
 import numpy as np
 import pytest
+from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
+from sosbook.mip.compiled import FLAGS
+from sosbook.mip.export import c_header, c_source, pyctrl_script, rc_balance
+from sosbook.mip.rig import COUNTS
 
 import sosbook
 from sosbook import thesis
-from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
-from sosbook.mip.compiled import FLAGS
-from sosbook.mip.export import (
-    c_header,
-    c_source,
-    pyctrl_script,
-    rc_balance,
-)
-from sosbook.mip.rig import COUNTS
 from tests.compiler import find, refuse
 
 T = 0.01
 PRINTED = thesis.mip()
-STRICT = ["-Wconversion", "-Wdouble-promotion", "-Wfloat-equal", "-Wshadow",
-          "-Wmissing-prototypes", "-Wundef"]
+STRICT = [
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wfloat-equal",
+    "-Wshadow",
+    "-Wmissing-prototypes",
+    "-Wundef",
+]
 # some compilers add calls of their own, as Ubuntu's and zig's
 PLAIN = ["-fno-sanitize=all", "-fno-stack-protector"]
-HOSTILE = ("ends */ int a = 1; /* here", "a\nb\\", "??/", '"""', "\u202e\0",
-           "*" * 3 + "/" * 3, "/*/", "x" * 300)
+HOSTILE = (
+    "ends */ int a = 1; /* here",
+    "a\nb\\",
+    "??/",
+    '"""',
+    "\u202e\0",
+    "*" * 3 + "/" * 3,
+    "/*/",
+    "x" * 300,
+)
 
 
 def observer():
@@ -60,8 +69,14 @@ def gcc():
 
 def run(*command, **more):
     done = subprocess.run(
-        [str(word) for word in command], capture_output=True, text=True,
-        encoding="utf-8", check=False, timeout=60, **more)
+        [str(word) for word in command],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=60,
+        **more,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -82,8 +97,7 @@ def test_the_constants_are_the_laws_to_the_last_bit(name):
     text = c_source(Firmware(law))
     for label in "ABWCD":
         value = getattr(law, label)
-        found = re.search(
-            rf"const double {label}[\[\]\d]+ = \{{(.*?)\}};", text, re.S)
+        found = re.search(rf"const double {label}[\[\]\d]+ = \{{(.*?)\}};", text, re.S)
         if found is None:
             assert not value.any()
             continue
@@ -111,12 +125,12 @@ def test_zeros_take_part_in_no_sum():
 
 def test_the_text_is_the_same_every_time_and_free_of_dates():
     for make in (c_header, c_source, rc_balance, pyctrl_script):
-        texts = [make(Firmware(observer(), note=("about",)))
-                 for _ in range(2)]
+        texts = [make(Firmware(observer(), note=("about",))) for _ in range(2)]
         assert texts[0] == texts[1]
         assert not re.search(r"\b20[2-9]\d\b", texts[0])
-        assert texts[0].isascii() and texts[0].endswith("}\n" if make in (
-            c_source, rc_balance) else "\n")
+        assert texts[0].isascii() and texts[0].endswith(
+            "}\n" if make in (c_source, rc_balance) else "\n"
+        )
         assert max(map(len, texts[0].splitlines())) < 100
 
 
@@ -125,8 +139,11 @@ def test_the_header_says_where_the_law_comes_from():
     firmware = Firmware(LAWS["PD"], note=note)
     for make in (c_header, c_source, rc_balance, pyctrl_script):
         text = make(firmware)
-        for line in (*note, "T_s = 0.01 s, at most 7.4 V, order 0",
-                     f"sosbook {sosbook.__version__}"):
+        for line in (
+            *note,
+            "T_s = 0.01 s, at most 7.4 V, order 0",
+            f"sosbook {sosbook.__version__}",
+        ):
             assert line in text
 
 
@@ -134,7 +151,7 @@ def test_no_note_ends_the_comment_that_holds_it(gcc, tmp_path):
     firmware = Firmware(LAWS["PD"], note=HOSTILE)
     text = c_source(firmware)
     assert text.index("*/") > text.index("xxx")
-    assert text[:text.index("*/")].count("/*") == 1
+    assert text[: text.index("*/")].count("/*") == 1
     source = write(tmp_path, firmware)
     run(*gcc, *FLAGS, *STRICT, "-c", source, "-o", tmp_path / "a.o")
     assert ast.get_docstring(ast.parse(pyctrl_script(firmware)))
@@ -142,9 +159,22 @@ def test_no_note_ends_the_comment_that_holds_it(gcc, tmp_path):
     assert " * one\n" in c_source(Firmware(LAWS["PD"], note="one"))
 
 
-@pytest.mark.parametrize("name", [
-    "", "Balance", "9lives", "a b", "a-b", "a;", "x" * 40, "float", "rc",
-    None, "na\nme"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        "Balance",
+        "9lives",
+        "a b",
+        "a-b",
+        "a;",
+        "x" * 40,
+        "float",
+        "rc",
+        None,
+        "na\nme",
+    ],
+)
 def test_a_name_that_cannot_begin_an_identifier(name):
     for make in (c_header, c_source, rc_balance):
         with pytest.raises(ValueError, match="name must begin"):
@@ -174,24 +204,20 @@ def test_other_refusals():
 
 @pytest.mark.parametrize("precision", ["double", "single"])
 @pytest.mark.parametrize("name", LAWS)
-def test_no_compiler_warns_and_nothing_is_linked(
-        name, precision, gcc, tmp_path):
+def test_no_compiler_warns_and_nothing_is_linked(name, precision, gcc, tmp_path):
     """Also its objects hold no variable and ask for no function."""
     source = write(tmp_path, Firmware(LAWS[name]), "up", precision)
     others = [[path] for x in ("gcc", "clang") if (path := shutil.which(x))]
     for command in [gcc, *others]:
         for level in ("-O0", "-O2"):
             out = tmp_path / "up.o"
-            run(*command, *FLAGS, *STRICT, level, *PLAIN, "-c", source,
-                "-o", out)
+            run(*command, *FLAGS, *STRICT, level, *PLAIN, "-c", source, "-o", out)
             if sys.platform != "linux" or not shutil.which("nm"):
                 continue
-            symbols = [line.split()[-2:] for line in
-                       run("nm", out).splitlines()]
+            symbols = [line.split()[-2:] for line in run("nm", out).splitlines()]
             kinds = {kind for kind, _ in symbols}
             assert kinds <= {"T", "t", "r", "n", "N"}, symbols
-            assert {x for kind, x in symbols if kind == "T"} == {
-                "up_start", "up_step"}
+            assert {x for kind, x in symbols if kind == "T"} == {"up_start", "up_step"}
 
 
 def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
@@ -199,8 +225,7 @@ def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
     text = '#include "balance.h"\n#include "balance.h"\nint a = BALANCE_FALL;'
     (tmp_path / "a.c").write_text(text + "\n", "utf-8")
     run(*gcc, *FLAGS, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
-    found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(
-        LAWS["PID"])))
+    found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(LAWS["PID"])))
     assert [(x.upper(), str(k)) for k, x in enumerate(FAULTS)] == found
 
 
@@ -211,31 +236,47 @@ def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
     main.write_text(
         '#include "balance.h"\nint main() {\n    balance_state s;\n'
         "    balance_start(&s, 0.1, 0, 0);\n"
-        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n", "utf-8")
+        "    return balance_step(&s, 0, 0, 0, 0, 0) > 0 ? 0 : 1;\n}\n",
+        "utf-8",
+    )
     cpp = [shutil.which("g++") or shutil.which("c++")]
     if "ziglang" in gcc:
         cpp = [*gcc[:-1], "c++"]
     if not cpp[0]:
         pytest.skip("no C++ compiler")
     run(*gcc, *FLAGS, "-c", source, "-o", tmp_path / "law.o")
-    run(*cpp, "-Wall", "-Wextra", "-Werror", "-pedantic", main,
-        tmp_path / "law.o", "-o", tmp_path / "main")
+    run(
+        *cpp,
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        main,
+        tmp_path / "law.o",
+        "-o",
+        tmp_path / "main",
+    )
     run(tmp_path / "main")
 
 
-@pytest.mark.parametrize("precision, macro", [
-    ("double", "DBL_MANT_DIG"), ("single", "FLT_MANT_DIG")])
-def test_a_double_of_other_digits_is_refused(
-        precision, macro, gcc, tmp_path):
+@pytest.mark.parametrize(
+    "precision, macro", [("double", "DBL_MANT_DIG"), ("single", "FLT_MANT_DIG")]
+)
+def test_a_double_of_other_digits_is_refused(precision, macro, gcc, tmp_path):
     """As on AVR, where double is float and the proof isn't of it."""
     source = write(tmp_path, Firmware(LAWS["PD"]), precision=precision)
     text = source.read_text("utf-8").replace(
-        '#include "balance.h"', f'#include "balance.h"\n#undef {macro}\n'
-        f"#define {macro} 11")
+        '#include "balance.h"',
+        f'#include "balance.h"\n#undef {macro}\n#define {macro} 11',
+    )
     source.write_text(text, "utf-8")
     done = subprocess.run(
         [*gcc, "-std=c99", "-c", str(source), "-o", str(tmp_path / "a.o")],
-        capture_output=True, text=True, encoding="utf-8", check=False)
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     assert done.returncode and "other digits" in done.stderr
 
 
@@ -243,7 +284,11 @@ def test_fast_math_is_refused(gcc, tmp_path):
     source = write(tmp_path, Firmware(LAWS["PD"]))
     done = subprocess.run(
         [*gcc, "-ffast-math", "-c", str(source), "-o", str(tmp_path / "a.o")],
-        capture_output=True, text=True, encoding="utf-8", check=False)
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     assert done.returncode and "-ffast-math" in done.stderr
 
 
@@ -275,12 +320,32 @@ def test_sanitizers_find_nothing_undefined(gcc, tmp_path):
     program = tmp_path / "main"
     build = [*gcc, "-std=c99", "-O1", "-ffp-contract=off", "-g"]
     done = subprocess.run(
-        [*build, "-fsanitize=undefined,address", "-fno-sanitize-recover=all",
-         "-fsanitize=float-divide-by-zero", str(source), str(main), "-o",
-         str(program)], capture_output=True, text=True, encoding="utf-8", check=False)
-    if done.returncode or subprocess.run(
-            [program], input="0\n", text=True, encoding="utf-8", capture_output=True,
-            check=False).returncode:
+        [
+            *build,
+            "-fsanitize=undefined,address",
+            "-fno-sanitize-recover=all",
+            "-fsanitize=float-divide-by-zero",
+            str(source),
+            str(main),
+            "-o",
+            str(program),
+        ],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    if (
+        done.returncode
+        or subprocess.run(
+            [program],
+            input="0\n",
+            text=True,
+            encoding="utf-8",
+            capture_output=True,
+            check=False,
+        ).returncode
+    ):
         pytest.skip("the compiler has no sanitizers")
     random = np.random.default_rng(0)
     rows = random.normal(0, 0.02, (60, 5))
@@ -432,21 +497,40 @@ class Robot:
         main.write_text(rc_balance(firmware, precision=precision), "utf-8")
         (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
         (folder / "stub.c").write_text(STUB, "utf-8")
-        run(*compiler, *FLAGS, *STRICT, "-I", folder, "-c", main, "-o",
-            folder / "main.o")
-        run(*compiler, "-std=c99", "-ffp-contract=off", folder / "stub.c",
-            source, folder / "main.o", "-o", folder / "rc_balance")
+        run(
+            *compiler,
+            *FLAGS,
+            *STRICT,
+            "-I",
+            folder,
+            "-c",
+            main,
+            "-o",
+            folder / "main.o",
+        )
+        run(
+            *compiler,
+            "-std=c99",
+            "-ffp-contract=off",
+            folder / "stub.c",
+            source,
+            folder / "main.o",
+            "-o",
+            folder / "rc_balance",
+        )
 
     def live(self, rows, *words):
         """Duties left and right and standby at each tick, all output."""
-        text = "\n".join(" ".join(
-            x if isinstance(x, str) else repr(x) for x in row)
-            for row in rows)
+        text = "\n".join(
+            " ".join(x if isinstance(x, str) else repr(x) for x in row) for row in rows
+        )
         output = run(self.folder / "rc_balance", *words, input=text + "\n")
-        ticks = [line.split()[1:] for line in output.splitlines()
-                 if line.startswith("tick")]
-        return [(float.fromhex(a), float.fromhex(b), int(c))
-                for a, b, c in ticks], output
+        ticks = [
+            line.split()[1:] for line in output.splitlines() if line.startswith("tick")
+        ]
+        return [
+            (float.fromhex(a), float.fromhex(b), int(c)) for a, b, c in ticks
+        ], output
 
 
 REST = [("t", -0.45, 0.5, 100, -140, 8.0)] * 101  # upright is pitch -0.49
@@ -459,8 +543,11 @@ def moves(count, seed=3):
     return [
         ("t", float(p), float(w), 100 + int(a), -140 - int(b), float(v))
         for p, w, (a, b), v in zip(
-            random.normal(-0.45, 0.05, count), random.normal(0, 9, count),
-            counts, random.uniform(6, 8.4, count))
+            random.normal(-0.45, 0.05, count),
+            random.normal(0, 9, count),
+            counts,
+            random.uniform(6, 8.4, count),
+        )
     ]
 
 
@@ -468,8 +555,7 @@ def readings(row):
     """gyro, wheels, tilt in our units, as librobotcontrol has signs."""
     _, pitch, rate, left, right, _ = row
     one = 6.283185307179586
-    wheels = (left * one / (1 * COUNTS)
-              + right * one / (-1 * COUNTS)) / 2
+    wheels = (left * one / (1 * COUNTS) + right * one / (-1 * COUNTS)) / 2
     return rate * 0.0174532925199, wheels, pitch + 0.49
 
 
@@ -489,10 +575,8 @@ def expected(firmware, rest, rows, kind=float):
     return duties, controller
 
 
-@pytest.mark.parametrize("precision, kind", [
-    ("double", float), ("single", np.float32)])
-def test_the_robots_duty_is_the_controllers_volts(
-        precision, kind, gcc, tmp_path):
+@pytest.mark.parametrize("precision, kind", [("double", float), ("single", np.float32)])
+def test_the_robots_duty_is_the_controllers_volts(precision, kind, gcc, tmp_path):
     firmware = Firmware(LAWS["PID"], blend=0.02)
     robot = Robot(gcc, tmp_path, firmware, precision)
     rows = moves(200)
@@ -504,7 +588,8 @@ def test_the_robots_duty_is_the_controllers_volts(
     assert ticks[:101] == 100 * [(0.0, 0.0, 1)] + [(0.0, 0.0, 0)]
     duties, controller = expected(firmware, REST, rows, kind)
     assert [(left, -right) for left, right, _ in ticks[101:]] == [
-        (duty, duty) for duty in duties]
+        (duty, duty) for duty in duties
+    ]
     assert controller.fault[0] == 0 and max(map(abs, duties)) == 1.0
     assert output.splitlines()[-2:] == ["asked 100 1 112 1", "end 1 1 0 0"]
 
@@ -520,9 +605,12 @@ def test_tipped_forward_both_wheels_run_forward(gcc, tmp_path):
 def test_it_waits_for_rest_near_upright(gcc, tmp_path):
     robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
     good = REST[0]
-    for restless in (("t", -0.1, 0.5, *good[3:]), ("t", -0.45, 7.0, *good[3:]),
-                     ("t", -0.45, 0.5, 160, -140, 8.0),
-                     ("t", float("nan"), 0.5, *good[3:])):
+    for restless in (
+        ("t", -0.1, 0.5, *good[3:]),
+        ("t", -0.45, 7.0, *good[3:]),
+        ("t", -0.45, 0.5, 160, -140, 8.0),
+        ("t", float("nan"), 0.5, *good[3:]),
+    ):
         ticks, _ = robot.live([*REST[:90], restless, *REST[:90], restless])
         assert {standby for *_, standby in ticks} == {1}
     ticks, _ = robot.live([*REST[:40], restless, *REST[:102]])
@@ -535,13 +623,14 @@ def test_a_fault_stops_the_motors_until_pause_and_rest(gcc, tmp_path):
     silent = [("t", -0.45, float("nan"), 100, -140, 8.0)] * 6
     again = [("p", *REST[0][1:]), *REST]
     ticks, output = robot.live(
-        [*REST, *moves(4), *fall, *REST, *again, *moves(4), *silent, *REST])
+        [*REST, *moves(4), *fall, *REST, *again, *moves(4), *silent, *REST]
+    )
     standby = [s for *_, s in ticks]
     first, second = 101, 101 + 4 + 3 + 101 + 1 + 101
-    assert standby[first:first + 4] == [0] * 4
-    assert set(standby[first + 7:second - 2]) == {1}
-    assert standby[second:second + 9] == [0] * 9
-    assert set(standby[second + 9:]) == {1}
+    assert standby[first : first + 4] == [0] * 4
+    assert set(standby[first + 7 : second - 2]) == {1}
+    assert standby[second : second + 9] == [0] * 9
+    assert set(standby[second + 9 :]) == {1}
     assert all(a == b == 0 for a, b, s in ticks if s)
     assert "motors off: fall" in output
     assert "motors off: sensor" in output
@@ -575,9 +664,10 @@ def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
 @pytest.fixture
 def fake_pyctrl(monkeypatch):
     """As much of pyctrl 0.4.3 as the script needs."""
-    package, block, rc, mip, button = map(ModuleType, (
-        "pyctrl", "pyctrl.block", "pyctrl.rc", "pyctrl.rc.mip",
-        "pyctrl.rc.button"))
+    package, block, rc, mip, button = map(
+        ModuleType,
+        ("pyctrl", "pyctrl.block", "pyctrl.rc", "pyctrl.rc.mip", "pyctrl.rc.button"),
+    )
 
     class Filter:
         pass
@@ -622,15 +712,13 @@ def script(firmware):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_the_scripts_law_is_the_controller_to_the_last_bit(
-        name, fake_pyctrl):
+def test_the_scripts_law_is_the_controller_to_the_last_bit(name, fake_pyctrl):
     firmware = Firmware(LAWS[name], blend=0.1, missing=2, frozen=4)
     law, ours = script(firmware)["Law"](), firmware.controller()
     random = np.random.default_rng(7)
     rows = random.normal(0, 0.03, (80, 5))
     rows[10, 0], rows[20:22, 1], rows[25, 2] = np.nan, np.inf, np.nan
-    for last in ([0.0] * 5, [np.nan] * 5, [30, 0, 2, 0, 0],
-                 [0, 0, 0, np.nan, 1e9]):
+    for last in ([0.0] * 5, [np.nan] * 5, [30, 0, 2, 0, 0], [0, 0, 0, np.nan, 1e9]):
         law.start(0.05, 0.01, 0.002)
         ours.start(0.05, 0.01, 0.002)
         for row in [*rows.tolist(), *4 * [last], *rows[:2].tolist()]:
@@ -644,7 +732,12 @@ def test_a_stall_in_the_script(fake_pyctrl):
     law = script(firmware)["Law"]()
     law.start(0.6, 0.0, 0.0)
     assert [law.step(0.0, 0.0, 0.6) for _ in range(5)] == [
-        V_MAX, V_MAX, V_MAX, 0.0, 0.0]
+        V_MAX,
+        V_MAX,
+        V_MAX,
+        0.0,
+        0.0,
+    ]
     assert FAULTS[law.fault] == "stall"
 
 
@@ -682,5 +775,4 @@ def test_the_script_sets_pyctrl_up(fake_pyctrl, capsys):
     name, block, inputs, outputs = mip.calls[1][1]
     assert inputs == ["theta", "theta_dot", "encoder1", "encoder2"]
     assert outputs == ["pwm1", "pwm2"]
-    assert calls[2:] == ["set_source", "set_source", "start", "set_state",
-                         "join"]
+    assert calls[2:] == ["set_source", "set_source", "start", "set_state", "join"]

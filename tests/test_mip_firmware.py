@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from sosbook.mip import FAULTS, Firmware, SampledLaw
 
 K = [[16.0, 0.5, 1.4, 0.7, 0.2]]
@@ -35,16 +34,16 @@ def test_the_wheels_angle_is_absolute_and_starts_at_zero():
     assert controller.step(0.0, 30.0) == 0  # where it stands is zero
     turned = controller.step(2.0, 30.05)  # the body turns the wheels along
     assert np.isclose(turned, 0.05 + T / 2 * 2.0)
-    assert np.isclose(controller.step(2.0, 30.05, target=0.5),
-                      0.05 + 3 * T / 2 * 2.0 - 0.5)
+    assert np.isclose(
+        controller.step(2.0, 30.05, target=0.5), 0.05 + 3 * T / 2 * 2.0 - 0.5
+    )
 
 
 def test_the_wheels_rate_is_the_difference_of_absolute_angles():
     controller = Firmware(SampledLaw.of_gain([[0, 0, 0, 1]], T)).controller()
     controller.start(0.0)
     assert np.isclose(controller.step(1.0, 0.02), 0.02 / T + 0.5)
-    assert np.isclose(controller.step(1.0, 0.05, rate=0.25),
-                      0.03 / T + 1.0 - 0.25)
+    assert np.isclose(controller.step(1.0, 0.05, rate=0.25), 0.03 / T + 1.0 - 0.25)
 
 
 def test_the_bias_is_taken_off():
@@ -79,10 +78,10 @@ def test_the_integral_stops_winding_up():
     assert abs(K[0][4] * held.x[0][0]) < 20
 
 
-@pytest.mark.parametrize("gyro, wheels", [
-    (NAN, 0.0), (0.0, NAN), (np.inf, 0.0), (0.0, -np.inf), (500.0, 0.0),
-    (0.0, 77.0),
-])
+@pytest.mark.parametrize(
+    "gyro, wheels",
+    [(NAN, 0.0), (0.0, NAN), (np.inf, 0.0), (0.0, -np.inf), (500.0, 0.0), (0.0, 77.0)],
+)
 def test_bad_readings_are_bridged_and_then_stop_the_motors(gyro, wheels):
     controller = started(0.1, missing=3)
     good = controller.step(0.0, 0.0)
@@ -107,8 +106,7 @@ def test_a_good_reading_ends_the_count():
 def test_while_the_encoder_is_silent_the_wheels_roll_on():
     controller = Firmware(SampledLaw.of_gain([[0, 0, 0, 1]], T)).controller()
     controller.start(0.0)
-    rates = [controller.step(0.0, w)[0]
-             for w in (0.02, 0.04, NAN, NAN, 0.10)]
+    rates = [controller.step(0.0, w)[0] for w in (0.02, 0.04, NAN, NAN, 0.10)]
     assert np.allclose(rates, 2.0)
 
 
@@ -136,10 +134,10 @@ def test_a_gyro_that_repeats_itself_is_dead():
     assert why(trusting) == ["running"]
 
 
-@pytest.mark.parametrize("steps, reason", [
-    ([(50.0, 0.0)] * 4, "fall"),
-    ([(30.0, 0.0), (-30.0, 0.0)] * 30, "stall"),
-])
+@pytest.mark.parametrize(
+    "steps, reason",
+    [([(50.0, 0.0)] * 4, "fall"), ([(30.0, 0.0), (-30.0, 0.0)] * 30, "stall")],
+)
 def test_falls_and_stalls_stop_the_motors(steps, reason):
     controller = started(0.0)
     for gyro, wheels in steps:
@@ -164,8 +162,7 @@ def test_robots_side_by_side_do_what_each_does_alone():
     together = np.array([fleet.step(g, w) for g, w in zip(gyro, wheels)])
     for k, tilt in enumerate(tilts):
         one = started(tilt, missing=1)
-        alone = [one.step(g, w)[0]
-                 for g, w in zip(gyro[:, k], wheels[:, k])]
+        alone = [one.step(g, w)[0] for g, w in zip(gyro[:, k], wheels[:, k])]
         assert alone == together[:, k].tolist()
     assert len(set(fleet.fault)) > 1
 
@@ -177,11 +174,18 @@ def test_single_precision_stays_single():
     assert abs(V[0] - started(0.1).step(0.1, 0.01)[0]) < 1e-4
 
 
-@pytest.mark.parametrize("asked, words", [
-    (dict(limit=0), "limit"), (dict(tip=-1), "tip"),
-    (dict(blend=1.5), "blend"), (dict(missing=-1), "missing"),
-    (dict(stall=0.5), "stall"), (dict(frozen=-2), "frozen"), (dict(fastest=NAN), "fastest"),
-])
+@pytest.mark.parametrize(
+    "asked, words",
+    [
+        (dict(limit=0), "limit"),
+        (dict(tip=-1), "tip"),
+        (dict(blend=1.5), "blend"),
+        (dict(missing=-1), "missing"),
+        (dict(stall=0.5), "stall"),
+        (dict(frozen=-2), "frozen"),
+        (dict(fastest=NAN), "fastest"),
+    ],
+)
 def test_bad_settings_are_named(asked, words):
     with pytest.raises(ValueError, match=words):
         Firmware(LAW, **asked)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from sosbook.mip import Robot
 from sosbook.mip.__main__ import main
 from sosbook.mip.deployment import deploy
@@ -14,9 +13,9 @@ from sosbook.mip.identify import identify
 from sosbook.mip.log import Log
 from sosbook.mip.report import page
 from sosbook.mip.rig import COUNTS, DATA, Rig, shipped
+
 from tests.corrupted import SPOILT
 from tests.test_mip_robot import GEARS, THESIS, record, truth
-
 
 pytestmark = pytest.mark.slow  # each log is identified
 
@@ -28,8 +27,12 @@ def robots(tmp_path_factory):
     record(GEARS, folder)
     return {
         "thesis": (THESIS, shipped("body"), shipped("wheels")),
-        "gears": (GEARS, Log.read(folder / "body.csv"),
-                  Log.read(folder / "wheels.csv"))}
+        "gears": (
+            GEARS,
+            Log.read(folder / "body.csv"),
+            Log.read(folder / "wheels.csv"),
+        ),
+    }
 
 
 @pytest.mark.parametrize("which", ["thesis", "gears"])
@@ -69,10 +72,15 @@ def test_counts_off_by_a_little_are_a_warning(robots):
     assert not refused(seen.findings)
 
 
-@pytest.mark.parametrize("change, words", [
-    ({"M_b": 272.0}, "M_b .*at most 100 kg"),
-    ({"M_w": 27.0}, "M_w .*at most 20 kg"),
-    ({"l": 40.0}, "l .*at most 2 m"), ({"T": 10.0}, "T .*at most 0.2 s")])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"M_b": 272.0}, "M_b .*at most 100 kg"),
+        ({"M_w": 27.0}, "M_w .*at most 20 kg"),
+        ({"l": 40.0}, "l .*at most 2 m"),
+        ({"T": 10.0}, "T .*at most 0.2 s"),
+    ],
+)
 def test_masses_in_grams_and_lengths_in_mm_are_refused(change, words):
     with pytest.raises(ValueError, match=words):
         THESIS.but(**change)
@@ -80,13 +88,19 @@ def test_masses_in_grams_and_lengths_in_mm_are_refused(change, words):
 
 def test_force_goes_on_and_every_file_says_so(tmp_path, capsys):
     """The gyro's range is half of what the log shows."""
-    asked = [str(DATA / "body.csv"), str(DATA / "wheels.csv"),
-             str(tmp_path / "out"), "--gyro_range", "5"]
+    asked = [
+        str(DATA / "body.csv"),
+        str(DATA / "wheels.csv"),
+        str(tmp_path / "out"),
+        "--gyro_range",
+        "5",
+    ]
     with pytest.raises(SystemExit):
         main(asked)
     assert "gyro_range = 5 rad/s" in capsys.readouterr().err
     assert [p.name for p in (tmp_path / "out").iterdir()] == [
-        "identification.html"]  # the reason, and no program
+        "identification.html"
+    ]  # the reason, and no program
     found = main([*asked, "--force", "--R", "50"])
     assert "FORCED" in found.facts["warning 1"]
     for name in ("balance.h", "rc_balance.c", "pyctrl_balance.py"):
@@ -117,16 +131,19 @@ def test_uneven_time_stamps_are_used_as_they_are():
     """A rig whose clock jitters by 30 %, and the same logs pretending
     that it doesn't: worse by far."""
     from sosbook.mip.experiments import motion
+
     rig = Rig()
     x, random = rig.ratios, np.random.default_rng(4)
     logs, flat = [], []
-    for log, e, d in ((rig.body(), -x["e_c"], x["d_c"]),
-                      (rig.wheels(), x["e_a"], 0.0)):
+    for log, e, d in ((rig.body(), -x["e_c"], x["d_c"]), (rig.wheels(), x["e_a"], 0.0)):
         t = uneven(log, 0.3)
         f = x["f_c"] if d else x["f_a"]
         q, w = motion(e, f, d, log.V, np.append(np.diff(t), log.T), steps=8)
-        columns = {"gyro": w + 0.002 * random.standard_normal(len(t))} if (
-            d) else {"encoder1": np.floor(q * COUNTS / (2 * np.pi))}
+        columns = (
+            {"gyro": w + 0.002 * random.standard_normal(len(t))}
+            if (d)
+            else {"encoder1": np.floor(q * COUNTS / (2 * np.pi))}
+        )
         logs.append(Log(t, log.V, **columns))
         flat.append(Log(log.t, log.V, **columns))
     assert not logs[0].even and flat[0].even
@@ -140,6 +157,7 @@ def test_uneven_time_stamps_are_used_as_they_are():
 
 def test_a_linear_fit_of_uneven_samples_is_refused():
     from sosbook.mip.identify import fit_body, fit_wheel
+
     body, wheels = shipped("body"), shipped("wheels")
     body = replace(body, t=uneven(body, 0.2))
     wheels = replace(wheels, t=uneven(wheels, 0.2))

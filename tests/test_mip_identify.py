@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.signal
-
 from sosbook.mip import Mip
 from sosbook.mip.experiments import chirp
 from sosbook.mip.fit import output_error
-from sosbook.mip.identify import (
-    Identified, fit_body, fit_wheel, identify, speed,
-)
+from sosbook.mip.identify import Identified, fit_body, fit_wheel, identify, speed
 from sosbook.mip.log import Log
 from sosbook.mip.rig import Rig, shipped
 from sosbook.mip.srivc import respond, srivc
@@ -34,14 +31,12 @@ def found():
 def head(log, seconds):
     """The first seconds of a log."""
     part = slice(round(seconds / log.T))
-    return Log(**{x: None if y is None else y[part]
-                  for x, y in vars(log).items()})
+    return Log(**{x: None if y is None else y[part] for x, y in vars(log).items()})
 
 
 def bias(fit, truth):
     """In percent, of what both have."""
-    return {x: 100 * (fit[x] / truth[x] - 1) for x in fit.names
-            if x in truth}
+    return {x: 100 * (fit[x] / truth[x] - 1) for x in fit.names if x in truth}
 
 
 def test_the_pendulum_is_found_exactly_without_noise(ideal):
@@ -59,8 +54,7 @@ def test_both_wheels_are_found_exactly_without_noise(ideal):
 
 def test_shipped_logs_give_the_truth_within_their_confidence(found, ideal):
     truth = ideal[0]
-    second = {"e_a": truth["e_a"] * 208.5 / 208.8,
-              "f_a": truth["f_a"] * 33.32 / 33.02}
+    second = {"e_a": truth["e_a"] * 208.5 / 208.8, "f_a": truth["f_a"] * 33.32 / 33.02}
     fits = (found.body, truth), *zip(found.wheels, (truth, second))
     for fit, real in fits:
         for name in bias(fit, real):
@@ -75,8 +69,7 @@ def test_the_pendulum_of_the_shipped_logs(found):
     """The two wheels' mean, so one part in a thousand off wheel 1."""
     truth = Mip.printed()
     for x in "abcdef":
-        assert getattr(found.mip, x) == pytest.approx(
-            getattr(truth, x), rel=3e-3)
+        assert getattr(found.mip, x) == pytest.approx(getattr(truth, x), rel=3e-3)
     assert found.contradiction == pytest.approx(1, abs=0.006)
     assert found.polytope(0.04).N == 4
     assert found.polytope().vertices[0].M[0, 0] == found.mip.c
@@ -84,8 +77,7 @@ def test_the_pendulum_of_the_shipped_logs(found):
     assert list(found.ratios) == ["e_c", "f_c", "d_c", "e_a", "f_a"]
     assert np.allclose(C, C.T) and (np.linalg.eigvalsh(C) > 0).all()
     assert not C[:3, 3:].any()
-    assert C[4, 4] == pytest.approx(
-        sum(wheel.sd[1] ** 2 for wheel in found.wheels) / 4)
+    assert C[4, 4] == pytest.approx(sum(wheel.sd[1] ** 2 for wheel in found.wheels) / 4)
 
 
 def test_own_masses_reach_the_pendulum(found):
@@ -108,8 +100,10 @@ def test_linear_fits_are_biased_at_the_text_s_voltage(ideal):
 
 def test_the_bias_is_the_swing_s(ideal):
     """sin q = q - q^3 / 6: a quarter of it at half the voltage."""
-    off = [bias(fit_body(Rig(ideal=True, amplitude=V).body(), "linear"),
-                ideal[0])["d_c"] for V in (0.25, 0.5)]
+    off = [
+        bias(fit_body(Rig(ideal=True, amplitude=V).body(), "linear"), ideal[0])["d_c"]
+        for V in (0.25, 0.5)
+    ]
     assert off[0] < 0
     assert off[1] / off[0] == pytest.approx(4, rel=0.1)
 
@@ -125,12 +119,12 @@ def test_plain_differencing_biases_the_wheels(ideal):
 def test_the_text_s_own_experiments_contradict_each_other(ideal):
     """By 48 %; linear fits and plain differences explain 11 of them."""
     truth, body, wheels = ideal
-    assert contradiction(30.52, 7.133, 208.8, 33.02) == pytest.approx(
-        1.48, abs=0.005)
+    assert contradiction(30.52, 7.133, 208.8, 33.02) == pytest.approx(1.48, abs=0.005)
     one = fit_body(body, "linear")
     two = fit_wheel(wheels, differencing="plain")
-    assert contradiction(one["e_c"], one["f_c"], two["e_a"],
-                         two["f_a"]) == pytest.approx(1.11, abs=0.005)
+    assert contradiction(
+        one["e_c"], one["f_c"], two["e_a"], two["f_a"]
+    ) == pytest.approx(1.11, abs=0.005)
 
 
 def contradiction(e_c, f_c, e_a, f_a):
@@ -158,8 +152,9 @@ def test_confidence_is_neither_boast_nor_modesty(ideal):
     for _ in range(12):
         count = np.floor(wheels.encoder1 + random.random())
         fit = fit_wheel(Log(wheels.t, wheels.V, encoder1=count))
-        z.append([(fit[x] - truth[x]) / fit.sd[i]
-                  for i, x in enumerate(("e_a", "f_a"))])
+        z.append(
+            [(fit[x] - truth[x]) / fit.sd[i] for i, x in enumerate(("e_a", "f_a"))]
+        )
     assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.6
 
 
@@ -168,8 +163,10 @@ def test_coloured_residuals_count_as_such():
     random = np.random.default_rng(0)
     white = random.standard_normal(4001)
     ones = np.ones(4000)
-    fits = [output_error(lambda x: x * ones, y, {"mean": 0.1})
-            for y in (white[1:], np.diff(white))]
+    fits = [
+        output_error(lambda x: x * ones, y, {"mean": 0.1})
+        for y in (white[1:], np.diff(white))
+    ]
     assert fits[0].sd[0] == pytest.approx(4000**-0.5, rel=0.25)
     assert fits[1].sd[0] < 0.2 * fits[0].sd[0]
 
@@ -178,14 +175,15 @@ def test_the_gain_of_4_20_follows_from_equal_peaks():
     k = equal_peaks(*ORIGINAL)
     assert round(k, 2) == -30.52
     s = 1j * np.linspace(5, 20, 100_000)
-    peaks = [abs(np.polyval(b, s) / np.polyval(ORIGINAL[1], s)).max()
-             for b in (ORIGINAL[0], [k, 0])]
+    peaks = [
+        abs(np.polyval(b, s) / np.polyval(ORIGINAL[1], s)).max()
+        for b in (ORIGINAL[0], [k, 0])
+    ]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-8)
 
 
 def test_a_peak_at_zero_frequency_counts():
-    assert equal_peaks([0.1, 50], [1, 30, 100]) == pytest.approx(
-        50 / 100 * 30)
+    assert equal_peaks([0.1, 50], [1, 30, 100]) == pytest.approx(50 / 100 * 30)
     assert equal_peaks([1, 1], [1, 10, 1]) == pytest.approx(10)
 
 
@@ -215,19 +213,21 @@ def test_the_linear_fit_leaves_the_band(ideal):
     """4 % are not conservative: at 1 Hz the magnitude is 8.5 % off."""
     truth, body, _ = ideal
     omega = 2 * np.pi * np.linspace(1, 20, 400)
-    fits = [bode_band([-x["e_c"], 0], [1, x["f_c"], x["d_c"]], omega)
-            for x in (truth, fit_body(body, "linear"))]
+    fits = [
+        bode_band([-x["e_c"], 0], [1, x["f_c"], x["d_c"]], omega)
+        for x in (truth, fit_body(body, "linear"))
+    ]
     off = fits[1][1] - fits[0][1]
     assert off[0] == abs(off).max() > 2 * 20 * np.log10(1.04)
 
 
-@pytest.mark.parametrize("numerator, denominator", [
-    ([2.0], [1, 3.0]), ([5, 1.0], [1, 7, 110.0]), ([3.0], [1, 4, 0.0]),
-])
+@pytest.mark.parametrize(
+    "numerator, denominator",
+    [([2.0], [1, 3.0]), ([5, 1.0], [1, 7, 110.0]), ([3.0], [1, 4, 0.0])],
+)
 def test_responses_are_scipy_s(numerator, denominator):
     t, V = chirp(1, 20, seconds=1)
-    _, y, _ = scipy.signal.lsim(
-        (numerator, denominator), V, t, interp=False)
+    _, y, _ = scipy.signal.lsim((numerator, denominator), V, t, interp=False)
     assert np.allclose(respond(numerator, denominator, V, t[1]), y)
 
 
@@ -283,5 +283,4 @@ def test_errors(ideal):
 def test_a_fit_that_the_log_cannot_tell_apart():
     ones = np.ones(10)
     with pytest.raises(ValueError, match="doesn't determine first, second"):
-        output_error(lambda x, y: (x + y) * ones, ones,
-                     {"first": 1.0, "second": 2.0})
+        output_error(lambda x, y: (x + y) * ones, ones, {"first": 1.0, "second": 2.0})

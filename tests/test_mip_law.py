@@ -3,10 +3,10 @@
 import control
 import numpy as np
 import pytest
-
-from sosbook import thesis
 from sosbook.mip import SampledLaw
 from sosbook.mip.law import combine
+
+from sosbook import thesis
 
 PRINTED = thesis.mip()
 T = 0.01
@@ -48,16 +48,17 @@ def test_appendix_b_is_a_pid_of_angles_summed_by_euler(name):
 
 
 def test_the_printed_discrete_controller_is_the_hold_of_4_29():
-    reduced = [control.zpk(zeros, PRINTED.reduced[2], -gain)
-               for gain, zeros in PRINTED.reduced[:2]]
+    reduced = [
+        control.zpk(zeros, PRINTED.reduced[2], -gain)
+        for gain, zeros in PRINTED.reduced[:2]
+    ]
     parts = [control.ss(x) for x in reduced]
     both = control.ss(
-        np.block([[parts[0].A, np.zeros((2, 2))],
-                  [np.zeros((2, 2)), parts[1].A]]),
-        np.block([[parts[0].B, np.zeros((2, 1))],
-                  [np.zeros((2, 1)), parts[1].B]]),
+        np.block([[parts[0].A, np.zeros((2, 2))], [np.zeros((2, 2)), parts[1].A]]),
+        np.block([[parts[0].B, np.zeros((2, 1))], [np.zeros((2, 1)), parts[1].B]]),
         np.hstack([parts[0].C, parts[1].C]),
-        np.hstack([parts[0].D, parts[1].D]))
+        np.hstack([parts[0].D, parts[1].D]),
+    )
     A, B, C, D = PRINTED.discrete
     printed = control.ss(A, B, -C, -D, T)
     ours = outputs(SampledLaw.of_controller(both, T), PATH)
@@ -83,19 +84,23 @@ def test_combine_skips_zeros_and_keeps_the_precision():
     assert combine([0.0], [np.inf]) == 0
 
 
-@pytest.mark.parametrize("make, words", [
-    (lambda: SampledLaw.of_gain([[1, 2, 3]], T), "K must be"),
-    (lambda: SampledLaw.of_gain([[1, 2, 3, np.nan]], T), "K"),
-    (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 0]], T), "leave it out"),
-    (lambda: SampledLaw.of_gain([[1, 2, 3, 4]], 0), "T"),
-    (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 5]], T, unwind=-1), "unwind"),
-    (lambda: SampledLaw([[1]], [[1]], [[1]], [[1]], T), "B"),
-    (lambda: SampledLaw([1], [[1]], [[1]], [[1]], T), "A must be a matrix"),
-    (lambda: SampledLaw.of_controller(control.ss([], [], [], [[1]]), T),
-     "theta'"),
-    (lambda: SampledLaw.of_controller(
-        control.ss([], [], [], [[1, 2]], 0.5), T), "sampled with 0.5"),
-])
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: SampledLaw.of_gain([[1, 2, 3]], T), "K must be"),
+        (lambda: SampledLaw.of_gain([[1, 2, 3, np.nan]], T), "K"),
+        (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 0]], T), "leave it out"),
+        (lambda: SampledLaw.of_gain([[1, 2, 3, 4]], 0), "T"),
+        (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 5]], T, unwind=-1), "unwind"),
+        (lambda: SampledLaw([[1]], [[1]], [[1]], [[1]], T), "B"),
+        (lambda: SampledLaw([1], [[1]], [[1]], [[1]], T), "A must be a matrix"),
+        (lambda: SampledLaw.of_controller(control.ss([], [], [], [[1]]), T), "theta'"),
+        (
+            lambda: SampledLaw.of_controller(control.ss([], [], [], [[1, 2]], 0.5), T),
+            "sampled with 0.5",
+        ),
+    ],
+)
 def test_bad_input_is_named(make, words):
     with pytest.raises(ValueError, match=words):
         make()

@@ -4,10 +4,10 @@ import control
 import numpy as np
 import pytest
 from scipy.linalg import expm
-
-from sosbook import thesis
 from sosbook.mip import Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.margins import SENSING, SampledLoop, lowest_rate, sensing
+
+from sosbook import thesis
 
 PRINTED = thesis.mip()
 ROBOT = Mip.printed()
@@ -20,8 +20,9 @@ def one_tick(robot, T):
     p = robot.plant()
     A = np.zeros((5, 5))
     A[:2, 2:4] = np.eye(2)
-    A[2:4, :2], A[2:4, 2:4] = -np.linalg.solve(p.M, np.hstack(
-        [p.S, p.D])).reshape(2, 2, 2).transpose(1, 0, 2)
+    A[2:4, :2], A[2:4, 2:4] = (
+        -np.linalg.solve(p.M, np.hstack([p.S, p.D])).reshape(2, 2, 2).transpose(1, 0, 2)
+    )
     A[2:4, 4:] = np.linalg.solve(p.M, p.B)
     e = expm(A * T)
     return e[:4, :4], e[:4, 4]
@@ -35,8 +36,7 @@ def run(firmware, robot, tilt, ticks, late):
     queue, found = [0.0] * late, []
     for _ in range(ticks):
         found.append(x[0])
-        queue.append(controller.step(
-            x[2], x[1] - x[0] + tilt, tilt=x[0])[0])
+        queue.append(controller.step(x[2], x[1] - x[0] + tilt, tilt=x[0])[0])
         x = forward @ x + push * queue.pop(0)
     return np.array(found)
 
@@ -50,7 +50,7 @@ def test_the_loop_is_that_of_the_real_firmware(late, blend):
     # Cayley and Hamilton: any output obeys the characteristic polynomial
     law = np.poly(loop.matrix)
     n = len(law)
-    rest = [law @ found[k:k + n][::-1] for k in range(5, 180)]
+    rest = [law @ found[k : k + n][::-1] for k in range(5, 180)]
     assert np.abs(rest).max() < 1e-9 * np.abs(found).max()
 
 
@@ -64,8 +64,10 @@ def test_measured_exactly_it_is_the_textbook_loop():
 
 
 def test_an_ideal_controller_of_rates_leaves_constants():
-    pd, pid = (SampledLoop(ROBOT, SampledLaw.appendix_b(K, T))
-               for K in (PRINTED.pd[5], PRINTED.pid[5]))
+    pd, pid = (
+        SampledLoop(ROBOT, SampledLaw.appendix_b(K, T))
+        for K in (PRINTED.pd[5], PRINTED.pid[5])
+    )
     assert (pd.constants, pid.constants) == (2, 1)
     assert pd.radius < 1 and pid.radius < 1
 
@@ -76,16 +78,22 @@ def test_differenced_wheels_undo_every_printed_gain(name):
     robots = (ROBOT, *vertices(ROBOT))
     for R, K in getattr(PRINTED, name).items():
         law = SampledLaw.of_gain(K, T)
-        told = [max(SampledLoop(r, law, 0.0, kind).radius for r in robots)
-                for kind in ("exact", "differenced")]
+        told = [
+            max(SampledLoop(r, law, 0.0, kind).radius for r in robots)
+            for kind in ("exact", "differenced")
+        ]
         assert told[0] < 1 < told[1], R
 
 
 def test_sensitivity_and_gain_margins_agree_with_python_control():
     loop = SampledLoop(ROBOT, RECOMMENDED, T, "firmware", 0.002)
     low, high = loop.gain_margins
-    for gain, stable in ((low * 1.01, True), (low * 0.99, False),
-                         (high * 0.99, True), (high * 1.01, False)):
+    for gain, stable in (
+        (low * 1.01, True),
+        (low * 0.99, False),
+        (high * 0.99, True),
+        (high * 1.01, False),
+    ):
         L = loop.open_loop
         closed = control.feedback(gain * L, 1, sign=1)
         assert (np.abs(closed.poles()).max() < 1) == stable
@@ -96,8 +104,7 @@ def test_sensitivity_and_gain_margins_agree_with_python_control():
 
 
 def test_an_unstable_loop_has_no_margins():
-    loop = SampledLoop(ROBOT, SampledLaw.of_gain(PRINTED.pid[1], T),
-                       0.0, "differenced")
+    loop = SampledLoop(ROBOT, SampledLaw.of_gain(PRINTED.pid[1], T), 0.0, "differenced")
     assert loop.radius > 1 and loop.sensitivity == np.inf
     assert np.isnan(loop.gain_margins).all()
 
@@ -110,8 +117,10 @@ def test_the_lowest_rate_is_where_stability_ends():
 
     rates = np.linspace(200, 20, 91)
     found = lowest_rate([ROBOT], law_of, 1, "differenced", rates)
-    radius = [SampledLoop(ROBOT, law_of(1 / f), 1 / f, "differenced").radius
-              for f in (found, found - 2)]
+    radius = [
+        SampledLoop(ROBOT, law_of(1 / f), 1 / f, "differenced").radius
+        for f in (found, found - 2)
+    ]
     assert radius[0] < 1 <= radius[1]
     assert lowest_rate([ROBOT], law_of, 1, "differenced", [20]) == np.inf
 

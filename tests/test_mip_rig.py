@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.signal
 from scipy.integrate import solve_ivp
-
 from sosbook.mip import Mip
 from sosbook.mip import rig as rigs
 from sosbook.mip.experiments import chirp, motion
@@ -22,8 +21,13 @@ def held(acceleration, start, V):
     for volt in V:
         path.append(x)
         x = solve_ivp(
-            lambda _, x: [x[1], acceleration(*x, volt)], (0, T), x,
-            method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+            lambda _, x: [x[1], acceleration(*x, volt)],
+            (0, T),
+            x,
+            method="DOP853",
+            rtol=1e-11,
+            atol=1e-12,
+        ).y[:, -1]
     return np.array(path).T
 
 
@@ -39,8 +43,8 @@ def test_the_body_swings_as_the_nonlinear_model_under_held_wheels(ideal):
     heavy = replace(rig.mip, a=1e9)
     V = log.V[:150]
     theta, rate = held(
-        lambda q, w, V: heavy.acceleration([q, 0], [w, 0], V)[0],
-        [np.pi, 0], V)
+        lambda q, w, V: heavy.acceleration([q, 0], [w, 0], V)[0], [np.pi, 0], V
+    )
     assert abs(rate).max() > 5  # far beyond small angles
     assert np.allclose(log.gyro[:150], rate, atol=1e-6)
 
@@ -50,8 +54,8 @@ def test_the_wheels_turn_as_the_nonlinear_model_with_a_body_at_rest(ideal):
     rig, _, log = ideal
     still = replace(rig.mip, a=2 * rig.mip.I_w, b=0, c=1e9, d=0)
     phi, _ = held(
-        lambda q, w, V: still.acceleration([0, q], [0, w], V)[1],
-        [0, 0], log.V[:100])
+        lambda q, w, V: still.acceleration([0, q], [0, w], V)[1], [0, 0], log.V[:100]
+    )
     turns = log.encoder1[:100] / COUNTS
     assert abs(turns).max() > 0.1
     assert np.allclose(2 * np.pi * turns, phi, atol=1e-6)
@@ -62,8 +66,8 @@ def test_friction_is_a_voltage_that_is_lost():
     V = np.repeat([3.0, -2.0], 50)
     _, w = motion(50.0, 10.0, 0.0, V, T, friction=0.5, steps=20)
     _, free = held(
-        lambda q, w, V: 50 * (V - 0.5 * np.tanh(w / 0.5)) - 10 * w,
-        [0, 0], V)
+        lambda q, w, V: 50 * (V - 0.5 * np.tanh(w / 0.5)) - 10 * w, [0, 0], V
+    )
     assert np.allclose(w, free, atol=1e-5)
     q, w = motion(50.0, 10.0, 0.0, np.full(300, 2.0), T, friction=0.5)
     assert w[-1] == pytest.approx(50 * (2 - 0.5) / 10)
@@ -98,7 +102,8 @@ def test_sensors_say_the_truth_up_to_noise_and_steps(ideal):
     assert np.rad2deg(error.mean()) == pytest.approx(0.5, abs=0.01)
     step = 2000 / 2**15
     assert np.rad2deg(error.std()) == pytest.approx(
-        np.hypot(0.1, step / 12**0.5), rel=0.05)
+        np.hypot(0.1, step / 12**0.5), rel=0.05
+    )
     steps = Rig().body().gyro / GYRO_STEP
     assert np.allclose(steps, steps.round(), atol=1e-9)
     log = shipped("wheels")
@@ -123,12 +128,15 @@ def test_the_truth_is_in_the_letters():
     assert x["f_a"] / x["e_a"] == pytest.approx(mip.f / mip.e)
 
 
-@pytest.mark.parametrize("bad, message", [
-    (dict(mip=replace(Mip.printed(), I_w=None)), "mip has no I_w"),
-    (dict(noise=-1), "noise can't be negative"),
-    (dict(friction=float("nan")), "friction can't be negative"),
-    (dict(amplitude=0), "amplitude must be positive"),
-])
+@pytest.mark.parametrize(
+    "bad, message",
+    [
+        (dict(mip=replace(Mip.printed(), I_w=None)), "mip has no I_w"),
+        (dict(noise=-1), "noise can't be negative"),
+        (dict(friction=float("nan")), "friction can't be negative"),
+        (dict(amplitude=0), "amplitude must be positive"),
+    ],
+)
 def test_bad_rigs(bad, message):
     with pytest.raises(ValueError, match=message):
         Rig(**bad)
@@ -148,21 +156,24 @@ def test_a_log_survives_its_file(tmp_path):
         assert (getattr(log, name) == getattr(back, name)).all()
 
 
-@pytest.mark.parametrize("text, message", [
-    ("", "first row must name t, V"),
-    ("0,0,0\n0.01,1,1\n", "first row must name t, V"),
-    ("t,gyro\n0,1\n", "first row must name t, V"),
-    ("t,V,speed\n0,0,0\n", "first row must name t, V.*speed"),
-    ("t,V,V\n0,0,0\n", "each once"),
-    ("t,V,gyro\n0,0,0\n0.01,,0\n", "line 3 lacks a value"),
-    ("t,V,gyro\n0,0,0\n0.01,1\n", "line 3 lacks a value"),
-    ("t,V\n0,zero\n", "could not convert string"),
-    ("t,V\n0,0\n0.01,nan\n0.02,0\n", "V isn't finite at row 2"),
-    ("t,V\n", "t has 0 samples"),
-    ("t,V\n0,0\n0.01,0\n0.01,0\n", "t must increase.* row 2"),
-    ("t,V\n0,0\n.01,0\n.02,0\n.05,0\n.06,0\n", "2 samples missing .*0.02"),
-    ("t,V\n0,0\n.01,0\n.02,0\n.038,0\n.048,0\n", "1 sample missing .*0.02"),
-])
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("", "first row must name t, V"),
+        ("0,0,0\n0.01,1,1\n", "first row must name t, V"),
+        ("t,gyro\n0,1\n", "first row must name t, V"),
+        ("t,V,speed\n0,0,0\n", "first row must name t, V.*speed"),
+        ("t,V,V\n0,0,0\n", "each once"),
+        ("t,V,gyro\n0,0,0\n0.01,,0\n", "line 3 lacks a value"),
+        ("t,V,gyro\n0,0,0\n0.01,1\n", "line 3 lacks a value"),
+        ("t,V\n0,zero\n", "could not convert string"),
+        ("t,V\n0,0\n0.01,nan\n0.02,0\n", "V isn't finite at row 2"),
+        ("t,V\n", "t has 0 samples"),
+        ("t,V\n0,0\n0.01,0\n0.01,0\n", "t must increase.* row 2"),
+        ("t,V\n0,0\n.01,0\n.02,0\n.05,0\n.06,0\n", "2 samples missing .*0.02"),
+        ("t,V\n0,0\n.01,0\n.02,0\n.038,0\n.048,0\n", "1 sample missing .*0.02"),
+    ],
+)
 def test_bad_files(tmp_path, text, message):
     path = tmp_path / "log.csv"
     path.write_text(text, "utf-8")

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-
-from sosbook import thesis
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.fleet import Push
 from sosbook.mip.recovery import largest_tilt, recovered
@@ -16,6 +14,8 @@ from sosbook.mip.rig import COUNTS, GYRO_STEP
 from sosbook.mip.sensors import Sensors
 from sosbook.mip.simulator import Run, simulate
 from sosbook.plots.robot import robot_run
+
+from sosbook import thesis
 
 T = 0.01
 MIP = Mip.printed()
@@ -44,33 +44,35 @@ class Source:
 
 def flow(mip, x, time, V=0.0, w=(0.0, 0.0)):
     """scipy's solution of the model, from its mass matrix."""
+
     def rate(_, x):
         both = mip.b * np.cos(x[0]) - mip.J
         mass = [[mip.c, both], [both, mip.a]]
         ddz = mip.acceleration(x[:2], x[2:], V) + np.linalg.solve(mass, w)
         return np.concatenate([x[2:], ddz])
 
-    return solve_ivp(rate, (0, time), x, method="DOP853", rtol=1e-12,
-                     atol=1e-13).y[:, -1]
+    return solve_ivp(rate, (0, time), x, method="DOP853", rtol=1e-12, atol=1e-13).y[
+        :, -1
+    ]
 
 
 def test_a_robot_without_voltage_falls_as_scipy_says():
     start = [[1.0, -2.0], [0.5, -1.0], [-3.0, 2.0]]
     robots = [MIP, replace(MIP, J=1e-4)]
-    run = simulate(robots, Source(), [0.4, -0.3], 0.2, sensors=IDEAL,
-                   start=start, substeps=100)
+    run = simulate(
+        robots, Source(), [0.4, -0.3], 0.2, sensors=IDEAL, start=start, substeps=100
+    )
     assert abs(run.x[0]).max(axis=1).min() > 0.8  # far from linear
     assert not run.fell.any()
     for k, robot in enumerate(robots):
         assert np.allclose(
-            run.x[:, k, -1], flow(robot, run.x[:, k, 0], 0.2),
-            rtol=1e-8, atol=1e-8)
+            run.x[:, k, -1], flow(robot, run.x[:, k, 0], 0.2), rtol=1e-8, atol=1e-8
+        )
 
 
 def test_without_damping_or_voltage_the_energy_stays():
     free = replace(MIP, f=0.0)
-    run = simulate(free, Source(), 0.2, 0.15, start=[0, 0, 5.0],
-                   substeps=20)
+    run = simulate(free, Source(), 0.2, 0.15, start=[0, 0, 5.0], substeps=20)
     energy = free.energy(run.x[:2, 0], run.x[2:, 0])
     assert np.ptp(run.x[0, 0]) > 0.3 and not run.fell
     assert np.allclose(energy, energy[0], rtol=1e-9)
@@ -100,8 +102,7 @@ def test_a_tiny_tilt_follows_the_sampled_linear_loop(delay):
         old, young = sent[-2 - int(whole)], sent[-1 - int(whole)]
         x = (before @ [*x, old])[:4]
         x = (after @ [*x, young])[:4]
-    run = simulate(MIP, FIRMWARE, tilt, (count - 1) * T, delay, IDEAL,
-                   substeps=40)
+    run = simulate(MIP, FIRMWARE, tilt, (count - 1) * T, delay, IDEAL, substeps=40)
     scale = abs(np.array(path)).max(axis=0)
     assert (abs(run.x[:, 0].T - path) < 1e-6 * scale).all()
 
@@ -132,8 +133,9 @@ def test_a_push_is_two_torques_for_a_while():
     run = simulate(MIP, Source(), 0.0, 0.03, push=push, substeps=50)
     x = flow(MIP, np.zeros(4), 0.011, w=(0.05, -0.02))
     assert (run.x[..., :2] == 0).all()
-    assert np.allclose(run.x[:, 0, 3], flow(MIP, x, 0.03 - 0.0233),
-                       rtol=1e-8, atol=1e-10)
+    assert np.allclose(
+        run.x[:, 0, 3], flow(MIP, x, 0.03 - 0.0233), rtol=1e-8, atol=1e-10
+    )
 
 
 def test_the_voltage_keeps_its_limit():
@@ -177,8 +179,7 @@ def test_ideal_sensors_tell_the_truth():
 
 def test_the_offset_at_rest_is_measured_with_the_noise_there_is():
     seen = Source()
-    simulate([MIP] * 400, seen, 0.0, T,
-             sensors=Sensors(noise=0.01, offset=0.02))
+    simulate([MIP] * 400, seen, 0.0, T, sensors=Sensors(noise=0.01, offset=0.02))
     bias = seen.begin[2]
     assert abs(bias.mean() - 0.02) < 3 * 0.001 / 20
     assert 0.0008 < bias.std() < 0.0012  # noise / sqrt(100)
@@ -187,8 +188,7 @@ def test_the_offset_at_rest_is_measured_with_the_noise_there_is():
 def test_accelerometers_at_rest_know_the_tilt():
     theta = np.linspace(-1.5, 1.5, 31)
     x = np.array([theta, 7 + theta, 0 * theta, 0 * theta])
-    assert np.allclose(Sensors().tilt(x, np.zeros((2, 31))), theta,
-                       rtol=0, atol=1e-14)
+    assert np.allclose(Sensors().tilt(x, np.zeros((2, 31))), theta, rtol=0, atol=1e-14)
 
 
 def test_an_axle_that_accelerates_fools_them():
@@ -202,15 +202,15 @@ def test_they_feel_the_second_difference_of_their_place():
 
     def place(t):
         theta, phi, _, _ = flow(MIP, x, t, V=2.0)
-        return np.array([-0.032 * phi - 0.07 * np.sin(theta),
-                         0.07 * np.cos(theta)])
+        return np.array([-0.032 * phi - 0.07 * np.sin(theta), 0.07 * np.cos(theta)])
 
     x_middle = flow(MIP, x, step, V=2.0)
     bend = (place(2 * step) - 2 * place(step) + place(0)) / step**2
     force = bend + [0, 9.8]
     sin, cos = np.sin(x_middle[0]), np.cos(x_middle[0])
-    expected = np.arctan2(cos * force[0] + sin * force[1],
-                          -sin * force[0] + cos * force[1])
+    expected = np.arctan2(
+        cos * force[0] + sin * force[1], -sin * force[0] + cos * force[1]
+    )
     ddz = MIP.acceleration(x_middle[:2], x_middle[2:], 2.0)
     assert abs(sensors.tilt(x_middle, ddz) - expected) < 1e-4
     assert abs(expected - x_middle[0]) > 0.05  # not small
@@ -221,15 +221,18 @@ def test_at_one_height_accelerometers_dont_feel_the_motors():
     assert abs(height - 0.051) < 5e-4  # as the docstring says
     x = np.array([[1e-4], [0], [0], [0]])
     tilts = [
-        [Sensors(height=h).tilt(x, MIP.acceleration(x[:2], x[2:], V))[0]
-         for V in (-5.0, 5.0)] for h in (height, 0.0)]
+        [
+            Sensors(height=h).tilt(x, MIP.acceleration(x[:2], x[2:], V))[0]
+            for V in (-5.0, 5.0)
+        ]
+        for h in (height, 0.0)
+    ]
     assert abs(np.diff(tilts[0])) < 1e-8
     assert abs(np.diff(tilts[1])) > 1
 
 
 def test_the_seed_decides_every_run():
-    first, same, other = (
-        simulate(MIP, FIRMWARE, 0.1, 0.3, seed=s) for s in (5, 5, 6))
+    first, same, other = (simulate(MIP, FIRMWARE, 0.1, 0.3, seed=s) for s in (5, 5, 6))
     assert (first.x == same.x).all() and (first.V == same.V).all()
     assert (first.V != other.V).any()
 
@@ -239,18 +242,24 @@ def test_a_fleet_of_fifty_is_fifty_robots():
     tilt = np.linspace(-0.9, 0.9, 50)  # some fall
     sensors = Sensors(accelerometer=0.05)
     options = dict(t_end=0.3, delay=0.004)
-    fleet = simulate(robots, replace(FIRMWARE, blend=0.01), tilt, seed=11,
-                     sensors=sensors, **options)
+    fleet = simulate(
+        robots, replace(FIRMWARE, blend=0.01), tilt, seed=11, sensors=sensors, **options
+    )
     for k in range(0, 50, 7):
-        alone = simulate(robots[k], replace(FIRMWARE, blend=0.01), tilt[k],
-                         seed=11 + k, sensors=sensors, **options)
+        alone = simulate(
+            robots[k],
+            replace(FIRMWARE, blend=0.01),
+            tilt[k],
+            seed=11 + k,
+            sensors=sensors,
+            **options,
+        )
         assert np.allclose(fleet.x[:, k], alone.x[:, 0], rtol=0, atol=1e-9)
         assert np.allclose(fleet.V[k], alone.V[0], rtol=0, atol=1e-9)
 
 
 def test_a_longer_run_begins_like_a_shorter_one():
-    short, long = (
-        simulate(MIP, FIRMWARE, 0.1, t_end) for t_end in (0.2, 0.4))
+    short, long = (simulate(MIP, FIRMWARE, 0.1, t_end) for t_end in (0.2, 0.4))
     assert (long.x[..., :21] == short.x).all()
 
 
@@ -267,8 +276,9 @@ def test_any_object_that_steps_can_be_the_controller():
         def step(self, *seen):
             return self.inner.step(*seen)
 
-    known, wrapped = (simulate(MIP, controller, 0.1, 0.3)
-                      for controller in (FIRMWARE, Wrapped()))
+    known, wrapped = (
+        simulate(MIP, controller, 0.1, 0.3) for controller in (FIRMWARE, Wrapped())
+    )
     assert (known.V == wrapped.V).all()
     assert np.isnan(wrapped.estimate).all()
 
@@ -296,8 +306,7 @@ def test_dropouts_may_differ_between_runs_or_be_a_function():
     lost = np.zeros((2, count), bool)
     lost[1, 30:33] = True
     both = simulate(MIP, FIRMWARE, [0.1, 0.1], 0.5, dropouts=lost)
-    second = simulate(MIP, FIRMWARE, 0.1, 0.5, seed=1,
-                      dropouts=lambda k: 30 <= k < 33)
+    second = simulate(MIP, FIRMWARE, 0.1, 0.5, seed=1, dropouts=lambda k: 30 <= k < 33)
     never = simulate(MIP, FIRMWARE, 0.1, 0.5)
     assert np.allclose(both.x[:, 1], second.x[:, 0], atol=1e-9)
     assert np.allclose(both.x[:, 0], never.x[:, 0], atol=1e-9)
@@ -338,8 +347,7 @@ def test_the_largest_tilt_stands_and_a_little_more_falls():
     far = replace(FIRMWARE, tip=1.5, limit=4.0)
     options = dict(t_end=1.5, sensors=IDEAL)
     high, points, rounds = np.pi / 2, 6, 3
-    tilt = largest_tilt(MIP, far, high=high, points=points, rounds=rounds,
-                        **options)
+    tilt = largest_tilt(MIP, far, high=high, points=points, rounds=rounds, **options)
     step = high / points**rounds
     assert 0.1 < tilt < 1.4
     assert recovered(MIP, far, tilt, **options)
@@ -360,30 +368,37 @@ def test_what_a_run_says_of_itself():
     assert np.allclose(run.chatter, [3 / 0.9, 0, 0])
 
 
-@pytest.mark.parametrize("change, words", [
-    (dict(tilt=2.0), "tilt must lie"),
-    (dict(tilt=[0.1, 0.2], robots=[MIP] * 3), "tilt has 2 entries"),
-    (dict(robots=[]), "robots must be"),
-    (dict(delay=-0.1), "delay must be"),
-    (dict(delay=[0, 0]), "delay must be"),
-    (dict(t_end=0), "t_end must be positive"),
-    (dict(substeps=0), "substeps must be"),
-    (dict(dropouts=[True]), "dropouts ends"),
-    (dict(controller=object()), "firmware or a T"),
-    (dict(controller=Source(np.nan)), "must be finite"),
-    (dict(controller=FIRMWARE.controller(3)), "is for 3 runs"),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (dict(tilt=2.0), "tilt must lie"),
+        (dict(tilt=[0.1, 0.2], robots=[MIP] * 3), "tilt has 2 entries"),
+        (dict(robots=[]), "robots must be"),
+        (dict(delay=-0.1), "delay must be"),
+        (dict(delay=[0, 0]), "delay must be"),
+        (dict(t_end=0), "t_end must be positive"),
+        (dict(substeps=0), "substeps must be"),
+        (dict(dropouts=[True]), "dropouts ends"),
+        (dict(controller=object()), "firmware or a T"),
+        (dict(controller=Source(np.nan)), "must be finite"),
+        (dict(controller=FIRMWARE.controller(3)), "is for 3 runs"),
+    ],
+)
 def test_bad_input_is_named(change, words):
     given = dict(robots=MIP, controller=FIRMWARE, tilt=0.1, t_end=0.1)
     with pytest.raises(ValueError, match=words):
         simulate(**given | change)
 
 
-@pytest.mark.parametrize("change, words", [
-    (dict(noise=-1.0), "noise"), (dict(counts=0), "counts"),
-    (dict(accelerometer=-1.0), "accelerometer"),
-    (dict(offset=np.nan), "offset"),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (dict(noise=-1.0), "noise"),
+        (dict(counts=0), "counts"),
+        (dict(accelerometer=-1.0), "accelerometer"),
+        (dict(offset=np.nan), "offset"),
+    ],
+)
 def test_bad_sensors_are_named(change, words):
     with pytest.raises(ValueError, match=words):
         Sensors(**change)
@@ -393,8 +408,7 @@ def test_the_integral_turns_a_gyros_drift_into_an_offset():
     """PID rests where K_P1 w + K_I phi = 0, phi as it is estimated."""
     w, K = np.deg2rad(0.05), thesis.mip().pid[5]
     firmware = Firmware(SampledLaw.of_gain(K, T))
-    run = simulate(MIP, firmware, 0.0, 12.0, sensors=IDEAL, bias=-w,
-                   substeps=2)
+    run = simulate(MIP, firmware, 0.0, 12.0, sensors=IDEAL, bias=-w, substeps=2)
     phi = -w * run.t[-1] - K[0, 0] * w / K[0, 4]
     assert abs(run.x[1, 0, -1] - phi) < 0.01 * abs(phi)
 
@@ -406,10 +420,10 @@ def test_a_plot_of_a_run_holds_each_robot_and_the_limits():
     plt.close(figure)
     assert [line.get_label() for line in wheels.lines[1:]] == ["a", "b"]
     assert (wheels.lines[2].get_ydata() == run.x[1, 1]).all()
-    assert [line.get_ydata()[0] for line in volts.lines[3:]] == [
-        -V_MAX, V_MAX]
-    assert np.allclose(np.deg2rad(error.lines[1].get_ydata()),
-                       run.estimate[0] - run.x[0, 0])
+    assert [line.get_ydata()[0] for line in volts.lines[3:]] == [-V_MAX, V_MAX]
+    assert np.allclose(
+        np.deg2rad(error.lines[1].get_ydata()), run.estimate[0] - run.x[0, 0]
+    )
     with pytest.raises(ValueError, match="panels has 'u'"):
         robot_run(run, panels=["u"])
     with pytest.raises(ValueError, match="names has 1"):
@@ -419,7 +433,14 @@ def test_a_plot_of_a_run_holds_each_robot_and_the_limits():
 def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
     firmware = Firmware(SampledLaw.of_gain(thesis.mip().pd[5], 0.01))
     plain, hair = (
-        simulate(Mip.printed(), firmware, [0.1], 0.3,
-                 push=Push(0.1 + late, 0.05, 0.01), delay=late)
-        for late in (0.0, 5e-10))
+        simulate(
+            Mip.printed(),
+            firmware,
+            [0.1],
+            0.3,
+            push=Push(0.1 + late, 0.05, 0.01),
+            delay=late,
+        )
+        for late in (0.0, 5e-10)
+    )
     assert np.allclose(plain.x, hair.x, atol=1e-6)

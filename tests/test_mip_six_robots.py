@@ -2,27 +2,38 @@
 
 import numpy as np
 import pytest
-
 from sosbook.mip import Robot
 from sosbook.mip.compiled import Compiled
 from sosbook.mip.deployment import deploy
 from sosbook.mip.gate import widened
+
 from tests.compiler import find, refuse
 from tests.six_robots import SIX, logs, stand, write
 
 
 def described(machine):
     return Robot(
-        name=machine.name, M_b=machine.M_b, l=machine.l, r=machine.r,
-        M_w=machine.M_w, counts=machine.counts, gyro_range=17.4,
-        limit=machine.V_n, rotors=True, friction=machine.friction > 0,
-        T=machine.T, delay=machine.delay, jitter=0.0005)
+        name=machine.name,
+        M_b=machine.M_b,
+        l=machine.l,
+        r=machine.r,
+        M_w=machine.M_w,
+        counts=machine.counts,
+        gyro_range=17.4,
+        limit=machine.V_n,
+        rotors=True,
+        friction=machine.friction > 0,
+        T=machine.T,
+        delay=machine.delay,
+        jitter=0.0005,
+    )
 
 
 #: Refused, for want of a proof: 600 cells leave the loop 1 ms late
 #: undecided over the whole polytope, though its sensitivity peaks at 1.7.
 OPEN = pytest.mark.xfail(
-    reason="the sampled proof runs out of cells", raises=AssertionError)
+    reason="the sampled proof runs out of cells", raises=AssertionError
+)
 
 
 #: Each robot takes a minute: the gate takes two, far from each other.
@@ -32,7 +43,8 @@ GATE = "gear motors 100 Hz", "Balboa-like"
 def marks(name):
     """Those of a robot's campaign."""
     return [OPEN] * (name == "tall and thin") + (
-        [pytest.mark.campaign] * (name not in GATE))
+        [pytest.mark.campaign] * (name not in GATE)
+    )
 
 
 def test_the_gate_takes_two_of_them():
@@ -41,19 +53,17 @@ def test_the_gate_takes_two_of_them():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("machine", [
-    pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX])
+@pytest.mark.parametrize(
+    "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX]
+)
 def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     body, wheels = logs(machine)
     write(tmp_path / "body.csv", "t,V,gyro", body)
     write(tmp_path / "wheels.csv", "t,V,encoder1,encoder2", wheels)
-    found = deploy(tmp_path / "body.csv", tmp_path / "wheels.csv",
-                   described(machine))
+    found = deploy(tmp_path / "body.csv", tmp_path / "wheels.csv", described(machine))
 
-    inertia = {"c": machine.I_o + machine.J,
-               "a": 2 * machine.I_w + machine.J}
-    torque = {"e": machine.e, "f": machine.f,
-              "d": machine.M_b * 9.81 * machine.l}
+    inertia = {"c": machine.I_o + machine.J, "a": 2 * machine.I_w + machine.J}
+    torque = {"e": machine.e, "f": machine.f, "d": machine.M_b * 9.81 * machine.l}
     ratios = found.identified.ratios
     for (name, value), sd in zip(ratios.items(), widened(found.identified)):
         truth = torque[name[0]] / inertia[name[-1]]
@@ -68,7 +78,9 @@ def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     tilts, fault = stand(machine, program, machine.V_n)
     assert fault == 0 and len(tilts) == round(60 / machine.T)
     assert abs(tilts).max() < 0.5
-    assert abs(tilts[len(tilts) // 2:]).max() < np.deg2rad(3)
-    print(f"{machine.name}: R = {found.design.request.cost.R[0, 0]:g}, peak "
-          f"{found.sensitivity:.2f}, decay {found.delayed.request.delta:g}/s "
-          f"by {found.delayed.request.method}")
+    assert abs(tilts[len(tilts) // 2 :]).max() < np.deg2rad(3)
+    print(
+        f"{machine.name}: R = {found.design.request.cost.R[0, 0]:g}, peak "
+        f"{found.sensitivity:.2f}, decay {found.delayed.request.delta:g}/s "
+        f"by {found.delayed.request.method}"
+    )

@@ -1,11 +1,14 @@
-"""The free scalar mu of Theorem 2.1."""
+"""The free scalar mu of Theorem 2.1, and the size of P in general."""
 
 import numpy as np
 import pytest
 
 import sosbook as sos
 from sosbook.plants.descriptor import Coupled, descriptors
+from sosbook.requirements.hinf import HInfinity
+from sosbook.synthesis.problem import Request
 from sosbook.theorems import bounded_real
+from tests.energy_to_peak import EnergyToPeak
 
 
 @pytest.fixture(scope="module")
@@ -13,9 +16,26 @@ def robot():
     return sos.thesis.example_1()
 
 
+@pytest.fixture(scope="module")
+def asked(robot):
+    """The robot's requirements but for gamma."""
+    return dict(U=robot.U, region=robot.region, saturation=robot.saturation)
+
+
+def units(plant, force, length, w=1.0):
+    """The plant, with gamma's unit, in other units of force, length and w."""
+    return sos.SecondOrderSystem(
+        plant.M * force / length,
+        plant.D * force / length,
+        plant.S * force / length,
+        plant.B,
+        plant.F / w,
+    ), length / force / w
+
+
 def test_mu_is_the_size_of_P():
     """P / mu with mu is P with 1, after a congruence."""
-    d, = descriptors(sos.thesis.example_1().plant, np.eye(2))
+    (d,) = descriptors(sos.thesis.example_1().plant, np.eye(2))
     rng = np.random.default_rng(1)
     P, Y, mu = rng.standard_normal((6, 6)), rng.standard_normal((2, 6)), 0.01
     P = P + P.T
@@ -29,59 +49,237 @@ def test_mu_is_the_size_of_P():
 def test_alone_gamma_does_not_depend_on_mu(robot, mu):
     """Without a block that fixes the size of P."""
     d = sos.design_pid(
-        robot.plant, robot.U, robot.region, mu=mu, minimize="gamma"
+        robot.plant, robot.U, region=robot.region, mu=mu, minimize="gamma"
     )
-    wanted = sos.design_pid(
-        robot.plant, robot.U, robot.region, minimize="gamma"
-    )
+    wanted = sos.design_pid(robot.plant, robot.U, region=robot.region, minimize="gamma")
     assert d.gamma == wanted.gamma
     assert np.allclose(d.K, wanted.K, rtol=1e-4)
+    assert d.request.condition == ""
 
 
-def test_mu_is_a_unit_of_w(robot):
+def test_a_number_for_mu_is_a_unit_of_w(robot, asked):
     """-mu I and -(gamma^2/mu) I are F / sqrt(mu) and gamma / sqrt(mu)."""
     plant, mu = robot.plant, 0.04
-    other = sos.SecondOrderSystem(
-        plant.M, plant.D, plant.S, plant.B, plant.F / np.sqrt(mu)
-    )
-    asked = dict(U=robot.U, region=robot.region, saturation=robot.saturation)
+    other, unit = units(plant, 1, 1, np.sqrt(mu))
     first = sos.design_pid(plant, gamma=0.3, mu=mu, **asked)
-    second = sos.design_pid(other, gamma=0.3 / np.sqrt(mu), **asked)
+    second = sos.design_pid(other, gamma=0.3 * unit, mu=1.0, **asked)
     assert np.allclose(first.K, second.K, rtol=1e-5)
 
 
-@pytest.mark.slow
-def test_free_mu_proves_what_one_cannot(robot):
+@pytest.mark.parametrize("force, length", [(1e-3, 1), (1e3, 1e3), (1e-9, 1e9), (10, 1)])
+def test_verdict_and_gain_belong_to_the_physics(robot, asked, force, length):
+    """In kilonewtons the readme's own program was refused, "proven"."""
+    plant, unit = units(robot.plant, force, length)
+    there = asked | dict(
+        saturation=sos.Saturation(
+            force * robot.saturation.u_max, length * robot.saturation.x0
+        )
+    )
+    here = sos.design_pid(robot.plant, gamma=1.257, **asked)
+    d = sos.design_pid(plant, gamma=1.257 * unit, **there)
+    assert d.status == here.status == "feasible" and d.certify().proven
+    assert np.allclose(d.K * length / force, here.K, rtol=1e-9)
+    assert np.isclose(d.mu * force**2, here.mu)
+    best = sos.design_pid(plant, minimize="gamma", **there)
+    assert np.isclose(best.gamma / unit, 0.00994, rtol=1e-9)
+    refused = sos.design_pid(plant, gamma=0.009 * unit, **there)
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+
+
+def test_one_program_finds_the_best_mu(robot, asked):
+    """The optimum of a scan over mu, which is never lower."""
+    best = sos.design_pid(robot.plant, minimize="gamma", backoff=1e-3, **asked)
+    scan = [
+        sos.design_pid(robot.plant, minimize="gamma", backoff=1e-3, mu=mu, **asked)
+        for mu in 2.271e-4 * np.array([0.3, 0.8, 1.0, 1.25, 3.0])
+    ]
+    found = [d.gamma or np.inf for d in scan]
+    assert best.gamma <= min(found) == found[2] == best.gamma
+    assert best.gamma == 0.00985
+    given = sos.analyse_pid(
+        robot.plant, robot.K, minimize="gamma", backoff=1e-3, **asked
+    )
+    assert given.gamma == 0.0184 and given.certify(17).proven
+
+
+def test_free_mu_proves_what_one_cannot(robot, asked):
     """A bound near the true norm, over the other requirements."""
-    asked = dict(U=robot.U, region=robot.region, saturation=robot.saturation)
-    fixed = sos.design_pid(robot.plant, minimize="gamma", **asked)
-    free = sos.design_pid(robot.plant, minimize="gamma", mu="free", **asked)
+    fixed = sos.design_pid(robot.plant, minimize="gamma", mu=1.0, **asked)
+    free = sos.design_pid(robot.plant, minimize="gamma", **asked)
     assert free.gamma < fixed.gamma / 10
     assert free.hinf() < free.gamma < 2 * free.hinf()
     assert free.certify().proven
-    tight = sos.design_pid(robot.plant, gamma=0.02, mu="free", **asked)
-    assert tight.status == "feasible" and tight.certify().proven
-    assert sos.design_pid(robot.plant, gamma=0.02, **asked).status == "infeasible"
 
 
-@pytest.mark.slow
-def test_free_mu_that_finds_nothing_is_undecided(robot):
-    asked = dict(U=robot.U, region=robot.region, saturation=robot.saturation)
-    d = sos.design_pid(robot.plant, gamma=0.001, mu="free", **asked)
-    assert d.status == "undecided"
-    with pytest.raises(ValueError, match="undecided"):
-        d.certify()
+def test_a_refusal_for_one_mu_says_so(robot, asked):
+    refused = sos.design_pid(robot.plant, gamma=0.02, mu=1.0, **asked)
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+    assert refused.infeasibility.condition == "for mu = 1"
+    assert refused.request.condition == "for mu = 1"
+    assert repr(refused) == "<Design: infeasible for mu = 1>"
+    assert refused.advice.startswith("Leave out mu = 1 first")
+    assert sos.design_pid(robot.plant, gamma=0.02, **asked).certify().proven
+    for gamma, mu in ((0.009, 1.0), (0.009, None)):
+        never = sos.design_pid(robot.plant, gamma=gamma, mu=mu, **asked)
+        assert never.status == "infeasible" and "mu" not in never.advice
 
 
-@pytest.mark.parametrize("asked, words", [
-    (dict(mu=0), "mu must be positive"),
-    (dict(mu="best"), "mu must be a number or \"free\""),
-    (dict(mu="free"), "needs gamma"),
-    (dict(mu="free", gamma=1, coupling="slack"), "two searches"),
-    (dict(slack=0.1), "slack is given"),
-    (dict(slack=-1, coupling="slack"), "slack must be positive"),
-    (dict(coupling="loose"), "coupling must be"),
-])
+def test_a_refusal_without_mu_excludes_every_mu(robot, asked):
+    never = sos.design_pid(robot.plant, gamma=0.0098, **asked)
+    assert never.status == "infeasible" and never.infeasibility.proven
+    assert never.infeasibility.condition == "" and repr(never).endswith("infeasible>")
+    for mu in (1e-6, 2.27e-4, 1, 1e3):
+        one = sos.design_pid(robot.plant, gamma=0.0098, mu=mu, **asked)
+        assert one.status == "infeasible"
+
+
+def test_the_printed_blocks_hold_with_the_mu_of_the_design(robot, asked):
+    """P, Y and mu in the plant's units, in the theorem as it is printed."""
+    d = sos.design_pid(robot.plant, gamma=0.02, **asked)
+    (v,) = descriptors(robot.plant, robot.U)
+    block = bounded_real(Coupled(v, v, d.P, d.Y), 0.02**2, d.mu)
+    assert np.linalg.eigvalsh(block)[0] > 0
+    x0 = robot.saturation.x0
+    assert x0 @ np.linalg.solve(d.P, x0) < 1
+    push = d.K @ d.P @ d.K.T
+    assert np.linalg.eigvalsh(push)[-1] < robot.saturation.u_max**2
+    tied = sos.analyse_pid(robot.plant, d.K, gamma=0.02, mu=d.mu, **asked)
+    assert tied.status == "feasible"
+
+
+# ------------------------------------------ every pair that fixes the size of P
+
+
+COST = sos.QuadraticCost(np.eye(4), np.eye(2), noise="F", bound=8.0)
+SIZED = {
+    "gamma": HInfinity(0.5),
+    "u_max": sos.Saturation(60.0, [0.2, 0.1, 0, 0]),
+    "cost": COST,
+    "peak": EnergyToPeak(0.5),
+}
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("gamma", "u_max"),
+        ("gamma", "cost"),
+        ("cost", "u_max"),
+        ("gamma", "peak"),
+        ("gamma", "cost", "u_max", "peak"),
+    ],
+)
+def test_the_sizes_belong_to_the_physics(robot, names, coupling):
+    """In other units of force, length and cost the same gain comes out."""
+    force, length, price = 1e-4, 1e3, 1e5
+    plant, unit = units(robot.plant, force, length)
+    state = np.kron(np.eye(2), length * np.eye(2))
+    there = {
+        "gamma": HInfinity(0.5 * unit),
+        "u_max": sos.Saturation(60.0 * force, length * SIZED["u_max"].x0),
+        "cost": sos.QuadraticCost(
+            price * np.linalg.inv(state).T @ COST.Q @ np.linalg.inv(state),
+            price * COST.R / force**2,
+            noise="F",
+            bound=price * 8.0,
+        ),
+        "peak": EnergyToPeak(0.5 * unit),
+    }
+    there["cost"] = sos.QuadraticCost(
+        there["cost"].Q, there["cost"].R, "F", there["cost"].bound
+    )
+    # F stays in the old unit of force: w changes, and the cost with it
+    there["cost"] = there["cost"].with_bound(8.0 * price / force**2)
+    if "cost" in names:
+        plant, _ = units(robot.plant, force, length, 1 / force)
+        there["gamma"] = HInfinity(0.5 * length)
+        there["peak"] = EnergyToPeak(0.5 * length)
+        there["cost"] = there["cost"].with_bound(8.0 * price)
+    more = dict(coupling=coupling, region=sos.PoleRegion(0.3))
+    here, other = (
+        sos.design_pid(p, requirements=[table[n] for n in names], **more)
+        for p, table in ((robot.plant, SIZED), (plant, there))
+    )
+    assert here.status == other.status == "feasible"
+    assert here.certify(9).proven and other.certify(9).proven
+    assert len(here.request.sized) == len(names)
+    assert len(here.own) - ("cost" in names) == len(names) - 1
+    assert np.allclose(other.K * length / force, here.K, rtol=1e-5)
+    again = sos.design_pid(
+        robot.plant,
+        requirements=[SIZED[n] for n in names],
+        **more,
+        start=here,
+        **({"slack": here.slack} if coupling == "slack" else {}),
+    )
+    assert np.allclose(again.K, here.K, rtol=1e-5)
+
+
+@pytest.mark.parametrize("key", ["gamma", "u_max", "cost"])
+def test_a_bound_is_minimised_over_every_size(robot, key):
+    """One step further is refused, with a proof for every size."""
+    r = SIZED[key]
+    others = [SIZED[n] for n in ("gamma", "u_max", "cost") if n != key]
+    best = sos.design_pid(
+        robot.plant,
+        requirements=[r.with_bound(None), *others],
+        minimize=key,
+        backoff=1e-3,
+    )
+    bound = sos.maps.requirements(best.request)[key]
+    assert best.certify(9).proven
+    refused = sos.design_pid(
+        robot.plant, requirements=[r.with_bound(0.99 * bound), *others]
+    )
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+
+
+def test_two_bounds_at_once(robot, asked):
+    """Never worse than at any size that a scan tries."""
+    weights = {"gamma": 1.0, "u_max": 1e-9}
+    free = dict(asked, saturation=sos.Saturation(None, robot.saturation.x0))
+
+    def total(d):
+        found = sos.maps.requirements(d.request)
+        return sum(w * found[name] ** 2 for name, w in weights.items())
+
+    best = sos.design_pid(robot.plant, minimize=weights, backoff=1e-3, **free)
+    assert best.certify(9).proven
+    for mu in best.mu * np.array([0.2, 0.9, 1.1, 5]):
+        fixed = sos.design_pid(
+            robot.plant, minimize=weights, backoff=1e-3, mu=mu, **free
+        )
+        assert total(best) < 1.005 * total(fixed)
+
+
+def test_a_request_knows_what_fixes_the_size(robot):
+    request = Request(robot.plant, robot.U, robot.region)
+    assert request.sized == () and request.leader() is None
+    request = Request(robot.plant, requirements=list(SIZED.values()))
+    assert [r.name for r in request.sized] == ["gamma", "cost", "saturation", "peak"]
+    assert request.leader().name == "gamma"
+    assert request.leader(["u_max"]).name == "saturation"
+    assert [r.name for r in request.followers(request.leader())] == [
+        "cost",
+        "saturation",
+        "peak",
+    ]
+    tied = Request(robot.plant, requirements=list(SIZED.values()), mu=2)
+    assert tied.followers(tied.leader()) == () and tied.condition == "for mu = 2"
+    assert tied.untied().condition == ""
+
+
+@pytest.mark.parametrize(
+    "asked, words",
+    [
+        (dict(mu=0), "mu must be positive"),
+        (dict(mu="best"), 'mu must be a number or "free"'),
+        (dict(slack=0.1), "slack is given"),
+        (dict(slack=-1, coupling="slack"), "slack must be positive"),
+        (dict(coupling="loose"), "coupling must be"),
+    ],
+)
 def test_bad_input(robot, asked, words):
     with pytest.raises(ValueError, match=words):
-        sos.design_pid(robot.plant, robot.U, robot.region, **asked)
+        sos.design_pid(robot.plant, robot.U, region=robot.region, **asked)

@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import brentq
 
 import sosbook as sos
+from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 from sosbook.plants.descriptor import descriptors
-from sosbook.analysis.nonlinear import Steps, arm_gravity, simulate_nonlinear
+from sosbook.plants.signals import Steps
 
 ARM = sos.thesis.arm(0.0)
 EX = sos.thesis.example_4()
@@ -24,14 +25,18 @@ def swing(t, r=None, x0=None, K=EX.K, U=EX.U):
 def test_without_a_force_it_is_the_linear_loop():
     ex = sos.thesis.example_1()
     t = np.linspace(0, 4, 201)
-    asked = dict(r=[1.0, -0.5], w=sos.Sine([5, 2], 10, 5, 1, 2.05),
-                 x0=[0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
+    asked = dict(
+        r=[1.0, -0.5],
+        w=sos.Sine([5, 2], 10, 5, 1, 2.05),
+        x0=[0.2, 0.2, 0.8, 0.8, 0.1, 0.1],
+    )
     K_A = np.array([[-1.0, 0.5], [0, -2]])
     for gain in (None, K_A):
         (d,) = descriptors(ex.plant, ex.U, gain)
         exact = sos.analysis.simulate(d, ex.K, t, **asked, K_A=gain)
         found = simulate_nonlinear(
-            ex.plant, nothing, ex.K, t, ex.U, **asked, K_A=gain, rtol=1e-11)
+            ex.plant, nothing, ex.K, t, ex.U, **asked, K_A=gain, rtol=1e-11
+        )
         for name in SIGNALS:
             gap = getattr(found, name) - getattr(exact, name)
             assert np.abs(gap).max() < 1e-8, name
@@ -45,8 +50,7 @@ def test_a_spring_may_be_given_as_a_force():
     one = simulate_nonlinear(arm, nothing, EX.K, t, **asked)
     # the integrator needs the true stiffness, so shift only a part
     part = sos.SecondOrderSystem(arm.M, arm.D, 0.9 * arm.S, arm.B)
-    other = simulate_nonlinear(
-        part, lambda z, dz: 0.1 * arm.S @ z, EX.K, t, **asked)
+    other = simulate_nonlinear(part, lambda z, dz: 0.1 * arm.S @ z, EX.K, t, **asked)
     assert np.allclose(one.x, other.x, atol=1e-7)
     with pytest.raises(ValueError, match="U is uncontrollable"):
         simulate_nonlinear(soft, lambda z, dz: arm.S @ z, EX.K, t, **asked)
@@ -64,11 +68,13 @@ def test_small_swings_are_those_of_the_linear_arm():
 def test_the_free_arm_keeps_its_energy(angle):
     t = np.linspace(0, 10, 501)
     free = simulate_nonlinear(
-        ARM, arm_gravity, np.zeros((1, 4)), t, x0=[angle, angle - 0.1, 0, 1])
+        ARM, arm_gravity, np.zeros((1, 4)), t, x0=[angle, angle - 0.1, 0, 1]
+    )
     z, dz = free.z, free.dz
     energy = (
         np.sum(dz * (ARM.M @ dz), axis=0) / 2
-        + np.sum(z * (ARM.S @ z), axis=0) / 2 - np.cos(z[0])
+        + np.sum(z * (ARM.S @ z), axis=0) / 2
+        - np.cos(z[0])
     )
     assert np.ptp(z[0]) > 0.1
     assert np.abs(energy - energy[0]).max() < 1e-6
@@ -92,8 +98,7 @@ def test_steps_are_runs_one_after_the_other():
     first = swing(np.array([0, 0.5, 1.0]), [0.5, 0.5])
     second = swing(np.array([0, 0.35, 0.7]), [1, 1], first.x[:, -1])
     third = swing(np.array([0, 0.3]), [-1, -0.5], second.x[:, -1])
-    states = np.hstack(
-        [first.x, second.x[:, 1:], third.x[:, 1:]])
+    states = np.hstack([first.x, second.x[:, 1:], third.x[:, 1:]])
     assert np.allclose(whole.x, states, atol=1e-8)
     assert np.array_equal(whole.e[:, 2], whole.z[:, 2] - [1, 1])
     assert np.allclose(whole.u[0, 4], third.u[0, 0])
@@ -109,7 +114,7 @@ def test_two_motions_approach_as_the_common_p_says():
     """V(x - y) falls at 2 sigma, for factors down to -1."""
     arms = sos.Polytope([sos.thesis.arm(-1.0), sos.thesis.arm(1.0)])
     sigma = 2.0
-    found = sos.analyse_pid(arms, EX.K, EX.U, sos.PoleRegion(sigma=sigma))
+    found = sos.analyse_pid(arms, EX.K, EX.U, region=sos.PoleRegion(sigma=sigma))
     assert found.certify(8).proven
     t, rng = np.linspace(0, 3, 61), np.random.default_rng(3)
     r = Steps([0, 1.5], [[3, 3], [-1, -1]])
@@ -126,19 +131,22 @@ def test_a_runaway_is_named():
         swing(np.array([0, 100.0]), x0=np.ones(5), K=push)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(plant=EX.plant), "plant must be a SecondOrderSystem"),
-    (dict(K=np.zeros((1, 4))), "K has 4 columns"),
-    (dict(t=[1, 2]), "t must increase from 0"),
-    (dict(t=[0]), "t must increase from 0"),
-    (dict(r=[1.0]), "r must be Steps or hold 2"),
-    (dict(r=Steps([0], [[1.0]])), "r has levels of 1"),
-    (dict(x0=np.zeros(4)), "x0 must hold 5"),
-    (dict(x0=[np.nan] * 5), "x0 must hold 5"),
-    (dict(w=np.sin), "w must be a Sine"),
-    (dict(w=sos.Sine(1, 1)), "no F"),
-    (dict(force=lambda z, dz: 0.0), "force.* must return 2"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(plant=EX.plant), "plant must be a SecondOrderSystem"),
+        (dict(K=np.zeros((1, 4))), "K has 4 columns"),
+        (dict(t=[1, 2]), "t must increase from 0"),
+        (dict(t=[0]), "t must increase from 0"),
+        (dict(r=[1.0]), "r must hold 2"),
+        (dict(r=Steps([0], [[1.0]])), "r has levels of 1"),
+        (dict(x0=np.zeros(4)), "x0 must hold 5"),
+        (dict(x0=[np.nan] * 5), "x0 must hold 5"),
+        (dict(w=np.sin), "w must be a Sine"),
+        (dict(w=sos.Sine(1, 1)), "no F"),
+        (dict(force=lambda z, dz: 0.0), "force.* must return 2"),
+    ],
+)
 def test_bad_input_is_named(bad, words):
     good = dict(plant=ARM, force=arm_gravity, K=EX.K, t=[0, 1], U=EX.U)
     with pytest.raises(ValueError, match=words):

@@ -30,6 +30,10 @@ def code(source="1", count=1, tags=(), outputs=()):
     return v4.new_notebook(cells=[cell])
 
 
+def page(source):
+    return v4.new_notebook(cells=[v4.new_markdown_cell(source)])
+
+
 def shown(kind, content):
     return v4.new_output("display_data", {kind: content})
 
@@ -63,7 +67,8 @@ FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
         (code(outputs=[shown("text/plain", "<f at 0x7f12ab34cd>")]), "one machine"),
         (code("open('/home/me/data')"), "one machine"),
         (code(outputs=[shown("text/plain", "0.12345678901")]), "digits"),
-        (v4.new_notebook(cells=[v4.new_markdown_cell("![](a.svg)")]), "image without"),
+        (page("![](a.svg)"), "image without"),
+        (page(":::{prf:proof}\nClear.\n:::"), "end with a square"),
     ],
 )
 def test_a_fault_is_named(notebook, fault):
@@ -75,6 +80,7 @@ def test_a_fault_is_named(notebook, fault):
     [
         code("sos.widgets.regions(plant)", tags=LIVE),
         code(outputs=[shown("text/html", FIGURE)]),
+        page(":::{prf:proof}\nClear. $\\square$\n\n:::\n"),
         code(outputs=[shown("text/plain", "0x1F 1/2 and/or 3.5e-7")]),
     ],
 )
@@ -115,7 +121,9 @@ def test_ids_follow_from_the_sources():
 
 def test_a_failing_cell_stores_nothing(tmp_path, capsys):
     path = tmp_path / "page.ipynb"
-    path.write_text(notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])), "utf-8")
+    path.write_text(
+        notebooks.text(v4.new_notebook(cells=[v4.new_code_cell("1 / 0")])), "utf-8"
+    )
     before = path.read_bytes()
     assert notebooks.main(["run", str(path)]) == 1
     assert path.read_bytes() == before

@@ -26,22 +26,24 @@ def test_the_smallest_u_max_is_cvxpys(robot):
     x0 = robot.saturation.x0
     asked = without(robot, "saturation")
     d = sos.design_pid(
-        robot.plant, **asked, saturation=sos.Saturation(None, x0),
-        minimize="u_max", backoff=1e-4)
+        robot.plant,
+        **asked,
+        saturation=sos.Saturation(None, x0),
+        minimize="u_max",
+        backoff=1e-4,
+    )
     P, Y = cvxpy.Variable((6, 6), symmetric=True), cvxpy.Variable((2, 6))
     square = cvxpy.Variable((1, 1))
-    request = Request(
-        robot.plant, **asked, saturation=sos.Saturation(1.0, x0))
+    request = Request(robot.plant, **asked, saturation=sos.Saturation(1.0, x0))
     scale = 1e4
-    blocks = request.blocks(
-        P, 100 * Y, levels={"u_max": scale * square})
+    blocks = request.blocks(P, 100 * Y, levels={"u_max": scale * square})
     problem = cvxpy.Problem(
-        cvxpy.Minimize(square[0, 0]),
-        [(g + g.T) / 2 >> 0 for g in blocks.values()])
+        cvxpy.Minimize(square[0, 0]), [(g + g.T) / 2 >> 0 for g in blocks.values()]
+    )
     problem.solve(solver="CLARABEL")
     assert_allclose(
-        d.request.saturation.u_max, np.sqrt(scale * square.value[0, 0]),
-        rtol=1e-2)
+        d.request.saturation.u_max, np.sqrt(scale * square.value[0, 0]), rtol=1e-2
+    )
     assert d.peak_input() <= d.request.saturation.u_max
     assert d.certify().proven
 
@@ -52,23 +54,28 @@ def test_weights_trade_gamma_against_u_max(robot):
     asked = without(robot, "saturation", "gamma")
     found = [
         sos.design_pid(
-            robot.plant, **asked, saturation=sos.Saturation(None, x0),
-            minimize={"gamma": 1.0, "u_max": weight}).request
+            robot.plant,
+            **asked,
+            saturation=sos.Saturation(None, x0),
+            minimize={"gamma": 1.0, "u_max": weight},
+        ).request
         for weight in (1e-5, 1e-3)
     ]
     assert found[1].saturation.u_max < found[0].saturation.u_max
     assert found[1].gamma > found[0].gamma
 
 
-@pytest.mark.parametrize("more, words", [
-    (dict(minimize="speed"), "must be None"),
-    (dict(minimize={}), "must be None"),
-    (dict(minimize="u_max"), "needs saturation"),
-    (dict(minimize={"gamma": -1}), "minimize"),
-    (dict(minimize="u_max", saturation=sos.Saturation(1, np.ones(6))),
-     "not both"),
-    (dict(saturation=sos.Saturation(None, np.ones(6))), "u_max is None"),
-])
+@pytest.mark.parametrize(
+    "more, words",
+    [
+        (dict(minimize="speed"), "must be None"),
+        (dict(minimize={}), "must be None"),
+        (dict(minimize="u_max"), "needs saturation"),
+        (dict(minimize={"gamma": -1}), "minimize"),
+        (dict(minimize="u_max", saturation=sos.Saturation(1, np.ones(6))), "not both"),
+        (dict(saturation=sos.Saturation(None, np.ones(6))), "u_max is None"),
+    ],
+)
 def test_bad_objectives(robot, more, words):
     with pytest.raises(ValueError, match=words):
         sos.design_pid(robot.plant, U=robot.U, **more)
@@ -80,8 +87,7 @@ def test_bad_objectives(robot, more, words):
 def test_a_warm_start_changes_nothing(number, factor):
     example = getattr(sos.thesis, f"example_{number}")()
     first = sos.design_pid(example.plant, **example.requirements)
-    limit = sos.Saturation(
-        factor * example.saturation.u_max, example.saturation.x0)
+    limit = sos.Saturation(factor * example.saturation.u_max, example.saturation.x0)
     asked = dict(example.requirements, saturation=limit)
     cold = sos.design_pid(example.plant, **asked)
     warm = sos.design_pid(example.plant, **asked, start=first)
@@ -114,12 +120,17 @@ def many(gamma):
     vertices = []
     for s1, s2, s3, d1, d2 in product((-1, 1), repeat=5):
         k1, k2, k3 = 2 + 0.4 * s1, 1 + 0.3 * s2, 2 + 0.4 * s3
-        vertices.append(sos.SecondOrderSystem(
-            np.eye(2), np.diag([0.4 + 0.1 * d1, 0.4 + 0.1 * d2]),
-            [[k1 + k2, -k2], [-k2, k2 + k3]], np.eye(2), np.eye(2)))
+        vertices.append(
+            sos.SecondOrderSystem(
+                np.eye(2),
+                np.diag([0.4 + 0.1 * d1, 0.4 + 0.1 * d2]),
+                [[k1 + k2, -k2], [-k2, k2 + k3]],
+                np.eye(2),
+                np.eye(2),
+            )
+        )
     region = sos.PoleRegion(sigma=0.5, rho=8)
-    return sos.Polytope(vertices), dict(
-        U=np.eye(2), region=region, gamma=gamma)
+    return sos.Polytope(vertices), dict(U=np.eye(2), region=region, gamma=gamma)
 
 
 def test_a_cutting_plane_over_vertices_changes_nothing(monkeypatch):

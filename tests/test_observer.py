@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
+from sosbook.mip import Mip, reduced
 
 import sosbook as sos
+from sosbook import design_observer, observer_loop
 from sosbook.plants.descriptor import mean_descriptor
-from sosbook.mip import Mip, reduced
-from sosbook.synthesis.observer import design_observer, observer_loop
 
 MIP = Mip.printed()
 C = np.array([[0, 1, 0], [0, 0, 1]])
@@ -29,18 +29,24 @@ def feedback(plant, R):
 @pytest.fixture(scope="module")
 def designs():
     plant = reduced(MIP)
-    return {R: design_observer(
-        plant, feedback(plant, R), weights(plant), NOISE) for R in (1, 2)}
+    return {
+        R: design_observer(plant, feedback(plant, R), weights(plant), NOISE)
+        for R in (1, 2)
+    }
 
 
 @pytest.mark.parametrize("R", [1, 2])
 def test_table_4_3(designs, R):
     """K is one vertex's LQR; L is Theorem 2.5's with the weights swapped."""
     printed = {
-        1: ([34.6136, 3.6216, 1.2728],
-            [[-1.9, -0.5], [-1259.9, 197.5], [1975.4, -332.0]]),
-        2: ([26.3376, 2.6619, 0.9914],
-            [[-1.8, -0.4], [-1258.0, 197.6], [1976.3, -330.2]]),
+        1: (
+            [34.6136, 3.6216, 1.2728],
+            [[-1.9, -0.5], [-1259.9, 197.5], [1975.4, -332.0]],
+        ),
+        2: (
+            [26.3376, 2.6619, 0.9914],
+            [[-1.8, -0.4], [-1258.0, 197.6], [1976.3, -330.2]],
+        ),
     }[R]
     assert np.allclose(designs[R].K, [printed[0]], rtol=2e-4)
     assert np.allclose(designs[R].L[1:], printed[1][1:], rtol=1e-3)
@@ -59,8 +65,7 @@ def test_the_vertices_are_proven_exactly(designs, R):
 @pytest.mark.parametrize("R", [1, 2])
 def test_the_whole_polytope_is_proven_with_K_and_L_fixed(designs, R):
     found = designs[R].analyse()
-    assert found.certify().claims == (
-        "every plant of the polytope is stable",)
+    assert found.certify().claims == ("every plant of the polytope is stable",)
     loop = designs[R].loop()
     rng = np.random.default_rng(0)
     for weight in rng.dirichlet(np.ones(4), 50):
@@ -75,12 +80,12 @@ def test_one_plant_keeps_the_separation():
     d = plant.vertices[0]
     K, L = feedback(plant, 1), np.array([[-1, -1], [-90, 8], [30, -40]])
     A, B, _ = d.state_space()
-    wanted = np.concatenate([
-        np.linalg.eigvals(A + B @ K), np.linalg.eigvals(A + L @ C)])
+    wanted = np.concatenate(
+        [np.linalg.eigvals(A + B @ K), np.linalg.eigvals(A + L @ C)]
+    )
     v = observer_loop(plant, K, L, C).vertices[0]
     found = np.linalg.eigvals(np.linalg.solve(v.E, v.A))
-    assert np.allclose(np.sort_complex(found), np.sort_complex(wanted),
-                       rtol=1e-6)
+    assert np.allclose(np.sort_complex(found), np.sort_complex(wanted), rtol=1e-6)
 
 
 def test_one_plant_gives_the_kalman_filter():
@@ -112,8 +117,11 @@ def test_bad_input_is_named():
     with pytest.raises(ValueError, match="R_F has 1 rows, needs 2"):
         design_observer(plant, K, Q_F, [[1]])
     quiet = sos.DescriptorSystem(
-        [d.E for d in plant.vertices], [d.A for d in plant.vertices],
-        [d.Bu for d in plant.vertices], C=C)
+        [d.E for d in plant.vertices],
+        [d.A for d in plant.vertices],
+        [d.Bu for d in plant.vertices],
+        C=C,
+    )
     with pytest.raises(ValueError, match="B_w is missing"):
         design_observer(quiet, K, Q_F, NOISE)
 
@@ -126,8 +134,8 @@ def test_a_gain_that_does_not_stabilise_is_refused():
 
 def test_an_unseen_unstable_mode_is_refused():
     plant = sos.SecondOrderSystem(
-        np.eye(2), np.zeros((2, 2)), np.diag([-1.0, -2]), np.eye(2),
-        np.eye(2))
+        np.eye(2), np.zeros((2, 2)), np.diag([-1.0, -2]), np.eye(2), np.eye(2)
+    )
     K = sos.design_lqr(plant, np.eye(4), np.eye(2)).K
     with pytest.raises(ValueError, match="C doesn't see an unstable mode"):
         design_observer(plant, K, np.eye(8), [[1]], C=[[1, 0, 0, 0]])

@@ -60,8 +60,10 @@ def test_a_figure_without_alternative_text_is_refused(alt):
 @pytest.mark.slow
 def test_the_same_data_give_the_same_bytes(design):
     once, again = (
-        {name: plots.show(figure, alt=name).html
-         for name, figure in pictures(design).items()}
+        {
+            name: plots.show(figure, alt=name).html
+            for name, figure in pictures(design).items()
+        }
         for _ in range(2)
     )
     assert once == again
@@ -72,16 +74,13 @@ def test_the_output_does_not_depend_on_the_reader_s_settings(design):
     expected = plots.show(figure, alt="poles").html
     plt.rcParams["svg.fonttype"] = "none"
     plt.rcParams["svg.hashsalt"] = None
-    assert plots.show(plots.pole_map(design.poles()), alt="poles").html == (
-        expected)
+    assert plots.show(plots.pole_map(design.poles()), alt="poles").html == (expected)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["poles", "response", "others"])
 def test_an_output_is_small_accessible_svg_without_a_date(design, kind):
-    page = plots.show(
-        pictures(design)[kind], alt='A <b> & "c"', caption="1 < 2"
-    ).html
+    page = plots.show(pictures(design)[kind], alt='A <b> & "c"', caption="1 < 2").html
     assert len(page) < 60_000
     figure = tree.fromstring(page)  # well formed
     svg = figure[0]
@@ -107,8 +106,12 @@ def test_every_id_is_used_and_every_reference_is_there(design):
 
 def test_two_figures_of_a_page_share_no_id(design):
     first, second = (
-        set(re.findall(r'\sid="([^"]+)"', plots.show(
-            plots.pole_map(design.poles()), alt=alt).html))
+        set(
+            re.findall(
+                r'\sid="([^"]+)"',
+                plots.show(plots.pole_map(design.poles()), alt=alt).html,
+            )
+        )
         for alt in ("one", "two")
     )
     assert not first & second
@@ -122,8 +125,7 @@ def test_show_closes_the_figure():
 
 def test_poles_are_drawn_where_they_are(ax, design):
     poles = design.poles()
-    plots.poles(ax, {"open": [-1 + 1j], "closed": poles},
-                region=design.request.region)
+    plots.poles(ax, {"open": [-1 + 1j], "closed": poles}, region=design.request.region)
     drawn = {line.get_label(): line for line in ax.lines}
     assert np.array_equal(drawn["closed"].get_xdata(), poles.real)
     assert np.array_equal(drawn["closed"].get_ydata(), poles.imag)
@@ -136,10 +138,10 @@ REGIONS = {
     "half-plane": sos.PoleRegion(sigma=1),
     "disk off centre": sos.LMIRegion.disk(2, centre=-3),
     "ellipse": sos.LMIRegion.ellipse(-3, 2, 1),
-    "strips": (sos.LMIRegion.strip(-4, -1)
-               & sos.LMIRegion.horizontal_strip(2)),
-    "unusual": sos.LMIRegion([[-1, 0.3], [0.3, -2]], [[0.2, 1], [-0.4, 0.5]],
-                             "unusual"),
+    "strips": (sos.LMIRegion.strip(-4, -1) & sos.LMIRegion.horizontal_strip(2)),
+    "unusual": sos.LMIRegion(
+        [[-1, 0.3], [0.3, -2]], [[0.2, 1], [-0.4, 0.5]], "unusual"
+    ),
 }
 
 
@@ -150,9 +152,9 @@ def test_the_outline_is_the_boundary(name):
     assert len(outline) > 100
     distance = np.min(list(region.distances(outline).values()), axis=0)
     left, right, height = window
-    edge = np.minimum.reduce([
-        outline.real - left, right - outline.real,
-        height - np.abs(outline.imag)])
+    edge = np.minimum.reduce(
+        [outline.real - left, right - outline.real, height - np.abs(outline.imag)]
+    )
     assert np.abs(np.minimum(distance, edge)).max() < 1e-6
     middle = outline.mean()
     assert region.contains(middle + 0.99 * (outline - middle))
@@ -171,8 +173,7 @@ def test_a_response_shows_each_channel_and_the_limit(design):
     first, second = panels["position"].lines
     assert first.get_ydata()[-1] == answer.z[0, -1]
     assert second.get_ydata()[-1] == answer.z[1, -1]
-    words = [text.get_text()
-             for text in panels["input"].get_legend().get_texts()]
+    words = [text.get_text() for text in panels["input"].get_legend().get_texts()]
     assert words == ["u₁", "u₂", "‖u‖", "u_max"]
     norm = panels["input"].lines[2].get_ydata()
     assert np.isclose(norm[0], np.linalg.norm(answer.u[:, 0]))
@@ -201,8 +202,7 @@ def test_the_ellipse_is_the_shadow_of_the_ellipsoid(design):
         # smallest x' P^-1 x over all x with this shadow is 1
         block = design.P[np.ix_((i, j), (i, j))]
         assert np.isclose(corner @ np.linalg.solve(block, corner), 1)
-    assert np.isclose(np.abs(outline[0]).max(), np.sqrt(design.P[i, i]),
-                      rtol=1e-3)
+    assert np.isclose(np.abs(outline[0]).max(), np.sqrt(design.P[i, i]), rtol=1e-3)
 
 
 def test_signals_come_one_row_a_channel():

@@ -4,6 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.special import lambertw
+from sosbook.plots import decay_curve, delay_signal, root_map, show
 
 from sosbook.delay import (
     ConstantDelay,
@@ -12,7 +13,6 @@ from sosbook.delay import (
     SineDelay,
     SwitchingDelay,
 )
-from sosbook.plots import decay_curve, delay_signal, root_map, show
 
 
 @pytest.fixture
@@ -50,21 +50,24 @@ def test_decay_curve_against_lambert_w(ax):
     decay_curve(ax, [[0]], [[-1]], delays, (0.2, 0.4), 0.3, "loop")
     curve = ax.lines[-1]
     assert np.allclose(curve.get_xdata(), delays)
-    assert np.allclose(
-        curve.get_ydata(), (lambertw(-delays) / delays).real)
+    assert np.allclose(curve.get_ydata(), (lambertw(-delays) / delays).real)
     assert names(ax) == ["interval of delays", "−δ = -0.3", "loop"]
     decay_curve(ax, [[-1]], [[0]], delays, label="another")
     assert ax.lines[-1].get_color() != curve.get_color()
     assert ax.lines[-1].get_linestyle() != curve.get_linestyle()
 
 
-@pytest.mark.parametrize("delay", [
-    ConstantDelay(0.2),
-    SineDelay(0.1, 0.3, omega=40),
-    SawtoothDelay(0.1, 0.4),
-    SwitchingDelay(0.1, 0.3, dwell=0.5),
-    RandomDelay(0.1, 0.3, dwell=0.5, seed=0),
-], ids=lambda delay: type(delay).__name__)
+@pytest.mark.parametrize(
+    "delay",
+    [
+        ConstantDelay(0.2),
+        SineDelay(0.1, 0.3, omega=40),
+        SawtoothDelay(0.1, 0.4),
+        SwitchingDelay(0.1, 0.3, dwell=0.5),
+        RandomDelay(0.1, 0.3, dwell=0.5, seed=0),
+    ],
+    ids=lambda delay: type(delay).__name__,
+)
 def test_a_delay_is_drawn_as_it_is(ax, delay):
     delay_signal(ax, delay, t_end=2)
     t, d = ax.lines[0].get_data()
@@ -74,7 +77,7 @@ def test_a_delay_is_drawn_as_it_is(ax, delay):
     edges = np.r_[delay.jumps(2), 2]
     between = whole & (abs(t[:, None] - edges).min(1) > 1e-6)
     assert np.allclose(d[between], delay(t[between]))
-    middle = (t[1:] + t[:-1]) / 2             # what the eye reads off
+    middle = (t[1:] + t[:-1]) / 2  # what the eye reads off
     seen = (d[1:] + d[:-1]) / 2
     inside = np.isfinite(seen) & (np.diff(t) > 1e-6)
     assert np.allclose(seen[inside], delay(middle[inside]), atol=1e-3)

@@ -22,12 +22,15 @@ def without_encoding(source):
         method = isinstance(function, ast.Attribute)
         name = function.attr if method else getattr(function, "id", None)
         given = {keyword.arg: keyword.value for keyword in node.keywords}
-        owner = getattr(getattr(function, "value", None), "id", None)
-        if name in ENCODED and owner not in ("os", "self", "webbrowser"):
+        value = getattr(function, "value", None)
+        owner = getattr(value, "id", getattr(value, "attr", None))
+        if name in ENCODED and owner not in ("os", "problem", "self", "webbrowser"):
             place = ENCODED[name] - (name == "open" and method)
             mode = given.get("mode") or (
-                node.args[1 - method] if name == "open" and len(node.args) > 1 - method
-                else None)
+                node.args[1 - method]
+                if name == "open" and len(node.args) > 1 - method
+                else None
+            )
             binary = isinstance(mode, ast.Constant) and "b" in mode.value
             if not binary and "encoding" not in given and len(node.args) <= place:
                 lines.append(node.lineno)
@@ -37,25 +40,30 @@ def without_encoding(source):
     return lines
 
 
-@pytest.mark.parametrize("source, lines", [
-    ("open('a')", [1]),
-    ("open('a', 'w')", [1]),
-    ("open('a', 'rb')", []),
-    ("open('a', mode='wb')", []),
-    ("open('a', encoding='utf-8')", []),
-    ("\npath.open()", [2]),
-    ("path.open('w', encoding='utf-8')", []),
-    ("path.open('rb')", []),
-    ("path.read_text()", [1]),
-    ("path.read_text('utf-8')", []),
-    ("path.write_text('é')", [1]),
-    ("path.write_text('é', 'utf-8')", []),
-    ("path.write_text('é', encoding='utf-8')", []),
-    ("os.open('a', flags)", []),
-    ("subprocess.run(words, text=True)", [1]),
-    ("subprocess.run(words, text=True, encoding='utf-8')", []),
-    ("subprocess.run(words)", []),
-])
+@pytest.mark.parametrize(
+    "source, lines",
+    [
+        ("open('a')", [1]),
+        ("open('a', 'w')", [1]),
+        ("open('a', 'rb')", []),
+        ("open('a', mode='wb')", []),
+        ("open('a', encoding='utf-8')", []),
+        ("\npath.open()", [2]),
+        ("path.open('w', encoding='utf-8')", []),
+        ("path.open('rb')", []),
+        ("path.read_text()", [1]),
+        ("path.read_text('utf-8')", []),
+        ("path.write_text('é')", [1]),
+        ("path.write_text('é', 'utf-8')", []),
+        ("path.write_text('é', encoding='utf-8')", []),
+        ("os.open('a', flags)", []),
+        ("self.problem.open()", []),
+        ("self.path.open()", [1]),
+        ("subprocess.run(words, text=True)", [1]),
+        ("subprocess.run(words, text=True, encoding='utf-8')", []),
+        ("subprocess.run(words)", []),
+    ],
+)
 def test_missing_encodings_are_seen(source, lines):
     assert without_encoding(source) == lines
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
-from sosbook.plants.descriptor import descriptors
 from sosbook.lmi.cones import clarabel_phase_one
+from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant, random_request
 from tests.test_conic import scaled_blocks
 
@@ -66,15 +66,21 @@ def test_units_do_not_decide(seed, length, force, integrate):
     n = int(rng.integers(1, 4))
     v = random_plant(rng, n, n)
     z, u = 10.0**length, 10.0**force
-    other = sos.SecondOrderSystem(
-        v.M * z, v.D * z, v.S * z, v.B * u, v.F)
+    other = sos.SecondOrderSystem(v.M * z, v.D * z, v.S * z, v.B * u, v.F)
     U = np.eye(n) if integrate else None
     region = sos.PoleRegion(sigma=rng.uniform(0.1, 2), rho=10)
     start = rng.standard_normal(2 * n + (n if integrate else 0))
     u_max = 10 ** rng.uniform(0, 3)
-    here = sos.design_pid(v, U, region, None, sos.Saturation(u_max, start))
+    here = sos.design_pid(
+        v, U, region=region, gamma=None, saturation=sos.Saturation(u_max, start)
+    )
     there = sos.design_pid(
-        other, U, region, None, sos.Saturation(u_max / u, start / z))
+        other,
+        U,
+        region=region,
+        gamma=None,
+        saturation=sos.Saturation(u_max / u, start / z),
+    )
     assert here.status == there.status
     if here.status == "feasible":
         scale = np.abs(here.K).max()
@@ -92,14 +98,14 @@ def test_relaxing_a_request_keeps_it_feasible(seed):
         asked["gamma"] *= 1.1
     if "saturation" in asked:
         limit = asked["saturation"]
-        asked["saturation"] = sos.Saturation(
-            1.1 * limit.u_max, 0.9 * limit.x0)
+        asked["saturation"] = sos.Saturation(1.1 * limit.u_max, 0.9 * limit.x0)
     if "region" in asked:
         given_ = asked["region"]
         asked["region"] = sos.PoleRegion(
             given_.sigma and 0.9 * given_.sigma,
             given_.theta and min(1.05 * given_.theta, np.pi / 2),
-            given_.rho and 1.1 * given_.rho)
+            given_.rho and 1.1 * given_.rho,
+        )
     assert sos.design_pid(**asked).status == "feasible"
 
 

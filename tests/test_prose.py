@@ -41,8 +41,7 @@ def test_a_changed_number_is_noticed():
         tried += changes
     several = [digits for digits in tried if digits > 1]
     assert sum(tried[d] for d in several) > 500
-    assert sum(noticed[d] for d in several) >= 0.8 * sum(
-        tried[d] for d in several)
+    assert sum(noticed[d] for d in several) >= 0.8 * sum(tried[d] for d in several)
 
 
 @pytest.mark.parametrize("path", PAGES)
@@ -55,65 +54,78 @@ def test_a_sample_of_changes_is_noticed_on_each_page(path):
 @pytest.fixture
 def page(tmp_path):
     """Write a notebook of two cells or more; return its loose numbers."""
+
     def write(prose, code="1", shown="", given=None, **more):
         cell = v4.new_code_cell(code, execution_count=1)
         if shown:
             cell.outputs = [v4.new_output("stream", text=shown)]
         path = tmp_path / f"page_{len(list(tmp_path.iterdir()))}.ipynb"
         notebook = v4.new_notebook(
-            cells=[v4.new_markdown_cell("# A page"), cell,
-                   v4.new_markdown_cell("## Here\n\n" + prose)])
-        path.write_text(notebooks.text(notebooks.canonical(notebook)),
-                        encoding="utf-8")
+            cells=[
+                v4.new_markdown_cell("# A page"),
+                cell,
+                v4.new_markdown_cell("## Here\n\n" + prose),
+            ]
+        )
+        path.write_text(notebooks.text(notebooks.canonical(notebook)), encoding="utf-8")
         loose, stale = check.loose(path, given or {})
         return [found.number.written for found in loose] + stale
 
     return write
 
 
-@pytest.mark.parametrize("prose, shown", [
-    ("It peaks at 754.", "754.2"),
-    ("It peaks at 0.11.", "0.1149"),
-    ("It takes 16 % of it.", "share 0.158"),
-    ("It takes 16 per cent of it.", "share: 15.8 %"),
-    ("It moves by 2.4 mm.", "moved 0.00241 m"),
-    ("It moves by $2.4$ mm.", "moved 0.00241 m"),
-    (r"A force of 40\,500 N or $40\,500$ N.", "40500.0"),
-    (r"Errors below $10^{-9}$.", "error 1e-09"),
-    (r"Errors of $3.2 \cdot 10^{-7}$.", "error 3.24e-07"),
-    ("The gain is −3.47.", "[-3.4689 1.2]"),
-    ("Some 750 N at the most.", "748.1"),
-    ("It takes three times as long.", "ratio 3.02"),
-    ("A tilt of twenty degrees.", "20.3 degrees"),
-    ("A tilt of 45°.", "0.785398 rad"),
-])
+@pytest.mark.parametrize(
+    "prose, shown",
+    [
+        ("It peaks at 754.", "754.2"),
+        ("It peaks at 0.11.", "0.1149"),
+        ("It takes 16 % of it.", "share 0.158"),
+        ("It takes 16 per cent of it.", "share: 15.8 %"),
+        ("It moves by 2.4 mm.", "moved 0.00241 m"),
+        ("It moves by $2.4$ mm.", "moved 0.00241 m"),
+        (r"A force of 40\,500 N or $40\,500$ N.", "40500.0"),
+        (r"Errors below $10^{-9}$.", "error 1e-09"),
+        (r"Errors of $3.2 \cdot 10^{-7}$.", "error 3.24e-07"),
+        ("The gain is −3.47.", "[-3.4689 1.2]"),
+        ("Some 750 N at the most.", "748.1"),
+        ("It takes three times as long.", "ratio 3.02"),
+        ("A tilt of twenty degrees.", "20.3 degrees"),
+        ("A tilt of 45°.", "0.785398 rad"),
+    ],
+)
 def test_an_output_ties_what_is_rounded_as_written(page, prose, shown):
     assert page(prose, shown=shown) == []
     assert page(prose, shown="nothing") != []
 
 
-@pytest.mark.parametrize("prose, shown", [
-    ("It peaks at 755.", "754.2"),
-    ("It peaks at 0.12.", "0.1149"),
-    ("It takes 17 % of it.", "share 0.158"),
-    ("It moves by 2.4 m.", "moved 0.00241 m"),
-    ("A force of 40 500 N.", "40600.0"),
-    (r"Errors below $10^{-8}$.", "error 1e-09"),
-    ("It takes four times as long.", "ratio 3.02"),
-    ("A tilt of thirty degrees.", "20.3 degrees"),
-    ("With $E = 750$ it is so.", "energy 754"),
-    ("Whether 15.7 is remains open.", "15.6 is feasible, 15.5 is not"),
-])
+@pytest.mark.parametrize(
+    "prose, shown",
+    [
+        ("It peaks at 755.", "754.2"),
+        ("It peaks at 0.12.", "0.1149"),
+        ("It takes 17 % of it.", "share 0.158"),
+        ("It moves by 2.4 m.", "moved 0.00241 m"),
+        ("A force of 40 500 N.", "40600.0"),
+        (r"Errors below $10^{-8}$.", "error 1e-09"),
+        ("It takes four times as long.", "ratio 3.02"),
+        ("A tilt of thirty degrees.", "20.3 degrees"),
+        ("With $E = 750$ it is so.", "energy 754"),
+        ("Whether 15.7 is remains open.", "15.6 is feasible, 15.5 is not"),
+    ],
+)
 def test_a_number_that_drifted_is_loose(page, prose, shown):
     assert len(page(prose, shown=shown)) == 1
 
 
-@pytest.mark.parametrize("prose", [
-    "Theorem 2.2, (2.15), (2.18)-(2.21), Figs 3.17, 3.19 and Table 4.1.",
-    "See sections 3.1 and 4.3.2, chapter 17 and Appendix A.2 of 2023.",
-    r"The two masses, $x \in \mathbb R^{12}$, $K_{P,44}$ and $\tfrac12 P$.",
-    "The 1st of 3 tries; `x[25]`; C99; [here](14_what_gamma_measures).",
-])
+@pytest.mark.parametrize(
+    "prose",
+    [
+        "Theorem 2.2, (2.15), (2.18)-(2.21), Figs 3.17, 3.19 and Table 4.1.",
+        "See sections 3.1 and 4.3.2, chapter 17 and Appendix A.2 of 2023.",
+        r"The two masses, $x \in \mathbb R^{12}$, $K_{P,44}$ and $\tfrac12 P$.",
+        "The 1st of 3 tries; `x[25]`; C99; [here](14_what_gamma_measures).",
+    ],
+)
 def test_structure_and_references_are_no_results(page, prose):
     assert page(prose) == []
 
@@ -153,29 +165,37 @@ def test_given_data_have_a_reason_and_a_use(page):
     assert page(text, given={"at 100 Hz": "as the thesis has it"}) == []
     assert page(text, given={"at 100 Hz": "given"}) == ["100"]
     assert page(text, given={"at 200 Hz": "as the thesis has it"}) == [
-        "100", "at 200 Hz"]
+        "100",
+        "at 200 Hz",
+    ]
 
 
-@pytest.mark.parametrize("reason, fault", [
-    ("see 99_nowhere", "no page"),
-    ("see bibliography", "doesn't print"),
-    ("in sosbook/nothing.py", "no file"),
-    ("in sosbook/book/quotations.py", "doesn't set"),
-    ("cite nobody2099", "has no"),
-    ("so", "where it comes from"),
-])
+@pytest.mark.parametrize(
+    "reason, fault",
+    [
+        ("see 99_nowhere", "no page"),
+        ("see bibliography", "doesn't print"),
+        ("in sosbook/nothing.py", "no file"),
+        ("in sosbook/book/quotations.py", "doesn't set"),
+        ("cite nobody2099", "has no"),
+        ("so", "where it comes from"),
+    ],
+)
 def test_reasons_are_checked(reason, fault):
-    number, = numerals.typed("12345.678")
+    (number,) = numerals.typed("12345.678")
     assert fault in check.unsupported(reason, number)
 
 
-@pytest.mark.parametrize("phrase, known", [
-    ("neither exceeds the maximum voltage of 7.4 V", True),
-    ("by varying $R$, noise and control effort decrease", True),
-    ("above or close to this frequency [100 Hz] can generate", True),
-    ("Poles close to the frequency can generate random results", False),
-    ("the MIP moves to keep the body in balance", False),
-    ("it suffices to check the vertices", False),
-])
+@pytest.mark.parametrize(
+    "phrase, known",
+    [
+        ("neither exceeds the maximum voltage of 7.4 V", True),
+        ("by varying $R$, noise and control effort decrease", True),
+        ("above or close to this frequency [100 Hz] can generate", True),
+        ("Poles close to the frequency can generate random results", False),
+        ("the MIP moves to keep the body in balance", False),
+        ("it suffices to check the vertices", False),
+    ],
+)
 def test_a_changed_quotation_is_noticed(phrase, known):
     assert quoted.is_quotation(phrase) is known

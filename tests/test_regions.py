@@ -13,17 +13,18 @@ from sosbook import LMIRegion, PoleRegion, Region
 DEFINITIONS = {
     "half-plane": (LMIRegion.half_plane(1), lambda x, y: -1 - x),
     "right boundary": (LMIRegion.half_plane(-2), lambda x, y: 2 - x),
-    "sector": (LMIRegion.sector(0.6),
-               lambda x, y: -x * np.sin(0.6) - abs(y) * np.cos(0.6)),
-    "sector with apex": (LMIRegion.sector(0.6, apex=-1), lambda x, y:
-                         (-1 - x) * np.sin(0.6) - abs(y) * np.cos(0.6)),
+    "sector": (
+        LMIRegion.sector(0.6),
+        lambda x, y: -x * np.sin(0.6) - abs(y) * np.cos(0.6),
+    ),
+    "sector with apex": (
+        LMIRegion.sector(0.6, apex=-1),
+        lambda x, y: (-1 - x) * np.sin(0.6) - abs(y) * np.cos(0.6),
+    ),
     "disk": (LMIRegion.disk(3), lambda x, y: 3 - np.hypot(x, y)),
-    "shifted disk": (LMIRegion.disk(2, -3),
-                     lambda x, y: 2 - np.hypot(x + 3, y)),
-    "strip": (LMIRegion.strip(-4, -1),
-              lambda x, y: np.minimum(x + 4, -1 - x)),
-    "horizontal strip": (LMIRegion.horizontal_strip(2),
-                         lambda x, y: 2 - abs(y)),
+    "shifted disk": (LMIRegion.disk(2, -3), lambda x, y: 2 - np.hypot(x + 3, y)),
+    "strip": (LMIRegion.strip(-4, -1), lambda x, y: np.minimum(x + 4, -1 - x)),
+    "horizontal strip": (LMIRegion.horizontal_strip(2), lambda x, y: 2 - abs(y)),
 }
 RNG = np.random.default_rng(3)
 POINTS = RNG.uniform(-6, 4, 2000) + 1j * RNG.uniform(-5, 5, 2000)
@@ -78,21 +79,61 @@ def test_the_proven_ellipse_lies_inside_the_named_one():
 def test_other_regions_are_proven_as_named():
     for x in SIZES:
         for region, alpha, beta in [
-            (LMIRegion.half_plane(x), [[2 * Fraction(x)]], [[1]]),
-            (LMIRegion.disk(x, -x / 3), [[-Fraction(x), Fraction(x / 3)],
-                                         [Fraction(x / 3), -Fraction(x)]], [[0, 1], [0, 0]]),
-            (LMIRegion.strip(-x, -x / 3), [[-2 * Fraction(x), 0],
-                                           [0, 2 * Fraction(x / 3)]], [[-1, 0], [0, 1]]),
-            (LMIRegion.horizontal_strip(x), [[-2 * Fraction(x), 0],
-                                             [0, -2 * Fraction(x)]], [[0, 1], [-1, 0]]),
+            (LMIRegion.half_plane(x), [[two(x)]], [[1]]),
+            (
+                LMIRegion.disk(x, -x / 3),
+                -decimal([[x, -x / 3], [-x / 3, x]]),
+                [[0, 1], [0, 0]],
+            ),
+            (
+                LMIRegion.strip(-x, -x / 3),
+                [[-two(x), 0], [0, two(x / 3)]],
+                [[-1, 0], [0, 1]],
+            ),
+            (
+                LMIRegion.horizontal_strip(x),
+                [[-two(x), 0], [0, -two(x)]],
+                [[0, 1], [-1, 0]],
+            ),
         ]:
-            assert np.array_equal(exact(region.alpha), alpha)
+            assert np.allclose(region.alpha, np.array(alpha, float), rtol=1e-15)
+            assert (decimal(region.alpha) >= np.array(alpha)).all()
             assert np.array_equal(region.beta, beta)
+
+
+def decimal(array):
+    """The rational numbers that proofs read: 0.1 is 1/10."""
+    return np.vectorize(lambda x: Fraction(repr(float(x))), otypes=[object])(array)
+
+
+def two(x):
+    return 2 * Fraction(repr(float(x)))
+
+
+@pytest.mark.parametrize("theta", [np.pi / 4 + 4e-13, np.pi / 4 + 1e-9, 1.0, 1e-8])
+def test_an_angle_above_a_round_one_is_rounded_up(theta):
+    """The words may only say an angle that isn't below the proven one."""
+    claim = LMIRegion.sector(theta).claim()
+    degrees = float(re.search(r"half-angle ([\d.]+) degrees", claim)[1])
+    assert np.radians(degrees) >= theta * (1 - 1e-15)
+    assert degrees - np.degrees(theta) < 0.0101
+    assert "half-angle 45 degrees" in LMIRegion.sector(np.pi / 4).claim()
+
+
+def test_a_region_of_ones_own_is_claimed_by_its_matrices():
+    """Words that a user chose are no claim."""
+    region = LMIRegion([[-20]], [[1]], "fast", "half-plane Re s < -100")
+    assert region.claim() == (
+        "its poles lie in the region alpha + beta s + beta' s* < 0, "
+        "with alpha = [[-20]] and beta = [[1]]"
+    )
 
 
 @pytest.mark.parametrize("theta", RNG.uniform(0.01, 1.57, 50))
 def test_the_angle_in_words_is_never_smaller_than_the_proven_one(theta):
-    degrees = float(re.search(r"half-angle ([\d.]+) degrees", LMIRegion.sector(theta).text)[1])
+    degrees = float(
+        re.search(r"half-angle ([\d.]+) degrees", LMIRegion.sector(theta).text)[1]
+    )
     assert -1e-9 <= degrees - np.degrees(theta) < 0.0101
 
 
@@ -120,8 +161,7 @@ def test_parts_with_one_name_are_all_kept():
     region = LMIRegion.disk(5) & LMIRegion.disk(2, -3) & PoleRegion(rho=9)
     assert len(region.distances([-3])) == 3
     assert not region.contains([0])
-    d = sos.design_pid(
-        sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]]), region=region)
+    d = sos.design_pid(sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]]), region=region)
     assert len(d.margins) == 5
     assert region.contains(d.poles())
 
@@ -135,23 +175,29 @@ def test_every_part_binds_in_a_design():
         assert poles.real.max() < -30
 
 
-@pytest.mark.parametrize("region", [
-    LMIRegion([[2]], [[-1]], "half-plane"),  # Re s > 1
-    LMIRegion.strip(1, 2),
-    LMIRegion.disk(1, 3),
-])
+@pytest.mark.parametrize(
+    "region",
+    [
+        LMIRegion([[2]], [[-1]], "half-plane"),  # Re s > 1
+        LMIRegion.strip(1, 2),
+        LMIRegion.disk(1, 3),
+    ],
+)
 def test_right_half_plane_regions_are_infeasible(region):
     """Stability is demanded whatever a region is called."""
     plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
     assert sos.design_pid(plant, region=region).status == "infeasible"
 
 
-@pytest.mark.parametrize("region", [
-    LMIRegion.horizontal_strip(0.1),
-    LMIRegion.half_plane(-5),
-    LMIRegion.sector(0.3, apex=2),
-    LMIRegion.disk(5, 3),
-])
+@pytest.mark.parametrize(
+    "region",
+    [
+        LMIRegion.horizontal_strip(0.1),
+        LMIRegion.half_plane(-5),
+        LMIRegion.sector(0.3, apex=2),
+        LMIRegion.disk(5, 3),
+    ],
+)
 def test_regions_that_reach_right_still_give_stable_loops(region):
     plant = sos.SecondOrderSystem([[1]], [[-1]], [[1]], [[1]])
     d = sos.design_pid(plant, region=region)
@@ -160,16 +206,19 @@ def test_regions_that_reach_right_still_give_stable_loops(region):
     assert d.certify().proven
 
 
-@pytest.mark.parametrize("region", [
-    LMIRegion.disk(1, -100),
-    LMIRegion.disk(0.01, -1),
-    LMIRegion.sector(0.01),
-    LMIRegion.ellipse(-50, 1, 5),
-    PoleRegion(sigma=1000),
-    PoleRegion(sigma=1e-6),
-    PoleRegion(theta=np.pi / 2),
-    PoleRegion(rho=1e4, theta=0.1),
-])
+@pytest.mark.parametrize(
+    "region",
+    [
+        LMIRegion.disk(1, -100),
+        LMIRegion.disk(0.01, -1),
+        LMIRegion.sector(0.01),
+        LMIRegion.ellipse(-50, 1, 5),
+        PoleRegion(sigma=1000),
+        PoleRegion(sigma=1e-6),
+        PoleRegion(theta=np.pi / 2),
+        PoleRegion(rho=1e4, theta=0.1),
+    ],
+)
 def test_small_and_far_regions(region):
     plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
     d = sos.design_pid(plant, region=region)
@@ -177,29 +226,32 @@ def test_small_and_far_regions(region):
     assert d.certify(12).proven
 
 
-@pytest.mark.parametrize("make, words", [
-    (lambda: PoleRegion(), "needs sigma, theta or rho"),
-    (lambda: PoleRegion(sigma=-1), "sigma = -1 is negative"),
-    (lambda: PoleRegion(sigma=np.nan), "sigma must be a finite"),
-    (lambda: PoleRegion(theta=45), "half-angle of the sector, in radians"),
-    (lambda: PoleRegion(theta=0), "theta = 0.0 is outside"),
-    (lambda: PoleRegion(rho=0), "rho must be positive"),
-    (lambda: PoleRegion(rho="5"), "rho must be a finite number"),
-    (lambda: PoleRegion(rho=1j), "rho must be a finite number"),
-    (lambda: PoleRegion(sigma=5, rho=5), "the region is empty"),
-    (lambda: LMIRegion.strip(-1, -2), "left = -1.0 must be below"),
-    (lambda: LMIRegion.horizontal_strip(-1), "omega must be positive"),
-    (lambda: LMIRegion.ellipse(0, 0, 1), "a must be positive"),
-    (lambda: LMIRegion.ellipse(-1, 1e-12, 1), "too thin, or too small"),
-    (lambda: LMIRegion.disk(1, np.inf), "centre must be a finite"),
-    (lambda: LMIRegion([[0, 1], [0, 0]], np.eye(2), "r"), "alpha must be sym"),
-    (lambda: LMIRegion([[0]], np.eye(2), "r"), "beta has 2 rows"),
-    (lambda: LMIRegion([[-1]], [[0]], "r"), "beta is zero"),
-    (lambda: LMIRegion([[-1]], [[1]], "<b>"), "name = '<b>'"),
-    (lambda: LMIRegion([[-1]], [[1]], ""), "name = ''"),
-    (lambda: Region(()), "parts is empty"),
-    (lambda: Region(["disk"]), "parts must be LMIRegion"),
-])
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: PoleRegion(), "needs sigma, theta or rho"),
+        (lambda: PoleRegion(sigma=-1), "sigma = -1 is negative"),
+        (lambda: PoleRegion(sigma=np.nan), "sigma must be a finite"),
+        (lambda: PoleRegion(theta=45), "half-angle of the sector, in radians"),
+        (lambda: PoleRegion(theta=0), "theta = 0.0 is outside"),
+        (lambda: PoleRegion(rho=0), "rho must be positive"),
+        (lambda: PoleRegion(rho="5"), "rho must be a finite number"),
+        (lambda: PoleRegion(rho=1j), "rho must be a finite number"),
+        (lambda: PoleRegion(sigma=5, rho=5), "the region is empty"),
+        (lambda: LMIRegion.strip(-1, -2), "left = -1.0 must be below"),
+        (lambda: LMIRegion.horizontal_strip(-1), "omega must be positive"),
+        (lambda: LMIRegion.ellipse(0, 0, 1), "a must be positive"),
+        (lambda: LMIRegion.ellipse(-1, 1e-12, 1), "too thin, or too small"),
+        (lambda: LMIRegion.disk(1, np.inf), "centre must be a finite"),
+        (lambda: LMIRegion([[0, 1], [0, 0]], np.eye(2), "r"), "alpha must be sym"),
+        (lambda: LMIRegion([[0]], np.eye(2), "r"), "beta has 2 rows"),
+        (lambda: LMIRegion([[-1]], [[0]], "r"), "beta is zero"),
+        (lambda: LMIRegion([[-1]], [[1]], "<b>"), "name = '<b>'"),
+        (lambda: LMIRegion([[-1]], [[1]], ""), "name = ''"),
+        (lambda: Region(()), "parts is empty"),
+        (lambda: Region(["disk"]), "parts must be LMIRegion"),
+    ],
+)
 def test_bad_regions_are_refused(make, words):
     with pytest.raises(ValueError, match=words):
         make()

@@ -34,24 +34,27 @@ def shaken(function, *args, seed=1, **keywords):
     return noise.noisy(function, "tests", function.__name__, seed)(*args, **keywords)
 
 
-@pytest.mark.parametrize("function, args", [
-    (np.linalg.solve, (A, P)),
-    (np.linalg.cholesky, (P,)),
-    (np.linalg.qr, (A,)),
-    (np.linalg.svd, (A,)),
-    (np.linalg.eig, (A,)),
-    (np.linalg.eigh, (P,)),
-    (np.linalg.lstsq, (A, P[0])),
-    (np.linalg.det, (A,)),
-    (np.linalg.slogdet, (A,)),
-    (scipy.linalg.expm, (A,)),
-    (scipy.linalg.lu, (A,)),
-    (scipy.linalg.ldl, (P,)),
-    (scipy.linalg.schur, (A, "real")),
-    (scipy.linalg.cho_factor, (P,)),
-    (scipy.linalg.solve_continuous_lyapunov, (A, P)),
-    (dpotrf, (P,)),
-])
+@pytest.mark.parametrize(
+    "function, args",
+    [
+        (np.linalg.solve, (A, P)),
+        (np.linalg.cholesky, (P,)),
+        (np.linalg.qr, (A,)),
+        (np.linalg.svd, (A,)),
+        (np.linalg.eig, (A,)),
+        (np.linalg.eigh, (P,)),
+        (np.linalg.lstsq, (A, P[0])),
+        (np.linalg.det, (A,)),
+        (np.linalg.slogdet, (A,)),
+        (scipy.linalg.expm, (A,)),
+        (scipy.linalg.lu, (A,)),
+        (scipy.linalg.ldl, (P,)),
+        (scipy.linalg.schur, (A, "real")),
+        (scipy.linalg.cho_factor, (P,)),
+        (scipy.linalg.solve_continuous_lyapunov, (A, P)),
+        (dpotrf, (P,)),
+    ],
+)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_every_number_moves_a_little_and_structure_stays(function, args, seed):
     before = function(*args)
@@ -111,8 +114,10 @@ def test_sorted_values_stay_sorted():
     near = np.diag(1 + 1e-16 * np.arange(20)) + 1e-15 * (P @ P)[0, 0] * np.eye(20)
     near[np.diag_indices(20)] += 2e-15 * RNG.uniform(size=20)
     for values in (
-        shaken(np.linalg.eigvalsh, near), shaken(np.linalg.eigh, near)[0],
-        -shaken(np.linalg.svd, near)[1], -shaken(scipy.linalg.svdvals, near),
+        shaken(np.linalg.eigvalsh, near),
+        shaken(np.linalg.eigh, near)[0],
+        -shaken(np.linalg.svd, near)[1],
+        -shaken(scipy.linalg.svdvals, near),
     ):
         assert len(set(values)) > 1 and np.all(np.diff(values) >= 0)
 
@@ -160,8 +165,14 @@ def environment(**extra):
 
 
 def printed(**extra):
-    done = subprocess.run([sys.executable, "-c", PROGRAM], env=environment(**extra),
-                          capture_output=True, text=True, encoding="utf-8", check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        env=environment(**extra),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=True,
+    )
     return json.loads(done.stdout)
 
 
@@ -189,10 +200,14 @@ def test_the_noise_reaches_a_kernel_and_a_worker():
     code += "print(float(numpy.linalg.det(A)).hex(), *(float(x).hex() for x in "
     code += "workers(delayed(numpy.linalg.det)(A) for _ in range(2))))"
     texts = []
-    with run_kernel(kernel_name="python3", env=environment(**{noise.SEED: "1"})) as client:
+    with run_kernel(
+        kernel_name="python3", env=environment(**{noise.SEED: "1"})
+    ) as client:
         client.execute_interactive(
-            code, timeout=60,
-            output_hook=lambda m: texts.append(m["content"].get("text", "")))
+            code,
+            timeout=60,
+            output_hook=lambda m: texts.append(m["content"].get("text", "")),
+        )
     A = np.array([[2.0, 1.0], [1.0, 3.0]])
     wanted = float(shaken(np.linalg.det, A)).hex()
     assert wanted != float(np.linalg.det(A)).hex()
@@ -235,8 +250,10 @@ def test_the_table_says_what_failed_where(tmp_path):
     report = tmp_path / "report.xml"
     report.write_text(REPORT, "utf-8")
     bad = rehearsal.read(report)
-    assert bad == {"book.01_a.ipynb": {"Cell 0": True, "Cell 1": False, "Cell 2": False},
-                   "tests.test_b": {"test_d": True}}
+    assert bad == {
+        "book.01_a.ipynb": {"Cell 0": True, "Cell 1": False, "Cell 2": False},
+        "tests.test_b": {"test_d": True},
+    }
     good = {"book.01_a.ipynb": {f"Cell {k}": True for k in range(3)}}
     text = rehearsal.table({"noise-1": bad, "Haswell": good})
     assert [line.split() for line in text.splitlines()[1:]] == [
@@ -251,7 +268,8 @@ def test_the_table_says_what_failed_where(tmp_path):
 
 @pytest.mark.parametrize("status, exit_status", [(0, 0), (1, 1), (3, 1)])
 def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
-        monkeypatch, capsys, status, exit_status):
+    monkeypatch, capsys, status, exit_status
+):
     ran = []
 
     def run(world, name, words, processes):
@@ -262,7 +280,12 @@ def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
     assert rehearsal.main(["--worlds", "noise-1", "--unit", "--", "03"]) == exit_status
     assert ran == [
         ("noise-1", "notebooks", ["--nbval", "book/03_lmis_in_ten_minutes.ipynb"]),
-        ("noise-1", "unit", ["-m", "not book and not browser and not live", "tests", "sosbook"])]
+        (
+            "noise-1",
+            "unit",
+            ["-m", "not book and not browser and not live", "tests", "sosbook"],
+        ),
+    ]
     assert ("pytest itself failed" in capsys.readouterr().out) == (status == 3)
     with pytest.raises(SystemExit, match="no notebook's name starts with 99"):
         rehearsal.main(["--worlds", "noise", "--", "99"])

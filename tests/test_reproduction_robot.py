@@ -5,17 +5,10 @@ import re
 import control
 import numpy as np
 import pytest
+from sosbook.mip import Firmware, Mip, SampledLaw, Sensors, simulate, vertices
+from sosbook.reproduction import desk
 
 from sosbook import thesis
-from sosbook.mip import (
-    Firmware,
-    Mip,
-    SampledLaw,
-    Sensors,
-    simulate,
-    vertices,
-)
-from sosbook.reproduction import desk
 
 T = 0.01
 
@@ -23,35 +16,40 @@ T = 0.01
 @pytest.fixture(scope="module")
 def verdicts(rows):
     """The rows of these chapters by their items."""
-    return {row.item: row for row in rows
-            if row.chapter in ("28_discretisation", "29_on_the_desk")}
+    return {
+        row.item: row
+        for row in rows
+        if row.chapter in ("28_discretisation", "29_on_the_desk")
+    }
 
 
-@pytest.mark.parametrize("item, verdict", [
-    ("the PID's program", "property holds"),
-    ("the controllers of Tables 4.1, 4.2 run at 100 Hz", "not reproducible"),
-    ("the observer's controller at 100 Hz", "property holds"),
-    ("PD: noise and effort fall with R", "property holds"),
-    ("V doesn't exceed 7.4 V", "not reproducible"),
-    ("R hardly matters to the observer", "not reproducible"),
-    ("PD and PID stabilise quickly", "property holds"),
-    ("both stay within 3 V", "not reproducible"),
-    ("PID keeps the wheels, PD/LQE less", "property holds"),
-    ("PID keeps the wheels' position, PD lets it vary", "property holds"),
-])
+@pytest.mark.parametrize(
+    "item, verdict",
+    [
+        ("the PID's program", "property holds"),
+        ("the controllers of Tables 4.1, 4.2 run at 100 Hz", "not reproducible"),
+        ("the observer's controller at 100 Hz", "property holds"),
+        ("PD: noise and effort fall with R", "property holds"),
+        ("V doesn't exceed 7.4 V", "not reproducible"),
+        ("R hardly matters to the observer", "not reproducible"),
+        ("PD and PID stabilise quickly", "property holds"),
+        ("both stay within 3 V", "not reproducible"),
+        ("PID keeps the wheels, PD/LQE less", "property holds"),
+        ("PID keeps the wheels' position, PD lets it vary", "property holds"),
+    ],
+)
 def test_verdicts(verdicts, item, verdict):
     assert verdicts[item].verdict == verdict
 
 
-@pytest.mark.parametrize("law, R", [("pd", 1), ("pd", 5), ("pid", 2),
-                                    ("pid", 5)])
-def test_what_the_rows_call_unstable_grows_in_the_nonlinear_robot(
-        verdicts, law, R):
+@pytest.mark.parametrize("law, R", [("pd", 1), ("pd", 5), ("pid", 2), ("pid", 5)])
+def test_what_the_rows_call_unstable_grows_in_the_nonlinear_robot(verdicts, law, R):
     """From a thousandth of a degree, ideal sensors: to the limit or home."""
     K = getattr(thesis.mip(), law)[R]
     firmware = Firmware(SampledLaw.of_gain(K, T), stall=10**6)
-    run = simulate(Mip.printed(), firmware, np.deg2rad(1e-3), 4.0,
-                   sensors=Sensors(ideal=True))
+    run = simulate(
+        Mip.printed(), firmware, np.deg2rad(1e-3), 4.0, sensors=Sensors(ideal=True)
+    )
     lost = verdicts["the controllers of Tables 4.1, 4.2 run at 100 Hz"].ours
     (lost,) = re.findall(r"wheels by differences, at once: ([^;]*)", lost)
     unstable = f"{law.upper()} R = {R}" in lost
@@ -82,9 +80,10 @@ def test_where_the_wheels_end(verdicts):
     assert f"PD: {max(ends):.2f} rad, PID: 0.00 rad" in row.ours
 
 
-@pytest.mark.parametrize("law, R, volts, item", [
-    ("pd", 1, 7.4, "V doesn't exceed 7.4 V"),
-    ("pid", 5, 3.0, "both stay within 3 V")])
+@pytest.mark.parametrize(
+    "law, R, volts, item",
+    [("pd", 1, 7.4, "V doesn't exceed 7.4 V"), ("pid", 5, 3.0, "both stay within 3 V")],
+)
 def test_up_to_which_tilt_the_voltage_stays_below(verdicts, law, R, volts, item):
     """The peak is at the first tick, K theta."""
     K = getattr(thesis.mip(), law)[R]

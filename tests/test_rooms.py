@@ -1,7 +1,9 @@
 """The house keeps its floors: a room imports only from the rooms before it."""
 
 import ast
-import importlib
+import importlib.metadata
+import inspect
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +13,23 @@ import pytest
 import sosbook
 
 PACKAGE = Path(sosbook.__file__).parent
-ROOMS = ("lmi", "plants", "theorems", "analysis", "requirements", "synthesis",
-         "delay", "sampled", "studies", "pendulum", "book")
+ROOMS = (
+    "runtime",
+    "lmi",
+    "plants",
+    "theorems",
+    "analysis",
+    "requirements",
+    "display",
+    "synthesis",
+    "delay",
+    "sampled",
+    "proofs",
+    "studies",
+    "pendulum",
+    "book",
+)
+TOOLS = ("bisection", "deprecation")  # all rooms may use them; they import none
 
 
 def imports(file):
@@ -20,9 +37,8 @@ def imports(file):
     here = file.relative_to(PACKAGE).parts[:-1]
     for node in ast.walk(ast.parse(file.read_text("utf8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
-            base = here[:len(here) - node.level + 1]
-            module = (*base, *(node.module or "").split(".")) if (
-                node.module) else base
+            base = here[: len(here) - node.level + 1]
+            module = (*base, *(node.module or "").split(".")) if (node.module) else base
             for name in node.names:
                 yield (*module, name.name)
         elif isinstance(node, ast.ImportFrom):
@@ -45,35 +61,74 @@ def test_every_folder_is_a_room():
     folders = {p.name for p in PACKAGE.iterdir() if (p / "__init__.py").exists()}
     assert folders == set(ROOMS)
     loose = {p.name for p in PACKAGE.glob("*.py")}
-    assert loose == {"__init__.py", "aliases.py"}
+    tools = {f"{name}.py" for name in TOOLS}
+    assert loose == {"__init__.py", "__main__.py", "aliases.py", *tools}
 
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_room_imports_only_from_rooms_before_it(room):
-    allowed = set(ROOMS[:ROOMS.index(room) + 1])
+    allowed = {*ROOMS[: ROOMS.index(room) + 1], *TOOLS}
     for file in (PACKAGE / room).rglob("*.py"):
         for module in imports(file):
             where = f"{file.relative_to(PACKAGE)} imports {'.'.join(module)}"
             assert module and module[0] in allowed, where
 
 
-def test_the_root_imports_nothing_of_the_book():
-    for module in imports(PACKAGE / "__init__.py"):
-        assert module[0] != "book"
-    code = ("import sys, sosbook; "
-            "print([m for m in sys.modules if m.startswith('sosbook.book')])")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True,
-                          encoding="utf-8", check=True)
-    assert done.stdout.strip() == "[]"
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_tool_imports_no_room(name):
+    assert list(imports(PACKAGE / f"{name}.py")) == []
+
+
+def test_the_root_imports_nothing_before_it_is_asked_for():
+    code = (
+        "import sys; before = {*sys.modules}; import sosbook; "
+        "print(sorted({m.split('.')[0] for m in {*sys.modules} - before}"
+        " - {*sys.stdlib_module_names}), [m for m in sys.modules if 'sosbook.' in m])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code],
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+        env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
+    )
+    assert done.stdout.strip() == "['sosbook'] ['sosbook.aliases']"
+
+
+def test_type_checkers_read_the_names_that_are_there():
+    """__init__.pyi imports each name from where `__getattr__` finds it."""
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text("utf8"))
+    stub = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom):
+            for name in node.names:
+                stub[name.asname or name.name] = (node.module, name.name)
+    (names,) = (n.value for n in tree.body if isinstance(n, ast.Assign))
+    assert ast.literal_eval(names) == sosbook.__all__
+    assert set(stub) == set(sosbook.__all__) <= set(dir(sosbook))
+    for name, (module, original) in stub.items():
+        value = getattr(sosbook, name)
+        home = importlib.import_module("sosbook" + (f".{module}" if module else ""))
+        assert getattr(home, original) is value
+        if not inspect.ismodule(value):
+            assert sosbook._HOMES[name] == module
+
+
+def test_the_version_is_that_of_the_installed_package():
+    assert sosbook.__version__ == importlib.metadata.version("sosbook")
 
 
 def test_the_contract_sees_an_arrow_that_points_up(tmp_path, monkeypatch):
     monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
     file = tmp_path / "lmi" / "x.py"
     file.parent.mkdir()
-    for text in ("from ..book import thesis", "from .. import book",
-                 "import sosbook.book.thesis", "from sosbook.book import thesis",
-                 "def f():\n    from ..book.thesis import arm"):
+    for text in (
+        "from ..book import thesis",
+        "from .. import book",
+        "import sosbook.book.thesis",
+        "from sosbook.book import thesis",
+        "def f():\n    from ..book.thesis import arm",
+    ):
         file.write_text(text, "utf8")
         assert [m[0] for m in imports(file)] == ["book"], text
 
@@ -87,8 +142,8 @@ def test_a_short_name_is_the_same_module(short, full):
 
 
 def test_a_part_of_a_short_name_is_not_imported_twice():
-    import sosbook.mip.model
     from sosbook.mip.model import Mip
+
     from sosbook.pendulum.model import Mip as same
 
     assert Mip is same
@@ -102,6 +157,10 @@ def test_an_unknown_name_is_an_error():
 
 
 def test_the_robots_program_runs_by_its_short_name():
-    done = subprocess.run([sys.executable, "-m", "sosbook.mip", "--help"],
-                          capture_output=True, encoding="utf-8", check=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "sosbook.mip", "--help"],
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
     assert "folder" in done.stdout

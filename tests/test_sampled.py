@@ -9,23 +9,23 @@ from flint import arb, arb_mat, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
-
-import sosbook as sos
-from sosbook.sampled.balls import balls
-from sosbook.sampled.discretize import Clock, input_vertices
-from sosbook.plants.descriptor import descriptors
-from sosbook.lmi.exact import exact
 from sosbook.mip import Mip
 from sosbook.mip.spread import polytope
+
+import sosbook as sos
+from sosbook.lmi.exact import exact
+from sosbook.plants.descriptor import descriptors
 from sosbook.sampled import (
+    c2d,
     certify_sampled,
     design_sampled_lqr,
-    hold,
     prove_schur,
     sampled_cost,
     sampled_loop,
 )
-from sosbook.sampled.proof import Family
+from sosbook.sampled.balls import balls
+from sosbook.sampled.discretize import SampleTiming, input_vertices
+from sosbook.sampled.proof import SampledPolytope
 
 U = [[0, 1]]  # phi is integrated
 CART = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
@@ -41,8 +41,11 @@ def random_plant(seed, n=2, m=1):
     rng = np.random.default_rng(seed)
     half = rng.normal(size=(n, n))
     return sos.SecondOrderSystem(
-        half @ half.T + np.eye(n), rng.normal(size=(n, n)),
-        rng.normal(size=(n, n)), rng.normal(size=(n, m)) + np.eye(n, m))
+        half @ half.T + np.eye(n),
+        rng.normal(size=(n, n)),
+        rng.normal(size=(n, n)),
+        rng.normal(size=(n, m)) + np.eye(n, m),
+    )
 
 
 def piecewise(d, x, inputs, times, weight=None):
@@ -77,9 +80,11 @@ def simulate(plant, K, T, delay, x0, steps, weight=None, U=None):
     for k in range(steps):
         given[k] = K @ x
         switches = [j * T + delay for j in range(k + 1)]
-        times = [k * T, *(t for t in switches
-                          if k * T + 1e-9 < t < (k + 1) * T - 1e-9),
-                 (k + 1) * T]
+        times = [
+            k * T,
+            *(t for t in switches if k * T + 1e-9 < t < (k + 1) * T - 1e-9),
+            (k + 1) * T,
+        ]
         inputs = []
         for start in times[:-1]:
             acting = [j for j, t in enumerate(switches) if t <= start + 1e-9]
@@ -90,11 +95,12 @@ def simulate(plant, K, T, delay, x0, steps, weight=None, U=None):
     return np.array(states), cost
 
 
-@pytest.mark.parametrize("delay, old, new", [
-    (0, 0, 1 - np.exp(-1)), (0.25, None, 1 - np.exp(-0.75)),
-    (1, 1 - np.exp(-1), 0)])
+@pytest.mark.parametrize(
+    "delay, old, new",
+    [(0, 0, 1 - np.exp(-1)), (0.25, None, 1 - np.exp(-0.75)), (1, 1 - np.exp(-1), 0)],
+)
 def test_hold_of_a_lag_in_closed_form(delay, old, new):
-    (step,) = hold(lag(-1), 1.0, delay)
+    (step,) = c2d(lag(-1), 1.0, delay)
     assert step.dt == 1.0
     assert step.A[0, 0] == pytest.approx(np.exp(-1))
     assert step.B[0, 0] == pytest.approx(new, abs=1e-15)
@@ -108,14 +114,16 @@ def test_hold_of_a_lag_in_closed_form(delay, old, new):
 
 def test_hold_without_delay_is_python_controls():
     for pole, plant in (
-        (None, Mip.printed().plant()), (U, Mip.printed().plant()),
+        (None, Mip.printed().plant()),
+        (U, Mip.printed().plant()),
         (None, random_plant(3, n=3, m=2)),
     ):
         (d,) = descriptors(plant, pole)
         A, B, _ = d.state_space()
         same = control.sample_system(
-            control.ss(A, B, np.eye(len(A)), 0 * B), 0.01, "zoh")
-        (ours,) = hold(plant, 0.01, U=pole)
+            control.ss(A, B, np.eye(len(A)), 0 * B), 0.01, "zoh"
+        )
+        (ours,) = c2d(plant, 0.01, U=pole)
         assert ours.A == pytest.approx(same.A, rel=1e-12, abs=1e-14)
         assert ours.B == pytest.approx(same.B, rel=1e-12, abs=1e-14)
 
@@ -136,13 +144,12 @@ def test_delayed_loop_is_what_a_simulation_by_pieces_says(delay):
 
 def test_a_delay_of_three_tenths_is_three_samples():
     """In floats 0.3 / 0.1 is below three."""
-    assert hold(CART, 0.1, 0.3)[0].nstates == 2 + 3
+    assert c2d(CART, 0.1, 0.3)[0].nstates == 2 + 3
 
 
 def test_older_inputs_come_newest_first():
-    (step,) = hold(CART, 1.0, 3.0)
-    assert step.A[2:].tolist() == [
-        [0, 0, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0]]
+    (step,) = c2d(CART, 1.0, 3.0)
+    assert step.A[2:].tolist() == [[0, 0, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0]]
     assert step.A[:2, 2:].tolist() == [[0, 0, 0.5], [0, 0, 1]]
     assert step.B[:, 0].tolist() == [0, 0, 1, 0, 0]
 
@@ -161,8 +168,7 @@ def test_cost_is_the_integral_along_a_simulation(delay):
 def test_cost_counts_the_older_inputs_until_they_have_acted():
     """Without feedback each of two old inputs pushes a stable lag."""
     plant, T, delay = lag(-1), 1.0, 1.25
-    ours = sampled_cost(plant, [[0]], [[0]], [[3]], T, delay,
-                        x0=[0, 1, 2])
+    ours = sampled_cost(plant, [[0]], [[0]], [[3]], T, delay, x0=[0, 1, 2])
     assert ours == pytest.approx([3 * (1 * 1 + 4 * 0.25)])
 
 
@@ -216,14 +222,14 @@ def test_long_samples_against_a_cost_summed_on_a_fine_grid(delay):
         age = whole + 1 if k < first else whole
         u = np.eye(size)[[1 + age if age else size - 1]]
         after = small[:2, :2] @ flow + small[:2, 2:] @ u
-        H += T / pieces * (
-            (flow.T @ Q @ flow + after.T @ Q @ after) / 2 + R * u.T @ u)
+        H += T / pieces * ((flow.T @ Q @ flow + after.T @ Q @ after) / 2 + R * u.T @ u)
         flow = after
     shift = np.vstack([np.eye(size)[[size - 1]], np.eye(size)[2:]])[:older]
     step = np.vstack([flow, shift])
     H[-1, -1] += 1e-9  # whole > 0: u(k) costs nothing within its sample
-    X = solve_discrete_are(step[:, :-1], step[:, -1:], H[:-1, :-1],
-                           H[-1:, -1:], s=H[:-1, -1:])
+    X = solve_discrete_are(
+        step[:, :-1], step[:, -1:], H[:-1, :-1], H[-1:, -1:], s=H[:-1, -1:]
+    )
     design = design_sampled_lqr(plant, Q, [[R]], T, delay)
     assert design.X == pytest.approx(X, rel=1e-4, abs=1e-4)
     b, a = step[:, -1:], step[:, :-1]
@@ -232,8 +238,12 @@ def test_long_samples_against_a_cost_summed_on_a_fine_grid(delay):
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 2),
-       m=st.integers(1, 2), late=st.sampled_from([0, 0.4, 1, 1.7, 3]))
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 2),
+    m=st.integers(1, 2),
+    late=st.sampled_from([0, 0.4, 1, 1.7, 3]),
+)
 def test_no_other_gain_costs_less(seed, n, m, late):
     rng = np.random.default_rng(seed)
     plant, T = random_plant(seed, n, min(m, n)), float(rng.uniform(0.05, 0.5))
@@ -263,8 +273,9 @@ def test_a_gain_of_the_older_inputs_beats_one_of_the_state_alone():
     weights, T = (np.eye(2), [[1]]), 0.5
     late = design_sampled_lqr(CART, *weights, T, delay=0.5)
     blind = design_sampled_lqr(CART, *weights, T)
-    costs = [sampled_cost(CART, K, *weights, T, 0.5, x0=[1, 0])[0]
-             for K in (late.K, blind.K)]
+    costs = [
+        sampled_cost(CART, K, *weights, T, 0.5, x0=[1, 0])[0] for K in (late.K, blind.K)
+    ]
     assert costs[0] < 0.9 * costs[1]
 
 
@@ -275,34 +286,52 @@ def test_sampled_pendulum_holds_where_the_continuous_gain_falls():
     K = -B.T @ solve_continuous_are(A, B, np.eye(5), np.eye(1))
     (F,) = sampled_loop(plant, K, 0.01, 0.01, U)
     assert abs(np.linalg.eigvals(F)).max() > 1
-    design = design_sampled_lqr(
-        plant, np.eye(5), np.eye(1), 0.01, 0.01, U)
+    design = design_sampled_lqr(plant, np.eye(5), np.eye(1), 0.01, 0.01, U)
     assert design.radius < 0.999
     assert abs(design.poles()[0]) == design.radius
     assert design.certify(rate=0.999).proven
 
 
-@pytest.mark.parametrize("change, text", [
-    (dict(T=0), "T must be positive"),
-    (dict(delay=-0.1), "delay must not be negative"),
-    (dict(delay=np.nan), "delay must be a finite number"),
-    (dict(delay=1e3), "more than 1000 samples"),
-    (dict(plant=sos.Polytope([CART, CART])), "pick one plant"),
-    (dict(Q=np.eye(3)), "Q has 3 rows, needs 2"),
-    (dict(R=[[-1]]), "R must be positive definite"),
-    (dict(plant=sos.SecondOrderSystem(
-        np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2)), Q=np.eye(4),
-        R=np.eye(2)), "M is singular"),
-    (dict(plant=sos.SecondOrderSystem(
-        np.eye(2), np.zeros((2, 2)), -np.eye(2), [[1], [0]]),
-        Q=np.eye(4)), "add an input"),
-    (dict(plant=sos.SecondOrderSystem([[1]], [[0]], [[1]], [[1]]),
-          T=float(np.pi)), "with another T it does"),
-    (dict(Q=np.zeros((2, 2))), "weight it"),
-    (dict(plant=sos.DescriptorSystem(np.eye(2), -np.eye(2))),
-     "no B"),
-    (dict(plant=lag(1e3), Q=[[1]], T=10.0), "overflows"),
-])
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        (dict(T=0), "T must be positive"),
+        (dict(delay=-0.1), "delay must not be negative"),
+        (dict(delay=np.nan), "delay must be a finite number"),
+        (dict(delay=1e3), "more than 1000 samples"),
+        (dict(plant=sos.Polytope([CART, CART])), "pick one plant"),
+        (dict(Q=np.eye(3)), "Q has 3 rows, needs 2"),
+        (dict(R=[[-1]]), "R must be positive definite"),
+        (
+            dict(
+                plant=sos.SecondOrderSystem(
+                    np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2)
+                ),
+                Q=np.eye(4),
+                R=np.eye(2),
+            ),
+            "M is singular",
+        ),
+        (
+            dict(
+                plant=sos.SecondOrderSystem(
+                    np.eye(2), np.zeros((2, 2)), -np.eye(2), [[1], [0]]
+                ),
+                Q=np.eye(4),
+            ),
+            "add an input",
+        ),
+        (
+            dict(
+                plant=sos.SecondOrderSystem([[1]], [[0]], [[1]], [[1]]), T=float(np.pi)
+            ),
+            "with another T it does",
+        ),
+        (dict(Q=np.zeros((2, 2))), "weight it"),
+        (dict(plant=sos.DescriptorSystem(np.eye(2), -np.eye(2))), "no B"),
+        (dict(plant=lag(1e3), Q=[[1]], T=10.0), "overflows"),
+    ],
+)
 def test_what_cannot_be_is_said(change, text):
     arguments = dict(plant=CART, Q=np.eye(2), R=[[1]], T=0.1, delay=0.0)
     with pytest.raises(ValueError, match=text):
@@ -327,9 +356,17 @@ def test_schur_proof_knows_the_radius_to_many_digits():
     assert [text[:9] for text in found.failed] == ["matrix 2:"]
 
 
-@pytest.mark.parametrize("F", [
-    [[1.0]], [[1.0, 1.0], [0.0, 0.5]], [[-1.0]], [[0.0, 1.0], [-1.0, 0.0]],
-    [[1.0000000001]], [[0.0, 2.0], [0.6, 0.0]]])
+@pytest.mark.parametrize(
+    "F",
+    [
+        [[1.0]],
+        [[1.0, 1.0], [0.0, 0.5]],
+        [[-1.0]],
+        [[0.0, 1.0], [-1.0, 0.0]],
+        [[1.0000000001]],
+        [[0.0, 2.0], [0.6, 0.0]],
+    ],
+)
 def test_schur_proof_refuses_what_is_marginal_or_unstable(F):
     found = prove_schur([F])
     assert not found.proven
@@ -355,8 +392,10 @@ def covers(found, count, seed=0):
     rng = np.random.default_rng(seed)
     for w in rng.dirichlet(np.ones(len(found.cells[0][0][0])), count):
         inside = [
-            L for corners, L in found.cells
-            if np.linalg.lstsq(corners.T, w, rcond=None)[0].min() > -1e-9]
+            L
+            for corners, L in found.cells
+            if np.linalg.lstsq(corners.T, w, rcond=None)[0].min() > -1e-9
+        ]
         assert inside
         yield w, inside[0]
 
@@ -367,15 +406,17 @@ def test_pendulum_polytope_is_proven_and_its_lyapunov_functions_hold(delay):
     found = certify_sampled(family, ROBUST, 0.01, delay, U)
     assert found.proven, found
     assert found.claims == (
-        "the sampled loop of every plant of the polytope is stable",)
+        "the sampled loop of every plant of the polytope is stable",
+    )
     for w, L in covers(found, 40):
         (F,) = sampled_loop(family.at(w), found.K, 0.01, delay, U)
         assert np.linalg.norm(L @ F @ np.linalg.inv(L), 2) < 1
 
 
 def test_a_wide_family_needs_several_cells_and_keeps_its_rate():
-    light, heavy = (sos.SecondOrderSystem([[M]], [[0.1]], [[-1]], [[1]])
-                    for M in (0.5, 5))
+    light, heavy = (
+        sos.SecondOrderSystem([[M]], [[0.1]], [[-1]], [[1]]) for M in (0.5, 5)
+    )
     family = sos.Polytope([light, heavy])
     found = certify_sampled(family, [[-4, -3]], 0.2, 0.05, rate=0.97)
     assert found.proven and len(found.cells) > 1
@@ -387,46 +428,55 @@ def test_a_wide_family_needs_several_cells_and_keeps_its_rate():
     assert not few.proven and "undecided" in few.failed[0]
 
 
-@pytest.mark.parametrize("damping, stiffness, gain", [
-    (0.02, (1, 50), -1.4), (0.2, (2, 40), -1.4), (0.2, (4, 40), 0.4)])
-def test_an_unstable_plant_between_stable_vertices_is_found(
-        damping, stiffness, gain):
+@pytest.mark.parametrize(
+    "damping, stiffness, gain",
+    [(0.02, (1, 50), -1.4), (0.2, (2, 40), -1.4), (0.2, (4, 40), 0.4)],
+)
+def test_an_unstable_plant_between_stable_vertices_is_found(damping, stiffness, gain):
     """The samples alias the spring's motion: the vertices tell nothing."""
-    family = sos.Polytope([
-        sos.SecondOrderSystem([[1]], [[damping]], [[S]], [[1]])
-        for S in stiffness])
+    family = sos.Polytope(
+        [sos.SecondOrderSystem([[1]], [[damping]], [[S]], [[1]]) for S in stiffness]
+    )
     loops = sampled_loop(family, [[0, gain]], 1.0)
     assert max(abs(np.linalg.eigvals(F)).max() for F in loops) < 1
-    between = [sampled_loop(family.at([1 - t, t]), [[0, gain]], 1.0)[0]
-               for t in np.linspace(0, 1, 41)]
+    between = [
+        sampled_loop(family.at([1 - t, t]), [[0, gain]], 1.0)[0]
+        for t in np.linspace(0, 1, 41)
+    ]
     assert max(abs(np.linalg.eigvals(F)).max() for F in between) > 1
     found = certify_sampled(family, [[0, gain]], 1.0)
     assert not found.proven and found.claims == found.cells == ()
 
 
 def family_of(plant, K, T, delay):
-    clock, vertices = Clock.of(T, delay), input_vertices(plant, None)
-    feedback = clock.feedback(np.asarray(K, float), vertices[0], exact)
-    return Family(
-        [d.map(exact) for d in vertices], clock, *map(balls, feedback))
+    timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, None)
+    feedback = timing.feedback(np.asarray(K, float), vertices[0], exact)
+    return SampledPolytope(
+        [d.map(exact) for d in vertices], timing, *map(balls, feedback)
+    )
 
 
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), late=st.sampled_from([0, 0.5, 1.5]))
-def test_no_loop_of_a_cell_is_further_from_the_mixtures_than_bounded(
-        seed, late):
+def test_no_loop_of_a_cell_is_further_from_the_mixtures_than_bounded(seed, late):
     rng = np.random.default_rng(seed)
     middle = random_plant(seed, m=2)
-    plant = sos.Polytope([sos.SecondOrderSystem(*(
-        x * (1 + 0.1 * rng.uniform(-1, 1, x.shape))
-        for x in (middle.M, middle.D, middle.S, middle.B)
-    )) for _ in range(3)])
+    plant = sos.Polytope(
+        [
+            sos.SecondOrderSystem(
+                *(
+                    x * (1 + 0.1 * rng.uniform(-1, 1, x.shape))
+                    for x in (middle.M, middle.D, middle.S, middle.B)
+                )
+            )
+            for _ in range(3)
+        ]
+    )
     T, K = 0.4, rng.normal(size=(2, 4))
     loops = sampled_loop(plant, K, T, late * T)
     L = np.eye(len(loops[0])) + 0.3 * rng.normal(size=loops[0].shape)
     with ctx.workprec(128):
-        bound = float(family_of(plant, K, T, late * T).bulge(
-            exact(np.eye(3)), L))
+        bound = float(family_of(plant, K, T, late * T).bulge(exact(np.eye(3)), L))
     found = []
     for w in [np.full(3, 1 / 3), *rng.dirichlet(np.ones(3), 20)]:
         (F,) = sampled_loop(plant.at(w / w.sum()), K, T, late * T)
@@ -438,11 +488,11 @@ def test_no_loop_of_a_cell_is_further_from_the_mixtures_than_bounded(
 def test_the_bound_is_tight_on_a_short_segment():
     """An eighth of the second derivative, for x' = a x: T^2 e^(a T)."""
     a, width, T = -0.5, 1e-3, 2.0
-    plant = sos.DescriptorSystem(
-        [[1]], [[[a - width / 2]], [[a + width / 2]]], [[1]])
+    plant = sos.DescriptorSystem([[1]], [[[a - width / 2]], [[a + width / 2]]], [[1]])
     with ctx.workprec(128):
-        bound = float(family_of(plant, [[0]], T, 0.0).bulge(
-            exact(np.eye(2)), np.eye(1)))
+        bound = float(
+            family_of(plant, [[0]], T, 0.0).bulge(exact(np.eye(2)), np.eye(1))
+        )
     expected = width**2 * T**2 * np.exp(a * T) / 8
     assert expected <= bound == pytest.approx(expected, rel=1e-2)
 
@@ -468,7 +518,8 @@ def test_random_sampled_lqr_is_proven_and_half_its_margin_too(seed, late):
     T = round(float(rng.uniform(0.02, 0.2)), 3)
     try:
         design = design_sampled_lqr(
-            random_plant(seed), np.eye(4), [[1]], T, round(late * T, 6))
+            random_plant(seed), np.eye(4), [[1]], T, round(late * T, 6)
+        )
     except ValueError as error:
         assert "can't be stabilised" in str(error)
         return
@@ -485,13 +536,11 @@ def lead_lag():
 @pytest.mark.parametrize("delay", [0.0, 0.04, 0.1, 0.17])
 def test_a_loop_with_a_controller_is_python_controls(delay):
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
-    (held,) = hold(cart, 0.1, delay)
-    state = control.ss(
-        held.A, held.B, np.eye(2, held.nstates), np.zeros((2, 1)), 0.1)
+    (held,) = c2d(cart, 0.1, delay)
+    state = control.ss(held.A, held.B, np.eye(2, held.nstates), np.zeros((2, 1)), 0.1)
     closed = control.feedback(control.series(state, lead_lag()), 1, sign=1)
     (F,) = sampled_loop(cart, lead_lag(), 0.1, delay)
-    ours, theirs = (np.sort_complex(np.linalg.eigvals(x))
-                    for x in (F, closed.A))
+    ours, theirs = (np.sort_complex(np.linalg.eigvals(x)) for x in (F, closed.A))
     assert np.allclose(ours, theirs, atol=1e-7)
 
 
@@ -502,26 +551,31 @@ def test_a_controller_without_states_is_a_gain():
     for delay in (0.0, 0.15):
         both = [sampled_loop(cart, law, 0.1, delay)[0] for law in (K, static)]
         assert np.array_equal(*both)
-        proofs = [certify_sampled(cart, law, 0.1, delay)
-                  for law in (K, static)]
+        proofs = [certify_sampled(cart, law, 0.1, delay) for law in (K, static)]
         assert proofs[0].proven and proofs[0].blocks == proofs[1].blocks
 
 
 def test_a_polytope_with_a_controller_is_proven_or_refused():
-    carts = sos.Polytope([sos.SecondOrderSystem([[M]], [[0.1]], [[-0.5]], [[1]])
-                      for M in (0.8, 1.5)])
+    carts = sos.Polytope(
+        [sos.SecondOrderSystem([[M]], [[0.1]], [[-0.5]], [[1]]) for M in (0.8, 1.5)]
+    )
     assert certify_sampled(carts, lead_lag(), 0.1, 0.05).proven
     late = certify_sampled(carts, lead_lag(), 0.1, 1.0)
-    worst = max(abs(np.linalg.eigvals(F)).max()
-                for F in sampled_loop(carts, lead_lag(), 0.1, 1.0))
+    worst = max(
+        abs(np.linalg.eigvals(F)).max()
+        for F in sampled_loop(carts, lead_lag(), 0.1, 1.0)
+    )
     assert worst > 1 and not late.proven and "radius" in late.failed[0]
 
 
-@pytest.mark.parametrize("controller", [
-    control.ss([[0.5]], [[0.2]], [[1]], [[0]], 0.1),
-    control.ss([[-1]], [[1, 1]], [[1]], [[0, 0]]),
-    control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.2),
-])
+@pytest.mark.parametrize(
+    "controller",
+    [
+        control.ss([[0.5]], [[0.2]], [[1]], [[0]], 0.1),
+        control.ss([[-1]], [[1, 1]], [[1]], [[0, 0]]),
+        control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.2),
+    ],
+)
 def test_a_controller_of_another_kind_is_named(controller):
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
     with pytest.raises(ValueError, match="K must be a controller"):
@@ -551,24 +605,29 @@ def test_a_claim_prints_the_rate_that_was_proven():
 
 
 def test_a_mass_that_vanishes_inside_is_said():
-    plants = sos.Polytope([
-        sos.SecondOrderSystem([[1]], [[2]], [[1]], [[1]]),
-        sos.SecondOrderSystem([[-1]], [[-3]], [[-1]], [[1]])])
+    plants = sos.Polytope(
+        [
+            sos.SecondOrderSystem([[1]], [[2]], [[1]], [[1]]),
+            sos.SecondOrderSystem([[-1]], [[-3]], [[-1]], [[1]]),
+        ]
+    )
     proof = certify_sampled(plants, [[0, 0]], 0.2)
     assert not proof.proven and "no regular mass" in proof.failed[0]
 
 
 def test_one_plant_written_twice_is_proven():
-    twice = sos.Polytope([
-        sos.SecondOrderSystem([[s]], [[0]], [[0]], [[s]]) for s in (1, 4)])
+    twice = sos.Polytope(
+        [sos.SecondOrderSystem([[s]], [[0]], [[0]], [[s]]) for s in (1, 4)]
+    )
     assert certify_sampled(twice, [[-1, -1.5]], 0.5).proven
 
 
 def test_a_static_controller_needs_no_clock():
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
     timeless = control.ss([], [], [], [[-1.0, -1.2]], None)
-    assert np.array_equal(sampled_loop(cart, timeless, 0.1)[0],
-                          sampled_loop(cart, [[-1.0, -1.2]], 0.1)[0])
+    assert np.array_equal(
+        sampled_loop(cart, timeless, 0.1)[0], sampled_loop(cart, [[-1.0, -1.2]], 0.1)[0]
+    )
 
 
 def test_balls_that_are_not_finite_are_named():
@@ -581,8 +640,8 @@ def test_a_delay_of_whole_samples_makes_no_more_registers(k):
     """3 * 0.1 isn't 0.3 in floats, and is three samples all the same."""
     cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
     for late in (k * 0.1, np.nextafter(k * 0.1, 9), k * 0.1 * (1 - 1e-11)):
-        (step,) = hold(cart, 0.1, late)
+        (step,) = c2d(cart, 0.1, late)
         assert step.nstates == 2 + k
-        assert np.array_equal(step.A, hold(cart, 0.1, k / 10)[0].A)
-    (step,) = hold(cart, 0.1, k * 0.1 + 1e-8)
+        assert np.array_equal(step.A, c2d(cart, 0.1, k / 10)[0].A)
+    (step,) = c2d(cart, 0.1, k * 0.1 + 1e-8)
     assert step.nstates == 2 + k + 1

@@ -37,8 +37,14 @@ def integrate(rate, pieces, x0, t):
     for now, then in zip(pieces, pieces[1:]):
         inside = (t >= now) & (t <= then)
         done = solve_ivp(
-            rate, (now, then), x0, rtol=1e-11, atol=1e-12, method="DOP853",
-            t_eval=np.union1d(t[inside], [then]))
+            rate,
+            (now, then),
+            x0,
+            rtol=1e-11,
+            atol=1e-12,
+            method="DOP853",
+            t_eval=np.union1d(t[inside], [then]),
+        )
         found[:, inside] = done.y[:, np.isin(done.t, t[inside])]
         x0 = done.y[:, -1]
     return found
@@ -72,8 +78,7 @@ def test_against_python_control(design):
     answer = design.simulate(t, r=R, x0=X0)
     inputs = np.zeros((4, len(t)))
     inputs[2:] = R[:, None]
-    other = control.forced_response(
-        design.closed_loop(), t, inputs, X0)
+    other = control.forced_response(design.closed_loop(), t, inputs, X0)
     assert np.abs(np.vstack([answer.z, answer.u]) - other.outputs).max() < 1e-8
 
 
@@ -87,8 +92,7 @@ def test_steps_of_any_length_give_the_same_points(design):
     fine = np.union1d(t, np.random.default_rng(1).uniform(0, 4, 100))
     coarse = design.simulate(t, r=R, w=SINE, x0=X0)
     dense = design.simulate(fine, r=R, w=SINE, x0=X0)
-    assert np.allclose(
-        dense.x[:, np.isin(fine, t)], coarse.x, atol=1e-10)
+    assert np.allclose(dense.x[:, np.isin(fine, t)], coarse.x, atol=1e-10)
 
 
 def test_a_time_scale_of_picoseconds():
@@ -134,23 +138,35 @@ def test_one_response_for_each_vertex():
     assert not np.allclose(answers[0].z, answers[1].z)
 
 
-@pytest.mark.parametrize("t", [
-    [0.0], [1.0, 2.0], [0, 1, 1], [0, 2, 1], [0, np.nan, 1], [0, np.inf],
-    [[0, 1]], [],
-])
+@pytest.mark.parametrize(
+    "t",
+    [
+        [0.0],
+        [1.0, 2.0],
+        [0, 1, 1],
+        [0, 2, 1],
+        [0, np.nan, 1],
+        [0, np.inf],
+        [[0, 1]],
+        [],
+    ],
+)
 def test_times_are_checked(design, t):
     with pytest.raises(ValueError, match="t must increase from 0"):
         design.simulate(t)
 
 
-@pytest.mark.parametrize("bad, words", [
-    (dict(r=[1.0]), "r must hold 2"),
-    (dict(r=[1.0, np.nan]), "r must hold 2"),
-    (dict(x0=np.zeros(4)), "x0 must hold 6"),
-    (dict(w=np.sin), "w must be a Sine"),
-    (dict(w=sos.Sine([1, 2, 3], 1)), "w: amplitude"),
-    (dict(w=sos.Sine(1, 1, offset=[1, 2, 3])), "w: offset"),
-])
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(r=[1.0]), "r must hold 2"),
+        (dict(r=[1.0, np.nan]), "r must hold 2"),
+        (dict(x0=np.zeros(4)), "x0 must hold 6"),
+        (dict(w=np.sin), "w must be a Sine"),
+        (dict(w=sos.Sine([1, 2, 3], 1)), "w: amplitude"),
+        (dict(w=sos.Sine(1, 1, offset=[1, 2, 3])), "w: offset"),
+    ],
+)
 def test_signals_are_checked(design, bad, words):
     with pytest.raises(ValueError, match=words):
         design.simulate([0, 1], **bad)
@@ -161,3 +177,77 @@ def test_a_disturbance_needs_f():
     d = sos.design_pid(sos.SecondOrderSystem(one, one, one, one))
     with pytest.raises(ValueError, match="no F"):
         d.simulate([0, 1], w=sos.Sine(1, 1))
+
+
+def test_a_step_is_a_sine_without_a_wave(design):
+    t = np.linspace(0, 4, 81)
+    a = design.simulate(t, w=sos.Step([2, -1], start=0.7, stop=2.2))
+    b = design.simulate(t, w=sos.Sine(0, 1, offset=[2, -1], start=0.7, stop=2.2))
+    assert np.array_equal(a.x, b.x) and np.array_equal(a.w, b.w)
+
+
+def test_a_set_point_that_steps(design):
+    """Against the sum of two steps of the linear loop, each begun on time."""
+    t = np.linspace(0, 4, 81)
+    whole = design.simulate(t, r=R, x0=X0)
+    assert np.array_equal(whole.z, design.simulate(t, r=sos.Step(R), x0=X0).z)
+    late = design.simulate(t, r=sos.Step(R, start=1.5, stop=3.0))
+    first = design.simulate(t[t >= 1.5] - 1.5, r=R)
+    second = design.simulate(t[t >= 3.0] - 3.0, r=-R)
+    x, u, e = (np.zeros_like(y) for y in (late.x, late.u, late.e))
+    for part, begin in ((first, 1.5), (second, 3.0)):
+        x[:, t >= begin] += part.x
+        u[:, t >= begin] += part.u
+        e[:, t >= begin] += part.e
+    assert late.x == pytest.approx(x, abs=1e-9)
+    assert late.u == pytest.approx(u, abs=1e-7)
+    assert late.e == pytest.approx(e, abs=1e-9)
+
+
+def test_levels_of_a_set_point(design):
+    t = np.linspace(0, 4, 81)
+    levels = sos.Steps([0, 1.5, 3.0], [[0, 0], R, [0, 0]])
+    a = design.simulate(t, r=levels)
+    b = design.simulate(t, r=sos.Step(R, start=1.5, stop=3.0))
+    assert np.array_equal(a.x, b.x) and np.array_equal(a.e, b.e)
+
+
+def test_a_plant_alone_is_the_loop_without_a_gain():
+    plant = sos.thesis.example_1().plant
+    t = np.linspace(0, 4, 401)
+    zero = sos.analyse_pid(plant, np.zeros((2, 4)))
+    x0, push = [0.1, -0.2, 0.3, 0], sos.Step([1, 2], start=0.5, stop=1.5)
+    free = plant.simulate(t, x0=x0, w=SINE, u=push)
+    assert free.u == pytest.approx(push(t))
+    system = control.ss(*control.ssdata(zero.open_loop()))  # from (u, w, r) to x
+
+    def rate(now, x):
+        signals = np.concatenate([push([now])[:, 0], SINE([now])[0] * np.ones(2)])
+        return system.A @ x + system.B[:, :4] @ signals
+
+    x = integrate(rate, [0, 0.5, 1, 1.5, 2.05, 4], np.array(x0, float), t)
+    assert free.x == pytest.approx(x, abs=1e-6)
+    assert np.array_equal(free.e, free.z)
+    both = sos.Polytope([plant, plant])
+    assert [r.z.tolist() for r in both.simulate(t, x0=x0, w=SINE, u=push)] == [
+        free.z.tolist()
+    ] * 2
+
+
+@pytest.mark.parametrize(
+    "bad, words",
+    [
+        (dict(u=sos.Step([1, 2, 3])), "u: offset"),
+        (dict(u=1.0), "u must be a Sine or a Step"),
+        (dict(x0=[1, 2]), "x0 must hold 4"),
+    ],
+)
+def test_what_acts_on_a_plant_is_checked(bad, words):
+    with pytest.raises(ValueError, match=words):
+        sos.thesis.example_1().plant.simulate([0, 1], **bad)
+
+
+def test_a_singular_mass_isnt_simulated():
+    plant = sos.SecondOrderSystem(np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2))
+    with pytest.raises(ValueError, match=r"regularize\(...\).regular"):
+        plant.simulate([0, 1])

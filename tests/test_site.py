@@ -27,7 +27,9 @@ const all = (root, found = []) => {
 """
 
 UNNAMED = (
-    "() => {" + ALL + """
+    "() => {"
+    + ALL
+    + """
   const text = (element) => (element ? element.textContent.trim() : "");
   const named = (element) =>
     element.getAttribute("aria-label") || element.title || element.alt ||
@@ -44,7 +46,9 @@ UNNAMED = (
 )
 
 FAINT = (
-    "() => {" + ALL + """
+    "() => {"
+    + ALL
+    + """
   document.getAnimations().forEach((change) => change.finish());
   const parse = (colour) => {
     const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number);
@@ -87,7 +91,8 @@ def assert_readable(tab, paper):
     """The page gets this background, and every text stands out from its own."""
     tab.page.wait_for_function(
         "(paper) => getComputedStyle(document.body).backgroundColor === paper",
-        arg=paper)
+        arg=paper,
+    )
     assert tab.page.evaluate(FAINT) == []
 
 
@@ -120,8 +125,10 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, page):
     assert_fits_a_phone(tab)
 
 
-@pytest.mark.parametrize("page", [
-    "book/intro", "book/20_delay_theorem", "book/30_c_code", "book/reproduction"])
+@pytest.mark.parametrize(
+    "page",
+    ["book/intro", "book/20_delay_theorem", "book/30_c_code", "book/reproduction"],
+)
 def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
     tab = visit(site / f"{page}.html", width=390, scheme="dark")
     assert tab.errors == []

@@ -4,6 +4,8 @@ Blocks against matrices built by hand, verdicts against cvxpy and
 Clarabel, and hypothesis looking for a broken promise between vertices.
 """
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import cvxpy
@@ -11,10 +13,11 @@ import numpy as np
 import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
+from sosbook.couplings import scale_polytope, verify_on_samples
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.couplings import promises, widen
+from sosbook.proofs import check
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 from tests.cases import random_plant, random_request
@@ -32,23 +35,26 @@ def uncertain(seed):
     rng = np.random.default_rng(seed)
     kind = rng.integers(3)
     if kind == 0:
-        plants = widen(
-            counterexamples.random_pair(seed, 9), rng.uniform(0.3, 1))
+        plants = scale_polytope(
+            counterexamples.random_pair(seed, 9), rng.uniform(0.3, 1)
+        )
     elif kind == 1:
         plants = counterexamples.random_chain(
-            seed, 2, rng.uniform(0.2, 0.95), bool(rng.integers(2)))
+            seed, 2, rng.uniform(0.2, 0.95), bool(rng.integers(2))
+        )
     else:
-        plants = widen(counterexamples.actuated(), rng.uniform(0.3, 1.1))
+        plants = scale_polytope(counterexamples.actuated(), rng.uniform(0.3, 1.1))
     asked = {"plant": plants}
     if rng.random() < 0.5:
         asked["gamma"] = 10 ** rng.uniform(-0.5, 1)
     if rng.random() < 0.5:
-        asked["saturation"] = sos.Saturation(
-            10 ** rng.uniform(0, 2), [1, 0, 0, 0])
+        asked["saturation"] = sos.Saturation(10 ** rng.uniform(0, 2), [1, 0, 0, 0])
     if rng.random() < 0.6 or len(asked) == 1:
         asked["region"] = sos.PoleRegion(
             rng.choice([None, rng.uniform(0.05, 0.5)]),
-            rng.uniform(0.4, 1.4), rng.uniform(5, 20))
+            rng.uniform(0.4, 1.4),
+            rng.uniform(5, 20),
+        )
     return asked
 
 
@@ -60,7 +66,7 @@ def keeps_its_promises(design):
     proof = design.certify(12)
     assert proof.proven
     assert not any("vertices" in claim for claim in proof.claims)
-    kept = promises(design, 9)
+    kept = verify_on_samples(design, 9)
     assert min(kept.values()) > 0, kept
 
 
@@ -75,8 +81,7 @@ def test_pairs_keep_their_promises_with_uncertain_masses(seed):
 @few
 @given(seeds, st.sampled_from([0.03, 0.1, 0.3]))
 def test_slack_keeps_its_promises_with_uncertain_masses(seed, slack):
-    keeps_its_promises(sos.design_pid(
-        **uncertain(seed), coupling="slack", slack=slack))
+    keeps_its_promises(sos.design_pid(**uncertain(seed), coupling="slack", slack=slack))
 
 
 @pytest.mark.slow
@@ -86,8 +91,7 @@ def test_slack_keeps_its_promises_with_any_requirements(seed):
     asked = random_request(seed)
     if len(asked["plant"].vertices) == 1:
         asked["plant"] = sos.Polytope(asked["plant"].vertices)
-    keeps_its_promises(sos.design_pid(
-        **asked, coupling="slack", slack=0.1))
+    keeps_its_promises(sos.design_pid(**asked, coupling="slack", slack=0.1))
 
 
 def polytope(seed):
@@ -110,34 +114,47 @@ def by_hand(request, P, V, Y):
             if part.name == "disk":
                 rho, c = -a[0, 0], -a[0, 1]
                 right = -c * (Pk - Z) + Theta.T
-                g = np.block([
-                    [(c**2 - rho**2) * Pk - c * he(Theta), right],
-                    [right.T, Pk - he(Z)]])
+                g = np.block(
+                    [
+                        [(c**2 - rho**2) * Pk - c * he(Theta), right],
+                        [right.T, Pk - he(Z)],
+                    ]
+                )
                 two = np.kron(np.eye(2), E0)
             else:
                 one = np.eye(len(a))
                 right = np.kron(b, Pk - Z) + e * np.kron(one, Theta.T)
-                g = np.block([
-                    [np.kron(a, Pk) + he(np.kron(b, Theta)), right],
-                    [right.T, -e * np.kron(one, he(Z))]])
+                g = np.block(
+                    [
+                        [np.kron(a, Pk) + he(np.kron(b, Theta)), right],
+                        [right.T, -e * np.kron(one, he(Z))],
+                    ]
+                )
                 two = np.kron(np.eye(2 * len(a)), E0)
             found[f"{part.name} {k}"] = -two @ g @ two.T
         right = Pk - Z + e * Theta.T
-        g = np.block([
-            [he(Theta), right, V @ d.C.T, Bw],
-            [right.T, -e * he(Z), np.zeros((len(V), q)), e * Bw],
-            [d.C @ V.T, np.zeros((q, len(V))),
-             -request.gamma**2 / mu * np.eye(q), np.zeros((q, p))],
-            [Bw.T, e * Bw.T, np.zeros((p, q)), -mu * np.eye(p)]])
+        g = np.block(
+            [
+                [he(Theta), right, V @ d.C.T, Bw],
+                [right.T, -e * he(Z), np.zeros((len(V), q)), e * Bw],
+                [
+                    d.C @ V.T,
+                    np.zeros((q, len(V))),
+                    -(request.gamma**2) / mu * np.eye(q),
+                    np.zeros((q, p)),
+                ],
+                [Bw.T, e * Bw.T, np.zeros((p, q)), -mu * np.eye(p)],
+            ]
+        )
         size = 2 * len(V)
         two = np.eye(size + p + q)
         two[:size, :size] = np.kron(np.eye(2), E0)
         found[f"hinf {k}"] = -two @ g @ two.T
         x0, u_max = request.saturation.x0, request.saturation.u_max
-        found[f"x0 {k}"] = np.block([
-            [np.ones((1, 1)), x0[None]], [x0[:, None], he(V) - Pk]])
-        found[f"u_max {k}"] = np.block([
-            [Pk, Y.T], [Y, u_max**2 * np.eye(len(Y))]])
+        found[f"x0 {k}"] = np.block(
+            [[np.ones((1, 1)), x0[None]], [x0[:, None], he(V) - Pk]]
+        )
+        found[f"u_max {k}"] = np.block([[Pk, Y.T], [Y, u_max**2 * np.eye(len(Y))]])
         found[f"P {k}"] = Pk
     return found
 
@@ -148,9 +165,15 @@ def test_blocks_are_the_formulas(seed):
     region = sos.LMIRegion.disk(7, -1) & sos.LMIRegion.half_plane(0.3)
     region = region & sos.LMIRegion.sector(0.9)
     request = Request(
-        plants, np.ones((1, 2)), region, 2.5,
-        sos.Saturation(3, rng.standard_normal(5)), coupling="slack",
-        slack=0.2, mu=1.5)
+        plants,
+        np.ones((1, 2)),
+        region,
+        2.5,
+        sos.Saturation(3, rng.standard_normal(5)),
+        coupling="slack",
+        slack=0.2,
+        mu=1.5,
+    )
     P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
     V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
     made = request.blocks(P, Y, V=V)
@@ -166,8 +189,9 @@ def test_blocks_are_affine_in_the_plant(seed):
     plants, rng = polytope(seed)
     weights = rng.dirichlet(np.ones(3))
     region = sos.PoleRegion(0.3, 0.9, 8)
-    asked = dict(U=np.ones((1, 2)), region=region, gamma=2.0,
-                 coupling="slack", slack=0.2)
+    asked = dict(
+        U=np.ones((1, 2)), region=region, gamma=2.0, coupling="slack", slack=0.2
+    )
     fourth = plants.at(weights)
     request = Request(sos.Polytope([*plants.vertices, fourth]), **asked)
     P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
@@ -175,8 +199,7 @@ def test_blocks_are_affine_in_the_plant(seed):
     V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
     made = request.blocks(every, Y, V=V)
     for name in ("half-plane", "sector", "disk", "hinf"):
-        mean = sum(
-            w * made[f"{name} {k + 1}"] for k, w in enumerate(weights))
+        mean = sum(w * made[f"{name} {k + 1}"] for k, w in enumerate(weights))
         assert np.allclose(made[f"{name} 4"], mean)
 
 
@@ -201,18 +224,20 @@ def clarabel_margin(request):
             a, b = part.alpha, part.beta
             if part.name == "disk":
                 rho = -a[0, 0]
-                demand(-cvxpy.bmat([
-                    [-rho**2 * p, Theta.T], [Theta, p - Z - Z.T]]))
+                demand(-cvxpy.bmat([[-(rho**2) * p, Theta.T], [Theta, p - Z - Z.T]]))
                 continue
-            right = cvxpy.kron(b, p - Z) + e * cvxpy.kron(
-                np.eye(len(a)), Theta.T)
+            right = cvxpy.kron(b, p - Z) + e * cvxpy.kron(np.eye(len(a)), Theta.T)
             turned = cvxpy.kron(b, Theta)
-            demand(-cvxpy.bmat([
-                [cvxpy.kron(a, p) + turned + turned.T, right],
-                [right.T, -e * cvxpy.kron(np.eye(len(a)), Z + Z.T)]]))
+            demand(
+                -cvxpy.bmat(
+                    [
+                        [cvxpy.kron(a, p) + turned + turned.T, right],
+                        [right.T, -e * cvxpy.kron(np.eye(len(a)), Z + Z.T)],
+                    ]
+                )
+            )
     room = [cvxpy.norm(x, "fro") <= 1e3 for x in (*P, V, Y)]
-    problem = cvxpy.Problem(
-        cvxpy.Maximize(t), [*constraints, *room, t <= 1])
+    problem = cvxpy.Problem(cvxpy.Maximize(t), [*constraints, *room, t <= 1])
     problem.solve(solver="CLARABEL")
     return float(t.value)
 
@@ -221,10 +246,9 @@ def clarabel_margin(request):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("share", [0.4, 1.0])
 def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
-    plants = widen(counterexamples.random_pair(seed, 9), share)
+    plants = scale_polytope(counterexamples.random_pair(seed, 9), share)
     region = sos.PoleRegion(0.1, np.pi / 6, 6)
-    design = sos.design_pid(
-        plants, region=region, coupling="slack", slack=0.1)
+    design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
     margin = clarabel_margin(design.request)
     if margin > 1e-4:
         assert design.status == "feasible"
@@ -239,16 +263,17 @@ def test_a_certain_E_makes_slack_at_least_as_good(seed):
     """With a small scalar the slack LMIs contain the common P."""
     rng = np.random.default_rng(seed)
     base = random_plant(rng, 2, int(rng.integers(1, 3)))
-    plants = sos.Polytope([
-        replace(base, S=base.S * f, D=base.D / f) for f in (0.9, 1.1)])
+    plants = sos.Polytope(
+        [replace(base, S=base.S * f, D=base.D / f) for f in (0.9, 1.1)]
+    )
     region = sos.PoleRegion(
-        rng.uniform(0.1, 2), rng.uniform(0.2, 1.4), rng.uniform(2.5, 9))
+        rng.uniform(0.1, 2), rng.uniform(0.2, 1.4), rng.uniform(2.5, 9)
+    )
     common = sos.design_pid(plants, region=region)
     event(common.status)
     if common.status == "feasible" and min(common.margins.values()) > 1e-4:
         found = [
-            sos.design_pid(
-                plants, region=region, coupling="slack", slack=e).status
+            sos.design_pid(plants, region=region, coupling="slack", slack=e).status
             for e in (1e-2, 1e-3)
         ]
         assert "feasible" in found
@@ -268,36 +293,39 @@ def test_one_plant_gains_nothing(seed, slack):
         V = found.V
         P = V.T @ np.linalg.solve(found.P[0], V)
         request = Request(**asked)
-        blocks = request.blocks(
-            (P + P.T) / 2, found.K @ (P + P.T) / 2)
+        P = (P + P.T) / 2
+        blocks = request.blocks(P, found.K @ P, own=found.own)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
 
 
 def test_a_spoilt_proof_is_refused():
     design = sos.design_pid(
-        counterexamples.actuated(), region=sos.PoleRegion(rho=10),
-        coupling="slack", slack=0.1)
+        counterexamples.actuated(),
+        region=sos.PoleRegion(rho=10),
+        coupling="slack",
+        slack=0.1,
+    )
     request, K, P, V = design.request, design.K, design.P, design.V
     assert prove(request, K, P, 6, V).proven
     swapped = prove(request, K, P[::-1], 6, V)
     assert not swapped.proven
     assert not prove(request, -K, P, 6, V).proven
     assert not prove(request, K, P, 6, V.T).proven
-    assert not prove(
-        replace(request, region=sos.PoleRegion(rho=5)), K, P, 6, V).proven
+    assert not prove(replace(request, region=sos.PoleRegion(rho=5)), K, P, 6, V).proven
 
 
 def test_a_gain_that_is_given_keeps_its_own_matrices():
     plants = counterexamples.actuated()
     region = sos.PoleRegion(rho=10)
-    design = sos.design_pid(
-        plants, region=region, coupling="slack", slack=0.1)
+    design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
     given_ = sos.analyse_pid(
-        plants, design.K, region=region, coupling="slack", slack=0.1)
+        plants, design.K, region=region, coupling="slack", slack=0.1
+    )
     assert given_.certify().proven
     wrong = sos.design_pid(plants, region=region, coupling="vertices")
     refused = sos.analyse_pid(
-        plants, wrong.K, region=region, coupling="slack", slack=0.1)
+        plants, wrong.K, region=region, coupling="slack", slack=0.1
+    )
     assert refused.status == "infeasible"
 
 
@@ -309,5 +337,25 @@ def test_the_same_search_finds_what_the_vertices_break():
         design = sos.design_pid(**uncertain(seed), coupling="vertices")
         if design.status == "feasible":
             assert design.certify(12).proven
-            broken += min(promises(design, 9).values()) <= 0
+            broken += min(verify_on_samples(design, 9).values()) <= 0
     assert broken >= 2
+
+
+@pytest.mark.parametrize("asked", [{"coupling": "slack", "slack": 0.1}, {}])
+def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
+    one = sos.thesis.example_1().plant
+    heavy = sos.SecondOrderSystem(1.1 * one.M, one.D, one.S, one.B, one.F)
+    plants = sos.Polytope([one, heavy, one])
+    design = sos.design_pid(plants, region=sos.PoleRegion(0.3), gamma=2.0, **asked)
+    proof = design.certify()
+    assert proof.proven
+    if "slack" in asked:
+        assert proof.P.shape == (3, 4, 4)
+        assert np.array_equal(proof.P[0], proof.P[2])
+    proof.save(tmp_path / "proof.json")
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", check.__file__, str(tmp_path / "proof.json")],
+        capture_output=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

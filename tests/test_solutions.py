@@ -23,13 +23,16 @@ MARKS = re.compile(
     r"|^:::\{(?P<end>solution-end)\}\n:::$"
     r"|^(?P<close>:::)$"
     r"|^ *(?P<program>(?:```+|~~~+) *\{?(?:code-block\} *|code\} *)?i?python)"
-    r"|^ *(?P<stray>:::+\{(?:exercise|solution).*)$", re.MULTILINE)
+    r"|^ *(?P<stray>:::+\{(?:exercise|solution).*)$",
+    re.MULTILINE,
+)
 
 
 def faults(notebook):
     """What is wrong with the exercises of a page, in words."""
     text = "\n\n".join(
-        cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+        cell.source for cell in notebook.cells if cell.cell_type == "markdown"
+    )
     asked, answered, found = [], [], []
     inside = gated = None
     for mark in MARKS.finditer(text):
@@ -56,7 +59,8 @@ def faults(notebook):
 
 
 @pytest.mark.parametrize(
-    "path", sorted(notebooks.BOOK.glob("*.ipynb")), ids=lambda path: path.stem)
+    "path", sorted(notebooks.BOOK.glob("*.ipynb")), ids=lambda path: path.stem
+)
 def test_exercises_and_solutions_match(path):
     notebook = notebooks.read(path)
     assert faults(notebook) == []
@@ -75,33 +79,39 @@ def page(*sources):
     return v4.new_notebook(cells=[v4.new_markdown_cell(s) for s in sources])
 
 
-@pytest.mark.parametrize("notebook", [
-    page("# Title", PROGRAM),
-    page(EXERCISE, SOLUTION),
-    page(EXERCISE, START, "So.", "```text\nx\n```", END, PROGRAM),
-    page(f"{EXERCISE}\n\n{START}", f"{END}\n\n## Sources"),
-])
+@pytest.mark.parametrize(
+    "notebook",
+    [
+        page("# Title", PROGRAM),
+        page(EXERCISE, SOLUTION),
+        page(EXERCISE, START, "So.", "```text\nx\n```", END, PROGRAM),
+        page(f"{EXERCISE}\n\n{START}", f"{END}\n\n## Sources"),
+    ],
+)
 def test_a_good_page_has_no_fault(notebook):
     assert faults(notebook) == []
 
 
-@pytest.mark.parametrize("notebook, fault", [
-    (page(EXERCISE), "but solutions []"),
-    (page(SOLUTION), "exercises []"),
-    (page(EXERCISE, SOLUTION.replace("ex-a", "ex-b")), "['ex-b']"),
-    (page(EXERCISE, START.replace("ex-a", "ex-b"), END), "['ex-b']"),
-    (page(EXERCISE, SOLUTION, SOLUTION), "['ex-a', 'ex-a']"),
-    (page(EXERCISE, SOLUTION.replace("So.", PROGRAM)), "isn't a cell"),
-    (page(EXERCISE, START, PROGRAM, END), "isn't a cell"),
-    (page(EXERCISE, START, "```{code-block} python\n1\n```", END), "isn't a cell"),
-    (page(EXERCISE, START), "ex-a has no end"),
-    (page(EXERCISE, START, EXERCISE.replace("ex-a", "ex-b")), "no end before ex-b"),
-    (page(EXERCISE, START, START, END), "no end before ex-a"),
-    (page(EXERCISE, SOLUTION, END), "end without a start"),
-    (page(EXERCISE, START, END, END), "end without a start"),
-    (page(":::{exercise} No label\n\nWhy?\n:::"), "not understood"),
-    (page(EXERCISE, ":::{solution} ex-a\nOpen.\n:::"), "not understood"),
-    (page(EXERCISE, ":::{solution-start} ex-a\n:::", END), "not understood"),
-])
+@pytest.mark.parametrize(
+    "notebook, fault",
+    [
+        (page(EXERCISE), "but solutions []"),
+        (page(SOLUTION), "exercises []"),
+        (page(EXERCISE, SOLUTION.replace("ex-a", "ex-b")), "['ex-b']"),
+        (page(EXERCISE, START.replace("ex-a", "ex-b"), END), "['ex-b']"),
+        (page(EXERCISE, SOLUTION, SOLUTION), "['ex-a', 'ex-a']"),
+        (page(EXERCISE, SOLUTION.replace("So.", PROGRAM)), "isn't a cell"),
+        (page(EXERCISE, START, PROGRAM, END), "isn't a cell"),
+        (page(EXERCISE, START, "```{code-block} python\n1\n```", END), "isn't a cell"),
+        (page(EXERCISE, START), "ex-a has no end"),
+        (page(EXERCISE, START, EXERCISE.replace("ex-a", "ex-b")), "no end before ex-b"),
+        (page(EXERCISE, START, START, END), "no end before ex-a"),
+        (page(EXERCISE, SOLUTION, END), "end without a start"),
+        (page(EXERCISE, START, END, END), "end without a start"),
+        (page(":::{exercise} No label\n\nWhy?\n:::"), "not understood"),
+        (page(EXERCISE, ":::{solution} ex-a\nOpen.\n:::"), "not understood"),
+        (page(EXERCISE, ":::{solution-start} ex-a\n:::", END), "not understood"),
+    ],
+)
 def test_a_fault_is_named(notebook, fault):
     assert any(fault in problem for problem in faults(notebook))

@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.synthesis.scaling import Frame
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
@@ -14,10 +13,12 @@ from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.structure import structure, unfold
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
 EXAMPLES = {
     f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
-    for k in (1, 2, 3, 4) for coupling in ("pairs", "slack")
+    for k in (1, 2, 3, 4)
+    for coupling in ("pairs", "slack")
 }
 
 
@@ -27,10 +28,8 @@ def case(request):
     make, coupling = EXAMPLES[request.param]
     example = make()
     more = {"slack": 0.1} if coupling == "slack" else {}
-    asked = Request(
-        example.plant, coupling=coupling, **example.requirements, **more)
-    expressions, unknowns = asked.in_unknowns(
-        Frame.of(asked))
+    asked = Request(example.plant, coupling=coupling, **example.requirements, **more)
+    expressions, unknowns = asked.in_unknowns(Frame.of(asked))
     blocks = Blocks.of(expressions.values(), unknowns)
     x = np.random.default_rng(1).standard_normal(blocks.variables + 1)
     x[-1] = -1e4  # lifts all blocks until they are positive definite
@@ -39,17 +38,14 @@ def case(request):
 
 def lifted(blocks, x):
     lift = [-np.eye(len(c)) for c in blocks.constants]
-    slopes = [
-        np.concatenate([s, e[None]]) for s, e in zip(blocks.slopes, lift)]
+    slopes = [np.concatenate([s, e[None]]) for s, e in zip(blocks.slopes, lift)]
     G = [g + x[-1] * e for g, e in zip(blocks(x[:-1]), lift)]
     return lift, slopes, G
 
 
 @pytest.mark.parametrize("entries", [0, 1e9], ids=["sums", "table"])
-def test_values_and_gradients_are_those_of_the_slopes(
-    case, entries, monkeypatch
-):
-    monkeypatch.setattr(stacks_module, "TABLE", entries)
+def test_values_and_gradients_are_those_of_the_slopes(case, entries, monkeypatch):
+    monkeypatch.setattr(stacks_module, "MOST_TABLE_ENTRIES", entries)
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
     stacked = Stacked(blocks, lift)
@@ -78,9 +74,10 @@ def test_the_hessian_is_that_of_the_slopes(case):
 
 def test_sizes_are_those_of_the_slopes(case):
     blocks, _ = case
-    for c, s, d in zip(blocks.constants, blocks.slopes, blocks.sizes):
+    for c, s, d in zip(blocks.constants, blocks.slopes, blocks.diagonal_scales):
         size = np.abs(np.diag(c)) + np.sqrt(
-            (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0))
+            (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0)
+        )
         assert (abs(np.log2(size * d**2)) <= 1 + 1e-9).all()
 
 
@@ -127,8 +124,8 @@ def test_numbers_and_matrices_may_be_mixed():
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
     W = [np.linalg.inv(g) for g in blocks(x)]
     plain = sum(
-        np.einsum("aij,jk,bkl,li->ab", s, w, s, w)
-        for s, w in zip(blocks.slopes, W))
+        np.einsum("aij,jk,bkl,li->ab", s, w, s, w) for s, w in zip(blocks.slopes, W)
+    )
     assert_allclose(Hessian(stacked)(roots), plain, atol=1e-14)
 
 
@@ -136,7 +133,8 @@ def chain(n):
     T = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     B = np.eye(n)[:, ::4]
     plant = sos.SecondOrderSystem(
-        np.eye(n), 0.1 * np.eye(n) + 0.05 * T, np.eye(n) + T, B, B)
+        np.eye(n), 0.1 * np.eye(n) + 0.05 * T, np.eye(n) + T, B, B
+    )
     region = sos.PoleRegion(0.1, np.radians(86), 4)
     return plant, dict(U=B.T, region=region, gamma=0.2)
 
@@ -148,7 +146,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     blocks = Blocks.of(expressions.values(), unknowns)
     x = sos.lmi.centre.phase_one(blocks).x
     direct = Newton(blocks)
-    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 1)
+    monkeypatch.setattr("sosbook.lmi.newton.CG_ABOVE_VARIABLES", 1)
     iterative = Newton(blocks)
     assert iterative.iterative and not direct.iterative
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in direct.at(x)]
@@ -163,7 +161,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
 def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
     plant, asked = chain(12)
     found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 10**6)
+    monkeypatch.setattr("sosbook.lmi.newton.CG_ABOVE_VARIABLES", 10**6)
     wanted = sos.design_pid(plant, **asked)
     assert found.certify().proven and wanted.certify().proven
     assert_allclose(found.K, wanted.K, atol=1e-4 * abs(wanted.K).max())
@@ -173,10 +171,10 @@ def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):
     """Where conjugate gradients fail the answer is the same."""
     plant, asked = chain(4)
     wanted = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.newton.DENSE", 1)
+    monkeypatch.setattr("sosbook.lmi.newton.CG_ABOVE_VARIABLES", 1)
     monkeypatch.setattr(
-        "sosbook.lmi.newton._conjugate_gradients",
-        lambda *words: (None, 300))
+        "sosbook.lmi.newton._conjugate_gradients", lambda *words: (None, 300)
+    )
     found = sos.design_pid(plant, **asked)
     assert_allclose(found.K, wanted.K, atol=1e-8 * abs(wanted.K).max())
 
@@ -186,8 +184,7 @@ def test_the_smallest_eigenvalues_and_some_of_the_blocks(case):
     x = x[:-1] / 100
     eigenvalues = [np.linalg.eigvalsh(g)[0] for g in blocks(x)]
     least = Newton(blocks).least(x)
-    assert_allclose(
-        least, np.minimum(eigenvalues, 1), atol=1e-9 * max(1, -min(least)))
+    assert_allclose(least, np.minimum(eigenvalues, 1), atol=1e-9 * max(1, -min(least)))
     places = [2, 0]
     some = Newton(blocks.only(places)).least(x)
     assert_allclose(some, least[places], atol=1e-12 * max(1, -min(least)))
@@ -197,8 +194,7 @@ def test_the_smallest_eigenvalues_and_some_of_the_blocks(case):
 def test_the_first_guess_is_stable(k):
     """The frame's gain, with P = I, is that of a Riccati equation."""
     example = getattr(sos.thesis, f"example_{k}")()
-    request = Request(
-        example.plant, U=example.U, K_A=example.requirements.get("K_A"))
+    request = Request(example.plant, U=example.U, K_A=example.requirements.get("K_A"))
     frame = Frame.of(request)
     A, B, _ = request.mean.state_space()
     K = frame.scale * frame.gain @ np.linalg.inv(frame.T)
@@ -213,8 +209,7 @@ def test_without_multipliers_a_refusal_is_left_open():
     robot = sos.thesis.example_1()
     asked = robot.requirements | {"region": sos.PoleRegion(2, np.pi / 4, 5)}
     request = Request(robot.plant, **asked)
-    expressions, unknowns = request.in_unknowns(
-        Frame.of(request))
+    expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
     assert sos.lmi.centre.phase_one(blocks).verdict == "infeasible"
     open_ = sos.lmi.centre.phase_one(blocks, multipliers=False)

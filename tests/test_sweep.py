@@ -9,15 +9,15 @@ from functools import partial
 import joblib
 import numpy as np
 import pytest
-from tqdm import tqdm
-
 from sosbook.maps.parallel import sweep
+from tqdm import tqdm
 
 POINTS = [(k, 0.1 * k + 0.05) for k in range(9)]
 
 
 # Functions inside functions travel by value: the workers of the tests don't
 # import this module, nor the package.
+
 
 def make_work():
     def work(point):
@@ -124,7 +124,7 @@ def test_bad_n_jobs_is_named(n_jobs):
 
 def test_the_bar_counts_the_points(monkeypatch, capsys):
     monkeypatch.delenv("TQDM_DISABLE", raising=False)
-    monkeypatch.setattr("sosbook.maps.parallel.tqdm", partial(tqdm, mininterval=0))
+    monkeypatch.setattr("tqdm.auto.tqdm", partial(tqdm, mininterval=0))
     sweep(abs, range(3))
     assert "3/3" in capsys.readouterr().err
     sweep(abs, range(3), progress=False)
@@ -138,10 +138,17 @@ def cluster():
     distributed = pytest.importorskip("distributed")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True,
-            host="127.0.0.1", dashboard_address="127.0.0.1:0", memory_limit=0,
-        ) as workers, distributed.Client(workers) as client:
+        with (
+            distributed.LocalCluster(
+                n_workers=2,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                memory_limit=0,
+            ) as workers,
+            distributed.Client(workers) as client,
+        ):
             yield client
 
 
@@ -167,8 +174,9 @@ def test_dask_brings_exceptions_back(cluster):
     def fail(k):
         raise KeyError(f"no {k}")
 
-    with joblib.parallel_config(backend="dask"), pytest.raises(
-        KeyError, match="no 3"
-    ) as caught:
+    with (
+        joblib.parallel_config(backend="dask"),
+        pytest.raises(KeyError, match="no 3") as caught,
+    ):
         sweep(fail, [3])
     assert caught.value.__notes__ == ["at point 0 of the sweep: 3"]

@@ -34,7 +34,8 @@ def test_poles_of_a_chain():
 
 def test_a_massless_coordinate_has_one_finite_pole():
     plant = SecondOrderSystem(
-        np.diag([1.0, 0]), np.diag([3.0, 2]), np.diag([2.0, 1]), I2)
+        np.diag([1.0, 0]), np.diag([3.0, 2]), np.diag([2.0, 1]), I2
+    )
     assert np.allclose(plant.poles(), [-2, -1, -0.5])
 
 
@@ -53,8 +54,9 @@ def test_poles_of_a_polytope_lie_where_its_plants_poles_lie():
         assert np.allclose(getattr(mixed, x), np.tensordot(weights, parts, 1))
     A = np.block([[np.zeros((2, 2)), I2], [-mixed.S, -mixed.D]])
     E = np.block([[I2, np.zeros((2, 2))], [np.zeros((2, 2)), mixed.M]])
-    assert np.allclose(np.sort_complex(mixed.poles() + 0j),
-                       np.sort_complex(eigvals(A, E)))
+    assert np.allclose(
+        np.sort_complex(mixed.poles() + 0j), np.sort_complex(eigvals(A, E))
+    )
 
 
 def test_samples_are_repeatable_and_inside():
@@ -123,9 +125,9 @@ def test_bad_polytopes_are_refused():
             Polytope(vertices)
 
 
-@pytest.mark.parametrize("weights", [
-    [1.0], [0.5, 0.6], [-0.5, 1.5], [np.nan, 1.0], [[0.5, 0.5]],
-])
+@pytest.mark.parametrize(
+    "weights", [[1.0], [0.5, 0.6], [-0.5, 1.5], [np.nan, 1.0], [[0.5, 0.5]]]
+)
 def test_bad_weights_are_refused(weights):
     v = SecondOrderSystem(ONE, ONE, ONE, ONE)
     with pytest.raises(ValueError, match="weights must be 2"):
@@ -145,11 +147,11 @@ REQUESTS = {
     "U is a vector": (dict(U=[1, 0]), "U must be a matrix"),
     "U has NaN": (dict(U=nan), "U has NaN"),
     "U repeats a row": (dict(U=[[1, 0], [2, 0]]), "U has linearly dep"),
-    "U is out of reach": (
-        dict(plant=bad(B=[[1], [0]])(), U=I2), "U is uncontrollable"),
+    "U is out of reach": (dict(plant=bad(B=[[1], [0]])(), U=I2), "U is uncontrollable"),
     "a zero at s = 0": (
         dict(plant=bad(S=np.diag([0, 1]), B=[[0], [1]])(), U=[[1, 0]]),
-        "U is uncontrollable"),
+        "U is uncontrollable",
+    ),
     "K_A has one row": (dict(K_A=[[1, 0]]), "K_A has 1 rows"),
     "K_A has NaN": (dict(K_A=nan), "K_A has NaN"),
     "singular M": (dict(plant=bad(M=np.diag([1, 0]))()), "K_A that makes"),
@@ -161,15 +163,12 @@ REQUESTS = {
     "gamma is text": (dict(gamma="1"), "gamma must be"),
     "gamma without F": (dict(plant=bad()(), gamma=1.0), "gamma.*no F"),
     "saturation is a number": (dict(saturation=150), "saturation must be"),
-    "x0 is short": (
-        dict(saturation=sos.Saturation(1, [1, 0])), "x0 has 2 entries"),
-    "x0 lacks x3": (
-        dict(U=I2, saturation=sos.Saturation(1, START)), "2n . a = 6"),
+    "x0 is short": (dict(saturation=sos.Saturation(1, [1, 0])), "x0 has 2 entries"),
+    "x0 lacks x3": (dict(U=I2, saturation=sos.Saturation(1, START)), "2n . a = 6"),
     "coupling": (dict(coupling="pair"), 'coupling must be "pairs", "vertices" or'),
     "minimize": (dict(minimize="norm"), "minimize must be None"),
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
-    "minimize without F": (
-        dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),
+    "minimize without F": (dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),
     "backoff": (dict(minimize="gamma", backoff=0), "backoff must be pos"),
     "no minimum": (dict(minimize="gamma"), "has no minimum"),
 }
@@ -182,29 +181,35 @@ def test_bad_requests_are_refused(name):
         sos.design_pid(**dict(plant=PLANT) | changes)
 
 
-@pytest.mark.parametrize("u_max, x0, words", [
-    (0, START, "u_max must be positive"),
-    (-1.0, START, "u_max must be positive"),
-    (np.nan, START, "u_max must be"),
-    (np.inf, START, "u_max must be"),
-    ([1, 2], START, "u_max must be"),
-    (1, 5, "x0 must be a vector"),
-    (1, [[1, 0]], "x0 must be a vector"),
-    (1, [np.nan, 1], "x0 has NaN"),
-    (1, ["a", 1], "x0 must be"),
-    (1, [1j, 1], "x0 must be"),
-])
+@pytest.mark.parametrize(
+    "u_max, x0, words",
+    [
+        (0, START, "u_max must be positive"),
+        (-1.0, START, "u_max must be positive"),
+        (np.nan, START, "u_max must be"),
+        (np.inf, START, "u_max must be"),
+        ([1, 2], START, "u_max must be"),
+        (1, 5, "x0 must be a vector"),
+        (1, [[1, 0]], "x0 must be a vector"),
+        (1, [np.nan, 1], "x0 has NaN"),
+        (1, ["a", 1], "x0 must be"),
+        (1, [1j, 1], "x0 must be"),
+    ],
+)
 def test_bad_saturations_are_refused(u_max, x0, words):
     with pytest.raises(ValueError, match=words):
         sos.Saturation(u_max, x0)
 
 
-@pytest.mark.parametrize("K, words", [
-    (None, "K is missing"),
-    (np.zeros((2, 2)), "K has 2 columns, needs 4"),
-    (np.zeros(4), "K must be a matrix"),
-    (np.full((2, 4), np.nan), "K has NaN"),
-])
+@pytest.mark.parametrize(
+    "K, words",
+    [
+        (None, "K is missing"),
+        (np.zeros((2, 2)), "K has 2 columns, needs 4"),
+        (np.zeros(4), "K must be a matrix"),
+        (np.full((2, 4), np.nan), "K has NaN"),
+    ],
+)
 def test_bad_gains_are_refused(K, words):
     with pytest.raises(ValueError, match=words):
         sos.analyse_pid(PLANT, K)

@@ -35,7 +35,8 @@ def test_what_is_right_is_in_its_table():
 
 def test_text_is_escaped():
     row = sos.reproduction.Row(
-        "01_x", "a < b", "<script>", "&", "<b>", "misprint", "<i>")
+        "01_x", "a < b", "<script>", "&", "<b>", "misprint", "<i>"
+    )
     text = page(sos.tables.reproduction([row]))
     assert "<script>" not in text and "<b>" not in text
     assert "a &lt; b" in text

@@ -4,10 +4,13 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 import yaml
+from packaging.requirements import Requirement
+from packaging.version import Version
 
 import tasks
 from tests import browser, compiler, conftest
@@ -34,13 +37,18 @@ def test_the_help_names_every_command_and_only_these():
     named = re.findall(r"python3 tasks\.py (\w+)", tasks.__doc__)
     assert set(named) == set(tasks.TASKS)
     done = subprocess.run(
-        [sys.executable, ROOT / "tasks.py", "nonsense"], capture_output=True,
-        text=True, encoding="utf-8", check=False)
+        [sys.executable, ROOT / "tasks.py", "nonsense"],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
 
 
-@pytest.mark.parametrize("system, path", [
-    ("nt", ("Scripts", "python.exe")), ("posix", ("bin", "python"))])
+@pytest.mark.parametrize(
+    "system, path", [("nt", ("Scripts", "python.exe")), ("posix", ("bin", "python"))]
+)
 def test_the_interpreter_lies_where_each_system_puts_it(system, path):
     assert tasks.interpreter(system).relative_to(tasks.VENV).parts == path
     assert tasks.PYTHON == tasks.interpreter(os.name)
@@ -60,13 +68,39 @@ def test_the_campaigns_run_when_they_are_called_and_never_else(called, monkeypat
     assert tasks.campaign(["-x"]) == 0
     ((command, _),) = called
     assert command[-5:] == ["--campaign", "-m", "campaign", "tests", "-x"]
-    listed = [subprocess.run(
-        [sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "no:cacheprovider",
-         *words, "tests/test_mip_six_robots.py"], cwd=ROOT, capture_output=True,
-        text=True, encoding="utf-8", check=True).stdout
-        for words in ((), ("--campaign",))]
+    listed = [
+        subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "pytest",
+                "--collect-only",
+                "-qq",
+                "-p",
+                "no:cacheprovider",
+                *words,
+                "tests/test_mip_six_robots.py",
+            ],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            check=True,
+        ).stdout
+        for words in ((), ("--campaign",))
+    ]
     few, all_of_them = (int(re.search(r": (\d+)", text)[1]) for text in listed)
     assert 0 < few < all_of_them
+
+
+def test_types_are_checked_by_the_mypy_that_is_named(called):
+    assert tasks.types(["--verbose"]) == 0
+    (install, _), (check, _) = called
+    assert install[1:4] == ["-m", "pip", "install"] and install[-1] == tasks.MYPY
+    assert re.fullmatch(r"mypy==[\d.]+", tasks.MYPY)
+    assert check[:3] == [str(tasks.PYTHON), "-m", "mypy"] and check[-1] == "--verbose"
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    assert all((ROOT / name).exists() for name in listed["tool"]["mypy"]["files"])
 
 
 def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
@@ -78,15 +112,20 @@ def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp
     (test, extra), (build, _) = sorted(called, key=lambda call: "build" in call[0])
     assert build[:3] == [str(tasks.PYTHON), *tasks.JUPYTER_BOOK]
     assert "-W" in build and "-n" in build and "--all" in build
-    assert {str(path.relative_to(ROOT)) for path in (ROOT / "book").glob("*.ipynb")} <= {*test}
+    assert {
+        str(path.relative_to(ROOT)) for path in (ROOT / "book").glob("*.ipynb")
+    } <= {*test}
     assert test[-2:] == ["-k", "word"] and "-m" not in test[3:]
     assert Path(extra["SOSBOOK_BUILT"]).read_text("utf-8") == "0"
 
 
-@pytest.mark.parametrize("chromium, cc, continuous, status", [
-    (None, ["cc"], "1", 1), ("chromium", None, "1", 1), (None, None, "", 0)])
+@pytest.mark.parametrize(
+    "chromium, cc, continuous, status",
+    [(None, ["cc"], "1", 1), ("chromium", None, "1", 1), (None, None, "", 0)],
+)
 def test_what_is_missing_is_a_failure_in_ci_and_said_elsewhere(
-        called, monkeypatch, capsys, tmp_path, chromium, cc, continuous, status):
+    called, monkeypatch, capsys, tmp_path, chromium, cc, continuous, status
+):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(tasks, "BUILD", tmp_path)
     monkeypatch.setenv("CI", continuous)
@@ -101,7 +140,9 @@ def test_what_is_missing_is_a_failure_in_ci_and_said_elsewhere(
         assert not any(name in " ".join(called[0][0]) for name in compiler.CHAPTERS)
 
 
-def test_a_book_that_does_not_build_fails_the_tests(called, monkeypatch, capsys, tmp_path):
+def test_a_book_that_does_not_build_fails_the_tests(
+    called, monkeypatch, capsys, tmp_path
+):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(tasks, "BUILD", tmp_path)
     monkeypatch.setattr(tasks.browser, "ensure", lambda python: "chromium")
@@ -167,7 +208,9 @@ def test_pages_are_marked_and_long_files_come_first():
 
 
 def test_files_that_start_first_exist():
-    there = {path.stem for folder in ("tests", "book") for path in (ROOT / folder).iterdir()}
+    there = {
+        path.stem for folder in ("tests", "book") for path in (ROOT / folder).iterdir()
+    }
     assert set(conftest.LONGEST) <= there
 
 
@@ -176,9 +219,25 @@ def test_a_test_that_hangs_fails(tmp_path):
     path = tmp_path / "test_hanging.py"
     path.write_text("def test_bisection():\n    while True:\n        pass\n", "utf-8")
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "timeout=1",
-         "--rootdir", tmp_path, path], capture_output=True, text=True, encoding="utf-8",
-        check=False, timeout=120)
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-o",
+            "timeout=1",
+            "--rootdir",
+            tmp_path,
+            path,
+        ],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=120,
+    )
     assert done.returncode and "Timeout" in done.stdout + done.stderr
 
 
@@ -211,15 +270,20 @@ def test_a_process_that_fails_is_not_awaited(tmp_path):
 
 def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    program = ("import os, sys; sys.exit(not (os.environ['OMP_NUM_THREADS'] == '1'"
-               " and sys.flags.utf8_mode and os.environ['WORD'] == 'x'))")
+    program = (
+        "import os, sys; sys.exit(not (os.environ['OMP_NUM_THREADS'] == '1'"
+        " and sys.flags.utf8_mode and os.environ['WORD'] == 'x'))"
+    )
     assert tasks.call(sys.executable, "-c", program, WORD="x") == 0
     assert tasks.call(sys.executable, "-c", "raise SystemExit(3)") == 3
 
 
 # Tools on other systems
 
-def test_windows_takes_the_browser_of_playwright_without_asking_it(monkeypatch, tmp_path):
+
+def test_windows_takes_the_browser_of_playwright_without_asking_it(
+    monkeypatch, tmp_path
+):
     """There, asking Chromium for its version opens a window."""
     asked = []
     own = tmp_path / "chrome.exe"
@@ -240,23 +304,34 @@ def test_nothing_is_installed_by_apt_where_there_is_none(monkeypatch):
     monkeypatch.setattr(browser.shutil, "which", lambda name: None)
     monkeypatch.setattr(browser, "output", lambda *command: None)
     monkeypatch.setattr(compiler, "output", lambda *command: None)
-    monkeypatch.setattr(browser.subprocess, "run", lambda words, **more: ran.append(words))
+    monkeypatch.setattr(
+        browser.subprocess, "run", lambda words, **more: ran.append(words)
+    )
     for is_root in (True, False):
         for module in (browser, compiler):
             monkeypatch.setattr(module, "is_root", lambda: is_root)
         assert browser.ensure("python") is None
         assert compiler.ensure("python") is None
     assert [words[:4] for words in ran] == 2 * [
-        ["python", "-m", "playwright", "install"], ["python", "-m", "pip", "install"]]
+        ["python", "-m", "playwright", "install"],
+        ["python", "-m", "pip", "install"],
+    ]
 
 
-@pytest.mark.parametrize("command, system, words", [
-    (r'"C:\Program Files\LLVM\bin\clang.exe" -O2', "nt",
-     [r"C:\Program Files\LLVM\bin\clang.exe", "-O2"]),
-    (r"C:\mingw64\bin\gcc.exe", "nt", [r"C:\mingw64\bin\gcc.exe"]),
-    ("'/opt/my tools/cc' -m64", "posix", ["/opt/my tools/cc", "-m64"]),
-    ("", "nt", []), ("", "posix", []),
-])
+@pytest.mark.parametrize(
+    "command, system, words",
+    [
+        (
+            r'"C:\Program Files\LLVM\bin\clang.exe" -O2',
+            "nt",
+            [r"C:\Program Files\LLVM\bin\clang.exe", "-O2"],
+        ),
+        (r"C:\mingw64\bin\gcc.exe", "nt", [r"C:\mingw64\bin\gcc.exe"]),
+        ("'/opt/my tools/cc' -m64", "posix", ["/opt/my tools/cc", "-m64"]),
+        ("", "nt", []),
+        ("", "posix", []),
+    ],
+)
 def test_a_compiler_may_have_options_and_a_path_with_spaces(command, system, words):
     assert compiler.split(command, system) == words
 
@@ -264,7 +339,8 @@ def test_a_compiler_may_have_options_and_a_path_with_spaces(command, system, wor
 # Continuous integration
 
 JOBS = {
-    f"{path.stem}-{name}": job for path in WORKFLOWS
+    f"{path.stem}-{name}": job
+    for path in WORKFLOWS
     for name, job in yaml.safe_load(path.read_text("utf-8"))["jobs"].items()
 }
 
@@ -293,7 +369,11 @@ def test_each_job_calls_commands_that_exist(job, called, monkeypatch):
 def test_the_three_lanes_run_where_they_should():
     names = ("tests-quick", "tests-full", "tests-rehearsal")
     quick, full, rehearsal = (versions(JOBS[name]) for name in names)
-    assert [word.split("-")[0] for word in quick["os"]] == ["ubuntu", "macos", "windows"]
+    assert [word.split("-")[0] for word in quick["os"]] == [
+        "ubuntu",
+        "macos",
+        "windows",
+    ]
     assert quick["python"] == ["3.11", "3.12", "3.13", "3.14"]
     assert full["python"] == ["3.11", "3.14"]
     assert rehearsal["worlds"] == ["noise", "kernels", "simd"]
@@ -316,3 +396,58 @@ def test_the_lock_ends_in_the_project_and_names_no_index():
     wanted = (ROOT / "requirements.in").read_text("utf-8").splitlines()
     asked = {re.split("[=<>]", line)[0] for line in wanted if line[:1] not in ("#", "")}
     assert asked <= pins
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+
+
+def wanted(extras=("control", "plot", "cones", "parallel", "notebook", "book", "test")):
+    """What the package and its extras ask for; the robot's compiler is no part."""
+    listed = PROJECT["optional-dependencies"]
+    asked = [*PROJECT["dependencies"], *(line for e in extras for line in listed[e])]
+    needs = [Requirement(text) for text in asked]
+    return [need for need in needs if need.name != "sosbook"]
+
+
+def test_the_lock_has_what_the_package_and_its_extras_need():
+    lines = (ROOT / "requirements.txt").read_text("utf-8").splitlines()[:-1]
+    pins = {}
+    for line in lines:
+        pin = Requirement(line)
+        pins.setdefault(pin.name, []).append(str(pin.specifier).strip("="))
+    for need in wanted():
+        assert need.name in pins, need
+        assert all(need.specifier.contains(v) for v in pins[need.name]), need
+
+
+def test_the_version_is_written_once_and_cited():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    assert cited["version"] == PROJECT["version"]
+    assert [a["name"] for a in cited["authors"]] == [
+        a["name"] for a in PROJECT["authors"]
+    ]
+    log = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    first = re.search(r"^## (\S+)", log, re.M)[1]
+    assert first == Version(PROJECT["version"]).base_version
+    for path in (ROOT / "sosbook").rglob("*.py"):
+        assert PROJECT["version"] not in path.read_text("utf-8"), path
+
+
+def test_what_contributors_read_names_files_and_commands_that_exist():
+    for path in (ROOT / "CONTRIBUTING.md", *(ROOT / ".github").rglob("*.md")):
+        text = path.read_text("utf-8")
+        for target in re.findall(r"\]\(([\w./-]+)\)", text):
+            assert (ROOT / target).exists(), target
+        for name in re.findall(r"tasks\.py (\w+)", text):
+            assert name in tasks.TASKS, name
+
+
+def test_the_commands_need_nothing_but_python():
+    done = subprocess.run(
+        [sys.executable, "-S", "-E", ROOT / "tasks.py", "nonsense"],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.stderr.strip() == tasks.__doc__.strip()

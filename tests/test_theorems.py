@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from sosbook import LMIRegion, theorems
-from sosbook.plants.descriptor import Coupled, Descriptor, SlackVertex, descriptors
 from sosbook.lmi import Unknown
 from sosbook.lmi.exact import exact
+from sosbook.plants.descriptor import Coupled, Descriptor, SlackVertex, descriptors
 from tests.cases import random_plant
 
 GAMMA2, U_MAX2 = 1.7, 30.0
@@ -89,10 +89,7 @@ def test_2_15(vertex):
 def test_2_18(vertex):
     d, P, Y, _, _, EPE = vertex
     sigma, E, A, B = 0.7, d.E, d.A, d.Bu
-    printed = (
-        2 * sigma * EPE + A @ P @ E.T + E @ P @ A.T
-        + B @ Y @ E.T + E @ Y.T @ B.T
-    )
+    printed = 2 * sigma * EPE + A @ P @ E.T + E @ P @ A.T + B @ Y @ E.T + E @ Y.T @ B.T
     part = LMIRegion.half_plane(sigma)
     found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
     assert np.allclose(found, -printed, atol=1e-13)
@@ -135,10 +132,14 @@ def test_pairs_are_the_polar_form_of_the_vertices():
     """With weights a, L(a) = sum over i, j of a_i a_j L_ij."""
     (first, second), P, Y, x0 = pair(5)
     weights = np.array([0.3, 0.7])
-    mixed = Descriptor(*(
-        weights[0] * x + weights[1] * y
-        for x, y in zip(vars(first).values(), vars(second).values())
-    ))
+    assert first.Du is None and second.Du is None
+    mixed = Descriptor(
+        **{
+            name: weights[0] * x + weights[1] * getattr(second, name)
+            for name, x in vars(first).items()
+            if x is not None
+        }
+    )
     whole = matrices(Coupled(mixed, mixed, P, Y), x0, GAMMA2, U_MAX2)
     both = (first, second)
     total = {name: 0 for name in whole}
@@ -160,8 +161,7 @@ def slack_matrices(c, x0, gamma2, mu, epsilon, number=lambda x: x):
         "ellipse": LMIRegion.ellipse(-3, 2, 1),
     }
     found = {
-        name: theorems.slack_pole_region(
-            c, number(r.alpha), number(r.beta), epsilon)
+        name: theorems.slack_pole_region(c, number(r.alpha), number(r.beta), epsilon)
         for name, r in regions.items()
     }
     found["stability"] = theorems.slack_stability(c, epsilon)
@@ -197,10 +197,15 @@ def test_four_readings_of_the_slack_theorems_agree():
     same({k: g.value for k, g in convex.items()})
 
 
-@pytest.mark.parametrize("region", [
-    LMIRegion.half_plane(0.4), LMIRegion.sector(0.9),
-    LMIRegion.disk(6, -2), LMIRegion.strip(-9, -0.2),
-])
+@pytest.mark.parametrize(
+    "region",
+    [
+        LMIRegion.half_plane(0.4),
+        LMIRegion.sector(0.9),
+        LMIRegion.disk(6, -2),
+        LMIRegion.strip(-9, -0.2),
+    ],
+)
 def test_slack_blocks_imply_a_lyapunov_inequality(region):
     """On E x' = (A + B K) x the slack drops out and V'^-1 P V^-1 is left."""
     rng = np.random.default_rng(3)

@@ -24,8 +24,12 @@ def test_printed_poles_of_example_1():
     A[2:4, 2:4] = -np.linalg.solve(M, D)
     for loop, printed, tolerance in [
         (A[:4, :4], ex.open_loop_poles, 1e-4),
-        (A + np.vstack([np.zeros((2, 6)), np.linalg.solve(M, ex.K),
-                        np.zeros((2, 6))]), ex.closed_loop_poles, 2e-4),
+        (
+            A
+            + np.vstack([np.zeros((2, 6)), np.linalg.solve(M, ex.K), np.zeros((2, 6))]),
+            ex.closed_loop_poles,
+            2e-4,
+        ),
     ]:
         poles = list(np.linalg.eigvals(loop))
         for p in printed:
@@ -46,22 +50,24 @@ def test_printed_gains_of_example_1():
 def find(rows, item):
     """Of Example 1."""
     (found,) = [
-        r for r in rows
-        if r.item.startswith(item) and r.chapter == "07_grasping_robot"
+        r for r in rows if r.item.startswith(item) and r.chapter == "07_grasping_robot"
     ]
     return found
 
 
-@pytest.mark.parametrize("item, verdict", [
-    ("open-loop poles", "reproduced"),
-    ("closed-loop poles", "reproduced"),
-    ("all closed-loop poles lie", "property holds"),
-    ("the printed gains satisfy", "property holds"),
-    ("K_P, K_D, K_I", "another solution"),
-    ("H-infinity norm", "property holds"),
-    ("|K x(t)| at most 150", "property holds"),
-    ("the error goes to zero", "property holds"),
-])
+@pytest.mark.parametrize(
+    "item, verdict",
+    [
+        ("open-loop poles", "reproduced"),
+        ("closed-loop poles", "reproduced"),
+        ("all closed-loop poles lie", "property holds"),
+        ("the printed gains satisfy", "property holds"),
+        ("K_P, K_D, K_I", "another solution"),
+        ("H-infinity norm", "property holds"),
+        ("|K x(t)| at most 150", "property holds"),
+        ("the error goes to zero", "property holds"),
+    ],
+)
 def test_verdicts(rows, item, verdict):
     assert find(rows, item).verdict == verdict
 
@@ -107,12 +113,18 @@ def test_verdicts_are_never_typed():
     for module in {*folder.glob("*.py")} - {folder / "table.py"}:
         tree = ast.parse(module.read_text("utf8"))
         compared = {
-            part for node in ast.walk(tree) if isinstance(node, ast.Compare)
-            for part in ast.walk(node)}
+            part
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Compare)
+            for part in ast.walk(node)
+        }
         typed = [
-            node.value for node in ast.walk(tree)
-            if isinstance(node, ast.Constant) and node not in compared
-            and node.value in tuple(reproduction.VERDICTS)]
+            node.value
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Constant)
+            and node not in compared
+            and node.value in tuple(reproduction.VERDICTS)
+        ]
         assert not typed, module.name
 
 
@@ -120,8 +132,10 @@ def test_every_corrected_number_is_a_chapters_or_a_rows(rows):
     """The digits that errata give for chapter 4 follow from the rows."""
     rows = {r.item: r for r in rows}
     assert rows["r, the wheels' radius"].ours == "0.0320"
-    assert "M_b l = 0.01088, M_b + 2 M_w = 0.326" in rows[
-        "a, b and d follow from the known parameters"].ours
+    assert (
+        "M_b l = 0.01088, M_b + 2 M_w = 0.326"
+        in rows["a, b and d follow from the known parameters"].ours
+    )
     gain = rows["gains without the fast pole and zero"].ours
     (entry,) = (e for e in ERRATA if e.place == "(4.29)")
     assert entry.correct.replace("- ", "-") in gain

@@ -26,16 +26,19 @@ FILES = sorted((ROOT / "book").glob("*.ipynb"))
 def stored(path):
     """The outputs of each code cell of a notebook."""
     notebook = json.loads(path.read_text("utf-8"))
-    return [cell["outputs"] for cell in notebook["cells"]
-            if cell["cell_type"] == "code"]
+    return [
+        cell["outputs"] for cell in notebook["cells"] if cell["cell_type"] == "code"
+    ]
 
 
 def contents(kind):
     """All stored contents of a stream or media type, with where they stand."""
-    return [(f"{path.stem} cell {number}", content)
-            for path in FILES
-            for number, outputs in enumerate(stored(path))
-            for content in values.folded(outputs).get(kind, ())]
+    return [
+        (f"{path.stem} cell {number}", content)
+        for path in FILES
+        for number, outputs in enumerate(stored(path))
+        for content in values.folded(outputs).get(kind, ())
+    ]
 
 
 PRINTED = contents("stdout")
@@ -50,13 +53,14 @@ def moved(number, units):
     """A printed number, so many units of its last digit away."""
     mantissa, e, power = number.replace("−", "-").replace(" ", "").partition("e")
     decimals = len(mantissa.partition(".")[2])
-    text = f"{Decimal(mantissa) + units * Decimal(10)**-decimals:f}{e}{power}"
+    text = f"{Decimal(mantissa) + units * Decimal(10) ** -decimals:f}{e}{power}"
     sign = "+" if number[0] == "+" and text[0] != "-" else ""
     return sign + text + "." * mantissa.endswith(".")
 
 
 def rounded_otherwise(text, choose):
     """The text with each rounded number one unit up, down or as it was."""
+
     def other(token):
         if token.lastgroup != "number":
             return token[0]
@@ -132,9 +136,11 @@ def test_a_change_is_found(old, new):
 
 def test_messages_say_what_differs():
     assert words.differences("a 0.75 b 2.5", "a 0.77 b 2.5") == [
-        "line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)"]
+        "line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)"
+    ]
     assert words.differences("x\nfeasible", "x\ninfeasible") == [
-        "line 2: word 'feasible' became 'infeasible'"]
+        "line 2: word 'feasible' became 'infeasible'"
+    ]
     many = words.differences(*("\n".join([str(n)] * 9) for n in (1, 2)))
     assert len(many) == 6 and many[-1] == "... and 4 more"
 
@@ -160,8 +166,12 @@ def test_two_units_of_any_printed_number_are_found():
             assert values.differences(printed(text), printed(other)), (name, other)
 
 
-@given(st.lists(st.floats(-1e4, 1e4) | st.integers(-9, 9).map(float), min_size=1,
-                max_size=20), st.randoms())
+@given(
+    st.lists(
+        st.floats(-1e4, 1e4) | st.integers(-9, 9).map(float), min_size=1, max_size=20
+    ),
+    st.randoms(),
+)
 def test_noise_before_printing_is_forgiven(numbers, choose):
     array = np.array(numbers)
     noise = np.array([choose.uniform(-1e-13, 1e-13) for _ in numbers])
@@ -194,7 +204,7 @@ def test_missing_and_new_outputs_are_found():
     for path in FILES:
         for outputs in stored(path):
             for number in range(len(outputs)):
-                fewer = outputs[:number] + outputs[number + 1:]
+                fewer = outputs[:number] + outputs[number + 1 :]
                 assert values.differences(outputs, fewer), path
                 assert values.differences(fewer, outputs), path
                 assert values.differences(outputs, outputs + printed("more")), path
@@ -223,15 +233,38 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
     """With the conftest.py of the checkout and no more words than --nbval."""
     shutil.copy(ROOT / "conftest.py", tmp_path)
     path = tmp_path / "red_on_purpose.ipynb"
-    path.write_text(notebooks.text(v4.new_notebook(cells=[
-        v4.new_code_cell("print('phase', -0.0, 0.75)", execution_count=count,
-                         outputs=[v4.new_output("stream", text=text)])
-        for count, text in enumerate(("phase 0.0 0.76\n", "phase 0.0 0.77\n"), 1)
-    ])), "utf-8")
-    command = [sys.executable, "-m", "pytest", "--nbval", "-q", str(path),
-               "-p", "no:cacheprovider", "--rootdir", str(tmp_path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True,
-                          encoding="utf-8", check=False)
+    path.write_text(
+        notebooks.text(
+            v4.new_notebook(
+                cells=[
+                    v4.new_code_cell(
+                        "print('phase', -0.0, 0.75)",
+                        execution_count=count,
+                        outputs=[v4.new_output("stream", text=text)],
+                    )
+                    for count, text in enumerate(
+                        ("phase 0.0 0.76\n", "phase 0.0 0.77\n"), 1
+                    )
+                ]
+            )
+        ),
+        "utf-8",
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "--nbval",
+        "-q",
+        str(path),
+        "-p",
+        "no:cacheprovider",
+        "--rootdir",
+        str(tmp_path),
+    ]
+    done = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False
+    )
     for page in cells.FOLDER.glob("red_on_purpose-*.html"):
         page.unlink()
     assert "1 failed, 1 passed" in done.stdout

@@ -9,8 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from hypothesis import given, settings
-
 from sosbook.plots import show
+
 from tests.test_values import PAGES
 from tests.values import figures, pages, paths, shapes
 from tests.values.trees import parse
@@ -19,12 +19,17 @@ FIGURES = [(name, page) for name, page in PAGES if "sos-figure" in page]
 NAMES = [name for name, _ in FIGURES]
 SOME = random.Random(4).sample(FIGURES, 24)
 # A line of a plot in its frame, not a line of the grid.
-CURVE = re.compile(r'<path d="([^"]*)" clip-path="[^"]*" '
-                   r'style="fill:none;(?:stroke-dasharray:[^;]*;stroke-dashoffset:0;)?'
-                   r'stroke:(?!#e3e5e8)[^"]*"/>')
-TEXT = re.compile(r'<g(?: style="[^"]*")? transform="translate[^>]*>'
-                  r'(?:<defs>.*?</defs>)?(?:<use xlink:href="#[\w-]+"'
-                  r'(?: transform="[^"]*")?/>)+</g>', re.S)
+CURVE = re.compile(
+    r'<path d="([^"]*)" clip-path="[^"]*" '
+    r'style="fill:none;(?:stroke-dasharray:[^;]*;stroke-dashoffset:0;)?'
+    r'stroke:(?!#e3e5e8)[^"]*"/>'
+)
+TEXT = re.compile(
+    r'<g(?: style="[^"]*")? transform="translate[^>]*>'
+    r'(?:<defs>.*?</defs>)?(?:<use xlink:href="#[\w-]+"'
+    r'(?: transform="[^"]*")?/>)+</g>',
+    re.S,
+)
 GLYPH = re.compile(r'<use xlink:href="(#[\w-]+)"(?: transform="[^"]*")?/>')
 MARK = re.compile(r'<use xlink:href="#[\w-]+" x="([^"]*)" y="([^"]*)"[^>]*/>')
 
@@ -41,6 +46,7 @@ def replaced(page, found, new, group=1):
 
 def shifted(data, x, y):
     """Path data with absolute pairs of coordinates, elsewhere."""
+
     def pair(found):
         return f"{float(found[1]) + x:.2f} {float(found[2]) + y:.2f}"
 
@@ -58,8 +64,11 @@ def tree(page):
 
 def with_other_names(page):
     """The same figure with other ids."""
-    return re.sub(r'(id="|href="#|url\(#)(f[0-9a-f]{6})-(\d+)',
-                  lambda found: f"{found[1]}g-{int(found[3]) + 7}", page)
+    return re.sub(
+        r'(id="|href="#|url\(#)(f[0-9a-f]{6})-(\d+)',
+        lambda found: f"{found[1]}g-{int(found[3]) + 7}",
+        page,
+    )
 
 
 @pytest.mark.parametrize("name, page", FIGURES, ids=NAMES)
@@ -91,8 +100,15 @@ def test_a_curve_that_moved_is_found_and_half_a_px_is_forgiven():
         for found in curves(page)[:2]:
             near = replaced(page, found, shifted(found[1], 0.35, 0.35))
             assert pages.differences(page, near) == [], name
-            far = sum((pages.differences(page, replaced(
-                page, found, shifted(found[1], *by))) for by in ((3, 0), (0, 3))), [])
+            far = sum(
+                (
+                    pages.differences(
+                        page, replaced(page, found, shifted(found[1], *by))
+                    )
+                    for by in ((3, 0), (0, 3))
+                ),
+                [],
+            )
             assert any("moved by" in fault for fault in far), name
             seen += 1
     assert seen > 15
@@ -163,25 +179,33 @@ def test_a_mark_that_moved_or_is_missing_is_found_in_any_order():
 
 
 @pytest.mark.parametrize(
-    "kind", ["refined", "reversed", "started elsewhere", "reordered"])
+    "kind", ["refined", "reversed", "started elsewhere", "reordered"]
+)
 def test_other_points_of_the_same_curve_are_forgiven(kind):
     choose = random.Random(3)
     seen = 0
-    for name, page in (SOME if kind in ("refined", "reversed") else FIGURES):
+    for name, page in SOME if kind in ("refined", "reversed") else FIGURES:
         for found in curves(page)[:3]:
             if not re.fullmatch(r"[ML\d. z-]*", found[1]):
                 continue
             lines = [np.round(line, 2) for line in paths.lines(found[1])]
-            closed = [len(line) > 3 and np.allclose(line[0], line[-1])
-                      for line in lines]
+            closed = [
+                len(line) > 3 and np.allclose(line[0], line[-1]) for line in lines
+            ]
             if kind == "refined":
-                new = [np.insert(line, range(1, len(line)),
-                                 (line[1:] + line[:-1]) / 2, axis=0) for line in lines]
+                new = [
+                    np.insert(
+                        line, range(1, len(line)), (line[1:] + line[:-1]) / 2, axis=0
+                    )
+                    for line in lines
+                ]
             elif kind == "reversed":
                 new = [line[::-1] for line in lines]
             elif kind == "started elsewhere" and any(closed):
-                new = [np.vstack([line[2:], line[1:3]]) if loop else line
-                       for line, loop in zip(lines, closed)]
+                new = [
+                    np.vstack([line[2:], line[1:3]]) if loop else line
+                    for line, loop in zip(lines, closed)
+                ]
             elif kind == "reordered" and len(lines) > 1:
                 new = choose.sample(lines, len(lines))
             else:
@@ -193,8 +217,9 @@ def test_other_points_of_the_same_curve_are_forgiven(kind):
 
 
 def svg(*elements):
-    return parse('<svg viewBox="0 0 200 100">' + "".join(elements)
-                 + "</svg>").children[0]
+    return parse('<svg viewBox="0 0 200 100">' + "".join(elements) + "</svg>").children[
+        0
+    ]
 
 
 def path(data, style="stroke:#000000"):
@@ -204,71 +229,88 @@ def path(data, style="stroke:#000000"):
 LOOP = "M50 20L80 20L80 50L50 50z"
 
 
-@pytest.mark.parametrize("old, new", [
-    (path("M0 0L100 50"), path("M0 0L30 15L100 50")),
-    (path("M0 0L100 50"), path("M0.5 0L100.5 50")),
-    (path("M0 0L100 50"), path("M0 0.5L100 50.3L0 0.2")),
-    (path(LOOP), path("M80 50L50 50L50 20L80 20z")),
-    (path(LOOP), path("M50 20L50 50L80 50L80 20z")),
-    (path(LOOP + "M0 0L9 9"), path("M0 0L9 9" + LOOP)),
-    (path("M0 0L9 9L50 50"), path("M0 0L9 9M9 9L50 50")),
-    (path("M0 0C30 0 60 0 90 0"), path("M0 0L90 0")),
-    (path("M0 0h90v40"), path("M0 0L90 0L90 40")),
-    (path("M-900 50L900 50"), path("M-700 50L950 50")),
-    (path("M0 0L9 9") + path("M0 50L90 50"), path("M0 50L90 50") + path("M0 0L9 9")),
-    ("<circle cx='20' cy='20' r='5'/>", "<circle cx='20.4' cy='20' r='5'/>"),
-    ("<text x='5' y='5'>0.50 Hz</text>", "<text x='5.4' y='5'>0.51 Hz</text>"),
-    ("<g transform='rotate(90 5 5)'>" + path(LOOP) + "</g>",
-     "<g transform='translate(10 0) rotate(90)'>" + path(LOOP) + "</g>"),
-])
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        (path("M0 0L100 50"), path("M0 0L30 15L100 50")),
+        (path("M0 0L100 50"), path("M0.5 0L100.5 50")),
+        (path("M0 0L100 50"), path("M0 0.5L100 50.3L0 0.2")),
+        (path(LOOP), path("M80 50L50 50L50 20L80 20z")),
+        (path(LOOP), path("M50 20L50 50L80 50L80 20z")),
+        (path(LOOP + "M0 0L9 9"), path("M0 0L9 9" + LOOP)),
+        (path("M0 0L9 9L50 50"), path("M0 0L9 9M9 9L50 50")),
+        (path("M0 0C30 0 60 0 90 0"), path("M0 0L90 0")),
+        (path("M0 0h90v40"), path("M0 0L90 0L90 40")),
+        (path("M-900 50L900 50"), path("M-700 50L950 50")),
+        (
+            path("M0 0L9 9") + path("M0 50L90 50"),
+            path("M0 50L90 50") + path("M0 0L9 9"),
+        ),
+        ("<circle cx='20' cy='20' r='5'/>", "<circle cx='20.4' cy='20' r='5'/>"),
+        ("<text x='5' y='5'>0.50 Hz</text>", "<text x='5.4' y='5'>0.51 Hz</text>"),
+        (
+            "<g transform='rotate(90 5 5)'>" + path(LOOP) + "</g>",
+            "<g transform='translate(10 0) rotate(90)'>" + path(LOOP) + "</g>",
+        ),
+    ],
+)
 def test_what_a_reader_cannot_see_is_forgiven(old, new):
     assert figures.differences(svg(old), svg(new)) == []
     assert figures.differences(svg(new), svg(old)) == []
 
 
-@pytest.mark.parametrize("old, new", [
-    (path("M0 0L100 50"), path("M0 3L100 53")),
-    (path("M0 0L100 50"), path("M0 0L100 50", "stroke:#ff0000")),
-    (path("M0 0L100 50"), path("M0 0L50 25")),
-    (path("M0 0L100 50"), path("M0 0L40 20M60 30L100 50")),
-    (path("M0 0L100 50"), path("M0 0L50 29L100 50")),
-    (path(LOOP), path(LOOP) + path(LOOP)),
-    (path(LOOP), path(LOOP + "M0 0L9 9")),
-    (path(LOOP), path("M50 20L80 20L80 50L50 50")),
-    (path(LOOP), "<g opacity='0.5'>" + path(LOOP) + "</g>"),
-    ("<circle cx='20' cy='20' r='5'/>", "<circle cx='20' cy='20' r='8'/>"),
-    ("<circle cx='20' cy='20' r='5'/>", "<circle cx='23' cy='20' r='5'/>"),
-    ("<text x='5' y='5'>feasible</text>", "<text x='5' y='5'>infeasible</text>"),
-    ("<text x='5' y='5'>0.50 Hz</text>", "<text x='5' y='5'>0.52 Hz</text>"),
-    ("<text x='5' y='5'>Hz</text>", "<text x='9' y='5'>Hz</text>"),
-    ("<text fill='red'>Hz</text>", "<text fill='blue'>Hz</text>"),
-])
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        (path("M0 0L100 50"), path("M0 3L100 53")),
+        (path("M0 0L100 50"), path("M0 0L100 50", "stroke:#ff0000")),
+        (path("M0 0L100 50"), path("M0 0L50 25")),
+        (path("M0 0L100 50"), path("M0 0L40 20M60 30L100 50")),
+        (path("M0 0L100 50"), path("M0 0L50 29L100 50")),
+        (path(LOOP), path(LOOP) + path(LOOP)),
+        (path(LOOP), path(LOOP + "M0 0L9 9")),
+        (path(LOOP), path("M50 20L80 20L80 50L50 50")),
+        (path(LOOP), "<g opacity='0.5'>" + path(LOOP) + "</g>"),
+        ("<circle cx='20' cy='20' r='5'/>", "<circle cx='20' cy='20' r='8'/>"),
+        ("<circle cx='20' cy='20' r='5'/>", "<circle cx='23' cy='20' r='5'/>"),
+        ("<text x='5' y='5'>feasible</text>", "<text x='5' y='5'>infeasible</text>"),
+        ("<text x='5' y='5'>0.50 Hz</text>", "<text x='5' y='5'>0.52 Hz</text>"),
+        ("<text x='5' y='5'>Hz</text>", "<text x='9' y='5'>Hz</text>"),
+        ("<text fill='red'>Hz</text>", "<text fill='blue'>Hz</text>"),
+    ],
+)
 def test_what_a_reader_sees_is_found(old, new):
     assert figures.differences(svg(old), svg(new))
     assert figures.differences(svg(new), svg(old))
 
 
-@pytest.mark.parametrize("one, two", [("M-3 3L3 -3", "M-3 0L3 0"),
-                                      ("M0 -3L3 0L0 3L-3 0z", "M-3 -3L3 -3L3 3L-3 3z")])
+@pytest.mark.parametrize(
+    "one, two",
+    [("M-3 3L3 -3", "M-3 0L3 0"), ("M0 -3L3 0L0 3L-3 0z", "M-3 -3L3 -3L3 3L-3 3z")],
+)
 def test_another_mark_is_found(one, two):
     mark = "<defs><path id='a' d='{}'/></defs><use xlink:href='#a' x='50' y='50'/>"
     assert figures.differences(svg(mark.format(one)), svg(mark.format(two)))
 
 
 def test_a_letter_is_compared_closely():
-    letter = ("<g transform='translate(20 20) scale(0.09 -0.09)'><defs><path id='a' "
-              "d='M0 0L{} 0' transform='scale(0.015625)'/></defs>"
-              "<use xlink:href='#a'/></g>")
+    letter = (
+        "<g transform='translate(20 20) scale(0.09 -0.09)'><defs><path id='a' "
+        "d='M0 0L{} 0' transform='scale(0.015625)'/></defs>"
+        "<use xlink:href='#a'/></g>"
+    )
     assert figures.differences(svg(letter.format(640)), svg(letter.format(650)))
 
 
 def test_messages_name_the_curve_and_how_far_it_moved():
     old = path("M0 0L9 9", "stroke:#d55e00") + path("M0 50L90 50", "stroke:#0072b2")
     assert figures.differences(svg(old), svg(old.replace("50", "53.2"))) == [
-        "curve 2 (stroke:#0072b2) moved by 3.2 px at (0, 50)"]
+        "curve 2 (stroke:#0072b2) moved by 3.2 px at (0, 50)"
+    ]
     fewer = path("M0 0L9 9", "stroke:#d55e00")
     assert figures.differences(svg(old), svg(fewer)) == [
-        "stored 1 curve (stroke:#0072b2), now nothing at (0, 50)"]
+        "stored 1 curve (stroke:#0072b2), now nothing at (0, 50)"
+    ]
 
 
 def test_messages_name_letters():
@@ -284,8 +326,10 @@ def test_messages_name_letters():
 
 
 def test_clips_hide_what_is_outside():
-    clip = ("<defs><clipPath id='c'><rect x='0' y='0' width='{}' height='60'/>"
-            "</clipPath></defs><path d='M0 {}L40 40L90 {}' clip-path='url(#c)'/>")
+    clip = (
+        "<defs><clipPath id='c'><rect x='0' y='0' width='{}' height='60'/>"
+        "</clipPath></defs><path d='M0 {}L40 40L90 {}' clip-path='url(#c)'/>"
+    )
     shown = svg(clip.format(50, 10, 40))
     assert figures.differences(shown, svg(clip.format(50, 10.4, 40))) == []
     assert figures.differences(shown, svg(clip.format(60, 10, 40)))

@@ -4,28 +4,34 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.studies.gamma_bounds import Walls, gamma_walls
+from sosbook.studies.gamma_bounds import GammaLowerBounds, gamma_lower_bounds
 from tests.cases import random_plant
 
-EXAMPLES = [
-    sos.thesis.example_1, sos.thesis.example_2, sos.thesis.example_3,
-]
+EXAMPLES = [sos.thesis.example_1, sos.thesis.example_2, sos.thesis.example_3]
 
 
 def smallest(example, mu, region=None, u_max=None):
-    limit = sos.Saturation(
-        u_max or example.saturation.u_max, example.saturation.x0)
+    limit = sos.Saturation(u_max or example.saturation.u_max, example.saturation.x0)
     return sos.analyse_pid(
-        example.plant, example.K, example.U, region, saturation=limit,
-        K_A=example.K_A, mu=mu, minimize="gamma", backoff=1e-3)
+        example.plant,
+        example.K,
+        example.U,
+        region=region,
+        saturation=limit,
+        K_A=example.K_A,
+        mu=mu,
+        minimize="gamma",
+        backoff=1e-3,
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", EXAMPLES)
 def test_no_certificate_lies_below_the_walls(make):
     example = make()
-    walls = gamma_walls(
-        example.plant, example.K, example.U, example.saturation, example.K_A)
+    walls = gamma_lower_bounds(
+        example.plant, example.K, example.U, example.saturation, example.K_A
+    )
     for mu in (3 * walls.mu, walls.corner, 1.0, 100.0):
         found = smallest(example, mu, example.region)
         assert found.status == "feasible" or mu < walls.corner
@@ -37,8 +43,7 @@ def test_no_certificate_lies_below_the_walls(make):
 @pytest.mark.parametrize("make", EXAMPLES[:2])
 def test_without_a_region_the_walls_are_all_there_is(make):
     example = make()
-    walls = gamma_walls(
-        example.plant, example.K, example.U, example.saturation)
+    walls = gamma_lower_bounds(example.plant, example.K, example.U, example.saturation)
     for mu in (2 * walls.corner, 1.0, 100.0):
         found = smallest(example, mu)
         assert 1 < found.gamma / walls.gamma(mu) < 1.25
@@ -48,8 +53,7 @@ def test_without_a_region_the_walls_are_all_there_is(make):
 
 def test_with_a_large_u_max_the_second_wall_is_exact():
     example = EXAMPLES[0]()
-    walls = gamma_walls(
-        example.plant, example.K, example.U, example.saturation)
+    walls = gamma_lower_bounds(example.plant, example.K, example.U, example.saturation)
     found = smallest(example, 10.0, u_max=1e5)
     assert 1 < found.gamma / walls.gamma(10.0) < 1.015
 
@@ -61,9 +65,15 @@ def test_random_designs_respect_the_walls(seed):
     limit = sos.Saturation(50, 0.3 * rng.standard_normal(6))
     mu = 10 ** rng.uniform(-2, 2)
     design = sos.design_pid(
-        plant, np.eye(2), sos.PoleRegion(0.2, rho=20), None, limit, mu=mu,
-        minimize="gamma")
-    walls = gamma_walls(plant, design.K, np.eye(2), limit)
+        plant,
+        np.eye(2),
+        region=sos.PoleRegion(0.2, rho=20),
+        gamma=None,
+        saturation=limit,
+        mu=mu,
+        minimize="gamma",
+    )
+    walls = gamma_lower_bounds(plant, design.K, np.eye(2), limit)
     assert design.status == "feasible"
     assert design.gamma > walls.gamma(mu)
     assert mu > walls.mu
@@ -74,10 +84,8 @@ def test_energy_is_that_of_the_simulated_free_motion():
     design = sos.analyse_pid(example.plant, example.K, **example.requirements)
     t = np.linspace(0, 30, 30001)
     z = design.simulate(t, x0=example.saturation.x0).z
-    walls = gamma_walls(
-        example.plant, example.K, example.U, example.saturation)
-    assert walls.energy == pytest.approx(
-        np.trapezoid((z**2).sum(axis=0), t), rel=1e-4)
+    walls = gamma_lower_bounds(example.plant, example.K, example.U, example.saturation)
+    assert walls.energy == pytest.approx(np.trapezoid((z**2).sum(axis=0), t), rel=1e-4)
 
 
 def test_below_the_third_wall_a_disturbance_breaks_the_bound():
@@ -101,32 +109,34 @@ def test_below_the_third_wall_a_disturbance_breaks_the_bound():
     for w in reversed(kernel):
         x = forward @ x + h * B @ w
         energy += h * w @ w
-    walls = gamma_walls(
-        example.plant, example.K, example.U, example.saturation)
+    walls = gamma_lower_bounds(example.plant, example.K, example.U, example.saturation)
     peak = np.linalg.norm(example.K @ x) / np.sqrt(energy)
     assert peak == pytest.approx(150 * np.sqrt(walls.mu), rel=1e-2)
     assert peak**2 == pytest.approx(size[-1], rel=2e-2)
 
 
 def test_corner_and_infinite_wall():
-    walls = Walls(2.0, 4.0, 0.5)
+    walls = GammaLowerBounds(2.0, 4.0, 0.5)
     assert walls.corner == 1.0
     assert walls.gamma(0.4) == np.inf
-    assert Walls(2.0, 0.0, 0.5).corner == np.inf
+    assert GammaLowerBounds(2.0, 0.0, 0.5).corner == np.inf
 
 
-@pytest.mark.parametrize("change, message", [
-    (dict(saturation=None), "saturation must be"),
-    (dict(saturation=sos.Saturation(1, np.ones(6), True)), "acceleration"),
-    (dict(saturation=sos.Saturation(1, np.ones(5))), "5 entries, needs 6"),
-    (dict(K=np.zeros((2, 6))), "doesn't stabilise"),
-    (dict(K=np.zeros((2, 5))), "K has 5 columns"),
-])
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        (dict(saturation=None), "saturation must be"),
+        (dict(saturation=sos.Saturation(1, np.ones(6), True)), "acceleration"),
+        (dict(saturation=sos.Saturation(1, np.ones(5))), "5 entries, needs 6"),
+        (dict(K=np.zeros((2, 6))), "doesn't stabilise"),
+        (dict(K=np.zeros((2, 5))), "K has 5 columns"),
+    ],
+)
 def test_bad_input_is_named(change, message):
     example = EXAMPLES[0]()
     asked = dict(K=example.K, U=example.U, saturation=example.saturation)
     with pytest.raises(ValueError, match=message):
-        gamma_walls(example.plant, **asked | change)
+        gamma_lower_bounds(example.plant, **asked | change)
 
 
 def test_a_plant_without_disturbance_is_named():
@@ -134,6 +144,6 @@ def test_a_plant_without_disturbance_is_named():
     p = example.plant
     bare = sos.SecondOrderSystem(p.M, p.D, p.S, p.B)
     with pytest.raises(ValueError, match="no F"):
-        gamma_walls(bare, example.K, example.U, example.saturation)
+        gamma_lower_bounds(bare, example.K, example.U, example.saturation)
     with pytest.raises(ValueError, match="mu must be positive"):
-        Walls(1.0, 1.0, 1.0).gamma(0)
+        GammaLowerBounds(1.0, 1.0, 1.0).gamma(0)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from sosbook.widgets.arm import REST, STEPS, explore_swing
 
 import sosbook as sos
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
-from sosbook.widgets.arm import REST, STEPS, explore_swing
 
 
 @pytest.fixture
@@ -15,8 +15,7 @@ def explorer():
 
 def design(low, sigma=5.0, theta=np.pi / 3, rho=15.0):
     arms = sos.Polytope([sos.thesis.arm(1.0), sos.thesis.arm(low)])
-    return sos.design_pid(
-        arms, [[0, 1]], sos.PoleRegion(sigma, theta, rho))
+    return sos.design_pid(arms, [[0, 1]], region=sos.PoleRegion(sigma, theta, rho))
 
 
 def shows(explorer, gains):
@@ -30,12 +29,15 @@ def test_it_starts_with_example_4(explorer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, value, asked", [
-    ("phi_max", 60.0, dict(low=np.sinc(1 / 3))),
-    ("sigma", 4.0, dict(low=2 / np.pi, sigma=4.0)),
-    ("theta", 70.0, dict(low=2 / np.pi, theta=np.radians(70))),
-    ("rho", 20.0, dict(low=2 / np.pi, rho=20.0)),
-])
+@pytest.mark.parametrize(
+    "name, value, asked",
+    [
+        ("phi_max", 60.0, dict(low=np.sinc(1 / 3))),
+        ("sigma", 4.0, dict(low=2 / np.pi, sigma=4.0)),
+        ("theta", 70.0, dict(low=2 / np.pi, theta=np.radians(70))),
+        ("rho", 20.0, dict(low=2 / np.pi, rho=20.0)),
+    ],
+)
 def test_each_slider_designs_again(explorer, name, value, asked):
     explorer.sliders[name].value = value
     assert shows(explorer, design(**asked).K)
@@ -55,8 +57,13 @@ def test_set_points_need_the_cosine(explorer):
 def test_the_peak_torque_is_that_of_the_nonlinear_arm(explorer):
     top = np.pi / 2
     answer = simulate_nonlinear(
-        sos.thesis.arm(0.0), arm_gravity, design(2 / np.pi).K,
-        np.linspace(0, 3, 241), [[0, 1]], x0=[top, top, 0, 0, 0])
+        sos.thesis.arm(0.0),
+        arm_gravity,
+        design(2 / np.pi).K,
+        np.linspace(0, 3, 241),
+        [[0, 1]],
+        x0=[top, top, 0, 0, 0],
+    )
     peak = np.abs(answer.u).max()
     assert f"peak torque {peak:.3g} Nm" in explorer.picture.value
     assert "BEYOND" not in explorer.picture.value

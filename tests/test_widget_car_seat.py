@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from sosbook.widgets.car_seat import explore_mass_range
 
 import sosbook as sos
-from sosbook.widgets.car_seat import explore_mass_range
 
 
 @pytest.fixture
@@ -12,13 +12,16 @@ def explorer():
     return explore_mass_range()
 
 
-def designed(low=70, high=120, sigma=0.9, theta=60, rho=15,
-             gamma=0.1732, u_max=4e4):
+def designed(low=70, high=120, sigma=0.9, theta=60, rho=15, gamma=0.1732, u_max=4e4):
     seats = sos.Polytope([sos.thesis.car_seat(m) for m in (low, high)])
     x0 = sos.thesis.example_2().saturation.x0
     return sos.design_pid(
-        seats, np.eye(2), sos.PoleRegion(sigma, np.radians(theta), rho),
-        gamma, sos.Saturation(u_max, x0))
+        seats,
+        np.eye(2),
+        region=sos.PoleRegion(sigma, np.radians(theta), rho),
+        gamma=gamma,
+        saturation=sos.Saturation(u_max, x0),
+    )
 
 
 @pytest.mark.slow

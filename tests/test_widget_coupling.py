@@ -4,21 +4,21 @@ import re
 
 import numpy as np
 import pytest
+from sosbook.widgets.coupling import explore_coupling
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.widgets.coupling import explore_coupling
 
 
 @pytest.fixture(scope="module")
 def explorer():
     return explore_coupling(
-        counterexamples.actuated(), sos.PoleRegion(rho=10), slack=0.1)
+        counterexamples.actuated(), sos.PoleRegion(rho=10), slack=0.1
+    )
 
 
 def words(explorer):
-    return re.search("<p role='status'.*?>(.*?)</p>",
-                     explorer.picture.value)[1]
+    return re.search("<p role='status'.*?>(.*?)</p>", explorer.picture.value)[1]
 
 
 def test_it_starts_at_the_polytope_itself(explorer):
@@ -45,15 +45,19 @@ def test_a_pole_that_leaves_the_region_is_named():
     """Seed 6 of the survey: stable, but outside the sector."""
     region = sos.PoleRegion(theta=np.pi / 6, rho=6)
     explorer = explore_coupling(
-        counterexamples.random_pair(6, 9), region, count=21, slack=0.1)
+        counterexamples.random_pair(6, 9), region, count=21, slack=0.1
+    )
     said = words(explorer)
     assert "vertices: <strong>feasible, and a" in said
 
 
 def test_other_requirements_reach_the_design():
     explorer = explore_coupling(
-        counterexamples.random_chain(0, box=False), slack=0.3,
-        saturation=sos.Saturation(0.01, [1, 0, 0, 0]), gamma=0.1)
+        counterexamples.random_chain(0, box=False),
+        slack=0.3,
+        saturation=sos.Saturation(0.01, [1, 0, 0, 0]),
+        gamma=0.1,
+    )
     assert "vertices: infeasible; pairs: infeasible" in words(explorer)
 
 

@@ -4,16 +4,6 @@ import re
 
 import numpy as np
 import pytest
-
-import sosbook as sos
-from sosbook.delay import (
-    ConstantDelay,
-    RandomDelay,
-    SawtoothDelay,
-    SineDelay,
-    SwitchingDelay,
-)
-from sosbook.book.elements.delay import KINDS, signal_of, unit_set_point
 from sosbook.widgets.delay import (
     OURS,
     PRINTED,
@@ -22,6 +12,16 @@ from sosbook.widgets.delay import (
     output_figure,
     simulated,
     truth,
+)
+
+import sosbook as sos
+from sosbook.book.elements.delay import KINDS, signal_of, unit_set_point
+from sosbook.delay import (
+    ConstantDelay,
+    RandomDelay,
+    SawtoothDelay,
+    SineDelay,
+    SwitchingDelay,
 )
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -36,8 +36,14 @@ def first():
 @pytest.fixture
 def explorer(first):
     """As it starts: what was solved before is known and costs nothing."""
-    for name, value in [("tau", 0.4), ("ratio", 0.5), ("delta", 0.1),
-                        ("alpha", 0.8), ("gain", OURS), ("kind", "sine")]:
+    for name, value in [
+        ("tau", 0.4),
+        ("ratio", 0.5),
+        ("delta", 0.1),
+        ("alpha", 0.8),
+        ("gain", OURS),
+        ("kind", "sine"),
+    ]:
         first.sliders[name].value = value
     return first
 
@@ -48,8 +54,7 @@ def design(**changes):
 
 def shown(explorer):
     """The gains in the picture's table."""
-    table = re.search(r"<table class='gains'>.*?</table>",
-                      explorer.picture.value)
+    table = re.search(r"<table class='gains'>.*?</table>", explorer.picture.value)
     return [float(x) for x in re.findall(r"'>(-?[\d.e-]+)<", table[0])]
 
 
@@ -57,7 +62,8 @@ def agrees(explorer, design):
     """Whether the picture shows this design and its true slowest rate."""
     rate, delay = design.slowest_decay()
     return np.allclose(shown(explorer), design.K, rtol=1e-3) and (
-        f"is {rate:.3g} 1/s (at {delay:.3g} s)" in explorer.picture.value)
+        f"is {rate:.3g} 1/s (at {delay:.3g} s)" in explorer.picture.value
+    )
 
 
 def test_it_starts_with_our_design_for_example_2(explorer):
@@ -69,12 +75,15 @@ def test_it_starts_with_our_design_for_example_2(explorer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, value, changes", [
-    ("tau", 0.3, dict(tau=0.3, mu=0.15)),
-    ("ratio", 0.25, dict(mu=0.1)),
-    ("delta", 0.05, dict(delta=0.05)),
-    ("alpha", 1.2, dict(alpha=1.2)),
-])
+@pytest.mark.parametrize(
+    "name, value, changes",
+    [
+        ("tau", 0.3, dict(tau=0.3, mu=0.15)),
+        ("ratio", 0.25, dict(mu=0.1)),
+        ("delta", 0.05, dict(delta=0.05)),
+        ("alpha", 1.2, dict(alpha=1.2)),
+    ],
+)
 def test_each_slider_designs_again(explorer, name, value, changes):
     explorer.sliders[name].value = value
     assert agrees(explorer, design(**changes))
@@ -84,8 +93,7 @@ def test_the_printed_gains_are_analysed_without_alpha(explorer):
     explorer.sliders["gain"].value = PRINTED
     page = explorer.picture.value
     assert np.allclose(shown(explorer), EXAMPLE.K, rtol=1e-3)
-    loop = sos.analyse_delay(
-        EXAMPLE.plant, EXAMPLE.K, EXAMPLE.U, 0.4, 0.2, 0.1)
+    loop = sos.analyse_delay(EXAMPLE.plant, EXAMPLE.K, EXAMPLE.U, 0.4, 0.2, 0.1)
     assert loop.status == "feasible" and agrees(explorer, loop)
     assert "<strong>feasible</strong>" in page
     explorer.sliders["alpha"].value = 2.0
@@ -97,8 +105,7 @@ def test_no_certificate_does_not_make_the_printed_loop_slower(explorer):
     """At delta = 0.2 Theorem A.3 is silent; the true rate is larger."""
     explorer.sliders["gain"].value = PRINTED
     explorer.sliders["delta"].value = 0.2
-    loop = sos.analyse_delay(
-        EXAMPLE.plant, EXAMPLE.K, EXAMPLE.U, 0.4, 0.2, 0.2)
+    loop = sos.analyse_delay(EXAMPLE.plant, EXAMPLE.K, EXAMPLE.U, 0.4, 0.2, 0.2)
     assert loop.status == "infeasible" and loop.slowest_decay()[0] > 0.2
     assert "<strong>infeasible</strong>" in explorer.picture.value
     assert "doesn't make the loop slower" in explorer.picture.value
@@ -121,10 +128,18 @@ def test_a_constant_delay_is_named_alone(explorer):
     assert agrees(explorer, design(mu=0.0))
 
 
-SIGNALS = dict(zip(KINDS, (
-    ConstantDelay(0.4), SineDelay(0.2, 0.6, 2 * np.pi / 4),
-    SawtoothDelay(0.2, 0.6), SwitchingDelay(0.2, 0.6, 0.8),
-    RandomDelay(0.2, 0.6, 0.8, seed=0))))
+SIGNALS = dict(
+    zip(
+        KINDS,
+        (
+            ConstantDelay(0.4),
+            SineDelay(0.2, 0.6, 2 * np.pi / 4),
+            SawtoothDelay(0.2, 0.6),
+            SwitchingDelay(0.2, 0.6, 0.8),
+            RandomDelay(0.2, 0.6, 0.8, seed=0),
+        ),
+    )
+)
 
 
 @pytest.mark.slow
@@ -162,8 +177,7 @@ def test_the_roots_come_before_the_verdict(explorer):
     pages = explorer.draw(**values | {"gain": PRINTED, "delta": 0.03})
     start, *_, last = pages
     assert "Looking for a certificate" in start
-    roots = re.search(r"<svg role='img' aria-label='Rightmost.*?</svg></div>",
-                      last)[0]
+    roots = re.search(r"<svg role='img' aria-label='Rightmost.*?</svg></div>", last)[0]
     assert roots in start and "Response" not in start
 
 
@@ -171,7 +185,7 @@ def test_the_roots_are_drawn_where_they_are(explorer):
     """Marks of the longest delay against the axis and the line -delta."""
     explorer.sliders["gain"].value = PRINTED
     page = explorer.picture.value
-    chart = page[:page.index("Response of z1")]
+    chart = page[: page.index("Response of z1")]
     lines = re.findall(r"<polyline points='([\d.]+),", chart)
     zero, bound = map(float, lines[:2])  # Re s = 0 and Re s = -0.1
     marks = [float(x) + 4 for x in re.findall(r"<path d='M(-?[\d.]+) ", chart)]
@@ -182,8 +196,7 @@ def test_the_roots_are_drawn_where_they_are(explorer):
 
 
 def _descriptor():
-    return sos.delay.DelayRequest(
-        EXAMPLE.plant, EXAMPLE.U, 0.4).vertices[0]
+    return sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4).vertices[0]
 
 
 def test_an_unstable_loop_is_called_so_and_drawn_within_bounds(explorer):
@@ -200,8 +213,11 @@ def test_an_unstable_loop_is_called_so_and_drawn_within_bounds(explorer):
 
 def test_what_runs_away_is_drawn_as_far_as_numbers_go():
     wild = np.array([[0, 0, 100.0, 0, -1]])
-    loop = sos.delay.DelayDesign(sos.delay.DelayRequest(
-        EXAMPLE.plant, EXAMPLE.U, 0.01, gain=wild), "undecided", wild)
+    loop = sos.delay.DelayDesign(
+        sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.01, gain=wild),
+        "undecided",
+        wild,
+    )
     t, late, r = np.linspace(0, 16, 301), ConstantDelay(0.01), [1.0, 0]
     with pytest.raises(ValueError, match="runs away"):
         loop.simulate(t, late, r=r)

@@ -1,10 +1,10 @@
 """The unit of w moves; gamma follows, the norm stays."""
 
 import pytest
+from sosbook.widgets.gamma import explore_mu
 
 import sosbook as sos
-from sosbook.studies.gamma_bounds import gamma_walls
-from sosbook.widgets.gamma import explore_mu
+from sosbook.studies.gamma_bounds import gamma_lower_bounds
 
 pytestmark = pytest.mark.slow
 
@@ -16,8 +16,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def explorer(robot):
-    return explore_mu(
-        robot.plant, robot.K, robot.U, robot.region, robot.saturation)
+    return explore_mu(robot.plant, robot.K, robot.U, robot.region, robot.saturation)
 
 
 @pytest.mark.parametrize("mu", [0.0, -1.5, -3.5])
@@ -25,9 +24,15 @@ def test_the_smallest_gamma_of_this_mu_is_shown(explorer, robot, mu):
     explorer.sliders["mu"].value = mu
     mu = explorer.sliders["mu"].value
     found = sos.analyse_pid(
-        robot.plant, robot.K, robot.U, robot.region,
-        saturation=robot.saturation, mu=10**mu, minimize="gamma",
-        backoff=1e-3)
+        robot.plant,
+        robot.K,
+        robot.U,
+        region=robot.region,
+        saturation=robot.saturation,
+        mu=10**mu,
+        minimize="gamma",
+        backoff=1e-3,
+    )
     page = explorer.picture.value
     assert f"<strong>{found.gamma:.3g}</strong>" in page
     assert f"energy up to {10**-mu:.3g}" in page
@@ -35,11 +40,24 @@ def test_the_smallest_gamma_of_this_mu_is_shown(explorer, robot, mu):
     assert page.count("<svg role='img' aria-label='") == 1
 
 
-def test_behind_the_wall_it_is_infeasible(explorer, robot):
-    walls = gamma_walls(robot.plant, robot.K, robot.U, robot.saturation)
+def test_behind_the_wall_there_is_no_gamma(explorer, robot):
+    walls = gamma_lower_bounds(robot.plant, robot.K, robot.U, robot.saturation)
     explorer.sliders["mu"].value = explorer.sliders["mu"].min
     assert 10 ** explorer.sliders["mu"].value < walls.mu
-    assert "<strong>infeasible</strong>" in explorer.picture.value
+    page = explorer.picture.value
+    assert "<strong>undecided</strong>" in page  # no proof covers every gamma
+    assert "gamma = <strong>" not in page
+    given = sos.analyse_pid(
+        robot.plant,
+        robot.K,
+        robot.U,
+        region=robot.region,
+        gamma=1e4,
+        saturation=robot.saturation,
+        mu=10 ** explorer.sliders["mu"].value,
+    )
+    assert given.status == "infeasible"
+    assert given.infeasibility.proven
 
 
 def test_it_needs_an_initial_state(robot):

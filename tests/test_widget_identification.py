@@ -4,14 +4,12 @@ import re
 
 import numpy as np
 import pytest
-
 from sosbook.mip.identify import fit_body, fit_wheel
 from sosbook.mip.log import Log
 from sosbook.mip.rig import Rig
 from sosbook.widgets import explore_identification
 
-TRUTH = {"e/c": 30.52, "f/c": 7.133, "d/c": 110.6, "e/a": 208.8,
-         "f/a": 48.80}
+TRUTH = {"e/c": 30.52, "f/c": 7.133, "d/c": 110.6, "e/a": 208.8, "f/a": 48.80}
 
 
 @pytest.fixture(scope="module")
@@ -23,18 +21,19 @@ def rows(page):
     """Estimate, half interval, truth and verdict, by method and ratio."""
     found = re.findall(
         r">(\w+ ./.)</th><td[^>]*>(\S+) ± (\S+)</td><td[^>]*>(\S+)</td>"
-        r"<td[^>]*>(\w+)</td>", page)
-    return {name: (*map(float, numbers), verdict)
-            for name, *numbers, verdict in found}
+        r"<td[^>]*>(\w+)</td>",
+        page,
+    )
+    return {name: (*map(float, numbers), verdict) for name, *numbers, verdict in found}
 
 
 def first_half(log):
-    return Log(**{name: None if x is None else x[:3000]
-                  for name, x in vars(log).items()})
+    return Log(
+        **{name: None if x is None else x[:3000] for name, x in vars(log).items()}
+    )
 
 
-def drawn(explorer, amplitude=1.85, noise=0.1, friction=0.0,
-          encoder="modelled"):
+def drawn(explorer, amplitude=1.85, noise=0.1, friction=0.0, encoder="modelled"):
     """The rows that these values of the sliders lead to."""
     *_, page = explorer.draw(amplitude, noise, friction, encoder)
     return rows(page)
@@ -43,15 +42,21 @@ def drawn(explorer, amplitude=1.85, noise=0.1, friction=0.0,
 def test_every_ratio_stands_beside_the_truth(explorer):
     shown = rows(explorer.picture.value)
     assert list(shown) == [
-        "linear e/c", "linear f/c", "linear d/c", "pendulum e/c",
-        "pendulum f/c", "pendulum d/c", "wheels e/a", "wheels f/a"]
+        "linear e/c",
+        "linear f/c",
+        "linear d/c",
+        "pendulum e/c",
+        "pendulum f/c",
+        "pendulum d/c",
+        "wheels e/a",
+        "wheels f/a",
+    ]
     for name, (estimate, half, truth, verdict) in shown.items():
         assert truth == pytest.approx(TRUTH[name[-3:]], rel=1e-4)
         misses = abs(estimate - truth) > half
         assert verdict == ("misses" if misses else "holds")
         assert misses == name.startswith("linear")
-    assert "<strong>3 of 8</strong> intervals miss" in (
-        explorer.picture.value)
+    assert "<strong>3 of 8</strong> intervals miss" in (explorer.picture.value)
 
 
 @pytest.mark.slow
@@ -59,8 +64,11 @@ def test_the_numbers_are_the_fits_of_the_rig(explorer):
     shown = drawn(explorer, 0.5, 2.0, 0.1, "plain")
     rig = Rig(amplitude=0.5, noise=np.deg2rad(2.0), friction=0.1)
     body, wheels = first_half(rig.body()), first_half(rig.wheels())
-    fits = {"linear": fit_body(body, "linear"), "pendulum": fit_body(body),
-            "wheels": fit_wheel(wheels, 1, "plain")}
+    fits = {
+        "linear": fit_body(body, "linear"),
+        "pendulum": fit_body(body),
+        "wheels": fit_wheel(wheels, 1, "plain"),
+    }
     for name, (estimate, half, *_) in shown.items():
         method, ratio = name.split()
         ratio, fit = ratio.replace("/", "_"), fits[method]
@@ -107,10 +115,10 @@ def test_it_says_what_it_does_and_has_words(explorer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("amplitude, noise, friction", [
-    (0.25, 10.0, 0.3), (3.0, 0.0, 0.3)])
-def test_the_corners_of_the_sliders_give_numbers(
-        explorer, amplitude, noise, friction):
+@pytest.mark.parametrize(
+    "amplitude, noise, friction", [(0.25, 10.0, 0.3), (3.0, 0.0, 0.3)]
+)
+def test_the_corners_of_the_sliders_give_numbers(explorer, amplitude, noise, friction):
     shown = drawn(explorer, amplitude, noise, friction)
     assert len(shown) == 8
     assert np.isfinite([row[:3] for row in shown.values()]).all()

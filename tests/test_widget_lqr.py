@@ -5,10 +5,10 @@ import re
 import control
 import numpy as np
 import pytest
-
-import sosbook as sos
 from sosbook.mip import Mip, polytope
 from sosbook.widgets.lqr import EPSILON, SLACK, explore_lqr
+
+import sosbook as sos
 
 
 @pytest.fixture
@@ -18,17 +18,18 @@ def explorer():
 
 def robust(spread=4.0, R=1.0, theta=1.0, phi=1.0, **more):
     plants = polytope(Mip.printed(), spread / 100)
-    return sos.design_lqr(
-        plants, np.diag([theta, phi, 1, 1]), [[R]], **more)
+    return sos.design_lqr(plants, np.diag([theta, phi, 1, 1]), [[R]], **more)
 
 
 def middle(R=1.0, theta=1.0, phi=1.0):
     """The gain of the pendulum in the middle, by python-control."""
     plant = Mip.printed().plant()
-    A = np.block([
-        [np.zeros((2, 2)), np.eye(2)],
-        [-np.linalg.solve(plant.M, plant.S),
-         -np.linalg.solve(plant.M, plant.D)]])
+    A = np.block(
+        [
+            [np.zeros((2, 2)), np.eye(2)],
+            [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
+        ]
+    )
     B = np.r_[np.zeros((2, 1)), np.linalg.solve(plant.M, plant.B)]
     K, _, _ = control.lqr(A, B, np.diag([theta, phi, 1, 1]), [[R]])
     return -K
@@ -36,10 +37,8 @@ def middle(R=1.0, theta=1.0, phi=1.0):
 
 def rows(explorer):
     """The gains shown, one row for each design."""
-    table = re.search(
-        "<table class='gains'>(.*)</table>", explorer.picture.value)[1]
-    found = [re.findall(r">([-\d.e+]+)</td>", row)
-             for row in table.split("<tr>")]
+    table = re.search("<table class='gains'>(.*)</table>", explorer.picture.value)[1]
+    found = [re.findall(r">([-\d.e+]+)</td>", row) for row in table.split("<tr>")]
     return [row for row in found if row]
 
 
@@ -58,8 +57,10 @@ def test_it_starts_with_the_printed_spread(explorer):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("slider, value, name", [
-    ("R", 10.0, "R"), ("q_theta", 10.0, "theta"), ("q_phi", 0.1, "phi")])
+@pytest.mark.parametrize(
+    "slider, value, name",
+    [("R", 10.0, "R"), ("q_theta", 10.0, "theta"), ("q_phi", 0.1, "phi")],
+)
 def test_each_weight_designs_again(explorer, slider, value, name):
     explorer.sliders[slider].value = value
     asked = {name: value}
@@ -102,7 +103,8 @@ def test_the_way_back_shows_the_first_picture_again(explorer):
 
 
 def test_the_poles_of_both_designs_at_all_vertices_are_drawn(explorer):
-    poles, cost = re.findall("<svg role='img'.*?</svg>.*?</svg>",
-                             explorer.picture.value)
+    poles, cost = re.findall(
+        "<svg role='img'.*?</svg>.*?</svg>", explorer.picture.value
+    )
     assert poles.count("<circle") == poles.count("<path d='M") == 16
     assert cost.count("<circle") == cost.count("<path d='M") == 34

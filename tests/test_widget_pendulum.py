@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-
 from sosbook.mip import Mip
 from sosbook.widgets.pendulum import FULL, explore_fall, falls
 
@@ -28,8 +27,7 @@ def exact(mip, angle, volts, pulse, t):
 def test_the_nonlinear_fall(mip):
     V = np.where(np.arange(160) < 40, -3.0, 0.0)
     true, _ = falls(mip, 0.4, V, 0.005)
-    assert np.allclose(true[:, -1], exact(mip, 0.4, -3.0, 0.2, 0.8),
-                       rtol=1e-4)
+    assert np.allclose(true[:, -1], exact(mip, 0.4, -3.0, 0.2, 0.8), rtol=1e-4)
 
 
 @pytest.mark.parametrize("mip", [Mip.printed(), ROTORS])
@@ -64,6 +62,7 @@ def test_the_rotors_change_the_picture():
     before = explorer.picture.value
     explorer.sliders["rotors"].value = FULL
     assert explorer.picture.value != before
-    low, high = (falls(m, 0.2, np.zeros(60), 0.005)[0][0, -1]
-                 for m in (Mip.printed(), ROTORS))
+    low, high = (
+        falls(m, 0.2, np.zeros(60), 0.005)[0][0, -1] for m in (Mip.printed(), ROTORS)
+    )
     assert high > low  # the fall is a little faster

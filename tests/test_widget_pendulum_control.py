@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-
-import sosbook as sos
-from sosbook.analysis.linear import loop_matrix
-from sosbook.plants.descriptor import descriptors
 from sosbook.mip import V_MAX, Mip, polytope, vertices
 from sosbook.widgets.pendulum_control import (
     PID,
@@ -15,6 +11,10 @@ from sosbook.widgets.pendulum_control import (
     explore_pendulum_control,
     recover,
 )
+
+import sosbook as sos
+from sosbook.analysis.linear import loop_matrix
+from sosbook.plants.descriptor import descriptors
 
 PRINT = sos.thesis.mip()
 ROBOTS = vertices(Mip.printed(), 0.2)
@@ -37,16 +37,24 @@ def test_the_recovery_is_that_of_an_adaptive_integrator(angle, limit):
     K = PRINT.pid[5]
     x, V = recover(ROBOTS, K, angle, T, limit)
     for k, robot in enumerate(ROBOTS):
+
         def rate(now, s):
             volts = np.clip(K[0] @ s, -limit, limit)
             fall = robot.acceleration(s[:2], s[2:4], volts)
             return [*s[2:4], *fall, s[1]]
 
-        true = solve_ivp(rate, (0, 1), [angle, 0, 0, 0, 0], "DOP853",
-                         T, rtol=1e-10, atol=1e-12, max_step=0.0025).y
+        true = solve_ivp(
+            rate,
+            (0, 1),
+            [angle, 0, 0, 0, 0],
+            "DOP853",
+            T,
+            rtol=1e-10,
+            atol=1e-12,
+            max_step=0.0025,
+        ).y
         assert np.allclose(x[:, k], true, rtol=1e-3, atol=1e-3)
-        assert np.allclose(
-            V[k], np.clip(K[0] @ true, -limit, limit), atol=0.05)
+        assert np.allclose(V[k], np.clip(K[0] @ true, -limit, limit), atol=0.05)
     assert (abs(V) == limit).any() == (angle > 0.4)
 
 
@@ -59,8 +67,7 @@ def test_small_tilts_are_linear():
 
 
 def test_it_starts_with_table_4_1(explorer):
-    K = sos.design_lqr(
-        vertices(Mip.printed())[0].plant(), np.eye(4), [[1]]).K
+    K = sos.design_lqr(vertices(Mip.printed())[0].plant(), np.eye(4), [[1]]).K
     assert shows(explorer, K)
     assert np.allclose(K, PRINT.pd[1], rtol=2e-4)
     assert "regulator of vertex 1" in explorer.picture.value
@@ -75,8 +82,8 @@ def test_the_integral_and_the_robust_design(explorer, R):
     explorer.sliders["law"].value = PID
     explorer.sliders["design"].value = ROBUST
     found = sos.design_lqr(
-        polytope(Mip.printed()), np.eye(5),
-        [[explorer.sliders["R"].value]], [[0, 1]])
+        polytope(Mip.printed()), np.eye(5), [[explorer.sliders["R"].value]], [[0, 1]]
+    )
     assert shows(explorer, found.K)
     assert f"{found.request.cost.bound:.4g}" in explorer.picture.value
     for name, value in start.items():
@@ -101,10 +108,8 @@ def test_a_large_spread_needs_the_robust_design(explorer):
     explorer.sliders["law"].value = PID
     explorer.sliders["spread"].value = 70.0
     plants, U = polytope(Mip.printed(), 0.7), [[0, 1]]
-    K = sos.design_lqr(
-        plants.vertices[3], np.eye(5), [[5]], U).K
-    right = sos.analyse_pid(
-        plants, K, U, coupling="vertices").poles().real.max()
+    K = sos.design_lqr(plants.vertices[3], np.eye(5), [[5]], U).K
+    right = sos.analyse_pid(plants, K, U, coupling="vertices").poles().real.max()
     assert right > 0
     assert f"Rightmost pole {right:.2f}" in explorer.picture.value
     explorer.sliders["design"].value = ROBUST

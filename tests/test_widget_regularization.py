@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from sosbook.widgets.regularization import explore_regularization
 
 import sosbook as sos
 from sosbook.synthesis.regularization import regularize
-from sosbook.widgets.regularization import explore_regularization
 
 
 @pytest.fixture(scope="module")
@@ -18,14 +18,14 @@ def explorer(chain):
     return explore_regularization(chain)
 
 
-@pytest.mark.parametrize("beta, choose", [
-    (0.1, "centre"), (0.3, "centre"), (0.5, "least norm"),
-])
+@pytest.mark.parametrize(
+    "beta, choose", [(0.1, "centre"), (0.3, "centre"), (0.5, "least norm")]
+)
 def test_the_page_shows_the_gain(explorer, chain, beta, choose):
     explorer.sliders["choose"].value = choose
     explorer.sliders["beta"].value = beta
     page = explorer.picture.value
-    found = regularize(chain, explorer.sliders["beta"].value, choose)
+    found = regularize(chain, explorer.sliders["beta"].value, choose=choose)
     assert "<strong>feasible</strong>" in page
     for gain in found.K_A.ravel():
         assert f">{gain:.4g}<" in page
@@ -55,8 +55,7 @@ def test_every_slider_and_picture_has_words(explorer):
 
 
 def test_a_polytope_and_a_plant_without_poles(chain):
-    heavy = sos.SecondOrderSystem(
-        1.2 * chain.M, chain.D, chain.S, chain.B, chain.F)
+    heavy = sos.SecondOrderSystem(1.2 * chain.M, chain.D, chain.S, chain.B, chain.F)
     both = explore_regularization(sos.Polytope([chain, heavy]))
     assert both.picture.value.count("<circle") == 8 + 14
     still = sos.SecondOrderSystem([[0]], [[0]], [[1]], [[1]])

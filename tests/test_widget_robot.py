@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
-
-import sosbook as sos
 from sosbook.mip import V_MAX, Mip, SampledLaw, polytope, vertices
 from sosbook.mip.margins import SampledLoop
 from sosbook.mip.sensors import Sensors
 from sosbook.widgets.robot import PD, PID, SINGLE, explore_robot
+
+import sosbook as sos
 
 PRINT = sos.thesis.mip()
 
@@ -43,34 +43,38 @@ def said(page, words):
 
 
 def test_it_starts_with_the_robust_design_and_stands(explorer):
-    K = sos.design_lqr(
-        polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K
+    K = sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K
     page = explorer.picture.value
     assert shows(page, K)
     assert "<strong>stand</strong>" in page
     assert said(page, "Peak voltage") == pytest.approx(
-        K[0, 0] * np.radians(10), abs=0.2)
+        K[0, 0] * np.radians(10), abs=0.2
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law, R, table", [
-    (PD, 1.0, PRINT.pd), (PID, 1.0, PRINT.pid), (PID, 5.0, PRINT.pid)])
-def test_it_chatters_where_the_sampled_loop_is_unstable(
-        explorer, law, R, table):
+@pytest.mark.parametrize(
+    "law, R, table", [(PD, 1.0, PRINT.pd), (PID, 1.0, PRINT.pid), (PID, 5.0, PRINT.pid)]
+)
+def test_it_chatters_where_the_sampled_loop_is_unstable(explorer, law, R, table):
     """The tables' gains; the radius is that of the linear loop."""
     for delay in (0.0, 5.0, 10.0):
         page = move(explorer, law=law, design=SINGLE, R=R, delay=delay)
         value = explorer.sliders["R"].value
         K = sos.design_lqr(
             vertices(Mip.printed())[0 if law == PD else 3].plant(),
-            np.eye(table[1].size), [[value]],
-            [[0, 1]] if law == PID else None).K
+            np.eye(table[1].size),
+            [[value]],
+            [[0, 1]] if law == PID else None,
+        ).K
         assert shows(page, K)
         assert np.allclose(K, table[int(R)], rtol=0.03)
         radius = max(
-            SampledLoop(robot, SampledLaw.of_gain(K, 0.01), delay / 1000,
-                        "firmware").radius
-            for robot in vertices(Mip.printed()))
+            SampledLoop(
+                robot, SampledLaw.of_gain(K, 0.01), delay / 1000, "firmware"
+            ).radius
+            for robot in vertices(Mip.printed())
+        )
         assert ("chatters" in page) == (radius > 1)
 
 
@@ -85,14 +89,13 @@ def test_noise_and_an_offset_are_seen(explorer):
     PD drives away with (1 + K_theta / K_phi) times the offset."""
     quiet = said(move(explorer, noise=0.0, tilt=0.0), "at rest")
     loud = said(move(explorer, noise=20.0), "at rest")
-    K = sos.design_lqr(
-        polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K[0]
+    K = sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K[0]
     assert loud > 1.2 * quiet and loud > K[2] * 20 * Sensors.noise
     near = said(move(explorer, noise=0.0, law=PD), "wheels turn")
     far = said(move(explorer, offset=1.0), "wheels turn")
     K = sos.design_lqr(
-        polytope(Mip.printed()), np.eye(4),
-        [[explorer.sliders["R"].value]]).K[0]
+        polytope(Mip.printed()), np.eye(4), [[explorer.sliders["R"].value]]
+    ).K[0]
     speed = 1 + K[0] / K[1]  # degrees/s; it takes a second to get there
     assert near < 3 and speed / 2 < far < 2 * speed
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-
-import sosbook as sos
 from sosbook.mip import Mip, SampledLaw, vertices
 from sosbook.mip.margins import SampledLoop
 from sosbook.widgets.pendulum_control import PID, ROBUST
 from sosbook.widgets.sampling import explore_sampling, kick
+
+import sosbook as sos
 
 PRINT = sos.thesis.mip()
 ROBOTS = vertices(Mip.printed())
@@ -43,8 +43,10 @@ def simulated(robot, K, T, delay, differenced, rate, count):
     x[2], seen = rate, []
 
     def fall(now, x, V):
-        return [*x[2:], *np.linalg.solve(
-            M, plant.B[:, 0] * V - plant.D @ x[2:] - plant.S @ x[:2])]
+        return [
+            *x[2:],
+            *np.linalg.solve(M, plant.B[:, 0] * V - plant.D @ x[2:] - plant.S @ x[:2]),
+        ]
 
     for _ in range(count):
         seen.append(x)
@@ -58,20 +60,18 @@ def simulated(robot, K, T, delay, differenced, rate, count):
         sums += T * y[1]
         for V, span in zip(volts, (delay, T - delay)):
             if span > 0:
-                x = solve_ivp(fall, (0, span), x, "DOP853", args=(V,),
-                              rtol=1e-9, atol=1e-12).y[:, -1]
+                x = solve_ivp(
+                    fall, (0, span), x, "DOP853", args=(V,), rtol=1e-9, atol=1e-12
+                ).y[:, -1]
     return np.array(seen).T
 
 
 @pytest.mark.parametrize("sensing", ["exact", "differenced"])
-@pytest.mark.parametrize("K, ticks", [
-    (PRINT.pd[5], 0.0), (PRINT.pid[5], 0.5)])
+@pytest.mark.parametrize("K, ticks", [(PRINT.pd[5], 0.0), (PRINT.pid[5], 0.5)])
 def test_the_kick_is_that_of_an_adaptive_integrator(sensing, K, ticks):
     T, delay = 0.01, 0.01 * ticks
-    loop = SampledLoop(
-        ROBOTS[2], SampledLaw.of_gain(K, T), delay, sensing)
-    true = simulated(
-        ROBOTS[2], K, T, delay, sensing == "differenced", 0.5, 25)
+    loop = SampledLoop(ROBOTS[2], SampledLaw.of_gain(K, T), delay, sensing)
+    true = simulated(ROBOTS[2], K, T, delay, sensing == "differenced", 0.5, 25)
     assert np.allclose(kick(loop, 0.5, 25), true, rtol=1e-6, atol=1e-7)
 
 
@@ -79,8 +79,7 @@ def test_the_kick_starts_with_the_plant_alone():
     """A tick late, nothing but the plant acts during the first one."""
     law = SampledLaw.of_gain(PRINT.pd[1], 0.01)
     x = kick(SampledLoop(ROBOTS[0], law, 0.01, "firmware"), 1.0, 2)
-    A, _, _ = sos.plants.descriptors(
-        ROBOTS[0].plant())[0].state_space()
+    A, _, _ = sos.plants.descriptors(ROBOTS[0].plant())[0].state_space()
     assert np.allclose(x[:, 1], expm(0.01 * A) @ [0, 0, 1, 0])
 
 
@@ -89,8 +88,7 @@ def test_it_starts_with_table_4_1(explorer):
     cells = re.findall(r"text-align:right'>([-\d.]+)<", explorer.picture.value)
     assert np.allclose([float(c) for c in cells], K[0], rtol=1e-3)
     law = SampledLaw.of_gain(K, 0.01)
-    radius = max(
-        SampledLoop(r, law, sensing="firmware").radius for r in ROBOTS)
+    radius = max(SampledLoop(r, law, sensing="firmware").radius for r in ROBOTS)
     shown = float(re.search(r"Radius ([\d.]+)", explorer.picture.value)[1])
     assert abs(shown - radius) < 2e-4
     assert "stable at all four vertices" in explorer.picture.value
@@ -117,8 +115,7 @@ def test_the_peak_is_that_of_a_dense_sweep(moved):
     """The robust PID for R = 20, two ticks late."""
     said = moved(R=20.0, law=PID, design=ROBUST, ticks=2.0)
     shown = float(re.search(r"<strong>([\d.]+)</strong>: Nyq", said)[1])
-    K = sos.design_lqr(
-        sos.mip.polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K
+    K = sos.design_lqr(sos.mip.polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K
     law, peak = SampledLaw.of_gain(K, 0.01), 0.0
     for robot in ROBOTS:
         loop = SampledLoop(robot, law, 0.02, "firmware")

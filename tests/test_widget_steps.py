@@ -2,18 +2,21 @@
 
 import numpy as np
 import pytest
+from sosbook.widgets.steps import explore_steps
 
 import sosbook as sos
 from sosbook.lmi import newton
-from sosbook.widgets.steps import explore_steps
 
 
 def chain(n):
     T = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     plant = sos.SecondOrderSystem(
-        np.eye(n), 0.2 * np.eye(n), np.eye(n) + T, np.eye(n)[:, ::2])
-    return plant, {"region": sos.PoleRegion(sigma=0.2, rho=5),
-                   "saturation": sos.Saturation(9, np.eye(2 * n)[0])}
+        np.eye(n), 0.2 * np.eye(n), np.eye(n) + T, np.eye(n)[:, ::2]
+    )
+    return plant, {
+        "region": sos.PoleRegion(sigma=0.2, rho=5),
+        "saturation": sos.Saturation(9, np.eye(2 * n)[0]),
+    }
 
 
 @pytest.fixture
@@ -34,10 +37,9 @@ def test_there_is_a_picture_for_each_step(pages):
     assert f"<strong>{8 * 9 // 2 + 2 * 8}</strong> variables" in last
 
 
-def test_bars_stand_for_the_products_of_conjugate_gradients(
-        pages, monkeypatch):
+def test_bars_stand_for_the_products_of_conjugate_gradients(pages, monkeypatch):
     assert "<polygon" in pages[-1] and "a dense matrix" in pages[-1]
-    monkeypatch.setattr(newton, "DENSE", 20)
+    monkeypatch.setattr(newton, "CG_ABOVE_VARIABLES", 20)
     iterative = explore_steps(chain, [2, 4]).picture.value
     assert "with conjugate gradients" in iterative
     assert "no conjugate" not in iterative
@@ -48,7 +50,7 @@ def test_a_refusal_has_no_centre():
         plant, asked = chain(n)
         return plant, asked | {
             "saturation": sos.Saturation(1e-3, 9 * np.eye(2 * n)[0]),
-            "region": sos.PoleRegion(sigma=3)}
+            "region": sos.PoleRegion(sigma=3),
+        }
 
-    assert "infeasible: no centre" in explore_steps(
-        heavy, [2]).picture.value
+    assert "infeasible: no centre" in explore_steps(heavy, [2]).picture.value

@@ -1,11 +1,12 @@
 """What a closed loop really does: poles, norms, peaks."""
 
-import control
 import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from ..plants.second_order import sort_poles
+from ..runtime.libraries import library
+from .precise import ExactLoop, sensitive
 
 __all__ = [
     "closed_loop",
@@ -18,12 +19,17 @@ __all__ = [
 
 
 def loop_matrix(d, K):
-    """E^-1 (A + B_u K) of one vertex."""
+    """E^-1 (A + B_u K) of one vertex d."""
     return np.linalg.solve(d.E, d.A + d.Bu @ K)
 
 
 def poles(d, K):
-    """Closed-loop poles of one vertex, in rad/s, sorted."""
+    """Closed-loop poles of one vertex d under u = K x, in rad/s, sorted.
+
+    From rational arithmetic where floats are too coarse: see `sensitive`.
+    """
+    if sensitive(d, K) and ExactLoop.fits(d):
+        return sort_poles(ExactLoop(d, K).poles())
     return sort_poles(np.linalg.eigvals(loop_matrix(d, K)))
 
 
@@ -33,6 +39,7 @@ def open_loop(d):
     Parameters
     ----------
     d : Descriptor
+        The plant in descriptor form.
 
     Returns
     -------
@@ -53,9 +60,12 @@ def open_loop(d):
         + [f"r{k + 1}" for k in range(n)],
         "outputs": [f"x{k + 1}" for k in range(N)],
     }
-    return control.ss(
-        A, np.hstack([B, Bw, _set_point(d)]),
-        np.eye(N), np.zeros((N, m + p + n)), **names,
+    return library("control").ss(
+        A,
+        np.hstack([B, Bw, _set_point(d)]),
+        np.eye(N),
+        np.zeros((N, m + p + n)),
+        **names,
     )
 
 
@@ -63,7 +73,7 @@ def _set_point(d):
     """How a constant r enters x': only through the integrators."""
     n, N = len(d.C), len(d.E)
     entry = np.zeros((N, n))
-    entry[2 * n:] = -d.A[2 * n:, :n]
+    entry[2 * n :] = -d.A[2 * n :, :n]
     return entry
 
 
@@ -73,7 +83,9 @@ def closed_loop(d, K):
     Parameters
     ----------
     d : Descriptor
+        The plant in descriptor form.
     K : (m, N) array
+        The gain of u = K x.
 
     Returns
     -------
@@ -91,30 +103,32 @@ def closed_loop(d, K):
     A = loop_matrix(d, K)
     K_P = K[:, :n]
     D = np.zeros((n + len(K), d.Bw.shape[1] + n))
-    D[n:, d.Bw.shape[1]:] = -K_P
+    D[n:, d.Bw.shape[1] :] = -K_P
     names = {
         "inputs": [f"w{k + 1}" for k in range(d.Bw.shape[1])]
         + [f"r{k + 1}" for k in range(n)],
         "outputs": [f"z{k + 1}" for k in range(n)]
         + [f"u{k + 1}" for k in range(len(K))],
     }
-    return control.ss(
-        A, np.hstack([Bw, _set_point(d) - B @ K_P]),
-        np.vstack([d.C, K]), D, **names,
+    return library("control").ss(
+        A, np.hstack([Bw, _set_point(d) - B @ K_P]), np.vstack([d.C, K]), D, **names
     )
 
 
 def hinf_norm(d, K):
-    """H-infinity norm from w to z; infinite for an unstable loop.
+    """H-infinity norm of d under u = K x, from w to z; infinite if it is unstable.
 
     Notes
     -----
     Source: Bruinsma and Steinbuch (1990): a level that the largest
     singular value reaches shows as imaginary eigenvalues of a
-    Hamiltonian matrix; between them lie better frequencies.
+    Hamiltonian matrix; between them lie better frequencies. A loop too
+    sensitive for floats is left to `ExactLoop`.
     """
+    if sensitive(d, K) and ExactLoop.fits(d):
+        return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
-    A, C = loop_matrix(d, K), d.C
+    A, C = loop_matrix(d, K), d.output(K)
     poles = np.linalg.eigvals(A)
     if poles.real.max() >= 0:
         return np.inf
@@ -133,9 +147,7 @@ def hinf_norm(d, K):
         level = best * (1 + 1e-9)
         if level == 0:
             break
-        hamiltonian = np.block([
-            [A, B @ B.T / level], [-C.T @ C / level, -A.T],
-        ])
+        hamiltonian = np.block([[A, B @ B.T / level], [-C.T @ C / level, -A.T]])
         crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
         between = (crossings[1:] + crossings[:-1]) / 2
         found = gain(np.concatenate([[0.0], crossings, between]))
@@ -146,20 +158,25 @@ def hinf_norm(d, K):
 
 
 def peak_input(d, K, x0, K_A=None):
-    """The largest |K x(t)| of the free response from x0.
+    """The largest |K x(t)| of the free response of d from x0.
 
     With K_A the largest |K x(t) + K_A z''(t)|, the whole signal.
     Infinite for an unstable loop. Looks at times close enough for the
     fastest mode that is still alive, until a Lyapunov function x'Xx
-    excludes a later peak.
+    excludes a later peak. A loop too sensitive for floats is left to
+    `ExactLoop`.
     """
+    if K_A is None and sensitive(d, K) and ExactLoop.fits(d):
+        peak = ExactLoop(d, K).peak_input(x0)
+        if peak is not None:
+            return peak
     A = loop_matrix(d, K)
     poles, x = np.linalg.eigvals(A), np.asarray(x0, float)
     if poles.real.max() >= 0:
         return np.inf
     if K_A is not None:
         n = len(d.C)
-        K = K + K_A @ A[n:2 * n]
+        K = K + K_A @ A[n : 2 * n]
     rate = np.abs(poles).max()
     X = solve_continuous_lyapunov(A.T / rate, -np.eye(len(A)))
     reach = np.sqrt(np.linalg.norm(K @ np.linalg.solve(X, K.T), 2))
@@ -178,7 +195,8 @@ def peak_input(d, K, x0, K_A=None):
         x, now = states[:, -1], now + step * (states.shape[1] - 1)
     near = minimize_scalar(
         lambda t: -np.linalg.norm(K @ expm(A * t) @ start),
-        bounds=(0, span), method="bounded",
+        bounds=(0, span),
+        method="bounded",
     )
     return float(max(top, -near.fun))
 

@@ -46,15 +46,11 @@ def misprint(name):
     """
     loops = {
         "sign": dict(plant=DelayedLoop([[1]], [[-0.1]]), mu=0.5, delta=0.1),
-        "transpose": dict(
-            plant=DelayedLoop([[0, 3], [-1, 1]], np.zeros((2, 2)))),
-        "alpha": dict(
-            plant=DelayedLoop([[0]], [[-1]]), mu=1.0, alpha=0.01),
+        "transpose": dict(plant=DelayedLoop([[0, 3], [-1, 1]], np.zeros((2, 2)))),
+        "alpha": dict(plant=DelayedLoop([[0]], [[-1]]), mu=1.0, alpha=0.01),
     }
     if name not in loops:
-        raise ValueError(
-            f"name must be one of {', '.join(loops)}, got {name!r}"
-        )
+        raise ValueError(f"name must be one of {', '.join(loops)}, got {name!r}")
     return DelayRequest(tau=1.0, misprints=(name,), **loops[name])
 
 
@@ -67,6 +63,7 @@ def rotation():
     Returns
     -------
     (Descriptor, Descriptor), (2, 2) array
+        The two systems, and the matrix P.
 
     Examples
     --------
@@ -91,6 +88,7 @@ def turn():
     Returns
     -------
     (Descriptor, Descriptor), (2, 2) array
+        The two systems, and the matrix P.
 
     Examples
     --------
@@ -118,6 +116,7 @@ def mechanical():
     Returns
     -------
     Polytope, (4, 4) array
+        The polytope, and the matrix P.
 
     Examples
     --------
@@ -127,19 +126,22 @@ def mechanical():
     """
     B = np.zeros((2, 1))
     first = SecondOrderSystem(
-        M=np.diag([1.8, 0.2]), D=[[-3.6, 6.4], [-3, 0.7]],
-        S=[[-0.2, 2.9], [-2.5, 0.8]], B=B,
+        M=np.diag([1.8, 0.2]),
+        D=[[-3.6, 6.4], [-3, 0.7]],
+        S=[[-0.2, 2.9], [-2.5, 0.8]],
+        B=B,
     )
     second = SecondOrderSystem(
-        M=np.diag([0.2, 1.8]), D=[[0.7, -0.3], [7.9, -0.9]],
-        S=[[1, 0], [9.2, 3.9]], B=B,
+        M=np.diag([0.2, 1.8]), D=[[0.7, -0.3], [7.9, -0.9]], S=[[1, 0], [9.2, 3.9]], B=B
     )
-    P = np.array([
-        [0.31, 0.11, -0.27, -0.02],
-        [0.11, 1.24, -0.09, -0.44],
-        [-0.27, -0.09, 1.02, 0.67],
-        [-0.02, -0.44, 0.67, 3.43],
-    ])
+    P = np.array(
+        [
+            [0.31, 0.11, -0.27, -0.02],
+            [0.11, 1.24, -0.09, -0.44],
+            [-0.27, -0.09, 1.02, 0.67],
+            [-0.02, -0.44, 0.67, 3.43],
+        ]
+    )
     return Polytope([first, second]), P
 
 
@@ -158,10 +160,12 @@ def actuated():
     2
     """
     plants, _ = mechanical()
-    return Polytope([
-        SecondOrderSystem(v.M, v.D, v.S, np.eye(2), np.eye(2))
-        for v in plants.vertices
-    ])
+    return Polytope(
+        [
+            SecondOrderSystem(v.M, v.D, v.S, np.eye(2), np.eye(2))
+            for v in plants.vertices
+        ]
+    )
 
 
 def slower_corners():
@@ -174,6 +178,7 @@ def slower_corners():
     Returns
     -------
     Polytope
+        The polytope with two vertices.
 
     Examples
     --------
@@ -182,13 +187,17 @@ def slower_corners():
     ...  for a in (0, 0.7, 1)]
     [16.5, 18.2, 15.8]
     """
-    return Polytope([
-        SecondOrderSystem(
-            M=M, D=[[6.28, -3.62], [3.47, 0.07]],
-            S=[[1.15, 0.87], [-0.27, 2.69]], B=np.zeros((2, 1)),
-        )
-        for M in ([[0.39, 0.3], [0.3, 3.29]], [[0.32, 0.14], [0.14, 0.22]])
-    ])
+    return Polytope(
+        [
+            SecondOrderSystem(
+                M=M,
+                D=[[6.28, -3.62], [3.47, 0.07]],
+                S=[[1.15, 0.87], [-0.27, 2.69]],
+                B=np.zeros((2, 1)),
+            )
+            for M in ([[0.39, 0.3], [0.3, 3.29]], [[0.32, 0.14], [0.14, 0.22]])
+        ]
+    )
 
 
 def random_chain(seed, masses=2, spread=0.3, box=True):
@@ -199,6 +208,7 @@ def random_chain(seed, masses=2, spread=0.3, box=True):
     seed : int
         The same seed gives the same springs and dampers.
     masses : int
+        How many masses the chain has.
     spread : float
         Each mass lies within its nominal value times 1 -+ spread.
     box : bool
@@ -223,27 +233,29 @@ def random_chain(seed, masses=2, spread=0.3, box=True):
     dampers = rng.uniform(0, 0.3, masses + 1).round(2)
     if box:
         signs = [
-            [1 - 2 * (k >> i & 1) for i in range(masses)]
-            for k in range(2**masses)
+            [1 - 2 * (k >> i & 1) for i in range(masses)] for k in range(2**masses)
         ]
     else:
         pattern = (-1) ** np.arange(masses)
         signs = [pattern, -pattern]
     one = np.eye(masses)
-    return Polytope([
-        SecondOrderSystem(
-            np.diag(nominal * (1 + spread * np.asarray(s))),
-            _links(dampers), _links(springs), one, one[:, -1:],
-        )
-        for s in signs
-    ])
+    return Polytope(
+        [
+            SecondOrderSystem(
+                np.diag(nominal * (1 + spread * np.asarray(s))),
+                _links(dampers),
+                _links(springs),
+                one,
+                one[:, -1:],
+            )
+            for s in signs
+        ]
+    )
 
 
 def _links(k):
     """Stiffness matrix of springs wall - 1 - 2 - ... - wall."""
-    return (
-        np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
-    )
+    return np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
 
 
 def random_pair(seed, ratio=16.0):
@@ -252,6 +264,7 @@ def random_pair(seed, ratio=16.0):
     Parameters
     ----------
     seed : int
+        It says which pair is drawn.
     ratio : float
         Between the principal masses of each plant, in a random frame.
 

@@ -19,9 +19,14 @@ import re
 import sys
 from pathlib import Path
 
-import nbformat
-from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
+from ..runtime.libraries import library
+from ..runtime.progress import HIDDEN
+from ..runtime.threads import ONE_THREAD
+
+nbformat = library("nbformat")
+NotebookClient = library("nbclient").NotebookClient
+CellExecutionError = library("nbclient.exceptions").CellExecutionError
+
 
 BOOK = Path(__file__).resolve().parents[2] / "book"
 LINE_LENGTH = 72
@@ -49,6 +54,7 @@ _NAMED = {
     "svg": re.compile(r"\baria-(label=\"[^\"]+\"|hidden=\"true\")", re.IGNORECASE),
     "img": re.compile(r"\balt=\"[^\"]+\"", re.IGNORECASE),
 }
+_PROOF = re.compile(r":::\{prf:proof\}(.*?)\n:::", re.DOTALL)
 _MARKDOWN_IMAGE = re.compile(r"!\[\s*\]\(")
 _MACHINE = re.compile(
     r"0x[0-9a-f]{7,}|(?<![\w./])(/(home|root|tmp|usr|opt|var|mnt|Users|private)/\w"
@@ -138,9 +144,11 @@ def problems(notebook):
                     f"instead of {count}: run the notebook"
                 )
             faults += _code_faults(cell)
-            faults += [fault for output in cell.outputs for fault in _output_faults(output)]
-        elif _MARKDOWN_IMAGE.search(cell.source):
-            faults.append("shows an image without a text for those who cannot see it")
+            faults += [
+                fault for output in cell.outputs for fault in _output_faults(output)
+            ]
+        else:
+            faults += _page_faults(cell.source)
         found += [f"cell {index} {fault}" for fault in faults]
     return found
 
@@ -171,6 +179,14 @@ def _canonical_outputs(cell):
         else:
             kept.append(output)
     return kept
+
+
+def _page_faults(source):
+    if _MARKDOWN_IMAGE.search(source):
+        yield "shows an image without a text for those who cannot see it"
+    for proof in _PROOF.findall(source):
+        if not proof.rstrip().endswith(r"$\square$"):
+            yield "has a proof that doesn't end with a square"
 
 
 def _code_faults(cell):
@@ -262,9 +278,7 @@ def main(words=None):
     parser.add_argument("task", choices=["run", "check"])
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     arguments = parser.parse_args(words)
-    for name in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-        os.environ[f"{name}_NUM_THREADS"] = "1"
-    os.environ["TQDM_DISABLE"] = "1"  # no progress bars in stored outputs
+    os.environ.update(ONE_THREAD | HIDDEN)  # for the notebooks' processes
     task = _run if arguments.task == "run" else _check
     files = arguments.files or sorted(BOOK.glob("*.ipynb"))
     for path in files:

@@ -9,17 +9,14 @@ __all__ = ["QUOTATIONS"]
 #: Sentence, or the part that is quoted: where the thesis has it.
 QUOTATIONS = {
     "to ensure an LMI condition over an entire polytopic uncertain domain, it "
-    "suffices to check the LMI at the vertices of the convex polytope":
-        "section 2.3, proof of Lemma 2.1",
-    "it suffices to check the LMIs at the vertices of the convex polytope":
-        "section 2.4.2, proof of Theorem 2.2",
+    "suffices to check the LMI at the vertices of the convex polytope": "section 2.3, proof of Lemma 2.1",
+    "it suffices to check the LMIs at the vertices of the convex polytope": "section 2.4.2, proof of Theorem 2.2",
     "to guarantee an LMI in a polytope domain, it is sufficient to check the "
     "LMI on its vertices of the polytope": "section 2.4.5, proof of Theorem 2.4",
     "if and only if": "Theorem 2.2",
     "robustly stable": "Theorems 2.1, 2.4 and 2.5",
     "for an appropriated binary matrix": "section 2.2",
-    "a conic sector centered at the origin and with inner angle given by":
-        "Examples 1 to 4, specifications",
+    "a conic sector centered at the origin and with inner angle given by": "Examples 1 to 4, specifications",
     "small impacts are observed on the dynamic response of the system for "
     "different values of the driver-plus-seat mass": "Example 2",
     "Fig. 3.8 shows the control signal, where we can see that it does not "
@@ -40,8 +37,7 @@ QUOTATIONS = {
     "the response is less noisy": "section 4.3.1",
     "for both controllers obtained the voltage does not exceed the maximum "
     "value of 7.4 V": "section 4.3.1",
-    "The MIP is initialized in a position close to the equilibrium point":
-        "section 4.3.1",
+    "The MIP is initialized in a position close to the equilibrium point": "section 4.3.1",
     "the position of the wheels for the PD controller varies a little, i.e., "
     "the MIP moves to keep the body in the balance position, unlike the PID, "
     "where the position of the wheels is maintained": "section 4.3.1",

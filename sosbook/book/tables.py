@@ -1,8 +1,8 @@
 """The book's tables as accessible HTML: reproduction rows and errata."""
 
-import html
 from collections import Counter
 
+from ..display.escape import page_text
 from .reproduction import KINDS, VERDICTS
 
 __all__ = ["Table", "checked", "errata", "kinds", "reproduction", "verdicts"]
@@ -46,10 +46,11 @@ class Table:
         heads = "".join(f'<th scope="col">{h}</th>' for h in self.heads)
         body = "".join(
             f'<tr><th scope="row">{row[0]}</th>'
-            + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
+            + "".join(f"<td>{cell}</td>" for cell in row[1:])
+            + "</tr>"
             for row in self.rows
         )
-        caption = html.escape(self.caption)
+        caption = page_text(self.caption)
         return (
             f'<div class="sos-table" role="region" tabindex="0" '
             f'aria-label="{caption}"><table><caption>{caption}</caption>'
@@ -59,38 +60,43 @@ class Table:
 
 
 def reproduction(rows, caption="Printed numbers and claims"):
-    """A `Table` of `sosbook.book.reproduction.Row`."""
+    """A `Table` with a caption of rows, which are `Row` objects."""
     return Table(
         caption,
         ["What and where", "Printed", "Ours", "Verdict", "Why"],
         [
-            [f"{_link(r.chapter, r.item)}<br>{_text(r.place)}",
-             *map(_text, (r.printed, r.ours)), _verdict(r.verdict),
-             _text(r.why)]
+            [
+                f"{_link(r.chapter, r.item)}<br>{_text(r.place)}",
+                *map(_text, (r.printed, r.ours)),
+                _verdict(r.verdict),
+                _text(r.why),
+            ]
             for r in rows
         ],
     )
 
 
 def errata(errata, caption="Corrections to the printed text"):
-    """A `Table` of `sosbook.book.reproduction.Erratum`."""
+    """A `Table` with a caption of errata, which are `Erratum` objects."""
     return Table(
         caption,
         ["Where", "Kind", "Printed", "Correct", "Evidence"],
         [
-            [_link(e.chapter, e.place), *map(_text, (
-                e.kind, e.printed, e.correct, e.evidence))]
+            [
+                _link(e.chapter, e.place),
+                *map(_text, (e.kind, e.printed, e.correct, e.evidence)),
+            ]
             for e in errata
         ],
     )
 
 
 def checked(checked, caption="Checked and found right"):
-    """A `Table` of `sosbook.reproduction.checked`."""
+    """A `Table` of `sosbook.reproduction.checked` with a caption."""
     return Table(
-        caption, ["Where", "What", "How"],
-        [[_link(c.chapter, c.place), _text(c.what), _text(c.how)]
-         for c in checked],
+        caption,
+        ["Where", "What", "How"],
+        [[_link(c.chapter, c.place), _text(c.what), _text(c.how)] for c in checked],
     )
 
 
@@ -98,25 +104,27 @@ def kinds(errata):
     """A `Table` that explains the kinds of errata and counts them."""
     count = Counter(e.kind for e in errata)
     return Table(
-        "Kinds of corrections", ["Kind", "Entries", "Meaning"],
-        [[_text(k), str(count[k]), _text(meaning)]
-         for k, meaning in KINDS.items()],
+        "Kinds of corrections",
+        ["Kind", "Entries", "Meaning"],
+        [[_text(k), str(count[k]), _text(meaning)] for k, meaning in KINDS.items()],
     )
 
 
 def verdicts(rows):
-    """A `Table` that explains the verdicts and counts them."""
+    """A `Table` that explains the verdicts and counts them in some rows."""
     count = Counter(r.verdict for r in rows)
     return Table(
         "Verdicts and how often they are given",
         ["Verdict", "Rows", "Meaning"],
-        [[_verdict(v), str(count[v]), _text(meaning)]
-         for v, meaning in VERDICTS.items()],
+        [
+            [_verdict(v), str(count[v]), _text(meaning)]
+            for v, meaning in VERDICTS.items()
+        ],
     )
 
 
 def _text(words):
-    return html.escape(words, quote=False)
+    return page_text(words, quote=False)
 
 
 def _link(chapter, words):

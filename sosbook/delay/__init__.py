@@ -1,14 +1,11 @@
-"""PID control through a varying input delay, and the truth beside it."""
+"""PID control through a varying input delay: certificates, spectra, simulations."""
 
-from .design import (
-    DelayCertificate,
-    DelayDesign,
-    analyse_delay,
-    design_delay_pid,
-    solve_delay,
-)
+from .certificates import DelayCertificate
+from .crossings import delay_margin, stable_delays
+from .design import DelayDesign
 from .largest import Largest, largest
 from .lyapunov import lyapunov_values
+from .pid import analyse_delay, design_delay_pid
 from .profiles import (
     ConstantDelay,
     RandomDelay,
@@ -18,13 +15,12 @@ from .profiles import (
 )
 from .request import DelayedLoop, DelayRequest
 from .simulation import DelayedResponse, simulate_delay
+from .solve import solve_delay
 from .spectrum import (
     characteristic_roots,
-    delay_margin,
     delayed_loop,
     slowest_decay,
     spectral_abscissa,
-    stable_delays,
 )
 
 __all__ = [

@@ -3,8 +3,12 @@
 from dataclasses import dataclass
 
 from ..lmi.exact import round_digits
-from .design import ALPHAS, DelayDesign, solve_delay
+from ..lmi.time_limit import OutOfTime
+from ..lmi.time_limit import time_limit as limited
+from ..runtime.threads import one_thread
+from .design import DelayDesign
 from .request import DelayRequest, check_loop
+from .solve import first_design
 
 __all__ = ["Largest", "largest"]
 
@@ -17,48 +21,88 @@ class Largest:
     ----------
     name : {"tau", "mu", "delta"}
     value : float or None
-        The largest one found; None where even a tiny one has none.
+        The largest one that has a certificate; None where even a tiny
+        one has none.
     beyond : float or None
-        The next round number, for which a quick search found none; None
-        where the parameter's own limit was reached (mu = tau).
+        The next round number, which wasn't found to have one; None where
+        the parameter's own limit was reached (mu = tau).
     design : DelayDesign or None
         At ``value``.
+    refused : DelayDesign or None
+        At ``beyond``: "infeasible" where it is proven exactly that there
+        is no certificate, "undecided" where the search gave up; then its
+        ``reason`` says why.
     """
 
     name: str
-    value: float = None
-    beyond: float = None
-    design: DelayDesign = None
+    value: float | None = None
+    beyond: float | None = None
+    design: DelayDesign | None = None
+    refused: DelayDesign | None = None
+
+    @property
+    def proven(self):
+        """Whether it is proven that ``beyond`` has no certificate."""
+        return self.refused is not None and self.refused.status == "infeasible"
 
     def __repr__(self):
-        return (f"<Largest: {self.name} = {self.value} has a certificate, "
-                f"none found for {self.beyond}>")
+        return f"<Largest: {self.name} = {self.value} has a certificate, {self._end()}>"
+
+    def _end(self):
+        if self.beyond is None:
+            return "which is its own limit"
+        if self.proven:
+            return f"{self.beyond} is proven to have none"
+        return f"gave up at {self.beyond}: {self.refused.reason}"
 
 
-def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
-            alpha=None, method="functional", order=2, digits=2):
+@one_thread
+def largest(
+    name,
+    plant,
+    K=None,
+    U=None,
+    tau=None,
+    mu=0.0,
+    delta=0.0,
+    alpha=None,
+    method="functional",
+    order=None,
+    digits=2,
+    refuse=True,
+    time_limit=None,
+):
     """Find the largest tau, mu or delta that still has a certificate.
 
     Parameters
     ----------
     name : {"tau", "mu", "delta"}
         Its own argument says where to start from; the others are held.
-    plant, U, tau, mu, delta, method, order
-        As in `design_delay_pid` and `analyse_delay`.
+    plant
+        As in `design_delay_pid`.
     K : (m, N) array_like, optional
         Analyse this gain; design one at each value without it.
+    U, tau, mu, delta
+        As in `design_delay_pid` and `analyse_delay`.
     alpha : float, optional
         In seconds. Without it every value is tried with several
         multiples of its tau.
+    method, order
+        As in `analyse_delay`.
     digits : int
         The answer is a number of so many significant digits.
+    refuse : bool
+        Look for an exact proof that the next number has no certificate;
+        that may take longer than all the rest.
+    time_limit : float, optional
+        In seconds, for the whole search. The answer is the largest value
+        found until then.
 
     Returns
     -------
     Largest
-        Found by bisection. The feasible side is certified. The other
-        one isn't excluded: close to the edge `solve_delay`, which looks
-        longer, may still find a certificate.
+        Found by bisection. The feasible side is certified. Of the other
+        side ``proven`` says whether a certificate is excluded.
 
     Raises
     ------
@@ -70,60 +114,104 @@ def largest(name, plant, K=None, U=None, tau=None, mu=0.0, delta=0.0,
     >>> from sosbook.delay import DelayedLoop
     >>> loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
     >>> largest("tau", loop, tau=1, method="legendre", order=1, digits=3)
-    <Largest: tau = 6.05 has a certificate, none found for 6.06>
+    <Largest: tau = 6.05 has a certificate, 6.06 is proven to have none>
     """
     if name not in ("tau", "mu", "delta"):
-        raise ValueError(
-            f'name must be "tau", "mu" or "delta", got {name!r}')
+        raise ValueError(f'name must be "tau", "mu" or "delta", got {name!r}')
     if not isinstance(digits, int) or isinstance(digits, bool) or digits < 1:
         raise ValueError(f"digits must be 1 or more, got {digits!r}")
     check_loop(plant, K, U)
-    given = DelayRequest(
-        plant, U, tau, mu, delta, alpha, method, order, gain=K)
-    limit = given.tau if name == "mu" else float("inf")
-    known = {}
-
-    def design(value):
-        if value not in known:
-            known[value] = _first(given.at(**{name: value}))
-        return known[value]
-
-    start = getattr(given, name) or 0.1 * (
-        given.tau if name == "mu" else 1 / given.tau)
-    low = high = _near(min(start, limit), digits)
-    while design(low) is None:
-        high, low = low, _near(low / 2, digits)
-        if low < 1e-4 * start:
-            return Largest(name, beyond=high)
-    while high < limit and design(high) is not None:
-        low, high = high, min(_near(2 * high, digits), limit)
-        if high > 1e4 * start:
-            return Largest(name, low, None, design(low))
-    if design(high) is not None:  # the limit itself
-        return Largest(name, high, None, design(high))
-    while (middle := _near((low + high) / 2, digits)) not in (low, high):
-        if design(middle) is None:
-            high = middle
-        else:
-            low = middle
-    return Largest(name, low, high, design(low))
+    given = DelayRequest(plant, U, tau, mu, delta, alpha, method, order, gain=K)
+    return _Search(name, given, digits, time_limit).run(refuse)
 
 
-def _near(value, digits):
-    return float(round_digits(value, digits))
+class _Search:
+    """Doubling and bisection over round numbers.
 
+    Parameters
+    ----------
+    name : str
+    given : DelayRequest
+    digits : int
+    seconds : float or None
+        The time limit.
+    """
 
-def _first(request):
-    """The first design along the search of alpha, or None."""
-    if request.alpha is not None or not request.needs_alpha:
-        requests = [request]
-    else:
-        requests = [
-            request.at(alpha=_near(request.tau * ratio, 2))
-            for ratio in ALPHAS
-        ]
-    for each in requests:
-        found = solve_delay(each, refuse=False)
-        if found.status == "feasible":
-            return found
-    return None
+    def __init__(self, name, given, digits, seconds):
+        if seconds is not None and not seconds > 0:
+            raise ValueError(f"time_limit must be positive, got {seconds!r}")
+        self.name, self.given, self.digits = name, given, digits
+        self.seconds = seconds
+        self.limit = given.tau if name == "mu" else float("inf")
+        self.known = {}
+
+    def run(self, refuse):
+        """The `Largest`; what is known where the time is over."""
+        try:
+            with limited(self.seconds):
+                low, high = self._bracket()
+                if low is not None:  # now with its centre
+                    best = first_design(self._request(low), refuse=False)
+                    self.known[low] = best
+                refused = None if high is None else self._refused(high, refuse)
+        except OutOfTime:
+            if self.seconds is None:  # somebody else's limit
+                raise
+            low, high = self._known()
+            refused = DelayDesign(
+                self._request(high),
+                "undecided",
+                self.given.gain,
+                reason=f"stopped after {self.seconds:g} s",
+            )
+        return Largest(self.name, low, high, self.known.get(low), refused)
+
+    def _known(self):
+        """The largest feasible value so far, and the next one to look at."""
+        good = [v for v, d in self.known.items() if d.status == "feasible"]
+        low = max(good, default=None)
+        bad = [v for v in self.known if low is None or v > low]
+        step = self._start() if low is None else self._near(2 * low)
+        return low, min(bad, default=min(step, self.limit))
+
+    def _bracket(self):
+        """The largest feasible number and the next one, or None for either."""
+        start = low = high = self._start()
+        while not self._feasible(low):
+            high, low = low, self._near(low / 2)
+            if low < 1e-4 * start:
+                return None, high
+        while high < self.limit and self._feasible(high):
+            low, high = high, min(self._near(2 * high), self.limit)
+            if high > 1e4 * start:
+                return low, None
+        if self._feasible(high):  # the limit itself
+            return high, None
+        while (middle := self._near((low + high) / 2)) not in (low, high):
+            low, high = (middle, high) if self._feasible(middle) else (low, middle)
+        return low, high
+
+    def _start(self):
+        unit = self.given.tau if self.name == "mu" else 1 / self.given.tau
+        start = getattr(self.given, self.name) or 0.1 * unit
+        return self._near(min(start, self.limit))
+
+    def _near(self, value):
+        return float(round_digits(value, self.digits))
+
+    def _request(self, value):
+        return self.given.at(**{self.name: value})
+
+    def _feasible(self, value):
+        if value not in self.known:
+            self.known[value] = first_design(
+                self._request(value), refuse=False, centred=False
+            )
+        return self.known[value].status == "feasible"
+
+    def _refused(self, value, refuse):
+        """The verdict there, with a proof if one is found."""
+        if not refuse:
+            return self.known[value]
+        again = first_design(self._request(value))
+        return again if again.status != "feasible" else self.known[value]

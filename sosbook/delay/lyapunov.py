@@ -105,12 +105,12 @@ def lyapunov_values(design, response):
     pushed, pushed_twice = cells.integrals(aged * _square(Z, cells.dx))
 
     eta = sums(now) - back(sums, 1)
-    V = np.exp(2 * delta * now) * (
-        _square(P, x) + 2 * ((x @ Q) * eta).sum(-1))
+    V = np.exp(2 * delta * now) * (_square(P, x) + 2 * ((x @ Q) * eta).sum(-1))
     V += stored(now) - back(stored, 1)
     V += moved(now) - (moved_twice(now) - back(moved_twice, 1))
     V += 2 * mu * pushed(now) - (
-        back(pushed_twice, 1 - mu) - back(pushed_twice, 1 + mu))
+        back(pushed_twice, 1 - mu) - back(pushed_twice, 1 + mu)
+    )
     values = np.full(len(t), np.nan)
     values[ready] = V / weight[ready]
     return values
@@ -175,8 +175,10 @@ class _Cells:
         twice = _sums(h * (once[:-1] + h * left))
         first, last = (np.tensordot(ends, g, (0, 1)) for ends in ENDS)
         slopes = np.concatenate([first, last[-1:]])
-        return (CubicHermiteSpline(self.t, once, slopes),
-                CubicHermiteSpline(self.t, twice, once))
+        return (
+            CubicHermiteSpline(self.t, once, slopes),
+            CubicHermiteSpline(self.t, twice, once),
+        )
 
 
 def _sums(parts):

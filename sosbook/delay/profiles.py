@@ -27,7 +27,7 @@ def _number(name, value, positive=False):
     real = isinstance(value, (int, float, np.integer, np.floating))
     if not real or isinstance(value, bool) or not np.isfinite(value):
         raise ValueError(f"{name} must be a finite number, got {value!r}")
-    if value < 0 or positive and value == 0:
+    if value < 0 or (positive and value == 0):
         bound = "> 0" if positive else ">= 0"
         raise ValueError(f"{name} must be {bound}, got {value!r}")
 
@@ -101,7 +101,7 @@ class ConstantDelay:
         return np.full(np.shape(t), float(self.value))
 
     def jumps(self, end):
-        """None."""
+        """No times: this delay has no jumps before ``end``, nor later."""
         return np.empty(0)
 
 
@@ -152,7 +152,7 @@ class SineDelay:
         return np.clip(delay, self.low, self.high)  # of rounding alone
 
     def jumps(self, end):
-        """None."""
+        """No times: this delay has no jumps before ``end``, nor later."""
         return np.empty(0)
 
 
@@ -203,7 +203,7 @@ class SawtoothDelay:
         return np.clip(delay, self.low, self.high)  # of rounding alone
 
     def jumps(self, end):
-        """The times at which a new sample reaches the plant."""
+        """The times before ``end`` at which a new sample reaches the plant."""
         period = self.high - self.low
         return _ticks(self.low % period, period, end)
 
@@ -245,7 +245,7 @@ class SwitchingDelay:
         return np.where(odd, float(self.high), float(self.low))
 
     def jumps(self, end):
-        """Every multiple of the dwell time."""
+        """Every multiple of the dwell time before ``end``."""
         return _ticks(0.0, self.dwell, end)
 
 
@@ -285,9 +285,7 @@ class RandomDelay:
         _number("dwell", self.dwell, positive=True)
         whole = isinstance(self.seed, (int, np.integer))
         if not whole or isinstance(self.seed, bool) or self.seed < 0:
-            raise ValueError(
-                f"seed must be a whole number >= 0, got {self.seed!r}"
-            )
+            raise ValueError(f"seed must be a whole number >= 0, got {self.seed!r}")
 
     def __call__(self, t):
         """Delays at the times t."""
@@ -297,5 +295,5 @@ class RandomDelay:
         return source.uniform(self.low, self.high, count)[now]
 
     def jumps(self, end):
-        """Every multiple of the dwell time."""
+        """Every multiple of the dwell time before ``end``."""
         return _ticks(0.0, self.dwell, end)

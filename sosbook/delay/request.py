@@ -2,40 +2,35 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from flint import arb, fmpq
 
-from ..lmi import Unknown
 from ..lmi.exact import exact, inverse
+from ..lmi.read_only import ReadOnly
 from ..plants.checks import matrix, number, positive
 from ..plants.descriptor import Descriptor
+from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
 from ..synthesis.problem import Request
 from ..synthesis.scaling import Frame
-from ..theorems import (
-    MISPRINTS,
-    Functional,
-    Times,
-    delay_decay,
-    delay_functional,
-    delay_stabilization,
-    legendre_decay,
-    legendre_functional,
-)
+from ..theorems import MISPRINTS, Times
+from .forms import FORMS
 
 __all__ = ["METHODS", "DelayRequest", "DelayedLoop", "exp_bound"]
 
-METHODS = ("functional", "shift", "legendre")
+METHODS = tuple(FORMS)
 
 
 @dataclass(frozen=True, eq=False)
-class DelayedLoop:
+class DelayedLoop(ReadOnly):
     """A loop x' = A x + A_d x(t - d(t)) that is given as such.
 
     Parameters
     ----------
     A, A_d : (N, N) array_like
+        The matrices of x' = A x + A_d x(t - d).
     """
 
     A: np.ndarray
@@ -47,6 +42,10 @@ class DelayedLoop:
             raise ValueError(f"A must be square, got {A.shape}")
         object.__setattr__(self, "A", A)
         object.__setattr__(self, "A_d", matrix("A_d", self.A_d, A.shape))
+
+    def per_vertex(self, values):
+        """The one value of the one vertex, of a sequence ``values``."""
+        return values[0]
 
     @property
     def m(self):
@@ -62,28 +61,31 @@ class DelayedLoop:
     def vertices(self):
         """The one vertex, with B_u = A_d."""
         N = len(self.A)
-        return (Descriptor(
-            np.eye(N), self.A, self.A_d, np.zeros((N, 0)), np.eye(N)),)
+        return (Descriptor(np.eye(N), self.A, self.A_d, np.zeros((N, 0)), np.eye(N)),)
 
 
 @dataclass(frozen=True, eq=False)
-class DelayRequest:
-    """Parameters are those of `design_delay_pid` and `analyse_delay`.
+class DelayRequest(ReadOnly):
+    """What is asked of a loop with a delayed input.
+
+    The parameters plant, U, tau, mu, delta, alpha, method and order are those
+    of `design_delay_pid` and `analyse_delay`; ``gain`` is the K that is
+    analysed, and ``misprints`` says what to read as printed.
 
     The LMIs are written in the coordinates of a `Frame`, with tau as
     the unit of time: only their conditioning depends on that.
     """
 
-    plant: object
-    U: np.ndarray = None
-    tau: float = None
+    plant: Any
+    U: np.ndarray | None = None
+    tau: float | None = None
     mu: float = 0.0
     delta: float = 0.0
-    alpha: float = None
+    alpha: float | None = None
     method: str = "functional"
-    order: int = 2
+    order: int | None = None
     misprints: tuple = ()
-    gain: np.ndarray = None
+    gain: np.ndarray | None = None
     free: Request = field(init=False)
 
     def __post_init__(self):
@@ -94,8 +96,7 @@ class DelayRequest:
         for name in ("mu", "delta"):
             value = number(name, getattr(self, name))
             if value < 0:
-                raise ValueError(
-                    f"{name} must not be negative, got {value!r}")
+                raise ValueError(f"{name} must not be negative, got {value!r}")
             put(self, name, value)
         if self.mu > self.tau:
             raise ValueError(
@@ -106,15 +107,13 @@ class DelayRequest:
             put(self, "alpha", positive("alpha", self.alpha))
         if self.method not in METHODS:
             raise ValueError(
-                f"method must be one of {', '.join(METHODS)}, got "
-                f"{self.method!r}"
+                f"method must be one of {', '.join(METHODS)}, got {self.method!r}"
             )
         if not set(self.misprints) <= set(MISPRINTS):
             raise ValueError(f"misprints must be among {MISPRINTS}")
         if self.misprints and self.method != "functional":
             raise ValueError(
-                'printed=True reads the thesis: leave method out or '
-                '"functional"'
+                'printed=True reads the thesis: leave method out or "functional"'
             )
         if isinstance(self.plant, DelayedLoop):
             put(self, "free", self.plant)
@@ -125,23 +124,29 @@ class DelayRequest:
         if self.gain is not None:
             shape = self.plant.m, self.free.order
             put(self, "gain", matrix("K", self.gain, shape))
-        if self.method != "legendre":
+        self._check_form()
+
+    def _check_form(self):
+        """What a method asks of the plant, the gain and the order."""
+        form = FORMS[self.method]
+        if not form.first_order:
             return
         if self.gain is None:
             raise ValueError(
-                'method="legendre" analyses a given gain; design with '
+                f'method="{self.method}" analyses a given gain; design with '
                 '"functional" or "shift"'
             )
         if not isinstance(self.plant, (SecondOrderSystem, DelayedLoop)):
             raise ValueError(
-                'method="legendre" takes one plant: its blocks are not '
+                f'method="{self.method}" takes one plant: its blocks are not '
                 "affine in M; analyse the vertices one by one, or take "
                 'method="shift"'
             )
-        integer = isinstance(self.order, (int, np.integer))
-        if not integer or isinstance(self.order, bool) or self.order < 0:
-            raise ValueError(f"order must be 0, 1, 2, ..., got {self.order!r}")
-        put(self, "order", int(self.order))
+        order = form.order if self.order is None else self.order
+        integer = isinstance(order, (int, np.integer)) and not isinstance(order, bool)
+        if not integer or order not in form.orders:
+            raise ValueError(f"order must be {form.orders_in_words}, got {order!r}")
+        object.__setattr__(self, "order", int(order))
 
     @property
     def states(self):
@@ -159,7 +164,7 @@ class DelayRequest:
         return self.gain is None or "alpha" in self.misprints
 
     def at(self, **changes):
-        """The request with other parameters."""
+        """The request with some ``changes`` of its parameters."""
         return replace(self, **changes)
 
     @cached_property
@@ -171,23 +176,36 @@ class DelayRequest:
         return Frame.of(self.free)
 
     def times(self, number=lambda x: x):
-        """`Times` with tau as the unit; exponentials rounded down."""
+        """`Times` with tau as the unit; exponentials are rounded down.
+
+        ``number`` brings them into an arithmetic.
+        """
         tau, mu, delta = map(exact, (self.tau, self.mu, self.delta))
         mu, delta = mu / tau, delta * tau
-        if self.method != "functional":
+        if FORMS[self.method].shifted:
             delta = fmpq(0)
-        return Times(*(_read(q, number) for q in (
-            fmpq(1), mu, delta, exp_bound(-2 * delta),
-            exp_bound(-2 * delta * (1 + mu)),
-        )))
+        return Times(
+            *(
+                _read(q, number)
+                for q in (
+                    fmpq(1),
+                    mu,
+                    delta,
+                    exp_bound(-2 * delta),
+                    exp_bound(-2 * delta * (1 + mu)),
+                )
+            )
+        )
 
     def factors(self, number=lambda x: x):
-        """Bounds of e^(delta d), which multiplies the shifted input."""
-        if self.method == "functional":
+        """Bounds of e^(delta d), which multiplies the shifted input.
+
+        ``number`` brings them into an arithmetic.
+        """
+        if not FORMS[self.method].shifted:
             return [("", 1)]
         delta, tau, mu = map(exact, (self.delta, self.tau, self.mu))
-        ends = [exp_bound(delta * (tau - mu)),
-                exp_bound(delta * (tau + mu), up=True)]
+        ends = [exp_bound(delta * (tau - mu)), exp_bound(delta * (tau + mu), up=True)]
         if self.delta == 0:
             return [("", 1)]
         names = " shortest", " longest"
@@ -195,25 +213,9 @@ class DelayRequest:
 
     def unknowns(self):
         """The unknown matrices, the multipliers last."""
-        N, m = self.states, self.plant.m
+        return FORMS[self.method].unknowns(self)
 
-        def symmetric(name, size=N):
-            return Unknown(name, size, symmetric=True)
-
-        Z = [symmetric("Z")] if self.mu else []
-        if self.method == "legendre":
-            P = symmetric("P", (1 + self.order) * N)
-            return [P, symmetric("S"), symmetric("R"), *Z]
-        found = [
-            symmetric("P"), Unknown("Q", N), symmetric("S"),
-            symmetric("R1"), Unknown("R2", N), symmetric("R3"), *Z,
-            Unknown("F", N),
-        ]
-        if self.gain is None:
-            return [*found, Unknown("X", m, N)]
-        return [*found, Unknown("G", N)]
-
-    def blocks(self, values, number=lambda x: x):
+    def blocks(self, values, number=lambda x: x, vertices=None):
         """All blocks that must be positive definite, by name.
 
         Parameters
@@ -222,69 +224,68 @@ class DelayRequest:
             From an unknown's name to a matrix-like.
         number : callable
             Brings floats into the arithmetic of the values.
+        vertices : tuple of Descriptor, optional
+            To be taken for those of the plant.
         """
-        t = self.times(number)
-        v = dict(values)
-        v.setdefault("Z", 0 * v["S"])
-        if self.method == "legendre":
-            found = {"functional": legendre_functional(
-                v["P"], v["S"], self.order, t)}
-            found |= {name: v[name] for name in ("S", "R")}
-        else:
-            functional = Functional(*(
-                v[name] for name in ("P", "Q", "S", "R1", "R2", "R3", "Z")))
-            whole, rates = delay_functional(functional, t)
-            found = {"functional": whole, "R": rates}
-        if self.mu and "sign" not in self.misprints:
-            found["Z"] = v["Z"]
-        for tag, d in self._loops(number):
-            if self.method == "legendre":
-                A, Ad = d.A, d.Bu @ self._gain(number)
-                form = legendre_decay(
-                    A, Ad, v["P"], v["S"], v["R"], v["Z"], self.order, t)
-            elif self.gain is None:
-                form = delay_stabilization(
-                    d, functional, v["F"], v["X"], t, self._alpha(number),
-                    self.misprints)
-            else:
-                form = delay_decay(
-                    d.E, d.A, d.Bu @ self._gain(number), functional,
-                    v["F"], v["G"], t, self.misprints,
-                    self._alpha(number))
-            found["decay" + tag] = form
-        return found
+        loops = self.loops(number, vertices)
+        return FORMS[self.method].blocks(self, values, number, loops)
 
-    def in_unknowns(self, number=lambda x: x):
-        """`blocks` in `unknowns`: a dict of them, and a list."""
+    def in_unknowns(self, number=lambda x: x, vertices=None):
+        """`blocks` in `unknowns`: a dict of them, and a list.
+
+        ``number`` brings the data into an arithmetic; ``vertices`` stand for
+        those of the plant.
+        """
         unknowns = self.unknowns()
-        return self.blocks({u.name: u for u in unknowns}, number), unknowns
+        values = {u.name: u for u in unknowns}
+        return self.blocks(values, number, vertices), unknowns
 
-    def _loops(self, number):
-        """(tag, Descriptor) in the frame; with the shift, per factor."""
+    def closed_loops(self, number=lambda x: x):
+        """(block's name, (E, A, A_d)) of each loop under the given gain.
+
+        ``number`` brings the data into an arithmetic.
+        """
+        K = self.scaled_gain(number)
+        for tag, d in self.loops(number):
+            yield "decay" + tag, (d.E, d.A, d.Bu @ K)
+
+    def loops(self, number, vertices=None):
+        """(tag, Descriptor) in the frame; with the shift, per factor.
+
+        ``number`` brings the data into an arithmetic; ``vertices`` stand for
+        those of the plant.
+        """
         left, T, scale, tau, delta = (
-            number(np.array(x)) for x in (
-                self.frame.left, self.frame.T, self.frame.scale, self.tau,
-                self.delta)
+            number(np.array(x))
+            for x in (
+                self.frame.left,
+                self.frame.T,
+                self.frame.scale,
+                self.tau,
+                self.delta,
+            )
         )
         scale, tau, delta = scale.item(), tau.item(), delta.item()
-        for i, vertex in enumerate(self.vertices):
+        vertices = self.vertices if vertices is None else vertices
+        for i, vertex in enumerate(vertices):
             d = vertex.map(number).change(left, T, scale)
             E, A, Bu = d.E, tau * d.A, tau * d.Bu
-            if self.method != "functional":
+            if FORMS[self.method].shifted:
                 A = A + tau * delta * E
-            if self.method == "legendre":
+            if FORMS[self.method].first_order:
                 back = inverse(E)
                 E, A, Bu = back @ E, back @ A, back @ Bu
-            index = f" {i + 1}" if len(self.vertices) > 1 else ""
+            index = f" {i + 1}" if len(vertices) > 1 else ""
             for tag, factor in self.factors(number):
-                yield index + tag, Descriptor(
-                    E, A, Bu * factor, d.Bw, d.C)
+                yield index + tag, Descriptor(E, A, Bu * factor, d.Bw, d.C, d.Du)
 
-    def _gain(self, number):
+    def scaled_gain(self, number):
+        """K in the frame, in the arithmetic of ``number``."""
         scale = number(np.array(self.frame.scale)).item()
         return number(self.gain) @ number(self.frame.T) / scale
 
-    def _alpha(self, number):
+    def relative_alpha(self, number):
+        """alpha in units of tau, in the arithmetic of ``number``; 1 without one."""
         if self.alpha is None:
             return 1
         return _read(exact(self.alpha) / exact(self.tau), number)
@@ -293,12 +294,12 @@ class DelayRequest:
 def check_loop(plant, K, U):
     """Refuse K and U beside a `DelayedLoop`."""
     if isinstance(plant, DelayedLoop) and (K is not None or U is not None):
-        raise ValueError(
-            "a DelayedLoop has its controller inside: leave K and U out")
+        raise ValueError("a DelayedLoop has its controller inside: leave K and U out")
 
 
 def _free(plant, U):
     """The request without delay: checks the plant and U."""
+    checked_plant(plant)
     try:
         return Request(plant, U)
     except ValueError as error:
@@ -324,7 +325,9 @@ def exp_bound(x, up=False, digits=12):
     Parameters
     ----------
     x : fmpq
+        The exponent.
     up : bool
+        Whether to round up, or down.
     digits : int
         Significant decimal digits.
 

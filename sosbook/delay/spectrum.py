@@ -1,4 +1,4 @@
-"""Characteristic roots and delay margins of loops with one delay.
+"""Characteristic roots of loops with one delay.
 
 Everything here is about x'(t) = A x(t) + A_d x(t - h) with a constant
 delay h: what is true of the loop, to be held beside what an LMI proves.
@@ -6,22 +6,20 @@ Its roots are the zeros of det(s I - A - A_d e^(-s h)).
 """
 
 import numpy as np
-from scipy.linalg import eigvals, matrix_balance
 from scipy.optimize import minimize_scalar
 
 from ..plants.checks import matrix, number
+from .collocation import balanced, rightmost_roots, root_radius
 
 __all__ = [
     "characteristic_roots",
-    "delay_margin",
+    "checked_pair",
+    "decays",
     "delayed_loop",
+    "not_negative",
     "slowest_decay",
     "spectral_abscissa",
-    "stable_delays",
 ]
-
-_LARGEST = 1000  # order of the largest eigenvalue problem
-_EPS = np.finfo(float).eps
 
 
 def delayed_loop(d, K):
@@ -64,6 +62,7 @@ def characteristic_roots(A, A_d, delay, count=10):
     Parameters
     ----------
     A, A_d : (N, N) array_like
+        The matrices of x' = A x + A_d x(t - d).
     delay : float
         In seconds, 0 or more.
     count : int
@@ -104,16 +103,16 @@ def characteristic_roots(A, A_d, delay, count=10):
     >>> characteristic_roots([[0]], [[-1]], delay=1, count=2).round(6)
     array([-0.318132+1.337236j, -0.318132-1.337236j])
     """
-    A, A_d = _pair(A, A_d)
-    delay = _not_negative("delay", delay)
+    A, A_d = checked_pair(A, A_d)
+    delay = not_negative("delay", delay)
     whole = isinstance(count, (int, np.integer))
     if not whole or isinstance(count, bool) or count < 1:
         raise ValueError(f"count must be a positive integer, got {count!r}")
-    return _rightmost(A, A_d, delay, int(count))
+    return rightmost_roots(A, A_d, delay, int(count))
 
 
 def spectral_abscissa(A, A_d, delay):
-    """Real part of the rightmost root, in 1/s.
+    """Real part of the rightmost root of x' = A x + A_d x(t - delay), in 1/s.
 
     Minus this number is the loop's exponential decay rate under that
     constant delay. Parameters, errors and method as in
@@ -124,100 +123,9 @@ def spectral_abscissa(A, A_d, delay):
     >>> spectral_abscissa([[-1]], [[0.5]], 0)
     -0.5
     """
-    A, A_d = _pair(A, A_d)
-    delay = _not_negative("delay", delay)
-    return _abscissa(A, A_d, delay)
-
-
-def stable_delays(A, A_d, longest):
-    """The constant delays, up to ``longest``, under which a loop decays.
-
-    Parameters
-    ----------
-    A, A_d : (N, N) array_like
-    longest : float
-        In seconds, 0 or more.
-
-    Returns
-    -------
-    list of (float, float)
-        Intervals (low, high) in [0, longest], in order, within which all
-        roots have negative real part. At an end other than 0 and
-        ``longest`` a root lies on the imaginary axis. Two intervals
-        share an end where a root only touches the axis.
-
-    Notes
-    -----
-    Delays with a root j w solve a problem without delay: A + A_d z has
-    the eigenvalue j w for a z on the unit circle, and w is among the
-    eigenvalues of a matrix of order 2 N r, with r the rank of A_d
-    (Louisell, IEEE Trans. Automat. Control 46, 2001; for r = 1 it is the
-    Hamiltonian matrix of the transfer function that the delay closes).
-    Then h = (-arg z + 2 pi k) / w. Between two such delays the number of
-    unstable roots can't change, and the rightmost root in the middle
-    decides. A root that stays at 0 or on the axis for every delay (A +
-    A_d singular, say) leaves no stable delay, nor does one within
-    rounding of the axis. Where ``A_d`` is zero the answer is all or
-    nothing.
-
-    Examples
-    --------
-    x' = -x(t - h) decays until h = pi / 2; the second loop needs delay.
-
-    >>> [(low, high)] = stable_delays([[0]], [[-1]], longest=10)
-    >>> low, round(high, 9)
-    (0.0, 1.570796327)
-    >>> A, A_d = [[0, 1], [-2, 0.1]], [[0, 0], [1, 0]]
-    >>> [(low, high)] = stable_delays(A, A_d, longest=5)
-    >>> round(low, 5), round(high, 5)
-    (0.10017, 1.71786)
-    """
-    A, A_d = _pair(A, A_d)
-    longest = _not_negative("longest", longest)
-    ends = [0.0]
-    for h in sorted(
-        h for omega, phase in _crossings(A, A_d)
-        for h in np.arange(phase, longest * omega, 2 * np.pi) / omega
-    ):
-        if h - ends[-1] > 1e-9 * h:  # not the same once more
-            ends.append(float(h))
-    if ends[-1] < longest or longest == 0:
-        ends.append(longest)
-    return [
-        (low, high) for low, high in zip(ends, ends[1:])
-        if _stable(A, A_d, (low + high) / 2)
-    ]
-
-
-def delay_margin(A, A_d):
-    """The first delay at which the loop without delay stops decaying.
-
-    Parameters
-    ----------
-    A, A_d : (N, N) array_like
-
-    Returns
-    -------
-    float
-        In seconds: 0 if the loop is unstable without delay, infinite if
-        it decays under every constant delay.
-
-    Notes
-    -----
-    Method as in `stable_delays`, which also finds what lies beyond.
-
-    Examples
-    --------
-    >>> round(delay_margin([[0]], [[-2]]), 9), delay_margin([[-3]], [[1]])
-    (0.785398163, inf)
-    """
-    A, A_d = _pair(A, A_d)
-    if not _stable(A, A_d, 0.0):
-        return 0.0
-    return float(min(
-        (phase / omega for omega, phase in _crossings(A, A_d)),
-        default=np.inf,
-    ))
+    A, A_d = checked_pair(A, A_d)
+    delay = not_negative("delay", delay)
+    return rightmost_real(A, A_d, delay)
 
 
 def slowest_decay(A, A_d, low, high):
@@ -226,6 +134,7 @@ def slowest_decay(A, A_d, low, high):
     Parameters
     ----------
     A, A_d : (N, N) array_like
+        The matrices of x' = A x + A_d x(t - d).
     low, high : float
         Ends of the interval, in seconds; 0 <= low <= high.
 
@@ -250,18 +159,18 @@ def slowest_decay(A, A_d, low, high):
     >>> round(rate, 6), delay
     (0.318132, 1.0)
     """
-    A, A_d = _pair(A, A_d)
-    low, high = _not_negative("low", low), _not_negative("high", high)
+    A, A_d = checked_pair(A, A_d)
+    low, high = not_negative("low", low), not_negative("high", high)
     if low > high:
         raise ValueError(f"low must not exceed high, got {low} > {high}")
 
     def rate(h):
-        return -_abscissa(A, A_d, h)
+        return -rightmost_real(A, A_d, h)
 
     if low == high:
         return rate(low), low
     slowest = min(rate(low), rate(high))
-    turns = _radius(A * high, A_d * high, -slowest * high) / (2 * np.pi)
+    turns = root_radius(A * high, A_d * high, -slowest * high) / (2 * np.pi)
     steps = np.clip(16 * turns * (1 - low / high), 32, 2000)
     grid = np.linspace(low, high, int(np.ceil(steps)) + 1)
     rates = np.array([rate(h) for h in grid])
@@ -269,234 +178,37 @@ def slowest_decay(A, A_d, low, high):
     inner = (rates[1:-1] <= rates[:-2]) & (rates[1:-1] <= rates[2:])
     for i in np.flatnonzero(inner) + 1:
         found = minimize_scalar(
-            rate, bounds=(grid[i - 1], grid[i + 1]), method="bounded",
+            rate,
+            bounds=(grid[i - 1], grid[i + 1]),
+            method="bounded",
             options={"xatol": 1e-9 * high},
         )
         best.append((float(found.fun), float(found.x)))
     return min(best)
 
 
-def _pair(A, A_d):
-    """Checked, and balanced: a diagonal similarity keeps every root."""
+def checked_pair(A, A_d):
+    """A and A_d, checked and balanced: a diagonal similarity keeps every root."""
     A = matrix("A", A)
     if A.shape[0] == 0:
         raise ValueError("A is empty: a loop has at least one state")
     A = matrix("A", A, (len(A), len(A)))
     A_d = matrix("A_d", A_d, A.shape)
-    return _balanced(A, A_d)
+    return balanced(A, A_d)
 
 
-def _balanced(A, A_d, growth=1.0):
-    _, (scale, _) = matrix_balance(
-        abs(A) + growth * abs(A_d), permute=False, separate=True)
-    change = scale / scale[:, None]
-    return A * change, A_d * change
-
-
-def _not_negative(name, value):
+def not_negative(name, value):
+    """The value of the argument ``name`` as a float, or a ValueError."""
     if number(name, value) < 0:
         raise ValueError(f"{name} must not be negative, got {value!r}")
     return float(value)
 
 
-def _abscissa(A, A_d, delay):
-    return float(_rightmost(A, A_d, delay, 1)[0].real)
+def rightmost_real(A, A_d, delay):
+    return float(rightmost_roots(A, A_d, delay, 1)[0].real)
 
 
-def _stable(A, A_d, delay):
-    """Decays, by more than rounding."""
+def decays(A, A_d, delay):
+    """Whether the loop of A and A_d decays for a ``delay``, by more than rounding."""
     size = np.linalg.norm(A) + np.linalg.norm(A_d)
-    return _abscissa(A, A_d, delay) < -1e-12 * size
-
-
-def _rightmost(A, A_d, delay, count):
-    """What `characteristic_roots` returns, of checked matrices."""
-    if delay == 0 or not A_d.any():
-        found = eigvals(A + A_d)
-        return _paired(found[found.imag >= 0], count)
-    # in the delay's unit of time, as a product of thin matrices
-    A, A_d = A * delay, A_d * delay
-    left, right = _factors(A_d)
-    nodes, enough = 20, max(160, 4 * count)
-    while True:
-        order = len(A) + len(right) * nodes
-        if order > _LARGEST:
-            raise ValueError(
-                f"delay is too long for this loop: {order} unknowns are "
-                f"needed to resolve its roots, {_LARGEST} are allowed; "
-                "shorten it or leave out the loop's fast modes"
-            )
-        starts = eigvals(_generator(A, left, right, nodes))
-        resolved = (abs(starts) <= (nodes - 15) / 0.6) & (
-            starts.real > -600)  # so that e^-s is a number
-        starts = starts[resolved & (starts.imag >= 0)]
-        starts = starts[np.argsort(-starts.real)][:count + 4]
-        found = _paired(_polish(A, A_d, starts), count)
-        needed = 2 * nodes
-        if len(found):
-            needed = 15 + 0.6 * _radius(A, A_d, found[-1].real)
-        if nodes >= needed and (len(found) >= count or nodes >= enough):
-            return found / delay
-        if nodes >= needed:
-            needed = enough
-        nodes = int(np.ceil(min(needed, 2 * nodes)))
-
-
-def _paired(upper, count):
-    """With conjugates, by falling real part, cut behind ``count``."""
-    upper = upper[np.lexsort((upper.imag, -upper.real))]
-    found = []
-    for root in upper:
-        if len(found) >= count:
-            break
-        found += [root] if root.imag == 0 else [root, root.conjugate()]
-    return np.array(found, complex)
-
-
-def _factors(A_d):
-    """A_d = left @ right, with as few columns as its rank."""
-    U, size, Vh = np.linalg.svd(A_d)
-    rank = int((size > len(A_d) * _EPS * size[0]).sum())
-    root = np.sqrt(size[:rank])
-    return U[:, :rank] * root, root[:, None] * Vh[:rank]
-
-
-def _generator(A, left, right, nodes):
-    """Of x' = A x + left y(-1), y(t) = right x(t), on Chebyshev nodes.
-
-    The unknowns are x(t) and y at t + node, without the node 0, where y
-    is known; there y' is the derivative of the interpolant.
-    """
-    N, r = len(A), len(right)
-    slope = _differentiation(nodes)[1:]
-    G = np.zeros((N + r * nodes, N + r * nodes))
-    G[:N, :N] = A
-    G[:N, -r:] = left
-    G[N:, :N] = np.kron(slope[:, :1], right)
-    G[N:, N:] = np.kron(slope[:, 1:], np.eye(r))
-    return G
-
-
-def _differentiation(nodes):
-    """Chebyshev's, on [-1, 0], from 0 downwards (Trefethen's cheb)."""
-    k = np.arange(nodes + 1)
-    x = (np.cos(np.pi * k / nodes) - 1) / 2
-    c = np.where((k == 0) | (k == nodes), 2.0, 1.0) * (-1.0) ** k
-    D = np.outer(c, 1 / c) / (x[:, None] - x + np.eye(nodes + 1))
-    return D - np.diag(D.sum(axis=1))
-
-
-def _radius(A, A_d, c):
-    """Roots right of c, for delay 1, lie within this radius.
-
-    They are eigenvalues of A + A_d z with abs(z) <= e^-c, and by the
-    maximum principle that circle has the largest. Where it is large, only
-    eigenvalues that aren't clearly left of c count: fast stable modes
-    don't. A tenth is added for what lies between the samples.
-    """
-    z = np.exp(-c + 1j * np.linspace(0, np.pi, 17))
-    size = abs(np.linalg.eigvals(A + A_d * z[:, None, None]))
-    if size.max() > 50:
-        z = np.outer([1, 0.8, 0.6, 0.4, 0.2, 0], z).ravel()
-        s = np.linalg.eigvals(A + A_d * z[:, None, None])
-        size = abs(s[s.real >= c - 0.2 * abs(s)])
-    return 1.1 * size.max(initial=abs(c))
-
-
-def _polish(A, A_d, starts):
-    """Newton's method from each start, for delay 1; what converged.
-
-    With T(s) v = sigma u, the smallest singular value and its vectors,
-    the step is -sigma / (u* T'(s) v). A root stays near its start, so
-    that none is found from afar a second time.
-    """
-    one = np.eye(len(A))
-    size = np.linalg.norm(A), np.linalg.norm(A_d)
-    reach = 1e-3 * abs(starts) + 1e-5 * sum(size)
-    s = starts.astype(complex)
-    for _ in range(8):
-        decay = np.exp(-s)
-        late = A_d * decay[:, None, None]
-        U, sigma, Vh = np.linalg.svd(s[:, None, None] * one - A - late)
-        u, v = U[:, :, -1].conj(), Vh[:, -1].conj()
-        slope = np.einsum("ki,kij,kj->k", u, one + late, v)
-        scale = abs(s) + size[0] + size[1] * abs(decay)
-        residual = sigma[:, -1] / scale
-        moving = (residual > 2 * _EPS) & (abs(slope) * reach > 1e-300)
-        step = np.where(moving, sigma[:, -1], 0) / np.where(
-            moving, slope, 1)
-        step[abs(s - step - starts) > reach] = 0
-        if (abs(step) <= 4 * _EPS * abs(s)).all():
-            break
-        s = s - step
-    s.imag[starts.imag == 0] = 0
-    s = s[residual < 1e-12]
-    return s[[not _rounding(A, A_d, root) for root in s]]
-
-
-def _rounding(A, A_d, s):
-    """Whether the root s exists only by rounding errors in A_d.
-
-    Far to the left e^-s is so large that the matrix is singular to
-    working precision whatever s is, if A_d is nilpotent for example.
-    """
-    growth = np.exp(-s.real)
-    if growth * np.linalg.norm(A_d) < 1e6 * (abs(s) + np.linalg.norm(A)):
-        return False
-    A, A_d = _balanced(A, A_d, growth)  # the scaling may be to blame
-    late, rest = np.linalg.norm(A_d) * growth, abs(s) + np.linalg.norm(A)
-    T = s * np.eye(len(A)) - A - A_d * np.exp(-s)
-    residual = np.linalg.svd(T, compute_uv=False)[-1] / (late + rest)
-    return late > 1e6 * rest or residual > 1e-12
-
-
-def _crossings(A, A_d):
-    """All (w, phase), w > 0, 0 <= phase < 2 pi, with a root j w at
-    the delays (phase + 2 pi k) / w.
-
-    If (j w - A - A_d z) v = 0 with |z| = 1 and A_d = left @ right, then
-    X = v (right v)* and Y = z right v v* fulfil
-        j w X = A X + left Y right',  j w Y = -Y A' - right X left'.
-    """
-    if not A_d.any():
-        return []
-    left, right = _factors(A_d)
-    one = np.eye(len(right))
-    s = eigvals(np.block([
-        [np.kron(A, one), np.kron(left, right)],
-        [-np.kron(right, left), -np.kron(one, A)],
-    ]))
-    size = np.linalg.norm(A) + np.linalg.norm(A_d)
-    near = (abs(s.real) < 1e-4 * size) & (s.imag > 1e-10 * size)
-    found = []
-    for omega in s[near].imag:
-        alpha, beta = eigvals(
-            1j * omega * np.eye(len(A)) - A, A_d.astype(complex),
-            homogeneous_eigvals=True)
-        unit = abs(abs(alpha) - abs(beta)) < 0.1 * abs(beta)
-        for z in alpha[unit] / beta[unit]:
-            crossing = _refine(A, A_d, omega, -np.angle(z))
-            if crossing is not None:
-                found.append(crossing)
-    return found
-
-
-def _refine(A, A_d, omega, phase):
-    """Newton's method for a root j omega at delay phase / omega."""
-    one, start = np.eye(len(A)), omega
-    size = np.linalg.norm(A) + np.linalg.norm(A_d)
-    for _ in range(30):
-        late = A_d * np.exp(-1j * phase)
-        U, sigma, Vh = np.linalg.svd(1j * omega * one - A - late)
-        u, v = U[:, -1].conj(), Vh[-1].conj()
-        if sigma[-1] <= 4 * _EPS * size:
-            break
-        slopes = np.array([1j * u @ v, 1j * u @ late @ v])
-        step = np.linalg.lstsq(
-            np.array([slopes.real, slopes.imag]), [-sigma[-1], 0.0])[0]
-        omega, phase = omega + step[0], phase + step[1]
-        if not abs(omega - start) <= 0.01 * size:
-            return None
-    if sigma[-1] > 1e-13 * size or omega <= 1e-10 * size:
-        return None
-    return omega, phase % (2 * np.pi)
+    return rightmost_real(A, A_d, delay) < -1e-12 * size

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .structure import Part, structure
+from .structure import StructuredBlock, structure
 
 __all__ = ["Blocks"]
 
@@ -15,8 +15,9 @@ class Blocks:
     Parameters
     ----------
     constants : list of (q, q) arrays
+        The blocks where all variables are zero.
     slopes : list of (k, q, q) arrays
-        One slice for each of the k variables.
+        Derivatives of each block, one slice for each of the k variables.
     """
 
     def __init__(self, constants, slopes):
@@ -26,9 +27,19 @@ class Blocks:
 
     @classmethod
     def of(cls, expressions, unknowns):
-        """From `Affine` expressions in the given unknowns.
+        """Blocks that are `Affine` expressions, and keep their structure.
 
-        These remember their structure; the slopes are made when asked.
+        Parameters
+        ----------
+        expressions : iterable of Affine
+            The blocks; each is symmetric whatever the unknowns are.
+        unknowns : iterable of Unknown
+            Their free entries, one unknown after the other, are the variables.
+
+        Returns
+        -------
+        Blocks
+            Its slopes are made when they are asked for.
         """
         self = object.__new__(cls)
         self.expressions, self.unknowns = list(expressions), list(unknowns)
@@ -38,6 +49,7 @@ class Blocks:
 
     @cached_property
     def slopes(self):
+        """Derivatives of each block: a list of (k, q, q) arrays."""
         return [
             np.concatenate([g.jacobian(u) for u in self.unknowns])
             for g in self.expressions
@@ -45,69 +57,74 @@ class Blocks:
 
     @cached_property
     def structure(self):
-        """Slots, places of the numbers, parts: see `structure`."""
+        """Layouts, indices of the scalars, blocks: see `structure`."""
         if "slopes" in self.__dict__ and not hasattr(self, "unknowns"):
-            return [], np.arange(self.variables), [
-                Part(c.astype(float), [], s.astype(float))
-                for c, s in zip(self.constants, self.slopes)
-            ]
+            return (
+                [],
+                np.arange(self.variables),
+                [
+                    StructuredBlock(c.astype(float), [], s.astype(float))
+                    for c, s in zip(self.constants, self.slopes)
+                ],
+            )
         return structure(self.expressions, self.unknowns)
 
     def with_constants(self, constants):
-        """The same slopes with other constants."""
-        other = object.__new__(Blocks)
-        other.__dict__.update(self.__dict__, constants=list(constants))
-        slots, numbers, parts = self.structure
-        vars(other).pop("newton", None)
-        other.structure = slots, numbers, [
-            p.with_constant(c) for p, c in zip(parts, constants)]
-        return other
+        """Blocks with the same slopes and these constants."""
+        changed = object.__new__(Blocks)
+        changed.__dict__.update(self.__dict__, constants=list(constants))
+        layouts, scalars, blocks = self.structure
+        vars(changed).pop("newton", None)
+        changed.structure = (
+            layouts,
+            scalars,
+            [b.with_constant(c) for b, c in zip(blocks, constants)],
+        )
+        return changed
 
-    def only(self, places):
-        """Some of the blocks."""
-        other = object.__new__(Blocks)
-        other.unknowns, other.variables = self.unknowns, self.variables
-        other.expressions = [self.expressions[k] for k in places]
-        other.constants = [self.constants[k] for k in places]
-        slots, numbers, parts = self.structure
-        other.structure = slots, numbers, [parts[k] for k in places]
-        return other
+    def only(self, indices):
+        """The blocks with these indices, in the same variables."""
+        some = object.__new__(Blocks)
+        some.unknowns, some.variables = self.unknowns, self.variables
+        some.expressions = [self.expressions[k] for k in indices]
+        some.constants = [self.constants[k] for k in indices]
+        layouts, scalars, blocks = self.structure
+        some.structure = layouts, scalars, [blocks[k] for k in indices]
+        return some
 
     @cached_property
-    def sizes(self):
-        """Factors d of each block for which d_i d_j G_ij is near one.
+    def diagonal_scales(self):
+        """For each block the powers of two d with d_i d_j G_ij near one.
 
-        Powers of two.
+        A list of (q,) arrays. Multiplying by powers of two doesn't round.
         """
-        slots, _, parts = self.structure
-        found = []
-        for p in parts:
-            size = p.sizes(slots)
-            size[size == 0] = 1
-            found.append(2.0 ** np.round(-np.log2(size) / 2))
-        return found
+        layouts, _, blocks = self.structure
+        scales = []
+        for b in blocks:
+            magnitudes = b.diagonal_magnitudes(layouts)
+            magnitudes[magnitudes == 0] = 1
+            scales.append(2.0 ** np.round(-np.log2(magnitudes) / 2))
+        return scales
 
     @property
     def degree(self):
-        """Sum of the block sizes, the barrier's parameter."""
+        """Sum of the block sizes: the parameter nu of the barrier -log det."""
         return sum(len(c) for c in self.constants)
 
     def __call__(self, x):
-        return [
-            c + np.tensordot(x, s, 1)
-            for c, s in zip(self.constants, self.slopes)
-        ]
+        return [c + np.tensordot(x, s, 1) for c, s in zip(self.constants, self.slopes)]
 
     def contain(self, x):
-        """Whether all blocks are positive definite at x."""
+        """Whether all blocks are positive definite at a (k,) array x."""
         return all(np.linalg.eigvalsh(g)[0] > 0 for g in self(x))
 
     def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a."""
-        return sum(
-            np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z)
-        )
+        """sum_k <G_ka, Z_k> for each variable a: a (k,) array.
+
+        Z has one symmetric matrix for each block.
+        """
+        return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
 
     def value(self, Z):
-        """sum_k <G_k0, Z_k>."""
+        """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""
         return sum((c * z).sum() for c, z in zip(self.constants, Z))

@@ -3,10 +3,10 @@
 Cross-checks, and the ecosystem's path; designs go through `centre`.
 """
 
-import clarabel
-import cvxpy
 import numpy as np
 from scipy import sparse
+
+from ..runtime.libraries import library
 
 __all__ = ["clarabel_minimize", "clarabel_phase_one", "cvxpy_constraints"]
 
@@ -17,21 +17,25 @@ def clarabel_minimize(blocks, cost):
     Parameters
     ----------
     blocks : Blocks
+        The blocks G_k, affine in k variables.
     cost : (k,) array
+        The linear objective.
 
     Returns
     -------
     x : (k,) array
+        Clarabel's last point. Check the eigenvalues yourself.
     status : str
-        Clarabel's word. Check the eigenvalues yourself.
+        Clarabel's verdict.
     """
-    cones, rows, right = [], [], []
+    clarabel = library("clarabel")
+    cones, rows, constants = [], [], []
     for c, s in zip(blocks.constants, blocks.slopes):
         # upper triangle column by column, off-diagonal times sqrt 2
         j, i = np.tril_indices(len(c))
         weight = np.where(i == j, 1.0, np.sqrt(2.0))
         rows.append(-(s[:, i, j] * weight).T)
-        right.append(c[i, j] * weight)
+        constants.append(c[i, j] * weight)
         cones.append(clarabel.PSDTriangleConeT(len(c)))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
@@ -40,7 +44,7 @@ def clarabel_minimize(blocks, cost):
         sparse.csc_matrix((k, k)),
         np.asarray(cost, float),
         sparse.csc_matrix(np.vstack(rows)),
-        np.concatenate(right),
+        np.concatenate(constants),
         cones,
         settings,
     )
@@ -51,10 +55,21 @@ def clarabel_minimize(blocks, cost):
 def clarabel_phase_one(blocks, ceiling=1.0):
     """The largest t <= ceiling with G_k(x) >= t I for some x.
 
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks G_k, affine in k variables.
+    ceiling : float
+        Keeps t bounded where the blocks are homogeneous.
+
     Returns
     -------
-    x, t, status
-        Positive ``t`` means feasible.
+    x : (k,) array
+        Where t is the largest.
+    t : float
+        Positive if the blocks are feasible.
+    status : str
+        Clarabel's verdict.
     """
     lifted = type(blocks)(
         [*blocks.constants, np.array([[ceiling]])],
@@ -75,33 +90,38 @@ def cvxpy_constraints(request, margin=0.0):
     Parameters
     ----------
     request : Request
+        What is asked of the plant.
     margin : float
-        Demands G >= margin * I. (Never ``G >> margin``: cvxpy subtracts
-        a scalar from EVERY entry.)
+        Demands G >= margin * I. Never write ``G >> margin``, for cvxpy
+        subtracts a scalar from every entry.
 
     Returns
     -------
     constraints : list
+        The cvxpy constraints.
     P, Y : cvxpy.Variable
-        With ``coupling="slack"`` P is a list, one for each vertex. The
-        other unknowns are variables of the constraints.
+        The unknowns. With ``coupling="slack"`` P is a list, one for each vertex. The
+        other unknowns are variables of the constraints, also the sizes of P
+        that single requirements demand.
 
     Examples
     --------
     >>> from sosbook.synthesis.problem import Request
     >>> from sosbook import SecondOrderSystem
+    >>> import cvxpy
     >>> plant = SecondOrderSystem([[1]], [[1]], [[1]], B=[[1]])
     >>> constraints, P, Y = cvxpy_constraints(Request(plant), 0.1)
     >>> problem = cvxpy.Problem(cvxpy.Minimize(cvxpy.trace(P)), constraints)
     >>> problem.solve(solver="CLARABEL") > 0
     True
     """
-    variables = {
-        u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
-        for u in request.unknowns()
-    }
+    cvxpy = library("cvxpy")
+    expressions, unknowns = request.in_unknowns(None)
+    known = {u: cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in unknowns}
+    variables = {u.name: x for u, x in known.items()}
     constraints = []
-    for g in request.blocks_at(variables).values():
+    for affine in expressions.values():
+        g = affine.value(known)
         symmetric = (g + g.T) / 2
         constraints.append(symmetric >> margin * np.eye(g.shape[0]))
     P = [variables[name] for name in request.lyapunov]

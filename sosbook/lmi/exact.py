@@ -1,19 +1,21 @@
 """Exact proofs in rational arithmetic (python-flint)."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
-from flint import fmpq, fmpq_mat, fmpz_mat
+from flint import fmpq, fmpz_mat
 from scipy.linalg import qr, solve_triangular
 from scipy.linalg.lapack import dpotrf
 
 from .blocks import Blocks
 from .centre import refine
 from .expression import Affine
+from .rational import Rational, _matrix, exact, inverse, round_digits
+from .time_limit import check_time
 
 __all__ = [
     "Rational",
+    "adjoint",
     "definite",
     "exact",
     "inverse",
@@ -23,112 +25,13 @@ __all__ = [
 ]
 
 
-class Rational(np.ndarray):
-    """An array of fmpq (dtype object) whose matrix products are flint's.
-
-    Made by `exact`. Everything else is numpy's, entry by entry.
-
-    Examples
-    --------
-    >>> A = exact(np.array([[0.5, 0.1], [0.2, 1.0]]))
-    >>> A @ A
-    Rational([[27/100, 3/20],
-              [3/10, 51/50]], dtype=object)
-    """
-
-    def __array_wrap__(self, array, context=None, return_scalar=False):
-        if array.ndim == 0:  # a sum is a number
-            return array[()]
-        return super().__array_wrap__(array, context, return_scalar)
-
-    def __matmul__(self, other):
-        if _both_matrices(self, other):
-            return _array(_matrix(self) * _matrix(other))
-        return super().__matmul__(other)
-
-    def __rmatmul__(self, other):
-        if _both_matrices(self, other):
-            return _array(_matrix(other) * _matrix(self))
-        return super().__rmatmul__(other)
-
-
-def _both_matrices(x, other):
-    """Whether flint multiplies them: rationals, and rationals or ints."""
-    return (
-        x.dtype == object and isinstance(other, np.ndarray)
-        and other.dtype.kind in "Oi" and x.ndim == other.ndim == 2
-    )
-
-
-def _matrix(x):
-    return fmpq_mat(*x.shape, x.ravel().tolist())
-
-
-def _array(matrix):
-    found = np.empty((matrix.nrows(), matrix.ncols()), object)
-    found.flat = matrix.entries()
-    return found.view(Rational)
-
-
-def exact(x):
-    """Decimal reading of floats: 0.1 becomes 1/10.
-
-    Parameters
-    ----------
-    x : float or array of floats
-
-    Returns
-    -------
-    fmpq, or `Rational` array of them
-
-    Examples
-    --------
-    >>> exact(0.1)
-    1/10
-    """
-    if isinstance(x, np.ndarray):
-        out = np.empty(x.shape, dtype=object)
-        for index, entry in np.ndenumerate(x):
-            out[index] = exact(entry)
-        return out.view(Rational)
-    f = Fraction(repr(float(x)))
-    return fmpq(f.numerator, f.denominator)
-
-
-def round_digits(x, digits):
-    """Round to so many significant digits.
-
-    Examples
-    --------
-    >>> round_digits(np.array([123.456, 0.00123456]), 4)
-    array([1.235e+02, 1.235e-03])
-    """
-    x = np.asarray(x, float)
-    return np.array([float(f"{v:.{digits - 1}e}") for v in x.flat]).reshape(
-        x.shape
-    )
-
-
-def inverse(x):
-    """Inverse of a matrix of floats or of rationals.
-
-    Examples
-    --------
-    >>> inverse(exact(np.array([[2.0, 1.0], [1.0, 1.0]])))
-    Rational([[1, -1],
-              [-1, 2]], dtype=object)
-    """
-    if x.dtype != object:
-        return np.linalg.inv(x)
-    return _array(_matrix(x).inv())
-
-
 def pivots(x):
     """Pivots of the exact LDL factorisation of a rational matrix.
 
     Parameters
     ----------
     x : (q, q) array of fmpq
+        A symmetric matrix.
 
     Returns
     -------
@@ -179,6 +82,7 @@ def definite(x):
     Parameters
     ----------
     x : (q, q) array of fmpq
+        A symmetric matrix.
 
     Returns
     -------
@@ -240,30 +144,29 @@ def _by_congruence(x, passes=8):
         # sizes 2^s of the rows: T_ij / 2^(s_i + s_j) is about one
         sizes = [row[i].bit_length() // 2 for i, row in enumerate(rows)]
         top = max(sizes)
-        shifted = [
-            [abs(e) << top - s for e, s in zip(row, sizes)] for row in rows
-        ]
-        surplus = [
-            (2 * row[i] - sum(row), row[i]) for i, row in enumerate(shifted)
-        ]
+        shifted = [[abs(e) << top - s for e, s in zip(row, sizes)] for row in rows]
+        surplus = [(2 * row[i] - sum(row), row[i]) for i, row in enumerate(shifted)]
         if all(1000000 * e > 999999 * d for e, d in surplus):
             return True, min(
                 fmpq(e, 2 ** (top - s) * 4**p) / denominator
                 for (e, _), s, p in zip(surplus, sizes, power)
             )
-        W, doublings = _eliminator(np.array([
-            [_ratio(e, 1 << s + t) for e, t in zip(row, sizes)]
-            for row, s in zip(rows, sizes)
-        ]))
-        factor = fmpz_mat([
-            [round(w) << top - s for w, s in zip(row, sizes)]
-            for row in (W * 2.0**BITS).tolist()
-        ])
+        W, doublings = _eliminator(
+            np.array(
+                [
+                    [_ratio(e, 1 << s + t) for e, t in zip(row, sizes)]
+                    for row, s in zip(rows, sizes)
+                ]
+            )
+        )
+        factor = fmpz_mat(
+            [
+                [round(w) << top - s for w, s in zip(row, sizes)]
+                for row in (W * 2.0**BITS).tolist()
+            ]
+        )
         T = factor * T * factor.transpose()
-        power = [
-            p + d + BITS + top - s
-            for p, d, s in zip(power, doublings, sizes)
-        ]
+        power = [p + d + BITS + top - s for p, d, s in zip(power, doublings, sizes)]
     return None
 
 
@@ -312,7 +215,11 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     expressions : list of Affine
         The blocks G_k, with exact arrays.
     unknowns : list of Unknown
+        What the blocks are affine in.
     Z : list of float arrays
+        Float multipliers, one for each block.
+    digits : int
+        Significant digits to which they are rounded first.
     free : array of int, optional
         Variables on whose slopes those of all others depend linearly.
 
@@ -332,13 +239,17 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     if min(s.min() for s in stiff) <= 0:
         return None
     entries = [  # of the lower triangles, by block, row and column
-        (k, i, j) for k, z in enumerate(Z)
-        for i, j in zip(*np.tril_indices(len(z)))
+        (k, i, j) for k, z in enumerate(Z) for i, j in zip(*np.tril_indices(len(z)))
     ]
-    white = np.stack([
-        blocks.slopes[k][:, i, j] / np.sqrt(stiff[k][i] * stiff[k][j])
-        * (1 if i == j else 2) for k, i, j in entries
-    ], axis=1)
+    white = np.stack(
+        [
+            blocks.slopes[k][:, i, j]
+            / np.sqrt(stiff[k][i] * stiff[k][j])
+            * (1 if i == j else 2)
+            for k, i, j in entries
+        ],
+        axis=1,
+    )
     free = slice(None) if free is None else free
     white = white[free]
     held = (white != 0).any(axis=1)  # variables that a block holds
@@ -346,13 +257,13 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     white /= np.linalg.norm(white, axis=1)[:, None]
     size, order = qr(white.T, mode="r", pivoting=True)
     size = np.abs(size.diagonal())
-    lead = np.flatnonzero(held)[order[:(size > 1e-10 * size[0]).sum()]]
-    few = qr(white[order[:len(lead)]], mode="economic", pivoting=True)[2]
-    few = [entries[e] for e in few[:len(lead)]]
-    slopes = np.array([
-        _slope(expressions[k], unknowns, i, j)[free] for k, i, j in few
-    ]).T
-    residual = _adjoint(expressions, unknowns, Z)[free, None]
+    lead = np.flatnonzero(held)[order[: (size > 1e-10 * size[0]).sum()]]
+    few = qr(white[order[: len(lead)]], mode="economic", pivoting=True)[2]
+    few = [entries[e] for e in few[: len(lead)]]
+    slopes = np.array(
+        [_slope(expressions[k], unknowns, i, j)[free] for k, i, j in few]
+    ).T
+    residual = adjoint(expressions, unknowns, Z)[free, None]
     try:
         change = _matrix(slopes[lead]).solve(_matrix(residual[lead]))
     except ZeroDivisionError:
@@ -370,14 +281,20 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
 
 
 def _in_floats(g):
-    return Affine(g.constant.astype(float), [
-        replace(t, left=t.left.astype(float), right=t.right.astype(float))
-        for t in g.terms
-    ])
+    return Affine(
+        g.constant.astype(float),
+        [
+            replace(t, left=t.left.astype(float), right=t.right.astype(float))
+            for t in g.terms
+        ],
+    )
 
 
-def _adjoint(expressions, unknowns, Z):
-    """sum_k <G_ka, Z_k> for each variable a."""
+def adjoint(expressions, unknowns, Z):
+    """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.
+
+    G_k are the ``expressions``, and Z has a matrix for each of them.
+    """
     return sum(
         _gradient(g, unknowns, lambda t, z=z: t.left.T @ z @ t.right.T)
         for g, z in zip(expressions, Z)
@@ -386,10 +303,9 @@ def _adjoint(expressions, unknowns, Z):
 
 def _slope(g, unknowns, i, j):
     """<G_a, Z> for each variable a if Z has ones at i, j and j, i only."""
+    check_time()
     weight = 1 if i == j else 2
-    return weight * _gradient(
-        g, unknowns, lambda t: np.outer(t.left[i], t.right[:, j])
-    )
+    return weight * _gradient(g, unknowns, lambda t: np.outer(t.left[i], t.right[:, j]))
 
 
 def _gradient(g, unknowns, of_term):
@@ -413,11 +329,15 @@ def _gradient(g, unknowns, of_term):
 def _stays_positive(near, far):
     """Whether ``far`` is positive definite because ``near`` is.
 
-    With short rationals in ``near``, and c_i above the sum of row i of
-    |far - near|, near - diag(c) > 0 implies far > 0 (Gershgorin).
+    With short rationals in ``near``, and c_i above the sum over j of
+    |far - near|_ij w_j / w_i, near - diag(c) > 0 implies far > 0
+    (Gershgorin, after a diagonal scaling by any w > 0).
     """
     lowered = near.copy()
+    w = [2.0 ** -round(np.log2(float(e)) / 2) for e in near.diagonal()]
     for i, row in enumerate(far - near):
-        change = sum(abs(float(e)) + 1e-300 for e in row if e != 0)
+        change = sum(
+            abs(float(e)) * w[j] / w[i] + 1e-300 for j, e in enumerate(row) if e != 0
+        )
         lowered[i, i] -= exact(float(f"{1.01 * change:.2e}"))
     return definite(lowered)[0]

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..runtime.libraries import library
+
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
 
@@ -52,10 +54,12 @@ class Affine:
 
     @property
     def shape(self):
+        """The number of rows and of columns."""
         return self.constant.shape
 
     @property
     def T(self):
+        """The transpose."""
         return Affine(self.constant.T, [t.T for t in self.terms])
 
     def __neg__(self):
@@ -64,12 +68,8 @@ class Affine:
     def __add__(self, other):
         other = _affine(other)
         if other.shape != self.shape:
-            raise ValueError(
-                f"shapes {self.shape} and {other.shape} don't add up"
-            )
-        return Affine(
-            self.constant + other.constant, self.terms + other.terms
-        )
+            raise ValueError(f"shapes {self.shape} and {other.shape} don't add up")
+        return Affine(self.constant + other.constant, self.terms + other.terms)
 
     __radd__ = __add__
 
@@ -87,8 +87,7 @@ class Affine:
         if np.ndim(factor) == 0 and factor == 0:
             return Affine(factor * self.constant)
         terms = [
-            Term(factor * t.left, t.unknown, t.transposed, t.right)
-            for t in self.terms
+            Term(factor * t.left, t.unknown, t.transposed, t.right) for t in self.terms
         ]
         return Affine(factor * self.constant, terms)
 
@@ -96,8 +95,7 @@ class Affine:
 
     def __truediv__(self, divisor):
         terms = [
-            Term(t.left / divisor, t.unknown, t.transposed, t.right)
-            for t in self.terms
+            Term(t.left / divisor, t.unknown, t.transposed, t.right) for t in self.terms
         ]
         return Affine(self.constant / divisor, terms)
 
@@ -105,10 +103,10 @@ class Affine:
         if isinstance(matrix, Affine):
             raise TypeError("a product of two unknowns isn't affine")
         matrix = np.asarray(matrix)
-        terms = [
-            Term(t.left, t.unknown, t.transposed, t.right @ matrix)
-            for t in self.terms
-        ]
+        # A product over no columns is zero. numpy would write it with plain
+        # integers, and half of one is a float, which no rational goes with.
+        terms = self.terms if len(matrix) else ()
+        terms = [Term(t.left, t.unknown, t.transposed, t.right @ matrix) for t in terms]
         return Affine(self.constant @ matrix, terms)
 
     def __rmatmul__(self, matrix):
@@ -119,8 +117,8 @@ class Affine:
             raise ValueError("only a 1 x 1 expression scales a matrix")
         identity = eye(matrix.shape[1])
         total = Affine(self.constant[0, 0] * matrix)
-        for j in range(matrix.shape[1]):
-            column, row = matrix[:, j:j + 1], identity[j:j + 1]
+        for j in np.flatnonzero((matrix != 0).any(axis=0)):
+            column, row = matrix[:, j : j + 1], identity[j : j + 1]
             total = total + column @ Affine([[0]], self.terms) @ row
         return total
 
@@ -162,6 +160,15 @@ class Affine:
 
 class Unknown(Affine):
     """An unknown matrix, itself the simplest affine expression.
+
+    Parameters
+    ----------
+    name : str
+        What messages call it.
+    rows, cols : int
+        Its shape; it is square without ``cols``.
+    symmetric : bool
+        Whether only the lower triangle is free.
 
     Examples
     --------
@@ -211,7 +218,7 @@ def _affine(x):
 
 
 def eye(size):
-    """Identity of integers: exact in every arithmetic."""
+    """The identity with ``size`` rows, of integers: exact in every arithmetic."""
     return np.eye(size, dtype=int)
 
 
@@ -255,9 +262,7 @@ def block(rows):
         return _block_affine(full, heights, widths)
     if all(isinstance(x, np.ndarray) for x in entries):
         return np.block(full)
-    import cvxpy
-
-    return cvxpy.bmat(full)
+    return library("cvxpy").bmat(full)
 
 
 def _is_zero(x):
@@ -274,9 +279,7 @@ def _common(entries, axis):
 def _block_affine(full, heights, widths):
     tops = np.cumsum([0] + heights)
     lefts = np.cumsum([0] + widths)
-    total = Affine(
-        np.block([[_affine(x).constant for x in row] for row in full])
-    )
+    total = Affine(np.block([[_affine(x).constant for x in row] for row in full]))
     terms = []
     for row, top in zip(full, tops, strict=False):
         for x, left in zip(row, lefts, strict=False):
@@ -294,5 +297,5 @@ def _block_affine(full, heights, widths):
 
 def _pad(matrix, start, size):
     padded = np.zeros((size, matrix.shape[1]), matrix.dtype)
-    padded[start:start + matrix.shape[0]] = matrix
+    padded[start : start + matrix.shape[0]] = matrix
     return padded

@@ -1,16 +1,28 @@
-"""Newton's equations: a dense matrix for few variables, CG for many."""
+"""Newton's equations: a dense matrix for few variables, CG for many.
+
+The equations are H d = g with H_ab = sum_k <G_ka, W_k G_kb W_k>. With
+W_k = inv(G_k) this is the Hessian of the barrier (Boyd and Vandenberghe 2004,
+section 9.5); with W_k the scaling point of the blocks and their multipliers it
+is the Schur complement of the primal-dual equations (Nesterov and Todd 1997;
+Todd, Toh and Tütüncü 1998). Both callers hand over N with W = N' N.
+"""
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from ..deprecation import renamed
 from .kronecker import Hessian
 from .modal import Modal
-from .stacks import Stacked, squares
+from .stacks import Stacked, gram
+from .time_limit import check_time
 
 __all__ = ["Newton", "newton_of"]
 
-DENSE = 450  # from here conjugate gradients are faster
-LARGEST = 6000  # most variables of a dense matrix (300 MB)
+CG_ABOVE_VARIABLES = 450  # from here on conjugate gradients are faster
+MOST_DENSE_VARIABLES = 6000  # a dense matrix of so many takes 300 MB
+MOST_CG_ITERATIONS = 300  # for one solution, before the dense matrix is tried
+
+__getattr__ = renamed(__name__, DENSE="CG_ABOVE_VARIABLES")
 
 
 class Newton(Stacked):
@@ -19,20 +31,21 @@ class Newton(Stacked):
     Parameters
     ----------
     blocks : Blocks
-    lift : list of (q, q) arrays, optional
-        Slopes of one more variable, the last.
+        The blocks G_k, affine in k variables.
+    extra_slopes : list of (q, q) arrays, optional
+        The slopes of one more scalar variable, the last; one for each block.
 
     Attributes
     ----------
     iterative : bool
-        Whether conjugate gradients are used; given up where they fail.
+        Whether conjugate gradients are used; False from where they fail.
     iterations : list of int
-        Of conjugate gradients, one entry for each solution.
+        Iterations of conjugate gradients, one entry for each solution.
     """
 
-    def __init__(self, blocks, lift=None):
-        super().__init__(blocks, lift)
-        self.iterative = self.variables > DENSE and Modal.fits(self)
+    def __init__(self, blocks, extra_slopes=None):
+        super().__init__(blocks, extra_slopes)
+        self.iterative = self.variables > CG_ABOVE_VARIABLES and Modal.fits(self)
         self.iterations = []
         self._hessian = None
 
@@ -44,34 +57,40 @@ class Newton(Stacked):
         roots : list of stacks
             N with W = N' N in H = sum of <G_ka, W_k G_kb W_k>.
         x : (k,) array
-            The point, for preconditioning and for the ball.
+            The point, which the preconditioner and the ball need.
         radius : float, optional
-            With it H has the ball's part too.
+            With it the barrier of the ball, -log(radius^2 - x.x), is added.
 
         Returns
         -------
         callable
-            Of g and a relative tolerance, which dense matrices ignore.
+            ``solve(g, tolerance)``; a dense matrix ignores the tolerance.
+
+        Raises
+        ------
+        OutOfTime
+            If a `time_limit` is over.
         """
+        check_time()
         if self.iterative:
             return self._iterative(roots, x, radius)
         return self._dense(roots, x, radius)
 
     def _dense(self, roots, x, radius):
         if self._hessian is None:
-            if self.variables > LARGEST:
+            if self.variables > MOST_DENSE_VARIABLES:
                 raise MemoryError(
                     f"{self.variables} variables are too many for a dense "
                     "matrix, and conjugate gradients don't converge"
                 )
             self._hessian = Hessian(self)
         H = self._hessian(roots)
-        if radius is not None:
-            room = radius**2 - x @ x
-            H[np.diag_indices(len(x))] += 2 / room
-            H += np.outer(2 * x / room, 2 * x / room)
-        idle = np.diag(H) == 0  # variables of no block
-        H[idle, idle] = 1.0
+        if radius is not None:  # 2 I / s + 4 x x' / s^2, with s = radius^2 - x.x
+            s = radius**2 - x @ x
+            H[np.diag_indices(len(x))] += 2 / s
+            H += np.outer(2 * x / s, 2 * x / s)
+        unused = np.diag(H) == 0  # variables that no block depends on
+        H[unused, unused] = 1.0
         scale = 1 / np.sqrt(np.diag(H))
         factor = _cholesky(H * np.outer(scale, scale))
 
@@ -81,16 +100,17 @@ class Newton(Stacked):
         return solve
 
     def _iterative(self, roots, x, radius):
-        W = squares(roots)
+        W = gram(roots)
         modal = Modal(self, W, x)
-        room = None if radius is None else radius**2 - x @ x
+        s = None if radius is None else radius**2 - x @ x
 
         def times(d):
-            bent = [w @ g @ w for w, g in zip(W, self.along(d))]
-            out = self.adjoint(bent)
-            if room is not None:
-                out += 2 / room * d + (4 / room**2 * (x @ d)) * x
-            return out
+            """H d: the adjoint of W dG W, and the part of the ball."""
+            WGW = [w @ g @ w for w, g in zip(W, self.along(d))]
+            product = self.adjoint(WGW)
+            if s is not None:
+                product += 2 / s * d + (4 / s**2 * (x @ d)) * x
+            return product
 
         dense = None
 
@@ -110,36 +130,42 @@ class Newton(Stacked):
 
 
 def newton_of(blocks):
-    """The Newton of these blocks, made once."""
+    """The `Newton` of a `Blocks`, made once and kept with these blocks."""
     if "newton" not in vars(blocks):
         blocks.newton = Newton(blocks)
     return blocks.newton
 
 
-def _conjugate_gradients(times, g, precondition, tolerance, most=300):
-    """Solve H d = g; the residual in the preconditioner's norm."""
+def _conjugate_gradients(times, g, precondition, tolerance, most=MOST_CG_ITERATIONS):
+    """Solve H d = g by preconditioned conjugate gradients.
+
+    They stop when the residual, in the preconditioner's norm, has fallen to
+    ``tolerance`` times what it was, and return None for d where H isn't
+    positive definite to rounding, or ``most`` iterations aren't enough.
+    Vandenberghe and Boyd (1995) solve Lyapunov inequalities in this way.
+    """
     d, r = np.zeros_like(g), g.copy()
     z = precondition(r)
-    p, size = z, r @ z
-    goal = tolerance**2 * size
+    p, squared = z, r @ z  # the residual's norm, squared
+    goal = tolerance**2 * squared
     for count in range(1, most + 1):
         Hp = times(p)
-        bend = p @ Hp
-        if not bend > 0 or not np.isfinite(bend):
+        curvature = p @ Hp
+        if not curvature > 0 or not np.isfinite(curvature):
             return None, count
-        step = size / bend
+        step = squared / curvature
         d += step * p
         r -= step * Hp
         z = precondition(r)
-        size, before = r @ z, size
-        if size <= goal:
+        squared, before = r @ z, squared
+        if squared <= goal:
             return d, count
-        p = z + (size / before) * p
+        p = z + (squared / before) * p
     return None, most
 
 
 def _cholesky(matrix):
-    """Factor of a matrix with unit diagonal, lifted if it must be."""
+    """Factor of a matrix with unit diagonal; a ridge is added where it fails."""
     if not np.isfinite(matrix).all():
         raise np.linalg.LinAlgError("the Hessian has NaN entries")
     for ridge in 10.0 ** np.arange(-15, 1):

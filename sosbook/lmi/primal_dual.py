@@ -1,62 +1,96 @@
-"""A primal-dual interior point method with Nesterov-Todd scaling.
+"""A primal-dual interior-point method with Nesterov-Todd scaling.
 
-It minimises cost.x over blocks G_k(x) > 0 from a point inside. With one
-more variable t, raised until the blocks hold without it, it finds a
-point inside, or sees that there is none. Both take the same few steps
-whatever the size.
+It solves the pair of semidefinite programs
+
+    minimise c.x       subject to S_k = G_k(x) >= 0,
+    maximise -sum <G_k0, Z_k>  subject to sum <G_ka, Z_k> = c_a, Z_k >= 0,
+
+whose points satisfy c.x + sum <G_k0, Z_k> = sum <S_k, Z_k>, the duality gap,
+where the dual equations hold. Each step takes, in this order,
+
+1. the scaling point of every block: R with inv(R) S inv(R') = R' Z R = Lambda
+   (Nesterov and Todd 1997; computed by Cholesky factors and a singular value
+   decomposition as in Todd, Toh and Tütüncü 1998);
+2. the predictor, Newton's direction towards S Z = 0 (Mehrotra 1992);
+3. Mehrotra's target sigma mu, with mu = <S, Z> / nu and
+   sigma = (mu after the predictor / mu)^3;
+4. the corrector, with the predictor's second-order error;
+5. 95 % of the longest steps that stay inside, one for S and one for Z.
+
+The number of steps hardly depends on the size. With one more variable t, which
+is maximised, the method finds a point inside, or sees that there is none: phase
+one as in section 11.4 of Boyd and Vandenberghe (2004).
 """
 
 import numpy as np
 
-from .stacks import squares, transposed
+from .stacks import gram, transposed
 
-__all__ = ["descend", "positive", "raise_blocks"]
+__all__ = ["interior_steps", "maximize_t", "minimize_linear", "positive"]
+
+STEP_FRACTION = 0.95  # of the longest step that stays inside
+SHORTEST_STEP = 1e-8  # below it nothing moves any more
+FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
+DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 
 
 class _Scaling:
-    """R with inv(R) S inv(R') = R' Z R = diag(lam), block by block."""
+    """Nesterov and Todd's scaling of the blocks S and the multipliers Z.
+
+    With S = L L', Z = M M' and the singular value decomposition
+    M' L = U Lambda V' (V isn't needed),
+
+        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-1/2) U' M',
+
+    give inv(R) S inv(R') = R' Z R = Lambda, and W = inv(R') inv(R) is the
+    scaling point: W S W = Z (Todd, Toh and Tütüncü 1998).
+    """
 
     def __init__(self, S, Z):
-        left, right = np.linalg.cholesky(S), np.linalg.cholesky(Z)
-        U, self.lam, Vh = np.linalg.svd(transposed(right) @ left)
-        size = 1 / np.sqrt(self.lam)
-        self.back = size[..., None] * (transposed(U) @ transposed(right))
+        L, M = np.linalg.cholesky(S), np.linalg.cholesky(Z)
+        U, self.lam, _ = np.linalg.svd(transposed(M) @ L)
+        root = 1 / np.sqrt(self.lam)
+        self.R_inv = root[..., None] * (transposed(U) @ transposed(M))
 
-    def shrink(self, dS):
-        """A change of S in these coordinates."""
-        return self.back @ dS @ transposed(self.back)
+    def scaled(self, dS):
+        """A change of S in these coordinates: inv(R) dS inv(R')."""
+        return self.R_inv @ dS @ transposed(self.R_inv)
 
-    def grow(self, dZ):
-        """A change of Z from these coordinates to the blocks' own."""
-        return transposed(self.back) @ dZ @ self.back
+    def unscaled_dual(self, dZ):
+        """A change R' dZ R of the scaled Z, in the blocks' own coordinates."""
+        return transposed(self.R_inv) @ dZ @ self.R_inv
 
     def diagonal(self):
+        """Lambda, the scaled S and the scaled Z, as a stack of matrices."""
         return self.lam[..., None] * np.eye(self.lam.shape[-1])
 
     def longest(self, changes):
-        """For each change the longest step, 2 at most, that stays inside.
+        """For each scaled change the longest step a <= 2 that stays inside.
 
-        That is, with diag(lam) + step * change > 0.
+        Lambda + a change > 0 holds up to -1 / (the least eigenvalue of
+        Lambda^(-1/2) change Lambda^(-1/2)).
         """
-        unit = 1 / np.sqrt(self.lam)
-        white = unit[..., None] * np.array(changes) * unit[:, None, :]
-        least = np.linalg.eigvalsh(white)[..., 0].min(axis=-1)
+        root = 1 / np.sqrt(self.lam)
+        whitened = root[..., None] * np.array(changes) * root[:, None, :]
+        least = np.linalg.eigvalsh(whitened)[..., 0].min(axis=-1)
         return 1 / np.maximum(-least, 0.5)
 
     def divide(self, change):
-        """T with (diag(lam) T + T diag(lam)) / 2 = change."""
+        """T with (Lambda T + T Lambda) / 2 = change: a Lyapunov equation."""
         return 2 * change / (self.lam[..., None] + self.lam[:, None, :])
 
 
-def raise_blocks(newton, x, most=60, watch=None):
+def maximize_t(newton, x, most=60, watch=None):
     """Raise t, the last variable, until all blocks hold with t = 0.
 
     Parameters
     ----------
     newton : Newton
-        Of blocks G_k(x) - t D_k with D_k > 0.
+        The blocks G_k(x) - t D_k with D_k > 0.
     x : (k + 1,) array
-        All blocks are positive definite there.
+        A start at which all of them are positive definite.
+    most : int
+        The largest number of steps.
     watch : callable, optional
         Called after each step with a dict: step, x, t, gap, residual,
         the step lengths and the iterations of conjugate gradients.
@@ -64,116 +98,168 @@ def raise_blocks(newton, x, most=60, watch=None):
     Returns
     -------
     verdict : {"feasible", "infeasible", "undecided"}
-        "infeasible" is a guess: t can't be raised to zero, says a dual
-        point that isn't exact.
+        "infeasible" is a guess: a dual point, which isn't exact, says that
+        t can't be raised to zero.
     x : (k + 1,) array
         The last point.
     """
     cost = np.zeros(len(x))
     cost[-1] = -1.0
-    level = np.append(np.ones(len(x) - 1), 0.0)
-    inverse = squares([
-        np.linalg.inv(np.linalg.cholesky(s)) for s in newton.at(x)])
-    weight = -newton.adjoint(inverse)[-1]  # then <D, Z> = 1
-    for state in _steps(newton, x, cost, weight, most):
+    without_t = np.append(np.ones(len(x) - 1), 0.0)
+    inverses = gram([np.linalg.inv(np.linalg.cholesky(s)) for s in newton.at(x)])
+    weight = -newton.adjoint(inverses)[-1]  # so that sum <D_k, Z_k> = 1
+    for state in interior_steps(newton, x, cost, weight, most):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
-        if x[-1] > 0 and positive(newton.at(x * level)):
-            return "feasible", x * level
+        if x[-1] > 0 and positive(newton.at(x * without_t)):
+            return "feasible", x * without_t
+        # weak duality: the largest t is at most t + gap
         if x[-1] + 1.1 * state["gap"] < 0 and state["residual"] < 1e-6:
             return "infeasible", x
     return "undecided", x
 
 
-def descend(newton, x, cost, gap, most=40):
-    """Minimise cost.x from a point inside.
+def minimize_linear(newton, x, cost, gap, most=40):
+    """Minimise cost.x over the blocks, from a point inside.
 
     Parameters
     ----------
     newton : Newton
+        The blocks G_k(x) > 0.
     x : (k,) array
+        A start at which all of them are positive definite.
     cost : (k,) array
+        The linear objective.
     gap : float
         Stop when the optimum is known to this relative accuracy.
+    most : int
+        The largest number of steps.
 
     Returns
     -------
     (x, bound) or None
-        None where that accuracy isn't reached: there may be no minimum.
+        A nearly optimal point and a lower bound of the optimum; None where
+        that accuracy isn't reached, for there may be no minimum.
     """
-    size = np.linalg.norm(cost)
     weight = newton.degree / max(abs(cost @ x), 1e-12)
-    for state in _steps(newton, x, cost, weight, most):
-        x, slack = state["x"], state["gap"]
-        slack += state["residual"] * np.linalg.norm(x)
-        if x @ x > 1e16:
+    for state in interior_steps(newton, x, cost, weight, most):
+        x, uncertainty = state["x"], state["gap"]
+        uncertainty += state["residual"] * np.linalg.norm(x)
+        if x @ x > FARTHEST_POINT**2:
             return None
-        if state["residual"] < 1e-6 * size and slack < gap * abs(cost @ x):
-            return x, cost @ x - slack
+        accurate = state["residual"] < 1e-6 * np.linalg.norm(cost)
+        if accurate and uncertainty < gap * abs(cost @ x):
+            return x, cost @ x - uncertainty
     return None
 
 
-def _steps(newton, x, cost, weight, most):
-    """Yield what is known after each step, until no step helps."""
+def interior_steps(newton, x, cost, weight, most):
+    """Yield what is known after each step, until no step helps.
+
+    The start is the dual point of the central path at this weight of the
+    cost: Z = inv(S) / weight (Boyd and Vandenberghe 2004, section 11.6).
+
+    Parameters
+    ----------
+    newton : Newton
+        The blocks G_k(x) > 0.
+    x : (k,) array
+        A start at which all of them are positive definite.
+    cost : (k,) array
+        The linear objective.
+    weight : float
+        Of the cost.
+    most : int
+        The largest number of steps.
+
+    Yields
+    ------
+    dict
+        step, x, the dual point Z (stacked), gap = sum <G_k(x), Z_k>,
+        residual (of the dual equations), primal and dual (the lengths of
+        the step) and the iterations of conjugate gradients.
+    """
     S = newton.at(x)
-    Z = [s / weight for s in squares(
-        [np.linalg.inv(np.linalg.cholesky(s)) for s in S])]
+    roots = [np.linalg.inv(np.linalg.cholesky(s)) for s in S]
+    Z = [w / weight for w in gram(roots)]
     for count in range(most):
         try:
-            scales = [_Scaling(s, z) for s, z in zip(S, Z)]
-            dx, dz, primal, dual = _direction(newton, scales, S, Z, x, cost)
+            scalings = [_Scaling(s, z) for s, z in zip(S, Z)]
+            dx, dz, primal, dual = _direction(newton, scalings, S, Z, x, cost)
         except np.linalg.LinAlgError:
             return
-        if max(primal, dual) < 1e-8 or not np.isfinite(dx).all():
+        if max(primal, dual) < SHORTEST_STEP or not np.isfinite(dx).all():
             return
         x = x + primal * dx
         Z = [z + dual * d for z, d in zip(Z, dz)]
         Z = [(z + transposed(z)) / 2 for z in Z]
         S = newton.at(x)
         yield dict(
-            step=count + 1, x=x, gap=newton.inner(S, Z), primal=primal,
-            residual=np.linalg.norm(cost - newton.adjoint(Z)), dual=dual,
+            step=count + 1,
+            x=x,
+            Z=Z,
+            gap=newton.inner(S, Z),
+            primal=primal,
+            residual=np.linalg.norm(cost - newton.adjoint(Z)),
+            dual=dual,
             iterations=newton.iterations[-2:],
         )
 
 
-def _direction(newton, scales, S, Z, x, cost):
-    """Mehrotra's predictor and corrector, and the step lengths."""
-    solve = newton.solver([s.back for s in scales], x)
-    residual = cost - newton.adjoint(Z)
-    mean = newton.inner(S, Z) / newton.degree
+def _direction(newton, scalings, S, Z, x, cost):
+    """Mehrotra's predictor and corrector: dx, dZ and both step lengths.
 
-    def aim(targets):
-        """The step with scaled dS + dZ = targets and a dual residual 0."""
-        pull = newton.adjoint([s.grow(t) for s, t in zip(scales, targets)])
-        dx = solve(pull - residual, 0.1)
-        ds = [s.shrink(d) for s, d in zip(scales, newton.along(dx))]
-        return dx, ds, [t - d for t, d in zip(targets, ds)]
+    In scaled coordinates Newton's equations for S Z = target read
+
+        dS + dZ = T,   dS = inv(R) (sum_a dx_a G_a) inv(R'),
+        sum <G_a, Z + dZ> = cost_a,
+
+    where T solves the Lyapunov equation (Lambda T + T Lambda) / 2 = target -
+    Lambda^2 - (the second-order term). Eliminating dS and dZ leaves
+    H dx = adjoint(inv(R') T inv(R)) - (cost - adjoint(Z)), with the H of
+    `Newton.solver` at W = inv(R') inv(R).
+    """
+    solve = newton.solver([s.R_inv for s in scalings], x)
+    residual = cost - newton.adjoint(Z)
+    mu = newton.inner(S, Z) / newton.degree
+
+    def step_towards(T):
+        """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""
+        rhs = newton.adjoint([s.unscaled_dual(t) for s, t in zip(scalings, T)])
+        dx = solve(rhs - residual, DIRECTION_TOLERANCE)
+        dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
+        return dx, dS, [t - d for t, d in zip(T, dS)]
 
     def longest(*changes):
-        return np.min([s.longest(c) for s, *c in zip(scales, *changes)], 0)
+        return np.min([s.longest(c) for s, *c in zip(scalings, *changes)], 0)
 
-    here = [s.diagonal() for s in scales]
-    _, ds, dz = aim([-h for h in here])
-    primal, dual = np.minimum(1, longest(ds, dz))
-    after = newton.inner(
-        [h + primal * d for h, d in zip(here, ds)],
-        [h + dual * d for h, d in zip(here, dz)],
-    ) / newton.degree
-    target = min(max(after / mean, 0.0), 1.0) ** 3 * mean
-    targets = [
-        s.divide(target * np.eye(h.shape[-1]) - h @ h
-                 - (a @ b + transposed(a @ b)) / 2)
-        for s, h, a, b in zip(scales, here, ds, dz)
+    # predictor: the target is zero, so that T = -Lambda
+    lam = [s.diagonal() for s in scalings]
+    _, dS, dZ = step_towards([-h for h in lam])
+    primal, dual = np.minimum(1, longest(dS, dZ))
+    predicted = (
+        newton.inner(
+            [h + primal * d for h, d in zip(lam, dS)],
+            [h + dual * d for h, d in zip(lam, dZ)],
+        )
+        / newton.degree
+    )
+    # corrector: the target is sigma mu, less the error dS dZ of the predictor
+    sigma_mu = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
+    T = [
+        s.divide(
+            sigma_mu * np.eye(h.shape[-1]) - h @ h - (a @ b + transposed(a @ b)) / 2
+        )
+        for s, h, a, b in zip(scalings, lam, dS, dZ)
     ]
-    dx, ds, dz = aim(targets)
-    primal, dual = np.minimum(1, 0.95 * longest(ds, dz))
-    return dx, [s.grow(d) for s, d in zip(scales, dz)], primal, dual
+    dx, dS, dZ = step_towards(T)
+    primal, dual = np.minimum(1, STEP_FRACTION * longest(dS, dZ))
+    return dx, [s.unscaled_dual(d) for s, d in zip(scalings, dZ)], primal, dual
 
 
 def positive(stacks):
-    """Whether all matrices in all stacks are positive definite."""
+    """Whether all matrices in a list of stacks are positive definite."""
     try:
         for s in stacks:
             np.linalg.cholesky(s)

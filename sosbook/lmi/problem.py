@@ -1,95 +1,160 @@
 """LMIs as such: write blocks, get a point, a proof or a refusal."""
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
-from .centre import Blocks, Unbounded, centre, margin, minimize, phase_one
+from ..runtime.libraries import library
+from ..runtime.threads import one_thread
+from .bounded import any_centre, bounded, unpacked
+from .centre import Unbounded, centre, minimize, phase_one
 from .exact import exact, round_digits
-from .expression import block, eye
-from .proof import Proof, refute
+from .proof import PLACES
+from .refutation import excluded_radius, refute
+from .solution import LMIProof, LMISolution
+from .text import LMIText, rationals
+from .time_limit import OutOfTime, time_limit
 
-__all__ = ["LMIProblem", "LMISolution", "any_centre", "bounded", "unpacked"]
+__all__ = ["LMIProblem", "LMIProof", "LMISolution"]
 
 FAR = 1e6  # variables beyond it are a bad start of a minimisation
 
 
-class LMIProblem:
+class LMIProblem(LMIText):
     """Blocks, affine in some unknowns, that shall be positive definite.
 
     Parameters
     ----------
     write : callable
-        ``write(values, number)``: the blocks by name, for the unknowns'
-        values by name. These are unknowns, floats, rationals or cvxpy
-        variables; ``number`` brings other matrices into that arithmetic.
+        ``write(values, number)`` returns the blocks by name, for the
+        unknowns' values by name. The values are unknowns, floats,
+        rationals or cvxpy variables; ``number`` brings the data (floats,
+        arrays, nested lists) into that arithmetic. Integers need no
+        ``number``. Write `block`, `he` and `eye` as in a theorem.
     unknowns : sequence of Unknown
+        What the blocks are affine in.
+    time_limit : float, optional
+        Seconds after which each of `find`, `solve`, `centre` and
+        `minimize` stops. It is checked at every Newton step.
+
+    Raises
+    ------
+    ValueError
+        If ``write`` can't be called or the unknowns are none or share a
+        name; later, if a block isn't square, symmetric and finite.
 
     Examples
     --------
-    >>> from sosbook.lmi import Unknown, he
-    >>> A = np.array([[0.0, 1.0], [-2.0, -3.0]])
-    >>> def lyapunov(values, number):
-    ...     P = values["P"]
-    ...     return {"P": P, "decay": -he(number(A) @ P)}
-    >>> problem = LMIProblem(lyapunov, [Unknown("P", 2, symmetric=True)])
-    >>> found = problem.solve()
-    >>> found.status, found.prove().proven
-    ('feasible', True)
-    >>> A = -A
-    >>> problem.solve().infeasibility.proven
-    True
+    A matrix A is stable if and only if some P > 0 has A P + P A' < 0:
+
+    >>> from sosbook.lmi import LMIProblem, Unknown, he
+    >>> def lyapunov(A):
+    ...     def write(values, number):
+    ...         P = values["P"]
+    ...         return {"P": P, "decay": -he(number(A) @ P)}
+    ...     return LMIProblem(write, [Unknown("P", 2, symmetric=True)])
+    >>> stable = lyapunov([[0, 1], [-2, -3]]).solve()
+    >>> print(stable.status, "|", stable.prove(("A is stable",)))
+    feasible | proven:
+    - A is stable
+    >>> unstable = lyapunov([[0, 1], [-2, 3]]).solve()
+    >>> unstable.status, unstable.infeasibility.proven
+    ('infeasible', True)
+
+    Of a saddle the exact multipliers have irrational entries. What
+    rationals prove is said:
+
+    >>> saddle = lyapunov([[0, 1], [2, 3]]).solve()
+    >>> saddle.status, saddle.excluded > 1e5
+    ('undecided', True)
     """
 
-    def __init__(self, write, unknowns):
-        self.write, self.unknowns = write, list(unknowns)
+    def __init__(self, write, unknowns, time_limit=None):
+        super().__init__(write, unknowns)
+        self.time_limit = time_limit
+        if time_limit is not None and not time_limit > 0:
+            raise ValueError(f"time_limit must be positive, got {time_limit!r}")
 
-    def blocks(self, values, number=lambda x: x):
-        """The blocks by name, for values of the unknowns by name."""
-        return self.write(values, number)
+    @one_thread
+    def find(self, refute=True):
+        """Any point inside, or multipliers that exclude every point.
 
-    def in_unknowns(self, number=lambda x: x):
-        """The blocks by name, as `Affine` expressions."""
-        return self.blocks({u.name: u for u in self.unknowns}, number)
+        Parameters
+        ----------
+        refute : bool
+            Look for multipliers where there is no point; takes longer.
 
-    def margins(self, values):
-        """The smallest eigenvalue of each block, its diagonal scaled to one."""
-        return {name: margin(g) for name, g in self.blocks(values).items()}
+        Returns
+        -------
+        LMISolution
+            The point that was found, or the lack of one.
+        """
+        return self._limited(lambda: self._first(refute))
 
-    def solve(self, refuse=True, lid=False):
+    @one_thread
+    def solve(self, refute=True, within_bounds=False):
         """The analytic centre, or multipliers that exclude every point.
 
         Parameters
         ----------
-        refuse : bool
-            Look for multipliers where there is no point; takes longer.
-        lid : bool
+        refute : bool
+            As in `find`.
+        within_bounds : bool
             Bound the unknowns even where the set has a centre.
 
         Returns
         -------
         LMISolution
+            Where the set has no centre: that of a bounded part.
         """
-        blocks = self._compiled()
-        phase = phase_one(blocks, multipliers=refuse)
-        if phase.x is None:
-            return LMISolution(self, phase.verdict, multipliers=phase.Z)
-        if not lid:
-            return self._at(any_centre(blocks, self.unknowns, phase.x))
-        try:
-            joined, x = bounded(blocks, self.unknowns, phase.x)
-            return self._at(centre(joined, x))
-        except Unbounded:  # a degenerate set: keep the feasible point
-            return self._at(phase.x)
+        first = self.find(refute)
+        if first.values is None:
+            return first
 
+        def centred():
+            x = self.packed(first.values)
+            if not within_bounds:
+                return self._at(any_centre(self.compiled, self.unknowns, x))
+            try:
+                return self._at(centre(*bounded(self.compiled, self.unknowns, x)))
+            except Unbounded:  # a degenerate set: keep the feasible point
+                return first
+
+        return self._limited(centred, first)
+
+    @one_thread
+    def centre(self, start):
+        """The analytic centre, from a point inside.
+
+        Parameters
+        ----------
+        start : dict
+            Values of the unknowns by name.
+
+        Returns
+        -------
+        LMISolution
+            The centre, and what is known of it.
+
+        Raises
+        ------
+        Unbounded
+            If the set is unbounded: it has no centre.
+        ValueError
+            If ``start`` isn't inside.
+        """
+        x = self._inside(start)
+        return self._limited(lambda: self._at(centre(self.compiled, x)))
+
+    @one_thread
     def minimize(self, weights, gap=1e-6, start=None):
         """A point inside, near the least sum of <weight, unknown>.
 
         Parameters
         ----------
         weights : dict
-            From an unknown's name to a matrix of its shape.
+            From an unknown's name to a matrix of its shape, or a number
+            for an unknown of one entry.
         gap : float
             Relative accuracy of the sum.
         start : dict, optional
@@ -98,159 +163,170 @@ class LMIProblem:
         Returns
         -------
         LMISolution
+            Its ``bound`` is a lower bound of the sum.
 
         Raises
         ------
         Unbounded
             If there is no minimum.
+        ValueError
+            If a weight has no unknown or another shape, or if ``start``
+            isn't inside.
         """
-        blocks = self._compiled()
+        cost = self._cost(weights)
         if start is None:
-            phase = phase_one(blocks)
-            if phase.x is None:
-                return LMISolution(self, phase.verdict, multipliers=phase.Z)
-            x = phase.x
-            if np.abs(x).max() > FAR:  # a cone: start nearer to its tip
-                x = bounded(blocks, self.unknowns, x)[1]
+            first = self.find()
+            if first.values is None:
+                return first
+            x = self.packed(first.values)
         else:
-            x = np.concatenate([u.pack(start[u.name]) for u in self.unknowns])
-        cost = np.concatenate([
-            _gradient(u, weights[u.name]) if u.name in weights
-            else np.zeros(u.size) for u in self.unknowns])
-        return self._at(minimize(blocks, cost, x, gap)[0])
+            x = self._inside(start)
+            first = LMISolution(self, start)
 
-    def prove(self, values, claims=(), places=(12, 17)):
-        """A `Proof` that all blocks are positive definite, in rationals.
+        def least():
+            inside = x
+            if start is None and np.abs(x).max() > FAR:  # a cone: go near its tip
+                inside = bounded(self.compiled, self.unknowns, x)[1]
+            return self._at(*minimize(self.compiled, cost, inside, gap))
+
+        return self._limited(least, first)
+
+    def prove(self, values, claims=(), digits=None):
+        """Prove in rational arithmetic that all blocks are positive definite.
 
         Parameters
         ----------
         values : dict
-            Rounded to so many significant digits as ``places`` say: the
-            first that succeeds.
-        claims : tuple of str
-            What that proves, in words.
+            A point by the unknowns' names, in floats; read as decimals.
+        claims : sequence of str
+            What that proves, in words. They are yours: nobody checks
+            that the blocks mean it.
+        digits : int, optional
+            To so many significant digits the values are rounded;
+            without it 12, or 17 where 12 won't do.
+
+        Returns
+        -------
+        LMIProof
+            What was proven, and what failed.
+
+        Raises
+        ------
+        ValueError
+            If a block isn't exactly symmetric or holds a float that
+            didn't pass ``number``, or if digits is below 1.
         """
-        for digits in places:
-            found = Proof.of(self.blocks({
-                name: exact(round_digits(value, digits))
-                for name, value in values.items()}, exact), claims)
-            if found["proven"]:
+        for places in PLACES if digits is None else (digits,):
+            rounded = {n: round_digits(v, places) for n, v in values.items()}
+            point = {name: exact(v) for name, v in rounded.items()}
+            matrices = self.blocks(point, rationals)
+            found = LMIProof(matrices, tuple(claims), rounded, places)
+            if found.proven:
                 break
-        return Proof(**found)
+        return found
 
     def refute(self, Z):
-        """An `InfeasibilityCertificate` from float multipliers."""
-        return refute(self.in_unknowns(exact), self.unknowns, Z)
+        """Make float multipliers exact: they exclude every point.
+
+        Parameters
+        ----------
+        Z : list of arrays
+            One for each block, in the order of the blocks.
+
+        Returns
+        -------
+        InfeasibilityCertificate
+            The exact multipliers.
+        """
+        return refute(self.in_unknowns(rationals), self.unknowns, Z)
+
+    def excluded_radius(self, Z):
+        """No point is shorter than this, prove multipliers that aren't exact.
+
+        Parameters
+        ----------
+        Z : list of arrays
+            As in `refute`.
+
+        Returns
+        -------
+        float
+            See `sosbook.lmi.proof.excluded_radius`.
+        """
+        return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 
     def to_cvxpy(self, margin=0.0):
-        """Constraints, and the variables by name, for other solvers."""
-        import cvxpy
+        """The same blocks for other solvers.
 
+        Parameters
+        ----------
+        margin : float
+            Demands G >= margin * I of every block.
+
+        Returns
+        -------
+        constraints : list
+            The constraints, and the variables by name.
+        variables : dict
+            From an unknown's name to its ``cvxpy.Variable``.
+        """
+        cvxpy = library("cvxpy")
         variables = {
             u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
-            for u in self.unknowns}
+            for u in self.unknowns
+        }
         return [
             (g + g.T) / 2 >> margin * np.eye(g.shape[0])
-            for g in self.blocks(variables).values()], variables
+            for g in self.blocks(variables).values()
+        ], variables
 
-    def _compiled(self):
-        return Blocks.of(self.in_unknowns().values(), self.unknowns)
+    def _limited(self, work, first=None):
+        """An LMISolution, or what is known when time or memory end."""
+        try:
+            with time_limit(self.time_limit):
+                return work()
+        except OutOfTime:
+            if self.time_limit is None:  # somebody else's limit
+                raise
+            note = f"stopped after {self.time_limit:g} s"
+        except MemoryError as error:
+            note = str(error)
+        return replace(first or LMISolution(self), note=note)
 
-    def _at(self, x):
-        values = unpacked(self.unknowns, x)
-        margins = self.margins(values)
-        status = "feasible" if min(margins.values()) > 0 else "undecided"
-        return LMISolution(self, status, values, margins)
+    def _first(self, refute):
+        phase = phase_one(self.compiled, multipliers=refute)
+        if phase.x is not None:
+            return self._at(phase.x)
+        return LMISolution(self, multipliers=phase.Z, verdict=phase.verdict)
 
+    def _at(self, x, bound=None):
+        return LMISolution(self, unpacked(self.unknowns, x), bound=bound)
 
-@dataclass(frozen=True, eq=False)
-class LMISolution:
-    """A point inside the blocks of an `LMIProblem`, or why there is none.
+    def _inside(self, start):
+        x = self.packed(start)
+        margins = self.margins(start)
+        least = min(margins, key=margins.get)
+        if margins[least] <= 0:
+            raise ValueError(
+                f"start isn't inside block {least!r}: its margin is "
+                f"{margins[least]:.2g}"
+            )
+        return x
 
-    Parameters
-    ----------
-    problem : LMIProblem
-    status : {"feasible", "infeasible", "undecided"}
-    values : dict or None
-        The unknowns by name.
-    margins : dict or None
-        See `LMIProblem.margins`.
-    multipliers : list of arrays or None
-    """
-
-    problem: LMIProblem
-    status: str
-    values: dict = None
-    margins: dict = None
-    multipliers: list = None
-
-    def __repr__(self):
-        return f"<LMISolution: {self.status}>"
-
-    def prove(self, claims=()):
-        """The `Proof` of these values."""
-        if self.values is None:
-            raise ValueError(f"the problem is {self.status}: there is no point")
-        return self.problem.prove(self.values, claims)
-
-    @cached_property
-    def infeasibility(self):
-        """`InfeasibilityCertificate` where one was found, else None."""
-        if self.multipliers is None:
-            return None
-        return self.problem.refute(self.multipliers)
-
-
-def _gradient(unknown, weight):
-    """Of <weight, unknown> with respect to its variables."""
-    basis = np.eye(unknown.size)
-    return np.array([(weight * unknown.unpack(e)).sum() for e in basis])
-
-
-def unpacked(unknowns, x):
-    """Values by name, from a vector of variables."""
-    ends = np.cumsum([u.size for u in unknowns])[:-1]
-    return {u.name: u.unpack(part)
-            for u, part in zip(unknowns, np.split(x, ends))}
-
-
-
-def any_centre(blocks, unknowns, x, enough=None):
-    """The analytic centre, of a bounded part if there is no other."""
-    try:
-        return centre(blocks, x, enough=enough)
-    except Unbounded:
-        pass
-    try:
-        return centre(*bounded(blocks, unknowns, x), enough=enough)
-    except Unbounded:
-        return x  # a degenerate set: keep the feasible point
-
-
-def bounded(blocks, unknowns, x, r=16.0):
-    """The blocks, joined by blocks "scale" that bound the unknowns.
-
-    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r. It grows until
-    there is a point inside, which is returned too: x if that will do.
-    """
-    P = [u for u in unknowns if u.symmetric]
-    rest = [u for u in unknowns if not u.symmetric]
-    lids = [block([[-p]]) for p in P]
-    if len(P) == 1 and len(rest) == 1:
-        (Y,), lids = rest, []
-        rest = []
-        lids = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    for X in rest:
-        rows, cols = X.shape
-        lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    while r < 1e16:
-        roof = [g + r * eye(len(g.constant)) for g in lids]
-        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
-        if Blocks.of(roof, blocks.unknowns).contain(x):
-            return joined, x
-        found = phase_one(joined).x
-        if found is not None:
-            return joined, found
-        r *= 16
-    raise Unbounded("no bound of the unknowns holds a feasible point")
+    def _cost(self, weights):
+        """Of the sum of <weight, unknown>: its gradient."""
+        known = {u.name for u in self.unknowns}
+        if not weights or not set(weights) <= known:
+            raise ValueError(
+                f"weights must name some of {sorted(known)}, got {sorted(weights)}"
+            )
+        parts = []
+        for u in self.unknowns:
+            weight = np.asarray(weights.get(u.name, np.zeros(u.shape)), float)
+            if weight.shape != u.shape and not u.size == weight.size == 1:
+                raise ValueError(
+                    f"the weight of {u.name} has the shape {weight.shape}, "
+                    f"needs {u.shape}"
+                )
+            parts.append([(weight * u.unpack(e)).sum() for e in np.eye(u.size)])
+        return np.concatenate(parts)

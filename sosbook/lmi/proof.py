@@ -1,105 +1,301 @@
-"""What exact arithmetic says of blocks, or of multipliers that exclude them."""
+"""What exact arithmetic says of blocks.
+
+Nothing here is believed because it is stored: verdicts are computed from
+matrices, or from the text of a file that holds all exact data.
+"""
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
 
-from .exact import definite, repair_multipliers
+import numpy as np
 
-__all__ = ["InfeasibilityCertificate", "Proof", "refute"]
+from .exact import definite
+from .proof_text import parse, same, written
+
+__all__ = ["DIGITS", "Examined", "Proof", "ProofFile", "first_proven", "kinds", "load"]
+
+DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
+PLACES = (12, 17)  # of the matrices that only the proof needs
 
 
-@dataclass(frozen=True, eq=False)
-class Proof:
-    """What exact arithmetic says of a design's blocks.
+def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
+    """The first proof that succeeds, or the last one that doesn't.
 
     Parameters
     ----------
-    proven : bool
-        Whether every block is positive definite, in rational arithmetic.
+    attempt : callable
+        From the gain's digits, and those of the other matrices, to a proof.
+    digits : int, optional
+        Tries this number of digits of the gain only.
+    tries, places : sequences of int
+        What else is tried.
+    """
+    if digits is not None:
+        if not isinstance(digits, (int, np.integer)) or digits < 1:
+            raise ValueError(f"digits must be 1 or more, got {digits!r}")
+        tries = (int(digits),)
+    for each in tries:
+        for other in places:
+            found = attempt(each, other)
+            if found.proven:
+                return found
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """What was found out about some blocks.
+
+    Parameters
+    ----------
     claims : tuple of str
         What is proven, in words; empty without a proof.
     blocks : dict
         From a block's name to its smallest pivot, as a float (in large
         blocks to six digits: see `sosbook.lmi.exact.definite`).
     failed : tuple of str
-        Names of the blocks that aren't positive definite.
+        Names of the blocks that aren't positive definite, or what else
+        is wrong.
+    value : float or None
+        Of multipliers, see `InfeasibilityCertificate`.
     """
 
-    proven: bool
     claims: tuple
     blocks: dict
     failed: tuple
+    value: float | None = None
+
+    @property
+    def proven(self) -> bool:
+        """Whether nothing failed."""
+        return not self.failed
+
+    @classmethod
+    def of(cls, matrices, claims):
+        """Decide for each of the ``matrices`` of rationals, by name.
+
+        ``claims`` are what they prove together, in words.
+        """
+        found = {}
+        for name, g in matrices.items():
+            try:
+                found[name] = definite(g)
+            except ValueError:  # it isn't symmetric
+                found[name] = False, np.nan
+        failed = tuple(name for name, (proven, _) in found.items() if not proven)
+        if not found:
+            failed = ("there is no block",)
+        blocks = {name: float(size) for name, (_, size) in found.items()}
+        return cls(() if failed else tuple(claims), blocks, failed)
+
+    @classmethod
+    def nothing(cls, why):
+        """Nothing is proven, and ``why``."""
+        return cls((), {}, (why,))
+
+
+class _Verdict:
+    """What `Proof` and `ProofFile` say, from ``examined``."""
+
+    examined: Examined
+
+    @property
+    def proven(self) -> bool:
+        """Whether every block is positive definite, in rational arithmetic."""
+        return self.examined.proven
+
+    @property
+    def claims(self):
+        """What is proven, in words; empty without a proof."""
+        return self.examined.claims
+
+    @property
+    def blocks(self):
+        """From a block's name to its smallest pivot: see `Examined`."""
+        return self.examined.blocks
+
+    @property
+    def failed(self):
+        """Names of the blocks that aren't positive definite."""
+        return self.examined.failed
+
+    def __bool__(self):
+        return self.proven
 
     def __str__(self):
         if self.proven:
-            return "\n- ".join(["proven:", *self.claims])
+            return "\n- ".join([self._proven_words(), *self.claims])
         return "not proven: " + ", ".join(self.failed)
 
-    @staticmethod
-    def of(blocks, claims):
-        """Arguments of a `Proof`: check the blocks, claim if all hold.
-
-        Parameters
-        ----------
-        blocks : dict
-            From a name to a symmetric matrix of rationals.
-        claims : tuple of str
-
-        Returns
-        -------
-        dict
-        """
-        found = {name: definite(g) for name, g in blocks.items()}
-        failed = tuple(n for n, (proven, _) in found.items() if not proven)
-        return dict(
-            proven=not failed, claims=() if failed else claims,
-            blocks={n: float(size) for n, (_, size) in found.items()},
-            failed=failed,
-        )
+    def _proven_words(self):
+        return "proven:"
 
 
 @dataclass(frozen=True, eq=False)
-class InfeasibilityCertificate:
-    """Multipliers that exclude every design, by LMI duality.
+class Proof(_Verdict):
+    """What exact arithmetic says of some blocks; see `Examined`.
 
     Parameters
     ----------
-    proven : bool
-        Whether the multipliers were made exact: then no P, Y exist.
-    value : float
-        sum <G_k0, Z_k>, not positive. A design would need it positive.
-    multipliers : dict
-        From a block's name to its multiplier Z_k (in the coordinates in
-        which the LMIs were solved).
+    matrices : dict
+        From a block's name to a symmetric matrix of rationals.
+    statement : tuple of str
+        What positive definite blocks prove, in words.
     """
 
-    proven: bool
-    value: float
-    multipliers: dict
+    matrices: dict
+    statement: tuple = ()
+
+    @cached_property
+    def examined(self):
+        """The verdict on the matrices."""
+        return Examined.of(self.matrices, self.statement)
+
+    def verify(self):
+        """The verdict, computed again."""
+        return Examined.of(self.matrices, self.statement).proven
 
 
-def refute(expressions, unknowns, Z):
-    """Exact multipliers from float ones, where the repair succeeds.
+@dataclass(frozen=True, repr=False)
+class ProofFile(_Verdict):
+    """A proof that is a file: its text holds all data, as exact decimals.
+
+    What it proves is computed from the text alone. A changed text is
+    another proof, or none: no field stores a verdict.
 
     Parameters
     ----------
-    expressions : dict
-        From a block's name to its `Affine` expression in rationals.
-    unknowns : list of Unknown
-    Z : list of arrays
+    text : str
+        The file, in JSON.
+    """
+
+    text: str
+
+    kind = ""
+
+    @classmethod
+    def of(cls, data):
+        """Write the file of some data: a dict of lists, decimals and words."""
+        return cls(written(cls.kind, data))
+
+    @classmethod
+    def examine(cls, data):
+        """Rebuild everything from the data; subclasses do it.
+
+        Returns
+        -------
+        data : dict
+            As it is written, from what was rebuilt.
+        examined : Examined
+        """
+        raise NotImplementedError
+
+    @property
+    def examined(self):
+        """The verdict on the text."""
+        return _remembered(type(self), self.text)
+
+    @property
+    def data(self):
+        """The file's contents, as a dict."""
+        return parse(self.text)[1]
+
+    def verify(self):
+        """Compute everything again from the text.
+
+        Returns
+        -------
+        bool
+            Whether it is proven.
+        """
+        return _examined(type(self), self.text).proven
+
+    def save(self, path):
+        """Write the file, proven or not; `load` reads it.
+
+        Parameters
+        ----------
+        path : str or Path
+            Where the file goes.
+        """
+        Path(path).write_bytes(self.text.encode())
+
+    @classmethod
+    def load(cls, path):
+        """Read a proof file. Nothing is believed: ask ``proven``.
+
+        Parameters
+        ----------
+        path : str or Path
+            Where the file is.
+
+        Raises
+        ------
+        ValueError
+            If it is no proof file, or one of another kind.
+        """
+        found = load(path)
+        if not isinstance(found, cls):
+            raise ValueError(
+                f"{path} is a proof of the kind {found.kind!r}: use sosbook.proofs.load"
+            )
+        return found
+
+    def __repr__(self):
+        return f"<{type(self).__name__}: {'' if self.proven else 'not '}proven>"
+
+
+def kinds(cls=ProofFile):
+    """The classes of proof files that are known."""
+    for sub in cls.__subclasses__():
+        if sub.kind:
+            yield sub
+        yield from kinds(sub)
+
+
+def load(path):
+    """Read a proof file of any kind.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where the file is.
 
     Returns
     -------
-    InfeasibilityCertificate
+    ProofFile
+        Nothing of it is believed: ``proven`` is computed from the data.
+
+    Raises
+    ------
+    ValueError
+        If it is no proof file.
     """
-    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
-    names = list(expressions)
-    if repaired is None:
-        value = float(sum(
-            (g.constant.astype(float) * z).sum()
-            for g, z in zip(expressions.values(), Z)
-        ))
-        return InfeasibilityCertificate(False, value, dict(zip(names, Z)))
-    multipliers, value = repaired
-    return InfeasibilityCertificate(
-        True, float(value), dict(zip(names, multipliers))
-    )
+    try:
+        text = Path(path).read_bytes().decode("utf-8")
+        kind, _ = parse(text)
+    except ValueError as error:  # UnicodeDecodeError is one
+        raise ValueError(f"{path} is no proof file: {error}") from None
+    for cls in kinds():
+        if cls.kind == kind:
+            return cls(text)
+    known = ", ".join(sorted(repr(cls.kind) for cls in kinds()))
+    raise ValueError(f"{path}: kind must be one of {known}, got {kind!r}")
+
+
+def _examined(cls, text):
+    try:
+        kind, data = parse(text)
+        if kind != cls.kind:
+            return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
+        again, examined = cls.examine(data)
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as e:
+        return Examined.nothing(f"not a well-formed proof: {e}")
+    for key in [*data, *again]:
+        if key not in data or key not in again or not same(data[key], again[key]):
+            return Examined.nothing(f"{key} isn't what the data say")
+    return examined
+
+
+_remembered = lru_cache(maxsize=64)(_examined)

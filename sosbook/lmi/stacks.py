@@ -1,25 +1,26 @@
-"""Values and gradients of blocks, many blocks in one numpy call.
+"""Values and adjoints of blocks, many blocks in one numpy call.
 
-Parts of one kind and similar size are padded with identities and
-stacked. A set of matrices, one for each block, is a list of such stacks.
+Blocks of one kind and similar size are padded with identities and stacked
+into arrays (blocks, q, q). Wherever this module, `newton` and `primal_dual`
+speak of a list of stacks, it is one matrix for each block, arranged so.
 """
 
 import numpy as np
 
 from .structure import unfold
 
-__all__ = ["Stacked", "squares", "transposed"]
+__all__ = ["Stacked", "gram", "transposed"]
 
-TABLE = 4e6  # most entries of a table of all slopes
+MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
 
 
 def transposed(stack):
-    """The conjugate transposes of a stack of matrices."""
+    """The conjugate transposes of the matrices in an array ``stack``."""
     return stack.conj().swapaxes(-1, -2)
 
 
-def squares(roots):
-    """W = N' N of each N, stack by stack."""
+def gram(roots):
+    """The products W = N' N of each N in a list of stacks ``roots``."""
     return [transposed(N) @ N for N in roots]
 
 
@@ -29,99 +30,97 @@ class Stacked:
     Parameters
     ----------
     blocks : Blocks
-    lift : list of (q, q) arrays, optional
-        Slopes of one more variable, the last.
+        The blocks G_k, affine in k variables.
+    extra_slopes : list of (q, q) arrays, optional
+        The slopes of one more scalar variable, the last; one for each block.
 
     Attributes
     ----------
-    slots : list of Slot
-    numbers : (s,) array
-        Places of the variables that are numbers.
-    stacks : list of Stack
+    layouts : list of UnknownLayout
+        Of the unknown matrices.
+    scalars : (s,) array
+        Indices of the scalar variables.
+    stacks : list
+        The constants and slopes of the blocks of one kind and size.
     variables : int
+        Number of the variables.
     degree : int
-        Sum of the sizes, padding included.
+        Sum of the sizes of the blocks, padding included.
     """
 
-    def __init__(self, blocks, lift=None):
-        self.slots, numbers, parts = blocks.structure
+    def __init__(self, blocks, extra_slopes=None):
+        self.layouts, scalars, members = blocks.structure
         self.variables = blocks.variables
-        if lift is not None:
-            numbers = np.append(numbers, self.variables)
+        if extra_slopes is not None:
+            scalars = np.append(scalars, self.variables)
             self.variables += 1
-            parts = [p.joined(slope) for p, slope in zip(parts, lift)]
-        self.numbers = numbers
-        self.stacks = _stacks(parts)
-        self.degree = sum(s.weight * len(s.parts) * s.q for s in self.stacks)
+            members = [b.joined(slope) for b, slope in zip(members, extra_slopes)]
+        self.scalars = scalars
+        self.stacks = _stacks(members)
+        self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
-        kind = _Table if entries * self.variables <= TABLE else _Sums
+        kind = _Table if entries * self.variables <= MOST_TABLE_ENTRIES else _Sums
         self._values = kind(self)
 
     def at(self, x):
-        """All blocks at x."""
+        """The blocks at a (k,) array x, as a list of stacks."""
         return self._values.at(x)
 
     def along(self, direction):
-        """What a change of the variables adds to the blocks."""
+        """sum_a d_a G_ka: the change of the blocks along a ``direction`` d."""
         return self._values.along(direction)
 
     def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a."""
+        """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
         return self._values.adjoint(Z)
 
     def inner(self, Y, Z):
-        """sum_k <Y_k, Z_k>."""
-        return sum(
-            s.weight * np.vdot(y, z).real
-            for s, y, z in zip(self.stacks, Y, Z)
-        )
+        """sum_k <Y_k, Z_k>, for two lists of stacks Y and Z."""
+        return sum(s.weight * np.vdot(y, z).real for s, y, z in zip(self.stacks, Y, Z))
 
     def least(self, x):
-        """Smallest eigenvalue of each block at x, or 1 if that is less."""
-        found = np.ones(sum(len(s.places) for s in self.stacks))
+        """The smallest eigenvalue of each block at x, at most 1."""
+        smallest = np.ones(sum(len(s.indices) for s in self.stacks))
         for s, g in zip(self.stacks, self.at(x)):
-            found[s.places] = np.minimum(np.linalg.eigvalsh(g)[:, 0], 1)
-        return found
+            smallest[s.indices] = np.minimum(np.linalg.eigvalsh(g)[:, 0], 1)
+        return smallest
 
     def unstacked(self, Z):
-        """Stacked matrices as a list of the real ones of each block."""
-        found = {}
+        """A list of stacks Z as a list of real matrices, one for each block."""
+        matrices = {}
         for s, stack in zip(self.stacks, Z):
-            for place, z, k in zip(s.places, stack, s.sizes):
+            for index, z, k in zip(s.indices, stack, s.sizes):
                 z = z[:k, :k]
-                found[place] = unfold(z) if s.weight == 2 else z
-        return [found[place] for place in range(len(found))]
+                matrices[index] = unfold(z) if s.weight == 2 else z
+        return [matrices[index] for index in range(len(matrices))]
 
 
 class _Stack:
-    """Parts of one kind, padded to one size."""
+    """Blocks of one kind, padded to one size q; ``indices`` says which."""
 
-    def __init__(self, places, parts):
-        self.places, self.parts = places, parts
-        self.sizes = [len(p.constant) for p in parts]
+    def __init__(self, indices, blocks):
+        self.indices, self.blocks = indices, blocks
+        self.sizes = [len(b.constant) for b in blocks]
         self.q = q = max(self.sizes)
-        self.weight = parts[0].weight
+        self.weight = blocks[0].weight
         kind = complex if self.weight == 2 else float
-        self.constant = np.zeros((len(parts), q, q), kind)
+        self.constant = np.zeros((len(blocks), q, q), kind)
         self.constant[:] = np.eye(q)
-        numbers = len(parts[0].slopes)
-        self.slopes = np.zeros((numbers, len(parts), q, q), kind)
-        for i, (p, k) in enumerate(zip(parts, self.sizes)):
-            self.constant[i, :k, :k] = p.constant
-            self.slopes[:, i, :k, :k] = p.slopes
+        scalars = len(blocks[0].slopes)
+        self.slopes = np.zeros((scalars, len(blocks), q, q), kind)
+        for i, (b, k) in enumerate(zip(blocks, self.sizes)):
+            self.constant[i, :k, :k] = b.constant
+            self.slopes[:, i, :k, :k] = b.slopes
 
 
-def _stacks(parts):
-    """Parts by kind and rough size; large ones are not padded."""
+def _stacks(blocks):
+    """Stacks of blocks by kind and rough size; large ones are not padded."""
     groups = {}
-    for place, p in enumerate(parts):
-        q = len(p.constant)
-        room = next((s for s in (4, 8, 12, 20) if q <= s), q)
-        groups.setdefault((p.weight, room), []).append(place)
-    return [
-        _Stack(places, [parts[k] for k in places])
-        for places in groups.values()
-    ]
+    for index, b in enumerate(blocks):
+        q = len(b.constant)
+        padded = next((s for s in (4, 8, 12, 20) if q <= s), q)
+        groups.setdefault((b.weight, padded), []).append(index)
+    return [_Stack(at, [blocks[k] for k in at]) for at in groups.values()]
 
 
 def real(z):
@@ -130,29 +129,28 @@ def real(z):
 
 
 class _Table:
-    """By one table of all slopes: fast for few variables."""
+    """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
         self.stacks = owner.stacks
         self.constant = np.concatenate(
-            [real(s.constant.reshape(1, -1))[0] for s in self.stacks])
+            [real(s.constant.reshape(1, -1))[0] for s in self.stacks]
+        )
         columns = []
         for s in self.stacks:
-            full = np.zeros(
-                (owner.variables, *s.constant.shape), s.constant.dtype)
-            for i, (p, k) in enumerate(zip(s.parts, s.sizes)):
-                full[owner.numbers, i, :k, :k] = p.slopes
-                for t in p.products:
-                    slot = owner.slots[t.slot]
-                    end = slot.start + slot.size
-                    full[slot.start:end, i, :k, :k] += _slopes(slot, t)
+            full = np.zeros((owner.variables, *s.constant.shape), s.constant.dtype)
+            for i, (b, k) in enumerate(zip(s.blocks, s.sizes)):
+                full[owner.scalars, i, :k, :k] = b.slopes
+                for t in b.products:
+                    layout = owner.layouts[t.unknown]
+                    end = layout.start + layout.size
+                    full[layout.start : end, i, :k, :k] += _slopes(layout, t)
             columns.append(real(full.reshape(owner.variables, -1)))
         self.table = np.hstack(columns)
         self.ends = np.cumsum([c.shape[1] for c in columns])[:-1]
-        self.weights = np.concatenate([
-            np.full(c.shape[1], s.weight)
-            for c, s in zip(columns, self.stacks)
-        ])
+        self.weights = np.concatenate(
+            [np.full(c.shape[1], s.weight) for c, s in zip(columns, self.stacks)]
+        )
 
     def at(self, x):
         return self._split(self.constant + x @ self.table)
@@ -165,90 +163,93 @@ class _Table:
         return self.table @ (self.weights * flat)
 
     def _split(self, flat):
-        found = []
-        for part, s in zip(np.split(flat, self.ends), self.stacks):
+        """The list of stacks that a vector of all their entries holds."""
+        stacks = []
+        for entries, s in zip(np.split(flat, self.ends), self.stacks):
             if s.weight == 2:
-                half = len(part) // 2
-                part = part[:half] + 1j * part[half:]
-            found.append(part.reshape(s.constant.shape))
-        return found
+                half = len(entries) // 2
+                entries = entries[:half] + 1j * entries[half:]
+            stacks.append(entries.reshape(s.constant.shape))
+        return stacks
 
 
-def _slopes(slot, product):
+def _slopes(layout, product):
     """Derivatives of a product and its mirror by the free entries."""
     L, R = product.left, product.right
     full = np.multiply.outer(L, R).transpose(1, 2, 0, 3)
     full = full + transposed(full)
-    if not slot.symmetric:
+    if not layout.symmetric:
         return full.reshape(-1, *full.shape[2:])
-    i, j, off = slot.lower
+    i, j, off = layout.lower
     return full[i, j] + off[:, None, None] * full[j, i]
 
 
 class _Sums:
-    """Product by product, without their zeros: for many variables."""
+    """Values product by product, without their zeros, for many variables.
+
+    X R is computed once for each X and R, whatever the number of its L.
+    """
 
     def __init__(self, owner):
         self.owner = owner
-        self.rights, known = [], {}
-        self.plans = []  # for each part: (slot, left, rows, right, cols)
+        self.rights, positions = [], {}
+        self.plans = []  # for each block: (left, its rows, index of right, columns)
         for s in owner.stacks:
-            for p in s.parts:
+            for b in s.blocks:
                 plan = []
-                for t in p.products:
+                for t in b.products:
                     rows = _span(t.left.any(axis=1))
                     cols = _span(t.right.any(axis=0))
                     right = np.ascontiguousarray(t.right[:, cols])
-                    key = t.slot, right.shape, right.tobytes()
-                    if key not in known:
-                        known[key] = len(self.rights)
-                        self.rights.append((t.slot, right))
+                    key = t.unknown, right.shape, right.tobytes()
+                    if key not in positions:
+                        positions[key] = len(self.rights)
+                        self.rights.append((t.unknown, right))
                     left = np.ascontiguousarray(t.left[rows])
-                    plan.append((left, rows, known[key], cols))
+                    plan.append((left, rows, positions[key], cols))
                 self.plans.append(plan)
 
     def at(self, x):
-        return [
-            s.constant + g for s, g in zip(self.owner.stacks, self.along(x))
-        ]
+        return [s.constant + g for s, g in zip(self.owner.stacks, self.along(x))]
 
     def along(self, direction):
-        X = [slot.matrix(direction) for slot in self.owner.slots]
-        half = [X[slot] @ right for slot, right in self.rights]
-        numbers = direction[self.owner.numbers]
-        plans, found = iter(self.plans), []
+        X = [layout.matrix(direction) for layout in self.owner.layouts]
+        XR = [X[unknown] @ right for unknown, right in self.rights]
+        scalars = direction[self.owner.scalars]
+        plans, changes = iter(self.plans), []
         for s in self.owner.stacks:
             total = np.zeros_like(s.constant)
-            for g, k in zip(total, s.sizes):
+            for g, _k in zip(total, s.sizes):
                 for left, rows, right, cols in next(plans):
-                    g[rows, cols] += left @ half[right]
+                    g[rows, cols] += left @ XR[right]
                 g += g.conj().T.copy()
-            for a, slopes in zip(numbers, s.slopes):
+            for a, slopes in zip(scalars, s.slopes):
                 if a:
                     total += a * slopes
-            found.append(total)
-        return found
+            changes.append(total)
+        return changes
 
     def adjoint(self, Z):
-        half = [0.0] * len(self.rights)
+        LZ = [0.0] * len(self.rights)  # for each right the sum of its 2 L' Z
         out = np.zeros(self.owner.variables)
         plans = iter(self.plans)
         for s, stack in zip(self.owner.stacks, Z):
             for z in stack:
                 for left, rows, right, cols in next(plans):
-                    part = left.conj().T @ z[rows, cols]
-                    half[right] = half[right] + 2 * s.weight * part
-            for place, slopes in zip(self.owner.numbers, s.slopes):
-                out[place] += s.weight * np.vdot(slopes, stack).real
-        X = [np.zeros((slot.rows, slot.cols)) for slot in self.owner.slots]
-        for (slot, right), part in zip(self.rights, half):
-            X[slot] += (part @ right.conj().T).real
-        for slot, x in zip(self.owner.slots, X):
-            out[slot.start:slot.start + slot.size] = slot.gradient(x)
+                    LZ[right] = LZ[right] + 2 * s.weight * (
+                        left.conj().T @ z[rows, cols]
+                    )
+            for index, slopes in zip(self.owner.scalars, s.slopes):
+                out[index] += s.weight * np.vdot(slopes, stack).real
+        X = [np.zeros((layout.rows, layout.cols)) for layout in self.owner.layouts]
+        for (unknown, right), product in zip(self.rights, LZ):
+            X[unknown] += (product @ right.conj().T).real
+        for layout, x in zip(self.owner.layouts, X):
+            out[layout.start : layout.start + layout.size] = layout.gradient(x)
         return out
 
 
 def _span(used):
     """The slice from the first to the last entry that is used."""
-    places = np.flatnonzero(used)
-    return slice(places[0], places[-1] + 1)
+    indices = np.flatnonzero(used)
+    return slice(indices[0], indices[-1] + 1)

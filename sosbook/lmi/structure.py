@@ -6,17 +6,26 @@ method needs to know.
 """
 
 from dataclasses import dataclass, replace
-
 from functools import lru_cache
 
 import numpy as np
 
-__all__ = ["Part", "Product", "Slot", "structure", "unfold"]
+__all__ = ["Product", "StructuredBlock", "UnknownLayout", "structure", "unfold"]
 
 
 @dataclass(frozen=True)
-class Slot:
-    """Where an unknown matrix lies in the vector of all variables."""
+class UnknownLayout:
+    """Where an unknown matrix lies in the vector of all variables.
+
+    Parameters
+    ----------
+    start : int
+        Index of its first free entry among the variables.
+    rows, cols : int
+        Shape of the matrix.
+    symmetric : bool
+        Whether only the lower triangle is free.
+    """
 
     start: int
     rows: int
@@ -25,18 +34,19 @@ class Slot:
 
     @property
     def size(self):
+        """Number of free entries, an int."""
         if self.symmetric:
             return self.rows * (self.rows + 1) // 2
         return self.rows * self.cols
 
     @property
     def lower(self):
-        """Rows and columns of the free entries, off the diagonal or on."""
+        """Row indices, column indices, and 1 off the diagonal, 0 on it."""
         return _lower(self.rows)
 
     def matrix(self, x):
-        """The unknown's matrix in a vector of all variables."""
-        part = x[self.start:self.start + self.size]
+        """The (rows, cols) matrix that a vector x of all variables holds."""
+        part = x[self.start : self.start + self.size]
         if not self.symmetric:
             return part.reshape(self.rows, self.cols)
         X = np.empty((self.rows, self.rows))
@@ -45,7 +55,7 @@ class Slot:
         return X
 
     def gradient(self, X):
-        """Derivatives by the variables, from those by the entries."""
+        """Derivatives by the free entries, from X, those by all the entries."""
         if not self.symmetric:
             return X.ravel()
         i, j, off = self.lower
@@ -60,23 +70,33 @@ def _lower(n):
 
 @dataclass(frozen=True, eq=False)
 class Product:
-    """The terms ``left @ X @ right`` and its conjugate transpose."""
+    """The term ``left @ X @ right`` plus its conjugate transpose.
 
-    slot: int
+    Parameters
+    ----------
+    unknown : int
+        Index of X among the unknown matrices.
+    left, right : array
+        The factors of shapes (q, rows) and (cols, q).
+    """
+
+    unknown: int
     left: np.ndarray
     right: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """One block: a constant, products, and slopes of single variables.
+class StructuredBlock:
+    """One block: a constant, products, and slopes of scalar variables.
 
     Parameters
     ----------
     constant : (q, q) array
+        The block where all unknowns are zero.
     products : list of Product
+        The terms in the unknown matrices.
     slopes : (s, q, q) array
-        Derivatives by the ``s`` variables that are numbers.
+        Derivatives by the ``s`` scalar variables.
     weight : int
         2 where a complex Hermitian block stands for the real one of
         twice its size, which has each eigenvalue twice.
@@ -88,32 +108,57 @@ class Part:
     weight: int = 1
 
     def joined(self, slope):
-        """With the slope of one more number, given for the real block."""
+        """The block with one more scalar variable.
+
+        Parameters
+        ----------
+        slope : (q, q) array
+            Its slope in the real block, (2 q, 2 q) if the weight is 2.
+
+        Returns
+        -------
+        StructuredBlock
+            A copy of this one with that slope as its last.
+        """
         slope = _fold(slope) if self.weight == 2 else slope
         slopes = np.concatenate([self.slopes, slope[None]])
         return replace(self, slopes=slopes)
 
     def with_constant(self, constant):
-        """With another constant, given for the real block."""
+        """The block with another ``constant``, given for the real block."""
         if self.weight == 2:
             constant = _fold(constant)
         return replace(self, constant=constant)
 
-    def sizes(self, slots):
-        """What each diagonal entry of the real block may amount to."""
-        squares = (np.diagonal(self.slopes, axis1=1, axis2=2).real**2).sum(0)
-        for k, slot in enumerate(slots):
-            pairs = [
-                (t.left, t.right.T) for t in self.products if t.slot == k]
-            squares += 4 * _row_squares(pairs, slot.symmetric)
-        size = np.abs(np.diag(self.constant)) + np.sqrt(squares)
-        return np.concatenate([size, size]) if self.weight == 2 else size
+    def diagonal_magnitudes(self, layouts):
+        """How large each diagonal entry of the real block may become.
+
+        It is the constant's entry plus the 2-norm of the entry's derivatives,
+        which bounds the entry for all variables of norm one.
+
+        Parameters
+        ----------
+        layouts : list of UnknownLayout
+            Of the unknown matrices.
+
+        Returns
+        -------
+        (q,) array
+            One number for each diagonal entry; (2 q,) if the weight is 2.
+        """
+        squares = (np.diagonal(self.slopes, axis1=1, axis2=2).real ** 2).sum(0)
+        for k, layout in enumerate(layouts):
+            pairs = [(t.left, t.right.T) for t in self.products if t.unknown == k]
+            squares += 4 * _row_squares(pairs, layout.symmetric)
+        squares = np.maximum(squares, 0)  # rounding may leave -1e-17
+        largest = np.abs(np.diag(self.constant)) + np.sqrt(squares)
+        return np.concatenate([largest, largest]) if self.weight == 2 else largest
 
 
 def _row_squares(pairs, symmetric):
-    """For each row r: sum of squares of the entries of Re sum L_r' R_r.
+    """For each row r the sum of squares of the entries of Re sum L_r' R_r.
 
-    For a symmetric unknown, of what each free entry multiplies.
+    Where the unknown is symmetric these are the factors of its free entries.
     """
     rows = [
         (part(L), sign * part(R))
@@ -134,28 +179,39 @@ def _row_squares(pairs, symmetric):
 
 
 def structure(expressions, unknowns):
-    """Slots, the places of the numbers among the variables, parts.
+    """Write affine expressions as products of matrices.
+
+    Parameters
+    ----------
+    expressions : list of Affine
+        The blocks.
+    unknowns : list of Unknown
+        Those of shape (1, 1) become scalar variables.
 
     Returns
     -------
-    slots : list of Slot
-    numbers : (s,) array of int
-    parts : list of Part
+    layouts : list of UnknownLayout
+        One for each unknown matrix.
+    scalars : (s,) array of int
+        Indices of the scalar variables among all variables.
+    blocks : list of StructuredBlock
+        One for each expression.
     """
-    slots, numbers, matrices, start = [], [], [], 0
+    layouts, scalars, matrices, start = [], [], [], 0
     for u in unknowns:
         if u.shape == (1, 1):
-            numbers.append(start)
+            scalars.append(start)
         else:
-            slots.append(Slot(start, *u.shape, u.symmetric))
+            layouts.append(UnknownLayout(start, *u.shape, u.symmetric))
             matrices.append(u)
         start += u.size
     single = [u for u in unknowns if u.shape == (1, 1)]
-    parts = [_part(g, matrices, single) for g in expressions]
-    return slots, np.array(numbers, int), parts
+    blocks = [_structured(g, matrices, single) for g in expressions]
+    return layouts, np.array(scalars, int), blocks
 
 
-def _part(g, matrices, single):
+def _structured(g, matrices, single):
+    """The `StructuredBlock` of an expression; folded where it is Hermitian."""
     q = len(g.constant)
     constant = g.constant.astype(float)
     slopes = np.array([g.jacobian(u)[0] for u in single], float)
@@ -166,8 +222,7 @@ def _part(g, matrices, single):
         constant, slopes, weight = _fold(constant), _fold(slopes), 2
         h = q // 2
         factors = [
-            [(L[:h], R[:, :h] + 1j * R[:, h:]) for L, R in pairs]
-            for pairs in factors
+            [(L[:h], R[:, :h] + 1j * R[:, h:]) for L, R in pairs] for pairs in factors
         ]
         factors = [[(L, R) for L, R in p if L.any()] for p in factors]
     products = [
@@ -175,23 +230,24 @@ def _part(g, matrices, single):
         for k, (pairs, u) in enumerate(zip(factors, matrices))
         for L, R in _merged(pairs, u.symmetric)
     ]
-    return Part(constant, products, slopes, weight)
+    return StructuredBlock(constant, products, slopes, weight)
 
 
 def _factors(g, unknown):
-    """(L, R) of the terms in an unknown, the transposed ones flipped.
+    """Factors (L, R) of an expression's terms in one unknown.
 
-    Those with the same R are one, with the sum of their L.
+    A term in the transpose, L X' R, is written as R' X L', its mirror. Terms
+    with the same R become one with the sum of their L.
     """
-    found = {}
+    factors = {}
     for t in g.terms:
         if t.unknown is unknown:
             L, R = np.asarray(t.left, float), np.asarray(t.right, float)
             if t.transposed:
                 L, R = R.T, L.T
             key = R.tobytes()
-            found[key] = (found[key][0] + L, R) if key in found else (L, R)
-    return [(L, R) for L, R in found.values() if L.any() and R.any()]
+            factors[key] = (factors[key][0] + L, R) if key in factors else (L, R)
+    return [(L, R) for L, R in factors.values() if L.any() and R.any()]
 
 
 def _is_hermitian(constant, slopes, factors, matrices):
@@ -209,32 +265,34 @@ def _is_hermitian(constant, slopes, factors, matrices):
 
 @lru_cache(64)
 def _some_matrix(k, rows, cols, symmetric):
-    """One without any structure of its own."""
+    """A matrix without any structure of its own, always the same."""
     X = np.cos(1 + k + np.arange(rows * cols) ** 1.5).reshape(rows, cols)
     return X + X.T if symmetric else X
 
 
 def _commutes(g):
+    """Whether g has the form [[X, Y], [-Y, X]], to rounding."""
     h = len(g) // 2
-    size = 1e-13 * abs(g).max()
+    tolerance = 1e-13 * abs(g).max()
     return (
-        abs(g[:h, :h] - g[h:, h:]).max() <= size
-        and abs(g[:h, h:] + g[h:, :h]).max() <= size
+        abs(g[:h, :h] - g[h:, h:]).max() <= tolerance
+        and abs(g[:h, h:] + g[h:, :h]).max() <= tolerance
     )
 
 
 def _fold(g):
+    """X + i Y of [[X, Y], [-Y, X]]: the same eigenvalues at half the size."""
     h = g.shape[-1] // 2
     return g[..., :h, :h] + 1j * g[..., :h, h:]
 
 
 def unfold(z):
-    """The real block of a Hermitian one."""
+    """The real block [[X, Y], [-Y, X]] of a Hermitian z = X + i Y."""
     return np.block([[z.real, z.imag], [-z.imag, z.real]])
 
 
 def _merged(pairs, symmetric):
-    """Sum the lefts of equal rights; half of each is its own mirror."""
+    """Sum the L of pairs with equal R; half of each pair is its own mirror."""
     groups = {}
     for L, R in pairs:
         L, R, key = _normal(L, R)
@@ -250,7 +308,7 @@ def _merged(pairs, symmetric):
 
 
 def _normal(L, R):
-    """The right factor with a largest entry 1, and a key to find it."""
+    """The pair with R scaled to a largest entry 1, and a key for that R."""
     flat = R.ravel()
     top = flat[abs(flat).argmax()]
     R = R / top

@@ -11,19 +11,19 @@ from .simulator import Push, Run, Sensors, simulate
 from .spread import polytope, reduced, triangles, vertices
 
 __all__ = [
+    "FAULTS",
+    "R_G",
+    "V_MAX",
     "Controller",
     "Deployment",
-    "FAULTS",
     "Firmware",
     "Mip",
     "Push",
-    "R_G",
     "Robot",
     "Run",
     "SampledLaw",
     "SampledLoop",
     "Sensors",
-    "V_MAX",
     "deploy",
     "largest_tilt",
     "lowest_rate",

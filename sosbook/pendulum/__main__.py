@@ -15,7 +15,8 @@ from .robot import Robot
 
 OPTIONS = {
     "R": "weight of the voltage; without it the smallest is searched "
-    "that keeps the peak", "spread": "of e/c and e/a, relative",
+    "that keeps the peak",
+    "spread": "of e/c and e/a, relative",
     "decay": "to be proven behind the hold, 1/s, at most",
     "peak": "of the sensitivity, at most (2)",
 }
@@ -25,35 +26,54 @@ USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 def main(words=None):
     """The command; returns the `Deployment`."""
     parser = argparse.ArgumentParser(
-        prog="python -m sosbook.mip", description=__doc__, usage=USAGE,
-        allow_abbrev=False)
+        prog="python -m sosbook.mip",
+        description=__doc__,
+        usage=USAGE,
+        allow_abbrev=False,
+    )
     parser.add_argument("paths", nargs="*", help="see above")
     parser.add_argument("--name", default="balance", help="of the programs")
     for name, text in OPTIONS.items():
         parser.add_argument(f"--{name}", type=float, help=text)
-    parser.add_argument("--force", action="store_true", default=None,
-                        help="go on with logs that are refused")
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        default=None,
+        help="go on with logs that are refused",
+    )
     parser.add_argument("--cells", type=int, help="for the sampled proofs")
     parser.add_argument(
-        "--Q", type=float, nargs=5, metavar="q",
-        help="diagonal of the weight of theta, phi, their rates and x3")
+        "--Q",
+        type=float,
+        nargs=5,
+        metavar="q",
+        help="diagonal of the weight of theta, phi, their rates and x3",
+    )
     keys = parser.add_argument_group(
-        "keys of the description that differ from robot.toml's")
+        "keys of the description that differ from robot.toml's"
+    )
     for x in fields(Robot):
         if x.type in (float, int):
             keys.add_argument(
-                f"--{x.name}", *["--voltage"] * (x.name == "limit"),
-                dest=x.name, type=x.type, help=", ".join(
-                    filter(None, (x.metadata["text"], x.metadata["unit"]))))
+                f"--{x.name}",
+                *["--voltage"] * (x.name == "limit"),
+                dest=x.name,
+                type=x.type,
+                help=", ".join(filter(None, (x.metadata["text"], x.metadata["unit"]))),
+            )
         elif x.type is bool:
             keys.add_argument(
-                f"--{x.name}", action=argparse.BooleanOptionalAction,
-                help=x.metadata["text"])
-    given = {name: value for name, value
-             in vars(parser.parse_args(words)).items() if value is not None}
+                f"--{x.name}",
+                action=argparse.BooleanOptionalAction,
+                help=x.metadata["text"],
+            )
+    given = {
+        name: value
+        for name, value in vars(parser.parse_args(words)).items()
+        if value is not None
+    }
     paths, name = given.pop("paths"), given.pop("name")
-    changes = {x.name: given.pop(x.name) for x in fields(Robot)
-               if x.name in given}
+    changes = {x.name: given.pop(x.name) for x in fields(Robot) if x.name in given}
     try:
         robot, body, wheels, folder = places(paths)
         if robot is None:  # the thesis's, with the weight of the book
@@ -78,9 +98,10 @@ def places(paths):
     if len(paths) not in (0, 2, 3) or (first and not paths):
         raise ValueError(
             "give robot.toml, body.csv and wheels.csv, and perhaps a "
-            f"folder; got {' '.join(filter(None, [first, *paths]))!r}")
+            f"folder; got {' '.join(filter(None, [first, *paths]))!r}"
+        )
     shipped = [DATA / "body.csv", DATA / "wheels.csv", "deployment"]
-    return (first, *paths, *shipped[len(paths):])
+    return (first, *paths, *shipped[len(paths) :])
 
 
 if __name__ == "__main__":

@@ -19,8 +19,15 @@ from .spelling import REAL
 __all__ = ["FLAGS", "Compiled", "compiler"]
 
 #: C99 to the letter: no warning, no fused operation.
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall",
-         "-Wextra", "-Werror")
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-pedantic",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
 MISSING = """\
 no C compiler was found. Any of these will do:
   apt-get install gcc libc6-dev     (Debian and Ubuntu, as root)
@@ -48,8 +55,7 @@ def compiler():
     if given and shutil.which(given[0]):
         return given
     if given:
-        raise RuntimeError(
-            f"CC is set to {given[0]!r}, which isn't there: {MISSING}")
+        raise RuntimeError(f"CC is set to {given[0]!r}, which isn't there: {MISSING}")
     for name in ("cc", "gcc", "clang"):
         if path := shutil.which(name):
             return [path]
@@ -66,6 +72,7 @@ class Compiled:
     Parameters
     ----------
     firmware : Firmware
+        The law, its limits and its faults.
     precision : {"double", "single"}
     folder : path_like, optional
         For balance.h, balance.c and the compiled library. Without it a
@@ -73,6 +80,7 @@ class Compiled:
     flags : sequence of str
         For the compiler.
     runs : int
+        How many robots stand side by side.
 
     Raises
     ------
@@ -91,8 +99,7 @@ class Compiled:
     array([2.])
     """
 
-    def __init__(self, firmware, precision="double", folder=None,
-                 flags=FLAGS, runs=1):
+    def __init__(self, firmware, precision="double", folder=None, flags=FLAGS, runs=1):
         header = c_header(firmware, precision=precision)
         source = c_source(firmware, precision=precision)
         self.firmware, self.runs = firmware, runs
@@ -100,7 +107,8 @@ class Compiled:
         self.states = None
         if folder is None:
             self._temporary = tempfile.TemporaryDirectory(
-                prefix="balance", ignore_cleanup_errors=True)
+                prefix="balance", ignore_cleanup_errors=True
+            )
             folder = self._temporary.name
         folder = Path(folder)
         (folder / "balance.h").write_text(header, "utf-8")
@@ -110,14 +118,22 @@ class Compiled:
 
     def _load(self, library):
         real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
-        numbers = ["bias", "last", "gyro", "theta", "wheels", "increment",
-                   "zero", "phi", "volts"]
+        numbers = [
+            "bias",
+            "last",
+            "gyro",
+            "theta",
+            "wheels",
+            "increment",
+            "zero",
+            "phi",
+            "volts",
+        ]
         order = self.firmware.law.order
         fields = [(name, real) for name in numbers]
         fields += [("x", real * order)] * bool(order)
         fields += [(name, ctypes.c_int) for name in (*COUNTERS, "fault")]
-        self.state_type = type(
-            "State", (ctypes.Structure,), {"_fields_": fields})
+        self.state_type = type("State", (ctypes.Structure,), {"_fields_": fields})
         pointer = ctypes.POINTER(self.state_type)
         self._start, self._step = library.balance_start, library.balance_step
         self._start.argtypes = [pointer, *3 * [real]]
@@ -135,23 +151,28 @@ class Compiled:
         return self._read("theta", self.kind)
 
     def start(self, tilt, wheels=0.0, bias=0.0):
-        """Forget everything; as `Controller.start`."""
+        """Forget everything, as `Controller.start`, and take tilt, wheels and bias."""
         self.states = [self.state_type() for _ in range(self.runs)]
-        for state, *values in zip(self.states, *self._each(
-                tilt, wheels, bias)):
+        for state, *values in zip(self.states, *self._each(tilt, wheels, bias)):
             self._start(state, *values)
 
     def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
-        """One tick; as `Controller.step`."""
+        """One tick, as `Controller.step`: gyro, wheels, tilt, target and its rate."""
         if self.states is None:
             raise ValueError("the controller isn't started: call start(tilt)")
-        V = [self._step(state, *values) for state, *values in zip(
-            self.states, *self._each(gyro, wheels, tilt, target, rate))]
+        V = [
+            self._step(state, *values)
+            for state, *values in zip(
+                self.states, *self._each(gyro, wheels, tilt, target, rate)
+            )
+        ]
         return np.array(V, self.kind)
 
     def _each(self, *values):
-        return [np.broadcast_to(np.asarray(value, float), self.runs).tolist()
-                for value in values]
+        return [
+            np.broadcast_to(np.asarray(value, float), self.runs).tolist()
+            for value in values
+        ]
 
     def _read(self, name, kind):
         if self.states is None:
@@ -162,11 +183,20 @@ class Compiled:
 def _build(folder, flags):
     """Path of the shared library of balance.c."""
     library = folder / "balance.so"
-    command = [*compiler(), *flags, "-shared", "-fPIC", "-o", str(library),
-               str(folder / "balance.c")]
+    command = [
+        *compiler(),
+        *flags,
+        "-shared",
+        "-fPIC",
+        "-o",
+        str(library),
+        str(folder / "balance.c"),
+    ]
     done = subprocess.run(
-        command, capture_output=True, text=True, encoding="utf-8", check=False)
+        command, capture_output=True, text=True, encoding="utf-8", check=False
+    )
     if done.returncode:
         raise RuntimeError(
-            f"the compiler refused: {shlex.join(command)}\n{done.stderr}")
+            f"the compiler refused: {shlex.join(command)}\n{done.stderr}"
+        )
     return library

@@ -23,8 +23,19 @@ DECAY = 0.2  # 1/s, what the proof with the hold promises, at most
 LEAST = np.deg2rad(5)  # a robot must be able to come back from here
 
 
-def recommend(mip, R=20.0, spread=0.04, T=None, delay=None, blend=None,
-              robot=None, Q=None, decay=DECAY, peak=PEAK, **more):
+def recommend(
+    mip,
+    R=20.0,
+    spread=0.04,
+    T=None,
+    delay=None,
+    blend=None,
+    robot=None,
+    Q=None,
+    decay=DECAY,
+    peak=PEAK,
+    **more,
+):
     """The controller that this book recommends for a robot.
 
     Parameters
@@ -36,7 +47,7 @@ def recommend(mip, R=20.0, spread=0.04, T=None, delay=None, blend=None,
         10, ... with which no sampled loop's sensitivity exceeds
         ``peak``.
     spread : float
-        Of e/c and e/a, relative.
+        Relative spread of e/c and of e/a.
     T, delay, blend : float, optional
         Time between samples and the longest time from the sample to
         the voltage, in s; as in `Firmware`. Without them those of
@@ -57,6 +68,7 @@ def recommend(mip, R=20.0, spread=0.04, T=None, delay=None, blend=None,
     Returns
     -------
     Deployment
+        The controller and all that is known of it.
 
     Raises
     ------
@@ -64,8 +76,9 @@ def recommend(mip, R=20.0, spread=0.04, T=None, delay=None, blend=None,
         On bad input, or where there is no design; it says why.
     """
     clock = {"T": T, "delay": delay, "blend": blend}
-    robot = (robot or Robot.shipped("thesis")).but(**{
-        k: x for k, x in clock.items() if x is not None})
+    robot = (robot or Robot.shipped("thesis")).but(
+        **{k: x for k, x in clock.items() if x is not None}
+    )
     if R is not None:
         positive("R", R)
     if positive("peak", peak) <= 1:
@@ -78,13 +91,23 @@ def recommend(mip, R=20.0, spread=0.04, T=None, delay=None, blend=None,
             f"the motors are too weak: {robot.limit:g} V can bring the robot "
             f"back from {np.degrees(tilt):.1f} degrees at most. It takes "
             f"{robot.limit * LEAST / tilt:.0f} V or stronger motors for "
-            f"{np.degrees(LEAST):.0f} degrees")
+            f"{np.degrees(LEAST):.0f} degrees"
+        )
     Q = np.eye(5) if Q is None else np.asarray(Q, float)
-    found = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q,
-                   R, peak)
+    found = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q, R, peak)
     delayed = prove(mip, robot, spread, found.certify().K, decay)
-    return Deployment(mip, spread, found, delayed, robot.T, robot.delay,
-                      robot.blend, robot=robot, peak=peak, **more)
+    return Deployment(
+        mip,
+        spread,
+        found,
+        delayed,
+        robot.T,
+        robot.delay,
+        robot.blend,
+        robot=robot,
+        peak=peak,
+        **more,
+    )
 
 
 def deploy(body, wheels, robot=None, force=False, **asked):
@@ -107,6 +130,7 @@ def deploy(body, wheels, robot=None, force=False, **asked):
     Returns
     -------
     Deployment
+        The controller and all that is known of it.
 
     Raises
     ------
@@ -117,8 +141,7 @@ def deploy(body, wheels, robot=None, force=False, **asked):
     if robot is not None and not isinstance(robot, dict):
         asked.setdefault("R", None)  # searched
     seen = inspect(body, wheels, robot)
-    if refused(seen.findings) and (
-            not force or seen.identified is None):
+    if refused(seen.findings) and (not force or seen.identified is None):
         raise ValueError(seen.refusal)
     found = seen.identified
     sd = widened(found)
@@ -128,19 +151,20 @@ def deploy(body, wheels, robot=None, force=False, **asked):
     }
     data["identified"] = ", ".join(
         f"{name.replace('_', '/')} = {value:.5g} +- {1.96 * s:.2g}"
-        for (name, value), s in zip(found.ratios.items(), sd))
+        for (name, value), s in zip(found.ratios.items(), sd)
+    )
     data["the two logs"] = (
         f"e/f by the wheels over e/f by the body: {found.contradiction:.4f}; "
-        "the intervals hold this disagreement and that of the wheels")
+        "the intervals hold this disagreement and that of the wheels"
+    )
     for k, finding in enumerate(seen.findings, 1):
         forced = "FORCED, " * (finding.severity == "refused")
         data[f"warning {k}"] = forced + str(finding)
-    return recommend(
-        found.mip, identified=found, data=data, robot=seen.robot, **asked)
+    return recommend(found.mip, identified=found, data=data, robot=seen.robot, **asked)
 
 
 def inspect(body, wheels, robot=None):
-    """The `Inspection` of two log files; as for `deploy`."""
+    """The `Inspection` of two log files; body, wheels, robot are as for `deploy`."""
     robot = described(robot, (body, wheels))
     logs = Log.read(body), Log.read(wheels)
     return Inspection.of(*logs, robot)
@@ -152,7 +176,7 @@ def digest(path):
 
 
 def described(robot, logs):
-    """The `Robot` behind two logs, or a ValueError if none is given."""
+    """The `Robot` that ``robot`` and two logs describe; ValueError if none does."""
     if isinstance(robot, Robot):
         return robot
     if robot is not None and not isinstance(robot, dict):
@@ -163,5 +187,6 @@ def described(robot, logs):
             "these logs aren't those that the package ships, so the "
             "robot must be described: its masses, lengths, counts, "
             "motors and clock, in a file robot.toml like "
-            f"{DATA / 'gearmotors.toml'}")
+            f"{DATA / 'gearmotors.toml'}"
+        )
     return Robot.shipped("thesis").but(**(robot or {}))

@@ -51,8 +51,9 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     >>> len(t), float(V.max())
     (6000, 1.85)
     """
-    asked = dict(first=first, last=last, seconds=seconds, rate=rate,
-                 amplitude=amplitude)
+    asked = dict(
+        first=first, last=last, seconds=seconds, rate=rate, amplitude=amplitude
+    )
     for name, value in asked.items():
         positive(name, value)
     t = np.arange(round(2 * seconds * rate)) / rate

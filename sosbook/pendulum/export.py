@@ -23,8 +23,11 @@ TAKEN = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
 MOST = 32766  # ticks; the least that C's int holds, less one
 PYCTRL_COUNTS = 60 * 35.557  # a turn of a wheel, as pyctrl has it
 PYCTRL = {  # its wiring, which can't be changed from outside
-    "motor_channels": (3, 2), "motor_polarities": (1, -1),
-    "encoder_channels": (3, 2), "encoder_polarities": (1, -1)}
+    "motor_channels": (3, 2),
+    "motor_polarities": (1, -1),
+    "encoder_channels": (3, 2),
+    "encoder_polarities": (1, -1),
+}
 RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)  # Hz, of the IMU's DMP
 
 
@@ -34,6 +37,7 @@ def c_header(firmware, name="balance", precision="double"):
     Parameters
     ----------
     firmware : Firmware
+        The law, its limits and its faults.
     name : str
         Of the files and in front of every identifier.
     precision : {"double", "single"}
@@ -61,10 +65,13 @@ def c_header(firmware, name="balance", precision="double"):
     order = firmware.law.order
     reason = {
         "running": "no fault",
-        "sensor": f"over {firmware.missing} bad readings in a row" + (
-            f", or over {firmware.frozen} repeated" if firmware.frozen else "")
-        + (f", or over {firmware.deaf} of still wheels under voltage"
-           if firmware.deaf else ""),
+        "sensor": f"over {firmware.missing} bad readings in a row"
+        + (f", or over {firmware.frozen} repeated" if firmware.frozen else "")
+        + (
+            f", or over {firmware.deaf} of still wheels under voltage"
+            if firmware.deaf
+            else ""
+        ),
         "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
         "stall": f"over {firmware.stall} ticks at the voltage's limit",
         "command": "the law's answer is no number to trust",
@@ -76,10 +83,15 @@ def c_header(firmware, name="balance", precision="double"):
     x = f"x[{order}];".ljust(12)
     state = f"    {TYPE[precision]} {x}/* the law's state */\n"
     return _fill(
-        "law.h", words, faults="\n".join(faults).replace(
-            f" = {len(FAULTS) - 1},", f" = {len(FAULTS) - 1} "),
-        x=state if order else "", T=f"{firmware.law.T:.9g}",
-        tip=f"{firmware.tip:.9g} rad")
+        "law.h",
+        words,
+        faults="\n".join(faults).replace(
+            f" = {len(FAULTS) - 1},", f" = {len(FAULTS) - 1} "
+        ),
+        x=state if order else "",
+        T=f"{firmware.law.T:.9g}",
+        tip=f"{firmware.tip:.9g} rad",
+    )
 
 
 def c_source(firmware, name="balance", precision="double"):
@@ -122,8 +134,7 @@ def c_source(firmware, name="balance", precision="double"):
         return spelling.literal(value, precision)
 
     constants = [
-        f"static const {real} {label} = {number(value)};"
-        f"  /* {value:.9g} {unit} */"
+        f"static const {real} {label} = {number(value)};  /* {value:.9g} {unit} */"
         for label, value, unit in spelling.constants(firmware)
     ] + [
         f"static const int {label} = {value};  /* ticks in a row */"
@@ -135,21 +146,30 @@ def c_source(firmware, name="balance", precision="double"):
         for label, value in spelling.matrices(law)
     ]
     output, following = spelling.output(law), spelling.following(law)
-    start = [f"    s->x[{i}] = START[{i}] * tilt;\n"
-             for i in range(law.order)]
+    start = [f"    s->x[{i}] = START[{i}] * tilt;\n" for i in range(law.order)]
     alias = f"    const {real} *x = s->x;\n"
     after = ""
     if law.order:
         rows = "".join(f"        {row},\n" for row in following)
-        after = (f"    const {real} next[{law.order}] = {{\n{rows}"
-                 f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
-                 "        s->x[i] = next[i];\n")
+        after = (
+            f"    const {real} next[{law.order}] = {{\n{rows}"
+            f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
+            "        s->x[i] = next[i];\n"
+        )
     uses_x = "x[" in output + "".join(following)
     mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
     return _fill(
-        "law.c", words, mantissa=mantissa, digits=digits, constants="\n".join(constants),
-        matrices="\n".join(matrices), start="".join(start),
-        alias=alias if uses_x else "", output=output, next=after)
+        "law.c",
+        words,
+        mantissa=mantissa,
+        digits=digits,
+        constants="\n".join(constants),
+        matrices="\n".join(matrices),
+        start="".join(start),
+        alias=alias if uses_x else "",
+        output=output,
+        next=after,
+    )
 
 
 def rc_balance(firmware, name="balance", precision="double", robot=None):
@@ -191,15 +211,24 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     if hertz not in RATES or not np.isclose(hertz * firmware.law.T, 1):
         raise ValueError(
             f"law runs every {firmware.law.T:.9g} s, but the IMU's rates "
-            f"are {', '.join(map(str, RATES))} Hz: sample the law anew")
+            f"are {', '.join(map(str, RATES))} Hz: sample the law anew"
+        )
     robot = _wired(robot)
-    pairs = {word: "{%d, %d}" % getattr(robot, word) for word in PYCTRL}
+    pairs = {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL}
     reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
     low, high = robot.battery
     return _fill(
-        "rc_balance.c", words, hertz=hertz, reasons=reasons,
-        mount=repr(robot.mount), counts=repr(robot.counts),
-        nominal=repr(robot.nominal), low=repr(low), high=repr(high), **pairs)
+        "rc_balance.c",
+        words,
+        hertz=hertz,
+        reasons=reasons,
+        mount=repr(robot.mount),
+        counts=repr(robot.counts),
+        nominal=repr(robot.nominal),
+        low=repr(low),
+        high=repr(high),
+        **pairs,
+    )
 
 
 def pyctrl_script(firmware, robot=None):
@@ -212,12 +241,14 @@ def pyctrl_script(firmware, robot=None):
     Parameters
     ----------
     firmware : Firmware
+        The law, its limits and its faults.
     robot : Robot, optional
         As for `rc_balance`.
 
     Returns
     -------
     str
+        The text of the script.
 
     Raises
     ------
@@ -237,27 +268,48 @@ def pyctrl_script(firmware, robot=None):
         if getattr(robot, word) != PYCTRL[word]:
             raise ValueError(
                 f"{word} = {list(getattr(robot, word))}: pyctrl has "
-                f"{list(PYCTRL[word])} and no others")
-    signs = {word: tuple(
-        ours * theirs for ours, theirs in zip(
-            getattr(robot, f"{word}_polarities"),
-            PYCTRL[f"{word}_polarities"])) for word in ("motor", "encoder")}
-    constants = [f"{label} = {float(value)!r}  # {unit}"
-                 for label, value, unit in spelling.constants(firmware)]
-    constants += [f"{label} = {value}  # ticks in a row"
-                  for label, value in spelling.counts(firmware)]
-    matrices = [f"{label} = {spelling.nested(value)}"
-                for label, value in spelling.matrices(law)]
+                f"{list(PYCTRL[word])} and no others"
+            )
+    signs = {
+        word: tuple(
+            ours * theirs
+            for ours, theirs in zip(
+                getattr(robot, f"{word}_polarities"), PYCTRL[f"{word}_polarities"]
+            )
+        )
+        for word in ("motor", "encoder")
+    }
+    constants = [
+        f"{label} = {float(value)!r}  # {unit}"
+        for label, value, unit in spelling.constants(firmware)
+    ]
+    constants += [
+        f"{label} = {value}  # ticks in a row"
+        for label, value in spelling.counts(firmware)
+    ]
+    matrices = [
+        f"{label} = {spelling.nested(value)}" for label, value in spelling.matrices(law)
+    ]
     after = "".join(f"\n            {row}," for row in spelling.following(law))
     start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
     words["note"] = _note(firmware, "").replace("\\", "/")
-    words["note"] = words["note"].replace('"""', "\'\'\'")
+    words["note"] = words["note"].replace('"""', "'''")
     return _fill(
-        "pyctrl.txt", words, constants="\n".join(constants), faults=FAULTS,
-        matrices="\n".join(matrices), start=start, output=spelling.output(law),
-        next=f"{after}\n        " if after else "", T=repr(float(law.T)),
-        mount=repr(robot.mount), nominal=repr(robot.nominal),
-        counts=repr(robot.counts), theirs=repr(PYCTRL_COUNTS), **signs)
+        "pyctrl.txt",
+        words,
+        constants="\n".join(constants),
+        faults=FAULTS,
+        matrices="\n".join(matrices),
+        start=start,
+        output=spelling.output(law),
+        next=f"{after}\n        " if after else "",
+        T=repr(float(law.T)),
+        mount=repr(robot.mount),
+        nominal=repr(robot.nominal),
+        counts=repr(robot.counts),
+        theirs=repr(PYCTRL_COUNTS),
+        **signs,
+    )
 
 
 def _wired(robot):
@@ -265,8 +317,9 @@ def _wired(robot):
     robot = robot or Robot.shipped("thesis")
     if robot.board != "beaglebone":
         raise ValueError(
-            f"the robot's board is \"{robot.board}\": this program is for "
-            "a BeagleBone Blue")
+            f'the robot\'s board is "{robot.board}": this program is for '
+            "a BeagleBone Blue"
+        )
     return robot
 
 
@@ -275,42 +328,53 @@ def _words(firmware, name, precision):
     if not isinstance(firmware, Firmware):
         raise ValueError("firmware must be a Firmware")
     if precision not in TYPE:
-        raise ValueError("precision must be 'double' or 'single', got "
-                         f"{precision!r}")
-    if (not isinstance(name, str) or name in TAKEN or name[:3] == "rc_"
-            or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)):
+        raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")
+    if (
+        not isinstance(name, str)
+        or name in TAKEN
+        or name[:3] == "rc_"
+        or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)
+    ):
         raise ValueError(
             "name must begin a C identifier, in lower case, and be no "
-            f"name that C or the robot's library has, got {name!r}")
+            f"name that C or the robot's library has, got {name!r}"
+        )
     for field in ("missing", "frozen", "stall", "deaf"):
         if getattr(firmware, field) > MOST:
             raise ValueError(
                 f"{field} must be at most {MOST}, for C's int, got "
-                f"{getattr(firmware, field)}")
+                f"{getattr(firmware, field)}"
+            )
     law = firmware.law
     if not (law.D.any() or (law.C.any() and law.B.any())):
-        raise ValueError("law doesn't use what it measures: D is zero, "
-                         "and B or C")
-    return {"name": name, "NAME": name.upper(), "real": TYPE[precision],
-            "note": _note(firmware, " * ", precision)}
+        raise ValueError("law doesn't use what it measures: D is zero, and B or C")
+    return {
+        "name": name,
+        "NAME": name.upper(),
+        "real": TYPE[precision],
+        "note": _note(firmware, " * ", precision),
+    }
 
 
 def _note(firmware, margin, precision="double"):
     """The provenance as lines of a comment that nothing can end."""
     law = firmware.law
-    about = (firmware.note if not isinstance(firmware.note, str)
-             else (firmware.note,))
+    about = firmware.note if not isinstance(firmware.note, str) else (firmware.note,)
     lines = [
-        f"Written by sosbook {version('sosbook')}; write it again rather "
-        "than edit it.",
+        f"Written by sosbook {version('sosbook')}; write it again rather than edit it.",
         *(line for text in about for line in str(text).splitlines()),
-        *(["Every number is rounded to single precision; what is said of "
-           "the law is said of its decimals."] * (precision == "single")),
-        f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, "
-        f"order {law.order}.",
+        *(
+            [
+                "Every number is rounded to single precision; what is said of "
+                "the law is said of its decimals."
+            ]
+            * (precision == "single")
+        ),
+        f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, order {law.order}.",
     ]
-    wrapped = [part for line in lines
-               for part in textwrap.wrap(spelling.plain(line), 70)]
+    wrapped = [
+        part for line in lines for part in textwrap.wrap(spelling.plain(line), 70)
+    ]
     return "\n".join((margin + line).rstrip() for line in wrapped)
 
 

@@ -21,7 +21,7 @@ FAULTS = ("running", "sensor", "fall", "stall", "command")
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
 PUSH = 0.25  # of the limit: more than friction takes
-HUGE = 1e6  # V; a command beyond this is no number to trust
+HUGE = 1e6  # V; a larger command means that a number is broken
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,7 @@ class Firmware:
     Parameters
     ----------
     law : SampledLaw
+        The control law, which sees samples and gives a voltage.
     limit : float
         Of the voltage, in V.
     tip : float
@@ -98,19 +99,17 @@ class Firmware:
         if not isinstance(self.law, SampledLaw):
             raise ValueError("law must be a SampledLaw")
         for name in ("limit", "tip", "fastest", "gyro_range"):
-            object.__setattr__(
-                self, name, positive(name, getattr(self, name)))
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
         share("blend", self.blend)
         for name in ("missing", "frozen", "stall", "deaf"):
             value = getattr(self, name)
-            if (not isinstance(value, int) or isinstance(value, bool)
-                    or value < 0):
+            if not isinstance(value, int) or isinstance(value, bool) or value < 0:
                 raise ValueError(
-                    f"{name} must be a number of ticks, 0 or more, got "
-                    f"{value!r}")
+                    f"{name} must be a number of ticks, 0 or more, got {value!r}"
+                )
 
     def controller(self, runs=1, kind=float):
-        """A `Controller` for so many robots, in float or np.float32."""
+        """A `Controller` for ``runs`` robots; ``kind`` is float or np.float32."""
         return Controller(self, runs, kind)
 
 
@@ -123,7 +122,9 @@ class Controller:
     Parameters
     ----------
     firmware : Firmware
+        The law, its limits and its faults.
     runs : int
+        How many robots stand side by side.
     kind : float or np.float32
         The precision of all arithmetic.
     """
@@ -145,14 +146,12 @@ class Controller:
         bias : float or (runs,) array
             What the gyro says at rest, in rad/s.
         """
-        self.bias, self.theta, self.wheels = map(
-            self._each, (bias, tilt, wheels))
+        self.bias, self.theta, self.wheels = map(self._each, (bias, tilt, wheels))
         self.last = self.bias
         self.gyro, self.increment = self._each(0), self._each(0)
         self.volts = self._each(0)
         self.zero = self.phi = self.wheels + self.theta
-        self.x = [self.kind.type(s) * self.theta
-                  for s in self.firmware.law.start]
+        self.x = [self.kind.type(s) * self.theta for s in self.firmware.law.start]
         for name in COUNTERS:
             setattr(self, name, np.zeros(self.runs, int))
         self.fault = np.zeros(self.runs, int)
@@ -181,12 +180,11 @@ class Controller:
         if self.fault is None:
             raise ValueError("the controller isn't started: call start(tilt)")
         with np.errstate(invalid="ignore", over="ignore"):
-            return self._step(*map(
-                self._each, (gyro, wheels, tilt, target, rate)))
+            return self._step(*map(self._each, (gyro, wheels, tilt, target, rate)))
 
     def _step(self, gyro, wheels, tilt, target, rate):
         f, law = self.firmware, self.firmware.law
-        T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
+        _T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
         one = self.kind.type(f.fastest * law.T)  # rad in a tick
         limit, tip = self.kind.type(f.limit), self.kind.type(f.tip)
         span, huge = self.kind.type(f.gyro_range), self.kind.type(HUGE)
@@ -211,8 +209,7 @@ class Controller:
         blended = theta + self.kind.type(f.blend) * (tilt - theta)
         theta = np.where(within(tilt, tip), blended, theta)
         phi = wheels + theta
-        y = [theta, phi - self.zero - target, gyro,
-             (phi - self.phi) * hertz - rate]
+        y = [theta, phi - self.zero - target, gyro, (phi - self.phi) * hertz - rate]
 
         u = self._each(law.output(self.x, y))
         V = np.where(u > limit, limit, np.where(u < -limit, -limit, u))
@@ -220,11 +217,18 @@ class Controller:
         x = law.next(self.x, y, V - u)
 
         fault = np.select(
-            [(bad > f.missing) | (lost > f.missing) | (same > f.frozen)
-             | (still > f.deaf), ~within(theta, tip), ~within(u, huge),
-             full > f.stall],
-            [FAULTS.index(w) for w in ("sensor", "fall", "command",
-                                       "stall")], 0)
+            [
+                (bad > f.missing)
+                | (lost > f.missing)
+                | (same > f.frozen)
+                | (still > f.deaf),
+                ~within(theta, tip),
+                ~within(u, huge),
+                full > f.stall,
+            ],
+            [FAULTS.index(w) for w in ("sensor", "fall", "command", "stall")],
+            0,
+        )
         good = running & (fault == 0)
 
         def keep(new, old):

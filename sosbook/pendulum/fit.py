@@ -18,7 +18,9 @@ class Fit:
     Parameters
     ----------
     names : tuple of str
+        The parameters' names.
     values : (p,) array
+        Their values, in this order.
     covariance : (p, p) array
         From the Jacobian, for residuals that may be coloured.
     residuals : (N,) array
@@ -51,7 +53,7 @@ class Fit:
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     def interval(self, name, level=0.95):
-        """The interval that holds the truth with this confidence.
+        """The interval that holds the parameter ``name`` with confidence ``level``.
 
         True only of a model that can be true: a bias isn't in it.
         """
@@ -74,6 +76,7 @@ def output_error(model, y, start):
     Returns
     -------
     Fit
+        The parameters, their covariance and the residuals.
 
     Raises
     ------
@@ -84,16 +87,28 @@ def output_error(model, y, start):
     guess = np.array(list(start.values()), dtype=float)
     try:
         found = least_squares(
-            lambda x: model(*x) - y, guess, x_scale="jac", ftol=1e-12,
-            xtol=1e-10, gtol=1e-12, max_nfev=100)
+            lambda x: model(*x) - y,
+            guess,
+            x_scale="jac",
+            ftol=1e-12,
+            xtol=1e-10,
+            gtol=1e-12,
+            max_nfev=100,
+        )
     except (ValueError, OverflowError) as error:
-        raise ValueError("the simulation with " + ", ".join(start)
-                         + f" ran away from the log: {error}") from None
+        raise ValueError(
+            "the simulation with "
+            + ", ".join(start)
+            + f" ran away from the log: {error}"
+        ) from None
     names, J, r = tuple(start), found.jac, -found.fun
     scale = np.linalg.norm(J, axis=0)
     if not scale.all() or np.linalg.cond(J / scale) > 1e8:
-        raise ValueError("the log doesn't determine " + ", ".join(names)
-                         + ": it needs a voltage that excites the motion")
+        raise ValueError(
+            "the log doesn't determine "
+            + ", ".join(names)
+            + ": it needs a voltage that excites the motion"
+        )
     return Fit(names, found.x, covariance(J, r), r)
 
 

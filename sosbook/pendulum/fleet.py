@@ -60,22 +60,24 @@ class Fleet:
             setattr(self, name, np.array(values))
 
     def acceleration(self, x, V, torques=(0.0, 0.0)):
-        """z'' under the voltage and the torques on theta and phi."""
+        """z'' at the states x, under the voltage V and torques on theta and phi."""
         ddz = Mip.acceleration(self, x[:2], x[2:], V)
         if not any(torques):
             return ddz
         both, (w1, w2) = self.b * np.cos(x[0]) - self.J, torques
-        return ddz + np.array([
-            self.a * w1 - both * w2, self.c * w2 - both * w1,
-        ]) / (self.a * self.c - both**2)
+        return ddz + np.array([self.a * w1 - both * w2, self.c * w2 - both * w1]) / (
+            self.a * self.c - both**2
+        )
 
     def advance(self, x, V, torques, time, steps):
-        """x after a while of constant voltage; who tips lies there."""
+        """The states x after some ``time`` under a constant V, in ``steps`` steps.
+
+        The torques act on theta and phi. A robot that tips over lies there.
+        """
         h = time / steps
 
         def rate(x):
-            return np.concatenate(
-                [x[2:], self.acceleration(x, V, torques)]) * up
+            return np.concatenate([x[2:], self.acceleration(x, V, torques)]) * up
 
         for _ in range(steps):
             up = np.abs(x[0]) < np.pi / 2

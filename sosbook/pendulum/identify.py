@@ -62,8 +62,9 @@ def fit_body(log, model="pendulum", friction=False):
         raise ValueError("friction needs model='pendulum'")
     (gyro,), V, T = log.need("gyro"), log.V, log.T
     if model != "pendulum" and not log.even:
-        raise ValueError("a log whose samples aren't equally far apart "
-                         "needs model='pendulum'")
+        raise ValueError(
+            "a log whose samples aren't equally far apart needs model='pendulum'"
+        )
     zeros = [1, 0] if model == "free zero" else [1]
     held, smooth = (V, gyro) if log.even else log.evenly(gyro)
     B, A = srivc(held, smooth - smooth.mean(), T, zeros, 2, cutoff=10.0)
@@ -83,11 +84,10 @@ def fit_body(log, model="pendulum", friction=False):
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     start["offset"] = gyro.mean()
-    fit = output_error(linear if model in BODY[1:] else pendulum, gyro,
-                       start)
+    fit = output_error(linear if model in BODY[1:] else pendulum, gyro, start)
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER:
+        for stick in SHARPER:  # noqa: B007 (the models read it)
             steps = 4
             fits.append(output_error(pendulum, gyro, start))
         fit = best(fits)
@@ -100,6 +100,7 @@ def speed(log, wheel=1, counts=COUNTS):
     Parameters
     ----------
     log : Log
+        A log with that wheel's encoder.
     wheel : {1, 2}
     counts : float
         Counts per turn of the wheel.
@@ -115,8 +116,7 @@ def speed(log, wheel=1, counts=COUNTS):
     return np.diff(count) * 2 * np.pi / counts / log.steps[:-1]
 
 
-def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
-              friction=False):
+def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS, friction=False):
     r"""The wheels' experiment: e/a, f/a, with a = 2 I_w.
 
     Parameters
@@ -156,13 +156,15 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
     True
     """
     if differencing not in ("modelled", "plain"):
-        raise ValueError("differencing must be 'modelled' or 'plain', got "
-                         f"{differencing!r}")
+        raise ValueError(
+            f"differencing must be 'modelled' or 'plain', got {differencing!r}"
+        )
     if friction and differencing == "plain":
         raise ValueError("friction needs differencing='modelled'")
     if differencing == "plain" and not log.even:
-        raise ValueError("a log whose samples aren't equally far apart "
-                         "needs differencing='modelled'")
+        raise ValueError(
+            "a log whose samples aren't equally far apart needs differencing='modelled'"
+        )
     y, V, T = speed(log, wheel, counts), log.V, log.T
     held, smooth = V, np.append(0.0, y)
     if not log.even:
@@ -184,19 +186,29 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS,
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     fit = output_error(
-        rubbing if friction or not log.even else plain
-        if differencing == "plain" else modelled, y, start)
+        rubbing
+        if friction or not log.even
+        else plain
+        if differencing == "plain"
+        else modelled,
+        y,
+        start,
+    )
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER:
+        for stick in SHARPER:  # noqa: B007 (the models read it)
             fits.append(output_error(rubbing, y, start))
         fit = best(fits)
     quantum = 2 * np.pi / counts / T
     if differencing == "modelled" and quantum > COARSE * np.std(y):
-        angles = np.cumsum(np.append(0.0, (y - fit.residuals)
-                                     * log.steps[:-1]))
-        fit = coarse(fit, angles, quantum * T, log.steps[:-1],
-                     rubbing if friction or not log.even else modelled)
+        angles = np.cumsum(np.append(0.0, (y - fit.residuals) * log.steps[:-1]))
+        fit = coarse(
+            fit,
+            angles,
+            quantum * T,
+            log.steps[:-1],
+            rubbing if friction or not log.even else modelled,
+        )
     return signs(fit, "wheels", f"encoder{wheel} or the motors")
 
 
@@ -210,14 +222,15 @@ def coarse(fit, angles, one, steps, model):
     again = []
     for part in (0.1, 0.3, 0.5, 0.7, 0.9):
         counted = one * np.floor(angles / one + part)
-        again.append(output_error(
-            model, np.diff(counted) / steps, dict(zip(
-                fit.names, fit.values))).values)
+        again.append(
+            output_error(
+                model, np.diff(counted) / steps, dict(zip(fit.names, fit.values))
+            ).values
+        )
     off = np.array(again) - fit.values
     bias = off.mean(axis=0)
     more = np.diag(bias**2 + off.var(axis=0))
-    return Fit(fit.names, fit.values - bias, fit.covariance + more,
-               fit.residuals)
+    return Fit(fit.names, fit.values - bias, fit.covariance + more, fit.residuals)
 
 
 def best(fits):
@@ -231,14 +244,17 @@ def best(fits):
     good = [fit for fit in fits if fit.rms < AS_GOOD * first.rms]
     apart = np.array([fit.values - first.values for fit in good])
     more = np.abs(apart).max(axis=0)
-    return Fit(first.names, first.values,
-               first.covariance + np.diag((more / 2) ** 2), first.residuals)
+    return Fit(
+        first.names,
+        first.values,
+        first.covariance + np.diag((more / 2) ** 2),
+        first.residuals,
+    )
 
 
 def signs(fit, log, suspects):
     """The fit, or a ValueError if it contradicts physics."""
-    wrong = [f"{x} = {fit[x]:.3g}" for x in fit.names
-             if "_" in x and fit[x] <= 0]
+    wrong = [f"{x} = {fit[x]:.3g}" for x in fit.names if "_" in x and fit[x] <= 0]
     if wrong:
         raise ValueError(
             f"the log of the {log} gives {', '.join(wrong)}, which must be "
@@ -260,6 +276,7 @@ class Identified:
     mip : Mip
         The pendulum that fits the ratios best.
     body : Fit
+        The fit to the log of the body's experiment.
     wheels : tuple of Fit
         One for each encoder.
     """
@@ -281,7 +298,7 @@ class Identified:
         return x["e_a"] / x["f_a"] / (x["e_c"] / x["f_c"])
 
     def polytope(self, spread=0.04):
-        """`polytope` of the pendulum, as in (4.25)."""
+        """`polytope` of the pendulum, with the ``spread`` of (4.25)."""
         return polytope(self.mip, spread)
 
 
@@ -305,6 +322,7 @@ def identify(log_body, log_wheels, counts=COUNTS, friction=False, **robot):
     Returns
     -------
     Identified
+        The pendulum, its ratios with their covariance, and the fits.
 
     Raises
     ------
@@ -328,12 +346,17 @@ def identify(log_body, log_wheels, counts=COUNTS, friction=False, **robot):
             raise ValueError(f"{name} must be a Log: Log.read(path)")
     body = fit_body(log_body, friction=friction)
     both = (1,) if log_wheels.encoder2 is None else (1, 2)
-    wheels = tuple(fit_wheel(log_wheels, i, counts=counts, friction=friction)
-                   for i in both)
+    wheels = tuple(
+        fit_wheel(log_wheels, i, counts=counts, friction=friction) for i in both
+    )
     ratios = {x: body[x] for x in ("e_c", "f_c", "d_c")}
     for x in ("e_a", "f_a"):
         ratios[x] = float(np.mean([wheel[x] for wheel in wheels]))
     mean = sum(w.covariance[:2, :2] for w in wheels) / len(wheels) ** 2
     return Identified(
-        ratios, block_diag(body.covariance[:3, :3], mean),
-        Mip.from_ratios(**ratios, **robot), body, wheels)
+        ratios,
+        block_diag(body.covariance[:3, :3], mean),
+        Mip.from_ratios(**ratios, **robot),
+        body,
+        wheels,
+    )

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
 from ..plants.checks import matrix, positive
+from ..runtime.libraries import library
 
 __all__ = ["MEASURED", "SampledLaw", "combine"]
 
@@ -22,8 +22,11 @@ class SampledLaw:
     Parameters
     ----------
     A : (N, N) array_like
+        How the state moves.
     B : (N, 4) array_like
+        How the samples act on the state.
     C : (1, N) array_like
+        How the state acts on the voltage.
     D : (1, 4) array_like
         In V per rad and V per rad/s.
     T : float
@@ -51,8 +54,8 @@ class SampledLaw:
     C: np.ndarray
     D: np.ndarray
     T: float
-    W: np.ndarray = None
-    start: np.ndarray = None
+    W: np.ndarray | None = None
+    start: np.ndarray | None = None
 
     def __post_init__(self):
         A = np.asarray(self.A, float)
@@ -63,9 +66,12 @@ class SampledLaw:
         start = np.zeros(N) if self.start is None else self.start
         start = np.reshape(np.asarray(start, float), (-1, 1))
         for name, value, shape in (
-            ("A", A, (N, N)), ("B", self.B, (N, width)),
-            ("C", self.C, (1, N)), ("D", self.D, (1, width)),
-            ("W", W, (N, 1)), ("start", start, (N, 1)),
+            ("A", A, (N, N)),
+            ("B", self.B, (N, width)),
+            ("C", self.C, (1, N)),
+            ("D", self.D, (1, width)),
+            ("W", W, (N, 1)),
+            ("start", start, (N, 1)),
         ):
             found = matrix(name, value, shape)
             object.__setattr__(self, name, found)
@@ -114,8 +120,9 @@ class SampledLaw:
         K_I = K[0, 4]
         if K_I == 0:
             raise ValueError("K's last entry, K_I, is zero: leave it out")
-        return cls([[1]], [[0, T, 0, 0]], K[:, 4:], K[:, :4], T,
-                   W=[[T / (unwind * K_I)]])
+        return cls(
+            [[1]], [[0, T, 0, 0]], K[:, 4:], K[:, :4], T, W=[[T / (unwind * K_I)]]
+        )
 
     @classmethod
     def appendix_b(cls, K, T):
@@ -129,6 +136,7 @@ class SampledLaw:
         Parameters
         ----------
         K : (1, 4) or (1, 5) array_like
+            The gain, [K_P K_D] or [K_P K_D K_I].
         T : float
             In s.
 
@@ -151,8 +159,11 @@ class SampledLaw:
         return cls(
             [[1, 0], [T, 1]],
             [[0, 0, 0, K_I], np.append([0, 0], K[0, :2])],
-            [[0, T]], [np.concatenate(rates)], T,
-            start=[0, K[0, 0] / T])
+            [[0, T]],
+            [np.concatenate(rates)],
+            T,
+            start=[0, K[0, 0] / T],
+        )
 
     @classmethod
     def of_controller(cls, controller, T, W=None, start=None):
@@ -178,23 +189,24 @@ class SampledLaw:
 
         Examples
         --------
+        >>> import control
         >>> lag = control.ss([[-1]], [[1, 0]], [[1]], [[0, 0]])
         >>> law = SampledLaw.of_controller(lag, 0.1)
         >>> float(law.A[0, 0].round(4)), law.B.round(4)
         (0.9048, array([[0.    , 0.    , 0.0952, 0.    ]]))
         """
+        control = library("control")
         given = control.ss(controller)
         if (given.ninputs, given.noutputs) != (2, 1):
-            raise ValueError(
-                "controller must take [theta', phi'] and give one voltage")
+            raise ValueError("controller must take [theta', phi'] and give one voltage")
         held = given
         if given.isctime(strict=True):
             held = control.sample_system(given, positive("T", T), "zoh")
-        elif not (given.dt is True or given.dt is None and not given.nstates
-                  ) and not (given.dt and np.isclose(given.dt, T, atol=0)):
+        elif not (
+            given.dt is True or (given.dt is None and not given.nstates)
+        ) and not (given.dt and np.isclose(given.dt, T, atol=0)):
             raise ValueError(f"controller is sampled with {given.dt}, not T")
-        B, D = (np.hstack([np.zeros((len(x), 2)), x])
-                for x in (held.B, held.D))
+        B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in (held.B, held.D))
         return cls(held.A, B, held.C, D, T, W, start)
 
     def output(self, x, y):
@@ -202,7 +214,10 @@ class SampledLaw:
         return combine([*self.C[0], *self.D[0]], [*x, *y])
 
     def next(self, x, y, withheld):
-        """The next state; withheld is V - u."""
+        """The next state, from the states x and the samples y.
+
+        ``withheld`` is V - u, what the limit took away.
+        """
         return [
             combine([*a, *b, *w], [*x, *y, withheld])
             for a, b, w in zip(self.A, self.B, self.W)
@@ -210,7 +225,7 @@ class SampledLaw:
 
 
 def combine(factors, values):
-    """The sum of factor times value, from the left; zeros are left out.
+    """The sum of factors times values, from the left; zeros are left out.
 
     Entry by entry, in the values' own precision: the C program does the
     very same operations in the same order.
@@ -235,5 +250,6 @@ def _gain(K):
     if K.shape not in ((1, 4), (1, 5)):
         raise ValueError(
             "K must be [K_P K_D] or [K_P K_D K_I] of one motor: 4 or 5 "
-            f"entries, got the shape {K.shape}")
+            f"entries, got the shape {K.shape}"
+        )
     return matrix("K", K)

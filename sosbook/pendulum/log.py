@@ -8,8 +8,13 @@ import numpy as np
 
 __all__ = ["Log"]
 
-DIGITS = {"t": "{:.9g}", "V": "{:.6g}", "gyro": "{:.5g}",
-          "encoder1": "{:.9g}", "encoder2": "{:.9g}"}
+DIGITS = {
+    "t": "{:.9g}",
+    "V": "{:.6g}",
+    "gyro": "{:.5g}",
+    "encoder1": "{:.9g}",
+    "encoder2": "{:.9g}",
+}
 EVEN = 0.01  # of a period: so far from its time a sample is on time
 LOST = 1.75  # periods between two samples, when one is missing
 
@@ -49,9 +54,9 @@ class Log:
 
     t: np.ndarray
     V: np.ndarray
-    gyro: np.ndarray = None
-    encoder1: np.ndarray = None
-    encoder2: np.ndarray = None
+    gyro: np.ndarray | None = None
+    encoder1: np.ndarray | None = None
+    encoder2: np.ndarray | None = None
 
     def __post_init__(self):
         for x in fields(self):
@@ -63,8 +68,7 @@ class Log:
             value = getattr(self, x.name)
             if value is not None and len(value) != len(self.t):
                 raise ValueError(
-                    f"{x.name} has {len(value)} samples, t has "
-                    f"{len(self.t)}"
+                    f"{x.name} has {len(value)} samples, t has {len(self.t)}"
                 )
         gapless(self.t)
 
@@ -104,16 +108,18 @@ class Log:
         return [self.V[held], *(np.interp(t, self.t, y) for y in columns)]
 
     def need(self, *names):
-        """These columns, or a ValueError that says which is missing."""
+        """The columns of these names; a ValueError says which is missing."""
         for name in names:
             if getattr(self, name) is None:
-                raise ValueError(f"the log has no column {name}; it needs "
-                                 f"{', '.join(('t', 'V', *names))}")
+                raise ValueError(
+                    f"the log has no column {name}; it needs "
+                    f"{', '.join(('t', 'V', *names))}"
+                )
         return [getattr(self, name) for name in names]
 
     @classmethod
     def read(cls, path):
-        """A log from a CSV file with a row of names first.
+        """A log from the CSV file at ``path``, which has a row of names first.
 
         The names are t, V and those of gyro, encoder1, encoder2 that
         were recorded; other columns are refused.
@@ -131,8 +137,10 @@ class Log:
             )
         for i, row in enumerate(rows[1:], 2):
             if len(row) != len(names) or not all(x.strip() for x in row):
-                raise ValueError(f"{path}: line {i} lacks a value or has "
-                                 f"one too many: {','.join(row)!r}")
+                raise ValueError(
+                    f"{path}: line {i} lacks a value or has "
+                    f"one too many: {','.join(row)!r}"
+                )
         try:
             table = np.array(rows[1:], dtype=float).reshape(-1, len(names))
         except ValueError as error:
@@ -140,7 +148,7 @@ class Log:
         return cls(**dict(zip(names, table.T)))
 
     def write(self, path):
-        """Write the CSV file that `read` reads."""
+        """Write the CSV file at ``path`` that `read` reads."""
         names = [x for x in DIGITS if getattr(self, x) is not None]
         form = ",".join(DIGITS[x] for x in names) + "\n"
         rows = zip(*(getattr(self, x).tolist() for x in names))
@@ -155,12 +163,15 @@ def column(name, value):
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be a list of real numbers") from None
     if array.ndim != 1:
-        raise ValueError(f"{name} must be a list of numbers, got "
-                         f"{array.ndim} dimensions")
+        raise ValueError(
+            f"{name} must be a list of numbers, got {array.ndim} dimensions"
+        )
     wrong = np.flatnonzero(~np.isfinite(array))
     if wrong.size:
-        raise ValueError(f"{name} isn't finite at row {wrong[0] + 1}: a "
-                         "missing sample? cut the log there or fill it in")
+        raise ValueError(
+            f"{name} isn't finite at row {wrong[0] + 1}: a "
+            "missing sample? cut the log there or fill it in"
+        )
     array.flags.writeable = False
     return array
 
@@ -171,11 +182,13 @@ def gapless(t):
         raise ValueError(f"t has {len(t)} samples; a log needs at least 3")
     step = np.diff(t)
     if (step <= 0).any():
-        raise ValueError(f"t must increase; it doesn't after row "
-                         f"{np.flatnonzero(step <= 0)[0] + 1}")
+        raise ValueError(
+            f"t must increase; it doesn't after row {np.flatnonzero(step <= 0)[0] + 1}"
+        )
     T = np.median(step)
     for k in np.flatnonzero(step > LOST * T)[:1]:
         gone = max(round(step[k] / T) - 1, 1)
         raise ValueError(
             f"t: {gone} sample{'s' * (gone > 1)} missing after "
-            f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill it in")
+            f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill it in"
+        )

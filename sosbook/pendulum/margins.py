@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
-import control
 import numpy as np
 
+from ..bisection import narrowed
 from ..plants.checks import positive
-from ..sampled import hold
+from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.system import SampledSystem
 from .law import SampledLaw
 from .model import Mip
 
@@ -35,7 +36,7 @@ def sensing(kind, T, blend=0.0):
 
     Returns
     -------
-    control.StateSpace
+    SampledSystem
         Of four inputs and four outputs, sampled with T.
 
     Examples
@@ -49,17 +50,20 @@ def sensing(kind, T, blend=0.0):
     if kind not in SENSING:
         raise ValueError(f"sensing must be one of {SENSING}, got {kind!r}")
     T = positive("T", T)
-    theta, phi, gyro, rate = np.eye(4)
+    theta, phi, gyro, _rate = np.eye(4)
     wheels = phi - theta
     if kind == "exact":
-        return control.ss([], [], [], np.eye(4), T)
+        return SampledSystem([], [], [], np.eye(4), T)
     if kind == "firmware":
         return _firmware(T, blend)
     raw = kind == "raw"
-    return control.ss(  # the state is the last tick's encoder angle
-        [[0]], [wheels], [[0], [0], [0], [-1 / T]],
-        [theta, wheels if raw else phi, gyro,
-         wheels / T + (0 if raw else gyro)], T)
+    return SampledSystem(  # the state is the last tick's encoder angle
+        [[0]],
+        [wheels],
+        [[0], [0], [0], [-1 / T]],
+        [theta, wheels if raw else phi, gyro, wheels / T + (0 if raw else gyro)],
+        T,
+    )
 
 
 def _firmware(T, blend):
@@ -70,10 +74,13 @@ def _firmware(T, blend):
     new = trust * T / 2 * gyro + blend * theta
     wheel = phi - theta + new
     rate = np.array([angle]) / T - [[0, 0, 1 / T]]
-    return control.ss(
-        [angle, [0, 0, 0], angle], [new, gyro, wheel],
+    return SampledSystem(
+        [angle, [0, 0, 0], angle],
+        [new, gyro, wheel],
         np.vstack([angle, angle, [0, 0, 0], rate]),
-        [new, wheel, gyro, wheel / T], T)
+        [new, wheel, gyro, wheel / T],
+        T,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +90,9 @@ class SampledLoop:
     Parameters
     ----------
     robot : Mip
+        The pendulum.
     law : SampledLaw
+        The control law, which sees samples and gives a voltage.
     delay : float
         From the sample to the voltage that follows from it, in s.
     sensing : str
@@ -116,24 +125,28 @@ class SampledLoop:
     def __post_init__(self):
         law = self.law
         T = law.T
-        (held,) = hold(self.robot.plant(), T, self.delay)
-        seen = np.hstack([np.eye(4), np.zeros((4, held.nstates - 4))])
-        truth = control.ss(held.A, held.B, seen, np.zeros((4, 1)), T)
-        open_loop = control.series(truth, self.controller)
-        object.__setattr__(self, "open_loop", open_loop)
+        (vertex,) = input_vertices(self.robot.plant(), None)
+        A, B = SampleTiming.of(T, self.delay).held(vertex)
+        truth = SampledSystem(A, B, np.eye(4, len(A)), np.zeros((4, 1)), T)
+        object.__setattr__(self, "loop_gain", truth.then(self.controller))
 
     @property
     def controller(self):
         """From the true [theta, phi, theta', phi'] to the voltage."""
         law = self.law
-        return control.series(
-            sensing(self.sensing, law.T, self.blend),
-            control.ss(law.A, law.B, law.C, law.D, law.T))
+        return sensing(self.sensing, law.T, self.blend).then(
+            SampledSystem(law.A, law.B, law.C, law.D, law.T)
+        )
+
+    @property
+    def open_loop(self):
+        """From the voltage to the law's, as python-control's StateSpace."""
+        return self.loop_gain.to_control()
 
     @property
     def matrix(self):
         """Of the closed loop, from one tick to the next."""
-        L = self.open_loop
+        L = self.loop_gain
         return L.A + L.B @ L.C
 
     @property
@@ -172,8 +185,7 @@ class SampledLoop:
             return np.inf
 
         def inverse(angles):
-            L = self.open_loop(np.exp(1j * angles), squeeze=True)
-            return np.abs(1 - L)
+            return np.abs(1 - self.loop_gain.at(np.exp(1j * angles))[:, 0, 0])
 
         angles = np.linspace(0, np.pi, 2001)[1:]
         found = inverse(angles)
@@ -193,7 +205,7 @@ class SampledLoop:
 
     def _end(self, far):
         """Between one and the gain ``far``, where stability ends."""
-        L = self.open_loop
+        L = self.loop_gain
 
         def stable(gain):
             return np.abs(_moving(L.A + gain * L.B @ L.C)).max() < 1
@@ -205,10 +217,11 @@ class SampledLoop:
             good = bad
         else:
             return far
-        while abs(bad / good - 1) > 1e-4:
-            middle = (bad * good) ** 0.5
-            good, bad = (middle, bad) if stable(middle) else (good, middle)
-        return float(good)
+
+        def between(good, bad):
+            return (bad * good) ** 0.5 if abs(bad / good - 1) > 1e-4 else None
+
+        return float(narrowed(stable, good, bad, between)[0])
 
 
 def _moving(F):
@@ -217,13 +230,15 @@ def _moving(F):
     return poles[np.abs(poles - 1) >= AT_ONE]
 
 
-def lowest_rate(robots, law_of, ticks=0.0, sensing="exact",
-                rates=np.geomspace(1000, 10, 241)):
+def lowest_rate(
+    robots, law_of, ticks=0.0, sensing="exact", rates=tuple(np.geomspace(1000, 10, 241))
+):
     """The rate down to which every robot's loop is stable.
 
     Parameters
     ----------
     robots : sequence of Mip
+        The pendulums, all of which shall be stable.
     law_of : callable
         From T, in s, to a `SampledLaw`.
     ticks : float
@@ -251,8 +266,7 @@ def lowest_rate(robots, law_of, ticks=0.0, sensing="exact",
     lowest = np.inf
     for rate in rates:
         law = law_of(1 / rate)
-        loops = (SampledLoop(robot, law, ticks / rate, sensing)
-                 for robot in robots)
+        loops = (SampledLoop(robot, law, ticks / rate, sensing) for robot in robots)
         if not all(loop.radius < 1 for loop in loops):
             break
         lowest = float(rate)

@@ -11,7 +11,7 @@ import numpy as np
 from ..plants.checks import number, positive
 from ..plants.second_order import SecondOrderSystem
 
-__all__ = ["Mip", "R_G", "V_MAX"]
+__all__ = ["R_G", "V_MAX", "Mip"]
 
 V_MAX = 7.4  # V, of the battery
 R_G = 35.37  # motor turns per wheel turn
@@ -75,7 +75,7 @@ class Mip:
     d: float
     e: float
     f: float
-    I_w: float = None
+    I_w: float | None = None
     J: float = 0.0
 
     def __post_init__(self):
@@ -88,8 +88,21 @@ class Mip:
         positive("a c - (|b| + |J|)^2", self.a * self.c - worst**2)
 
     @classmethod
-    def from_ratios(cls, e_c, f_c, d_c, e_a, *, f_a=None, M_b=0.272,
-                    l=0.040, r=0.032, M_w=0.027, g=9.8, rotors=False):
+    def from_ratios(
+        cls,
+        e_c,
+        f_c,
+        d_c,
+        e_a,
+        *,
+        f_a=None,
+        M_b=0.272,
+        l=0.040,
+        r=0.032,
+        M_w=0.027,
+        g=9.8,
+        rotors=False,
+    ):
         """The pendulum with the ratios that two experiments measure.
 
         Parameters
@@ -131,8 +144,9 @@ class Mip:
         >>> round(mip.e, 4), round(mip.f, 4)
         (0.0294, 0.0069)
         """
-        asked = dict(e_c=e_c, f_c=f_c, d_c=d_c, e_a=e_a, M_b=M_b, l=l,
-                     r=r, M_w=M_w, g=g)
+        asked = dict(
+            e_c=e_c, f_c=f_c, d_c=d_c, e_a=e_a, M_b=M_b, l=l, r=r, M_w=M_w, g=g
+        )
         for name, value in asked.items():
             positive(name, value)
         b, d = M_b * l * r, M_b * g * l
@@ -175,6 +189,7 @@ class Mip:
         Returns
         -------
         SecondOrderSystem
+            The linear plant with one input.
 
         Notes
         -----
@@ -188,8 +203,11 @@ class Mip:
         """
         a, b, c, d, e, f = self._about_upright()
         return SecondOrderSystem(
-            M=[[c, b], [b, a]], D=[[f, -f], [-f, f]],
-            S=[[-d, 0], [0, 0]], B=[[-e], [e]], F=F,
+            M=[[c, b], [b, a]],
+            D=[[f, -f], [-f, f]],
+            S=[[-d, 0], [0, 0]],
+            B=[[-e], [e]],
+            F=F,
         )
 
     def printed_form(self, F=((1,), (1,))):
@@ -208,6 +226,7 @@ class Mip:
         Returns
         -------
         SecondOrderSystem
+            The same plant in the thesis's form.
 
         Notes
         -----
@@ -224,7 +243,8 @@ class Mip:
             M=np.eye(2) * (a * c - b**2),
             D=[[f * (a + b), -f * (a + b)], [-f * (b + c), f * (b + c)]],
             S=[[-a * d, 0], [b * d, 0]],
-            B=[[-e * (a + b)], [e * (b + c)]], F=F,
+            B=[[-e * (a + b)], [e * (b + c)]],
+            F=F,
         )
 
     def acceleration(self, z, dz, V):
@@ -240,6 +260,7 @@ class Mip:
         Returns
         -------
         (2, ...) array
+            [theta''; phi''] in rad/s^2.
 
         Notes
         -----
@@ -255,9 +276,9 @@ class Mip:
         torque = self.e * V - self.f * (dphi - dtheta)
         body = self.d * sin - torque
         wheels = self.b * sin * dtheta**2 + torque
-        return np.array([
-            self.a * body - both * wheels, self.c * wheels - both * body,
-        ]) / (self.a * self.c - both**2)
+        return np.array(
+            [self.a * body - both * wheels, self.c * wheels - both * body]
+        ) / (self.a * self.c - both**2)
 
     def energy(self, z, dz):
         """Kinetic plus potential energy, in J; zero at rest, theta = 90°.
@@ -279,8 +300,10 @@ class Mip:
         theta, (dtheta, dphi) = np.asarray(z)[0], np.asarray(dz)
         cos = np.cos(theta)
         return (
-            self.c * dtheta**2 / 2 + self.a * dphi**2 / 2
-            + (self.b * cos - self.J) * dtheta * dphi + self.d * cos
+            self.c * dtheta**2 / 2
+            + self.a * dphi**2 / 2
+            + (self.b * cos - self.J) * dtheta * dphi
+            + self.d * cos
         )
 
     def _about_upright(self):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..plants.checks import number, positive
+from ..proofs import CHECKER
 from ..sampled import certify_sampled
 from .export import PYCTRL, c_header, c_source, pyctrl_script, rc_balance
 from .firmware import Firmware, share
@@ -35,7 +36,7 @@ class Deployment:
     mip : Mip
         The robot in the middle.
     spread : float
-        Of e/c and e/a, relative.
+        Relative spread of e/c and of e/a.
     design : Design
         Theorem 2.4 over the polytope.
     delayed : DelayDesign
@@ -73,44 +74,51 @@ class Deployment:
     cells: int = CELLS
     peak: float = PEAK
     identified: object = None
-    robot: Robot = None
+    robot: Robot | None = None
     data: dict = field(default_factory=dict)
 
     def __post_init__(self):
         about = self.delayed.request
-        plants = (self.design.request.plant, about.plant,
-                  polytope(self.mip, self.spread))
+        plants = (
+            self.design.request.plant,
+            about.plant,
+            polytope(self.mip, self.spread),
+        )
         for name in "MDSB":
             first, *others = (
-                [getattr(v, name) for v in each.vertices] for each in plants)
+                [getattr(v, name) for v in each.vertices] for each in plants
+            )
             if not all(np.array_equal(first, other) for other in others):
-                raise ValueError("design, delayed and mip with its spread "
-                                 "are about different plants")
+                raise ValueError(
+                    "design, delayed and mip with its spread are about different plants"
+                )
         if not np.array_equal(self.delayed.K, self.certificate.K):
-            raise ValueError("delayed isn't about the design's gain, "
-                             "rounded to six digits")
+            raise ValueError(
+                "delayed isn't about the design's gain, rounded to six digits"
+            )
         positive("T", self.T)
         if number("delay", self.delay) < 0:
-            raise ValueError(
-                f"delay must be 0 or more, in s, got {self.delay!r}")
+            raise ValueError(f"delay must be 0 or more, in s, got {self.delay!r}")
         share("blend", self.blend)
         robot = self.robot or Robot.shipped("thesis")
-        object.__setattr__(self, "robot", robot.but(
-            T=self.T, delay=self.delay, blend=self.blend))
+        object.__setattr__(
+            self, "robot", robot.but(T=self.T, delay=self.delay, blend=self.blend)
+        )
         least, most = about.tau - about.mu, about.tau + about.mu
         longest = self.T + self.delay + robot.jitter
         if least > 0 or most < longest * (1 - 1e-12):
             late = "T + delay" + " + jitter" * (robot.jitter > 0)
             raise ValueError(
                 f"delayed is about {least:g} to {most:g} s, but must be "
-                f"about 0 to {late} = {longest:g} s")
+                f"about 0 to {late} = {longest:g} s"
+            )
         asked = self.design.request
         plain = asked.coupling == "pairs" and not about.misprints
-        if not plain or any(not np.array_equal(x.U, U)
-                            for x in (asked, about)):
+        if not plain or any(not np.array_equal(x.U, U) for x in (asked, about)):
             raise ValueError(
                 "design and delayed must be of U = [0 1], pairs of vertices "
-                "and the theorem as mended: the header says so")
+                "and the theorem as mended: the header says so"
+            )
 
     @cached_property
     def certificate(self):
@@ -152,8 +160,7 @@ class Deployment:
     @property
     def sensitivity(self):
         """The largest peak of the sensitivity of all `loops`."""
-        return max(
-            x.sensitivity for row in self.loops.values() for x in row)
+        return max(x.sensitivity for row in self.loops.values() for x in row)
 
     @cached_property
     def sampled(self):
@@ -166,9 +173,9 @@ class Deployment:
         parts = triangles(self.mip, self.spread)
         return {
             late: tuple(
-                certify_sampled(part, row[0].controller, self.T, late,
-                                cells=self.cells)
-                for part in parts)
+                certify_sampled(part, row[0].controller, self.T, late, cells=self.cells)
+                for part in parts
+            )
             for late, row in self.loops.items()
         }
 
@@ -176,15 +183,18 @@ class Deployment:
     def lacking(self):
         """The proofs that fail, in words; empty if all hold."""
         found = []
-        for name, proof in (("in continuous time", self.certificate),
-                            ("behind the hold", self.held)):
+        for name, proof in (
+            ("in continuous time", self.certificate),
+            ("behind the hold", self.held),
+        ):
             if not proof.proven:
                 found.append(f"{name}: {', '.join(proof.failed)}")
         for late, row in self.sampled.items():
             words = {text for proof in row for text in proof.failed}
             if words:
-                found.append(f"sampled, {1000 * late:g} ms late: "
-                             + "; ".join(sorted(words)))
+                found.append(
+                    f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(words))
+                )
         return tuple(found)
 
     @property
@@ -194,8 +204,10 @@ class Deployment:
 
     def _advice(self):
         if self.blend == 0:
-            return ("With blend = 0 nothing corrects the estimate of theta: "
-                    "take a blend above 0")
+            return (
+                "With blend = 0 nothing corrects the estimate of theta: "
+                "take a blend above 0"
+            )
         if any("undecided" in words for words in self.lacking):
             return "Where a proof is undecided, take more cells"
         return "Take a larger R, a smaller spread or delay"
@@ -204,14 +216,12 @@ class Deployment:
     def facts(self):
         """What the C program's header says, from a word to a sentence."""
         mip, T = self.mip, self.law.T
-        letters = ", ".join(
-            f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
+        letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
         return {
             **self.data,
             "robot": self.robot.words,
             "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}",
-            "spread": f"e/c and e/a off by {100 * self.spread:g} %, either "
-            "way",
+            "spread": f"e/c and e/a off by {100 * self.spread:g} %, either way",
             "specification": "least quadratic cost (Theorem 2.4, vertices "
             f"and pairs), Q = {self._weights()}, R = "
             f"{self.design.request.cost.R[0, 0]:g}, U = [0 1]",
@@ -242,9 +252,11 @@ class Deployment:
         if not all(x.proven for row in self.sampled.values() for x in row):
             return "none"
         delays = ", ".join(f"{1000 * late:g}" for late in self.sampled)
-        return ("every plant of the polytope, with this law and its "
-                "estimates of theta, phi and phi', is stable for each of "
-                f"the constant delays {delays} ms")
+        return (
+            "every plant of the polytope, with this law and its "
+            "estimates of theta, phi and phi', is stable for each of "
+            f"the constant delays {delays} ms"
+        )
 
     @cached_property
     def firmware(self):
@@ -256,9 +268,17 @@ class Deployment:
         """With what the description says of faults."""
         robot = self.robot
         return Firmware(
-            law, limit=limit, tip=robot.tip, blend=self.blend,
-            missing=robot.missing, frozen=robot.frozen, stall=robot.stall,
-            gyro_range=robot.gyro_range, deaf=robot.deaf, note=note)
+            law,
+            limit=limit,
+            tip=robot.tip,
+            blend=self.blend,
+            missing=robot.missing,
+            frozen=robot.frozen,
+            stall=robot.stall,
+            gyro_range=robot.gyro_range,
+            deaf=robot.deaf,
+            note=note,
+        )
 
     @property
     def stand(self):
@@ -269,13 +289,16 @@ class Deployment:
         """
         return self._firmware(
             SampledLaw.of_gain(self.law.D * [1, 0, 1, 0], self.T),
-            min(STAND, self.robot.limit), (
+            min(STAND, self.robot.limit),
+            (
                 "For the stand, wheels in the air, to check signs: the "
                 "gains of theta and theta' alone. It doesn't balance.",
-                f"robot: {self.robot.words}"))
+                f"robot: {self.robot.words}",
+            ),
+        )
 
     def write(self, folder, name="balance"):
-        """Write the programs and their provenance.
+        """Write the programs, their provenance and their proofs.
 
         Parameters
         ----------
@@ -287,6 +310,7 @@ class Deployment:
         Returns
         -------
         list of Path
+            Where the files stand.
 
         Raises
         ------
@@ -297,33 +321,51 @@ class Deployment:
         if not self.proven:
             raise ValueError(
                 "this controller isn't proven, so it isn't written. "
-                + ". ".join(self.lacking) + ". " + self._advice())
+                + ". ".join(self.lacking)
+                + ". "
+                + self._advice()
+            )
         if self.sensitivity > self.peak:
             raise ValueError(
                 "this controller's margin is thin, so it isn't written: "
                 f"its sensitivity peaks at {self.sensitivity:.2f}, above "
                 f"{self.peak:g}. Leave R out, and the smallest that will "
-                "do is searched")
+                "do is searched"
+            )
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        texts = {f"provenance_{name}.json": json.dumps(
-            self.facts, indent=2) + "\n"}
+        texts = {f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n"}
         for precision, suffix in (("double", ""), ("single", "_single")):
             texts[f"{name}{suffix}.h"] = c_header(
-                self.firmware, f"{name}{suffix}", precision)
+                self.firmware, f"{name}{suffix}", precision
+            )
             texts[f"{name}{suffix}.c"] = c_source(
-                self.firmware, f"{name}{suffix}", precision)
+                self.firmware, f"{name}{suffix}", precision
+            )
         texts[f"{name}_stand.h"] = c_header(self.stand, f"{name}_stand")
         texts[f"{name}_stand.c"] = c_source(self.stand, f"{name}_stand")
-        for each, firmware in ((name, self.firmware),
-                               (f"{name}_stand", self.stand)):
+        for each, firmware in ((name, self.firmware), (f"{name}_stand", self.stand)):
             if self.robot.board == "beaglebone":
-                texts[f"rc_{each}.c"] = rc_balance(
-                    firmware, each, robot=self.robot)
-                if all(getattr(self.robot, word) == pins for word, pins
-                       in PYCTRL.items() if "channels" in word):
+                texts[f"rc_{each}.c"] = rc_balance(firmware, each, robot=self.robot)
+                if all(
+                    getattr(self.robot, word) == pins
+                    for word, pins in PYCTRL.items()
+                    if "channels" in word
+                ):
                     texts[f"pyctrl_{each}.py"] = pyctrl_script(
-                        firmware, robot=self.robot)
+                        firmware, robot=self.robot
+                    )
+        texts |= self._proofs(name)
         for file, text in texts.items():
             (folder / file).write_bytes(text.encode())
         return [folder / file for file in texts]
+
+    def _proofs(self, name):
+        """The proofs as files, and the checker of those in rationals."""
+        rows = enumerate((x for row in self.sampled.values() for x in row), 1)
+        return {
+            f"proof_{name}.json": self.certificate.text,
+            f"proof_{name}_hold.json": self.held.text,
+            **{f"proof_{name}_sampled_{k}.json": proof.text for k, proof in rows},
+            "check_proof.py": CHECKER.read_text("utf-8"),
+        }

@@ -14,7 +14,9 @@ def recovered(robots, controller, tilts, t_end=3.0, **options):
     Parameters
     ----------
     robots : Mip or sequence of Mip
+        The pendulums.
     controller : Firmware
+        What drives them.
     tilts : (m,) array_like
         In rad.
     t_end : float
@@ -37,19 +39,21 @@ def recovered(robots, controller, tilts, t_end=3.0, **options):
     """
     robots, tilts = listed(robots), np.ravel(tilts)
     every = [robot for robot in robots for _ in tilts]
-    run = simulate(every, controller, np.tile(tilts, len(robots)), t_end,
-                   **options)
+    run = simulate(every, controller, np.tile(tilts, len(robots)), t_end, **options)
     return run.settled.reshape(len(robots), len(tilts))
 
 
-def largest_tilt(robots, controller, t_end=3.0, high=np.pi / 3, points=8,
-                 rounds=3, **options):
+def largest_tilt(
+    robots, controller, t_end=3.0, high=np.pi / 3, points=8, rounds=3, **options
+):
     """The tilt up to which each robot stands up again.
 
     Parameters
     ----------
     robots : Mip or sequence of Mip
+        The pendulums.
     controller : Firmware
+        What drives them.
     t_end : float
         In s.
     high : float
@@ -58,6 +62,7 @@ def largest_tilt(robots, controller, t_end=3.0, high=np.pi / 3, points=8,
         Tilts tried side by side; the first that fails bounds the next
         round, which splits what is left.
     rounds : int
+        How often the interval of tilts is split.
     **options
         As for `simulate`.
 

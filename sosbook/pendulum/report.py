@@ -1,11 +1,11 @@
 """A page about two logs: what was fitted, what is left over, and why
 they were refused."""
 
-from html import escape
 from pathlib import Path
 
 import numpy as np
 
+from ..display.escape import page_text
 from .gate import widened
 
 __all__ = ["page", "write_report"]
@@ -24,37 +24,50 @@ td, th {{ padding: 0 1em 0 0; text-align: left; }}
 
 
 def page(seen):
-    """The page of an `Inspection`, as HTML with its own pictures."""
-    parts = [f"<p>{escape(seen.robot.words)}</p>", "<h2>Findings</h2>"]
-    parts.append("<ul>" + "".join(
-        f'<li class="{f.severity}"><b>{f.severity}</b>: {escape(str(f))}</li>'
-        for f in seen.findings) + "</ul>" if seen.findings else
-        "<p>Nothing speaks against these logs.</p>")
+    """The page of an `Inspection`, ``seen``, as HTML with its own pictures."""
+    parts = [f"<p>{page_text(seen.robot.words)}</p>", "<h2>Findings</h2>"]
+    parts.append(
+        "<ul>"
+        + "".join(
+            f'<li class="{f.severity}"><b>{f.severity}</b>: {page_text(str(f))}</li>'
+            for f in seen.findings
+        )
+        + "</ul>"
+        if seen.findings
+        else "<p>Nothing speaks against these logs.</p>"
+    )
     found = seen.identified
     if found is None:
         parts += _raw("gyro (rad/s)", seen.body.t, seen.body.gyro)
-        parts += _raw("encoder1 (counts)", seen.wheels.t,
-                      seen.wheels.encoder1)
+        parts += _raw("encoder1 (counts)", seen.wheels.t, seen.wheels.encoder1)
     else:
         rows = "".join(
             f"<tr><td>{name.replace('_', '/')}</td><td>{value:.5g}</td>"
-            f"<td>&plusmn; {1.96 * sd:.2g}</td></tr>" for (name, value), sd
-            in zip(found.ratios.items(), widened(found)))
+            f"<td>&plusmn; {1.96 * sd:.2g}</td></tr>"
+            for (name, value), sd in zip(found.ratios.items(), widened(found))
+        )
         parts.append(
             f"<h2>Ratios, at 95 %</h2><table>{rows}</table><p>e/f by the "
             "wheels over e/f by the body, one on one robot: "
-            f"{found.contradiction:.4f}</p>")
-        parts += _residuals("log of the body: gyro", seen.body.t,
-                            found.body.residuals)
+            f"{found.contradiction:.4f}</p>"
+        )
+        parts += _residuals("log of the body: gyro", seen.body.t, found.body.residuals)
         for k, fit in enumerate(found.wheels, 1):
-            parts += _residuals(f"log of the wheels: speed by encoder{k}",
-                                seen.wheels.t[1:], fit.residuals)
-    return PAGE.format(title=f"Identification of {escape(seen.robot.name)}",
-                       body="\n".join(parts))
+            parts += _residuals(
+                f"log of the wheels: speed by encoder{k}",
+                seen.wheels.t[1:],
+                fit.residuals,
+            )
+    return PAGE.format(
+        title=f"Identification of {page_text(seen.robot.name)}", body="\n".join(parts)
+    )
 
 
 def write_report(seen, folder):
-    """Write identification.html into a folder; returns its path."""
+    """Write the page of ``seen`` to identification.html in a folder.
+
+    Returns its path.
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "identification.html"
@@ -77,17 +90,22 @@ def _residuals(label, t, r):
         f"<h2>{label}: measured minus modelled</h2>",
         _curve(t, r, f"residuals in rad/s, {size:.3g} rms"),
         f"<p>Correlation with itself, 1 to {lags[-1]} samples later; noise "
-        f"stays within &plusmn; {1.96 / len(r)**0.5:.2g}:</p>",
-        _curve(lags, related, "autocorrelation", 1.0)]
+        f"stays within &plusmn; {1.96 / len(r) ** 0.5:.2g}:</p>",
+        _curve(lags, related, "autocorrelation", 1.0),
+    ]
 
 
 def _curve(x, y, label, top=None):
     """An SVG polyline; of each stretch the lowest and highest point."""
     count = max(len(y) // (POINTS // 2), 1)
     ends = len(y) // count * count
-    some = np.sort(np.reshape(np.argsort(
-        np.reshape(y[:ends], (-1, count)), axis=1)[:, [0, -1]]
-        + np.arange(0, ends, count)[:, None], -1))
+    some = np.sort(
+        np.reshape(
+            np.argsort(np.reshape(y[:ends], (-1, count)), axis=1)[:, [0, -1]]
+            + np.arange(0, ends, count)[:, None],
+            -1,
+        )
+    )
     x, y = np.asarray(x)[some], np.asarray(y)[some]
     top = top or float(abs(y).max()) or 1.0
     across = WIDTH * (x - x[0]) / (x[-1] - x[0])
@@ -95,6 +113,7 @@ def _curve(x, y, label, top=None):
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down))
     return (
         f'<svg width="{WIDTH}" height="{HEIGHT}" role="img" aria-label="'
-        f'{escape(label)}"><polyline fill="none" stroke="#06c" points="'
-        f'{points}"/><text x="4" y="14">{escape(label)}; &plusmn; {top:.3g}, '
-        f"{x[0]:.4g} to {x[-1]:.4g}</text></svg>")
+        f'{page_text(label)}"><polyline fill="none" stroke="#06c" points="'
+        f'{points}"/><text x="4" y="14">{page_text(label)}; &plusmn; {top:.3g}, '
+        f"{x[0]:.4g} to {x[-1]:.4g}</text></svg>"
+    )

@@ -76,8 +76,9 @@ class Rig:
 
     def __post_init__(self):
         if self.mip.I_w is None:
-            raise ValueError("mip has no I_w: the wheels' experiment "
-                             "measures e / (2 I_w)")
+            raise ValueError(
+                "mip has no I_w: the wheels' experiment measures e / (2 I_w)"
+            )
         for name in ("noise", "friction"):
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name} can't be negative")
@@ -87,8 +88,13 @@ class Rig:
     def ratios(self):
         """The truth as a dict: e_c, f_c, d_c, e_a, f_a of wheel 1."""
         x = self.mip
-        return {"e_c": x.e / x.c, "f_c": x.f / x.c, "d_c": x.d / x.c,
-                "e_a": x.e / (2 * x.I_w), "f_a": x.f / (2 * x.I_w)}
+        return {
+            "e_c": x.e / x.c,
+            "f_c": x.f / x.c,
+            "d_c": x.d / x.c,
+            "e_a": x.e / (2 * x.I_w),
+            "f_a": x.f / (2 * x.I_w),
+        }
 
     def body(self):
         """The log of section 4.2.1: held by the wheels, upside down.
@@ -100,8 +106,7 @@ class Rig:
         """
         t, V = chirp(1, 20, amplitude=self.amplitude)
         x = self.ratios
-        _, gyro = motion(-x["e_c"], x["f_c"], x["d_c"], V, t[1],
-                         self.friction, FINE)
+        _, gyro = motion(-x["e_c"], x["f_c"], x["d_c"], V, t[1], self.friction, FINE)
         if not self.ideal:
             random = np.random.default_rng(self.seed)
             gyro = gyro + self.noise * random.standard_normal(len(t))
@@ -121,8 +126,9 @@ class Rig:
         x, random = self.ratios, np.random.default_rng(self.seed + 1)
         counts = []
         for e, f in ((1.0, 1.0), self.second):
-            angle, _ = motion(e * x["e_a"], f * x["f_a"], 0.0, V, t[1],
-                              self.friction, FINE)
+            angle, _ = motion(
+                e * x["e_a"], f * x["f_a"], 0.0, V, t[1], self.friction, FINE
+            )
             count = angle * COUNTS / (2 * np.pi)
             if not self.ideal:  # it starts somewhere between two counts
                 count = np.floor(count + random.random()) + 0.0
@@ -140,6 +146,7 @@ def shipped(name):
     Returns
     -------
     Log
+        The log of that experiment.
 
     Examples
     --------

@@ -13,15 +13,21 @@ __all__ = ["BOARDS", "Robot"]
 BOARDS = ("beaglebone", "other")
 MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
-BOARD = ("mount", "nominal", "battery", "motor_channels",
-         "motor_polarities", "encoder_channels", "encoder_polarities")
+BOARD = (
+    "mount",
+    "nominal",
+    "battery",
+    "motor_channels",
+    "motor_polarities",
+    "encoder_channels",
+    "encoder_polarities",
+)
 
 
 def key(text, unit="", default=..., low=0.0, high=float("inf")):
     """A key of the description; ``low`` itself isn't allowed."""
     about = {"text": text, "unit": unit, "low": low, "high": high}
-    return field(metadata=about, **(
-        {} if default is ... else {"default": default}))
+    return field(metadata=about, **({} if default is ... else {"default": default}))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,10 +70,10 @@ class Robot:
         Voltage of a battery that isn't measured, in V.
     battery : (float, float)
         A measured battery lies between, in V.
-    motor_channels, encoder_channels : (int, int)
-        Left and right.
-    motor_polarities, encoder_polarities : (int, int)
-        1 or -1.
+    motor_channels, motor_polarities : (int, int)
+        Channels of the left and the right motor; 1 or -1.
+    encoder_channels, encoder_polarities : (int, int)
+        Likewise of the encoders.
 
     Raises
     ------
@@ -97,17 +103,14 @@ class Robot:
     T: float = key("time between samples", "s", high=0.2)
     delay: float = key("from the sample to the voltage", "s", low=None)
     jitter: float = key("by which a tick may come late", "s", 0.0, None)
-    blend: float = key("share of the accelerometers' tilt", "", None,
-                       None, 1.0)
-    tip: float = key("tilt at which the motors go off", "rad", 0.85,
-                     high=pi / 2)
+    blend: float = key("share of the accelerometers' tilt", "", None, None, 1.0)
+    tip: float = key("tilt at which the motors go off", "rad", 0.85, high=pi / 2)
     missing: int = key("bad readings in a row that are bridged", "ticks", 5)
     frozen: int = key("equal readings of a gyro that lives", "ticks", 12)
     stall: int = key("longest time at the limit", "ticks", 50)
     deaf: int = key("equal encoders under voltage", "ticks", 25)
     board: str = key("beaglebone or other", "", "other")
-    mount: float = key("tilt of the board in the body", "rad", None,
-                       low=-pi)
+    mount: float = key("tilt of the board in the body", "rad", None, low=-pi)
     nominal: float = key("battery that isn't measured", "V", None)
     battery: tuple = key("a measured battery lies between", "V", None)
     motor_channels: tuple = key("left and right", "", None)
@@ -117,59 +120,69 @@ class Robot:
 
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name.strip():
-            raise ValueError("name must be a few words in quotes, got "
-                             f"{self.name!r}")
+            raise ValueError(f"name must be a few words in quotes, got {self.name!r}")
         if self.board not in BOARDS:
-            raise ValueError(f"board must be one of {BOARDS}, got "
-                             f"{self.board!r}")
+            raise ValueError(f"board must be one of {BOARDS}, got {self.board!r}")
         self._check_board()
         if self.blend is None:
-            object.__setattr__(
-                self, "blend", round(_number(self, "T") / MEMORY, 12))
+            object.__setattr__(self, "blend", round(_number(self, "T") / MEMORY, 12))
         for x in fields(self):
             value = getattr(self, x.name)
             if x.type is float and value is not None:
                 object.__setattr__(self, x.name, _number(self, x.name))
             elif x.type is bool and not isinstance(value, bool):
-                raise ValueError(
-                    f"{x.name} must be true or false, got {value!r}")
+                raise ValueError(f"{x.name} must be true or false, got {value!r}")
             elif x.type is int and (type(value) is not int or value < 0):
-                raise ValueError(f"{x.name} must be a number of ticks, 0 "
-                                 f"or more, got {value!r}")
+                raise ValueError(
+                    f"{x.name} must be a number of ticks, 0 or more, got {value!r}"
+                )
             elif x.type is tuple and value is not None:
                 object.__setattr__(self, x.name, _pair(x.name, value))
         if self.board != "other" and not (
-                self.battery[0] < self.nominal < self.battery[1]):
+            self.battery[0] < self.nominal < self.battery[1]
+        ):
             raise ValueError(
                 f"nominal = {self.nominal:g} V must lie within battery = "
-                f"{list(self.battery)} V")
+                f"{list(self.battery)} V"
+            )
 
     def _check_board(self):
         """All keys of a known board, or none of them."""
         given = [k for k in BOARD if getattr(self, k) is not None]
         if self.board == "other" and given:
             raise ValueError(
-                f"{', '.join(given)}: no program for board = \"other\" "
-                "takes this: leave it out, or set board = \"beaglebone\"")
+                f'{", ".join(given)}: no program for board = "other" '
+                'takes this: leave it out, or set board = "beaglebone"'
+            )
         lost = [k for k in BOARD if k not in given]
         if self.board != "other" and lost:
-            raise ValueError(f"{', '.join(lost)} must be given for board = "
-                             f"\"{self.board}\"")
+            raise ValueError(
+                f'{", ".join(lost)} must be given for board = "{self.board}"'
+            )
 
     @classmethod
     def of(cls, table, source="the description"):
-        """A robot from a dict of keys, unknown ones refused."""
+        """A robot from a dict of keys, ``table``; unknown keys are refused.
+
+        Messages name the ``source`` of the description.
+        """
         known = {x.name: x for x in fields(cls)}
         for name in table:
             if name not in known:
                 near = get_close_matches(name, known, 1)
-                hint = f"; do you mean {near[0]}?" if near else (
-                    f": the keys are {', '.join(known)}")
+                hint = (
+                    f"; do you mean {near[0]}?"
+                    if near
+                    else (f": the keys are {', '.join(known)}")
+                )
                 raise ValueError(f"{source}: unknown key {name}{hint}")
-        lost = [", ".join(filter(None, (
-                    f"{x.name} ({x.metadata['text']}", x.metadata["unit"])))
-                for x in fields(cls)
-                if x.name not in table and x.default is MISSING]
+        lost = [
+            ", ".join(
+                filter(None, (f"{x.name} ({x.metadata['text']}", x.metadata["unit"]))
+            )
+            for x in fields(cls)
+            if x.name not in table and x.default is MISSING
+        ]
         if lost:
             raise ValueError(f"{source} lacks {'); '.join(lost)})")
         try:
@@ -179,7 +192,7 @@ class Robot:
 
     @classmethod
     def read(cls, path):
-        """A robot from a TOML file."""
+        """A robot from the TOML file at ``path``."""
         try:
             table = tomllib.loads(Path(path).read_text("utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -188,14 +201,13 @@ class Robot:
 
     @classmethod
     def shipped(cls, name):
-        """A description that the package ships: thesis or gearmotors."""
+        """A description that the package ships, by name: thesis or gearmotors."""
         if name not in ("thesis", "gearmotors"):
-            raise ValueError("name must be 'thesis' or 'gearmotors', got "
-                             f"{name!r}")
+            raise ValueError(f"name must be 'thesis' or 'gearmotors', got {name!r}")
         return cls.read(DATA / f"{name}.toml")
 
     def but(self, **changes):
-        """The same robot with some keys changed, and checked again."""
+        """The same robot with some ``changes`` of keys, and checked again."""
         if changes.get("T") is not None and "blend" not in changes:
             share = self.blend / self.T  # the same memory in seconds
             changes["blend"] = round(share * changes["T"], 12)
@@ -204,8 +216,10 @@ class Robot:
     @property
     def identification(self):
         """The arguments that `identify` takes."""
-        return {x: getattr(self, x) for x in (
-            "M_b", "l", "r", "M_w", "g", "counts", "rotors", "friction")}
+        return {
+            x: getattr(self, x)
+            for x in ("M_b", "l", "r", "M_w", "g", "counts", "rotors", "friction")
+        }
 
     @property
     def words(self):
@@ -233,29 +247,49 @@ def _number(robot, name):
     bounds = "0 or more" if low is None else f"above {low:.4g}"
     if isfinite(high):
         bounds += f" and at most {high:.4g}"
-    good = (isinstance(value, (int, float)) and not isinstance(value, bool)
-            and isfinite(value) and value <= high
-            and (value >= 0 if low is None else value > low))
+    good = (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and isfinite(value)
+        and value <= high
+        and (value >= 0 if low is None else value > low)
+    )
     if not good:
         unit = f" {about['unit']}".rstrip()
-        raise ValueError(f"{name} ({about['text']}) must be a number "
-                         f"{bounds}{unit}, got {value!r}")
+        raise ValueError(
+            f"{name} ({about['text']}) must be a number {bounds}{unit}, got {value!r}"
+        )
     return float(value)
 
 
 def _pair(name, value):
     """Two numbers: channels, polarities or an interval of volts."""
     what, example, good, kind = {
-        "polarities": ("1 or -1 for left and right", [1, -1],
-                       lambda v: v in (1, -1), int),
-        "channels": ("two different channels from 1 to 4", [3, 2],
-                     lambda v: 1 <= v <= 4 and len(set(value)) == 2, int),
-        "battery": ("two voltages, low and high", [5.0, 9.0],
-                    lambda v: isfinite(v) and v > 0, (int, float)),
+        "polarities": (
+            "1 or -1 for left and right",
+            [1, -1],
+            lambda v: v in (1, -1),
+            int,
+        ),
+        "channels": (
+            "two different channels from 1 to 4",
+            [3, 2],
+            lambda v: 1 <= v <= 4 and len(set(value)) == 2,
+            int,
+        ),
+        "battery": (
+            "two voltages, low and high",
+            [5.0, 9.0],
+            lambda v: isfinite(v) and v > 0,
+            (int, float),
+        ),
     }[name.split("_")[-1]]
-    if not (isinstance(value, (list, tuple)) and len(value) == 2 and all(
-            isinstance(v, kind) and not isinstance(v, bool) and good(v)
-            for v in value)):
-        raise ValueError(f"{name} must be {what}, such as {example}; got "
-                         f"{value!r}")
+    if not (
+        isinstance(value, (list, tuple))
+        and len(value) == 2
+        and all(
+            isinstance(v, kind) and not isinstance(v, bool) and good(v) for v in value
+        )
+    ):
+        raise ValueError(f"{name} must be {what}, such as {example}; got {value!r}")
     return tuple(value) if kind is int else tuple(map(float, value))

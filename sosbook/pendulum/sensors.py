@@ -60,7 +60,7 @@ class Sensors:
     counts: float = COUNTS
     gyro_step: float = GYRO_STEP
     tilt_error: float = 0.0
-    accelerometer: float = None
+    accelerometer: float | None = None
     height: float = 0.05
     r: float = 0.032
     g: float = 9.8
@@ -77,19 +77,18 @@ class Sensors:
         for name in ("offset", "tilt_error"):
             value = np.array(getattr(self, name), float)
             if value.ndim > 1 or not np.isfinite(value).all():
-                raise ValueError(
-                    f"{name} must be a finite number, or one for each run")
+                raise ValueError(f"{name} must be a finite number, or one for each run")
             object.__setattr__(self, name, value)
 
     def gyro(self, rate, noise=0.0):
-        """The gyro's word for theta', in rad/s; noise has variance 1."""
+        """The gyro's reading of a ``rate`` theta', in rad/s; noise has variance 1."""
         if self.ideal:
             return rate
         steps = (rate + self.offset + self.noise * noise) / self.gyro_step
-        return self.gyro_step * np.clip(np.round(steps), -2**15, 2**15 - 1)
+        return self.gyro_step * np.clip(np.round(steps), -(2**15), 2**15 - 1)
 
     def wheels(self, angle, part=0.0):
-        """The encoders' word for phi - theta, in rad.
+        """The encoders' reading of an ``angle`` phi - theta, in rad.
 
         It starts at a part, 0 to 1, of the way between two counts.
         """
@@ -139,6 +138,7 @@ class Readings:
     Parameters
     ----------
     sensors : Sensors
+        The kind of sensors.
     runs, count : int
         So many runs and ticks.
     seed : int
@@ -151,8 +151,7 @@ class Readings:
         self.sensors, self.zero = sensors, np.zeros(runs)
         self.part = np.array([r.random() for r in random])
         self.still = np.array([r.standard_normal(STILL) for r in random]).T
-        self.noise = np.array(
-            [r.standard_normal((count, 3)) for r in random]).T
+        self.noise = np.array([r.standard_normal((count, 3)) for r in random]).T
 
     def bias(self):
         """The gyro's mean over readings at rest, in rad/s."""
@@ -165,13 +164,13 @@ class Readings:
         return theta if ideal else theta + self.sensors.tilt_error
 
     def gyro(self, x, k):
-        """At the tick k, in rad/s."""
+        """The gyro's readings of the states x at the tick k, in rad/s."""
         return self.sensors.gyro(x[2], self.noise[0, k])
 
     def wheels(self, x):
-        """Wheels against body, in rad."""
+        """The encoders' angle of the wheels against the body, in rad, at states x."""
         return self.sensors.wheels(x[1] - x[0], self.part)
 
     def tilt(self, x, ddz, k):
-        """Of the accelerometers at the tick k, in rad."""
+        """The accelerometers' tilt at the tick k, in rad, from x and z'' (``ddz``)."""
         return self.sensors.tilt(x, ddz, self.noise[1:, k])

@@ -55,7 +55,7 @@ class Run:
     @property
     def settled(self):
         """(runs,) bool: within 3 degrees in the run's last fifth."""
-        late = self.x[0][:, 4 * len(self.t) // 5:]
+        late = self.x[0][:, 4 * len(self.t) // 5 :]
         return ~self.fell & (np.abs(late) < LEVEL).all(axis=1)
 
     @property
@@ -75,9 +75,21 @@ class Run:
         return turns / (self.t[-1] - self.t[0])
 
 
-def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
-             seed=0, substeps=10, push=None, bias=None, target=None,
-             dropouts=None, start=(0, 0, 0)):
+def simulate(
+    robots,
+    controller,
+    tilt,
+    t_end,
+    delay=0.0,
+    sensors=Sensors(),
+    seed=0,
+    substeps=10,
+    push=None,
+    bias=None,
+    target=None,
+    dropouts=None,
+    start=(0, 0, 0),
+):
     """Let robots go at a tilt and run their controller.
 
     At t = k T the sensors are read; the voltage that follows acts from
@@ -99,12 +111,14 @@ def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
         From the reading to the voltage, in s; or one for each tick. A
         voltage that is overtaken by a later one never acts.
     sensors : Sensors
+        What the controller is told of the state.
     seed : int
         Run i draws its noise from ``default_rng(seed + i)``, whatever
         runs beside it.
     substeps : int
         Runge-Kutta steps per tick, at least.
     push : Push, optional
+        A disturbance; none without it.
     bias : float or (runs,) array_like, optional
         What the controller is told of the gyro's offset, in rad/s; the
         mean of 100 readings at rest without it.
@@ -145,15 +159,18 @@ def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
     if isinstance(controller, Firmware):
         controller = controller.controller(runs)
     T, limit = _pace(controller, runs)
-    count = int(round(positive("t_end", t_end) / T)) + 1
+    count = round(positive("t_end", t_end) / T) + 1
     delay = _delays(delay, count)
     if not isinstance(substeps, int) or substeps < 1:
         raise ValueError(f"substeps must be 1 or more, got {substeps!r}")
     x = np.zeros((4, runs))
     x[0], x[1:] = tilt, np.reshape(np.asarray(start, float), (3, -1))
     readings = Readings(sensors, runs, count, seed)
-    controller.start(readings.first_tilt(tilt), readings.wheels(x),
-                     readings.bias() if bias is None else bias)
+    controller.start(
+        readings.first_tilt(tilt),
+        readings.wheels(x),
+        readings.bias() if bias is None else bias,
+    )
 
     path, V = np.empty((4, runs, count)), np.empty((runs, count))
     estimate, fault = np.empty((runs, count)), np.zeros((runs, count), int)
@@ -169,8 +186,9 @@ def simulate(robots, controller, tilt, t_end, delay=0.0, sensors=Sensors(),
         seen = [np.where(missed, np.nan, each) for each in seen]
         u = controller.step(*seen, *_wanted(target, now))
         if not np.isfinite(u).all():
-            raise ValueError(f"controller gave {u} V at tick {k}: every "
-                             "voltage must be finite")
+            raise ValueError(
+                f"controller gave {u} V at tick {k}: every voltage must be finite"
+            )
         path[..., k], V[:, k] = x, u
         estimate[:, k] = getattr(controller, "theta", np.nan)
         fault[:, k] = getattr(controller, "fault", 0)
@@ -223,14 +241,18 @@ def listed(robots):
 def _line_up(robots, tilt, sensors):
     """The fleet, the tilt of each run and their number."""
     robots, tilt = listed(robots), np.asarray(tilt, float)
-    sizes = {"robots": len(robots), "tilt": tilt.size,
-             "offset": sensors.offset.size,
-             "tilt_error": sensors.tilt_error.size}
+    sizes = {
+        "robots": len(robots),
+        "tilt": tilt.size,
+        "offset": sensors.offset.size,
+        "tilt_error": sensors.tilt_error.size,
+    }
     runs = max(sizes.values())
     for name, size in sizes.items():
         if size not in (1, runs):
-            raise ValueError(f"{name} has {size} entries for {runs} runs: "
-                             "give one, or one for each")
+            raise ValueError(
+                f"{name} has {size} entries for {runs} runs: give one, or one for each"
+            )
     if not (np.abs(tilt) <= np.pi / 2).all():
         raise ValueError("tilt must lie within a quarter turn of upright")
     tilt = np.broadcast_to(tilt.ravel(), runs)
@@ -240,8 +262,9 @@ def _line_up(robots, tilt, sensors):
 def _pace(controller, runs):
     """T and the voltage's limit of a controller for so many runs."""
     if getattr(controller, "runs", runs) != runs:
-        raise ValueError(f"controller is for {controller.runs} runs, but "
-                         f"there are {runs}")
+        raise ValueError(
+            f"controller is for {controller.runs} runs, but there are {runs}"
+        )
     firmware = getattr(controller, "firmware", None)
     if firmware is not None:
         return firmware.law.T, firmware.limit
@@ -253,8 +276,10 @@ def _pace(controller, runs):
 def _delays(delay, count):
     late = np.asarray(delay, float)
     if late.size not in (1, count) or not (late >= 0).all():
-        raise ValueError("delay must be 0 or more, in s: one number, or one "
-                         f"for each of the {count} ticks")
+        raise ValueError(
+            "delay must be 0 or more, in s: one number, or one "
+            f"for each of the {count} ticks"
+        )
     return np.broadcast_to(late.ravel(), count)
 
 

@@ -7,14 +7,25 @@ import numpy as np
 from .firmware import HUGE, PUSH
 
 __all__ = [
-    "REAL", "braces", "constants", "counts", "following", "literal",
-    "matrices", "nested", "output", "plain", "size", "total"]
+    "REAL",
+    "braces",
+    "constants",
+    "counts",
+    "following",
+    "literal",
+    "matrices",
+    "nested",
+    "output",
+    "plain",
+    "size",
+    "total",
+]
 
 REAL = {"double": float, "single": np.float32}
 
 
 def constants(firmware):
-    """Name, value and unit of the numbers outside the law."""
+    """Name, value and unit of the numbers of a firmware outside its law."""
     T, fastest = firmware.law.T, firmware.fastest
     return [
         ("HALF_TICK", T / 2, "s"),
@@ -30,60 +41,81 @@ def constants(firmware):
 
 
 def counts(firmware):
-    """Name and value of the numbers of ticks."""
-    return [("MISSING", firmware.missing), ("FROZEN", firmware.frozen),
-            ("DEAF", firmware.deaf), ("STALL", firmware.stall)]
+    """Name and value of a firmware's numbers of ticks."""
+    return [
+        ("MISSING", firmware.missing),
+        ("FROZEN", firmware.frozen),
+        ("DEAF", firmware.deaf),
+        ("STALL", firmware.stall),
+    ]
 
 
 def matrices(law):
-    """Name and value of the law's matrices that aren't zero."""
-    both = [("A", law.A), ("B", law.B), ("W", law.W[:, 0]),
-            ("C", law.C[0]), ("D", law.D[0])]
-    used = [(label, value + 0.0)  # no -0
-            for label, value in both if value.any()]
+    """Name and value of those matrices of a law that aren't zero."""
+    both = [
+        ("A", law.A),
+        ("B", law.B),
+        ("W", law.W[:, 0]),
+        ("C", law.C[0]),
+        ("D", law.D[0]),
+    ]
+    used = [
+        (label, value + 0.0)  # no -0
+        for label, value in both
+        if value.any()
+    ]
     return used + [("START", law.start)] * bool(law.order)
 
 
 def output(law):
-    """u in the words of C and of Python."""
+    """u of a law, in the words of C and of Python."""
     return total([("C", law.C[0], "x[{}]"), ("D", law.D[0], "y[{}]")])
 
 
 def following(law):
-    """The rows of x+ likewise; one of zeros is 0."""
+    """The rows of x(k + 1) of a law, in the words of C and of Python.
+
+    A row of zeros is 0.
+    """
     return [
-        total([(f"A[{i}]", law.A[i], "x[{}]"),
-              (f"B[{i}]", law.B[i], "y[{}]"),
-              ("W", law.W[:, 0] * (np.arange(law.order) == i), "(V - u)")])
+        total(
+            [
+                (f"A[{i}]", law.A[i], "x[{}]"),
+                (f"B[{i}]", law.B[i], "y[{}]"),
+                ("W", law.W[:, 0] * (np.arange(law.order) == i), "(V - u)"),
+            ]
+        )
         for i in range(law.order)
     ]
 
 
 def total(parts):
-    """factor * value + ..., from the left; zeros are left out."""
+    """The sum factor * value + ... of all parts, from the left; no zeros."""
     terms = [
         f"{label}[{i}] * {value.format(i)}"
         for label, factors, value in parts
-        for i, factor in enumerate(factors) if factor != 0
+        for i, factor in enumerate(factors)
+        if factor != 0
     ]
-    lines = [terms[i:i + 4] for i in range(0, len(terms), 4)]
+    lines = [terms[i : i + 4] for i in range(0, len(terms), 4)]
     return " +\n            ".join(map(" + ".join, lines)) or "0"
 
 
 def literal(value, precision):
-    """A hexadecimal literal of C, exact."""
+    """The exact hexadecimal literal of C for a value in double or single precision."""
     with np.errstate(over="ignore"):
         rounded = float(REAL[precision](value))
     if not np.isfinite(rounded):
         raise ValueError(
             f"{value:.9g} is too large for {precision} precision: scale "
-            "the law's states")
+            "the law's states"
+        )
     text = re.sub(r"\.?0*p", "p", rounded.hex())
     return text + ("f" if precision == "single" else "")
 
 
 def braces(value, number):
-    """An array of C, with the decimals beside it."""
+    """An array ``value`` of C, spelled by ``number``, with the decimals beside it."""
     if value.ndim == 1:
         rows = [f"    {number(x)},  /* {x:.9g} */\n" for x in value]
     else:
@@ -96,7 +128,7 @@ def braces(value, number):
 
 
 def nested(value):
-    """Lists of Python."""
+    """An array ``value`` as lists of Python."""
     if value.ndim == 1:
         return repr(value.tolist())
     rows = "".join(f"    {row},\n" for row in value.tolist())
@@ -104,12 +136,12 @@ def nested(value):
 
 
 def size(value):
-    """The brackets of an array's declaration in C."""
+    """The brackets of an array's declaration in C, for an array ``value``."""
     return "".join(f"[{n}]" for n in value.shape)
 
 
 def plain(text):
-    """Printable ASCII without what begins or ends a comment of C."""
+    """A text in printable ASCII, without what begins or ends a comment of C."""
     text = text.encode("ascii", "backslashreplace").decode()
     text = "".join(c if c.isprintable() else " " for c in text)
     for pair in ("*/", "/*", "??"):

@@ -7,7 +7,7 @@ import numpy as np
 from ..plants.checks import number
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import Polytope
-from .model import Mip
+from .model import Mip  # noqa: F401 (for the examples)
 
 __all__ = ["polytope", "reduced", "triangles", "vertices"]
 
@@ -73,6 +73,7 @@ def polytope(mip, spread=0.04):
     Returns
     -------
     Polytope
+        A polytope with four vertices.
 
     Notes
     -----
@@ -108,8 +109,7 @@ def triangles(mip, spread=0.04):
     [3, 3]
     """
     plants = polytope(mip, spread).vertices
-    return tuple(
-        Polytope([plants[0], plants[3], plants[k]]) for k in (1, 2))
+    return tuple(Polytope([plants[0], plants[3], plants[k]]) for k in (1, 2))
 
 
 def reduced(mip, spread=0.04):
@@ -146,8 +146,7 @@ def reduced(mip, spread=0.04):
         plant, inertia = each.plant(), np.eye(3)
         inertia[1:, 1:] = plant.M
         E.append(inertia)
-        A.append(np.vstack(
-            [[0, 1, 0], np.hstack([-plant.S[:, :1], -plant.D])]))
+        A.append(np.vstack([[0, 1, 0], np.hstack([-plant.S[:, :1], -plant.D])]))
         B.append(np.vstack([[[0]], plant.B]))
         B_w.append(np.vstack([[[0]], plant.F]))
     return DescriptorSystem(E, A, B, B_w, [[0, 1, 0], [0, 0, 1]])

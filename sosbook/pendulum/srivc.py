@@ -18,12 +18,14 @@ def respond(numerator, denominator, V, T):
     numerator, denominator : sequences
         Coefficients, highest power of s first.
     V : (N,) array_like
+        The voltage, held from one sample to the next.
     T : float
         Sampling time in s.
 
     Returns
     -------
     (N,) array
+        The output at the times of the samples.
 
     Examples
     --------
@@ -39,13 +41,12 @@ def sampled(numerator, denominator, signal, T, hold):
     a = np.asarray(denominator, dtype=float)
     a = a / a[0]
     b = np.zeros(len(a))
-    b[len(a) - len(numerator):] = numerator
+    b[len(a) - len(numerator) :] = numerator
     b = b / denominator[0]
     n = len(a) - 1
     A = np.vstack([-a[1:], np.eye(n)[:-1]])  # controller's companion form
     C, D = b[1:] - b[0] * a[1:], b[0]
-    A, B, C, D, _ = cont2discrete(
-        (A, np.eye(n)[:, :1], C[None], [[D]]), T, hold)
+    A, B, C, D, _ = cont2discrete((A, np.eye(n)[:, :1], C[None], [[D]]), T, hold)
     den = np.poly(A)
     num = np.poly(A - B @ C) + (np.asarray(D)[0, 0] - 1) * den
     return lfilter(num, den, signal)
@@ -70,6 +71,7 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
     cutoff : float
         In rad/s; the first filter is (s + cutoff)^-order.
     rounds : int
+        How often the filter is made anew.
 
     Returns
     -------
@@ -102,15 +104,19 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
         inputs = [_filtered(V, A, k, T, "zoh") for k in zeros]
         powers = range(order - 1, -1, -1)
         outputs = [-_filtered(y, A, k, T, "foh") for k in powers]
-        left = [-_filtered(x, A, k, T, "foh") for k in powers] if (
-            x is not None) else outputs
+        left = (
+            [-_filtered(x, A, k, T, "foh") for k in powers]
+            if (x is not None)
+            else outputs
+        )
         target = _filtered(y, A, order, T, "foh")
         Z, W = np.array([*left, *inputs]), np.array([*outputs, *inputs])
         try:
             found = np.linalg.solve(Z @ W.T, Z @ target)
         except np.linalg.LinAlgError:
-            raise ValueError("the log has no motion, or no voltage that "
-                             "excites one") from None
+            raise ValueError(
+                "the log has no motion, or no voltage that excites one"
+            ) from None
         new = _stable(np.append(1.0, found[:order]))
         still = np.allclose(new, A, rtol=1e-9)
         A, B = new, found[order:]

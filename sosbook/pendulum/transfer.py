@@ -76,8 +76,7 @@ def constrained(numerator, denominator, V, T):
     y = respond(numerator, denominator, V, T)
     B, A = srivc(V, y, T, [1], 2, cutoff=10.0)
     start = dict(e_c=-B[0], f_c=A[0], d_c=A[1])
-    return output_error(
-        lambda e, f, d: respond([-e, 0.0], [1.0, f, d], V, T), y, start)
+    return output_error(lambda e, f, d: respond([-e, 0.0], [1.0, f, d], V, T), y, start)
 
 
 def bode_band(numerator, denominator, omega, spread=0.04):

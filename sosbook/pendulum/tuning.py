@@ -8,7 +8,7 @@ that can be proven behind the hold.
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
-from ..delay import DelayDesign, DelayRequest, analyse_delay
+from ..delay import DelayDesign, DelayRequest, solve_delay
 from ..synthesis.lqr import design_lqr
 from .law import SampledLaw
 from .margins import SampledLoop
@@ -26,27 +26,36 @@ FASTER = 0.8 ** np.arange(1, 16)  # of T and the delay
 def loops(robots, law, robot):
     """Rows of `SampledLoop` for no, half and all delay, by the delay."""
     return {
-        late: tuple(SampledLoop(each, law, late, "firmware", robot.blend)
-                    for each in robots)
-        for late in (share * robot.delay for share in DELAYS)}
+        late: tuple(
+            SampledLoop(each, law, late, "firmware", robot.blend) for each in robots
+        )
+        for late in (share * robot.delay for share in DELAYS)
+    }
 
 
 def peak_of(robots, law, robot):
-    """The largest peak of the sensitivity of `loops`."""
-    return max(loop.sensitivity for row in loops(robots, law, robot).values()
-               for loop in row)
+    """The largest peak of the sensitivity of the `loops` of robots and a law.
+
+    The robot says how late the voltage acts and what is sensed.
+    """
+    return max(
+        loop.sensitivity for row in loops(robots, law, robot).values() for loop in row
+    )
 
 
 def reach(mip, limit):
-    """The largest tilt at rest that a voltage can bring back, in rad.
+    """The largest tilt of a ``mip`` at rest that a voltage brings back, in rad.
 
     Of the linear plant: an input bounded by ``limit`` can't stop the
     unstable mode w'x' = p w'x + w'B V from beyond |w'B| limit / p.
     """
     plant = mip.plant()
-    A = np.block([[np.zeros((2, 2)), np.eye(2)],
-                  [-np.linalg.solve(plant.M, np.hstack(
-                      [plant.S, plant.D]))]])
+    A = np.block(
+        [
+            [np.zeros((2, 2)), np.eye(2)],
+            [-np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))],
+        ]
+    )
     B = np.vstack([np.zeros((2, 1)), np.linalg.solve(plant.M, plant.B)])
     poles, left = np.linalg.eig(A.T)
     k = poles.real.argmax()
@@ -60,14 +69,18 @@ def design(mip, robot, spread, Q, R, peak):
     Parameters
     ----------
     mip : Mip
+        The pendulum in the middle.
     robot : Robot
         Its T, delay and blend.
     spread : float
+        The relative spread of e/c and e/a.
     Q : (5, 5) array
+        The weight of the state and of the integral.
     R : float or None
         Without it the smallest of 1, 2, 5, 10, ... with which all
         `loops` have a sensitivity of at most ``peak``.
     peak : float
+        The largest sensitivity that is taken.
 
     Raises
     ------
@@ -77,8 +90,9 @@ def design(mip, robot, spread, Q, R, peak):
     """
     if R is not None:
         return _designed(mip, spread, Q, R)
-    guess = [k for k, weight in enumerate(WEIGHTS)
-             if _guessed(mip, robot, Q, weight) <= peak]
+    guess = [
+        k for k, weight in enumerate(WEIGHTS) if _guessed(mip, robot, Q, weight) <= peak
+    ]
     if not guess:
         raise ValueError(_too_slow(mip, robot, Q, peak))
     found = {}
@@ -111,8 +125,7 @@ def _guessed(mip, robot, Q, R):
     M, zero = d.M, np.zeros((2, 2))
     A = np.zeros((5, 5))
     A[:2, 2:4], A[4, 1] = np.eye(2), 1
-    A[2:4, :2], A[2:4, 2:4] = (
-        -np.linalg.solve(M, d.S), -np.linalg.solve(M, d.D))
+    A[2:4, :2], A[2:4, 2:4] = (-np.linalg.solve(M, d.S), -np.linalg.solve(M, d.D))
     B = np.vstack([zero[:, :1], np.linalg.solve(M, d.B), [[0]]])
     K = -B.T @ solve_continuous_are(A, B, Q, [[R]]) / R
     try:
@@ -123,15 +136,19 @@ def _guessed(mip, robot, Q, R):
 
 def _too_slow(mip, robot, Q, peak):
     """What clock it takes, in words."""
-    words = (f"no R keeps the peak of the sensitivity at {peak:g} or below "
-             f"with T = {1000 * robot.T:g} ms and a delay of "
-             f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
-             "for this clock")
+    words = (
+        f"no R keeps the peak of the sensitivity at {peak:g} or below "
+        f"with T = {1000 * robot.T:g} ms and a delay of "
+        f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
+        "for this clock"
+    )
     for share in FASTER:
         clock = robot.but(T=robot.T * share, delay=robot.delay * share)
         if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
-            return (f"{words}. About {1 / clock.T:.0f} Hz and "
-                    f"{1000 * clock.delay:.2g} ms would do")
+            return (
+                f"{words}. About {1 / clock.T:.0f} Hz and "
+                f"{1000 * clock.delay:.2g} ms would do"
+            )
     return f"{words}, and one of {1 / clock.T:.0f} Hz wouldn't do either"
 
 
@@ -140,18 +157,20 @@ def _fastest(mip):
     poles = mip.plant().poles().real
     fall, motor = poles.max(), -poles.min()
     if motor > 8 * fall:  # a fall by e is worth more than a settling by e
-        return ("the motors' own back-EMF settles their speed in "
-                f"{1000 / motor:.3g} ms")
+        return f"the motors' own back-EMF settles their speed in {1000 / motor:.3g} ms"
     return f"the robot's fall grows by e in {1000 / fall:.3g} ms"
 
 
 def largest_hold(robot):
-    """The oldest that a voltage can be, in s: T + delay + jitter."""
+    """How old a robot's voltage can be, in s: T + delay + jitter."""
     return robot.T + robot.delay + robot.jitter
 
 
 def prove(mip, robot, spread, K, decay):
-    """The `DelayDesign` of the fastest decay that can be proven.
+    """The `DelayDesign` of the fastest decay that can be proven for a gain K.
+
+    The pendulums are those around ``mip`` within the ``spread``; the robot
+    gives the times.
 
     At most ``decay``, by either theorem; then smaller ones. What is
     proven is a decay for every delay from 0 to `largest_hold`, however
@@ -171,20 +190,25 @@ def prove(mip, robot, spread, K, decay):
         raise ValueError(
             f"a loop of the polytope is unstable for a delay of "
             f"{1000 * at:.3g} ms, which the hold and the computer may make: "
-            "take a larger R, a smaller T, delay or spread")
+            "take a larger R, a smaller T, delay or spread"
+        )
     rates = {share * decay for share in STEPS if share * decay < true}
     tried = {}
     for rate in sorted(rates | {0.0}, reverse=True):
         for method in ("functional", "shift"):
-            found = analyse_delay(plants, K, U, tau=half, mu=half,
-                                  delta=rate, method=method)
+            request = DelayRequest(
+                plants, U, half, half, delta=rate, method=method, gain=K
+            )
+            # a proof that there is none takes long: only of the last one
+            found = solve_delay(request, refuse=not rate)
             if found.status == "feasible" and found.certify().proven:
                 return found
             tried[method] = found.status
     raise ValueError(
         f"no decay rate is proven for delays from 0 to {2000 * half:g} ms, "
-        "however they vary (" + ", ".join(
-            f"{method}: {status}" for method, status in tried.items())
+        "however they vary ("
+        + ", ".join(f"{method}: {status}" for method, status in tried.items())
         + "). For constant delays the loops decay at "
         f"{true:.3g}/s or faster, so it is the proof that lacks means and "
-        "not the gain: take a smaller spread, or a larger R")
+        "not the gain: take a smaller spread, or a larger R"
+    )

@@ -1,51 +1,111 @@
 """Checks of numbers and matrices that callers give."""
 
 import numpy as np
+from scipy.sparse import issparse
 
-__all__ = ["matrix", "number", "positive", "rank_deficient"]
+__all__ = ["count", "matrix", "number", "positive", "rank_deficient"]
+
+SIZES = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 
 def number(name, value):
-    """A finite float, or a ValueError that names it."""
+    """A value as a finite float, or a ValueError that has the argument's name."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
     real = isinstance(value, (int, float, np.integer, np.floating))
-    if not real or not np.isfinite(value):
-        raise ValueError(f"{name} must be a finite number, got {value!r}")
+    try:
+        good = real and not isinstance(value, bool) and np.isfinite(float(value))
+    except OverflowError:
+        good = False
+    if not good:
+        raise ValueError(f"{name} must be a finite number, got {value!r:.80}")
+    _check_size(name, abs(float(value)))
     return float(value)
 
 
+def _check_size(name, largest):
+    """Raise where a number, or the largest of some, is out of bounds."""
+    if largest > SIZES[1]:
+        raise ValueError(
+            f"{name} = {largest:.3g} is beyond {SIZES[1]:g}: choose other units"
+        )
+    if 0 < largest < SIZES[0]:
+        raise ValueError(
+            f"{name} = {largest:.3g} is below {SIZES[0]:g}: choose other units"
+        )
+
+
+def count(name, value, least=0):
+    """A value as an int of ``least`` or more, or a ValueError with its name."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or value < least:
+        raise ValueError(f"{name} must be {least}, {least + 1}, ..., got {value!r}")
+    return int(value)
+
+
 def positive(name, value):
-    """A positive float, or a ValueError that names it."""
+    """A value as a positive float, or a ValueError that has the argument's name."""
     if number(name, value) <= 0:
         raise ValueError(f"{name} must be positive, got {value!r}")
     return float(value)
 
 
 def matrix(name, value, shape=None):
-    """A read-only float matrix, or a ValueError that names it."""
-    try:
-        if np.iscomplexobj(value):
-            raise TypeError("it has complex entries")
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be a real matrix: {error}") from None
-    if array.ndim != 2:
+    """A value as a read-only float matrix, or a ValueError that names it.
+
+    ``name`` is that of the argument; an entry None of ``shape`` is free.
+
+    Takes nested lists, arrays, scipy.sparse, and a number for a matrix
+    of one entry.
+    """
+    array = _floats(name, value.toarray() if issparse(value) else value)
+    if array.ndim == 0:
+        array = array.reshape(1, 1)
+    if array.ndim == 1:
+        row = ", ".join(f"{x:g}" for x in array[:3]) + ", ..." * (array.size > 3)
+        column = ", ".join(f"[{x:g}]" for x in array[:3]) + ", ..." * (array.size > 3)
         raise ValueError(
-            f"{name} must be a matrix (two dimensions), got {array.ndim}"
+            f"{name} must be a matrix (two dimensions), got 1: write [[{row}]] "
+            f"for one row or [{column}] for one column"
         )
+    if array.ndim != 2:
+        raise ValueError(f"{name} must be a matrix (two dimensions), got {array.ndim}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} has NaN or infinite entries")
+    _check_size(f"the largest entry of {name}", np.abs(array).max(initial=0.0))
     for axis, word in enumerate(("rows", "columns")):
         wanted = None if shape is None else shape[axis]
         if wanted is not None and array.shape[axis] != wanted:
-            raise ValueError(
-                f"{name} has {array.shape[axis]} {word}, needs {wanted}"
-            )
+            raise ValueError(f"{name} has {array.shape[axis]} {word}, needs {wanted}")
     array.flags.writeable = False
     return array
 
 
+def _floats(name, value):
+    """A float array of its own, or a ValueError that says what isn't a number."""
+    if value is None:
+        raise ValueError(f"{name} is missing: give a matrix")
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind == "c":
+            raise TypeError("it has complex entries")
+        if given.dtype.kind in "US" or _holds(given, (str, bytes)):
+            raise TypeError("it holds text; write numbers without quotes")
+        if given.dtype.kind == "b" or _holds(given, bool):
+            raise TypeError("it holds True or False; write 1 and 0")
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"{name} must be a real matrix: {error}") from None
+
+
+def _holds(array, kinds):
+    return array.dtype == object and any(isinstance(x, kinds) for x in array.flat)
+
+
 def rank_deficient(M, tolerance=1e-10):
-    """Rank test after scaling rows and columns to unit length.
+    """Whether M lacks rank, its rows and columns scaled to unit length.
+
+    Singular values below the ``tolerance`` count as zero.
 
     Repeated until the units of rows and columns don't matter.
     """

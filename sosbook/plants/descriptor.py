@@ -7,10 +7,12 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
 from ..lmi import he
+from ..lmi.read_only import ReadOnly
 from .checks import matrix, rank_deficient
 
 __all__ = [
@@ -21,23 +23,28 @@ __all__ = [
     "coupled_pairs",
     "descriptors",
     "mean_descriptor",
+    "twins",
 ]
 
 COUPLINGS = ("pairs", "vertices", "slack")
 
 
 @dataclass(frozen=True, eq=False)
-class Descriptor:
-    """The matrices of E x' = A x + Bu u + Bw w, y = C x (2.8), (2.11).
+class Descriptor(ReadOnly):
+    """E x' = A x + Bu u + Bw w, y = C x + Du u (2.8), (2.11).
 
     Parameters
     ----------
     E, A : (N, N) array
         ``E = diag(I, M - B K_A, I)``; ``N = 2n + a``.
     Bu : (N, m) array
+        The input matrix.
     Bw : (N, p) array
+        The disturbance matrix.
     C : (n, N) array
         Picks the displacement ``z``.
+    Du : (n, m) array, optional
+        How u enters the output y; zero without it.
     """
 
     E: np.ndarray
@@ -45,17 +52,26 @@ class Descriptor:
     Bu: np.ndarray
     Bw: np.ndarray
     C: np.ndarray
+    Du: np.ndarray | None = None
 
     def map(self, function):
         """Apply a function to each matrix (change of arithmetic)."""
-        return Descriptor(*(function(getattr(self, f.name))
-                            for f in fields(self)))
+        parts = (getattr(self, f.name) for f in fields(self))
+        return Descriptor(*(x if x is None else function(x) for x in parts))
+
+    def output(self, K):
+        """From x to y in the loop u = K x: C + Du K."""
+        return self.C if self.Du is None else self.C + self.Du @ K
 
     def change(self, left, T, scale=1):
         """In coordinates x = T xi, u = scale v, rows times ``left``."""
         return Descriptor(
-            left @ self.E @ T, left @ self.A @ T,
-            left @ self.Bu * scale, left @ self.Bw, self.C @ T,
+            left @ self.E @ T,
+            left @ self.A @ T,
+            left @ self.Bu * scale,
+            left @ self.Bw,
+            self.C @ T,
+            None if self.Du is None else self.Du * scale,
         )
 
     def state_space(self):
@@ -63,7 +79,7 @@ class Descriptor:
         both = np.hstack([self.A, self.Bu, self.Bw])
         solved = np.linalg.solve(self.E, both)
         N, m = self.Bu.shape
-        return solved[:, :N], solved[:, N:N + m], solved[:, N + m:]
+        return solved[:, :N], solved[:, N : N + m], solved[:, N + m :]
 
 
 def descriptors(plant, U=None, K_A=None):
@@ -72,6 +88,7 @@ def descriptors(plant, U=None, K_A=None):
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
     U : (a, n) array_like, optional
         Which errors are integrated; without it the controller is PD.
     K_A : (m, n) array_like, optional
@@ -108,8 +125,7 @@ def _descriptor(v, U, K_A):
             "M - B K_A is singular: give an acceleration gain K_A that "
             "makes it regular (Lemma 2.1)"
         )
-    if a and rank_deficient(np.block([[-v.S, v.B],
-                                      [U, np.zeros((a, v.m))]])):
+    if a and rank_deficient(np.block([[-v.S, v.B], [U, np.zeros((a, v.m))]])):
         raise ValueError(
             "U is uncontrollable: [-S B; U 0] lacks full row rank, so a "
             "transmission zero at s = 0 hides an integrator from u; "
@@ -117,22 +133,22 @@ def _descriptor(v, U, K_A):
         )
 
     def stack(*parts):
-        return np.vstack([np.zeros((h, parts[1].shape[1])) if p is None
-                          else p for p, h in zip(parts, (n, n, a))])
+        return np.vstack(
+            [
+                np.zeros((h, parts[1].shape[1])) if p is None else p
+                for p, h in zip(parts, (n, n, a))
+            ]
+        )
 
     one, zero = np.eye(n), np.zeros((n, n))
     tall = np.zeros((n, a))
     return Descriptor(
-        E=np.block([
-            [one, zero, tall],
-            [zero, inertia, tall],
-            [tall.T, tall.T, np.eye(a)],
-        ]),
-        A=np.block([
-            [zero, one, tall],
-            [-v.S, -v.D, tall],
-            [U, tall.T, np.zeros((a, a))],
-        ]),
+        E=np.block(
+            [[one, zero, tall], [zero, inertia, tall], [tall.T, tall.T, np.eye(a)]]
+        ),
+        A=np.block(
+            [[zero, one, tall], [-v.S, -v.D, tall], [U, tall.T, np.zeros((a, a))]]
+        ),
         Bu=stack(None, v.B, None),
         Bw=stack(None, v.F, None),
         C=np.hstack([one, zero, tall]),
@@ -191,8 +207,10 @@ class Coupled:
 
     @cached_property
     def EPC(self):
-        """½(E_i + E_j) P Cᵀ."""
-        return self.EP @ self.i.C.T
+        """½(E_i + E_j) (P Cᵀ + Yᵀ Duᵀ)."""
+        if self.i.Du is None:
+            return self.EP @ self.i.C.T
+        return self.EP @ self.i.C.T + self.EY @ self.i.Du.T
 
     @cached_property
     def Bw(self):
@@ -211,7 +229,7 @@ class SlackVertex:
     E0 : (N, N) array
         Any nonsingular matrix; near the E_i, P_i and V come out alike.
     P : (N, N) matrix-like
-        The vertex's own: x' V'^-1 P V^-1 x is its Lyapunov function.
+        The vertex's own: x' V^-1 P V'^-1 x is its Lyapunov function.
     V : (N, N) matrix-like
         Common to all vertices and requirements; not symmetric.
     Y : (m, N) matrix-like
@@ -251,8 +269,10 @@ class SlackVertex:
 
     @cached_property
     def EVC(self):
-        """E0 V Cᵀ."""
-        return self.EV @ self.i.C.T
+        """E0 (V Cᵀ + Yᵀ Duᵀ)."""
+        if self.i.Du is None:
+            return self.EV @ self.i.C.T
+        return self.EV @ self.i.C.T + self.EY @ self.i.Du.T
 
     @cached_property
     def Bw(self):
@@ -266,6 +286,7 @@ def coupled_pairs(vertices, coupling):
     Parameters
     ----------
     vertices : sequence of Descriptor
+        The vertices in descriptor form.
     coupling : {"pairs", "vertices", "slack"}
         ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
         the thesis's reading, which proves nothing inside the polytope
@@ -275,27 +296,41 @@ def coupled_pairs(vertices, coupling):
     Notes
     -----
     Where ``E_i = E_j`` the pair's block is the mean of the vertices'
-    blocks and is left out.
+    blocks and is left out. So is a vertex that repeats an earlier one.
     """
     if coupling not in COUPLINGS:
         raise ValueError(
-            'coupling must be "pairs", "vertices" or "slack", got '
-            f"{coupling!r}"
+            f'coupling must be "pairs", "vertices" or "slack", got {coupling!r}'
         )
-    N = len(vertices)
-    pairs = [(i, i) for i in range(N)]
+    few = sorted(set(twins(vertices)))
+    pairs = [(i, i) for i in few]
     if coupling == "pairs":
         pairs += [
-            (i, j) for i in range(N) for j in range(i + 1, N)
+            (i, j)
+            for i, j in combinations(few, 2)
             if not np.array_equal(vertices[i].E, vertices[j].E)
         ]
     return pairs
 
 
+def twins(vertices):
+    """For each of the vertices the index of the first one that equals it."""
+    first = {}
+
+    def entries(d):
+        found = (getattr(d, f.name) for f in fields(d))
+        return tuple(None if x is None else tuple(np.ravel(x)) for x in found)
+
+    return [first.setdefault(entries(d), i) for i, d in enumerate(vertices)]
+
+
 def mean_descriptor(vertices):
-    """The mean vertex; the first one if the mean isn't regular."""
-    mean = Descriptor(**{
-        name: sum(getattr(d, name) for d in vertices) / len(vertices)
-        for name in ("E", "A", "Bu", "Bw", "C")
-    })
+    """The mean of some vertices; the first one if the mean isn't regular."""
+    mean = Descriptor(
+        **{
+            name: sum(getattr(d, name) for d in vertices) / len(vertices)
+            for name in ("E", "A", "Bu", "Bw", "C")
+        },
+        Du=vertices[0].Du,
+    )
     return vertices[0] if rank_deficient(mean.E, 1e-6) else mean

@@ -1,18 +1,23 @@
 """Plants and loops in first order, where the second-order form ends."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import issparse
 
+from ..lmi.read_only import ReadOnly
 from .checks import matrix, rank_deficient
 from .descriptor import Descriptor
 
 __all__ = ["DescriptorSystem"]
 
 
-@dataclass(frozen=True, eq=False)
-class DescriptorSystem:
-    """E x' = A x + B u + B_w w, y = C x, or a polytope of them.
+@dataclass(frozen=True, eq=False, repr=False)
+class DescriptorSystem(ReadOnly):
+    """E x' = A x + B u + B_w w, y = C x + D_u u, or a polytope of them.
 
     For plants from which a state was taken out, and for closed loops
     with an observer or a filter. Its controllers are u = K x.
@@ -24,7 +29,13 @@ class DescriptorSystem:
     B : (N, m) array_like, or a list of them, optional
         Without it there is nothing to design: a closed loop.
     B_w : (N, p) array_like, or a list of them, optional
+        The disturbance matrix.
     C : (q, N) array_like, optional
+        The output matrix.
+    D_u : (q, m) array_like, optional
+        Lets gamma bound the input too: with C = [I; 0], D_u = [0; R] it
+        bounds the norm from w to [x; R u]. Systems with equal matrices
+        are equal.
 
     Examples
     --------
@@ -34,18 +45,36 @@ class DescriptorSystem:
 
     E: np.ndarray
     A: np.ndarray
-    B: np.ndarray = None
-    B_w: np.ndarray = None
-    C: np.ndarray = None
+    B: np.ndarray | None = None
+    B_w: np.ndarray | None = None
+    C: np.ndarray | None = None
+    D_u: np.ndarray | None = None
+
+    if TYPE_CHECKING:  # what the constructor takes, and makes
+
+        @property
+        def vertices(self) -> tuple[Descriptor, ...]: ...
+
+        def __init__(
+            self,
+            E: ArrayLike | Sequence[ArrayLike],
+            A: ArrayLike | Sequence[ArrayLike],
+            B: ArrayLike | Sequence[ArrayLike] | None = None,
+            B_w: ArrayLike | Sequence[ArrayLike] | None = None,
+            C: ArrayLike | None = None,
+            D_u: ArrayLike | None = None,
+        ) -> None: ...
 
     def __post_init__(self):
         N = len(_several("E", self.E)[0])
         lists = {
-            name: _several(
-                name, np.zeros((N, 0)) if value is None else value)
+            name: _several(name, np.zeros((N, 0)) if value is None else value)
             for name, value in (
-                ("E", self.E), ("A", self.A), ("B", self.B),
-                ("B_w", self.B_w))
+                ("E", self.E),
+                ("A", self.A),
+                ("B", self.B),
+                ("B_w", self.B_w),
+            )
         }
         count = max(map(len, lists.values()))
         for name, found in lists.items():
@@ -61,37 +90,72 @@ class DescriptorSystem:
             raise ValueError("E is singular at a vertex")
         C = np.zeros((0, N)) if self.C is None else self.C
         C = matrix("C", C, (None, N))
+        D_u = self.D_u
+        if D_u is not None:
+            D_u = matrix("D_u", D_u, (len(C), lists["B"][0].shape[1]))
         vertices = tuple(
-            Descriptor(e, a, b, w, C) for e, a, b, w in zip(*lists.values())
+            Descriptor(e, a, b, w, C, D_u) for e, a, b, w in zip(*lists.values())
         )
         object.__setattr__(self, "vertices", vertices)
 
+    def __repr__(self):
+        corners = "" if len(self.vertices) == 1 else f"{len(self.vertices)} vertices, "
+        return (
+            f"<DescriptorSystem: {corners}order {self.order}, {self.m} inputs, "
+            f"{self.p} disturbances, {self.n} outputs>"
+        )
+
+    def __eq__(self, other):
+        if not isinstance(other, DescriptorSystem):
+            return NotImplemented
+        return len(self.vertices) == len(other.vertices) and all(
+            _equal(getattr(a, f.name), getattr(b, f.name))
+            for a, b in zip(self.vertices, other.vertices)
+            for f in fields(a)
+        )
+
+    def __hash__(self):
+        first = self.vertices[0]
+        return hash((len(self.vertices), self.order, (first.A + 0.0).tobytes()))
+
+    def per_vertex(self, values: Any) -> Any:
+        """One of the ``values`` for each vertex; for one plant the value itself."""
+        return values if len(self.vertices) > 1 else values[0]
+
     @property
-    def order(self):
+    def order(self) -> int:
         """Number of states."""
         return len(self.vertices[0].E)
 
     @property
-    def m(self):
+    def m(self) -> int:
         """Number of inputs."""
         return self.vertices[0].Bu.shape[1]
 
     @property
-    def p(self):
+    def p(self) -> int:
         """Number of disturbances."""
         return self.vertices[0].Bw.shape[1]
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of outputs."""
         return len(self.vertices[0].C)
 
 
 def _several(name, value):
     """A list of matrices from one or several."""
-    if np.ndim(value) == 2:
+    if issparse(value) or np.ndim(value) in (0, 2):
         return [matrix(name, value)]
+    if np.ndim(value) == 1 and not any(issparse(x) or np.ndim(x) for x in value):
+        matrix(name, value)  # raises: it is a vector
     found = [matrix(name, x) for x in value]
     if not found:
         raise ValueError(f"{name} is an empty list")
     return found
+
+
+def _equal(a, b):
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b)

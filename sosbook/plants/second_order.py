@@ -1,18 +1,92 @@
 """Second-order plants and polytopes of them."""
 
+import sys
+import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
 from scipy.linalg import eigvals
 
+from ..lmi.read_only import ReadOnly
+from .checks import count as whole
 from .checks import matrix, rank_deficient
+from .descriptor import descriptors
+from .response import simulate_open
+from .signals import Sine, Step
 
-__all__ = ["Polytope", "SecondOrderSystem"]
+__all__ = ["MassWarning", "Polytope", "SecondOrderSystem"]
 
 
-@dataclass(frozen=True, eq=False)
-class SecondOrderSystem:
+Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
+
+
+class MassWarning(UserWarning):
+    """A mass matrix that no mechanical system has."""
+
+
+class _Plant:
+    """What a plant and a polytope of plants have in common."""
+
+    def simulate(
+        self,
+        t: ArrayLike,
+        x0: ArrayLike | None = None,
+        u: Sine | Step | None = None,
+        w: Sine | Step | None = None,
+    ) -> Any:
+        """Simulate the plant without a controller; exact, no ODE solver.
+
+        Parameters
+        ----------
+        t : (k,) array_like
+            Increasing times, in seconds, from 0.
+        x0 : (2n,) array_like, optional
+            Initial [z; z']; zero without it.
+        u : Sine or Step, optional
+            Input; zero without it.
+        w : Sine or Step, optional
+            Disturbance; zero without it.
+
+        Returns
+        -------
+        Response
+            With r = 0 and x = [z; z']; a list of them, one for each
+            vertex, for a Polytope.
+
+        Raises
+        ------
+        ValueError
+            On bad input, or a singular mass.
+
+        Examples
+        --------
+        >>> plant = SecondOrderSystem(M=1, D=0, S=1, B=1)
+        >>> plant.simulate([0, np.pi], x0=[1, 0]).z.round(6)
+        array([[ 1., -1.]])
+        """
+        try:
+            vertices = descriptors(self)
+        except ValueError as error:
+            raise ValueError(
+                f"{error}; simulate the plant of sosbook.regularize(...).regular"
+            ) from None
+        return self.per_vertex([simulate_open(d, t, x0, u, w) for d in vertices])
+
+    def per_vertex(self, values: Any) -> Any:
+        """One value for each vertex; for one plant the value itself."""
+        return values
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SecondOrderSystem(_Plant, ReadOnly):
     r"""The plant :math:`M \ddot z + D \dot z + S z = B u + F w`.
+
+    Nested lists, arrays and scipy.sparse are taken, and numbers where
+    there is one degree of freedom. Plants with equal matrices are equal.
 
     Parameters
     ----------
@@ -30,6 +104,12 @@ class SecondOrderSystem:
         On wrong shapes, entries that aren't finite, or ``[M B]``
         without full row rank.
 
+    Warns
+    -----
+    MassWarning
+        If M isn't symmetric, or has a negative eigenvalue: the theorems
+        hold all the same, but a mass matrix has neither.
+
     Notes
     -----
     Source: thesis equation (2.1), with d(t) = 0.
@@ -41,19 +121,31 @@ class SecondOrderSystem:
     (1, 1, 0)
     >>> plant.poles()
     array([-1. , -0.5])
+    >>> plant == SecondOrderSystem(M=2, D=3, S=1, B=1)
+    True
     """
 
     M: np.ndarray
     D: np.ndarray
     S: np.ndarray
     B: np.ndarray
-    F: np.ndarray = None
+    F: np.ndarray = None  # type: ignore[assignment]  # an array once it is made
+
+    if TYPE_CHECKING:  # what the constructor takes
+
+        def __init__(
+            self, M: Matrix, D: Matrix, S: Matrix, B: Matrix, F: Matrix | None = None
+        ) -> None: ...
 
     def __post_init__(self):
         M = matrix("M", self.M)
         n = M.shape[0]
         if n == 0:
             raise ValueError("M is empty: a plant has at least one row")
+        if np.ndim(self.M) == 0 and np.shape(self.D) not in ((), (1, 1)):
+            raise ValueError(
+                "M must be a matrix like D: a number stands for one degree of freedom"
+            )
         F = np.zeros((n, 0)) if self.F is None else self.F
         checked = {
             "M": matrix("M", M, (n, n)),
@@ -72,29 +164,59 @@ class SecondOrderSystem:
                 "make M - B K_A nonsingular; remove the rows that carry "
                 "neither mass nor input by hand"
             )
+        self._warn()
+
+    def _warn(self):
+        """Of a strange M, unless this package itself has made the plant."""
+        caller = sys._getframe(3).f_globals.get("__name__", "")  # of __init__
+        if caller.split(".")[0] != __package__.split(".")[0]:
+            if fault := _mass_fault(self.M):
+                warnings.warn(fault, MassWarning, stacklevel=4)
+
+    def __repr__(self):
+        return f"<SecondOrderSystem: {_sizes(self)}>"
+
+    def __eq__(self, other):
+        if not isinstance(other, SecondOrderSystem):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, x), getattr(other, x)) for x in "MDSBF")
+
+    def __hash__(self):
+        parts = (getattr(self, x) + 0.0 for x in "MDSBF")  # one zero, not two
+        return hash(tuple((x.shape, x.tobytes()) for x in parts))
+
+    def per_vertex(self, values: Any) -> Any:
+        """The one value of the one vertex, of a sequence ``values``."""
+        return values[0]
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Degrees of freedom."""
         return self.M.shape[0]
 
     @property
-    def m(self):
+    def m(self) -> int:
         """Inputs."""
         return self.B.shape[1]
 
     @property
-    def p(self):
+    def p(self) -> int:
         """Disturbances."""
         return self.F.shape[1]
 
     @property
-    def vertices(self):
+    def vertices(self) -> "tuple[SecondOrderSystem, ...]":
         """The plant itself: a polytope with one vertex."""
         return (self,)
 
-    def poles(self):
-        """Finite open-loop poles, in rad/s, sorted by real part."""
+    def poles(self) -> np.ndarray:
+        """Finite open-loop poles, in rad/s, sorted by real part.
+
+        Returns
+        -------
+        (k,) array
+            Fewer than 2 n if the mass is singular.
+        """
         n = self.n
         zero, one = np.zeros((n, n)), np.eye(n)
         if not rank_deficient(self.M):
@@ -106,14 +228,15 @@ class SecondOrderSystem:
         return sort_poles(_finite(A, E))
 
 
-@dataclass(frozen=True, eq=False)
-class Polytope:
+@dataclass(frozen=True, eq=False, repr=False)
+class Polytope(_Plant, ReadOnly):
     """All convex combinations of some plants (2.4).
 
     Parameters
     ----------
     vertices : sequence of SecondOrderSystem
-        The corners; all of one size.
+        The corners; all of one size. Polytopes with equal vertices in
+        the same order are equal.
 
     Raises
     ------
@@ -130,6 +253,10 @@ class Polytope:
 
     vertices: tuple = field()
 
+    if TYPE_CHECKING:  # what the constructor takes
+
+        def __init__(self, vertices: Iterable[SecondOrderSystem]) -> None: ...
+
     def __post_init__(self):
         try:
             vertices = tuple(self.vertices)
@@ -145,40 +272,51 @@ class Polytope:
                 raise ValueError(
                     "vertices must be SecondOrderSystem objects, "
                     f"got {type(v).__name__}"
+                    + (": join the lists of vertices" if hasattr(v, "vertices") else "")
                 )
         sizes = {(v.n, v.m, v.p) for v in vertices}
         if len(sizes) > 1:
-            raise ValueError(
-                f"vertices differ in size (n, m, p): {sorted(sizes)}"
-            )
+            raise ValueError(f"vertices differ in size (n, m, p): {sorted(sizes)}")
         object.__setattr__(self, "vertices", vertices)
 
+    def __repr__(self):
+        corners = "1 vertex" if self.N == 1 else f"{self.N} vertices"
+        return f"<Polytope: {corners}, {_sizes(self)}>"
+
+    def __eq__(self, other):
+        if not isinstance(other, Polytope):
+            return NotImplemented
+        return self.vertices == other.vertices
+
+    def __hash__(self):
+        return hash(self.vertices)
+
     @property
-    def N(self):
+    def N(self) -> int:
         """Number of vertices."""
         return len(self.vertices)
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Degrees of freedom."""
         return self.vertices[0].n
 
     @property
-    def m(self):
+    def m(self) -> int:
         """Inputs."""
         return self.vertices[0].m
 
     @property
-    def p(self):
+    def p(self) -> int:
         """Disturbances."""
         return self.vertices[0].p
 
     @property
-    def mean(self):
+    def mean(self) -> SecondOrderSystem:
         """The plant in the middle of the vertices."""
         return self.at(np.full(self.N, 1 / self.N))
 
-    def at(self, weights):
+    def at(self, weights: ArrayLike) -> SecondOrderSystem:
         """The plant with the given convex weights (2.5).
 
         Parameters
@@ -189,16 +327,14 @@ class Polytope:
         weights = np.asarray(weights, float)
         good = weights.shape == (self.N,) and np.isfinite(weights).all()
         if not good or (weights < 0).any() or abs(weights.sum() - 1) > 1e-9:
-            raise ValueError(
-                f"weights must be {self.N} non-negative numbers of sum 1"
-            )
+            raise ValueError(f"weights must be {self.N} non-negative numbers of sum 1")
         mixed = (
             sum(w * getattr(v, x) for w, v in zip(weights, self.vertices))
             for x in "MDSBF"
         )
         return SecondOrderSystem(*mixed)
 
-    def sample(self, count, seed):
+    def sample(self, count: int, seed: int) -> list[SecondOrderSystem]:
         """Random plants, uniform over the weights.
 
         Parameters
@@ -208,9 +344,37 @@ class Polytope:
         seed : int
             For numpy's generator: the same seed gives the same plants.
         """
-        rng = np.random.default_rng(seed)
-        weights = rng.dirichlet(np.ones(self.N), size=count)
+        rng = np.random.default_rng(whole("seed", seed))
+        weights = rng.dirichlet(np.ones(self.N), size=whole("count", count))
         return [self.at(w) for w in weights]
+
+
+def _sizes(plant):
+    """The sizes n, m and p in words."""
+    counts = (
+        (plant.n, "degree of freedom", "degrees of freedom"),
+        (plant.m, "input", "inputs"),
+        (plant.p, "disturbance", "disturbances"),
+    )
+    return ", ".join(f"{k} {one if k == 1 else many}" for k, one, many in counts)
+
+
+def _mass_fault(M):
+    """Why M is no mass matrix, in words; else empty."""
+    size = np.abs(M).max()
+    skew = np.abs(M - M.T).max()
+    if skew > 1e-9 * size:
+        return (
+            "M isn't symmetric, as a mass matrix is: M and its transpose "
+            f"differ by {skew:.3g}; is an entry missing?"
+        )
+    least = np.linalg.eigvalsh((M + M.T) / 2)[0]
+    if least < -1e-9 * size:
+        return (
+            f"M has the negative eigenvalue {least:.3g}, as no mass matrix "
+            "has: is a sign wrong?"
+        )
+    return ""
 
 
 def _finite(A, E):

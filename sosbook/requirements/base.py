@@ -7,13 +7,23 @@ computes the true value in a loop. A new one is a new file, here or elsewhere.
 
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, replace
+from typing import Any
 
+import numpy as np
+
+from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.read_only import ReadOnly
+from ..plants.checks import positive
+from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from .loop import Loop
 from .vocabulary import Parameter
 
 __all__ = ["BlockName", "BlockTable", "Requirement", "sane_name"]
 
 
-class Requirement(ABC):
+class Requirement(ABC, ReadOnly):
     """Something that is asked of a loop.
 
     Attributes
@@ -26,9 +36,13 @@ class Requirement(ABC):
         What its bound is called and which way it tightens; None where
         nothing can be moved.
     bound : float or None
-        The bound itself; None where it is to be minimised.
+    tied: str = ""
     implies_stability : bool
         Whether its blocks demand Re s < 0, so that no other need do so.
+    needs_disturbance : bool
+        Whether it is about w, so that the plant must have F.
+    of_poles : bool
+        Whether it asks nothing but where the poles lie.
     rank : int
         Its place among the requirements of a problem.
     promise : str
@@ -38,119 +52,211 @@ class Requirement(ABC):
     """
 
     kind = name = promise = ""
-    parameter: Parameter = None
-    bound = None
+    parameter: Parameter | None = None
+    tied: str = ""
     implies_stability = False
+    needs_disturbance = False
+    of_poles = False
     rank = 50
-    titles = {}
+    titles: dict[str, str] = {}
+
+    def __post_init__(self):
+        if self.bound is not None:
+            key = self.parameter.key
+            object.__setattr__(self, key, positive(key, self.bound))
 
     @property
-    def key(self):
+    def bound(self) -> float | None:
+        """The bound that is asked for, a float, or None without one."""
+        return getattr(self, self.parameter.key) if self.parameter else None
+
+    @property
+    def key(self) -> tuple:
         """Distinguishes it from every other requirement of a problem."""
         return self.kind, self.name
 
     @property
-    def words(self):
+    def words(self) -> str:
         """What messages call it."""
         return self.parameter.words if self.parameter else self.name
 
-    def with_bound(self, bound):
+    def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
-        raise ValueError(f"{self.name} has no bound that can be moved")
+        if self.parameter is None:
+            raise ValueError(f"{self.name} has no bound that can be moved")
+        return replace(self, **{self.parameter.key: bound})
 
-    def check(self, problem):
-        """Raise a ValueError that names argument and cure, if it can't be met."""
+    def check(self, problem: Any) -> None:
+        """Raise a ValueError, with argument and cure, if a problem can't meet it."""
+        if self.needs_disturbance and problem.plant.p == 0:
+            raise ValueError(
+                f"{self.name} needs a plant with F, but the plant has no F: say "
+                "where the disturbance enters"
+            )
+        if self.parameter is not None and self.bound is None:
+            key = self.parameter.key
+            raise ValueError(
+                f'{key} is None: give a number, or let minimize="{key}" find it'
+            )
 
-    def contradicts(self, other):
-        """Whether no loop at all meets both, at sight."""
+    def repeats(self, other: Any) -> bool:
+        """Whether its blocks are those of an ``other`` requirement."""
         return False
 
-    def admits(self, s):
-        """Whether a pole at s, in rad/s, keeps it."""
+    def contradicts(self, other: Any) -> bool:
+        """Whether no loop at all meets this and an ``other`` one, at sight."""
+        return False
+
+    def holds_at(self, root: Any) -> bool | None:
+        """Whether a pole at a `Root`, ``root``, keeps it; None if that isn't known.
+
+        True and False have to be proven: an "infeasible" rests on them.
+        """
         return True
 
-    def unknowns(self, problem):
-        """Unknowns of its own, beside P, V and Y: a tuple of `Unknown`."""
+    def untied(self) -> "Requirement":
+        """The same requirement, whose P may be any multiple of the others'."""
+        return self
+
+    @property
+    def size_name(self) -> str:
+        """Name of the unknown s: the blocks hold P / s and Y / s.
+
+        A problem with two requirements that fix the size of P gives one of
+        them such a scalar.
+        """
+        return " ".join(("size for", *dict.fromkeys(self.key)))
+
+    def unknowns(self, problem: Any) -> tuple:
+        """The unknowns of its own in a problem, a tuple, beside P, V and Y."""
         return ()
 
-    def own_unit(self, problem, frame):
-        """In which its own unknowns are measured in a frame."""
+    def own_unit(self, problem: Any, frame: Any) -> float:
+        """The unit of its own unknowns for a problem in a frame."""
         return 1.0
 
-    def level_unit(self, problem, frame):
-        """In which its level (see `Parameter`) is measured in a frame."""
+    def level_unit(self, problem: Any, frame: Any) -> float:
+        """The unit of its level (see `Parameter`) for a problem in a frame."""
         return 1.0
 
-    def once(self, loop):
-        """Blocks that are demanded once: (name, vertices, matrix) each."""
+    def once(self, loop: Loop) -> Iterable:
+        """Blocks of a loop that are demanded once: (name, vertices, matrix) each."""
         return ()
 
     @abstractmethod
-    def pair(self, loop, c):
+    def pair(self, loop: Loop, c: Coupled) -> Iterable:
         """Blocks of a pair of vertices: (name, matrix) each.
 
         Parameters
         ----------
         loop : Loop
+            What the blocks are made of.
         c : Coupled
+            The pair of vertices.
         """
 
-    def slack(self, loop, c, i):
+    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         """Blocks of a vertex with a slack matrix: (name, matrix) each.
 
         Parameters
         ----------
         loop : Loop
+            What the blocks are made of.
         c : SlackVertex
+            The vertex.
         i : int
             Which vertex it is.
         """
         raise ValueError(
-            f'{self.words} has no LMI with a slack matrix: take '
-            'coupling="pairs"'
+            f'{self.words} has no LMI with a slack matrix: take coupling="pairs"'
         )
 
     @abstractmethod
-    def claim(self):
+    def claim(self) -> str:
         """What a proof of its blocks proves, in words; never more."""
 
     @abstractmethod
-    def truth(self, loops, K, K_A=None):
+    def truth(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
         """The true value of the worst loop, to be compared with the bound.
 
         Parameters
         ----------
         loops : sequence of Descriptor
+            The plants in descriptor form.
         K : (m, N) array
+            The gain of u = K x.
         K_A : (m, n) array, optional
+            The gain of the accelerations; zero without it.
         """
 
-    def kept(self, truth):
+    def kept(self, truth: float) -> float:
         """Positive where the promise is kept: the bound less the truth."""
         return self.bound - truth
 
-    def tuned(self, smallest):
-        """Itself with the best free scalar of its theorem, or None.
+    # in a proof file
 
-        Parameters
-        ----------
-        smallest : callable
-            From a requirement of this kind to the smallest bound that can
-            be proven with it; infinity for none.
-        """
-        return self
+    def data(self) -> dict:
+        """What a proof file says of it: words, truths and decimals, by field."""
+        found = {"kind": self.kind, "name": self.name}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            found[field.name] = value
+            if isinstance(value, np.ndarray):
+                found[field.name] = decimals(value)
+            elif isinstance(value, (int, float)) and not isinstance(value, bool):
+                found[field.name] = decimal(value)
+        return found
+
+    @staticmethod
+    def read(data: dict) -> "Requirement":
+        """The requirement of `data`, of whatever kind."""
+        classes = {cls.kind: cls for cls in _below(Requirement)}
+        if data["kind"] not in classes:
+            raise ValueError(
+                f"a requirement of the kind {data['kind']!r} isn't known: import "
+                "the module that defines it"
+            )
+        return classes[data["kind"]].of_data(data)
+
+    @classmethod
+    def of_data(cls, data: dict) -> "Requirement":
+        """The requirement of `data`, of this kind."""
+        return cls(
+            **{k: _value(v) for k, v in data.items() if k not in ("kind", "name")}
+        )
 
     # coordinates in which the LMIs are well conditioned
 
-    def rate(self):
+    def rate(self) -> tuple | None:
         """(rank, typical rate in rad/s); None where it names no rate."""
 
-    def riccati(self):
+    def riccati(self) -> Any:
         """(Q, R) of the Riccati equation that it is about, or None."""
 
-    def reach(self, T, Bw, omega):
-        """How large P must be in coordinates x = T xi, roughly."""
+    def reach(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
+        """How large P must be in coordinates x = T xi, roughly.
+
+        ``Bw`` is how w acts on x', and ``omega`` a typical angular frequency.
+        """
         return 0.0
+
+
+def _below(cls):
+    for sub in cls.__subclasses__():
+        yield sub
+        yield from _below(sub)
+
+
+def _value(recorded):
+    """A word, a truth, a number or an array."""
+    if isinstance(recorded, list):
+        return read_array(recorded, *[None] * np.ndim(recorded))
+    try:
+        return read_number(recorded)
+    except ValueError:
+        return recorded
 
 
 class BlockName(str):
@@ -192,9 +298,11 @@ class BlockTable:
         self.many, self.matrices, self.owners = many, {}, {}
 
     def add(self, requirement, block, vertices, matrix):
-        """Join a block; refuse one that is there already."""
-        key = (requirement and requirement.key, block,
-               tuple(dict.fromkeys(vertices)))
+        """Join a block of a requirement; refuse one that is there already.
+
+        It has a name, belongs to some vertices, and is a matrix.
+        """
+        key = (requirement and requirement.key, block, tuple(dict.fromkeys(vertices)))
         if key in self.matrices:
             raise ValueError(f"two blocks are called {key}")
         self.matrices[key], self.owners[key] = matrix, requirement
@@ -225,9 +333,9 @@ class BlockTable:
 def sane_name(name):
     """A name that is safe in messages, pages and files, or a ValueError."""
     if not isinstance(name, str) or not re.fullmatch(
-            r"(?!\s)[\w -]+(#\d+)?(?<!\s)", name):
+        r"(?!\s)[\w -]+(#\d+)?(?<!\s)", name
+    ):
         raise ValueError(
-            f"name = {name!r} must be a string of letters, digits, spaces "
-            "and hyphens"
+            f"name = {name!r} must be a string of letters, digits, spaces and hyphens"
         )
     return name

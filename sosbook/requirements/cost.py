@@ -1,16 +1,22 @@
 """The quadratic cost of a loop that is driven by white noise (Theorem 2.4)."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov
 
 from ..analysis.linear import loop_matrix
 from ..lmi import Unknown, eye, he
 from ..lmi.exact import exact, inverse
+from ..lmi.rational import decimal
 from ..plants.checks import matrix, positive
+from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .base import Requirement
+from .loop import Loop
 from .vocabulary import COST
 
 __all__ = ["QuadraticCost", "noise_cost", "noise_input"]
@@ -39,14 +45,27 @@ class QuadraticCost(Requirement):
     Q: np.ndarray
     R: np.ndarray
     noise: str = "states"
-    bound: float = None
+    bound: float | None = None
 
     kind = name = promise = "cost"
     parameter = COST
     implies_stability = True
     rank = 30
-    titles = {"lqr": "decay of the cost", "cost": "noise's share of the cost",
-              "trace": "bound of the cost"}
+    titles = {
+        "lqr": "decay of the cost",
+        "cost": "noise's share of the cost",
+        "trace": "bound of the cost",
+    }
+
+    if TYPE_CHECKING:  # what the constructor takes
+
+        def __init__(
+            self,
+            Q: ArrayLike,
+            R: ArrayLike,
+            noise: Literal["F", "states"] = "states",
+            bound: float | None = None,
+        ) -> None: ...
 
     def __post_init__(self):
         put = object.__setattr__
@@ -62,18 +81,17 @@ class QuadraticCost(Requirement):
         if np.linalg.eigvalsh(self.R)[0] <= 0:
             raise ValueError("R must be positive definite")
         if self.noise not in ("F", "states"):
-            raise ValueError(
-                f'noise must be "F" or "states", got {self.noise!r}')
+            raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')
         if self.bound is not None:
             put(self, "bound", positive("bound", self.bound))
 
-    def factors(self):
+    def factors(self) -> tuple:
         """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
         rest, columns, sizes = exact(self.Q), [], []
         for k in range(len(rest)):
             pivot = rest[k, k]
             if pivot > 0:
-                column = rest[:, k:k + 1] / pivot
+                column = rest[:, k : k + 1] / pivot
                 rest = rest - pivot * (column @ column.T)
                 columns.append(column)
                 sizes.append(1 / pivot)
@@ -82,38 +100,36 @@ class QuadraticCost(Requirement):
         W[range(len(sizes)), range(len(sizes))] = sizes
         return L, W, inverse(exact(self.R))
 
-    def with_bound(self, bound):
+    def with_bound(self, bound: float) -> "Requirement":
         return replace(self, bound=bound)
 
-    def check(self, problem):
+    def check(self, problem: Any) -> None:
         matrix("Q", self.Q, (problem.order, problem.order))
         matrix("R", self.R, (problem.plant.m, problem.plant.m))
         if self.noise == "F" and problem.plant.p == 0:
-            raise ValueError(
-                'noise="F", but the plant has no F: take "states"')
+            raise ValueError('noise="F", but the plant has no F: take "states"')
         if self.bound is None:
             raise ValueError(
                 "cost: bound is None: give a number, or let "
                 'minimize="cost" or design_lqr find it'
             )
 
-    def unknowns(self, problem):
-        """J of Theorem 2.4."""
+    def unknowns(self, problem: Any) -> tuple:
+        """The J of Theorem 2.4, for a problem."""
         channels = problem.order if self.noise == "states" else problem.plant.p
         return (Unknown("J", channels, symmetric=True),)
 
-    def noise_unit(self, problem, frame):
-        """A power of two near the size of the noise in a frame.
+    def noise_unit(self, problem: Any, frame: Any) -> float:
+        """A power of two near the size of the noise of a problem in a frame.
 
         There J is measured in its square.
         """
         if frame is None:
             return 1.0
-        size = np.linalg.norm(
-            frame.back @ noise_input(problem.mean, self), 2)
+        size = np.linalg.norm(frame.back @ noise_input(problem.mean, self), 2)
         return float(2.0 ** np.round(np.log2(size or 1.0)))
 
-    def own_unit(self, problem, frame):
+    def own_unit(self, problem: Any, frame: Any) -> float:
         return self.noise_unit(problem, frame) ** 2
 
     level_unit = own_unit
@@ -121,19 +137,18 @@ class QuadraticCost(Requirement):
     def _unit(self, loop):
         return loop.scalar(self.noise_unit(loop.problem, loop.frame))
 
-    def once(self, loop):
+    def once(self, loop: Loop) -> Iterable:
         unit, J = self._unit(loop), loop.own["J"]
         yield "trace", (), trace_bound(J, loop.level(self) / unit**2)
         if self.noise == "states" and loop.epsilon is None:
             yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
 
-    def pair(self, loop, c):
+    def pair(self, loop: Loop, c: Coupled) -> Iterable:
         yield "lqr", lqr_decay(c, *self._weights(loop))
         if self.noise == "F":
-            yield "cost", lqr_cost(
-                c.EPE, c.Bw / self._unit(loop), loop.own["J"])
+            yield "cost", lqr_cost(c.EPE, c.Bw / self._unit(loop), loop.own["J"])
 
-    def slack(self, loop, c, i):
+    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         inner, noise = he(c.EVE) - c.EPE, c.Bw / self._unit(loop)
         if self.noise == "states":
             inner = he(loop.near(c.V)) - loop.near(c.P)
@@ -153,24 +168,22 @@ class QuadraticCost(Requirement):
             L, W, V = (w.astype(float) for w in (L, W, V))
         return (L if loop.T is None else loop.T.T @ L), W, V / loop.scale**2
 
-    def claim(self):
-        bound = f"{self.bound:.10g}"
-        if float(bound) < self.bound:
-            bound = repr(self.bound)
-        return (f"its quadratic cost is below {bound} times the largest "
-                "noise intensity")
+    def claim(self) -> str:
+        bound = decimal(self.bound)
+        return f"its quadratic cost is below {bound} times the largest noise intensity"
 
-    def truth(self, loops, K, K_A=None):
+    def truth(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
         return max(noise_cost(d, K, self) for d in loops)
 
-    def riccati(self):
-        Q = self.Q + 1e-6 * np.diag(
-            np.maximum(self.Q.diagonal(), self.Q.max() * 1e-6))
+    def riccati(self) -> Any:
+        Q = self.Q + 1e-6 * np.diag(np.maximum(self.Q.diagonal(), self.Q.max() * 1e-6))
         return Q, self.R
 
 
 def noise_input(d, cost):
-    """Where the noise enters x' of a `Descriptor`, (N, q)."""
+    """Where the noise of a cost enters x' of a `Descriptor` d, (N, q)."""
     if cost.noise == "states":
         return np.eye(len(d.E))
     return np.linalg.solve(d.E, d.Bw)
@@ -182,8 +195,11 @@ def noise_cost(d, K, cost):
     Parameters
     ----------
     d : Descriptor
+        The plant in descriptor form.
     K : (m, N) array
+        The gain of u = K x.
     cost : QuadraticCost
+        The weights, and how the noise enters.
 
     Notes
     -----

@@ -1,15 +1,21 @@
 """A bound of the input from a given initial state (Lemma 2.2)."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
 from ..lmi import eye
 from ..lmi.exact import inverse
-from ..plants.checks import matrix, positive
+from ..lmi.rational import decimal
+from ..plants.checks import matrix
+from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import control_bound, initial_state, slack_initial_state
 from .base import Requirement
+from .loop import Loop
 from .vocabulary import U_MAX
 
 __all__ = ["Saturation"]
@@ -40,37 +46,29 @@ class Saturation(Requirement):
     rank = 40
     titles = {"x0": "x(0) in the ellipsoid", "u_max": "input bound u_max"}
 
+    if TYPE_CHECKING:  # what the constructor takes
+
+        def __init__(
+            self, u_max: float | None, x0: ArrayLike, acceleration: bool = False
+        ) -> None: ...
+
     def __post_init__(self):
-        u_max = self.u_max
-        if u_max is not None:
-            u_max = positive("u_max", u_max)
+        super().__post_init__()
         if np.ndim(self.x0) != 1:
             raise ValueError("x0 must be a vector of finite numbers")
         x0 = matrix("x0", [self.x0])[0]
         object.__setattr__(self, "x0", x0)
-        object.__setattr__(self, "u_max", u_max)
         if not isinstance(self.acceleration, bool):
             raise ValueError(
-                f"acceleration must be True or False, got "
-                f"{self.acceleration!r}"
+                f"acceleration must be True or False, got {self.acceleration!r}"
             )
 
-    @property
-    def bound(self):
-        return self.u_max
-
-    def with_bound(self, bound):
-        return replace(self, u_max=bound)
-
-    def check(self, problem):
-        if self.u_max is None:
-            raise ValueError(
-                "saturation: u_max is None: give a number, or let "
-                'minimize="u_max" find it'
-            )
-        first = problem.vertices[0].E
+    def check(self, problem: Any) -> None:
+        super().check(problem)
+        first = problem.certain[0].E
         if self.acceleration and any(
-                not np.array_equal(d.E, first) for d in problem.vertices):
+            not np.array_equal(d.E, first) for d in problem.certain
+        ):
             raise ValueError(
                 "saturation: acceleration=True needs the same M - B K_A "
                 "at every vertex; bound K x only"
@@ -81,28 +79,37 @@ class Saturation(Requirement):
                 f"2n + a = {problem.order}: [z(0); z'(0); x3(0)]"
             )
 
-    def level_unit(self, problem, frame):
+    def level_unit(self, problem: Any, frame: Any) -> float:
         return frame.scale**2
 
-    def once(self, loop):
+    def once(self, loop: Loop) -> Iterable:
         if loop.epsilon is not None:
             return
         yield "x0", (), initial_state(loop.near(loop.P), loop.state(self.x0))
         u_max2 = loop.level(self) / loop.scale**2
         for vertices, of_x, of_v in self._signals(loop):
-            yield "u_max", vertices, control_bound(
-                loop.P, of_x @ loop.P + of_v @ loop.Y, u_max2)
+            yield (
+                "u_max",
+                vertices,
+                control_bound(loop.P, of_x @ loop.P + of_v @ loop.Y, u_max2),
+            )
 
-    def pair(self, loop, c):
+    def pair(self, loop: Loop, c: Coupled) -> Iterable:
         return ()
 
-    def slack(self, loop, c, i):
-        yield "x0", slack_initial_state(
-            loop.near(c.P), loop.near(c.V), loop.state(self.x0))
+    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+        yield (
+            "x0",
+            slack_initial_state(loop.near(c.P), loop.near(c.V), loop.state(self.x0)),
+        )
         signals = self._signals(loop)
         _, of_x, of_v = signals[i % len(signals)]
-        yield "u_max", control_bound(
-            c.P, of_x @ c.V.T + of_v @ c.Y, loop.level(self) / loop.scale**2)
+        yield (
+            "u_max",
+            control_bound(
+                c.P, of_x @ c.V.T + of_v @ c.Y, loop.level(self) / loop.scale**2
+            ),
+        )
 
     def _signals(self, loop):
         """(vertices, G_x, G_v): the bounded signal is G_x x + G_v K x."""
@@ -112,22 +119,27 @@ class Saturation(Requirement):
             return [((), loop.row(np.zeros((m, problem.order), int)), eye(m))]
         K_A, found = loop.number(np.array(problem.K_A, float)), []
         for i, d in enumerate(loop.plain):  # z'' = E2^-1 (.. x + B K x)
-            answer = K_A @ inverse(d.E[n:2 * n, n:2 * n])
-            found.append((
-                (i,), loop.row(answer @ d.A[n:2 * n]),
-                answer @ d.Bu[n:2 * n] + eye(m),
-            ))
+            answer = K_A @ inverse(d.E[n : 2 * n, n : 2 * n])
+            found.append(
+                (
+                    (i,),
+                    loop.row(answer @ d.A[n : 2 * n]),
+                    answer @ d.Bu[n : 2 * n] + eye(m),
+                )
+            )
         return found
 
-    def claim(self):
-        u_max = repr(self.u_max).removesuffix(".0")
+    def claim(self) -> str:
+        u_max = decimal(self.u_max)
         signal = "K x + K_A z''" if self.acceleration else "K x(t)"
         return f"|{signal}| <= {u_max} from x0 (with r = 0, w = 0)"
 
-    def truth(self, loops, K, K_A=None):
+    def truth(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
         K_A = K_A if self.acceleration else None
         return max(peak_input(d, K, self.x0, K_A) for d in loops)
 
-    def reach(self, T, Bw, omega):
+    def reach(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
         start = np.linalg.solve(T, self.x0)
         return 2 * start @ start

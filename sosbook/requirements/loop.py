@@ -1,5 +1,8 @@
 """The loop in one arithmetic and one set of coordinates, for its blocks."""
 
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 
 __all__ = ["Loop"]
@@ -7,6 +10,9 @@ __all__ = ["Loop"]
 
 class Loop:
     """What the blocks of a requirement are made of.
+
+    ``number`` brings data into the arithmetic of the blocks; ``levels`` are
+    those that are sought, by the key of their requirement.
 
     Attributes
     ----------
@@ -37,10 +43,10 @@ class Loop:
         if frame is not None:
             left, self.T, self.back, scale = (
                 number(np.array(f))
-                for f in (frame.left, frame.T, frame.back, frame.scale))
+                for f in (frame.left, frame.T, frame.back, frame.scale)
+            )
             self.scale = scale.item()
-            self.vertices = [
-                d.change(left, self.T, self.scale) for d in self.vertices]
+            self.vertices = [d.change(left, self.T, self.scale) for d in self.vertices]
             self.E0 = left @ self.E0 @ self.T
 
     @property
@@ -48,17 +54,42 @@ class Loop:
         """Whether the arithmetic is rational."""
         return self.number(np.array([1.0])).dtype == object
 
+    def measured(self, unit=1.0, size=None):
+        """The loop for a requirement whose P is measured apart.
+
+        Parameters
+        ----------
+        unit : float
+            In coordinates x = T unit xi its P is near the identity.
+        size : scalar, optional
+            Its P, V and Y are those of the loop, divided by it.
+        """
+        other = copy(self)
+        if unit != 1.0:
+            c = self.scalar(unit)
+            other.frame = self.frame.times(unit)
+            other.T, other.back = self.T * c, self.back / c
+            other.scale = self.scale * c
+            other.vertices = [
+                replace(d, Bw=d.Bw / c, C=d.C * c, Du=_times(d.Du, c))
+                for d in self.vertices
+            ]
+        if size is not None:
+            other.P = _divided(self.P, size)
+            other.V, other.Y = _divided(self.V, size), _divided(self.Y, size)
+        return other
+
     def scalar(self, value):
-        """A float in this arithmetic."""
+        """A float ``value`` in this arithmetic."""
         return self.number(np.array(value)).item()
 
     def state(self, x):
-        """A state, or a matrix of them, in these coordinates."""
+        """A state x, or a matrix of them, in these coordinates."""
         x = self.number(x)
         return x if self.back is None else self.back @ x
 
     def row(self, G):
-        """A row that multiplies the state, in units of u."""
+        """A row G that multiplies the state, in units of u."""
         return G if self.T is None else G @ self.T / self.scale
 
     def near(self, P):
@@ -74,3 +105,13 @@ class Loop:
         if free is not None:
             return free
         return self.scalar(requirement.bound) ** requirement.parameter.power
+
+
+def _divided(x, size):
+    if x is None:
+        return None
+    return [p / size for p in x] if isinstance(x, (list, tuple)) else x / size
+
+
+def _times(x, factor):
+    return None if x is None else x * factor

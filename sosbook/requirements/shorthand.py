@@ -1,5 +1,9 @@
 """The keywords of the design functions as requirements, and back again."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from .base import Requirement
 from .cost import QuadraticCost
 from .hinf import HInfinity
@@ -7,25 +11,38 @@ from .input_bound import Saturation
 from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import PARAMETERS
 
-__all__ = ["KEYWORDS", "Shorthand", "bounds", "collected", "contradictory", "moved",
-           "parameter"]
+__all__ = [
+    "KEYWORDS",
+    "Shorthand",
+    "bounds",
+    "collected",
+    "contradictory",
+    "moved",
+    "parameter",
+]
 
 KEYWORDS = ("region", "gamma", "saturation", "cost", "mu", "requirements")
 SAME = object()  # a keyword that isn't given
 
 
-def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
-              requirements=()):
+def collected(
+    region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME, requirements=()
+):
     """Keywords and requirement objects as one tuple.
 
     Parameters
     ----------
     region : Region, optional
-    gamma, mu : float, optional
+        Where the poles shall lie. This and the other keywords take the place
+        of what ``requirements`` holds of their kind; None leaves that out.
+    gamma : float, optional
+        The bound of the H-infinity norm.
     saturation : Saturation, optional
+        The bound of the input.
     cost : QuadraticCost, optional
-        A keyword takes the place of what ``requirements`` holds of its
-        kind; None leaves that out.
+        The bound of a cost.
+    mu : float or "free", optional
+        See `HInfinity`; "free" is None in words.
     requirements : sequence of Requirement or Region
         Any others.
 
@@ -41,7 +58,8 @@ def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
     except TypeError:
         raise ValueError(
             "requirements must be a sequence of requirements, got "
-            f"{type(requirements).__name__}") from None
+            f"{type(requirements).__name__}"
+        ) from None
     for r in requirements:
         if isinstance(r, Region) and not isinstance(r, LMIRegion):
             found.extend(r.parts)
@@ -49,12 +67,11 @@ def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
             found.append(r)
         else:
             raise ValueError(
-                "requirements must hold Requirement objects, got "
-                f"{type(r).__name__}")
+                f"requirements must hold Requirement objects, got {type(r).__name__}"
+            )
     if mu is not SAME:
-        free = HInfinity(1.0, mu)  # checks it
-        found = [type(r)(r.gamma, free.mu) if isinstance(r, HInfinity) else r
-                 for r in found]
+        mu = _size(mu)
+        found = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in found]
     if region is not SAME:
         if not isinstance(region, (Region, type(None))):
             raise ValueError(
@@ -63,14 +80,14 @@ def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
             )
         _put(found, LMIRegion, () if region is None else region.parts)
     if gamma is not SAME:
-        scale = 1.0 if mu is SAME else mu
+        scale = mu
         if mu is SAME:
-            scale = next((r.mu for r in found if isinstance(r, HInfinity)), 1.0)
-        _put(found, HInfinity, () if gamma is None else (
-            HInfinity(gamma, scale),))
+            scale = next((r.mu for r in found if isinstance(r, HInfinity)), None)
+        _put(found, HInfinity, () if gamma is None else (HInfinity(gamma, scale),))
     for name, value, kind, call in (
-            ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
-            ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)")):
+        ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
+        ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)"),
+    ):
         if value is SAME:
             continue
         if not isinstance(value, (kind, type(None))):
@@ -81,8 +98,16 @@ def collected(region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME,
         if keys.count(key) > 1:
             raise ValueError(
                 f"two requirements are called {' '.join(dict.fromkeys(key))}: "
-                "give one of them another name")
+                "give one of them another name"
+            )
     return tuple(found)
+
+
+def _size(mu):
+    """None for a free mu, else the number, checked."""
+    if isinstance(mu, str) and mu != "free":
+        raise ValueError(f'mu must be a number or "free", got {mu!r}')
+    return None if isinstance(mu, str) else HInfinity(1.0, mu).mu
 
 
 def _put(found, kind, fresh):
@@ -98,10 +123,14 @@ def _put(found, kind, fresh):
 
 def _insert(found, fresh, kind=None):
     """Before the first one of higher rank; after those of its own kind."""
-    place = next((
-        k for k, r in enumerate(found)
-        if r.rank > fresh.rank and not (kind and isinstance(r, kind))
-    ), len(found))
+    place = next(
+        (
+            k
+            for k, r in enumerate(found)
+            if r.rank > fresh.rank and not (kind and isinstance(r, kind))
+        ),
+        len(found),
+    )
     found.insert(place, fresh)
 
 
@@ -119,19 +148,21 @@ def parameter(name, requirements=()):
         if r.parameter is not None and r.parameter.key == name:
             return r.parameter
     if name not in PARAMETERS:
-        raise ValueError(
-            f"name = {name!r} must be one of {', '.join(PARAMETERS)}")
+        raise ValueError(f"name = {name!r} must be one of {', '.join(PARAMETERS)}")
     return PARAMETERS[name]
 
 
 def bounds(requirements):
-    """What is asked, by the parameters' names; those that can be moved."""
+    """The bounds of some requirements, by the names of what can be moved."""
     found = {}
     for r in requirements:
         if r.parameter is not None:
             found.setdefault(r.parameter.key, []).append(r.bound)
-    return {name: values[0] for name, values in found.items()
-            if len(values) == 1 and values[0]}
+    return {
+        name: values[0]
+        for name, values in found.items()
+        if len(values) == 1 and values[0]
+    }
 
 
 def moved(requirements, values):
@@ -140,17 +171,22 @@ def moved(requirements, values):
     Parameters
     ----------
     requirements : tuple of Requirement
+        What is asked.
     values : dict
         From a parameter's name to its bound.
     """
     found = list(requirements)
     for name, value in values.items():
-        places = [k for k, r in enumerate(found)
-                  if r.parameter is not None and r.parameter.key == name]
+        places = [
+            k
+            for k, r in enumerate(found)
+            if r.parameter is not None and r.parameter.key == name
+        ]
         if len(places) > 1:
             raise ValueError(
                 f"{name} belongs to {len(places)} requirements: which one "
-                "is meant isn't clear")
+                "is meant isn't clear"
+            )
         if places:
             found[places[0]] = found[places[0]].with_bound(value)
             continue
@@ -162,7 +198,7 @@ def moved(requirements, values):
 
 
 def contradictory(requirements):
-    """Whether two of them exclude each other at sight."""
+    """Whether two of some requirements exclude each other at sight."""
     return any(a.contradicts(b) for a in requirements for b in requirements)
 
 
@@ -190,9 +226,30 @@ class Shorthand:
 
     @property
     def mu(self):
-        """The scalar of Theorem 2.1."""
+        """The scalar of Theorem 2.1 where it was given; None if it is free."""
         found = self._one(HInfinity)
-        return 1.0 if found is None else found.mu
+        return None if found is None else found.mu
+
+    def mu_of(self, own):
+        """The scalar of Theorem 2.1 that belongs to a solution.
+
+        Parameters
+        ----------
+        own : dict or None
+            What the requirements' unknowns came out as.
+
+        Returns
+        -------
+        float
+            1 where nothing else fixes the size of P.
+        """
+        found = self._one(HInfinity)
+        if found is None:
+            return 1.0
+        if found.mu is not None:
+            return found.mu
+        size = (own or {}).get(found.size_name)
+        return 1.0 if size is None else 1 / np.asarray(size).item()
 
     @property
     def saturation(self):

@@ -1,5 +1,7 @@
 """Stability, which is always demanded (Theorem 2.2 with sigma = 0)."""
 
+from flint import fmpq
+
 from ..analysis.linear import poles
 from ..theorems import slack_stability, stability
 from .base import Requirement
@@ -12,7 +14,7 @@ class Stability(Requirement):
 
     kind = name = "stability"
     promise = "poles"
-    implies_stability = True
+    implies_stability = of_poles = True
     titles = {"stability": "stability"}
 
     def pair(self, loop, c):
@@ -21,14 +23,17 @@ class Stability(Requirement):
     def slack(self, loop, c, i):
         yield "stability", slack_stability(c, loop.epsilon)
 
-    def admits(self, s):
-        return s.real < 0
+    def holds_at(self, root):
+        return root.inside([[fmpq(0)]], [[fmpq(1)]])
 
     def claim(self):
         return "its poles lie left of the imaginary axis"
 
     def truth(self, loops, K, K_A=None):
-        """The distance from the imaginary axis, in rad/s."""
+        """The distance of the worst pole from the imaginary axis, in rad/s.
+
+        The poles are those of all ``loops`` under K and K_A.
+        """
         return min(-poles(d, K).real.max() for d in loops)
 
     def kept(self, truth):

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["COST", "GAMMA", "PARAMETERS", "RHO", "SIGMA", "THETA", "U_MAX",
-           "Parameter"]
+__all__ = ["COST", "GAMMA", "PARAMETERS", "RHO", "SIGMA", "THETA", "U_MAX", "Parameter"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +28,8 @@ class Parameter:
         Where a search begins if the bound isn't given.
     limits : tuple of float, optional
         Between which a search stays, in the unit shown.
+    degrees : bool
+        Whether pages show it in degrees; its value is in radians.
     needs : str
         What must be given before it can be moved.
     open : str
@@ -41,9 +42,9 @@ class Parameter:
     symbol: str
     unit: str = ""
     harder: int = -1
-    power: int = None
+    power: int | None = None
     start: float = 1.0
-    limits: tuple = None
+    limits: tuple | None = None
     degrees: bool = False
     needs: str = ""
     open: str = ""
@@ -77,19 +78,35 @@ class Parameter:
         return ""
 
 
-SIGMA = Parameter("sigma", "decay rate sigma", "Decay rate σ", "σ", " 1/s",
-                  harder=1)
-THETA = Parameter("theta", "sector angle theta", "Half-angle θ", "θ", "°",
-                  start=np.pi / 4, limits=(1.0, 90.0), degrees=True)
-RHO = Parameter("rho", "disk radius rho", "Disk radius ρ", "ρ", " 1/s",
-                start=10.0)
+SIGMA = Parameter("sigma", "decay rate sigma", "Decay rate σ", "σ", " 1/s", harder=1)
+THETA = Parameter(
+    "theta",
+    "sector angle theta",
+    "Half-angle θ",
+    "θ",
+    "°",
+    start=np.pi / 4,
+    limits=(1.0, 90.0),
+    degrees=True,
+)
+RHO = Parameter("rho", "disk radius rho", "Disk radius ρ", "ρ", " 1/s", start=10.0)
 GAMMA = Parameter("gamma", "H-infinity bound gamma", "H∞ bound γ", "γ", power=2)
 COST = Parameter(
-    "cost", "bound of the cost", "Bound of the cost", "J", power=1,
+    "cost",
+    "bound of the cost",
+    "Bound of the cost",
+    "J",
+    power=1,
     needs="cost=QuadraticCost(Q, R, bound=...)",
-    open="cost=QuadraticCost(Q, R) without a bound")
+    open="cost=QuadraticCost(Q, R) without a bound",
+)
 U_MAX = Parameter(
-    "u_max", "input bound u_max", "Input bound u_max", "u_max", power=2,
+    "u_max",
+    "input bound u_max",
+    "Input bound u_max",
+    "u_max",
+    power=2,
     needs="saturation=Saturation(u_max, x0): the bound holds from x0 only",
-    open="saturation=Saturation(None, x0): the bound holds from x0")
+    open="saturation=Saturation(None, x0): the bound holds from x0",
+)
 PARAMETERS = {p.key: p for p in (SIGMA, THETA, RHO, GAMMA, U_MAX, COST)}

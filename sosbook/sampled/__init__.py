@@ -1,15 +1,20 @@
 """Control by a computer: sample, compute, hold."""
 
-from .discretize import hold, sampled_loop
+from ..deprecation import renamed
+from .discretize import c2d, sampled_loop
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
 from .proof import SampledCertificate, certify_sampled, prove_schur
+from .system import SampledSystem
+
+__getattr__ = renamed(__name__, hold="c2d")
 
 __all__ = [
     "SampledCertificate",
     "SampledLQR",
+    "SampledSystem",
+    "c2d",
     "certify_sampled",
     "design_sampled_lqr",
-    "hold",
     "prove_schur",
     "sampled_cost",
     "sampled_loop",

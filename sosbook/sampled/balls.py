@@ -9,19 +9,11 @@ from flint import arb, arb_mat
 
 from ..lmi.exact import exact
 
-__all__ = [
-    "balls",
-    "entries",
-    "exponential",
-    "hull",
-    "middle",
-    "series",
-    "solve",
-]
+__all__ = ["balls", "entries", "exponential", "hull", "middle", "series", "solve"]
 
 
 def balls(x):
-    """An array of arb from floats (as decimals), rationals or balls."""
+    """An array of arb from x: floats (as decimals), rationals or balls."""
     x = np.asarray(x)
     if x.dtype != object:
         x = exact(x)
@@ -44,7 +36,7 @@ def _matrix(x):
 
 
 def entries(x):
-    """The array of an arb_mat."""
+    """The entries of an arb_mat x, as an array."""
     found = np.empty((x.nrows(), x.ncols()), object)
     found.flat = x.entries()
     return found
@@ -56,17 +48,19 @@ def solve(A, B):
 
 
 def exponential(x):
-    """The exponential of a square matrix."""
+    """The exponential of a square matrix x of balls."""
     return entries(_matrix(x).exp())
 
 
 def middle(x):
-    """The balls' midpoints, as floats."""
+    """The midpoints of the balls x, as floats."""
     return np.array([[float(e.mid()) for e in row] for row in x])
 
 
 def series(terms):
-    """The matrix of x, or of x + x1 s + x2 t + x12 s t with s^2 = t^2 = 0.
+    """The matrix of x + x1 s + x2 t + x12 s t with s^2 = t^2 = 0, or of x.
+
+    The ``terms`` are [x, x1, x2, x12], or [x] alone.
 
     Such matrices multiply as the series do; the last block of the first
     row is the last term.
@@ -75,5 +69,4 @@ def series(terms):
         return terms[0]
     x, x1, x2, x12 = terms
     o = 0 * x
-    return np.block([
-        [x, x1, x2, x12], [o, x, o, x2], [o, o, x, x1], [o, o, o, x]])
+    return np.block([[x, x1, x2, x12], [o, x, o, x2], [o, o, x, x1], [o, o, o, x]])

@@ -6,27 +6,32 @@ The plant gets it ``delay`` seconds later and holds it for T seconds.
 
 from dataclasses import dataclass
 
-import control
 import numpy as np
 from flint import fmpq
 from scipy.linalg import expm
 
+from ..deprecation import renamed
 from ..lmi.exact import exact
 from ..plants.checks import matrix, number, positive
+from ..plants.kinds import checked_plant
+from ..runtime.libraries import library
 from ..synthesis.problem import Request
 
-__all__ = ["Clock", "hold", "input_vertices", "sampled_loop"]
+__all__ = ["SampleTiming", "c2d", "input_vertices", "sampled_loop"]
 
-LONGEST = 1000  # samples that a delay may last
-ROUND = fmpq(1, 10**9)  # of a sample; so near a whole number a delay is one
+__getattr__ = renamed(__name__, Clock="SampleTiming", hold="c2d")
+
+LONGEST_DELAY_IN_SAMPLES = 1000  # samples that a delay may last
+WHOLE_SAMPLE_TOLERANCE = fmpq(1, 10**9)  # of a sample; nearer delays are whole
 
 
-def hold(plant, T, delay=0.0, U=None):
+def c2d(plant, T, delay=0.0, U=None):
     """The plant from sample to sample, under a delayed zero-order hold.
 
     Parameters
     ----------
     plant : SecondOrderSystem, Polytope or DescriptorSystem
+        The plant, regular in E.
     T : float
         Time between samples, in s.
     delay : float
@@ -57,7 +62,7 @@ def hold(plant, T, delay=0.0, U=None):
     --------
     >>> from sosbook import SecondOrderSystem
     >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
-    >>> (step,) = hold(cart, T=1.0, delay=0.5)
+    >>> (step,) = c2d(cart, T=1.0, delay=0.5)
     >>> step.A  # the last column: half a second of u(k-1)
     array([[1.   , 1.   , 0.375],
            [0.   , 1.   , 0.5  ],
@@ -65,12 +70,12 @@ def hold(plant, T, delay=0.0, U=None):
     >>> step.B.T
     array([[0.125, 0.5  , 1.   ]])
     """
-    clock = Clock.of(T, delay)
+    timing = SampleTiming.of(T, delay)
     found = []
     for d in input_vertices(plant, U):
-        A, B = clock.held(d)
+        A, B = timing.held(d)
         outputs = np.eye(len(A)), np.zeros(B.shape)
-        found.append(control.ss(A, B, *outputs, dt=float(clock.T)))
+        found.append(library("control").ss(A, B, *outputs, dt=float(timing.T)))
     return tuple(found)
 
 
@@ -79,11 +84,13 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
 
     Parameters
     ----------
-    plant, T, delay, U
-        As for `hold`.
-    K : (m, N) or (m, N + m d) array_like, or control.StateSpace
+    plant
+        As for `c2d`.
+    K : (m, N) or (m, N + m d) array_like, SampledSystem or control.StateSpace
         Feedback of x = [z; z'; x3] alone, or of the older inputs, too;
         or a sampled controller from x(k) to u(k).
+    T, delay, U
+        As for `c2d`.
 
     Returns
     -------
@@ -100,126 +107,155 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
     >>> float(abs(F @ F).max())
     0.0
     """
-    clock, vertices = Clock.of(T, delay), input_vertices(plant, U)
-    full, own = clock.feedback(K, vertices[0])
+    timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
+    full, own = timing.feedback(K, vertices[0])
     return tuple(
-        np.vstack([np.hstack(held) @ full, own])
-        for held in map(clock.held, vertices))
+        np.vstack([np.hstack(held) @ full, own]) for held in map(timing.held, vertices)
+    )
 
 
 @dataclass(frozen=True)
-class Clock:
-    """T, and the delay as whole samples and a rest; exact rationals."""
+class SampleTiming:
+    """The time T between samples and a delay, in exact rationals.
+
+    Parameters
+    ----------
+    T : fmpq
+        Time between samples, in s.
+    whole_samples : int
+        How many whole samples the delay lasts.
+    remainder : fmpq
+        What is left of the delay, in s; less than T.
+    """
 
     T: fmpq
-    whole: int
-    rest: fmpq
+    whole_samples: int
+    remainder: fmpq
 
     @classmethod
     def of(cls, T, delay):
-        """From floats, read as decimals; ValueError if they are bad."""
+        """The timing of a time T and a delay, floats that are read as decimals.
+
+        Raises ValueError if they are bad.
+        """
         T, late = exact(positive("T", T)), exact(number("delay", delay))
         if late < 0:
             raise ValueError(f"delay must not be negative, got {delay!r}")
-        if late > LONGEST * T:
+        if late > LONGEST_DELAY_IN_SAMPLES * T:
             raise ValueError(
-                f"delay = {delay} lasts more than {LONGEST} samples of T = "
-                f"{float(T)}: take a longer T, or check the units")
+                f"delay = {delay} lasts more than {LONGEST_DELAY_IN_SAMPLES} samples "
+                f"of T = {float(T)}: take a longer T, or check the units"
+            )
         whole = int((late / T + fmpq(1, 2)).floor())
-        if abs(late / T - whole) <= ROUND:  # 3 * 0.1 is three samples
+        if abs(late / T - whole) <= WHOLE_SAMPLE_TOLERANCE:  # 3 * 0.1 is three samples
             return cls(T, whole, fmpq(0))
         whole = int((late / T).floor())
         return cls(T, whole, late - whole * T)
 
     @property
-    def older(self):
+    def n_past_inputs(self):
         """d, how many older inputs the state holds."""
-        return self.whole + (self.rest > 0)
+        return self.whole_samples + (self.remainder > 0)
 
     def gain(self, K, d):
-        """K of [x; older inputs], from a K that may be of x alone."""
+        """K of [x; older inputs] for a plant d, from a K that may be of x alone."""
         N, m = d.Bu.shape
         K = matrix("K", K, (m, None))
-        order = N + m * self.older
+        order = N + m * self.n_past_inputs
         if K.shape[1] not in (N, order):
             raise ValueError(
-                f"K has {K.shape[1]} columns, needs {N}" +
-                (f", or {order} with the older inputs" if order > N else ""))
+                f"K has {K.shape[1]} columns, needs {N}"
+                + (f", or {order} with the older inputs" if order > N else "")
+            )
         return np.hstack([K, np.zeros((m, order - K.shape[1]))])
 
     def feedback(self, K, d, number=lambda x: x):
-        """From [x; older; own] to [x; older; u(k)], and to own(k + 1).
+        """The maps from [x; older; own] to [x; older; u(k)] and to own(k + 1).
+
+        K is a gain or a sampled controller of a plant d; ``number`` brings
+        matrices into another arithmetic.
 
         ``own`` is the state of a controller; a gain K has none.
         """
         N, m = d.Bu.shape
-        order = N + m * self.older
-        if not isinstance(K, control.StateSpace):
+        order = N + m * self.n_past_inputs
+        if not is_controller(K):
             K = self.gain(K, d)
             return np.vstack([number(np.eye(order)), number(K)]), number(
-                np.zeros((0, order)))
+                np.zeros((0, order))
+            )
         timeless = K.dt is True or (K.dt is None and not K.nstates)
-        if (K.ninputs, K.noutputs) != (N, m) or not timeless and (
-                not K.dt or not np.isclose(K.dt, float(self.T), atol=0)):
+        if (K.ninputs, K.noutputs) != (N, m) or (
+            not timeless and (not K.dt or not np.isclose(K.dt, float(self.T), atol=0))
+        ):
             raise ValueError(
                 f"K must be a controller with {N} inputs and {m} outputs, "
                 f"sampled with dt = {float(self.T)}; got {K.ninputs}, "
-                f"{K.noutputs} and dt = {K.dt}")
-        past = np.zeros((K.nstates + m, m * self.older))
-        rows = np.hstack([np.vstack([K.B, K.D]), past,
-                          np.vstack([K.A, K.C])])
+                f"{K.noutputs} and dt = {K.dt}"
+            )
+        past = np.zeros((K.nstates + m, m * self.n_past_inputs))
+        rows = np.hstack([np.vstack([K.B, K.D]), past, np.vstack([K.A, K.C])])
         same = np.eye(order, order + K.nstates)
         own, u = np.split(rows, [K.nstates])
         return number(np.vstack([same, u])), number(own)
 
-    def pick(self, N, m):
-        """From [x; older; u(k)] to [x; first input; second input].
+    def selector(self, N, m):
+        """For N states and m inputs, from [x; older; u(k)] to [x; first; second].
 
         The first acts until the rest of the delay is over.
         """
-        S = np.zeros((N + 2 * m, N + m * (self.older + 1)))
+        S = np.zeros((N + 2 * m, N + m * (self.n_past_inputs + 1)))
         S[:N, :N] = np.eye(N)
-        for row, age in ((N, self.whole + 1), (N + m, self.whole)):
-            if age <= self.older:
+        for row, age in ((N, self.whole_samples + 1), (N + m, self.whole_samples)):
+            if age <= self.n_past_inputs:
                 column = N + (age - 1) * m if age else S.shape[1] - m
-                S[row:row + m, column:column + m] = np.eye(m)
+                S[row : row + m, column : column + m] = np.eye(m)
         return S
 
-    def shift(self, N, m):
-        """From [x; older; u(k)] to the next older inputs."""
-        S = np.zeros((m * self.older, N + m * (self.older + 1)))
-        S[m:, N:N + m * (self.older - 1)] = np.eye(max(len(S) - m, 0))
-        S[:m, -m:] = np.eye(m)[:len(S)]
+    def shift_register(self, N, m):
+        """For N states and m inputs, from [x; older; u(k)] to the next older inputs."""
+        S = np.zeros((m * self.n_past_inputs, N + m * (self.n_past_inputs + 1)))
+        S[m:, N : N + m * (self.n_past_inputs - 1)] = np.eye(max(len(S) - m, 0))
+        S[:m, -m:] = np.eye(m)[: len(S)]
         return S
 
-    def pieces(self, A, B):
-        """How [x; first; second] moves: (matrix, how long), in order."""
+    def segments(self, A, B):
+        """How [x; first; second] of x' = A x + B u moves: (matrix, how long)."""
         N, m = B.shape
-        before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype)
-                         for _ in range(2))
+        before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype) for _ in range(2))
         before[:N, :N] = after[:N, :N] = A
-        before[:N, N:N + m] = after[:N, N + m:] = B
-        spans = (before, self.rest), (after, self.T - self.rest)
+        before[:N, N : N + m] = after[:N, N + m :] = B
+        spans = (before, self.remainder), (after, self.T - self.remainder)
         return [(M, span) for M, span in spans if span > 0]
 
     def held(self, d):
-        """The two matrices of `hold`, of one vertex."""
+        """The two matrices of `c2d`, for one vertex d."""
         A, B, _ = d.state_space()
         N, m = B.shape
         flow = np.eye(N + 2 * m)
         with np.errstate(over="ignore", invalid="ignore"):
-            for M, span in self.pieces(A, B):
+            for M, span in self.segments(A, B):
                 flow = expm(M * float(span)) @ flow
         if not np.isfinite(flow).all():
             raise ValueError(
                 f"T = {float(self.T)}: the plant's motion overflows from "
-                "one sample to the next; take a shorter T")
-        both = np.vstack([flow[:N] @ self.pick(N, m), self.shift(N, m)])
+                "one sample to the next; take a shorter T"
+            )
+        both = np.vstack([flow[:N] @ self.selector(N, m), self.shift_register(N, m)])
         return both[:, :-m], both[:, -m:]
 
 
+def is_controller(K):
+    """Whether K is a `SampledSystem` or python-control's StateSpace."""
+    return hasattr(K, "nstates")
+
+
 def input_vertices(plant, U):
-    """One `Descriptor` for each vertex; its E is regular."""
+    """One `Descriptor` for each vertex of a plant with integrators U.
+
+    Its E is regular.
+    """
+    checked_plant(plant)
     try:
         return Request(plant, U).vertices
     except ValueError as error:

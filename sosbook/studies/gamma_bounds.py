@@ -6,15 +6,20 @@ import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
 from ..analysis.linear import hinf_norm, loop_matrix, poles
+from ..deprecation import renamed
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
 from ..requirements.input_bound import Saturation
 
-__all__ = ["Walls", "gamma_walls"]
+__getattr__ = renamed(
+    __name__, Walls="GammaLowerBounds", gamma_walls="gamma_lower_bounds"
+)
+
+__all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 
 
 @dataclass(frozen=True)
-class Walls:
+class GammaLowerBounds:
     """Three lower bounds on what (2.15) and (2.21) can prove together.
 
     Parameters
@@ -38,7 +43,7 @@ class Walls:
 
         Examples
         --------
-        >>> Walls(norm=1.0, energy=4.0, mu=0.01).gamma(9.0)
+        >>> GammaLowerBounds(norm=1.0, energy=4.0, mu=0.01).gamma(9.0)
         6.0
         """
         if positive("mu", mu) <= self.mu:
@@ -51,7 +56,7 @@ class Walls:
         return self.norm**2 / self.energy if self.energy else np.inf
 
 
-def gamma_walls(plant, K, U=None, saturation=None, K_A=None):
+def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
     """The walls of a stable loop, the worst of its vertices.
 
     Parameters
@@ -59,14 +64,18 @@ def gamma_walls(plant, K, U=None, saturation=None, K_A=None):
     plant : SecondOrderSystem or Polytope
         With ``F``.
     K : (m, N) array_like
-    U, K_A
+        The gain that is analysed.
+    U
         As in `design_pid`.
     saturation : Saturation
         u_max and x(0).
+    K_A
+        As in `design_pid`.
 
     Returns
     -------
-    Walls
+    GammaLowerBounds
+        The bounds, the largest over all vertices.
 
     Raises
     ------
@@ -83,7 +92,7 @@ def gamma_walls(plant, K, U=None, saturation=None, K_A=None):
     --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_1()
-    >>> walls = gamma_walls(ex.plant, ex.K, ex.U, ex.saturation)
+    >>> walls = gamma_lower_bounds(ex.plant, ex.K, ex.U, ex.saturation)
     >>> round(walls.norm, 4), round(walls.gamma(1.0), 3)
     (0.0113, 0.306)
     """
@@ -96,12 +105,11 @@ def gamma_walls(plant, K, U=None, saturation=None, K_A=None):
     vertices = descriptors(plant, U, K_A)
     K = matrix("K", K, (plant.m, len(vertices[0].E)))
     if len(saturation.x0) != K.shape[1]:
-        raise ValueError(f"x0 has {len(saturation.x0)} entries, needs "
-                         f"{K.shape[1]}")
+        raise ValueError(f"x0 has {len(saturation.x0)} entries, needs {K.shape[1]}")
     if max(poles(d, K).real.max() for d in vertices) >= 0:
         raise ValueError("K doesn't stabilise every vertex")
     found = np.array([_walls(d, K, saturation) for d in vertices])
-    return Walls(*map(float, found.max(axis=0)))
+    return GammaLowerBounds(*map(float, found.max(axis=0)))
 
 
 def _walls(d, K, saturation):

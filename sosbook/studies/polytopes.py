@@ -4,17 +4,17 @@ Compares the three ways to demand an LMI over a polytope of plants, and
 checks their promises at plants between the vertices.
 """
 
-import os
 from itertools import combinations
 
 import numpy as np
 from scipy.optimize import nnls
-from tqdm.auto import tqdm
 
+from ..deprecation import renamed
 from ..plants.checks import number
 from ..plants.descriptor import descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
+from ..runtime.progress import each
 from ..synthesis.pid import design_pid
 
 __all__ = [
@@ -22,23 +22,31 @@ __all__ = [
     "block_count",
     "compare",
     "hull_gap",
-    "inside",
-    "promises",
-    "survey",
-    "widen",
+    "sample_plants",
+    "scale_polytope",
+    "verify_many",
+    "verify_on_samples",
 ]
 
+__getattr__ = renamed(
+    __name__,
+    inside="sample_plants",
+    promises="verify_on_samples",
+    survey="verify_many",
+    widen="scale_polytope",
+)
 
 # what accepts most comes first
 READINGS = ("vertices", "pairs", "slack")
 
 
-def widen(plants, factor):
+def scale_polytope(plants, factor):
     """The polytope, enlarged or shrunk about its mean.
 
     Parameters
     ----------
     plants : Polytope
+        The polytope.
     factor : float
         0 gives the mean at every vertex, 1 the polytope itself.
 
@@ -46,26 +54,31 @@ def widen(plants, factor):
     --------
     >>> pair = Polytope([SecondOrderSystem([[m]], [[1]], [[1]], [[1]])
     ...                  for m in (1, 3)])
-    >>> [v.M.item() for v in widen(pair, 0.5).vertices]
+    >>> [v.M.item() for v in scale_polytope(pair, 0.5).vertices]
     [1.5, 2.5]
     """
     number("factor", factor)
     mean = plants.mean
-    return Polytope([
-        SecondOrderSystem(*(
-            getattr(mean, x)
-            + factor * (getattr(v, x) - getattr(mean, x)) for x in "MDSBF"
-        ))
-        for v in plants.vertices
-    ])
+    return Polytope(
+        [
+            SecondOrderSystem(
+                *(
+                    getattr(mean, x) + factor * (getattr(v, x) - getattr(mean, x))
+                    for x in "MDSBF"
+                )
+            )
+            for v in plants.vertices
+        ]
+    )
 
 
-def inside(plants, count=20, seed=0):
+def sample_plants(plants, count=20, seed=0):
     """Plants to look at: along all edges, and at random.
 
     Parameters
     ----------
     plants : Polytope
+        The polytope.
     count : int
         Steps along each segment between two vertices, ends included;
         with more than two vertices also so many random plants.
@@ -75,26 +88,27 @@ def inside(plants, count=20, seed=0):
     Returns
     -------
     list of SecondOrderSystem
+        The drawn plants.
     """
-    found = []
+    samples = []
     corners = np.eye(plants.N)
     for i, j in combinations(range(plants.N), 2):
         for a in np.linspace(0, 1, count):
-            found.append(plants.at((1 - a) * corners[i] + a * corners[j]))
+            samples.append(plants.at((1 - a) * corners[i] + a * corners[j]))
     if plants.N > 2:
-        found += plants.sample(count, seed)
-    return found or list(plants.vertices)
+        samples += plants.sample(count, seed)
+    return samples or list(plants.vertices)
 
 
-def promises(design, count=20, seed=0):
-    """How well a design keeps what was asked, at the worst plant found.
+def verify_on_samples(design, count=20, seed=0):
+    """How well a design keeps what was asked, at the worst of many plants.
 
     Parameters
     ----------
     design : Design
         Of a Polytope, with a gain.
     count, seed : int
-        As in `inside`.
+        As in `sample_plants`.
 
     Returns
     -------
@@ -107,14 +121,14 @@ def promises(design, count=20, seed=0):
     --------
     >>> from sosbook.book.counterexamples import random_chain
     >>> design = design_pid(random_chain(0), gamma=1.0)
-    >>> kept = promises(design)
+    >>> kept = verify_on_samples(design)
     >>> sorted(kept), min(kept.values()) > 0
     (['gamma', 'poles'], True)
     """
     request = design.request
     if design.K is None:
         raise ValueError(f"the design is {design.status}: nothing to keep")
-    plants = inside(request.plant, count, seed)
+    plants = sample_plants(request.plant, count, seed)
     loops = descriptors(Polytope(plants), request.U, request.K_A)
     kept = {}
     for r in (Stability(), *request.requirements):
@@ -129,8 +143,10 @@ def compare(plant, couplings=READINGS, **asked):
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The polytope.
     couplings : sequence of str
-    asked
+        The conditions on pairs of vertices to compare.
+    **asked
         Keywords of `design_pid`. ``slack`` reaches only that coupling.
 
     Returns
@@ -149,48 +165,50 @@ def compare(plant, couplings=READINGS, **asked):
     slack = asked.pop("slack", None)
     return {
         name: design_pid(
-            plant, coupling=name, **asked,
+            plant,
+            coupling=name,
+            **asked,
             **({"slack": slack} if name == "slack" else {}),
         )
         for name in couplings
     }
 
 
-def survey(polytopes, couplings=READINGS, **asked):
+def verify_many(polytopes, couplings=READINGS, **asked):
     """Designs for many polytopes, and what became of their promises.
 
     Parameters
     ----------
     polytopes : sequence of Polytope
-    couplings, asked
-        As in `compare`.
+        The polytopes to compare the conditions on.
+    couplings : sequence of str
+        The conditions on pairs of vertices to compare.
+    **asked
+        Keywords, as in `compare`.
 
     Returns
     -------
     dict
         From the coupling's name to an array: for each polytope the
-        smallest of `promises`, or NaN where there is no design.
+        smallest of `verify_on_samples`, or NaN where there is no design.
 
     Examples
     --------
     >>> from sosbook.book.counterexamples import actuated
     >>> from sosbook import PoleRegion
-    >>> found = survey([actuated()], ("vertices", "pairs"),
+    >>> found = verify_many([actuated()], ("vertices", "pairs"),
     ...                region=PoleRegion(rho=10))
     >>> found["vertices"] < 0, found["pairs"]
     (array([ True]), array([nan]))
     """
-    # in notebooks tqdm doesn't read the variable itself
-    hidden = os.environ.get("TQDM_DISABLE") == "1"
-    found = {name: [] for name in couplings}
-    for plants in tqdm(polytopes, unit="polytope", leave=False,
-                       disable=hidden):
+    worst = {name: [] for name in couplings}
+    for plants in each(polytopes, "polytope"):
         for name, design in compare(plants, couplings, **asked).items():
             kept = np.nan
             if design.K is not None:
-                kept = min(promises(design).values())
-            found[name].append(kept)
-    return {name: np.array(kept) for name, kept in found.items()}
+                kept = min(verify_on_samples(design).values())
+            worst[name].append(kept)
+    return {name: np.array(kept) for name, kept in worst.items()}
 
 
 def block_count(vertices, coupling):
@@ -202,9 +220,7 @@ def block_count(vertices, coupling):
     [4, 10, 4]
     """
     if coupling not in READINGS:
-        raise ValueError(
-            f"coupling must be one of {READINGS}, got {coupling!r}"
-        )
+        raise ValueError(f"coupling must be one of {READINGS}, got {coupling!r}")
     N = int(vertices)
     return N * (N + 1) // 2 if coupling == "pairs" else N
 
@@ -218,10 +234,11 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     Parameters
     ----------
     plants : Polytope
+        The polytope.
     U, K_A : arrays, optional
         As in `design_pid`.
     count, seed : int
-        As in `inside`.
+        As in `sample_plants`.
 
     Returns
     -------
@@ -235,19 +252,16 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     True
     """
     corners = _standard_forms(plants, U, K_A)
-    size = np.abs(corners).max(axis=1, keepdims=True)
-    size[size == 0] = 1
-    corners = np.vstack([corners / size, np.ones(plants.N)])
-    targets = _standard_forms(Polytope(inside(plants, count, seed)), U, K_A)
-    targets = np.vstack([targets / size, np.ones(targets.shape[1])])
-    return float(max(
-        nnls(corners, t)[1] / np.linalg.norm(t) for t in targets.T
-    ))
+    largest = np.abs(corners).max(axis=1, keepdims=True)
+    largest[largest == 0] = 1
+    corners = np.vstack([corners / largest, np.ones(plants.N)])
+    targets = _standard_forms(Polytope(sample_plants(plants, count, seed)), U, K_A)
+    targets = np.vstack([targets / largest, np.ones(targets.shape[1])])
+    return float(max(nnls(corners, t)[1] / np.linalg.norm(t) for t in targets.T))
 
 
 def _standard_forms(plants, U, K_A):
     """Columns: the entries of E^-1 [A B_u B_w], a column per vertex."""
-    return np.array([
-        np.hstack(d.state_space()).ravel()
-        for d in descriptors(plants, U, K_A)
-    ]).T
+    return np.array(
+        [np.hstack(d.state_space()).ravel() for d in descriptors(plants, U, K_A)]
+    ).T

@@ -10,21 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..deprecation import renamed
 from ..lmi import Unknown, block
-from ..lmi.centre import Blocks, Unbounded, centre, minimize
-from ..lmi.exact import exact, pivots
+from ..lmi.centre import Unbounded
+from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
 from ..requirements.pole_region import PoleRegion
-from ..synthesis.certificates import prove
 from ..synthesis.pid import analyse_pid
 from ..synthesis.scaling import Frame
 from ..theorems import control_bound, initial_state
 
-__all__ = ["Basin", "basin"]
+__getattr__ = renamed(
+    __name__, Basin="RegionOfAttraction", basin="region_of_attraction"
+)
+
+__all__ = ["RegionOfAttraction", "region_of_attraction"]
 
 
 @dataclass(frozen=True, eq=False)
-class Basin:
+class RegionOfAttraction:
     """The ellipsoid x' P^-1 x <= 1, invariant within |row x| <= bound.
 
     Parameters
@@ -34,6 +38,7 @@ class Basin:
     reach : float
         ``reach * start`` lies in the ellipsoid; 0 if there is none.
     P : (N, N) array or None
+        The matrix of the ellipsoid x' P^-1 x < 1.
     proven : bool
         Whether exact arithmetic confirms invariance, the bound on
         ``row x`` and that ``reach * start`` lies within.
@@ -41,11 +46,14 @@ class Basin:
 
     status: str
     reach: float = 0.0
-    P: np.ndarray = None
+    P: np.ndarray | None = None
     proven: bool = False
 
     def boundary(self, count, seed=0):
-        """Random states with x' P^-1 x = 1, one a row."""
+        """Random states with x' P^-1 x = 1, ``count`` of them, one a row.
+
+        The ``seed`` says which.
+        """
         rng = np.random.default_rng(seed)
         points = rng.standard_normal((count, len(self.P)))
         points /= np.linalg.norm(points, axis=1)[:, None]
@@ -56,8 +64,9 @@ class Basin:
         return np.sum(x * np.linalg.solve(self.P, x), axis=0)
 
 
-def basin(plant, K, U=None, sigma=0.0, *, row, bound, start,
-          backoff=0.01):
+def region_of_attraction(
+    plant, K, U=None, sigma=0.0, *, row, bound, start, backoff=0.01
+):
     r"""The ellipsoid that reaches farthest along a direction.
 
     Parameters
@@ -81,7 +90,8 @@ def basin(plant, K, U=None, sigma=0.0, *, row, bound, start,
 
     Returns
     -------
-    Basin
+    RegionOfAttraction
+        The ellipsoid, and whether it is proven.
 
     Raises
     ------
@@ -97,13 +107,13 @@ def basin(plant, K, U=None, sigma=0.0, *, row, bound, start,
     --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_4()
-    >>> found = basin(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],
+    >>> found = region_of_attraction(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],
     ...               bound=np.pi / 2, start=[1, 1, 0, 0, 0])
     >>> print(f"{np.degrees(found.reach):.0f} degrees, {found.proven}")
     84 degrees, True
     """
     K = matrix("K", K)
-    loop = analyse_pid(plant, K, U, PoleRegion(sigma=sigma))
+    loop = analyse_pid(plant, K, U, region=PoleRegion(sigma=sigma))
     N = loop.request.order
     row = matrix("row", [row], (1, N))
     start = matrix("start", [start], (1, N))[0]
@@ -111,43 +121,46 @@ def basin(plant, K, U=None, sigma=0.0, *, row, bound, start,
     if not row.any() or not start.any():
         raise ValueError("row or start is zero: give c and a direction")
     if loop.status != "feasible":
-        return Basin(loop.status)
-    frame = Frame.of(loop.request)
-    blocks, (P,) = loop.request.in_unknowns(frame)
-    blocks["row"] = control_bound(P, row @ frame.T / bound @ P, 1.0)
+        return RegionOfAttraction(loop.status)
+    request, frame = loop.request, Frame.of(loop.request)
     ray = frame.back @ start
     size = np.linalg.norm(ray)
     ray = ray / size
 
-    # smallest t >= ray' P^-1 ray, from the P at hand
-    t = Unknown("t", 1)
-    long = blocks | {"start": block([[t, ray[None]], [ray[:, None], P]])}
+    def kept(values, number, frame=frame):
+        P = values["P"]
+        found = dict(request.blocks_at({"P": P}, number, frame))
+        if frame is not None:
+            return found | {"row": control_bound(P, row @ frame.T / bound @ P, 1.0)}
+        return found | {"row": control_bound(P, number(row) @ P, number(bound) ** 2)}
+
+    def long(values, number):  # t > ray' P^-1 ray
+        t, P = values["t"], values["P"]
+        column = ray[:, None]
+        return kept(values, number) | {"start": block([[t, column.T], [column, P]])}
+
+    unknowns = [Unknown("P", N, symmetric=True), Unknown("t", 1)]
     inside = frame.back @ loop.P @ frame.back.T
     inside = inside * bound**2 / (2 * (row @ loop.P @ row.T).item())
-    x = np.append(P.pack(inside), 2 * ray @ np.linalg.solve(inside, ray))
-    cost = np.zeros(len(x))
-    cost[-1] = 1.0
+    t = 2 * ray @ np.linalg.solve(inside, ray)
     try:
-        x, _ = minimize(Blocks.of(long.values(), [P, t]), cost, x, 1e-4)
+        best = LMIProblem(long, unknowns).minimize(
+            {"t": 1.0}, 1e-4, {"P": inside, "t": np.array([[t]])}
+        )
     except Unbounded:
-        return Basin("undecided")
+        return RegionOfAttraction("undecided")
+    reach = (1 - backoff) / np.sqrt(best.values["t"].item())
 
-    reach = (1 - backoff) / np.sqrt(x[-1])
-    blocks["start"] = initial_state(P, reach * ray)
-    inside = P.unpack(centre(Blocks.of(blocks.values(), [P]), x[:-1]))
-    inside = frame.T @ inside @ frame.T.T
-    return _proven(loop.request, (inside + inside.T) / 2, row, bound,
-                   start, reach / size)
+    def shorter(values, number):
+        return kept(values, number) | {"start": initial_state(values["P"], reach * ray)}
 
+    P = LMIProblem(shorter, unknowns[:1]).centre(best.values).values["P"]
+    P = frame.T @ P @ frame.T.T
+    reach = float(f"{reach / size:.6g}")
 
-def _proven(request, P, row, bound, start, reach):
-    reach = float(f"{reach:.6g}")
-    certificate = prove(request, request.gain, P, 17)
-    P, held = exact(certificate.P), certificate.proven
-    c, edge = exact(row), exact(bound)
-    for g in (
-        control_bound(P, c @ P, edge**2),
-        initial_state(P, exact(start) * exact(reach)),
-    ):
-        held = held and pivots(g)[-1] > 0
-    return Basin("feasible", reach, certificate.P, bool(held))
+    def plain(values, number):
+        x0 = number(start) * number(reach)
+        return kept(values, number, None) | {"start": initial_state(values["P"], x0)}
+
+    proof = LMIProblem(plain, unknowns[:1]).prove({"P": (P + P.T) / 2})
+    return RegionOfAttraction("feasible", reach, proof.values["P"], proof.proven)

@@ -1,95 +1,202 @@
 """Proofs in exact rational arithmetic, of a loop or of its absence."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..lmi.exact import exact, round_digits
-from ..lmi.proof import InfeasibilityCertificate, Proof, refute
+from ..lmi.gain_proof import GainProof, given_gain
+from ..lmi.proof import Examined, Proof, first_proven
+from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.refutation import Exclusion, InfeasibilityCertificate, excluded_by, refute
 from ..plants.checks import matrix
+from .records import read_request, request_data
+from .scaling import Frame
 
 __all__ = [
     "Certificate",
+    "DesignInfeasibility",
     "InfeasibilityCertificate",
     "Proof",
+    "excluding",
+    "frame_data",
     "prove",
     "prove_infeasible",
+    "read_frame",
     "refute",
 ]
 
 
-@dataclass(frozen=True, eq=False)
-class Certificate(Proof):
+class Certificate(GainProof):
     """An exact proof that a gain does what was asked, or its failure.
+
+    Its ``text`` is a file with the plant, the requirements, the gain and the
+    matrices P, V, ... as decimals; ``proven`` is computed from it. See
+    `ProofFile` for `verify`, `save` and `load`.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem, design_pid
+    >>> proof = design_pid(SecondOrderSystem([[1]], [[1]], [[1]], [[1]])).certify()
+    >>> proof.proven, Certificate(proof.text.replace('"K"', '"k"')).proven
+    (True, False)
+    """
+
+    kind = "design"
+
+    @property
+    def P(self):
+        """The rational Lyapunov matrix, (N, N), as decimal floats.
+
+        With a slack matrix one for each vertex, (vertices, N, N).
+        """
+        unknowns = self.data["unknowns"]
+        if "P" in unknowns:
+            return read_array(unknowns["P"], None, None)
+        names = read_request(self.data).lyapunov
+        return np.array([read_array(unknowns[name], None, None) for name in names])
+
+    @property
+    def V(self):
+        """The rational slack matrix, or None."""
+        V = self.data["unknowns"].get("V")
+        return None if V is None else read_array(V, None, None)
+
+    @classmethod
+    def examine(cls, data):
+        request = read_request(data)
+        K = read_array(data["K"], request.plant.m, request.order)
+        shapes = _shapes(request, data["unknowns"])
+        if shapes.keys() != data["unknowns"].keys():
+            raise ValueError(f"unknowns must be {', '.join(shapes)}")
+        values = {
+            name: read_array(data["unknowns"][name], *shape)
+            for name, shape in shapes.items()
+        }
+        again = cls.contents(request, K, values)
+        own = {name: exact(value) for name, value in values.items()}
+        P = [own[name] for name in request.lyapunov]
+        own = {name: x for name, x in own.items() if name not in request.lyapunov}
+        if not all((p == p.T).all() for p in P):
+            return again, Examined.nothing("P isn't symmetric")
+        V = own.pop("V", None)
+        right = P[0] if V is None else V
+        blocks = request.blocks(
+            P[0] if V is None else P, exact(K) @ right.T, exact, V=V, own=own
+        )
+        again["blocks"] = [_key(name) for name in blocks]
+        return again, Examined.of(blocks, claims(request))
+
+    @classmethod
+    def contents(cls, request, K, values):
+        """The data of the file for a request, a rounded K and exact values."""
+        return {
+            "claims": list(claims(request)),
+            **request_data(request),
+            "K": decimals(K),
+            "unknowns": {name: decimals(x) for name, x in values.items()},
+            "blocks": [_key(name) for name in block_names(request, values)],
+        }
+
+
+def _shapes(request, known):
+    """Shapes of a proof's matrices: P, V, the own ones, and sizes that it knows.
+
+    Whatever its size is, a requirement's P proves it: see `Request.blocks`.
+    """
+    sizes = {r.size_name: (1, 1) for r in request.sized}
+    shapes = {u.name: u.shape for u in request.unknowns() if u.name != "Y"}
+    shapes = {name: shape for name, shape in shapes.items() if name not in sizes}
+    return shapes | {name: shape for name, shape in sizes.items() if name in known}
+
+
+def block_names(request, known=()):
+    """The names of a request's blocks.
 
     Parameters
     ----------
-    proven, claims, blocks, failed
-        As in `Proof`.
-    K : (m, N) array
-        The gain that the proof is about: rounded to the printed digits.
-    P : (N, N) array, or (vertices, N, N) with a slack matrix
-        The rational Lyapunov matrix, as decimal floats.
-    V : (N, N) array or None
-        The rational slack matrix.
+    request : Request
+    known : collection of str
+        Names of the unknowns; the requirements' sizes are among them.
     """
+    values = {name: np.eye(*shape) for name, shape in _shapes(request, known).items()}
+    if request.gain is None:
+        values["Y"] = np.eye(request.plant.m, request.order)
+    return list(request.blocks_at(values))
 
-    K: np.ndarray
-    P: np.ndarray
-    V: np.ndarray = None
+
+def _key(name):
+    """A block's key as a list: kind and name of its requirement, block, vertices."""
+    return [*(name.requirement or ("", "")), name.block, *name.vertices]
 
 
 def prove(request, K, P, digits=6, V=None, own=None):
     """Check every block of a request in exact arithmetic.
 
+    Everything is built again from the primary data: the plant's matrices,
+    the requirements, K and P. Floats are read as decimals: 0.1 is 1/10.
+
     Parameters
     ----------
     request : Request
+        What is asked of the plant.
     K : (m, N) array
         Rounded to ``digits`` significant digits before the proof.
     P : (N, N) array
         Rounded too; must be symmetric. With ``coupling="slack"`` one
         for each vertex.
+    digits : int or None
+        None tries 6, 8, 10, 12 and 17; for a request with a given gain,
+        that very gain.
     V : (N, N) array, optional
         The slack matrix; rounded too.
     own : dict, optional
         The requirements' own unknowns, by name; rounded too.
+    digits : int
+        Significant digits of the gain.
 
     Returns
     -------
     Certificate
+        What was proven, and what failed.
     """
-    if not isinstance(digits, int) or digits < 1:
-        raise ValueError(f"digits must be 1 or more, got {digits!r}")
     shape = (request.order, request.order)
-    K = round_digits(matrix("K", K, (request.plant.m, request.order)), digits)
-    if request.coupling == "slack":
-        P = np.array([matrix("P", p, shape) for p in P])
-        V = matrix("V", V, shape)
-    else:
-        P = V = matrix("P", P, shape)
-    slack = V if request.coupling == "slack" else None
-    if not np.array_equal(P, P.swapaxes(-1, -2)):
-        return Certificate(
-            False, (), {}, ("P isn't symmetric",), K, P, slack)
-    gain = exact(K)
-    for places in (12, 17):  # short rationals first, then all digits
-        lyapunov = exact(round_digits(P, places))
-        right = exact(round_digits(V, places))
-        found = Proof.of(request.blocks(
-            lyapunov, gain @ right.T, exact, V=right, own={
-                name: exact(round_digits(value, places))
-                for name, value in (own or {}).items()},
-        ), _claims(request))
-        if found["proven"]:
-            break
-    P = round_digits(P, places)
-    if slack is not None:
-        slack = round_digits(V, places)
-    return Certificate(**found, K=K, P=P, V=slack)
+    K = matrix("K", K, (request.plant.m, request.order))
+    slack = request.coupling == "slack"
+    P = [matrix("P", p, shape) for p in (P if slack else [P])]
+    if len(P) != len(request.lyapunov):
+        raise ValueError(f"P has {len(P)} matrices, needs {len(request.lyapunov)}")
+    values = dict(zip(request.lyapunov, P))
+    if slack:
+        values["V"] = matrix("V", V, shape)
+    own = own or {}
+    for name, size in _shapes(request, own).items():
+        if name not in values:
+            if name not in own:
+                raise ValueError(f"own lacks {name}, an unknown of a requirement")
+            values[name] = matrix(name, own[name], size)
+
+    asked = _recorded(request)
+
+    def attempt(digits, places):
+        rounded = {name: round_digits(x, places) for name, x in values.items()}
+        return Certificate.of(
+            Certificate.contents(asked, round_digits(K, digits), rounded)
+        )
+
+    return first_proven(attempt, digits, **given_gain(request.gain))
 
 
-def _claims(request):
+def _recorded(request):
+    """The request as a file holds it, built again from the primary data."""
+    again = read_request(request_data(request))
+    for mine, read in zip(request.certain, again.certain, strict=True):
+        for name, x in vars(mine).items():
+            if not np.array_equal(x, vars(read)[name]):
+                raise ValueError(f"a proof file can't hold {name} of this plant")
+    return again
+
+
+def claims(request):
+    """What positive definite blocks of a request prove, in words."""
     N = len(request.vertices)
     if N == 1:
         where = "the plant"
@@ -103,18 +210,95 @@ def _claims(request):
     return tuple(words)
 
 
+class DesignInfeasibility(Exclusion):
+    """Multipliers that exclude every design; see `Exclusion` for the text."""
+
+    kind = "infeasible design"
+
+    @property
+    def condition(self):
+        """What the exclusion is subject to: "for mu = 1"; else empty."""
+        return read_request(self.data, gain=self.data["K"]).condition
+
+    @classmethod
+    def rebuilt(cls, data):
+        request = read_request(data, gain=data["K"])
+        frame = read_frame(data["coordinates"], request.order)
+        expressions, unknowns = request.in_unknowns(frame, exact)
+        return cls.contents(request, frame), expressions, unknowns, _key
+
+    @classmethod
+    def contents(cls, request, frame):
+        """The data of the file for a request in a frame, without the multipliers."""
+        return {
+            "claims": [
+                excluding(request.gain is None, claims(request), request.condition)
+            ],
+            **request_data(request),
+            "K": None if request.gain is None else decimals(request.gain),
+            "coordinates": frame_data(frame, request),
+        }
+
+
+def excluding(free, claims, condition=""):
+    """What multipliers prove of some claims, in words.
+
+    ``free`` says whether the gain was sought, too; ``condition`` is what is held.
+    """
+    who = "no gain and no matrices prove" if free else "no matrices prove"
+    which = "by these LMIs" + (f" {condition}" if condition else "")
+    return f"{who} {which}: " + "; ".join(claims)
+
+
+def frame_data(frame, request=None):
+    """The coordinates of a request, a frame, as decimals.
+
+    "sizes" are lengths, in which the requirements measure their own P;
+    "roots" are those of the units of the requirements' own unknowns.
+    """
+    roots = (
+        {}
+        if request is None
+        else {
+            u.name: np.sqrt(r.own_unit(request, frame.owned(r)))
+            for r in request.demands
+            for u in r.unknowns(request)
+        }
+    )
+    return {
+        **{name: decimals(getattr(frame, name)) for name in ("left", "T", "back")},
+        "scale": decimal(frame.scale),
+        "sizes": {name: decimal(c) for name, c in frame.sizes.items()},
+        "roots": {name: decimal(root) for name, root in roots.items()},
+    }
+
+
+def read_frame(data, N):
+    """The `Frame` for N states of the ``data`` that `frame_data` writes."""
+    return Frame(
+        *(read_array(data[name], N, N) for name in ("left", "T", "back")),
+        read_number(data["scale"]),
+        sizes={name: read_number(c) for name, c in data["sizes"].items()},
+    )
+
+
 def prove_infeasible(request, frame, Z):
     """Exact multipliers from float ones, where the repair succeeds.
 
     Parameters
     ----------
     request : Request
+        What is asked of the plant.
     frame : Frame
+        The coordinates of the multipliers.
     Z : list of arrays
         Multipliers of the blocks in that frame.
 
     Returns
     -------
-    InfeasibilityCertificate
+    DesignInfeasibility, or InfeasibilityCertificate that isn't proven
+        The exact multipliers.
     """
-    return refute(*request.in_unknowns(frame, exact), Z)
+    expressions, unknowns = request.in_unknowns(frame, exact)
+    data = DesignInfeasibility.contents(request, frame)
+    return excluded_by(DesignInfeasibility, data, expressions, unknowns, Z, _key)

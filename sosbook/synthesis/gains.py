@@ -3,37 +3,37 @@
 import numpy as np
 
 from ..plants.second_order import Polytope, SecondOrderSystem
+from .result import Result
 
 __all__ = ["Gains"]
 
 
-class Gains:
-    """K in parts, for designs with ``request``, ``margins``, ``_gain``."""
+class Gains(Result):
+    """K in parts, for results with a ``request``."""
 
     def __repr__(self):
-        name = type(self).__name__
-        if self.margins is None:
-            return f"<{name}: {self.status}>"
-        worst = min(self.margins, key=self.margins.get)
-        return (
-            f"<{name}: {self.status}, smallest margin "
-            f"{self.margins[worst]:.2g} ({worst})>"
-        )
+        condition = "" if self.margins else getattr(self.request, "condition", "")
+        return super().__repr__().replace(">", f" {condition}>" if condition else ">")
 
     @property
-    def K_P(self):
+    def K_P(self) -> np.ndarray:
         """Proportional gain, (m, n)."""
         return self._parts()[0]
 
     @property
-    def K_D(self):
+    def K_D(self) -> np.ndarray:
         """Derivative gain, (m, n)."""
         return self._parts()[1]
 
     @property
-    def K_I(self):
+    def K_I(self) -> np.ndarray:
         """Integral gain, (m, a)."""
         return self._parts()[2]
+
+    def _matrices(self):
+        if not isinstance(self.request.plant, (SecondOrderSystem, Polytope)):
+            return (("K", self.K),)
+        return tuple(zip(("K_P", "K_D", "K_I"), self._parts()))
 
     def _parts(self):
         n = self._second_order("K_P, K_D and K_I").n

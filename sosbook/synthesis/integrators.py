@@ -5,17 +5,23 @@ S, B and U alone, [-S B; U 0] of full row rank: no transmission zero at
 s = 0 from u to U z. K_A, M and D have no part in it.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
 from ..lmi import Unknown, he
-from ..lmi.centre import Blocks, phase_one
-from ..lmi.exact import exact, pivots, round_digits
+from ..lmi.exact import exact
+from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, rank_deficient
-from ..plants.second_order import Polytope, SecondOrderSystem
+from ..plants.kinds import SecondOrderPlant, checked_plant
+from ..plants.second_order import Polytope
+from ..plants.simplex import halves
+from ..runtime.threads import one_thread
+from .exclusion import excluding_mode
 from .problem import Request
 
 __all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
@@ -31,6 +37,7 @@ class IntegratorChoice:
     Parameters
     ----------
     U : (a, n) array
+        The rows of U z are integrated.
     channels : tuple of int
         Displacements that U reads, from 0.
     admissible : bool
@@ -50,10 +57,10 @@ class IntegratorChoice:
     channels: tuple
     admissible: bool
     distance: float
-    certified: bool = None
+    certified: bool | None = None
 
     @property
-    def a(self):
+    def a(self) -> int:
         """Number of integrators."""
         return len(self.U)
 
@@ -66,7 +73,10 @@ class IntegratorChoice:
         return text + ">"
 
 
-def admissible_U(plant, candidates=None):
+@one_thread
+def admissible_U(
+    plant: SecondOrderPlant, candidates: Iterable[ArrayLike] | None = None
+) -> tuple[IntegratorChoice, ...]:
     r"""Every choice of integrators, the most and the safest first.
 
     With :math:`(A_0, B_0)` stabilisable, a U gives a stabilisable loop
@@ -82,6 +92,7 @@ def admissible_U(plant, candidates=None):
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
     candidates : sequence of (a, n) array_like, optional
         Which U to judge: any real matrices, such as ``[[1, 1]]`` for the
         sum of two errors. Without it: every set of at most m channels.
@@ -107,17 +118,14 @@ def admissible_U(plant, candidates=None):
     --------
     Two masses in a row, the first one driven and tied to a wall:
 
+    >>> from sosbook import SecondOrderSystem
     >>> plant = SecondOrderSystem(
     ...     M=np.eye(2), D=np.zeros((2, 2)), S=[[2, -1], [-1, 1]],
     ...     B=[[1], [0]])
     >>> admissible_U(plant)
     (<1 on z1: admissible, distance 0.354>, <1 on z2: admissible, distance 0.298>)
     """
-    if not isinstance(plant, (SecondOrderSystem, Polytope)):
-        raise ValueError(
-            "plant must be a SecondOrderSystem or a Polytope, got "
-            f"{type(plant).__name__}"
-        )
+    checked_plant(plant, SecondOrderPlant)
     if candidates is None:
         candidates = _selections(plant)
     else:
@@ -150,12 +158,10 @@ def _check_stabilisable(plant):
     """Raise where a vertex has an unstable mode that no gain moves."""
     for k, v in enumerate(plant.vertices):
         where = f" at vertex {k + 1}" if len(plant.vertices) > 1 else ""
-        modes = (
-            np.zeros(1) if rank_deficient(np.hstack([v.S, v.B]))
-            else Request(v, K_A=_regular(v)).fixed_modes()
-        )
-        if len(modes):
-            s = complex(modes[0])
+        fixed = excluding_mode(Request(v, K_A=_regular(v)))
+        at_rest = rank_deficient(np.hstack([v.S, v.B]))
+        if at_rest or fixed is not None:
+            s = 0j if at_rest else fixed.mode
             raise ValueError(
                 f"the plant can't be stabilised{where}: u doesn't reach "
                 f"its mode at s = {s.real:.3g}{s.imag:+.3g}j, so no U "
@@ -209,7 +215,9 @@ def proven_everywhere(plant, U):
     Parameters
     ----------
     plant : Polytope
+        The plant, or the polytope of plants.
     U : (a, n) array_like
+        The rows of U z are integrated.
 
     Returns
     -------
@@ -222,6 +230,7 @@ def proven_everywhere(plant, U):
     --------
     Both vertices pass, the plant halfway between them doesn't:
 
+    >>> from sosbook import Polytope, SecondOrderSystem
     >>> def plant(s):
     ...     return SecondOrderSystem(np.eye(2), np.eye(2),
     ...                              [[2, -1], [-1, s]], [[1], [0]])
@@ -235,6 +244,7 @@ def proven_everywhere(plant, U):
     if any(map(rank_deficient, corners)):
         return False
     rows, columns = _scales(corners)
+    exactly = exact(corners)
     pieces, budget = [np.eye(len(corners))], MOST_PIECES
     while pieces:
         weights = pieces.pop()
@@ -243,8 +253,9 @@ def proven_everywhere(plant, U):
         budget -= 1
         if budget < 0 or _refuted(scaled):
             return False
-        if not _proven(weights, corners, scaled, rows, columns):
-            pieces += _halves(weights, scaled)
+        if not _proven(weights, exactly, scaled, rows, columns):
+            far = np.linalg.norm(scaled[:, None] - scaled[None], axis=(2, 3))
+            pieces += halves(weights, far)
     return True
 
 
@@ -269,31 +280,20 @@ def _refuted(R):
 
 def _proven(weights, corners, scaled, rows, columns):
     """One X for all corners: first a guess, then the LMI."""
-    mixtures = [
-        sum(w * R for w, R in zip(share, exact(corners)))
-        for share in exact(weights)
-    ]
+    shares = exact(weights)
+    mixtures = [sum(w * R for w, R in zip(s, corners)) for s in shares]
+
+    def ranks(mixtures):
+        def write(values, number):
+            return {f"piece {k}": he(R @ values["X"]) for k, R in enumerate(mixtures)}
+
+        return LMIProblem(write, [Unknown("X", len(columns), len(rows))])
 
     def holds(X):
-        X = exact(round_digits(columns[:, None] * X * rows, 12))
-        return all(pivots(he(R @ X))[-1] > 0 for R in mixtures)
+        X = columns[:, None] * X * rows
+        return ranks(mixtures).prove({"X": X}, digits=12).proven
 
     if holds(np.linalg.pinv(scaled.mean(axis=0))):
         return True
-    unknown = Unknown("X", scaled.shape[2], scaled.shape[1])
-    blocks = Blocks.of([he(R @ unknown) for R in scaled], [unknown])
-    found = phase_one(blocks)
-    return found.x is not None and holds(unknown.unpack(found.x))
-
-
-def _halves(weights, scaled):
-    """Cut a simplex in the middle of its longest edge."""
-    N = len(weights)
-    edges = {
-        (i, j): np.linalg.norm(scaled[i] - scaled[j])
-        for i in range(N) for j in range(i)
-    }
-    i, j = max(edges, key=edges.get)
-    first, second = weights.copy(), weights.copy()
-    first[i] = second[j] = (weights[i] + weights[j]) / 2
-    return [first, second]
+    found = ranks(scaled).find().values
+    return found is not None and holds(found["X"])

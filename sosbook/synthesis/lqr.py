@@ -1,12 +1,21 @@
 """Procedures 2.3 and 2.4: PID and PD controllers of least quadratic cost."""
 
 from dataclasses import replace
+from typing import Literal
 
+from numpy.typing import ArrayLike
+
+from ..deprecation import named_after
+from ..plants.kinds import Plant
 from ..requirements.cost import QuadraticCost
-from .feasibility import answer, gain_of
-from .objectives import optimum, with_slack
-from .pid import Design
+from ..requirements.pole_region import Region
+from ..runtime.threads import one_thread
+from .design import Design
+from .feasibility import answer, gain_of, guarded
+from .objectives import Unfinished, optimum, with_slack, without_optimum, without_slack
+from .pid import TIME_LIMIT
 from .problem import Request
+from .regularization import Regularization
 
 __all__ = ["design_lqr"]
 
@@ -14,21 +23,37 @@ GAPS = 1e-10, 1e-8, 1e-6  # to which the optimum is known; the first that succee
 BACKOFF = 1e-4  # the proven bound exceeds the optimum by this
 
 
-def design_lqr(plant, Q, R, U=None, K_A=None, noise="states",
-               coupling="pairs", slack=None, region=None):
+@named_after(4)
+@one_thread
+def design_lqr(
+    plant: Plant | Regularization,
+    Q: ArrayLike,
+    R: ArrayLike,
+    U: ArrayLike | None = None,
+    *,
+    K_A: ArrayLike | None = None,
+    noise: Literal["states", "F"] = "states",
+    coupling: Literal["pairs", "vertices", "slack"] = "pairs",
+    slack: float | None = None,
+    region: Region | None = None,
+    time_limit: float | None = TIME_LIMIT,
+) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
 
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
     Q : (N, N) array_like
         Weight of the state [z; z'; x3], symmetric, not negative.
     R : (m, m) array_like
         Weight of the input, symmetric and positive definite.
-    U, K_A, coupling, slack, region
+    U, K_A
         As in `design_pid`.
     noise : {"states", "F"}
         As in `QuadraticCost`.
+    coupling, slack, region, time_limit
+        As in `design_pid`.
 
     Returns
     -------
@@ -58,19 +83,32 @@ def design_lqr(plant, Q, R, U=None, K_A=None, noise="states",
     """
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
-    request = Request(plant, U, region, K_A=K_A, coupling=coupling,
-                      slack=slack, requirements=[asked])
+    request = Request(
+        plant, U, region, K_A=K_A, coupling=coupling, slack=slack, requirements=[asked]
+    )
+    found = guarded(request, time_limit, lambda: _least(request, name))
+    return Design(**vars(found))
+
+
+def _least(request, name):
+    """The Solution of least cost."""
     objective = {name: 1.0}
     request, found = with_slack(request, objective)
     if not found:
-        return Design(request, "undecided")
-    values, x, frame = _first_optimum(request, objective)
+        return without_slack(request)
+    try:
+        values, x, frame = _first_optimum(request, objective)
+    except Unfinished as stopped:
+        return stopped.solution(request)
     if values is None:
-        return Design(request, x.verdict, frame=frame, multipliers=x.Z)
+        return without_optimum(request, objective)
     gain = gain_of(request, frame, request.unknowns(), x)
     bound = float(f"{values[name] * (1 + BACKOFF):.5e}")
-    found = answer(replace(request.with_bounds({name: bound}), gain=gain))
-    return Design(**vars(found))
+    asked = request.with_bounds({name: bound})
+    found = answer(replace(asked, gain=gain))
+    if found.status != "feasible":
+        return found
+    return replace(found, request=asked)  # nobody gave the gain: it may be rounded
 
 
 def _first_optimum(request, objective):
@@ -79,4 +117,10 @@ def _first_optimum(request, objective):
             return optimum(request, objective, gap)
         except ValueError:  # not to be had in floats
             pass
-    return optimum(request, objective, GAPS[-1])
+    try:
+        return optimum(request, objective, GAPS[-1])
+    except ValueError:
+        raise ValueError(
+            "Q: the least cost is zero or isn't attained; give the states that "
+            "the open loop doesn't settle a weight in Q"
+        ) from None

@@ -1,166 +1,43 @@
 """Procedure 2.5: an observer for a known state feedback."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 
-import control
 import numpy as np
-from scipy.linalg import (
-    cholesky,
-    solve_continuous_are,
-    solve_continuous_lyapunov,
-)
+from numpy.typing import ArrayLike
+from scipy.linalg import cholesky, solve_continuous_are, solve_continuous_lyapunov
 
+from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
 from ..lmi.problem import LMIProblem
-from ..lmi.proof import Proof
+from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..plants.checks import matrix
-from ..plants.descriptor import descriptors, mean_descriptor
-from ..plants.descriptor_system import DescriptorSystem
+from ..plants.descriptor import mean_descriptor
+from ..plants.kinds import Plant
+from ..plants.records import plant_data, read_plant
+from ..runtime.threads import one_thread
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
-from .pid import analyse_loop
+from .error_loop import error_loop, vertices_of
+from .observer_design import ObserverDesign
 
-__all__ = [
-    "ObserverCertificate",
-    "ObserverDesign",
-    "design_observer",
-    "observer_loop",
-]
+__all__ = ["design_observer"]
 
 GAP = 1e-8  # to which the optimum is known, relative
 BACKOFF = 1e-4  # the proven bound exceeds the optimum by this
 
 
-@dataclass(frozen=True, eq=False)
-class ObserverCertificate(Proof):
-    """An exact proof of Theorem 2.5 at the vertices, or its failure.
-
-    Parameters
-    ----------
-    proven, claims, blocks, failed
-        As in `Proof`.
-    L : (N, q) array
-        The gain that the proof is about: rounded to the printed digits.
-    """
-
-    L: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class ObserverDesign:
-    """An observer and what is known about the loop with it.
-
-    Parameters
-    ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-    K : (m, N) array
-        The state feedback, u = K x^.
-    C : (q, N) array
-        What is measured.
-    status : {"feasible", "infeasible", "undecided"}
-        Of Theorem 2.5, which speaks of the vertices only.
-    L : (N, q) array or None
-        In E^ x^' = A^ x^ + B^ u + E^ L (C x^ - y): stabilising L are
-        mostly negative.
-    bound : float or None
-        tr J, which bounds the cost of the error at the vertices.
-    margins : dict or None
-        From a block's name to its smallest eigenvalue, after scaling
-        its diagonal to one.
-    """
-
-    plant: object
-    K: np.ndarray
-    C: np.ndarray
-    status: str
-    L: np.ndarray = None
-    bound: float = None
-    margins: dict = None
-    values: dict = None
-    problem: object = field(default=None, repr=False)
-
-    def __repr__(self):
-        bound = "" if self.bound is None else f", bound {self.bound:.4g}"
-        return f"<ObserverDesign: {self.status}{bound}>"
-
-    def loop(self):
-        """E x' = A x of the error and the state, a `DescriptorSystem`."""
-        if self.L is None:
-            raise ValueError(f"the design is {self.status}: there is no L")
-        return observer_loop(self.plant, self.K, self.L, self.C)
-
-    def certify(self, digits=6):
-        """Prove Theorem 2.5 at the vertices, in exact arithmetic.
-
-        Parameters
-        ----------
-        digits : int
-            L is rounded to so many significant digits first.
-
-        Returns
-        -------
-        ObserverCertificate
-        """
-        if self.L is None:
-            raise ValueError(f"the design is {self.status}: there is no L")
-        L = round_digits(self.L, digits)
-        claims = (
-            "at each vertex (not between them) the loop with the observer "
-            "is stable",
-            f"tr J is at most {self.bound:.6g} there",
-        )
-        proof = self.problem.bounded(L, self.bound).prove(
-            self.values, claims, places=(12,))
-        return ObserverCertificate(**vars(proof), L=L)
-
-    def analyse(self, **asked):
-        """`analyse_loop` of the whole polytope, with K and L fixed.
-
-        Theorem 2.5 says nothing between the vertices; this does.
-        """
-        loop = self.loop()
-        return analyse_loop(loop.E, loop.A, **asked)
-
-    def controller(self):
-        """The controller from y to u as python-control's StateSpace."""
-        if self.L is None:
-            raise ValueError(f"the design is {self.status}: there is no L")
-        d = mean_descriptor(_vertices(self.plant))
-        A, B, _ = d.state_space()
-        return control.ss(
-            A + B @ self.K + self.L @ self.C, -self.L, self.K,
-            np.zeros((len(self.K), len(self.C))))
-
-
-def observer_loop(plant, K, L, C):
-    """The loop with the observer: E x' = A x, x = [e; state] (2.40).
-
-    Parameters
-    ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-    K : (m, N), L : (N, q), C : (q, N) array_like
-
-    Returns
-    -------
-    DescriptorSystem
-        With a vertex for each of the plant's, e = x - x^. The
-        observer's matrices are the means over the vertices.
-    """
-    vertices = _vertices(plant)
-    N = len(vertices[0].E)
-    C = matrix("C", C, (None, N))
-    K = matrix("K", K, (vertices[0].Bu.shape[1], N))
-    L = matrix("L", L, (N, len(C)))
-    mean = mean_descriptor(vertices)
-    loops = [error_loop(d, mean, K) for d in vertices]
-    inject = np.zeros((2 * N, 2 * N))
-    inject[:N, :N] = mean.E @ L @ C
-    return DescriptorSystem(
-        [E for E, _ in loops], [A + inject for _, A in loops])
-
-
-def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
+@named_after(4)
+@one_thread
+def design_observer(
+    plant: Plant,
+    K: ArrayLike,
+    Q_F: ArrayLike,
+    R_F: ArrayLike,
+    *,
+    C: ArrayLike | None = None,
+    B_w: ArrayLike | Sequence[ArrayLike] | None = None,
+) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5).
 
     Parameters
@@ -168,6 +45,7 @@ def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
     plant : SecondOrderSystem, Polytope or DescriptorSystem
         With the controller of `design_lqr` and no integrators.
     K : (m, N) array_like
+        The gain of u = K x.
     Q_F : (2N, k) array_like
         Q = Q_F Q_F' weighs the dual state; its upper half is where
         noise enters the estimate.
@@ -182,6 +60,7 @@ def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
     Returns
     -------
     ObserverDesign
+        The observer's gain, and what is known of its loop.
 
     Raises
     ------
@@ -205,7 +84,7 @@ def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
     >>> found.status, found.analyse().certify().proven
     ('feasible', True)
     """
-    vertices = _vertices(plant)
+    vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))
     K = matrix("K", K, (vertices[0].Bu.shape[1], N))
@@ -218,36 +97,19 @@ def design_observer(plant, K, Q_F, R_F, C=None, B_w=None):
         noises = [matrix("B_w", b, (N, None)) for b in several]
     if noises[0].shape[1] == 0:
         raise ValueError("B_w is missing: the plant has no F")
-    problem = _Problem(vertices, K, Q_F, R_F, C, noises)
+    problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
     return problem.solve(plant)
 
 
-def _vertices(plant):
-    if isinstance(plant, DescriptorSystem):
-        return plant.vertices
-    return descriptors(plant)
-
-
-def error_loop(d, mean, K):
-    """E-bar and A-tilde of (2.40)."""
-    off_B = mean.Bu - d.Bu
-    E = block([[mean.E, d.E - mean.E], [0, d.E]])
-    A = block([
-        [mean.A + off_B @ K, d.A - mean.A - off_B @ K],
-        [-d.Bu @ K, d.A + d.Bu @ K],
-    ])
-    return E, A
-
-
-class _Problem:
+class ObserverProblem:
     """Theorem 2.5 in coordinates near those of its solution.
 
     The dual state is T xi with T = diag(T1, T2), rounded to six digits
     and read as exact.
     """
 
-    def __init__(self, vertices, K, Q_F, R_F, C, noises):
-        self.vertices, self.K, self.C = vertices, K, C
+    def __init__(self, plant, vertices, K, Q_F, R_F, C, noises):
+        self.plant, self.vertices, self.K, self.C = plant, vertices, K, C
         self.Q_F, self.R_F, self.noises = Q_F, R_F, noises
         mean = mean_descriptor(vertices)
         A, B, _ = mean.state_space()
@@ -255,8 +117,7 @@ class _Problem:
         source = Q_F[:N] @ Q_F[:N].T
         small = 1e-6 * (np.trace(source) / N or 1.0) * np.eye(N)
         if np.linalg.eigvals(A + B @ K).real.max() >= 0:
-            raise ValueError(
-                "K doesn't stabilise the mean plant: design it first")
+            raise ValueError("K doesn't stabilise the mean plant: design it first")
         if np.linalg.matrix_rank(R_F) < len(R_F):
             raise ValueError("R_F must be regular: each output has noise")
         try:
@@ -269,12 +130,48 @@ class _Problem:
             ) from None
         rest = solve_continuous_lyapunov(A + B @ K, -X)
         self.T = [
-            round_digits(np.linalg.inv(cholesky(x, lower=True)).T, 6)
-            for x in (X, rest)
+            round_digits(np.linalg.inv(cholesky(x, lower=True)).T, 6) for x in (X, rest)
         ]
         self.left = round_digits(np.linalg.inv(mean.E @ self.T[0]), 6)
-        self.unit = float(round_digits(max(
-            np.linalg.norm(self.left @ w, 2) for w in noises), 2))
+        self.unit = float(
+            round_digits(max(np.linalg.norm(self.left @ w, 2) for w in noises), 2)
+        )
+
+    def data(self):
+        """The plant and what was asked, as decimals."""
+        return {
+            "plant": plant_data(self.plant),
+            **{
+                name: decimals(getattr(self, name)) for name in ("K", "C", "Q_F", "R_F")
+            },
+            "noises": [decimals(w) for w in self.noises],
+            "coordinates": {
+                "T": [decimals(x) for x in self.T],
+                "left": decimals(self.left),
+                "unit": decimal(self.unit),
+            },
+        }
+
+    @classmethod
+    def read(cls, data):
+        """The problem of `data`, in the same coordinates."""
+        found = object.__new__(cls)
+        found.plant = read_plant(data["plant"])
+        found.vertices = vertices_of(found.plant)
+        N = len(found.vertices[0].E)
+        for name in ("K", "C", "Q_F", "R_F"):
+            setattr(found, name, read_array(data[name], None, None))
+        found.noises = [read_array(w, N, None) for w in data["noises"]]
+        there = data["coordinates"]
+        found.T = [read_array(x, N, N) for x in there["T"]]
+        found.left = read_array(there["left"], N, N)
+        found.unit = read_number(there["unit"])
+        shapes = (found.vertices[0].Bu.shape[1], N), (len(found.C), N)
+        if (found.K.shape, found.C.shape) != shapes or len(found.T) != 2:
+            raise ValueError("K, C or T has a wrong shape")
+        if len(found.noises) != len(found.vertices) or len(found.Q_F) != 2 * N:
+            raise ValueError("noises or Q_F has a wrong length")
+        return found
 
     def unknowns(self, L=None):
         """P1, P2, Y (left out where L is given) and J."""
@@ -290,7 +187,6 @@ class _Problem:
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
         """All blocks, by name; with L given Y = L' P1 is put in."""
         T1, T2 = map(number, self.T)
-        N = len(T1)
         T = block([[T1, 0], [0, T2]])
         back, back1 = inverse(T).T, inverse(T1).T
         left, unit = number(self.left), number(np.array(self.unit)).item()
@@ -303,28 +199,33 @@ class _Problem:
             found["trace"] = trace_bound(J, limit)
         mean = mean_descriptor(self.vertices).map(number)
         gain = number(self.K)
-        for i, (vertex, noise) in enumerate(
-            zip(self.vertices, self.noises), 1
-        ):
+        for i, (vertex, noise) in enumerate(zip(self.vertices, self.noises), 1):
             d = vertex.map(number)
             E, A = error_loop(d, mean, gain)
             loop = T.T @ (inverse(E) @ A) @ back
             found[f"decay {i}"] = observer_decay(
-                loop, C, P1, P2, Y, T.T @ Q_F, number(R_F))
+                loop, C, P1, P2, Y, T.T @ Q_F, number(R_F)
+            )
             found[f"cost {i}"] = observer_cost(
-                left @ d.E @ T1, left @ number(noise) / unit, P1, J)
+                left @ d.E @ T1, left @ number(noise) / unit, P1, J
+            )
         return found
 
     def solve(self, plant):
         channels = self.noises[0].shape[1]
-        found = LMIProblem(self.blocks, self.unknowns()).minimize(
-            {"J": np.eye(channels)}, GAP)
+        found = self.open().minimize({"J": np.eye(channels)}, GAP)
         if found.values is None:
-            return ObserverDesign(plant, self.K, self.C, found.status)
+            return ObserverDesign(
+                plant,
+                self.K,
+                self.C,
+                found.status,
+                problem=self,
+                multipliers=found.multipliers,
+            )
         known = found.values
         T1 = self.T[0]
-        L = np.linalg.solve(
-            T1.T, np.linalg.solve(known["P1"], known["Y"].T))
+        L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
         least = float(np.trace(known["J"])) * self.unit**2
         bound = float(f"{least * (1 + BACKOFF):.5e}")
         return self.certain(plant, L, bound)
@@ -333,13 +234,39 @@ class _Problem:
         """The design of this L, with P1, P2 and J for the bound."""
         found = self.bounded(L, bound).solve()
         if found.values is None:
-            return ObserverDesign(plant, self.K, self.C, "undecided")
+            return ObserverDesign(plant, self.K, self.C, "undecided", problem=self)
         return ObserverDesign(
-            plant, self.K, self.C, found.status, L, bound, found.margins,
-            found.values, self)
+            plant,
+            self.K,
+            self.C,
+            found.status,
+            L,
+            bound,
+            found.margins,
+            found.values,
+            self,
+        )
+
+    def open(self):
+        """The `LMIProblem` with L to be found and no bound of tr J."""
+        return LMIProblem(self.blocks, self.unknowns())
+
+    def of_mean(self):
+        """The same for the mean plant alone."""
+        mean, noise = mean_descriptor(self.vertices), sum(self.noises)
+        return ObserverProblem(
+            None,
+            (mean,),
+            self.K,
+            self.Q_F,
+            self.R_F,
+            self.C,
+            [noise / len(self.noises)],
+        )
 
     def bounded(self, L, bound):
         """The `LMIProblem` of this L and a bound of tr J."""
         return LMIProblem(
             lambda values, number: self.blocks(values, number, L, bound),
-            self.unknowns(L))
+            self.unknowns(L),
+        )

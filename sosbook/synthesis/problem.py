@@ -2,77 +2,104 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ..lmi import Unknown
-from ..plants.checks import matrix, positive, rank_deficient
+from ..lmi import Affine, Unknown
+from ..lmi.exact import exact
+from ..lmi.read_only import ReadOnly
+from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
     SlackVertex,
     coupled_pairs,
     descriptors,
     mean_descriptor,
+    twins,
 )
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.second_order import Polytope, SecondOrderSystem
-from ..requirements.base import BlockTable
+from ..plants.kinds import checked_plant
+from ..requirements.base import BlockTable, Requirement, sane_name
 from ..requirements.loop import Loop
+from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
 from ..requirements.stability import Stability
+from .regularization import Regularization
 
 __all__ = ["Request"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand):
+class Request(Shorthand, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     Parameters
     ----------
-    plant, U, K_A, coupling, slack
+    plant, U
         As in `design_pid`.
-    requirements : sequence of Requirement
+    *asked
+        What `design_pid` asks by the arguments that follow: shorthand for
+        requirements, see `collected`.
+    K_A, coupling, slack
+        As in `design_pid`.
     gain : (m, N) array_like, optional
         The K of `analyse_pid`.
-    asked, more
-        The other keywords of `design_pid` that ask something: shorthand
-        for requirements, see `collected`.
+    **more
+        What is asked, by name; ``requirements`` is a sequence of objects.
     """
 
-    plant: object
-    U: np.ndarray = None
+    plant: Any
+    U: np.ndarray | None = None
     requirements: tuple = ()
-    K_A: np.ndarray = None
+    K_A: np.ndarray | None = None
     coupling: str = "pairs"
-    slack: float = None
-    gain: np.ndarray = None
+    slack: float | None = None
+    gain: np.ndarray | None = None
     vertices: tuple = field(init=False)
     pairs: list = field(init=False)
 
-    def __init__(self, plant, U=None, *asked, K_A=None, coupling="pairs",
-                 slack=None, gain=None, **more):
-        if not isinstance(plant, (SecondOrderSystem, Polytope, DescriptorSystem)):
+    def __init__(
+        self,
+        plant,
+        U=None,
+        *asked,
+        K_A=None,
+        coupling="pairs",
+        slack=None,
+        gain=None,
+        **more,
+    ):
+        if isinstance(plant, Regularization):
+            plant, K_A = plant.applied(K_A)
+        checked_plant(plant)
+        if isinstance(U, (Requirement, Region)):
             raise ValueError(
-                "plant must be a SecondOrderSystem, a Polytope of them or "
-                f"a DescriptorSystem, got {type(plant).__name__}"
+                "U must be a matrix that picks the integrated errors, got "
+                f"{type(U).__name__}: give requirements by name, as in region=..."
             )
+        if not isinstance(plant, DescriptorSystem):  # which takes neither
+            U = None if U is None else matrix("U", U, (None, plant.n))
+            K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
         for name, value in dict(
-                plant=plant, U=U, requirements=collected(*asked, **more),
-                K_A=K_A, coupling=coupling).items():
+            plant=plant,
+            U=U,
+            requirements=collected(*asked, **more),
+            K_A=K_A,
+            coupling=coupling,
+        ).items():
             object.__setattr__(self, name, value)
         vertices = self._descriptors(gain)
-        pairs = coupled_pairs(vertices, coupling)
         object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "pairs", pairs)
+        object.__setattr__(self, "pairs", tuple(coupled_pairs(self.certain, coupling)))
         if slack is not None:
             slack = positive("slack", slack)
             if coupling != "slack":
                 raise ValueError(
-                    'slack is given, but coupling is not "slack": leave one '
-                    "out"
+                    'slack is given, but coupling is not "slack": leave one out'
                 )
         for r in self.requirements:
+            sane_name(r.name)
             r.check(self)
         if gain is not None:
             gain = matrix("K", gain, (plant.m, self.order))
@@ -85,8 +112,7 @@ class Request(Shorthand):
             return descriptors(plant, self.U, self.K_A)
         if self.U is not None or self.K_A is not None:
             raise ValueError(
-                "a DescriptorSystem takes no U and no K_A: put them "
-                "into its matrices"
+                "a DescriptorSystem takes no U and no K_A: put them into its matrices"
             )
         if plant.m == 0 and gain is None:
             raise ValueError(
@@ -100,52 +126,109 @@ class Request(Shorthand):
         """2n + a, the number of states."""
         return len(self.vertices[0].E)
 
+    @property
+    def distinct(self):
+        """Indices of the vertices, without those that repeat another one."""
+        return [i for i, j in self.pairs if i == j]
+
     @cached_property
     def mean(self):
         """The mean vertex, or the first one: see `mean_descriptor`."""
-        return mean_descriptor(self.vertices)
+        return mean_descriptor([self.vertices[i] for i in self.distinct])
 
     @property
     def covers_polytope(self):
         """Whether the blocks say something about the whole polytope."""
         if self.coupling == "slack":
             return True
-        whole = coupled_pairs(self.vertices, "pairs")
+        whole = coupled_pairs(self.certain, "pairs")
         return len(self.pairs) == len(whole)
-
-    def fixed_modes(self):
-        """Modes that no gain moves and that break a requirement.
-
-        Returns
-        -------
-        array of complex
-            Uncontrollable eigenvalues of a vertex, in rad/s, that lie
-            right of or on the imaginary axis or outside the region.
-        """
-        bad = []
-        for d in self.vertices if self.gain is None else ():
-            A, B, _ = d.state_space()
-            for s in np.linalg.eigvals(A):
-                pencil = np.hstack([A - s * np.eye(len(A)), B])
-                inside = all(r.admits(s) for r in self.requirements)
-                if rank_deficient(pencil) and not (inside and s.real < 0):
-                    bad.append(s)
-        return np.array(bad)
 
     @cached_property
     def demands(self):
         """The requirements in the order of their blocks; stability joins.
 
-        Those with unknowns of their own come first.
+        Those with unknowns of their own come first; what repeats another
+        one is left out.
         """
-        asked = sorted(self.requirements, key=lambda r: not r.unknowns(self))
+        asked = []
+        for r in sorted(self.requirements, key=lambda r: not r.unknowns(self)):
+            if not any(r.repeats(earlier) for earlier in asked):
+                asked.append(r)
         if not any(r.implies_stability for r in asked):
             leading = sum(bool(r.unknowns(self)) for r in asked)
             asked.insert(leading, Stability())
         return tuple(asked)
 
-    def blocks(self, P, Y, number=lambda x: x, frame=None, V=None, levels=(),
-               own=()):
+    @cached_property
+    def sized(self):
+        """The requirements that fix the size of P, lowest rank first.
+
+        Their blocks aren't homogeneous in P, Y and their own unknowns.
+        """
+        if self.coupling == "slack" and self.slack is None:
+            return replace(self, slack=1.0).sized
+        P = V = np.zeros((self.order, self.order))
+        Y = np.zeros((self.plant.m, self.order))
+        if self.coupling == "slack":
+            P = [P] * len(self.vertices)
+        own = {
+            u.name: np.zeros(u.shape) for r in self.demands for u in r.unknowns(self)
+        }
+        loop = Loop(self, lambda x: x, None, P, Y, V, (), own)
+        first = self._coupled(loop, *self.pairs[0])
+
+        def constants(r):
+            yield from (g for _, _, g in r.once(loop))
+            yield from (g for _, g in self._of_pair(r, loop, first, 0))
+
+        found = [r for r in self.requirements if any(g.any() for g in constants(r))]
+        return tuple(sorted(found, key=lambda r: (r.rank, r.key)))
+
+    @property
+    def ties(self):
+        """What holds the sizes of P together, in words: ("mu = 1",) or nothing."""
+        ties = tuple(r.tied for r in self.requirements if r.tied)
+        return ties if len(self.sized) > 1 else ()
+
+    @property
+    def condition(self):
+        """What a refusal is subject to: "for mu = 1"; else empty.
+
+        The slack scalar is such a condition, too.
+        """
+        ties = self.ties
+        if self.coupling == "slack" and self.slack is not None:
+            ties += (f"slack = {self.slack:g} s",)
+        return f"for {' and '.join(ties)}" if ties else ""
+
+    def untied(self):
+        """The request in which each requirement's P has its own size."""
+        return replace(self, requirements=tuple(r.untied() for r in self.requirements))
+
+    def leader(self, levels=()):
+        """The requirement whose P is the unknown P; None if none fixes its size.
+
+        Parameters
+        ----------
+        levels : sequence of str
+            Parameters whose level is unknown: a level times an unknown
+            size isn't affine, so the first one's owner leads.
+        """
+        order = {name: place for place, name in enumerate(levels)}
+        return min(
+            self.sized,
+            key=lambda r: order.get(r.parameter and r.parameter.key, len(order)),
+            default=None,
+        )
+
+    def followers(self, leader):
+        """The requirements whose P is the leader's times an unknown size."""
+        if self.ties:
+            return ()
+        return tuple(r for r in self.sized if r is not leader)
+
+    def blocks(self, P, Y, number=lambda x: x, frame=None, V=None, levels=(), own=()):
         """All blocks that must be positive definite, by name.
 
         Parameters
@@ -163,59 +246,107 @@ class Request(Shorthand):
             Levels (see `Parameter`) by the parameter's name that take the
             place of the requirements', scalars or 1 x 1 matrix-like.
         own : dict, optional
-            The requirements' own unknowns by name.
+            The requirements' own unknowns by name, and the sizes (see
+            `Requirement.size_name`); a size that is missing is one.
 
         Returns
         -------
         dict
             From `BlockName` to matrix.
+
+        Notes
+        -----
+        A requirement demands G(P / s, Y / s) > 0, with G affine. Where s
+        is an unknown it demands s G(P / s, Y / s) > 0, which is jointly
+        affine in s, P, Y and s times its own unknowns: the constant of G
+        is multiplied by s, nothing else changes.
         """
-        loop = Loop(self, number, frame, P, Y, V, levels, own)
+        own = dict(own)
+        sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
+        whole = Loop(self, number, frame, P, Y, V, levels, own)
+        loops = {r.key: _measured(whole, r, sizes.get(r.key)) for r in self.demands}
         table = BlockTable(len(self.vertices) > 1)
+
+        def add(r, block, vertices, g):
+            s = sizes.get(r.key)
+            table.add(r, block, vertices, _times(g, s) if isinstance(s, Affine) else g)
+
+        def once(requirements):
+            for r in requirements:
+                for block, vertices, g in r.once(loops[r.key]):
+                    add(r, block, vertices, g)
+
         leading = [r for r in self.demands if r.unknowns(self)]
         slack = self.coupling == "slack"
         if not slack:
             table.add(None, "P", (), P)
-        self._once(table, loop, leading)
+        for r in self.sized:
+            s = sizes.get(r.key)
+            if hasattr(s, "shape"):  # a number is known to be positive
+                table.add(r, r.size_name, (), s)
+        once(leading)
         for i, j in self.pairs:
             if slack:
-                c = SlackVertex(loop.vertices[i], loop.E0, P[i], V, Y)
                 table.add(None, "P", (i,), P[i])
-            else:
-                c = Coupled(loop.vertices[i], loop.vertices[j], P, Y)
+            coupled = {}
             for r in self.demands:
-                made = r.slack(loop, c, i) if slack else r.pair(loop, c)
-                for block, g in made:
-                    table.add(r, block, (i, j), g)
-        self._once(table, loop, [r for r in self.demands if r not in leading])
+                loop = loops[r.key]
+                if loop not in coupled:
+                    coupled[loop] = self._coupled(loop, i, j)
+                for block, g in self._of_pair(r, loop, coupled[loop], i):
+                    add(r, block, (i, j), g)
+        once(r for r in self.demands if r not in leading)
         return table.named()
 
-    def _once(self, table, loop, requirements):
-        for r in requirements:
-            for block, vertices, g in r.once(loop):
-                table.add(r, block, vertices, g)
+    def _coupled(self, loop, i, j):
+        """A pair of vertices, or a vertex with a slack matrix."""
+        if self.coupling == "slack":
+            return SlackVertex(loop.vertices[i], loop.E0, loop.P[i], loop.V, loop.Y)
+        return Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
+
+    def _of_pair(self, r, loop, c, i):
+        return r.slack(loop, c, i) if self.coupling == "slack" else r.pair(loop, c)
 
     def vertices_in(self, number):
-        """The vertices in an arithmetic, without a rounding error."""
+        """The vertices in the arithmetic of ``number``, without a rounding error."""
         vertices = [d.map(number) for d in self.vertices]
-        if self.K_A is not None:
-            K_A, n = number(np.array(self.K_A, float)), self.plant.n
-            for d, v in zip(vertices, self.plant.vertices):
-                inertia = number(v.M) - number(v.B) @ K_A
-                d.E[n:2 * n, n:2 * n] = inertia
-        return vertices
+        if self.K_A is None:
+            return vertices
+        K_A, n, found = number(self.K_A), self.plant.n, []
+        for d, v in zip(vertices, self.plant.vertices):
+            E = d.E.copy()
+            E[n : 2 * n, n : 2 * n] = number(v.M) - number(v.B) @ K_A
+            found.append(replace(d, E=E))
+        return found
 
-    def unknowns(self):
-        """Unknowns P, Y (P alone if the gain is given) and the own ones.
+    @cached_property
+    def certain(self):
+        """The vertices with E = diag(I, M - B K_A, I) free of rounding errors.
 
-        With ``coupling="slack"`` P 1, P 2, ..., V, Y and the own ones.
+        Whether two of them are equal, floats can't tell.
         """
-        N, q = self.order, len(self.vertices)
-        found = [Unknown(name, N, symmetric=True) for name in self.lyapunov]
+        return self.vertices if self.K_A is None else self.vertices_in(exact)
+
+    def unknowns(self, levels=()):
+        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones.
+
+        With ``coupling="slack"`` P 1, P 2, ..., V, Y and so on. The own
+        ones of a requirement are multiplied by its size.
+
+        Parameters
+        ----------
+        levels : sequence of str
+            As in `leader`.
+        """
+        N = self.order
+        names = dict.fromkeys(self.lyapunov)
+        found = [Unknown(name, N, symmetric=True) for name in names]
         if self.coupling == "slack":
             found.append(Unknown("V", N, N))
         if self.gain is None:
             found.append(Unknown("Y", self.plant.m, N))
+        for r in self.followers(self.leader(levels)):
+            found.append(Unknown(r.size_name, 1))
         for r in self.demands:
             found.extend(r.unknowns(self))
         names = [u.name for u in found]
@@ -225,26 +356,40 @@ class Request(Shorthand):
 
     @property
     def lyapunov(self):
-        """Names of the unknown Lyapunov matrices."""
+        """Names of the unknown Lyapunov matrices; equal vertices share one."""
         if self.coupling != "slack":
             return ("P",)
-        return tuple(f"P {i + 1}" for i in range(len(self.vertices)))
+        return tuple(f"P {i + 1}" for i in twins(self.certain))
 
-    def in_unknowns(self, frame, number=lambda x: x, levels=()):
+    def in_unknowns(self, frame, number=lambda x: x, levels=(), sizes=()):
         """`blocks` in the `unknowns`.
+
+        Parameters
+        ----------
+        frame, number, levels
+            As in `blocks`.
+        sizes : dict, optional
+            Numbers for some of the unknown sizes, by their names.
 
         Returns
         -------
         dict, list of Unknown
+            The blocks by name, and what they are affine in.
         """
-        unknowns = self.unknowns()
-        values = {u.name: u for u in unknowns}
+        unknowns = self.unknowns(levels)
+        unknowns = [u for u in unknowns if u.name not in sizes]
+        values = {u.name: u for u in unknowns} | dict(sizes)
         return self.blocks_at(values, number, frame, levels), unknowns
 
     def blocks_at(self, values, number=lambda x: x, frame=None, levels=()):
-        """`blocks` for values of the `unknowns`, by name."""
+        """`blocks` for values of the `unknowns`, by name, in a frame.
+
+        ``number`` brings data into an arithmetic; ``levels`` are the free
+        bounds.
+        """
         values = dict(values)
-        P = [values.pop(name) for name in self.lyapunov]
+        P = [values[name] for name in self.lyapunov]
+        values = {name: x for name, x in values.items() if name not in self.lyapunov}
         V = values.pop("V", None)
         if self.coupling != "slack":
             (P,) = P
@@ -258,13 +403,8 @@ class Request(Shorthand):
             Y = K @ (P if V is None else V).T
         return self.blocks(P, Y, number, frame, V, levels, values)
 
-    def own_units(self, frame):
-        """In which the requirements' own unknowns are measured, by name."""
-        return {u.name: r.own_unit(self, frame)
-                for r in self.demands for u in r.unknowns(self)}
-
     def with_bounds(self, values):
-        """The request with other bounds, by the parameters' names."""
+        """The request with other bounds, the ``values`` of parameters by name."""
         return replace(self, requirements=moved(self.requirements, values))
 
     def without(self, one):
@@ -272,12 +412,28 @@ class Request(Shorthand):
         gone = [r for r in self.requirements if r is one or r.name == one]
         if len(gone) > 1:
             raise ValueError(
-                f"{len(gone)} requirements are called {one!r}: give the "
-                "object instead")
-        return replace(self, requirements=tuple(
-            r for r in self.requirements if r not in gone))
+                f"{len(gone)} requirements are called {one!r}: give the object instead"
+            )
+        return replace(
+            self, requirements=tuple(r for r in self.requirements if r not in gone)
+        )
 
     @property
     def names(self):
         """Names that `without` takes."""
         return [r.name for r in self.requirements]
+
+
+def _measured(loop, r, size):
+    """The loop as a requirement sees it, in coordinates of its own."""
+    if size is None:
+        return loop
+    unit = 1.0 if loop.frame is None else loop.frame.sizes.get(r.size_name, 1.0)
+    if isinstance(size, Affine):
+        return loop.measured(unit)
+    return loop.measured(unit, np.asarray(size).item())
+
+
+def _times(g, size):
+    """The perspective s G(X / s) of an affine expression G(X)."""
+    return Affine(0 * g.constant, g.terms) + size * g.constant

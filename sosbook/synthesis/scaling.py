@@ -1,6 +1,6 @@
 """Coordinates in which the LMIs of a request are well conditioned."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import (
@@ -10,73 +10,98 @@ from scipy.linalg import (
     solve_continuous_lyapunov,
 )
 
+from ..lmi.bounded import unpacked
 from ..lmi.exact import round_digits
+from ..lmi.read_only import ReadOnly
 from ..plants.descriptor_system import DescriptorSystem
 
 __all__ = ["Frame", "typical_rate"]
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(ReadOnly):
     """Coordinates x = T xi, u = scale v in which the LMIs are solved.
 
     The blocks only undergo congruences: neither the feasible set nor
     its centre depends on the frame, only the accuracy does. Entries
     are rounded to six digits, which keeps exact arithmetic short.
-    `gain` is that of the Riccati equation, v = gain xi.
+    ``left`` multiplies x' from the left and ``back`` is the inverse of T;
+    `gain` is that of the Riccati equation, v = gain xi. Requirements
+    that fix the size of P may want it larger or smaller by far: those in
+    `sizes`, by their `size_name`, have coordinates x = T c xi.
     """
 
     left: np.ndarray
     T: np.ndarray
     back: np.ndarray
     scale: float
-    gain: np.ndarray = None
+    gain: np.ndarray | None = None
+    sizes: dict = field(default_factory=dict)
+
+    def times(self, c):
+        """Coordinates x = T c xi."""
+        if c == 1.0:
+            return self
+        return Frame(self.left / c, self.T * c, self.back / c, self.scale * c)
+
+    def owned(self, requirement):
+        """The coordinates of a requirement."""
+        return self.times(self.sizes.get(requirement.size_name, 1.0))
 
     @classmethod
-    def of(cls, request):
-        """From the Riccati equation of the mean vertex."""
+    def of(cls, request, levels=()):
+        """The frame of a request, from the Riccati equation of the mean vertex.
+
+        Parameters
+        ----------
+        request : Request
+            What is asked of the plant.
+        levels : sequence of str
+            As in `Request.leader`.
+        """
         mean = _typical(request)
-        A, B, Bw = mean.state_space()
+        A, B, _ = mean.state_space()
         omega = typical_rate(request)
         for r in request.requirements:
             if r.riccati() is not None:
-                return cls._of_riccati(request, A, B, *r.riccati())
+                return cls._of_riccati(request, A, B, *r.riccati(), levels)
         if request.plant.m == 0:
-            return cls._of_loop(request, A)
+            return cls._of_loop(request, A, levels)
         weight = _energy(request, omega)
         effort = (B.T * weight) @ B / omega**2
         effort = np.diag(np.where(np.diag(effort) > 0, np.diag(effort), 1))
         try:
-            shift = A + 0.1 * omega * np.eye(len(A))
-            X = solve_continuous_are(
-                shift / omega, B / omega, np.diag(weight), effort
-            )
-            T = np.linalg.inv(cholesky(X, lower=True)).T
-            gain = -np.linalg.solve(effort, B.T @ X) / omega
+            # in coordinates in which both weights are I: free of units
+            size, force = np.sqrt(weight), np.sqrt(effort.diagonal())
+            shift = size[:, None] * A / size / omega + 0.1 * np.eye(len(A))
+            push = size[:, None] * B / force / omega
+            X = solve_continuous_are(shift, push, np.eye(len(A)), np.eye(len(force)))
+            T = np.linalg.inv(cholesky(X, lower=True)).T / size[:, None]
+            gain = -(push.T @ X * size) / force[:, None]
         except (np.linalg.LinAlgError, ValueError):  # no such solution
             T, gain = np.diag(1 / np.sqrt(weight)), None
-        size = max(
-            (r.reach(T, Bw, omega) for r in request.requirements), default=0.0)
-        T = T * np.sqrt(size or 1.0)
+        T = T * np.sqrt(_size(request, T, levels))
         push = np.linalg.solve(mean.E @ T, mean.Bu)
         scale = omega / (np.linalg.norm(push, 2) or 1.0)
         gain = None if gain is None else gain @ T / scale
-        return cls.at(request, T, scale, gain)
+        return cls.at(request, T, scale, gain, levels)
 
     @classmethod
-    def _of_riccati(cls, request, A, B, Q, R):
-        """From the equation that a requirement is about: P is near I."""
+    def _of_riccati(cls, request, A, B, Q, R, levels):
+        """From the equation that a requirement is about: its P is near I."""
         try:
             X = solve_continuous_are(A, B, Q, R)
             T = np.linalg.inv(cholesky(X, lower=True)).T
         except np.linalg.LinAlgError:  # a mode that no weight sees
-            return cls.at(request, np.eye(len(A)), 1.0)
+            return cls.at(request, np.eye(len(A)), 1.0, None, levels)
+        if request.followers(request.leader(levels)):
+            T = T * np.sqrt(_size(request, T, levels))
         gain = -np.linalg.solve(R, B.T @ X)
         scale = np.linalg.norm(gain @ T, 2) or 1.0
-        return cls.at(request, T, scale, gain @ T / scale)
+        return cls.at(request, T, scale, gain @ T / scale, levels)
 
     @classmethod
-    def _of_loop(cls, request, A):
+    def _of_loop(cls, request, A, levels):
         """From Lyapunov's equation of the loop, a little faster."""
         rates = np.linalg.eigvals(A).real
         shift = A - min(0.9 * rates.max(), 0.0) * np.eye(len(A))
@@ -87,24 +112,106 @@ class Frame:
             T = np.linalg.inv(cholesky(X, lower=True)).T
         except np.linalg.LinAlgError:
             T = np.eye(len(A))
-        return cls.at(request, T, 1.0)
+        return cls.at(request, T, 1.0, None, levels)
 
     @classmethod
-    def at(cls, request, T, scale, gain=None):
-        """With given coordinates of x and u."""
+    def of_solution(cls, request, solution, unit=False):
+        """Coordinates in which the P of a solution is a multiple of I.
+
+        Parameters
+        ----------
+        request : Request
+            Of the same shape and requirements as the solution's.
+        solution : Solution
+            With a slack matrix the mean of its P is taken.
+        unit : bool
+            The unknown P is I itself, and every unknown size one.
+        """
+        P = solution.P if np.ndim(solution.P) == 2 else solution.P.mean(axis=0)
+        T = np.linalg.cholesky(P)
+        top = np.abs(T).max()
+        frame = cls.at(request, T / top, np.linalg.norm(solution.K @ T / top, 2))
+        values = in_unknowns_of(request, frame, solution)
+        if values is None:
+            return frame
+        # there P = p I, and a requirement's own is p / size I
+        p = sum(np.trace(values[x]) for x in request.lyapunov)
+        p = p / len(T) / len(request.lyapunov)
+        wanted = 1.0 if unit else p
+        units = {
+            name: float(round_digits(c * np.sqrt(wanted / values[name].item()), 2))
+            for name, c in frame.sizes.items()
+        }
+        if not unit:
+            return replace(frame, sizes=units)
+        T = frame.T * np.sqrt(p)
+        scale = np.linalg.norm(solution.K @ T, 2)
+        return cls.at(request, T, scale, sizes=units)
+
+    @classmethod
+    def at(cls, request, T, scale, gain=None, levels=(), sizes=None):
+        """A frame for a request with given coordinates T of x and scale of u.
+
+        Parameters
+        ----------
+        request
+            As in `Frame.of`.
+        T : (N, N) array
+            The states are x = T xi.
+        scale : float
+            The inputs are u = scale v.
+        gain : (m, N) array, optional
+            That of the Riccati equation, if it is known.
+        levels
+            As in `Frame.of`.
+        sizes : dict, optional
+            Estimated without it.
+        """
         T = round_digits(T, 6)
         left = np.linalg.inv(request.mean.E @ T)
         return cls(
-            round_digits(left, 6), T, round_digits(np.linalg.inv(T), 6),
-            float(round_digits(scale, 6)), gain,
+            round_digits(left, 6),
+            T,
+            round_digits(np.linalg.inv(T), 6),
+            float(round_digits(scale, 6)),
+            gain,
+            _sizes(request, T, levels) if sizes is None else sizes,
         )
 
     def guess(self, unknowns):
-        """Variables to start from: P = I and Y = gain; None for others."""
+        """Variables to start from: P = I and Y = gain; None for other ``unknowns``."""
         values = {"P": np.eye(len(self.T)), "Y": self.gain}
+        values.update(dict.fromkeys(self.sizes, np.eye(1)))
         if self.gain is None or {u.name for u in unknowns} - values.keys():
             return None
         return np.concatenate([u.pack(values[u.name]) for u in unknowns])
+
+
+def _reaches(request, T):
+    """How large each requirement's P must be in coordinates T, roughly."""
+    Bw, omega = request.mean.state_space()[2], typical_rate(request)
+    return {r: r.reach(T, Bw, omega) or 1.0 for r in request.sized}
+
+
+def _size(request, T, levels):
+    """How large the unknown P must be in coordinates T, roughly."""
+    reaches, leader = _reaches(request, T), request.leader(levels)
+    if request.followers(leader):
+        return reaches[leader]
+    return max(reaches.values(), default=1.0)
+
+
+def _sizes(request, T, levels):
+    """See `Frame.sizes`; two digits keep exact arithmetic short."""
+    leader = request.leader(levels)
+    followers = request.followers(leader)
+    if not followers:
+        return {}
+    reaches = _reaches(request, T)
+    return {
+        r.size_name: float(round_digits(np.sqrt(reaches[r] / reaches[leader]), 2))
+        for r in followers
+    }
 
 
 def _typical(request):
@@ -115,7 +222,7 @@ def _typical(request):
 
 
 def typical_rate(request):
-    """A typical angular frequency of the closed loop, in rad/s."""
+    """A typical angular frequency of a request's closed loop, in rad/s."""
     rates = [r.rate() for r in request.requirements]
     rates = [rate for rate in rates if rate is not None]
     if rates:
@@ -128,15 +235,123 @@ def _energy(request, omega):
     """Diagonal weights of x that have the unit of energy."""
     if isinstance(request.plant, DescriptorSystem):
         return np.ones(request.order)
-    plants = request.plant.vertices
+    plants = [request.plant.vertices[i] for i in request.distinct]
     n = plants[0].n
     d = request.vertices[0]
     inertia = sum(
-        np.abs(v.M) + np.abs(v.D) / omega + np.abs(v.S) / omega**2
-        for v in plants
+        np.abs(v.M) + np.abs(v.D) / omega + np.abs(v.S) / omega**2 for v in plants
     ).diagonal() / len(plants)
     inertia = np.where(inertia > 0, inertia, 1.0)
-    U = d.A[2 * n:, :n]  # x3 is of the size of U z / omega
+    U = d.A[2 * n :, :n]  # x3 is of the size of U z / omega
     return np.concatenate(
         [omega**2 * inertia, inertia, omega**4 / (U**2 @ (1 / inertia))]
     )
+
+
+def in_plant_units(request, frame, values, K):
+    """A solution in the plant's units, from the unknowns in a frame.
+
+    Parameters
+    ----------
+    request : Request
+    frame : Frame
+        Whose ``sizes`` belong to the unknowns' leader.
+    values : dict
+        The unknowns by name.
+    K : (m, N) array
+
+    Returns
+    -------
+    dict
+        P, Y, V and own, as in `Solution`: P is that of the last
+        requirement in `Request.sized`; the sizes are relative to it.
+    """
+    one = np.ones((1, 1))
+    size = {r.size_name: values.get(r.size_name, one).item() for r in request.sized}
+    natural = {name: s / frame.sizes.get(name, 1.0) ** 2 for name, s in size.items()}
+    *others, shrink = natural.values() or [1.0]
+    T, slack = frame.T, request.coupling == "slack"
+    P = [T @ values[name] @ T.T / shrink for name in request.lyapunov]
+    P = [(p + p.T) / 2 for p in P]
+    V = T @ values["V"] @ T.T / shrink if slack else None
+    own = {
+        u.name: values[u.name]
+        / size.get(r.size_name, 1.0)
+        * r.own_unit(request, frame.owned(r))
+        for r in request.demands
+        for u in r.unknowns(request)
+    }
+    if not request.ties:
+        own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})
+    return dict(
+        P=np.array(P) if slack else P[0], Y=K @ (V.T if slack else P[0]), V=V, own=own
+    )
+
+
+def in_unknowns_of(request, frame, solution):
+    """Values of the unknowns in a frame, from a Solution; None if it lacks some.
+
+    The inverse of `in_plant_units`, for a solution of the same shape and
+    unknowns that the request's own leader leads.
+    """
+    leader, known = request.leader(), solution.own or {}
+    followers = request.followers(leader)
+    if followers:
+        known = {request.sized[-1].size_name: np.ones((1, 1))} | known
+    try:
+        first = known[leader.size_name].item() if followers else 1.0
+        size = {
+            name: known[name].item() / first * frame.sizes.get(name, 1.0) ** 2
+            for name in (r.size_name for r in followers)
+        }
+        values = {
+            u.name: known[u.name]
+            * size.get(r.size_name, 1.0)
+            / r.own_unit(request, frame.owned(r))
+            for r in request.demands
+            for u in r.unknowns(request)
+        }
+    except KeyError:
+        return None
+    values.update({name: np.array([[s]]) for name, s in size.items()})
+    V = solution.P if solution.V is None else solution.V
+    right = frame.back @ V @ frame.back.T / first
+    gain = solution.K @ frame.T / frame.scale
+    P = [frame.back @ p @ frame.back.T / first for p in np.atleast_3d(solution.P.T).T]
+    values.update(V=right, Y=gain @ right.T)
+    values.update(zip(request.lyapunov, P, strict=True))
+    return values
+
+
+def led(request, frame, levels, x):
+    """A point of the unknowns with ``levels``, as one without.
+
+    Parameters
+    ----------
+    request : Request
+    frame : Frame
+    levels : sequence of str
+        As in `Request.leader`.
+    x : array
+        Of ``request.unknowns(levels)``.
+
+    Returns
+    -------
+    frame : Frame
+        In which the unknown P is that of ``request.leader()``.
+    x : array
+        Of ``request.unknowns()``: all divided by the leader's size.
+    """
+    leader, before = request.leader(), request.leader(levels)
+    if leader is before or not request.followers(leader):
+        return frame, x
+    values = unpacked(request.unknowns(levels), x)
+    values[before.size_name] = np.ones((1, 1))
+    size, unit = values[leader.size_name].item(), frame.sizes[leader.size_name]
+    units = {before.size_name: 1.0} | frame.sizes
+    followers = [r.size_name for r in request.followers(leader)]
+    frame = replace(
+        frame.times(unit), sizes={name: units[name] / unit for name in followers}
+    )
+    unknowns = request.unknowns()
+    return frame, np.concatenate([u.pack(values[u.name] / size) for u in unknowns])

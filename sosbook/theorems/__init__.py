@@ -13,6 +13,7 @@ from .delay import (
     delay_stabilization,
 )
 from .hinf import bounded_real
+from .interval import interval_decay, interval_functional, interval_kernel
 from .legendre import legendre_decay, legendre_functional
 from .lqr import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .observer import observer_cost, observer_decay
@@ -36,6 +37,9 @@ __all__ = [
     "delay_functional",
     "delay_stabilization",
     "initial_state",
+    "interval_decay",
+    "interval_functional",
+    "interval_kernel",
     "legendre_decay",
     "legendre_functional",
     "lqr_cost",

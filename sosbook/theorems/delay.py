@@ -33,8 +33,8 @@ MISPRINTS = ("sign", "transpose", "alpha")
 class Functional:
     """The matrices of the functional, each (N, N) matrix-like.
 
-    P, S, R1, R3 and Z are symmetric. In Theorem 2.3 these are the
-    matrices with a bar.
+    P, S, R1, R3 and Z are symmetric; Q and R2 aren't. In Theorem 2.3 these
+    are the matrices with a bar.
     """
 
     P: object
@@ -75,7 +75,9 @@ def delay_functional(v, t):
     Parameters
     ----------
     v : Functional
+        The matrices of the functional.
     t : Times
+        The interval of the delay, and the decay rate.
 
     Returns
     -------
@@ -97,8 +99,11 @@ def delay_decay(E, A, Ad, v, F, G, t, misprints=(), alpha=1):
         Of the loop :math:`E\dot x = A x + A_d x(t - d(t))`; E = I in
         print.
     v : Functional
+        The matrices of the functional.
     F, G : (N, N) matrix-like
+        The slack matrices.
     t : Times
+        The interval of the delay, and the decay rate.
     misprints : collection of {"sign", "transpose", "alpha"}
         What to read as printed, for study: each is unsound. "sign": the
         lower right block Z / epsilon2, "transpose": A F' + F A' in
@@ -146,6 +151,7 @@ def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
     X : (m, N) matrix-like
         ``K F'``.
     t : Times
+        The interval of the delay, and the decay rate.
     alpha : scalar
         In seconds: weighs the velocity among the multipliers, G =
         alpha F in Theorem A.3.
@@ -155,6 +161,7 @@ def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
     Returns
     -------
     (5N, 5N) matrix-like, (4N, 4N) for mu = 0
+        The blocks by name.
 
     Notes
     -----

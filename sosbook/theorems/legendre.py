@@ -26,11 +26,14 @@ def legendre_functional(P, S, order, t):
     Parameters
     ----------
     P : ((1 + order) N, (1 + order) N) matrix-like
+        The matrix of the functional that multiplies xi.
     S : (N, N) matrix-like
+        The matrix of its single integral.
     order : int
         How many polynomials; 0 gives Jensen's, 1 Wirtinger's
         inequality.
     t : Times
+        The interval of the delay, and the decay rate.
     """
     if order == 0:
         return P
@@ -49,7 +52,9 @@ def legendre_decay(A, Ad, P, S, R, Z, order, t):
     A, Ad : (N, N) matrix-like
         Of the loop :math:`\dot x = A x + A_d x(t - d(t))`.
     P, S, R, Z : matrix-like
+        The matrices of the functional.
     order : int
+        How many polynomials.
     t : Times
         ``delta`` isn't used: shift the loop instead.
 

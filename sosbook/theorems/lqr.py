@@ -31,6 +31,7 @@ def lqr_decay(c, L, W, V):
     Parameters
     ----------
     c : Coupled
+        The pair of vertices.
     L, W : (N, k), (k, k) array
         The weight of the state is Q = L W^-1 L', so L = Q_F where W = I.
     V : (m, m) array
@@ -57,7 +58,11 @@ def lqr_decay(c, L, W, V):
 
 
 def slack_lqr_decay(c, L, W, V, epsilon):
-    """`lqr_decay` with a slack matrix: affine in (E, A, B_u)."""
+    """`lqr_decay` with a slack matrix: affine in (E, A, B_u).
+
+    The arguments c, L, W and V are those of `lqr_decay`, but c is a
+    `SlackVertex`; ``epsilon`` is the scalar of the slack matrix.
+    """
     EPL = c.EV @ L
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
     return -block([

@@ -13,8 +13,11 @@ def observer_cost(E, B_w, P1, J):
     E : (N, N) array
         A vertex.
     B_w : (N, p) array
+        How the noise enters.
     P1 : (N, N) matrix-like
+        The Lyapunov matrix of the error.
     J : (p, p) matrix-like
+        Its trace bounds the cost.
     """
     return block([[J, B_w.T], [B_w, E @ P1 @ E.T]])
 
@@ -28,11 +31,15 @@ def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
         Of the error and the state without L at a vertex, its inertia
         divided out: the inverse of E-bar times A-tilde of (2.41).
     C : (q, N) array
+        The output matrix.
     P1, P2 : (N, N) matrix-like
+        The Lyapunov matrices of the error and of the state.
     Y : (q, N) matrix-like
         L = P1^-1 Y'.
     Q_F : (2N, k) array
+        Q = Q_F Q_F' weighs the dual state.
     R_F : (q, q) array
+        R = R_F R_F' is the covariance of the measurement noise.
 
     Notes
     -----

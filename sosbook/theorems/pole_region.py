@@ -36,5 +36,5 @@ def pole_region(c, alpha, beta):
 
 
 def stability(c):
-    """The half-plane Re s < 0: (2.18) with sigma = 0, times -1."""
+    """The half-plane Re s < 0 for a pair c: (2.18) with sigma = 0, times -1."""
     return -he(c.Theta)

@@ -9,7 +9,9 @@ def regular_mass(M, B, K_A, beta):
     Parameters
     ----------
     M : (n, n) matrix-like
+        The mass matrix.
     B : (n, m) matrix-like
+        The input matrix.
     K_A : (m, n) matrix-like
         Acceleration gain.
     beta : scalar

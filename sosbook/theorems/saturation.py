@@ -11,6 +11,7 @@ def initial_state(P, x0):
     Parameters
     ----------
     P : (N, N) matrix-like
+        The Lyapunov matrix.
     x0 : (N,) array
         Initial state [z(0); z'(0); x3(0)].
     """
@@ -24,7 +25,9 @@ def control_bound(P, Y, u_max2):
     Parameters
     ----------
     P : (N, N) matrix-like
+        The Lyapunov matrix.
     Y : (m, N) matrix-like
+        K P.
     u_max2 : scalar
         Square of the bound.
 

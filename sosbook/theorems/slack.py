@@ -25,7 +25,9 @@ def slack_pole_region(c, alpha, beta, epsilon):
     Parameters
     ----------
     c : SlackVertex
+        The vertex.
     alpha, beta : (k, k) array
+        The matrices of the region.
     epsilon : scalar
         Positive, in seconds. A disk doesn't use it.
 
@@ -50,12 +52,15 @@ def slack_pole_region(c, alpha, beta, epsilon):
 
 
 def slack_stability(c, epsilon):
-    """The half-plane Re s < 0."""
+    """The half-plane Re s < 0 for a vertex c; ``epsilon`` is the slack scalar."""
     return slack_pole_region(c, 0 * eye(1), eye(1), epsilon)
 
 
 def slack_bounded_real(c, gamma2, mu, epsilon):
-    """The H-infinity norm from w to y = C x is below gamma.
+    """The H-infinity norm from w to y = C x is below gamma, for a vertex c.
+
+    ``gamma2`` is its square, ``mu`` the scalar of Theorem 2.1, and ``epsilon``
+    that of the slack matrix.
 
     Parameters as in `bounded_real` and `slack_pole_region`.
     """
@@ -77,7 +82,9 @@ def slack_initial_state(P, V, x0):
     Parameters
     ----------
     P, V : (N, N) matrix-like
+        The Lyapunov matrix of the vertex, and the slack matrix.
     x0 : (N,) array
+        The initial state.
     """
     x0 = np.asarray(x0)[:, None]
     return block([[eye(1), x0.T], [x0, he(V) - P]])

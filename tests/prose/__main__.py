@@ -21,9 +21,11 @@ def vague(path):
     """What only a reader can compare: twice, a third, half of."""
     for passage in check.read(path).passages:
         for match in numerals.VAGUE.finditer(passage.prose):
-            around = passage.source[max(0, match.start() - 60):match.end() + 60]
-            yield (f"    by eye, cell {passage.cell}, line "
-                   f"{passage.line_of(match.start())}: {' '.join(around.split())}")
+            around = passage.source[max(0, match.start() - 60) : match.end() + 60]
+            yield (
+                f"    by eye, cell {passage.cell}, line "
+                f"{passage.line_of(match.start())}: {' '.join(around.split())}"
+            )
 
 
 def strength(paths):
@@ -35,20 +37,26 @@ def strength(paths):
         tried += all_of_them
     for digits in sorted(tried):
         more = " or more" if digits == 4 else ""
-        yield (f"{digits}{more} digits: {noticed[digits]} of {tried[digits]} "
-               f"changes noticed, {noticed[digits] / tried[digits]:.0%}")
+        yield (
+            f"{digits}{more} digits: {noticed[digits]} of {tried[digits]} "
+            f"changes noticed, {noticed[digits] / tried[digits]:.0%}"
+        )
 
 
 def main():
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument("--power", action="store_true",
-                        help="change each number and count what is noticed")
+    parser.add_argument(
+        "--power",
+        action="store_true",
+        help="change each number and count what is noticed",
+    )
     options = parser.parse_args()
     paths = [p.resolve() for p in options.files] or pages.all_pages()
-    print("\n".join(strength(paths)) if options.power
-          else "\n\n".join(map(report, paths)))
+    print(
+        "\n".join(strength(paths)) if options.power else "\n\n".join(map(report, paths))
+    )
 
 
 if __name__ == "__main__":

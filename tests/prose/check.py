@@ -24,10 +24,14 @@ class Loose:
         where = f"{self.passage.page}, cell {self.passage.cell}"
         kind = self.passage.kind
         what = f" ({kind})" if kind in {"alt", "caption", "formal"} else ""
-        near = ", ".join(f"{w.number.written} (cell {w.cell})"
-                         for w in self.nearest) or "none"
-        return (f"{where}, line {self.passage.line_of(self.number.start)}{what}: "
-                f"{self.passage.around(self.number)}\n    nearest outputs: {near}")
+        near = (
+            ", ".join(f"{w.number.written} (cell {w.cell})" for w in self.nearest)
+            or "none"
+        )
+        return (
+            f"{where}, line {self.passage.line_of(self.number.start)}{what}: "
+            f"{self.passage.around(self.number)}\n    nearest outputs: {near}"
+        )
 
 
 def witness(page, passage, number):
@@ -41,19 +45,25 @@ def witness(page, passage, number):
 def _near(passage, found, number):
     if found.kind == "thesis":
         return not number.percent and (
-            number.digits > 1 or not number.whole or number.value > 12)
+            number.digits > 1 or not number.whole or number.value > 12
+        )
     if number.digits == 2 and found.number.written.lstrip("-") == number.written:
         return True
-    return (number.digits > NEAR or not passage.section
-            or found.section == passage.section
-            or abs(found.cell - passage.cell) <= CELLS)
+    return (
+        number.digits > NEAR
+        or not passage.section
+        or found.section == passage.section
+        or abs(found.cell - passage.cell) <= CELLS
+    )
 
 
 def nearest(page, section, number, count=3):
     """The outputs of the page that come closest to a number."""
+
     def distance(found):
-        return min(abs(value - mine) for value in found.number.scaled
-                   for mine in number.scaled)
+        return min(
+            abs(value - mine) for value in found.number.scaled for mine in number.scaled
+        )
 
     outputs = [w for w in page.witnesses if w.kind == "output"]
     best = {}
@@ -103,8 +113,7 @@ def loose(path, entries=None):
                     continue
             elif witness(page, passage, number):
                 continue
-            found.append(Loose(passage, number, nearest(
-                page, passage.section, number)))
+            found.append(Loose(passage, number, nearest(page, passage.section, number)))
     return found, sorted(set(entries) - used)
 
 
@@ -121,8 +130,9 @@ def unsupported(reason, number):
         path = next((p for p in pages.all_pages() if p.stem == target), None)
         if path is None:
             return f"there is no page {target}"
-        if not any(w.kind != "thesis" and number.agrees(w.number)
-                   for w in read(path).witnesses):
+        if not any(
+            w.kind != "thesis" and number.agrees(w.number) for w in read(path).witnesses
+        ):
             return f"{target} doesn't print {number.written}"
     elif word == "in":
         path = pages.ROOT / target

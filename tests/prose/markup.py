@@ -6,10 +6,8 @@ the result is the position in the source.
 
 import re
 
-FENCE = re.compile(
-    r"^(`{3,}|~{3,})[^\n]*\n(.*?)^\1\s*$", re.DOTALL | re.MULTILINE)
-_MATH = re.compile(
-    r"\$\$.*?\$\$|(?<!\\)\$[^$]*?(?<!\\)\$", re.DOTALL)
+FENCE = re.compile(r"^(`{3,}|~{3,})[^\n]*\n(.*?)^\1\s*$", re.DOTALL | re.MULTILINE)
+_MATH = re.compile(r"\$\$.*?\$\$|(?<!\\)\$[^$]*?(?<!\\)\$", re.DOTALL)
 _UNIT = re.compile(r"[\s~]?(?:%|°|[a-zA-Zµμ]+)")
 _REFERENCE = re.compile(
     r"""(?ix)
@@ -30,7 +28,9 @@ _REFERENCE = re.compile(
     | \b(?:19|20)\d\d\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
     | \b\d+(?:st|nd|rd|th)\b
     | ^\s*\d+\.\s        # a numbered list
-    """, re.MULTILINE)
+    """,
+    re.MULTILINE,
+)
 
 
 def blank(match):
@@ -49,8 +49,11 @@ def _structure(text):
     """Formulas without indices, exponents, commands: what is left is data."""
     text = re.sub(r"\\(?:label|tag|begin|end|hspace)\{[^}]*\}", blank, text)
     text = re.sub(r"\\[dt]?frac\s?\d\s?\d", blank, text)
-    text = re.sub(r"\\(?:text|operatorname)\{[^}]*\}",
-                  lambda match: re.sub(r"\d", " ", match[0]), text)
+    text = re.sub(
+        r"\\(?:text|operatorname)\{[^}]*\}",
+        lambda match: re.sub(r"\d", " ", match[0]),
+        text,
+    )
     group = r"\{[^{}]*(?:\{[^{}]*\})?[^{}]*\}"
     text = re.sub(rf"_(?:{group}|\w|\\\w+)", blank, text)
     return re.sub(rf"(?<!10)\^(?:{group}|\w|\\(?!circ)\w+)", blank, text)
@@ -62,9 +65,12 @@ def split(text):
     text = re.sub(r"<!--.*?-->", blank, text, flags=re.DOTALL)
     text = re.sub(r"^\([\w-]+\)=\s*$", blank, text, flags=re.MULTILINE)
     text = re.sub(r"^:[\w-]+:.*$", blank, text, flags=re.MULTILINE)
-    text = re.sub(r"^:{3,}\{[^}]*\}[ \t]*(?:ex-\S+|(.*))$",
-                  lambda m: _keep_first(m) if m[1] else blank(m),
-                  text, flags=re.MULTILINE)
+    text = re.sub(
+        r"^:{3,}\{[^}]*\}[ \t]*(?:ex-\S+|(.*))$",
+        lambda m: _keep_first(m) if m[1] else blank(m),
+        text,
+        flags=re.MULTILINE,
+    )
     text = re.sub(r"\{[\w:-]+\}`[^`]*`", blank, text)
     text = re.sub(r"\]\([^)\s]*\)|<https?://[^>]*>|https?://\S+", blank, text)
     text = re.sub(r"</?[a-z][^>\n]*>", blank, text)
@@ -73,7 +79,7 @@ def split(text):
     for match in _MATH.finditer(text):
         unit = _UNIT.match(text, match.end())  # it may follow the formula
         end = unit.end() if unit else match.end()
-        formulas[match.start():end] = text[match.start():end]
+        formulas[match.start() : end] = text[match.start() : end]
     prose = re.sub(r"`[^`\n]*`", _code, _MATH.sub(blank, text))
     return _REFERENCE.sub(blank, prose), _structure("".join(formulas))
 

@@ -17,28 +17,118 @@ NUMBER = re.compile(
 #: In outputs a space separates numbers, and so does a comma.
 PRINTED = re.compile(
     r"(?<![\w.])(?P<digits>\d+(?:\.\d*)?|\.\d+)(?P<power>[eE][-+−]?\d+)?"
-    r"(?P<suffix>[A-Za-z]*)")
+    r"(?P<suffix>[A-Za-z]*)"
+)
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 PREFIXES = {
-    "G": 1e9, "M": 1e6, "k": 1e3, "d": 1e-1, "c": 1e-2, "m": 1e-3, "µ": 1e-6,
-    "μ": 1e-6, "n": 1e-9,
+    "G": 1e9,
+    "M": 1e6,
+    "k": 1e3,
+    "d": 1e-1,
+    "c": 1e-2,
+    "m": 1e-3,
+    "µ": 1e-6,
+    "μ": 1e-6,
+    "n": 1e-9,
 }
-_SYMBOLS = ("s m g kg N Nm V A W Hz rad J B Ω F H °").split()
-_WORDS = (
-    "per cent percent times fold degrees degree decades decade digits digit "
-    "decimals steps step iterations iteration seconds second milliseconds "
-    "microseconds minutes minute hours hour metres metre millimetres "
-    "centimetres millimetre centimetre kilograms "
-    "kilogram newtons newton volts volt samples ticks tick turns turn bytes "
-    "bits lines products variables unknowns orders proofs multiplications"
-).split()
+_SYMBOLS = [
+    "s",
+    "m",
+    "g",
+    "kg",
+    "N",
+    "Nm",
+    "V",
+    "A",
+    "W",
+    "Hz",
+    "rad",
+    "J",
+    "B",
+    "Ω",
+    "F",
+    "H",
+    "°",
+]
+_WORDS = [
+    "per",
+    "cent",
+    "percent",
+    "times",
+    "fold",
+    "degrees",
+    "degree",
+    "decades",
+    "decade",
+    "digits",
+    "digit",
+    "decimals",
+    "steps",
+    "step",
+    "iterations",
+    "iteration",
+    "seconds",
+    "second",
+    "milliseconds",
+    "microseconds",
+    "minutes",
+    "minute",
+    "hours",
+    "hour",
+    "metres",
+    "metre",
+    "millimetres",
+    "centimetres",
+    "millimetre",
+    "centimetre",
+    "kilograms",
+    "kilogram",
+    "newtons",
+    "newton",
+    "volts",
+    "volt",
+    "samples",
+    "ticks",
+    "tick",
+    "turns",
+    "turn",
+    "bytes",
+    "bits",
+    "lines",
+    "products",
+    "variables",
+    "unknowns",
+    "orders",
+    "proofs",
+    "multiplications",
+]
 #: After a number in words; "four unknowns" says what there is, "four degrees"
 #: what came out.
 _MEASURED = frozenset(
-    "% ° Hz rad kg mm ms N V".split() + "per cent,percent,times,fold,degrees,"
-    "decades,steps,iterations,seconds,milliseconds,microseconds,minutes,hours,"
-    "metres,millimetres,centimetres,kilograms,newtons,volts".split(","))
+    ["%", "°", "Hz", "rad", "kg", "mm", "ms", "N", "V"]
+    + [
+        "per cent",
+        "percent",
+        "times",
+        "fold",
+        "degrees",
+        "decades",
+        "steps",
+        "iterations",
+        "seconds",
+        "milliseconds",
+        "microseconds",
+        "minutes",
+        "hours",
+        "metres",
+        "millimetres",
+        "centimetres",
+        "kilograms",
+        "newtons",
+        "volts",
+    ]
+)
 _PERCENT = frozenset({"%", r"\%", "per cent", "percent"})
 _WORD_PREFIXES = {"milli": 1e-3, "centi": 1e-2, "micro": 1e-6, "kilo": 1e3}
 _UNIT = re.compile(
@@ -47,30 +137,91 @@ _UNIT = re.compile(
     r"[GMkdcmµμn]?(?:" + "|".join(_SYMBOLS) + r")(?![\w'])|"
     r"(?:" + "|".join(_WORDS) + r")\b)"
 )
-CARDINALS = {word: value for value, word in enumerate(
-    "zero one two three four five six seven eight nine ten eleven twelve "
-    "thirteen fourteen fifteen sixteen seventeen eighteen nineteen".split())}
-CARDINALS |= {word: 10 * value for value, word in enumerate(
-    "twenty thirty forty fifty sixty seventy eighty ninety".split(), 2)}
+CARDINALS = {
+    word: value
+    for value, word in enumerate(
+        [
+            "zero",
+            "one",
+            "two",
+            "three",
+            "four",
+            "five",
+            "six",
+            "seven",
+            "eight",
+            "nine",
+            "ten",
+            "eleven",
+            "twelve",
+            "thirteen",
+            "fourteen",
+            "fifteen",
+            "sixteen",
+            "seventeen",
+            "eighteen",
+            "nineteen",
+        ]
+    )
+}
+CARDINALS |= {
+    word: 10 * value
+    for value, word in enumerate(
+        ["twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety"],
+        2,
+    )
+}
 CARDINALS |= {"dozen": 12, "hundred": 100, "thousand": 1000, "million": 1e6}
 WORD = re.compile(
     r"\b(?:(?P<tens>twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety)-)?"
-    rf"(?P<word>{'|'.join(CARDINALS)})\b(?!-)", re.IGNORECASE)
+    rf"(?P<word>{'|'.join(CARDINALS)})\b(?!-)",
+    re.IGNORECASE,
+)
 #: Calls and keywords whose numbers nobody writes about.
 _LOOKS = frozenset(
-    "alpha annotate bbox_to_anchor capsize figsize figure fontsize "
-    "gridspec_kw height_ratios legend lw linewidth markersize ms ncol ncols "
-    "nrows rotation round set_size_inches size subplots subplots_adjust text "
-    "width_ratios xlim xytext ylim zorder".split())
+    [
+        "alpha",
+        "annotate",
+        "bbox_to_anchor",
+        "capsize",
+        "figsize",
+        "figure",
+        "fontsize",
+        "gridspec_kw",
+        "height_ratios",
+        "legend",
+        "lw",
+        "linewidth",
+        "markersize",
+        "ms",
+        "ncol",
+        "ncols",
+        "nrows",
+        "rotation",
+        "round",
+        "set_size_inches",
+        "size",
+        "subplots",
+        "subplots_adjust",
+        "text",
+        "width_ratios",
+        "xlim",
+        "xytext",
+        "ylim",
+        "zorder",
+    ]
+)
 #: Words that say a number in passing. Nobody can compare them but a reader.
 VAGUE = re.compile(
     r"(?i)\b(?:twice|thrice|double[sd]?|halve[sd]?|dozens?|hundreds?|thousands?"
     r"|(?:a|one|two|three) (?:third|quarter|fifth|tenth|twentieth|hundredth)s?\b"
-    r"|half (?:of |the |as |its |an? (?!tick|sample|turn|step|metre|degree)))")
+    r"|half (?:of |the |as |its |an? (?!tick|sample|turn|step|metre|degree)))"
+)
 _HEDGE = re.compile(
     r"(?i)(?:\b(?:about|around|nearly|almost|roughly|some|over|under|above|"
     r"below|than|to|approximately|beyond|near|within|by|close to)"
-    r"|[~≈]|\\approx|\\sim)[\s$(-]*$")
+    r"|[~≈]|\\approx|\\sim)[\s$(-]*$"
+)
 
 
 @dataclass(frozen=True)
@@ -103,8 +254,7 @@ class Number:
     def scaled(self):
         """The values it may be printed as: itself, and without prefix."""
         scale = _scale(self.unit)
-        return (self.value,) if scale == 1 else (
-            self.value, self.value * scale)
+        return (self.value,) if scale == 1 else (self.value, self.value * scale)
 
     @property
     def percent(self):
@@ -132,7 +282,9 @@ class Number:
                 mine = mine[1:]
         return any(
             abs(value - theirs) <= (room * (1 + 1e-6) + 1e-12) * (value or 1)
-            for value in mine for theirs in other.scaled)
+            for value in mine
+            for theirs in other.scaled
+        )
 
     def moved(self, change):
         """The same writing with another value."""
@@ -171,7 +323,7 @@ def _read(match, text, hedged=False):
             ending = len(counted) - len(counted.rstrip("0"))
             counted = counted.rstrip("0")
             if hedged:
-                step *= 10.0 ** ending
+                step *= 10.0**ending
         digits = len(counted) or 1
     return value, step, digits
 
@@ -180,8 +332,11 @@ def printed(text):
     """The numbers of an output."""
     for match in PRINTED.finditer(text.replace("−", "-")):
         suffix = match["suffix"]
-        if suffix and suffix not in {"j", "x", "e"} and not re.fullmatch(
-                r"[GMkdcmµμn]?(?:" + "|".join(_SYMBOLS) + ")", suffix):
+        if (
+            suffix
+            and suffix not in {"j", "x", "e"}
+            and not re.fullmatch(r"[GMkdcmµμn]?(?:" + "|".join(_SYMBOLS) + ")", suffix)
+        ):
             continue
         unit = suffix or _unit_after(text, match.end())
         yield Number(match[0], match.start(), *_read(match, text), unit)
@@ -194,9 +349,13 @@ def typed(text):
         unit = _unit_after(text, end)
         if match["suffix"] and not unit.startswith(match["suffix"]):
             continue
-        hedged = _HEDGE.search(text[max(0, match.start() - 20):match.start()])
-        yield Number(text[match.start():end], match.start(),
-                     *_read(match, text, bool(hedged)), unit)
+        hedged = _HEDGE.search(text[max(0, match.start() - 20) : match.start()])
+        yield Number(
+            text[match.start() : end],
+            match.start(),
+            *_read(match, text, bool(hedged)),
+            unit,
+        )
 
 
 def spelled(text):
@@ -206,16 +365,16 @@ def spelled(text):
         if match["tens"]:
             value += CARDINALS[match["tens"].lower()]
         unit = _unit_after(text, match.end())
-        factor = re.search(r"(?i)factor (?:of )?(?:about )?$",
-                           text[:match.start()])
+        factor = re.search(r"(?i)factor (?:of )?(?:about )?$", text[: match.start()])
         if unit not in _MEASURED:
             unit = ""
-        if value < 2 or value < 13 and not unit and not factor:
+        if value < 2 or (value < 13 and not unit and not factor):
             continue
         if match["word"].lower() in {"hundred", "thousand", "million", "dozen"}:
             continue
-        yield Number(match[0], match.start(), value, max(1, value // 10),
-                     1, unit or "times")
+        yield Number(
+            match[0], match.start(), value, max(1, value // 10), 1, unit or "times"
+        )
 
 
 def _unit_after(text, end):
@@ -271,9 +430,13 @@ def _constant(node):
         return None if value is None else -value
     if isinstance(node, ast.BinOp):
         left, right = _constant(node.left), _constant(node.right)
-        action = {ast.Add: lambda a, b: a + b, ast.Sub: lambda a, b: a - b,
-                  ast.Mult: lambda a, b: a * b, ast.Div: lambda a, b: a / b,
-                  ast.Pow: lambda a, b: float(a) ** b}.get(type(node.op))
+        action = {
+            ast.Add: lambda a, b: a + b,
+            ast.Sub: lambda a, b: a - b,
+            ast.Mult: lambda a, b: a * b,
+            ast.Div: lambda a, b: a / b,
+            ast.Pow: lambda a, b: float(a) ** b,
+        }.get(type(node.op))
         if None in (left, right) or action is None or isinstance(left, str):
             return None
         try:

@@ -14,9 +14,10 @@ from . import markup, numerals
 ROOT = Path(__file__).resolve().parents[2]
 BOOK = ROOT / "book"
 
-_FORMAL = re.compile(
-    r"^(:{3,})\{prf:\w+\}.*?^\1\s*$", re.DOTALL | re.MULTILINE)
+_FORMAL = re.compile(r"^(:{3,})\{prf:\w+\}.*?^\1\s*$", re.DOTALL | re.MULTILINE)
 _BREAK = re.compile(r"^(?:#{1,4} |:{3,}\{exercise(?:-start)?\})", re.MULTILINE)
+
+
 @dataclass(frozen=True)
 class Passage:
     """A piece of prose: its source, and the same with all else blanked."""
@@ -46,9 +47,10 @@ class Passage:
     def around(self, number, width=60):
         """The words around a number, on one line, the number marked."""
         end = number.start + len(number.written)
-        before = self.source[max(0, number.start - width):number.start]
+        before = self.source[max(0, number.start - width) : number.start]
         return " ".join(
-            f"{before}»{number.written}«{self.source[end:end + width]}".split())
+            f"{before}»{number.written}«{self.source[end : end + width]}".split()
+        )
 
 
 @dataclass(frozen=True)
@@ -75,10 +77,11 @@ def _harmless(number, kind, text):
     if not number.whole or number.value > 12 or number.unit:
         return False
     if kind == "prose":
-        before = text[:number.start][-14:]
-        after = text[number.start + len(number.written):][:14]
+        before = text[: number.start][-14:]
+        after = text[number.start + len(number.written) :][:14]
         return not re.search(r"factor (?:of )?$", before) and (
-            not re.match(r"\s(?:s|m)\b", after))
+            not re.match(r"\s(?:s|m)\b", after)
+        )
     return True
 
 
@@ -93,28 +96,43 @@ def _markdown(name, index, text, section):
     for start, end in zip(cuts, cuts[1:]):
         section += start in heads
         inside = any(a <= start and end <= b for a, b in formal)
-        passages.append(Passage(
-            name, index, 1 + text.count("\n", 0, start), section,
-            "formal" if inside else "prose",
-            text[start:end], prose[start:end], math[start:end]))
+        passages.append(
+            Passage(
+                name,
+                index,
+                1 + text.count("\n", 0, start),
+                section,
+                "formal" if inside else "prose",
+                text[start:end],
+                prose[start:end],
+                math[start:end],
+            )
+        )
     return passages, section
 
 
 def _strings(tree):
     """String constants of a program; the parts of an f-string singly."""
-    return [node for node in ast.walk(tree)
-            if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    return [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    ]
 
 
 def _descriptions(tree):
     """The alternative texts and captions of a program."""
     for node in ast.walk(tree):
         if isinstance(node, ast.keyword) and node.arg in {"alt", "caption"}:
-            skip = {id(part) for value in ast.walk(node.value)
-                    if isinstance(value, ast.FormattedValue)
-                    for part in ast.walk(value)}
-            text = "□".join(part.value for part in _strings(node.value)
-                            if id(part) not in skip)
+            skip = {
+                id(part)
+                for value in ast.walk(node.value)
+                if isinstance(value, ast.FormattedValue)
+                for part in ast.walk(value)
+            }
+            text = "□".join(
+                part.value for part in _strings(node.value) if id(part) not in skip
+            )
             yield node.arg, node.value.lineno, text
 
 
@@ -152,10 +170,12 @@ def parse(source):
 @cache
 def thesis():
     """The numbers of each example in `sosbook.thesis`, by its name."""
-    source = (ROOT / "sosbook" / "book" / "thesis.py").read_text(encoding="utf-8")
-    tree = ast.parse(source)
-    return {node.name: tuple(numerals.literals(ast.unparse(node)))
-            for node in tree.body if isinstance(node, ast.FunctionDef)}
+    return {
+        node.name: tuple(numerals.literals(ast.unparse(node)))
+        for file in sorted((ROOT / "sosbook" / "book" / "thesis").glob("*.py"))
+        for node in ast.parse(file.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef)
+    }
 
 
 def _thesis_of(text):
@@ -188,24 +208,35 @@ def read(path):
             more, section = _markdown(path.stem, index, cell.source, section)
             passages += more
             for match in markup.FENCE.finditer(cell.source):
-                where = [p.section for p in more
-                         if p.line <= 1 + cell.source.count("\n", 0, match.start())]
-                witnesses += [Witness(n, where[-1] if where else section, index, "code")
-                              for n in _program_numbers(match[2])]
+                where = [
+                    p.section
+                    for p in more
+                    if p.line <= 1 + cell.source.count("\n", 0, match.start())
+                ]
+                witnesses += [
+                    Witness(n, where[-1] if where else section, index, "code")
+                    for n in _program_numbers(match[2])
+                ]
         elif cell.cell_type == "code":
             for kind, line, text in _descriptions(parse(cell.source)):
                 prose, math = markup.split(text)
-                passages.append(Passage(path.stem, index, line, section,
-                                        kind, text, prose, math))
-            witnesses += [Witness(n, section, index, "code")
-                          for n in numerals.literals(cell.source)]
+                passages.append(
+                    Passage(path.stem, index, line, section, kind, text, prose, math)
+                )
+            witnesses += [
+                Witness(n, section, index, "code")
+                for n in numerals.literals(cell.source)
+            ]
             for output in cell.get("outputs", []):
                 words = shown(output)
                 for fragment in fragments:
-                    words = re.sub(r"\s+".join(map(re.escape, fragment.split())),
-                                   " ", words)
-                witnesses += [Witness(n, section, index, "output")
-                              for n in numerals.printed(words)]
+                    words = re.sub(
+                        r"\s+".join(map(re.escape, fragment.split())), " ", words
+                    )
+                witnesses += [
+                    Witness(n, section, index, "output")
+                    for n in numerals.printed(words)
+                ]
     witnesses += _thesis_of("\n".join(c.source for c in cells))
     return Page(path.stem, tuple(passages), tuple(witnesses))
 
@@ -218,5 +249,8 @@ def _program_numbers(source):
 
 def all_pages():
     """The files of the book whose prose is checked."""
-    return [*sorted(BOOK.glob("*.ipynb")), *sorted(BOOK.glob("*.md")),
-            ROOT / "README.md"]
+    return [
+        *sorted(BOOK.glob("*.ipynb")),
+        *sorted(BOOK.glob("*.md")),
+        ROOT / "README.md",
+    ]

@@ -10,7 +10,7 @@ from . import check
 def changes(number):
     """Two wrong values: the last digit two up or down, and 30 % more."""
     step = 10 ** round(_exponent(number))
-    up = int(round(number.value / step)) % 10 < 8
+    up = round(number.value / step) % 10 < 8
     yield number.moved(2 * step if up else -2 * step)
     more = max(1, round(0.3 * number.value / number.step)) * number.step
     yield number.moved(more)
@@ -37,8 +37,7 @@ def survey(path):
                 continue  # loose already
             for wrong in changes(number):
                 tried[digits] += 1
-                slip = None if listed else check.witness(
-                    page, passage, wrong)
+                slip = None if listed else check.witness(page, passage, wrong)
                 if slip is None:
                     noticed[digits] += 1
                 else:

@@ -15,7 +15,8 @@ from . import check, markup, pages
 PHRASES = check.GIVEN / "phrases.toml"
 _QUOTED = re.compile(
     r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
-    r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])")
+    r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])"
+)
 _ROWS = sorted((pages.ROOT / "sosbook" / "book" / "reproduction").rglob("*.py"))
 
 
@@ -51,9 +52,11 @@ def phrases(path):
     if path.suffix == ".py":
         tree = ast.parse(path.read_text(encoding="utf-8"))
         return tuple(
-            phrase for node in ast.walk(tree)
+            phrase
+            for node in ast.walk(tree)
             if isinstance(node, ast.Constant) and isinstance(node.value, str)
-            for phrase in _phrases(node.value, path.stem, f"line {node.lineno}"))
+            for phrase in _phrases(node.value, path.stem, f"line {node.lineno}")
+        )
     if path.suffix == ".md":
         text = markup.FENCE.sub("", path.read_text(encoding="utf-8"))
         return tuple(_phrases(re.sub(r"`[^`]*`", "", text), path.stem, "text"))
@@ -63,9 +66,11 @@ def phrases(path):
             text = re.sub(r"`[^`\n]*`", "", markup.FENCE.sub(markup.blank, cell.source))
             texts = [text]
         elif cell.cell_type == "code":
-            texts = [node.value for node in ast.walk(pages.parse(cell.source))
-                     if isinstance(node, ast.Constant)
-                     and isinstance(node.value, str)]
+            texts = [
+                node.value
+                for node in ast.walk(pages.parse(cell.source))
+                if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            ]
         else:
             texts = []
         for text in texts:
@@ -82,9 +87,14 @@ def other_phrases():
 @cache
 def _program_words():
     """What the package says, apart from its reports about the thesis."""
-    files = [p for p in sorted((pages.ROOT / "sosbook").rglob("*"))
-             if p.suffix in {".py", ".js", ".html"} and p not in _ROWS
-             and p.name not in {"quotations.py", "thesis.py"}]
+    files = [
+        p
+        for p in sorted((pages.ROOT / "sosbook").rglob("*"))
+        if p.suffix in {".py", ".js", ".html"}
+        and p not in _ROWS
+        and p.name != "quotations.py"
+        and p.parent.name != "thesis"
+    ]
     return plain(" ".join(p.read_text(encoding="utf-8") for p in files))
 
 

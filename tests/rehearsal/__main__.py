@@ -52,8 +52,10 @@ def main(words=None):
 
 def arguments(words):
     parser = argparse.ArgumentParser(
-        prog="tasks.py rehearse", description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter)
+        prog="tasks.py rehearse",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     add = parser.add_argument
     add("names", nargs="*", help="notebooks, by the start of their names")
     add("--worlds", nargs="+", default=[], help="names or kinds of worlds")
@@ -94,11 +96,19 @@ def run(world, name, words, processes):
     print(f"{world.name}: {name} ...", flush=True)
     with log.open("w", encoding="utf-8") as file:
         status = subprocess.run(
-            [*PYTEST, *spread, f"--junitxml={report}", *words], cwd=ROOT, stdout=file,
-            stderr=subprocess.STDOUT, env=world.environment(), check=False).returncode
+            [*PYTEST, *spread, f"--junitxml={report}", *words],
+            cwd=ROOT,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            env=world.environment(),
+            check=False,
+        ).returncode
     outcome = read(report) if report.exists() else {}
-    print(f"{world.name}: {sum(map(len, outcome.values()))} ran, "
-          f"{len(failed(outcome))} failed", flush=True)
+    print(
+        f"{world.name}: {sum(map(len, outcome.values()))} ran, "
+        f"{len(failed(outcome))} failed",
+        flush=True,
+    )
     return status, outcome
 
 
@@ -114,8 +124,12 @@ def read(report):
 
 def failed(outcome):
     """(file, test) of what failed."""
-    return [(file, test) for file, tests in outcome.items()
-            for test, passed in tests.items() if not passed]
+    return [
+        (file, test)
+        for file, tests in outcome.items()
+        for test, passed in tests.items()
+        if not passed
+    ]
 
 
 def table(results):
@@ -143,10 +157,15 @@ def failures(results):
     for name, outcome in results.items():
         for place in failed(outcome):
             where[place].append(name)
-    lines = [f"  {short(file)}  {test}:  {', '.join(names)}"
-             for (file, test), names in sorted(where.items())]
-    return "\n".join(["", "Depends on the processor:", *lines] if lines
-                     else ["", "Nothing depends on the processor."])
+    lines = [
+        f"  {short(file)}  {test}:  {', '.join(names)}"
+        for (file, test), names in sorted(where.items())
+    ]
+    return "\n".join(
+        ["", "Depends on the processor:", *lines]
+        if lines
+        else ["", "Nothing depends on the processor."]
+    )
 
 
 if __name__ == "__main__":

@@ -24,15 +24,18 @@ SPECTRAL = re.compile("eig|svd")  # a one among these is luck, not structure
 SHAKEN = {
     "numpy.linalg": re.compile(
         "cholesky|cond|det|eig(h|vals|valsh)?|inv|lstsq|pinv|qr|slogdet|solve"
-        "|svd(vals)?|tensor(inv|solve)"),
+        "|svd(vals)?|tensor(inv|solve)"
+    ),
     "scipy.linalg": re.compile(
         "cholesky(_banded)?|cho_(factor|solve)(_banded)?|det|expm|hessenberg"
         "|eig(h|vals|valsh|_banded|h_tridiagonal|valsh_tridiagonal)?|inv|ldl"
         "|logm|lstsq|lu(_factor|_solve)?|null_space|orth|ordqz|pinvh?|polar"
-        "|qr|qz|rq|schur|solve(_[a-z_]+)?|solveh_banded|sqrtm|svd(vals)?"),
+        "|qr|qz|rq|schur|solve(_[a-z_]+)?|solveh_banded|sqrtm|svd(vals)?"
+    ),
     "scipy.linalg.lapack": re.compile(
         "[dz](potr[fis]|trtr[is]|trsyl|getr[fis]|gesv|posv|geqrf|orgqr|ungqr"
-        "|gees|geev|syevd?|heevd?|gesdd|sytrf|sysv)"),
+        "|gees|geev|syevd?|heevd?|gesdd|sytrf|sysv)"
+    ),
 }
 
 
@@ -87,7 +90,9 @@ def shaken(result, seed, spectral=False, given=()):
             noisy = resorted(result, noisy)
     if not result.flags.writeable:
         noisy.flags.writeable = False
-    elif any(np.may_share_memory(result, a) for a in given if isinstance(a, np.ndarray)):
+    elif any(
+        np.may_share_memory(result, a) for a in given if isinstance(a, np.ndarray)
+    ):
         result[...] = noisy
         return result
     return noisy

@@ -13,8 +13,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 KINDS = ("noise", "kernels", "simd")
-CORES = ("Prescott", "Core2", "Nehalem", "Sandybridge", "Haswell", "Zen", "SkylakeX",
-         "Cooperlake", "Sapphirerapids", "ARMV8", "NEOVERSEN1", "NEOVERSEV1")
+CORES = (
+    "Prescott",
+    "Core2",
+    "Nehalem",
+    "Sandybridge",
+    "Haswell",
+    "Zen",
+    "SkylakeX",
+    "Cooperlake",
+    "Sapphirerapids",
+    "ARMV8",
+    "NEOVERSEN1",
+    "NEOVERSEV1",
+)
 PROBE = """
 import json, numpy, scipy.linalg, threadpoolctl
 A = numpy.random.default_rng(1).normal(size=(70, 70))
@@ -47,18 +59,28 @@ class World:
 def probe(world):
     """BLAS kernels and SIMD features in use there; None if it can't run."""
     done = subprocess.run(
-        [sys.executable, "-c", PROBE], env=world.environment(),
-        capture_output=True, text=True, encoding="utf-8", check=False)
+        [sys.executable, "-c", PROBE],
+        env=world.environment(),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     return json.loads(done.stdout) if done.returncode == 0 else None
 
 
 def noise(seeds=(1, 2, 3)):
     """One world for a seed."""
     return [
-        World(f"noise-{seed}", "noise", {
-            "PYTHONPATH": str(Path(__file__).parent),
-            "SOSBOOK_REHEARSAL_NOISE": str(seed),
-        }) for seed in seeds
+        World(
+            f"noise-{seed}",
+            "noise",
+            {
+                "PYTHONPATH": str(Path(__file__).parent),
+                "SOSBOOK_REHEARSAL_NOISE": str(seed),
+            },
+        )
+        for seed in seeds
     ]
 
 
@@ -96,6 +118,8 @@ def choose(names=(), seeds=(1, 2, 3)):
         known += [*kernels(), *simd()]
     chosen = [w for w in known if not names or {w.name, w.kind} & set(names)]
     if unknown := set(names) - {*KINDS, *(world.name for world in chosen)}:
-        raise KeyError(f"no {', '.join(sorted(unknown))} on this machine, only "
-                       + ", ".join(world.name for world in known))
+        raise KeyError(
+            f"no {', '.join(sorted(unknown))} on this machine, only "
+            + ", ".join(world.name for world in known)
+        )
     return chosen

@@ -17,8 +17,14 @@ from . import pages, words
 
 __all__ = ["differences", "folded"]
 
-SKIPPED = ("metadata", "traceback", "output_type", "name", "execution_count",
-           "application/vnd.jupyter.widget-view+json")
+SKIPPED = (
+    "metadata",
+    "traceback",
+    "output_type",
+    "name",
+    "execution_count",
+    "application/vnd.jupyter.widget-view+json",
+)
 
 
 def differences(stored, now):
@@ -44,10 +50,12 @@ def differences(stored, now):
     ['stdout: line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)']
     """
     before, after = folded(stored), folded(now)
-    faults = [f"{kind}: stored {len(before.get(kind, ()))} outputs, "
-              f"now {len(after.get(kind, ()))}"
-              for kind in sorted(before.keys() | after.keys())
-              if len(before.get(kind, ())) != len(after.get(kind, ()))]
+    faults = [
+        f"{kind}: stored {len(before.get(kind, ()))} outputs, "
+        f"now {len(after.get(kind, ()))}"
+        for kind in sorted(before.keys() | after.keys())
+        if len(before.get(kind, ())) != len(after.get(kind, ()))
+    ]
     for kind in before:
         compare = COMPARE.get(kind, _plain)
         for pair in zip(before[kind], after.get(kind, ())):

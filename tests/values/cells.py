@@ -22,10 +22,16 @@ def compare(item, test, ref, skip_compare=None):
     item.comparison_traceback = faults
     if faults:
         stem = f"{Path(item.parent.path).stem}-{item.cell_num}"
-        names = [written(FOLDER / f"{stem}-{when}.html", outputs)
-                 for when, outputs in (("stored", ref), ("now", test))]
+        names = [
+            written(FOLDER / f"{stem}-{when}.html", outputs)
+            for when, outputs in (("stored", ref), ("now", test))
+        ]
         item.comparison_traceback = [
-            *faults, "", "The stored output and the new one:", *map(str, names)]
+            *faults,
+            "",
+            "The stored output and the new one:",
+            *map(str, names),
+        ]
     return not faults
 
 
@@ -36,9 +42,11 @@ def written(path, outputs):
         for content in contents:
             plain = kind != "text/html"
             text = str(content).replace("&", "&amp;").replace("<", "&lt;")
-            parts.append(f"<h3>{kind}</h3>"
-                         + (f"<pre>{text}</pre>" if plain else content))
+            parts.append(
+                f"<h3>{kind}</h3>" + (f"<pre>{text}</pre>" if plain else content)
+            )
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text('<!doctype html><meta charset="utf-8">' + "\n".join(parts),
-                    encoding="utf-8")
+    path.write_text(
+        '<!doctype html><meta charset="utf-8">' + "\n".join(parts), encoding="utf-8"
+    )
     return path

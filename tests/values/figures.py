@@ -43,7 +43,8 @@ def _share_marks(before, after):
         outline = shape.outline
         if outline not in theirs and outline not in alias:
             alias[outline] = next(
-                (other for other in theirs if _nearly(outline, other)), outline)
+                (other for other in theirs if _nearly(outline, other)), outline
+            )
         shape.outline = alias.get(outline, outline)
 
 
@@ -78,8 +79,10 @@ def _looks(before, after):
     match = SequenceMatcher(None, old, new, autojunk=False)
     for change, i, j, k, m in match.get_opcodes():
         if change != "equal":
-            yield (f"stored {_several(before[i:j])}, now {_several(after[k:m])}"
-                   f"{_where((before[i:j] or after[k:m])[0])}")
+            yield (
+                f"stored {_several(before[i:j])}, now {_several(after[k:m])}"
+                f"{_where((before[i:j] or after[k:m])[0])}"
+            )
 
 
 def _several(shapes):
@@ -107,14 +110,19 @@ def _places(before, after):
         if kind == "text":
             for one, two in run:
                 yield from words.differences(one.text, two.text)
-        astray = [(first + n, *pair) for n, pair in enumerate(run)
-                  if _differ(*pair) and _moved(*pair) > TOLERANCE]
+        astray = [
+            (first + n, *pair)
+            for n, pair in enumerate(run)
+            if _differ(*pair) and _moved(*pair) > TOLERANCE
+        ]
         if len(astray) > 1 and kind != "text":
             astray = _unmatched(astray)
         for number, one, two in astray:
             name = str(one).removeprefix(one.kind).strip()
-            yield (f"{one.kind} {number} {name} moved by "
-                   f"{_moved(one, two):.2g} px{_where(one)}")
+            yield (
+                f"{one.kind} {number} {name} moved by "
+                f"{_moved(one, two):.2g} px{_where(one)}"
+            )
 
 
 def _differ(one, two):
@@ -141,14 +149,17 @@ def _unmatched(astray):
     if _is_point(before[0]):
         near = _near_points(before, after)
     elif len(astray) <= MANY:
-        near = csr_array([[_moved(one, two) <= TOLERANCE for two in after]
-                          for one in before])
+        near = csr_array(
+            [[_moved(one, two) <= TOLERANCE for two in after] for one in before]
+        )
     else:
         return astray
     partner = maximum_bipartite_matching(near, perm_type="column")
     rest = set(range(len(after))) - set(partner.tolist())
-    return [(astray[i][0], before[i], after[j]) for i, j in
-            zip(np.flatnonzero(partner < 0), sorted(rest))]
+    return [
+        (astray[i][0], before[i], after[j])
+        for i, j in zip(np.flatnonzero(partner < 0), sorted(rest))
+    ]
 
 
 def _near_points(before, after):
@@ -156,5 +167,6 @@ def _near_points(before, after):
     found = cKDTree(one).query_ball_tree(cKDTree(two), TOLERANCE * 2**0.5)
     rows = np.repeat(np.arange(len(one)), [len(row) for row in found])
     columns = np.concatenate([np.array(row, int) for row in found])
-    return csr_array((np.ones(len(rows), bool), (rows, columns)),
-                     shape=(len(one), len(two)))
+    return csr_array(
+        (np.ones(len(rows), bool), (rows, columns)), shape=(len(one), len(two))
+    )

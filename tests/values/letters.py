@@ -4,8 +4,12 @@ from functools import cache
 
 __all__ = ["letter"]
 
-LETTERS = [chr(code) for block in ((33, 127), (0xb0, 0xb8), (0x391, 0x3ca))
-           for code in range(*block) if chr(code).isprintable()] + [*"−°²³·×′∞≤≥"]
+LETTERS = [
+    chr(code)
+    for block in ((33, 127), (0xB0, 0xB8), (0x391, 0x3CA))
+    for code in range(*block)
+    if chr(code).isprintable()
+] + [*"−°²³·×′∞≤≥"]
 
 
 def letter(outline):
@@ -23,7 +27,6 @@ def letter(outline):
 def alphabet():
     """Letters by their path data, from a figure that shows all of them."""
     import matplotlib.pyplot as plt
-
     from sosbook.plots import show
 
     from .shapes import drawn

@@ -42,8 +42,9 @@ def _element(stored, now, place):
     if stored.tag in RAW and before != after:
         yield from _raw(stored, "".join(before), "".join(after), place)
         return
-    names = [[getattr(child, "tag", "text") for child in side]
-             for side in (before, after)]
+    names = [
+        [getattr(child, "tag", "text") for child in side] for side in (before, after)
+    ]
     if names[0] != names[1]:
         yield f"{place or 'page'}: stored {_listed(names[0])}, now {_listed(names[1])}"
         return
@@ -111,8 +112,7 @@ class Literal:
 
 
 def _loaded(text):
-    return json.loads(text, parse_float=Literal, parse_int=Literal,
-                      parse_constant=str)
+    return json.loads(text, parse_float=Literal, parse_int=Literal, parse_constant=str)
 
 
 def data(stored, now, limit=5):

@@ -85,11 +85,13 @@ def lines(data):
 
 
 def _cubic(a, b, c, d):
-    return (1 - T)**3 * a + 3 * (1 - T)**2 * T * b + 3 * (1 - T) * T**2 * c + T**3 * d
+    return (
+        (1 - T) ** 3 * a + 3 * (1 - T) ** 2 * T * b + 3 * (1 - T) * T**2 * c + T**3 * d
+    )
 
 
 def _quadratic(a, b, c):
-    return (1 - T)**2 * a + 2 * (1 - T) * T * b + T**2 * c
+    return (1 - T) ** 2 * a + 2 * (1 - T) * T * b + T**2 * c
 
 
 @lru_cache(maxsize=8192)

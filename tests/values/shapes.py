@@ -13,15 +13,30 @@ from .paths import bounds, lines
 __all__ = ["Shape", "drawn"]
 
 GEOMETRY = {
-    "use": {"x", "y"}, "path": {"d"}, "polyline": {"points"},
-    "polygon": {"points"}, "line": {"x1", "y1", "x2", "y2"},
-    "rect": {"x", "y", "width", "height"}, "circle": {"cx", "cy", "r"},
-    "ellipse": {"cx", "cy", "rx", "ry"}, "text": {"x", "y"}, "tspan": {"x", "y"},
+    "use": {"x", "y"},
+    "path": {"d"},
+    "polyline": {"points"},
+    "polygon": {"points"},
+    "line": {"x1", "y1", "x2", "y2"},
+    "rect": {"x", "y", "width", "height"},
+    "circle": {"cx", "cy", "r"},
+    "ellipse": {"cx", "cy", "rx", "ry"},
+    "text": {"x", "y"},
+    "tspan": {"x", "y"},
     "svg": {"x", "y", "width", "height", "viewbox"},
 }
 INSIDE = {"g", "svg", "a", "symbol", "clippath"}
-BY_REFERENCE = {"defs", "clippath", "symbol", "pattern", "lineargradient",
-                "radialgradient", "marker", "mask", "metadata"}
+BY_REFERENCE = {
+    "defs",
+    "clippath",
+    "symbol",
+    "pattern",
+    "lineargradient",
+    "radialgradient",
+    "marker",
+    "mask",
+    "metadata",
+}
 ROUND = 0.5522847498  # a quarter circle as a Bezier curve
 UNIT = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
@@ -56,16 +71,21 @@ class Shape:
     def polylines(self):
         """Its subpaths in the units of the viewBox."""
         a, b, c, d, e, f = self.matrix
-        return [line @ np.array([[a, b], [c, d]]) + (e, f)
-                for line in lines(self.outline)]
+        return [
+            line @ np.array([[a, b], [c, d]]) + (e, f) for line in lines(self.outline)
+        ]
 
     @property
     def corners(self):
         """Two opposite corners of its outline's box: x, y, x, y."""
         a, b, c, d, e, f = self.matrix
         (x, y), (u, v) = bounds(self.outline)
-        return (a * x + c * y + e, b * x + d * y + f,
-                a * u + c * v + e, b * u + d * v + f)
+        return (
+            a * x + c * y + e,
+            b * x + d * y + f,
+            a * u + c * v + e,
+            b * u + d * v + f,
+        )
 
     def __str__(self):
         if self.kind == "glyph":
@@ -86,8 +106,11 @@ def drawn(svg):
 
 class Canvas:
     def __init__(self, svg):
-        self.names = {node.attributes["id"]: node for node in svg.elements()
-                      if "id" in node.attributes}
+        self.names = {
+            node.attributes["id"]: node
+            for node in svg.elements()
+            if "id" in node.attributes
+        }
         self.numbers, self.shapes = {}, []
         width, height = _view(svg)[2:]
         self._inside(svg, UNIT, "", (0.0, 0.0, width, height))
@@ -169,23 +192,28 @@ class Canvas:
         if known:
             del self.shapes[before:]
         for x, y, u, v in corners:
-            box = (max(box[0], min(x, u)), max(box[1], min(y, v)),
-                   min(box[2], max(x, u)), min(box[3], max(y, v)))
+            box = (
+                max(box[0], min(x, u)),
+                max(box[1], min(y, v)),
+                min(box[2], max(x, u)),
+                min(box[3], max(y, v)),
+            )
         return box
 
     def _followed(self, value):
         """An attribute with what url(#name) refers to instead of the name."""
+
         def content(found):
             node = self.names.get(found[1])
             if node is None:
                 return found[0]
             return re.sub(r' id="[^"]*"', "", str(node))
+
         return re.sub(r"url\(#([^)]+)\)", content, value) if "url" in value else value
 
 
 def _is_mark(node):
-    return (not isinstance(node, str) and node.tag == "use"
-            and "x" in node.attributes)
+    return not isinstance(node, str) and node.tag == "use" and "x" in node.attributes
 
 
 def _outline(node):
@@ -205,8 +233,10 @@ def _outline(node):
         names = ("r", "r") if tag == "circle" else ("rx", "ry")
         x, y, a, b = _floats(node, "cx", "cy", *names)
         k, m = ROUND * a, ROUND * b
-        return (f"M{x + a} {y}c0 {m} {k - a} {b} {-a} {b}s{-a} {m - b} {-a} {-b}"
-                f"s{a - k} {-b} {a} {-b}s{a} {b - m} {a} {b}z")
+        return (
+            f"M{x + a} {y}c0 {m} {k - a} {b} {-a} {b}s{-a} {m - b} {-a} {-b}"
+            f"s{a - k} {-b} {a} {-b}s{a} {b - m} {a} {b}z"
+        )
     return None
 
 
@@ -232,7 +262,7 @@ def _nested(svg):
     """The matrix of an svg in an svg."""
     x, y, width, height = _floats(svg, "x", "y", "width", "height")
     left, top, wide, high = _view(svg)
-    scale = (min(width / wide, height / high) if width and height else 1.0)
+    scale = min(width / wide, height / high) if width and height else 1.0
     return (scale, 0, 0, scale, x - scale * left, y - scale * top)
 
 
@@ -260,5 +290,11 @@ def _transform(text):
 def _times(m, n):
     a, b, c, d, e, f = m
     g, h, i, j, k, o = n
-    return (a * g + c * h, b * g + d * h, a * i + c * j, b * i + d * j,
-            a * k + c * o + e, b * k + d * o + f)
+    return (
+        a * g + c * h,
+        b * g + d * h,
+        a * i + c * j,
+        b * i + d * j,
+        a * k + c * o + e,
+        b * k + d * o + f,
+    )

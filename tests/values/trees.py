@@ -11,7 +11,7 @@ VOID = {"br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 class Node:
     """An element: its tag, attributes and children (nodes and strings)."""
 
-    __slots__ = ("tag", "attributes", "children")
+    __slots__ = ("attributes", "children", "tag")
 
     def __init__(self, tag, attributes=None):
         self.tag, self.attributes = tag, attributes or {}

@@ -22,9 +22,12 @@ from os.path import commonprefix
 
 __all__ = ["agree", "differences", "tokens"]
 
-REFERENCE = (r"(?:Tables?|Figs?\.?|Figures?|Sections?|Theorems?|Lemmas?|Eqs?\.?|"
-             r"Chapters?|Corollary|Remark|Example)[ ]\d+(?:\.\d+)*")
-TOKEN = re.compile(rf"""
+REFERENCE = (
+    r"(?:Tables?|Figs?\.?|Figures?|Sections?|Theorems?|Lemmas?|Eqs?\.?|"
+    r"Chapters?|Corollary|Remark|Example)[ ]\d+(?:\.\d+)*"
+)
+TOKEN = re.compile(
+    rf"""
     (?P<word> {REFERENCE}
             | \([1-9]\.\d{{1,2}}\)
             | 0x[0-9a-fA-F.]+(?:p[+-]?\d+)?
@@ -37,7 +40,9 @@ TOKEN = re.compile(rf"""
                 (?:\d+\.?\d*|(?<!\w)\.\d+)
                 (?:[eE][-+]?\d+)? )
   | (?P<mark> \S )
-""", re.X)
+""",
+    re.X,
+)
 ROW = re.compile(r"\[[^\[\]]*\]")
 WHOLE = 10000
 SHOWN = 100
@@ -83,15 +88,19 @@ def _line(stored, now):
     before, after = tokens(stored), tokens(now)
     if [kind for kind, _ in before] != [kind for kind, _ in after]:
         start = max(0, len(commonprefix([stored, now])) - SHOWN // 3)
-        yield (f": stored {stored[start:][:SHOWN].strip()!r}, "
-               f"now {now[start:][:SHOWN].strip()!r}")
+        yield (
+            f": stored {stored[start:][:SHOWN].strip()!r}, "
+            f"now {now[start:][:SHOWN].strip()!r}"
+        )
         return
     numbers = 0
     for (kind, old), (_, new) in zip(before, after):
         numbers += kind == "number"
         if kind == "number" and not agree(old, new):
-            yield (f", number {numbers}: stored {old}, now {new} "
-                   f"(tolerance {_tolerance(old, new):g})")
+            yield (
+                f", number {numbers}: stored {old}, now {new} "
+                f"(tolerance {_tolerance(old, new):g})"
+            )
         elif kind != "number" and old != new:
             yield f": {kind} {old!r} became {new!r}"
 

@@ -1,8 +1,9 @@
 """Elements of the rendered page: they work without a server."""
 
 from .delay import DelayAtlas, delay_atlas
-from .designs import Atlas, Slider, design_atlas, record
+from .designs import Atlas, Slider, design_atlas
 from .maps import MapAtlas
+from .records import record
 
 __all__ = [
     "Atlas",

@@ -5,14 +5,10 @@ every point of the grid. It computes the responses itself, for whatever way
 the delay varies; gains are never interpolated.
 """
 
-import os
-from importlib.resources import files
 from itertools import product
 
 import numpy as np
-from tqdm.auto import tqdm
 
-from ...delay.design import solve_delay
 from ...delay.profiles import (
     ConstantDelay,
     RandomDelay,
@@ -21,20 +17,29 @@ from ...delay.profiles import (
     SwitchingDelay,
 )
 from ...delay.request import DelayRequest
-from .designs import Atlas, Slider, _digits, _loop, _start
+from ...delay.solve import solve_delay
+from ...runtime.progress import each
+from .designs import Atlas, Slider, page_loop, start_place
+from .page import significant
+from .records import DELAY_BLOCKS, delay_record
 
-__all__ = ["KINDS", "DelayAtlas", "delay_atlas", "output_name", "signal_of",
-           "unit_set_point"]
+__all__ = [
+    "KINDS",
+    "DelayAtlas",
+    "delay_atlas",
+    "output_name",
+    "signal_of",
+    "unit_set_point",
+]
 
 #: Ways in which the delay varies within its interval.
-KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching",
-         "random")
-BLOCKS = {"functional": "V is positive", "R": "the kernel R of V",
-          "Z": "the kernel Z of V", "decay": "V decays"}
-SCALARS = {"tau": ("Nominal delay τ", "τ", " s"),
-           "ratio": ("Variation μ/τ", "μ/τ", ""),
-           "delta": ("Decay rate δ", "δ", " 1/s"),
-           "alpha": ("Scalar α", "α", " s")}
+KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
+SCALARS = {
+    "tau": ("Nominal delay τ", "τ", " s"),
+    "ratio": ("Variation μ/τ", "μ/τ", ""),
+    "delta": ("Decay rate δ", "δ", " 1/s"),
+    "alpha": ("Scalar α", "α", " s"),
+}
 SINE, DWELL, SEED = 10, 2, 0  # period and dwell in units of tau
 POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
 
@@ -84,10 +89,12 @@ def unit_set_point(U):
     Parameters
     ----------
     U : (a, n) array_like
+        The rows of U z are integrated.
 
     Returns
     -------
     (n,) array
+        The set point of z.
 
     Examples
     --------
@@ -135,27 +142,29 @@ class DelaySlider(Slider):
 
 
 class DelayAtlas(Atlas):
-    """An `Atlas` of designs under delay; made by `delay_atlas`."""
+    """An `Atlas` of designs under delay; made by `delay_atlas`.
+
+    Its title, sliders, designs, loop and start are those of `Atlas`.
+    """
+
+    tag, sheets, scripts = "sos-delay", ("delay.css",), ("atlas.js", "delay.js")
 
     def __repr__(self):
         return "Delay" + super().__repr__()
 
-    @property
-    def html(self):
-        """The element: style, data and script inline, no other file."""
-        assets = files(__package__) / "assets"
-        style = " ".join((assets / "delay.css").read_text("utf8").split())
-        script = (assets / "delay.js").read_text("utf8").strip()
-        element, base = super().html.rsplit("</sos-atlas>", 1)
-        element = element.replace("sos-atlas", "sos-delay").replace(
-            "</style>", f" {style}</style>", 1)
-        return (f"{element}</sos-delay>"
-                f"{base}\n<script>\n{script}\n</script>")
 
-
-def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
-                start=None, title="Move the delay and the decay rate",
-                progress=True):
+def delay_atlas(
+    example,
+    taus,
+    ratios,
+    deltas,
+    alphas=None,
+    *,
+    horizon=None,
+    start=None,
+    title="Move the delay and the decay rate",
+    progress=True,
+):
     """Solve Procedure 2.2, corrected, on a grid; return its `DelayAtlas`.
 
     Parameters
@@ -176,6 +185,7 @@ def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
         {"tau": 0.4, "ratio": 0.5, …}: where the sliders stand at first;
         values of the grid. One that isn't named stands in the middle.
     title : str
+        The heading of the element.
     progress : bool
         Show a progress bar, unless the environment variable
         TQDM_DISABLE is set.
@@ -183,6 +193,7 @@ def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
     Returns
     -------
     DelayAtlas
+        The element, with every design of the grid.
 
     Raises
     ------
@@ -195,37 +206,48 @@ def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
     Source: thesis, Procedure 2.2 and Theorem 2.3 with its errata.
     """
     asked = {"tau": taus, "ratio": ratios, "delta": deltas, "alpha": alphas}
-    sliders = [DelaySlider(key, tuple(sorted(map(float, values))))
-               for key, values in asked.items() if values is not None]
+    sliders = [
+        DelaySlider(key, tuple(sorted(map(float, values))))
+        for key, values in asked.items()
+        if values is not None
+    ]
     for slider in sliders:
         if not slider.values:
             raise ValueError(f"{slider.key}s is empty: give one value or more")
     if not 0 <= min(ratios) <= max(ratios) <= 1:
-        raise ValueError("ratios are mu / tau: take them from [0, 1], for "
-                         "the delay tau - mu must not be negative")
-    place = _start(sliders, start)
+        raise ValueError(
+            "ratios are mu / tau: take them from [0, 1], for "
+            "the delay tau - mu must not be negative"
+        )
+    place = start_place(sliders, start)
     r = unit_set_point(example.U)
-    loop = _loop(example.plant, example.U, None, r, horizon or example.t_end)
+    loop = page_loop(example.plant, example.U, None, r, horizon or example.t_end)
     steps = _steps(example.plant, loop["horizon"])
     designs = {}
     places = list(product(*(range(len(s.values)) for s in sliders)))
-    # in notebooks tqdm doesn't read the variable itself
-    hidden = not progress or "TQDM_DISABLE" in os.environ
-    for at in tqdm(places, unit="design", leave=False, disable=hidden):
+    for at in each(places, "design", progress):
         values = {s.key: s.values[k] for s, k in zip(sliders, at)}
-        designs[at] = record(solve_delay(request_of(example, **values)))
+        designs[at] = delay_record(solve_delay(request_of(example, **values)))
     count = int(loop["horizon"] / (DWELL * min(taus))) + 2
     loop |= {
         "also": [f"α = {example.alpha:.4g} s"] if alphas is None else [],
         "output": output_name(example.U),
         "caption": "Response from rest to a unit set point in "
         f"{output_name(example.U)}.",
-        "blocks": list(BLOCKS.values()), "kinds": KINDS,
-        "U": [[_digits(x, 12) for x in row] for row in example.U],
-        "varying": [SINE, DWELL, [_digits(x, 4) for x in RandomDelay(
-            0.0, 1.0, 1.0, SEED)(np.arange(count))]],
+        "blocks": list(DELAY_BLOCKS.values()),
+        "kinds": KINDS,
+        "U": [[significant(x, 12) for x in row] for row in example.U],
+        "varying": [
+            SINE,
+            DWELL,
+            [
+                significant(x, 4)
+                for x in RandomDelay(0.0, 1.0, 1.0, SEED)(np.arange(count))
+            ],
+        ],
         "window": _window(designs.values(), max(deltas)),
-        "points": POINTS, "steps": steps,
+        "points": POINTS,
+        "steps": steps,
     }
     return DelayAtlas(title, sliders, designs, loop, place)
 
@@ -233,37 +255,13 @@ def delay_atlas(example, taus, ratios, deltas, alphas=None, *, horizon=None,
 def request_of(example, tau, ratio, delta, alpha=None):
     """The `DelayRequest` of a point of the grid."""
     return DelayRequest(
-        example.plant, example.U, tau, ratio * tau, delta,
-        example.alpha if alpha is None else alpha)
-
-
-def record(design):
-    """What the page stores of a design: rounded, and nothing like -0.
-
-    Returns
-    -------
-    0 if infeasible, 1 if undecided, else
-    [K row by row (4 digits), [block, smallest margin (2 digits)], [true
-    slowest rate, delay where it occurs (3 digits)], [for the shortest,
-    nominal and longest delay the rightmost roots with Im >= 0, as re,
-    im, re, im, … (3 digits)]]
-    """
-    if design.status != "feasible":
-        return 0 if design.status == "infeasible" else 1
-    tau, mu = design.request.tau, design.request.mu
-    worst = min(design.margins, key=design.margins.get)
-    return [
-        [_digits(x, 4) for x in design.K.ravel()],
-        [list(BLOCKS).index(worst), _digits(design.margins[worst], 2)],
-        [_digits(x, 3) for x in design.slowest_decay()],
-        [_upper(design.roots(d)) for d in (tau - mu, tau, tau + mu)],
-    ]
-
-
-def _upper(roots):
-    roots = roots[roots.imag >= 0]
-    pairs = np.stack([roots.real, roots.imag], axis=1)
-    return [_digits(x, 3) for x in pairs.ravel()]
+        example.plant,
+        example.U,
+        tau,
+        ratio * tau,
+        delta,
+        example.alpha if alpha is None else alpha,
+    )
 
 
 def _steps(plant, horizon):
@@ -280,12 +278,19 @@ def _steps(plant, horizon):
 
 def _window(records, delta):
     """[left, right, height] that holds the rightmost roots of them all."""
-    near = np.array([
-        pair for stored in records if not isinstance(stored, int)
-        for roots in stored[3]
-        for pair in np.reshape(roots, (-1, 2))[:3]
-    ]).reshape(-1, 2)
+    near = np.array(
+        [
+            pair
+            for stored in records
+            if not isinstance(stored, int)
+            for roots in stored[3]
+            for pair in np.reshape(roots, (-1, 2))[:3]
+        ]
+    ).reshape(-1, 2)
     left = min(near[:, 0].min(initial=-1.0), -2 * delta)
     height = near[:, 1].max(initial=1.0)
-    return [_digits(1.1 * left, 2), _digits(-0.15 * left, 2),
-            _digits(1.15 * height, 2)]
+    return [
+        significant(1.1 * left, 2),
+        significant(-0.15 * left, 2),
+        significant(1.15 * height, 2),
+    ]

@@ -5,40 +5,21 @@ margins of every point of a grid.  A slider snaps to a solved design; gains are
 never interpolated, and where there is none the page says "infeasible".
 """
 
-import html
-import json
-import os
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import product
 
 import numpy as np
-from tqdm.auto import tqdm
 
 from ...plants.second_order import SecondOrderSystem
-from ...requirements.hinf import HInfinity
-from ...requirements.input_bound import Saturation
-from ...requirements.pole_region import PoleRegion
-from ...requirements.shorthand import (
-    bounds,
-    collected,
-    contradictory,
-    moved,
-    parameter,
-)
-from ...requirements.stability import Stability
+from ...requirements.shorthand import bounds, collected, contradictory, moved, parameter
 from ...requirements.vocabulary import Parameter
+from ...runtime.progress import each
 from ...synthesis.pid import design_pid
 from ...synthesis.problem import Request
+from .page import PageElement, significant
+from .records import BLOCKS, record
 
-__all__ = ["BLOCKS", "Atlas", "Slider", "design_atlas"]
-
-# words for the blocks that every page knows; others join a page's own list
-BLOCKS = ("P > 0", *(
-    title for r in (*PoleRegion(1, 1, 2).parts, HInfinity(1),
-                    Saturation(1, [1]), Stability())
-    for title in r.titles.values()), "scale")
-
+__all__ = ["Atlas", "Slider", "design_atlas"]
 
 
 @dataclass(frozen=True)
@@ -62,7 +43,7 @@ class Slider:
 
     key: str
     values: tuple
-    which: Parameter = None
+    which: Parameter | None = None
 
     @property
     def parameter(self):
@@ -86,12 +67,16 @@ class Slider:
 
     def data(self):
         """What the page needs to know."""
-        return {"key": self.key, "label": self.label, "texts": self.texts,
-                "values": [_digits(v, 8) for v in self.values],
-                "looser": self.looser}
+        return {
+            "key": self.key,
+            "label": self.label,
+            "texts": self.texts,
+            "values": [significant(v, 8) for v in self.values],
+            "looser": self.looser,
+        }
 
 
-class Atlas:
+class Atlas(PageElement):
     """A page element with sliders over solved designs; put it last in a cell.
 
     Made by `design_atlas`.
@@ -99,7 +84,9 @@ class Atlas:
     Parameters
     ----------
     title : str
+        The heading of the element.
     sliders : sequence of Slider
+        What can be moved, and to which values.
     designs : dict
         From a tuple of indices, one a slider, to 0 (infeasible),
         1 (undecided) or what `record` returns.
@@ -110,6 +97,9 @@ class Atlas:
         Where the sliders stand at first; the middle if left out.
     """
 
+    tag, scripts = "sos-atlas", ("atlas.js",)
+    notice = "Sliders over solved designs. They need JavaScript"
+
     def __init__(self, title, sliders, designs, loop, start=None):
         self.title, self.sliders = title, tuple(sliders)
         self.designs, self.loop = dict(designs), dict(loop)
@@ -118,50 +108,50 @@ class Atlas:
         places = list(product(*map(range, sizes)))
         missing = [place for place in places if place not in self.designs]
         if missing:
-            raise ValueError(f"designs lacks {len(missing)} places of the "
-                             f"grid, the first is {missing[0]}")
+            raise ValueError(
+                f"designs lacks {len(missing)} places of the "
+                f"grid, the first is {missing[0]}"
+            )
         self.data = {
-            "title": title, "sliders": [s.data() for s in self.sliders],
-            "start": list(self.start), **self.loop,
-            "designs": [self.designs[place] for place in places]}
+            "title": title,
+            "sliders": [s.data() for s in self.sliders],
+            "start": list(self.start),
+            **self.loop,
+            "designs": [self.designs[place] for place in places],
+        }
 
     def __len__(self):
         return len(self.designs)
 
     def __repr__(self):
         held = sum(not isinstance(d, int) for d in self.designs.values())
-        return (f"Atlas: {len(self)} requests solved, {held} feasible, "
-                f"{len(self) - held} not")
-
-    def _repr_html_(self):
-        return self.html
-
-    @property
-    def html(self):
-        """The element: style, data and script inline, no other file."""
-        assets = files(__package__) / "assets"
-        style = " ".join((assets / "atlas.css").read_text("utf8").split())
-        script = (assets / "atlas.js").read_text("utf8").strip()
-        data = json.dumps(self.data, ensure_ascii=False,
-                          separators=(",", ":"), allow_nan=False)
-        data = data.replace("<", "\\u003c")
-        label = html.escape(self.title)
         return (
-            f'<sos-atlas role="group" aria-label="{label}">'
-            f"<style>{style}</style>"
-            "<noscript>Sliders over solved designs. They need JavaScript; "
-            "in JupyterLab, trust the notebook (View → Activate Command "
-            "Palette → Trust Notebook) and run the cell, or open the book "
-            "with python3 tasks.py lab.</noscript>"
-            f'<script type="application/json">{data}</script>'
-            f"</sos-atlas>\n<script>\n{script}\n</script>")
+            f"Atlas: {len(self)} requests solved, {held} feasible, "
+            f"{len(self) - held} not"
+        )
 
 
-def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
-                 theta=None, rho=None, u_max=None, K_A=None,
-                 coupling="pairs", r=None, horizon=None, start=None,
-                 title="Move the requirements", progress=True,
-                 requirements=(), slide=None):
+def design_atlas(
+    plant,
+    U=None,
+    gamma=None,
+    saturation=None,
+    *,
+    sigma=None,
+    theta=None,
+    rho=None,
+    u_max=None,
+    K_A=None,
+    coupling="pairs",
+    r=None,
+    horizon=None,
+    start=None,
+    title="Move the requirements",
+    progress=True,
+    requirements=(),
+    slide=None,
+    mu=None,
+):
     """Solve Procedure 2.1 on a grid of requirements and return its `Atlas`.
 
     Each of sigma, theta, rho, gamma and u_max is left out (not asked), a
@@ -173,8 +163,11 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
     U : (a, n) array_like, optional
+        The rows of U z are integrated; without it the law is PD.
     gamma : float or sequence, optional
+        Bound of the H-infinity norm from w to z.
     saturation : Saturation, optional
         Its x0 also serves the slider u_max, which overrides its u_max.
     sigma, theta, rho, u_max : float or sequence, optional
@@ -189,6 +182,7 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
         {"sigma": 0.7, …}: where the sliders stand at first; values of the
         grid.  A slider that isn't named stands in the middle.
     title : str
+        The heading of the element.
     progress : bool
         Show a progress bar, unless the environment variable
         TQDM_DISABLE is set.
@@ -196,10 +190,13 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
         More of what is asked: regions, a cost, one of your own.
     slide : dict, optional
         From the parameters of those to a number or a sequence, as for sigma.
+    mu : float, optional
+        As in `design_pid`.
 
     Returns
     -------
     Atlas
+        The element, with every design of the grid.
 
     Raises
     ------
@@ -211,72 +208,53 @@ def design_atlas(plant, U=None, gamma=None, saturation=None, *, sigma=None,
     -----
     Source: thesis, Procedure 2.1.
     """
-    asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma,
-             "u_max": u_max}
+    asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma, "u_max": u_max}
     asked |= slide or {}
-    held = collected(requirements=requirements) if saturation is None else (
-        collected(saturation=saturation, requirements=requirements))
-    moved(held, {key: parameter(key, held).start for key, values in
-                 asked.items() if values is not None})  # refuses
-    sliders = [Slider(key, tuple(sorted(map(float, values))),
-                      parameter(key, held))
-               for key, values in asked.items() if np.ndim(values) == 1]
+    held = (
+        collected(requirements=requirements)
+        if saturation is None
+        else (collected(saturation=saturation, requirements=requirements))
+    )
+    moved(
+        held,
+        {
+            key: parameter(key, held).start
+            for key, values in asked.items()
+            if values is not None
+        },
+    )  # refuses
+    sliders = [
+        Slider(key, tuple(sorted(map(float, values))), parameter(key, held))
+        for key, values in asked.items()
+        if np.ndim(values) == 1
+    ]
     if not sliders:
-        raise ValueError("nothing to slide: give a sequence for sigma, "
-                         "theta, rho, gamma or u_max")
-    fixed = {key: float(value) for key, value in asked.items()
-             if value is not None and np.ndim(value) == 0}
-    fixed |= {key: value for key, value in bounds(held).items()
-              if asked.get(key) is None}
+        raise ValueError(
+            "nothing to slide: give a sequence for sigma, theta, rho, gamma or u_max"
+        )
+    fixed = {
+        key: float(value)
+        for key, value in asked.items()
+        if value is not None and np.ndim(value) == 0
+    }
+    fixed |= {
+        key: value for key, value in bounds(held).items() if asked.get(key) is None
+    }
 
     def solve(values):
-        known = moved(held, fixed | values)
-        if contradictory(known):  # the region is empty
+        at = moved(held, fixed | values)
+        if contradictory(at):  # the region is empty
             return None
-        return design_pid(plant, U, K_A=K_A, coupling=coupling,
-                          requirements=known)
+        return design_pid(plant, U, K_A=K_A, coupling=coupling, requirements=at, mu=mu)
 
     blocks = list(BLOCKS)
     designs, spread = _solve_grid(sliders, solve, progress, blocks)
-    loop = _loop(plant, U, K_A, r, horizon or 8.0)
-    loop["fixed"] = {k: _digits(v, 8) for k, v in fixed.items()}
-    loop["also"] = [parameter(key, held).text(value)
-                    for key, value in fixed.items()]
+    loop = page_loop(plant, U, K_A, r, horizon or 8.0)
+    loop["fixed"] = {k: significant(v, 8) for k, v in fixed.items()}
+    loop["also"] = [parameter(key, held).text(value) for key, value in fixed.items()]
     loop["window"] = _window(sliders, fixed, spread)
     loop["blocks"] = blocks
-    return Atlas(title, sliders, designs, loop, _start(sliders, start))
-
-
-def record(design, blocks=None):
-    """What the page stores of a design: rounded, and nothing like -0.
-
-    Parameters
-    ----------
-    design : Design
-    blocks : list of str, optional
-        The page's words for blocks; new ones join it.
-
-    Returns
-    -------
-    0 if infeasible, 1 if undecided, else
-    [K row by row (5 digits), poles with Im >= 0 as re, im, re, im, …
-    (4 digits), [block, smallest margin (2 digits)], true H-infinity norm or
-    None, largest |u| from x0 or None (3 digits)]
-    """
-    if design.status != "feasible":
-        return 0 if design.status == "infeasible" else 1
-    poles = np.ravel(design.poles())
-    poles = poles[poles.imag >= 0]
-    pairs = np.stack([poles.real, poles.imag], axis=1)
-    worst = min(design.margins, key=design.margins.get)
-    request = design.request
-    return [
-        [_digits(x, 5) for x in design.K.ravel()],
-        [_digits(x, 4) for x in pairs.ravel()],
-        [_block(worst, request, blocks), _digits(design.margins[worst], 2)],
-        _digits(design.hinf(), 3) if request.plant.p else None,
-        None if request.saturation is None else
-        _digits(design.peak_input(), 3)]
+    return Atlas(title, sliders, designs, loop, start_place(sliders, start))
 
 
 def _solve_grid(sliders, solve, progress, blocks):
@@ -285,32 +263,32 @@ def _solve_grid(sliders, solve, progress, blocks):
     tops = [len(s.values) - 1 for s in sliders]
 
     def demand(place):
-        return tuple(at if s.looser < 0 else top - at
-                     for at, top, s in zip(place, tops, sliders))
+        return tuple(
+            at if s.looser < 0 else top - at for at, top, s in zip(place, tops, sliders)
+        )
 
     places.sort(key=lambda place: (sum(demand(place)), place))
-    # in notebooks tqdm doesn't read the variable itself
-    hidden = not progress or "TQDM_DISABLE" in os.environ
-    places = tqdm(places, unit="design", leave=False, disable=hidden)
-    found, reach = {}, 0.0
-    for place in places:
-        looser = [place[:k] + (place[k] + s.looser,) + place[k + 1:]
-                  for k, s in enumerate(sliders)]
-        if any(found.get(other) == 0 for other in looser):
-            found[place] = 0
+    designs, reach = {}, 0.0
+    for place in each(places, "design", progress):
+        looser = [
+            place[:k] + (place[k] + s.looser,) + place[k + 1 :]
+            for k, s in enumerate(sliders)
+        ]
+        if any(designs.get(easier) == 0 for easier in looser):
+            designs[place] = 0
             continue
         values = {s.key: s.values[at] for s, at in zip(sliders, place)}
         design = solve(values)
         if design is None:
-            found[place] = 0
+            designs[place] = 0
             continue
-        found[place] = record(design, blocks)
+        designs[place] = record(design, blocks)
         if design.status == "feasible":
             reach = max(reach, np.abs(design.poles()).max())
-    return found, reach
+    return designs, reach
 
 
-def _loop(plant, U, K_A, r, horizon):
+def page_loop(plant, U, K_A, r, horizon):
     """The plant in the numbers that the page's step response needs."""
     request = Request(plant, U, K_A=K_A)
     n, a = plant.n, request.order - 2 * plant.n
@@ -320,13 +298,17 @@ def _loop(plant, U, K_A, r, horizon):
     vertices = []
     for d in request.vertices:
         A, B, _ = d.state_space()
-        s = np.concatenate([np.zeros(2 * n), -d.A[2 * n:, :n] @ r])
+        s = np.concatenate([np.zeros(2 * n), -d.A[2 * n :, :n] @ r])
         vertices.append({"A": _table(A), "B": _table(B), "s": _row(s)})
     many = "" if isinstance(plant, SecondOrderSystem) else ", every vertex"
     goal = ", ".join(f"{x:.4g}" for x in r)
-    return {"shape": [n, plant.m, a], "vertices": vertices, "r": _row(r),
-            "horizon": _digits(horizon, 8), "caption":
-            f"Step response from rest to the set point ({goal}){many}."}
+    return {
+        "shape": [n, plant.m, a],
+        "vertices": vertices,
+        "r": _row(r),
+        "horizon": significant(horizon, 8),
+        "caption": f"Step response from rest to the set point ({goal}){many}.",
+    }
 
 
 def _window(sliders, fixed, reach):
@@ -334,11 +316,10 @@ def _window(sliders, fixed, reach):
     values = {s.key: s.values for s in sliders}
     rho = max(values.get("rho", ()), default=fixed.get("rho"))
     far = rho if rho is not None else 1.1 * (reach or 1.0)
-    return [_digits(-1.06 * far, 3), _digits(0.2 * far, 3),
-            _digits(far, 3)]
+    return [significant(-1.06 * far, 3), significant(0.2 * far, 3), significant(far, 3)]
 
 
-def _start(sliders, start):
+def start_place(sliders, start):
     start = dict(start or {})
     place = []
     for slider in sliders:
@@ -348,31 +329,17 @@ def _start(sliders, start):
             continue
         near = int(np.argmin(np.abs(np.array(slider.values) - wanted)))
         if not np.isclose(slider.values[near], wanted):
-            raise ValueError(f"start: {slider.key} = {wanted} is not a value "
-                             "of its slider")
+            raise ValueError(
+                f"start: {slider.key} = {wanted} is not a value of its slider"
+            )
         place.append(near)
     if start:
         raise ValueError(f"start names no slider: {sorted(start)}")
     return tuple(place)
 
 
-def _block(name, request, blocks=None):
-    """Index of a block's words in the page's list; new ones join it."""
-    blocks = list(BLOCKS) if blocks is None else blocks
-    owners = [r for r in request.demands if r.key == name.requirement]
-    title = owners[0].titles.get(name.block, str(name)) if owners else BLOCKS[0]
-    if title not in blocks:
-        blocks.append(title)
-    return blocks.index(title)
-
-
-def _digits(value, count):
-    """A float with so many significant digits, and no -0."""
-    return float(f"{float(value):.{count}g}") + 0.0
-
-
 def _row(values):
-    return [_digits(x, 12) for x in values]
+    return [significant(x, 12) for x in values]
 
 
 def _table(matrix):

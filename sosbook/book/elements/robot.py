@@ -5,10 +5,6 @@ runs the loop itself: the nonlinear pendulum, its sensors, and what
 `Controller` does at every tick. Gains are never interpolated.
 """
 
-import html
-import json
-from importlib.resources import files
-
 import numpy as np
 
 from ...pendulum.firmware import Firmware
@@ -17,6 +13,7 @@ from ...pendulum.model import Mip
 from ...pendulum.rig import COUNTS, GYRO_STEP, Rig
 from ...pendulum.spread import vertices
 from ...plants.checks import positive
+from .page import PageElement
 
 __all__ = ["Animation", "animation"]
 
@@ -25,13 +22,15 @@ UNWIND = 0.5  # s; as `SampledLaw.of_gain` has it
 GRAVITY = 9.8  # m/s^2, of `Mip.from_ratios`
 SEED = 2023
 #: Sliders: label, unit, largest value, step; at rest on the smallest.
-SLIDERS = {"tilt": ("Initial tilt", "°", 40, 1),
-           "delay": ("Delay of the voltage", " ms", 30, 2.5),
-           "noise": ("Gyro noise", " × nominal", 5, 0.5)}
+SLIDERS = {
+    "tilt": ("Initial tilt", "°", 40, 1),
+    "delay": ("Delay of the voltage", " ms", 30, 2.5),
+    "noise": ("Gyro noise", " × nominal", 5, 0.5),
+}
 START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
 
 
-class Animation:
+class Animation(PageElement):
     """A page element that runs the robot; put it last in a cell.
 
     Made by `animation`.
@@ -39,46 +38,28 @@ class Animation:
     Parameters
     ----------
     title : str
+        The heading of the element.
     data : dict
         What the page needs, as JSON has it.
     """
+
+    tag, sheets, scripts = "sos-robot", ("robot.css",), ("robot.js",)
+    notice = "A simulation of the robot. It needs JavaScript"
 
     def __init__(self, title, data):
         self.title, self.data = title, {"title": title, **data}
 
     def __repr__(self):
         gains = sum(len(law["R"]) for law in self.data["laws"])
-        return (f"Animation: {gains} gains of {len(self.data['laws'])} laws "
-                f"on {len(self.data['robots'])} robots")
-
-    def _repr_html_(self):
-        return self.html
-
-    @property
-    def html(self):
-        """The element: style, data and script inline, no other file."""
-        assets = files(__package__) / "assets"
-        sheets = [(assets / name).read_text("utf8")
-                  for name in ("atlas.css", "robot.css")]
-        style = " ".join(" ".join(sheets).split()).replace(
-            "sos-atlas", "sos-robot")
-        script = (assets / "robot.js").read_text("utf8").strip()
-        data = json.dumps(self.data, ensure_ascii=False,
-                          separators=(",", ":"), allow_nan=False)
-        data = data.replace("<", "\\u003c")
         return (
-            f'<sos-robot role="group" aria-label="{html.escape(self.title)}">'
-            f"<style>{style}</style>"
-            "<noscript>A simulation of the robot. It needs JavaScript; in "
-            "JupyterLab, trust the notebook (View → Activate Command "
-            "Palette → Trust Notebook) and run the cell, or open the book "
-            "with python3 tasks.py lab.</noscript>"
-            f'<script type="application/json">{data}</script>'
-            f"</sos-robot>\n<script>\n{script}\n</script>")
+            f"Animation: {gains} gains of {len(self.data['laws'])} laws "
+            f"on {len(self.data['robots'])} robots"
+        )
 
 
-def animation(laws, robots=None, *, T=0.01, start=None,
-              title="The robot, simulated in this page"):
+def animation(
+    laws, robots=None, *, T=0.01, start=None, title="The robot, simulated in this page"
+):
     """The robot under sampled gains, with sliders, in the page.
 
     The page integrates `Mip.acceleration` by Runge and Kutta's method and
@@ -104,10 +85,12 @@ def animation(laws, robots=None, *, T=0.01, start=None,
         tilt in degrees, the delay in ms, the noise relative to the
         gyro's 0.1 deg/s. Without it the first law, robot and R.
     title : str
+        The heading of the element.
 
     Returns
     -------
     Animation
+        The element, with all gains and pendulums.
 
     Raises
     ------
@@ -136,28 +119,33 @@ def animation(laws, robots=None, *, T=0.01, start=None,
     T = positive("T", T)
     if robots is None:
         robots = {"printed": Mip.printed()} | {
-            f"vertex {k}": v
-            for k, v in enumerate(vertices(Mip.printed()), 1)}
+            f"vertex {k}": v for k, v in enumerate(vertices(Mip.printed()), 1)
+        }
     data = {
-        "laws": [_law(name, gains, T)
-                 for name, gains in _named("laws", laws).items()],
-        "robots": [_robot(name, mip)
-                   for name, mip in _named("robots", robots).items()],
+        "laws": [_law(name, gains, T) for name, gains in _named("laws", laws).items()],
+        "robots": [_robot(name, mip) for name, mip in _named("robots", robots).items()],
         "sliders": [
-            {"key": key, "label": label, "unit": unit, "max": top,
-             "step": step}
-            for key, (label, unit, top, step) in SLIDERS.items()],
-        "T": T, "fine": FINE, "unwind": UNWIND, "seed": SEED,
-        "limit": Firmware.limit, "tip": Firmware.tip,
+            {"key": key, "label": label, "unit": unit, "max": top, "step": step}
+            for key, (label, unit, top, step) in SLIDERS.items()
+        ],
+        "T": T,
+        "fine": FINE,
+        "unwind": UNWIND,
+        "seed": SEED,
+        "limit": Firmware.limit,
+        "tip": Firmware.tip,
         "sigma": float(Rig.noise),
-        "gyro": float(GYRO_STEP), "count": 2 * np.pi / COUNTS}
+        "gyro": float(GYRO_STEP),
+        "count": 2 * np.pi / COUNTS,
+    }
     return Animation(title, data | {"start": _start(data, start)})
 
 
 def _named(argument, given):
     if not isinstance(given, dict) or not given:
-        raise ValueError(f"{argument} must be a dict with a name or more, "
-                         f"got {given!r}")
+        raise ValueError(
+            f"{argument} must be a dict with a name or more, got {given!r}"
+        )
     return given
 
 
@@ -189,14 +177,17 @@ def _start(data, start):
     laws, robots = ([x["name"] for x in data[k]] for k in ("laws", "robots"))
     law = _index("law", asked.pop("law", laws[0]), laws)
     values = data["laws"][law]["R"]
-    place = {"law": law,
-             "R": _index("R", asked.pop("R", values[0]), values),
-             "robot": _index("robot", asked.pop("robot", robots[0]), robots)}
+    place = {
+        "law": law,
+        "R": _index("R", asked.pop("R", values[0]), values),
+        "robot": _index("robot", asked.pop("robot", robots[0]), robots),
+    }
     for key, (_, _, top, step) in SLIDERS.items():
         value = float(asked.pop(key))
         if not (0 <= value <= top and np.isclose(value % step, 0)):
-            raise ValueError(f"start: {key} = {value:g} must be a multiple "
-                             f"of {step} from 0 to {top}")
+            raise ValueError(
+                f"start: {key} = {value:g} must be a multiple of {step} from 0 to {top}"
+            )
         place[key] = value
     if asked:
         raise ValueError(f"start names no control: {sorted(asked)}")
@@ -205,6 +196,5 @@ def _start(data, start):
 
 def _index(key, value, values):
     if value not in values:
-        raise ValueError(f"start: {key} must be one of {values}, "
-                         f"got {value!r}")
+        raise ValueError(f"start: {key} must be one of {values}, got {value!r}")
     return values.index(value)

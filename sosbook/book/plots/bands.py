@@ -20,6 +20,7 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     t : (k,) array_like
         Times, in seconds.
     signals : (plants, k) array_like
@@ -29,12 +30,14 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     middle : int, optional
         Row that is drawn as a line inside the band.
     colour : str
+        The colour of the line and of the band.
     points : int
         About how many times are drawn.
 
     Returns
     -------
     matplotlib Axes
+        The same axes.
 
     Raises
     ------
@@ -59,11 +62,13 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     step = max(1, len(t) // points)
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     low, high = signals.min(axis=0)[keep], signals.max(axis=0)[keep]
-    ax.fill_between(t[keep], low, high, color=colour, alpha=0.3,
-                    linewidth=0.6, label=name)
+    ax.fill_between(
+        t[keep], low, high, color=colour, alpha=0.3, linewidth=0.6, label=name
+    )
     if middle is not None:
-        ax.plot(t[keep], signals[middle][keep], color=colour, linestyle="-",
-                linewidth=1.1)
+        ax.plot(
+            t[keep], signals[middle][keep], color=colour, linestyle="-", linewidth=1.1
+        )
     ax.margins(x=0)
     return ax
 
@@ -100,18 +105,19 @@ def branches(poles):
     return rows
 
 
-def pole_cloud(ax, poles, values, region=None, window=None, name="value",
-               start=0):
+def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=0):
     """Poles over a range of a parameter, over the shaded D-region.
 
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     poles : (count, N) array_like of complex
         A row for each value of the parameter, in rad/s.
     values : (count,) array_like
         The parameter, in increasing order.
     region : PoleRegion or LMIRegion, optional
+        What was asked of the poles; drawn beneath them.
     window : (left, right, height), optional
         The part of the plane shown; chosen to fit if left out.
     name : str
@@ -122,6 +128,7 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value",
     Returns
     -------
     matplotlib Axes
+        The same axes.
 
     Raises
     ------
@@ -151,20 +158,41 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value",
     ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
     colour = COLOURS[start % 6]
     for branch in rows.T:
-        ax.plot(branch.real, branch.imag, color=colour, linestyle="-",
-                linewidth=2, alpha=0.6, zorder=2.5)
+        ax.plot(
+            branch.real,
+            branch.imag,
+            color=colour,
+            linestyle="-",
+            linewidth=2,
+            alpha=0.6,
+            zorder=2.5,
+        )
     ends = ((0, "o", "none", colour), (-1, "x", VERMILLION, VERMILLION))
     for k, marker, face, edge in ends:
-        ax.plot(rows[k].real, rows[k].imag, linestyle="none", marker=marker,
-                markerfacecolor=face, markeredgecolor=edge, markersize=5.5,
-                markeredgewidth=1.3, zorder=3,
-                label=f"{name} = {values[k]:g}")
+        ax.plot(
+            rows[k].real,
+            rows[k].imag,
+            linestyle="none",
+            marker=marker,
+            markerfacecolor=face,
+            markeredgecolor=edge,
+            markersize=5.5,
+            markeredgewidth=1.3,
+            zorder=3,
+            label=f"{name} = {values[k]:g}",
+        )
     ax.set_xlim(left, right)
     ax.set_ylim(-height, height)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel("Re s (1/s)")
     ax.set_ylabel("Im s (rad/s)")
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2,
-              ncols=3, handlelength=1.2, columnspacing=0.9,
-              handletextpad=0.4)
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0, 1.0),
+        borderaxespad=0.2,
+        ncols=3,
+        handlelength=1.2,
+        columnspacing=0.9,
+        handletextpad=0.4,
+    )
     return ax

@@ -14,11 +14,7 @@ from .style import (
     legend_above,
 )
 
-__all__ = [
-    "decay_curve",
-    "delay_signal",
-    "root_map",
-]
+__all__ = ["decay_curve", "delay_signal", "root_map"]
 
 
 def root_map(ax, roots, delta=None, label=None, colour=None):
@@ -27,6 +23,7 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     roots : array of complex
         In rad/s, such as `characteristic_roots` returns.
     delta : float, optional
@@ -41,6 +38,7 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     Returns
     -------
     matplotlib Axes
+        The same axes.
 
     Examples
     --------
@@ -58,13 +56,28 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
         ax.set_xlabel("Re s (1/s)")
         ax.set_ylabel("Im s (rad/s)")
     colour, marker = colour or COLOURS[drawn % 6], MARKERS[drawn % 6]
-    face = {"c": colour} if marker in "x+" else {
-        "facecolors": "none", "edgecolors": colour}
-    ax.scatter(roots.real, roots.imag, s=26, marker=marker, linewidths=1.4,
-               label=label, zorder=3, **face)
+    face = (
+        {"c": colour}
+        if marker in "x+"
+        else {"facecolors": "none", "edgecolors": colour}
+    )
+    ax.scatter(
+        roots.real,
+        roots.imag,
+        s=26,
+        marker=marker,
+        linewidths=1.4,
+        label=label,
+        zorder=3,
+        **face,
+    )
     if delta is not None:
-        ax.axvline(-delta, color=VERMILLION, linestyle=(0, (1, 1)),
-                   label=f"Re s = {0 - delta:g}")
+        ax.axvline(
+            -delta,
+            color=VERMILLION,
+            linestyle=(0, (1, 1)),
+            label=f"Re s = {0 - delta:g}",
+        )
     legend_above(ax, 4)
     return ax
 
@@ -75,7 +88,9 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     A, A_d : (N, N) array_like
+        The matrices of x'(t) = A x(t) + A_d x(t - d).
     delays : (k,) array_like
         Increasing, in seconds, 0 or more.
     interval : (low, high), optional
@@ -89,6 +104,7 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     Returns
     -------
     matplotlib Axes
+        The same axes.
 
     Examples
     --------
@@ -102,17 +118,25 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     drawn = sum(line.get_gid() == "curve" for line in ax.lines)
     values = [spectral_abscissa(A, A_d, h) for h in delays]
     if interval is not None:
-        ax.axvspan(*interval, color=ORANGE, alpha=0.15, linewidth=0,
-                   label="interval of delays")
+        ax.axvspan(
+            *interval, color=ORANGE, alpha=0.15, linewidth=0, label="interval of delays"
+        )
     if not drawn:
         ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-")
         ax.set_xlabel("constant delay h (s)")
         ax.set_ylabel("rightmost Re s (1/s)")
     if delta is not None:
-        ax.axhline(-delta, color=VERMILLION, linestyle=(0, (1, 1)),
-                   label=f"−δ = {0 - delta:g}")
-    ax.plot(delays, values, color=COLOURS[drawn % 6],
-            linestyle=DASHES[drawn % 6], label=label, gid="curve")
+        ax.axhline(
+            -delta, color=VERMILLION, linestyle=(0, (1, 1)), label=f"−δ = {0 - delta:g}"
+        )
+    ax.plot(
+        delays,
+        values,
+        color=COLOURS[drawn % 6],
+        linestyle=DASHES[drawn % 6],
+        label=label,
+        gid="curve",
+    )
     ax.margins(x=0)
     legend_above(ax, 4)
     return ax
@@ -124,6 +148,7 @@ def delay_signal(ax, delay, t_end):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     delay : delay signal
         Such as `SawtoothDelay`.
     t_end : float
@@ -132,6 +157,7 @@ def delay_signal(ax, delay, t_end):
     Returns
     -------
     matplotlib Axes
+        The same axes.
 
     Examples
     --------

@@ -4,10 +4,7 @@ import numpy as np
 
 from .style import BLUE, INK, SKY, VERMILLION, legend_above, subscript
 
-__all__ = [
-    "ellipse_outline",
-    "ellipsoid",
-]
+__all__ = ["ellipse_outline", "ellipsoid"]
 
 
 def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
@@ -16,7 +13,9 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     P : (order, order) array
+        The matrix of the ellipsoid x' P⁻¹ x <= 1.
     plane : (int, int)
         The two coordinates of x.
     x0 : array, optional
@@ -24,18 +23,25 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
     x : (T, order) array, optional
         A trajectory to draw.
     names : (str, str), optional
+        What stands at the axes.
     """
     i, j = plane
     outline = ellipse_outline(P, plane)
-    ax.fill(*outline, facecolor=SKY, alpha=0.25, edgecolor=BLUE, linewidth=1,
-            label="x' P⁻¹ x ≤ 1")
+    ax.fill(
+        *outline,
+        facecolor=SKY,
+        alpha=0.25,
+        edgecolor=BLUE,
+        linewidth=1,
+        label="x' P⁻¹ x ≤ 1",
+    )
     if x is not None:
         x = np.asarray(x)
-        ax.plot(x[:, i], x[:, j], color=INK, linestyle="-", linewidth=1.1,
-                label="x(t)")
+        ax.plot(x[:, i], x[:, j], color=INK, linestyle="-", linewidth=1.1, label="x(t)")
     if x0 is not None:
-        ax.plot(x0[i], x0[j], marker="o", linestyle="none", color=VERMILLION,
-                label="x(0)")
+        ax.plot(
+            x0[i], x0[j], marker="o", linestyle="none", color=VERMILLION, label="x(0)"
+        )
     ax.set_xlabel((names or (f"x{subscript(i + 1)}",) * 2)[0])
     ax.set_ylabel((names or ("", f"x{subscript(j + 1)}"))[1])
     legend_above(ax, 3)
@@ -43,7 +49,9 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
 
 
 def ellipse_outline(P, plane=(0, 1), corners=120):
-    """Outline (2, corners) of the shadow of x' P⁻¹ x <= 1 on two coordinates.
+    """Outline (2, corners) of the shadow of x' P⁻¹ x <= 1 on a ``plane``.
+
+    That is a pair of coordinates.
 
     Examples
     --------

@@ -6,10 +6,7 @@ import numpy as np
 
 from .style import BLUE, VERMILLION
 
-__all__ = [
-    "margins",
-    "smallest_of_each",
-]
+__all__ = ["margins", "smallest_of_each"]
 
 
 def margins(ax, margins, labels=None):
@@ -21,6 +18,7 @@ def margins(ax, margins, labels=None):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     margins : dict
         {"half-plane": 0.12, …}: smallest eigenvalue of each block, scaled.
         Of the blocks of a polytope, "half-plane 1", "half-plane 1,2", …,
@@ -28,24 +26,42 @@ def margins(ax, margins, labels=None):
     labels : dict, optional
         Other words for the keys.
     """
-    names = {"P": "P > 0", "half-plane": "half-plane σ", "sector": "sector θ",
-             "disk": "disk ρ", "hinf": "H∞ bound γ", "x0": "x(0) in ellipsoid",
-             "u_max": "‖u‖ ≤ u_max"} | dict(labels or {})
+    names = {
+        "P": "P > 0",
+        "half-plane": "half-plane σ",
+        "sector": "sector θ",
+        "disk": "disk ρ",
+        "hinf": "H∞ bound γ",
+        "x0": "x(0) in ellipsoid",
+        "u_max": "‖u‖ ≤ u_max",
+    } | dict(labels or {})
     margins = smallest_of_each(margins)
     keys = list(margins)
     sizes = np.array([abs(float(margins[key])) for key in keys])
     held = [float(margins[key]) > 0 for key in keys]
-    floor = 10.0 ** np.floor(np.log10(max(np.min(
-        sizes, where=sizes > 0, initial=1.0), 1e-16)) - 0.5)
+    floor = 10.0 ** np.floor(
+        np.log10(max(np.min(sizes, where=sizes > 0, initial=1.0), 1e-16)) - 0.5
+    )
     top = max(floor, np.max(sizes, initial=0.0)) * 30
     places = np.arange(len(keys))[::-1]
     for place, size, good in zip(places, np.maximum(sizes, floor), held):
-        ax.barh(place, size - floor, left=floor, height=0.62,
-                color=BLUE if good else "white", linewidth=1,
-                edgecolor=BLUE if good else VERMILLION,
-                hatch=None if good else "////")
-        ax.text(size * 1.15, place, f"{size:.1e}" if good else
-                f"violated by {size:.1e}", va="center", fontsize=8)
+        ax.barh(
+            place,
+            size - floor,
+            left=floor,
+            height=0.62,
+            color=BLUE if good else "white",
+            linewidth=1,
+            edgecolor=BLUE if good else VERMILLION,
+            hatch=None if good else "////",
+        )
+        ax.text(
+            size * 1.15,
+            place,
+            f"{size:.1e}" if good else f"violated by {size:.1e}",
+            va="center",
+            fontsize=8,
+        )
     ax.set_xscale("log")
     ax.set_xlim(floor, top)
     ax.set_yticks(places, [names.get(key, key) for key in keys])
@@ -55,7 +71,7 @@ def margins(ax, margins, labels=None):
 
 
 def smallest_of_each(margins):
-    """The smallest margin of each requirement over vertices and pairs.
+    """The smallest of the margins of each requirement, over vertices and pairs.
 
     Examples
     --------

@@ -1,18 +1,17 @@
 """A matplotlib figure as accessible inline SVG."""
 
-import html
 import io
 import re
 from itertools import count
 
-import matplotlib.pyplot as plt
-
+from ...display.escape import page_text
+from ...runtime.libraries import library
 from .style import STYLE
 
-__all__ = [
-    "Figure",
-    "show",
-]
+plt = library("matplotlib.pyplot")
+
+
+__all__ = ["Figure", "show"]
 
 
 class Figure:
@@ -25,9 +24,11 @@ class Figure:
 
     def __init__(self, svg, alt, caption=""):
         self.svg, self.alt, self.caption = svg, alt, caption
-        below = f"<figcaption>{html.escape(caption, quote=False)}</figcaption>"
-        self.html = ('<figure class="sos-figure" style="margin:0.5em 0">'
-                     f"{svg}{below if caption else ''}</figure>")
+        below = f"<figcaption>{page_text(caption, quote=False)}</figcaption>"
+        self.html = (
+            '<figure class="sos-figure" style="margin:0.5em 0">'
+            f"{svg}{below if caption else ''}</figure>"
+        )
 
     def _repr_html_(self):
         return self.html
@@ -65,45 +66,63 @@ def show(figure, alt=None, caption=""):
     Figure: Empty axes
     """
     if not isinstance(alt, str) or not alt.strip():
-        raise ValueError("alt is missing: say in a sentence what the figure "
-                         "shows, show(figure, alt='...')")
+        raise ValueError(
+            "alt is missing: say in a sentence what the figure "
+            "shows, show(figure, alt='...')"
+        )
     buffer = io.StringIO()
-    with plt.rc_context({key: STYLE[key] for key in
-                         ("svg.fonttype", "svg.hashsalt")}):
-        figure.savefig(buffer, format="svg", metadata={
-            "Date": None, "Creator": None, "Format": None, "Type": None})
+    with plt.rc_context({key: STYLE[key] for key in ("svg.fonttype", "svg.hashsalt")}):
+        figure.savefig(
+            buffer,
+            format="svg",
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
     plt.close(figure)
-    return Figure(_inline(buffer.getvalue(), alt.strip(), caption),
-                  alt.strip(), caption)
+    return Figure(
+        _inline(buffer.getvalue(), alt.strip(), caption), alt.strip(), caption
+    )
 
 
 def _inline(text, alt, caption):
     """Matplotlib's SVG file made small, responsive and safe to put in a page."""
-    width, height = map(float, re.search(
-        r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text).groups())
-    body = text[text.index(">", text.index("<svg")) + 1:]
+    width, height = map(
+        float, re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text).groups()
+    )
+    body = text[text.index(">", text.index("<svg")) + 1 :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.S)
     body = re.sub(r"<!--.*?-->", "", body, flags=re.S)
     # This rule would reach the whole page; the root's attributes do instead.
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
-    body = re.sub(r'(<path[^>]*? d=")([^"]*)"',
-                  lambda found: found[1] + _short(found[2]) + '"', body,
-                  flags=re.S)
-    body = re.sub(r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
-                  lambda found: f'{found[1]}{_number(float(found[2]))}"', body)
-    body = re.sub(r"translate\(([^)]*)\)", lambda found: (
-        f"translate({_short(found[1])})"), body)
-    body = re.sub(r'style="([^"]*)"', lambda found: (
-        'style="' + re.sub(r"([:;]) ", r"\1", found[1]) + '"'), body)
+    body = re.sub(
+        r'(<path[^>]*? d=")([^"]*)"',
+        lambda found: found[1] + _short(found[2]) + '"',
+        body,
+        flags=re.S,
+    )
+    body = re.sub(
+        r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
+        lambda found: f'{found[1]}{_number(float(found[2]))}"',
+        body,
+    )
+    body = re.sub(
+        r"translate\(([^)]*)\)", lambda found: f"translate({_short(found[1])})", body
+    )
+    body = re.sub(
+        r'style="([^"]*)"',
+        lambda found: 'style="' + re.sub(r"([:;]) ", r"\1", found[1]) + '"',
+        body,
+    )
     body = _rename(body, _stem(alt + caption))
     body = re.sub(r"\n\s*", "\n", body).replace(">\n<", "><").strip()
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" '
-            f'xmlns:xlink="http://www.w3.org/1999/xlink" '
-            'stroke-linejoin="round" stroke-linecap="butt" '
-            f'role="img" aria-label="{html.escape(alt)}" '
-            f'viewBox="0 0 {_number(width)} {_number(height)}" '
-            f'style="display:block;width:100%;max-width:{width * 4 / 3:.0f}px;'
-            f'height:auto;background:#fff;border-radius:6px">{body}')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" '
+        f'xmlns:xlink="http://www.w3.org/1999/xlink" '
+        'stroke-linejoin="round" stroke-linecap="butt" '
+        f'role="img" aria-label="{page_text(alt)}" '
+        f'viewBox="0 0 {_number(width)} {_number(height)}" '
+        f'style="display:block;width:100%;max-width:{width * 4 / 3:.0f}px;'
+        f'height:auto;background:#fff;border-radius:6px">{body}'
+    )
 
 
 def _number(value, digits=2):
@@ -114,8 +133,7 @@ def _number(value, digits=2):
 
 def _short(path):
     """Path data with two decimals: a hundredth of a point can't be seen."""
-    path = re.sub(r"-?\d+\.\d+(e-?\d+)?",
-                  lambda found: _number(float(found[0])), path)
+    path = re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda found: _number(float(found[0])), path)
     path = re.sub(r"\s+", " ", path).strip()
     return re.sub(r" ?([A-Za-z]) ?", r"\1", path)
 
@@ -136,7 +154,13 @@ def _rename(body, stem):
     for name in re.findall(r'\sid="([^"]+)"', body):
         if name in used and name not in names:
             names[name] = f"{stem}-{next(numbers)}"
-    body = re.sub(r'\sid="([^"]+)"', lambda found: (
-        f' id="{names[found[1]]}"' if found[1] in names else ""), body)
-    return re.sub(r'(href="#|url\(#)([^")]+)', lambda found: (
-        found[1] + names.get(found[2], found[2])), body)
+    body = re.sub(
+        r'\sid="([^"]+)"',
+        lambda found: f' id="{names[found[1]]}"' if found[1] in names else "",
+        body,
+    )
+    return re.sub(
+        r'(href="#|url\(#)([^")]+)',
+        lambda found: found[1] + names.get(found[2], found[2]),
+        body,
+    )

@@ -1,9 +1,12 @@
 """What robots did: tilt, wheels and voltage over time."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 
+from ...runtime.libraries import library
 from .style import COLOURS, DASHES, GREY, VERMILLION, legend_above
+
+plt = library("matplotlib.pyplot")
+
 
 __all__ = ["robot_run"]
 
@@ -12,8 +15,7 @@ PANELS = {
     "phi": ("wheels φ (rad)", lambda run: run.x[1]),
     "rate": ("wheels φ′ (rad/s)", lambda run: run.x[3]),
     "V": ("voltage V (V)", lambda run: run.V),
-    "error": ("error of θ (degrees)",
-              lambda run: np.degrees(run.estimate - run.x[0])),
+    "error": ("error of θ (degrees)", lambda run: np.degrees(run.estimate - run.x[0])),
 }
 
 
@@ -23,6 +25,7 @@ def robot_run(run, names=None, panels=("theta", "V"), figsize=None):
     Parameters
     ----------
     run : sosbook.pendulum.simulator.Run
+        The simulated run.
     names : sequence of str, optional
         Of the robots, for the legend; numbers without it, and no
         legend for a single robot.
@@ -35,6 +38,7 @@ def robot_run(run, names=None, panels=("theta", "V"), figsize=None):
     Returns
     -------
     matplotlib.figure.Figure
+        The figure.
 
     Raises
     ------
@@ -60,23 +64,32 @@ def robot_run(run, names=None, panels=("theta", "V"), figsize=None):
     panels = tuple(panels)
     for panel in panels:
         if panel not in PANELS:
-            raise ValueError(
-                f"panels has {panel!r}; choose from {', '.join(PANELS)}")
+            raise ValueError(f"panels has {panel!r}; choose from {', '.join(PANELS)}")
     figure, axes = plt.subplots(
-        1, len(panels), squeeze=False, sharex=True,
-        figsize=figsize or ((4.6, 2.5) if len(panels) == 1 else (6.8, 2.5)))
+        1,
+        len(panels),
+        squeeze=False,
+        sharex=True,
+        figsize=figsize or ((4.6, 2.5) if len(panels) == 1 else (6.8, 2.5)),
+    )
     for ax, panel in zip(axes.flat, panels):
         label, values = PANELS[panel]
         volts = panel == "V"
         ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-")
         for k, row in enumerate(values(run)):
-            ax.plot(run.t, row, color=COLOURS[k % 6],
-                    linestyle=DASHES[k % 6], label=names[k],
-                    drawstyle="steps-post" if volts else "default")
+            ax.plot(
+                run.t,
+                row,
+                color=COLOURS[k % 6],
+                linestyle=DASHES[k % 6],
+                label=names[k],
+                drawstyle="steps-post" if volts else "default",
+            )
         if volts:
             for limit in (-run.limit, run.limit):
-                ax.axhline(limit, color=VERMILLION, linewidth=1.2,
-                           linestyle=(0, (1, 1)))
+                ax.axhline(
+                    limit, color=VERMILLION, linewidth=1.2, linestyle=(0, (1, 1))
+                )
         ax.margins(x=0)
         ax.set_ylabel(label)
         ax.set_xlabel("time t (s)")

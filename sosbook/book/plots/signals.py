@@ -1,19 +1,19 @@
 """Responses of a loop."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 
+from ...runtime.libraries import library
 from .style import COLOURS, DASHES, GREY, ORANGE, VERMILLION, legend_above, subscript
 
-__all__ = [
-    "input_limit",
-    "response",
-    "signal",
-]
+plt = library("matplotlib.pyplot")
 
 
-def response(response, u_max=None, disturbance=None, panels=None,
-             names=None, figsize=None):
+__all__ = ["input_limit", "response", "signal"]
+
+
+def response(
+    response, u_max=None, disturbance=None, panels=None, names=None, figsize=None
+):
     """Time histories of a simulated loop, one panel a quantity.
 
     Parameters
@@ -28,29 +28,45 @@ def response(response, u_max=None, disturbance=None, panels=None,
         All four if left out; z, z' and e in their plant's units.
     names : dict, optional
         Axis labels in place of the standard ones, {"z": "z (rad)"}.
+    figsize : (float, float), optional
+        Width and height in inches.
 
     Returns
     -------
     matplotlib.figure.Figure
+        The figure.
     """
-    labels = {"z": "position z", "dz": "velocity z′ (1/s)",
-              "e": "error e = z − r", "u": "input u"} | dict(names or {})
+    labels = {
+        "z": "position z",
+        "dz": "velocity z′ (1/s)",
+        "e": "error e = z − r",
+        "u": "input u",
+    } | dict(names or {})
     panels = tuple(panels or ("z", "dz", "e", "u"))
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
     figure, axes = plt.subplots(
-        rows, columns, squeeze=False, sharex=True,
-        figsize=figsize or (6.8 if columns == 2 else 4.6, 0.4 + 2.1 * rows))
+        rows,
+        columns,
+        squeeze=False,
+        sharex=True,
+        figsize=figsize or (6.8 if columns == 2 else 4.6, 0.4 + 2.1 * rows),
+    )
     for ax, key in zip(axes.flat, panels):
-        signal(ax, response.t, getattr(response, key),
-               name="z′" if key == "dz" else key, disturbance=disturbance)
+        signal(
+            ax,
+            response.t,
+            getattr(response, key),
+            name="z′" if key == "dz" else key,
+            disturbance=disturbance,
+        )
         if ax is not axes[0, 0] and disturbance is not None:
-            ax.patches[0].set_label("_")           # named once is enough
+            ax.patches[0].set_label("_")  # named once is enough
         if key == "u" and u_max is not None:
             input_limit(ax, response.t, response.u, u_max)
         ax.set_ylabel(labels[key])
         legend_above(ax, 5)
-    for ax in axes.flat[len(panels):]:
+    for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
         ax.set_xlabel("time t (s)")
@@ -58,30 +74,46 @@ def response(response, u_max=None, disturbance=None, panels=None,
 
 
 def signal(ax, t, values, name="z", disturbance=None, points=400):
-    """Rows of a signal over time; `disturbance` shades a window of it."""
+    """Draw the rows of the values of a signal over t on the axes ax.
+
+    The ``name`` stands at the axis; ``disturbance`` shades a window of time;
+    no line has more than ``points`` points.
+    """
     t, values = np.asarray(t), _rows(t, values)
     step = max(1, len(t) // points)
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     if disturbance is not None:
-        ax.axvspan(*disturbance, color=ORANGE, alpha=0.15, linewidth=0,
-                   label="disturbance")
+        ax.axvspan(
+            *disturbance, color=ORANGE, alpha=0.15, linewidth=0, label="disturbance"
+        )
     for k, row in enumerate(values):
         mark = subscript(k + 1) if len(values) > 1 else ""
-        ax.plot(t[keep], row[keep], color=COLOURS[k % 6],
-                linestyle=DASHES[k % 6],
-                label=name.rstrip("′") + mark + "′" * name.endswith("′"))
+        ax.plot(
+            t[keep],
+            row[keep],
+            color=COLOURS[k % 6],
+            linestyle=DASHES[k % 6],
+            label=name.rstrip("′") + mark + "′" * name.endswith("′"),
+        )
     ax.margins(x=0)
     return ax
 
 
 def input_limit(ax, t, u, u_max):
-    """The norm of u and the limit u_max that Lemma 2.2 speaks of."""
+    """Draw the norm of u(t) and the limit u_max of Lemma 2.2 on the axes ax."""
     norm = np.linalg.norm(_rows(t, u), axis=0)
     step = max(1, len(t) // 400)
-    ax.plot(np.asarray(t)[::step], norm[::step], color=GREY, linestyle="-",
-            linewidth=1, label="‖u‖")
-    ax.axhline(u_max, color=VERMILLION, linestyle=(0, (1, 1)), linewidth=1.4,
-               label="u_max")
+    ax.plot(
+        np.asarray(t)[::step],
+        norm[::step],
+        color=GREY,
+        linestyle="-",
+        linewidth=1,
+        label="‖u‖",
+    )
+    ax.axhline(
+        u_max, color=VERMILLION, linestyle=(0, (1, 1)), linewidth=1.4, label="u_max"
+    )
     return ax
 
 
@@ -91,5 +123,6 @@ def _rows(t, values):
     if values.shape[1] != len(t):
         raise ValueError(
             f"values has shape {values.shape}, needs one row a channel and "
-            f"one column for each of the {len(t)} times")
+            f"one column for each of the {len(t)} times"
+        )
     return values

@@ -7,19 +7,11 @@ import numpy as np
 
 from .style import BLUE, GREY, INK, SKY, VERMILLION
 
-__all__ = [
-    "canvas",
-    "damper",
-    "displacement",
-    "force",
-    "mass",
-    "spring",
-    "wall",
-]
+__all__ = ["canvas", "damper", "displacement", "force", "mass", "spring", "wall"]
 
 
 def canvas(ax, width, height):
-    """Bare equal axes from (0, 0) to (width, height)."""
+    """Make the axes ax bare and equal, from (0, 0) to (width, height)."""
     ax.set_xlim(0, width)
     ax.set_ylim(0, height)
     ax.set_aspect("equal")
@@ -28,40 +20,51 @@ def canvas(ax, width, height):
 
 
 def mass(ax, centre, text, size=(1.6, 0.8), weightless=False):
-    """A box around `centre`; dashed and empty if it weighs nothing."""
+    """A box of a size around ``centre`` on ax, with a text in it.
+
+    It is dashed and empty if it is weightless.
+    """
     (x, y), (w, h) = centre, size
     ax.fill(
         x + w * np.array([-0.5, 0.5, 0.5, -0.5]),
         y + h * np.array([-0.5, -0.5, 0.5, 0.5]),
-        facecolor="white" if weightless else SKY, edgecolor=INK,
-        linestyle="--" if weightless else "-", linewidth=1.2,
-        alpha=1.0 if weightless else 0.55, zorder=2,
+        facecolor="white" if weightless else SKY,
+        edgecolor=INK,
+        linestyle="--" if weightless else "-",
+        linewidth=1.2,
+        alpha=1.0 if weightless else 0.55,
+        zorder=2,
     )
     ax.text(x, y, text, ha="center", va="center", zorder=3)
 
 
 def spring(ax, start, end, text="", coils=5, width=0.16):
-    """A zigzag from `start` to `end`."""
-    along = np.r_[0, 0.18, 0.18 + 0.64 * (np.arange(2 * coils) + 0.5)
-                  / (2 * coils), 0.82, 1]
+    """A zigzag of so many coils and a width, from ``start`` to ``end``.
+
+    It is drawn on ax, with a text beside it.
+    """
+    along = np.r_[
+        0, 0.18, 0.18 + 0.64 * (np.arange(2 * coils) + 0.5) / (2 * coils), 0.82, 1
+    ]
     across = np.r_[0, 0, np.resize([1, -1], 2 * coils), 0, 0] * width
     _stroke(ax, start, end, along, across)
     _label(ax, start, end, text, width)
 
 
 def damper(ax, start, end, text="", width=0.16):
-    """A dashpot from `start` to `end`: a piston in an open cup."""
+    """A dashpot of a width from ``start`` to ``end``: a piston in an open cup.
+
+    It is drawn on ax, with a text beside it.
+    """
     nan = np.nan
-    along = [0, 0.35, nan, 0.7, 0.35, 0.35, 0.7, nan, 0.55, 0.55, nan,
-             0.55, 1]
-    across = np.array([0, 0, nan, -1, -1, 1, 1, nan, -0.75, 0.75, nan,
-                       0, 0]) * width
+    along = [0, 0.35, nan, 0.7, 0.35, 0.35, 0.7, nan, 0.55, 0.55, nan, 0.55, 1]
+    across = np.array([0, 0, nan, -1, -1, 1, 1, nan, -0.75, 0.75, nan, 0, 0]) * width
     _stroke(ax, start, end, np.array(along), across)
     _label(ax, start, end, text, width)
 
 
 def wall(ax, start, end):
-    """A fixed line, hatched on its right as seen from `start` to `end`."""
+    """A fixed line on ax, hatched on its right as seen from ``start`` to ``end``."""
     _stroke(ax, start, end, np.array([0, 1]), np.zeros(2))
     marks = np.linspace(0.04, 0.96, 12)
     along = np.c_[marks, marks - 0.03, np.full(12, np.nan)].ravel()
@@ -70,28 +73,50 @@ def wall(ax, start, end):
 
 
 def force(ax, tip, vector, text, colour=VERMILLION):
-    """An arrow of the given vector that ends in `tip`, with its name."""
+    """An arrow of the given vector that ends in ``tip``, with its text.
+
+    It is drawn on ax in one colour.
+    """
     tail = np.subtract(tip, vector)
-    ax.annotate("", tip, tail, zorder=4, arrowprops={
-        "arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
+    ax.annotate(
+        "",
+        tip,
+        tail,
+        zorder=4,
+        arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0},
+    )
     away = tail - 0.22 * np.asarray(vector) / np.linalg.norm(vector)
     ax.text(*away, text, color=colour, ha="center", va="center")
 
 
 def displacement(ax, tail, vector, text):
-    """An arrow that starts at `tail`: a coordinate's direction."""
+    """An arrow, a ``vector``, that starts at ``tail``: a coordinate's direction.
+
+    It is drawn on ax, with a text beside it.
+    """
     force(ax, np.add(tail, vector), vector, "", BLUE)
-    ax.text(*(np.add(tail, vector) + 0.25 * np.asarray(vector)
-              / np.linalg.norm(vector)), text, color=BLUE,
-            ha="center", va="center")
+    ax.text(
+        *(np.add(tail, vector) + 0.25 * np.asarray(vector) / np.linalg.norm(vector)),
+        text,
+        color=BLUE,
+        ha="center",
+        va="center",
+    )
 
 
 def _stroke(ax, start, end, along, across, colour=INK):
     start, way = np.asarray(start, float), np.subtract(end, start)
     normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     x, y = start[:, None] + np.outer(way, along) + np.outer(normal, across)
-    ax.plot(x, y, color=colour, linestyle="-", linewidth=1.2,
-            solid_joinstyle="round", zorder=1)
+    ax.plot(
+        x,
+        y,
+        color=colour,
+        linestyle="-",
+        linewidth=1.2,
+        solid_joinstyle="round",
+        zorder=1,
+    )
 
 
 def _label(ax, start, end, text, width):

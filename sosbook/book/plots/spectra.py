@@ -4,10 +4,7 @@ import numpy as np
 
 from .style import COLOURS, DASHES, VERMILLION, legend_above
 
-__all__ = [
-    "largest_singular_value",
-    "singular_values",
-]
+__all__ = ["largest_singular_value", "singular_values"]
 
 
 def singular_values(ax, systems, gamma=None, frequency=None):
@@ -16,6 +13,7 @@ def singular_values(ax, systems, gamma=None, frequency=None):
     Parameters
     ----------
     ax : matplotlib Axes
+        The axes to draw on.
     systems : StateSpace, or a tuple of them for a polytope
         As `Design.closed_loop` returns them, reduced to the channel of
         interest: ``loop[:n, :p]``.
@@ -27,17 +25,20 @@ def singular_values(ax, systems, gamma=None, frequency=None):
     systems = systems if isinstance(systems, (list, tuple)) else (systems,)
     if frequency is None:
         size = np.abs(np.concatenate([system.poles() for system in systems]))
-        frequency = np.geomspace(max(size.min(), 1e-3) / 20, size.max() * 10,
-                                 120)
+        frequency = np.geomspace(max(size.min(), 1e-3) / 20, size.max() * 10, 120)
     for k, system in enumerate(systems):
         values = largest_singular_value(
-            system.A, system.B, system.C, system.D, frequency)
-        ax.plot(frequency, values, color=COLOURS[k % 6],
-                linestyle=DASHES[k % 6],
-                label="σ_max" if len(systems) == 1 else f"vertex {k + 1}")
+            system.A, system.B, system.C, system.D, frequency
+        )
+        ax.plot(
+            frequency,
+            values,
+            color=COLOURS[k % 6],
+            linestyle=DASHES[k % 6],
+            label="σ_max" if len(systems) == 1 else f"vertex {k + 1}",
+        )
     if gamma is not None:
-        ax.axhline(gamma, color=VERMILLION, linestyle=(0, (1, 1)),
-                   label="bound γ")
+        ax.axhline(gamma, color=VERMILLION, linestyle=(0, (1, 1)), label="bound γ")
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlabel("frequency ω (rad/s)")
@@ -56,6 +57,11 @@ def largest_singular_value(A, B, C, D, frequency):
     """
     A, B, C, D = (np.atleast_2d(np.asarray(X, float)) for X in (A, B, C, D))
     points = 1j * np.asarray(frequency, float)[:, None, None]
-    gain = C @ np.linalg.solve(points * np.eye(len(A)) - A,
-                               np.broadcast_to(B, (len(points), *B.shape))) + D
+    gain = (
+        C
+        @ np.linalg.solve(
+            points * np.eye(len(A)) - A, np.broadcast_to(B, (len(points), *B.shape))
+        )
+        + D
+    )
     return np.linalg.svd(gain, compute_uv=False)[:, 0]

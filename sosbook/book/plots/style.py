@@ -1,6 +1,9 @@
 """Colours and matplotlib's defaults."""
 
-import matplotlib.pyplot as plt
+from ...runtime.libraries import library
+
+plt = library("matplotlib.pyplot")
+
 
 __all__ = [
     "BLUE",
@@ -72,12 +75,19 @@ def use_book_style():
 
 
 def subscript(number):
+    """A ``number`` or a label with its digits as subscripts: "z₁" for "z1"."""
     return str(number).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
 
 
 def legend_above(ax, columns):
-    """A legend over the axes, where it hides nothing."""
+    """A legend with so many columns over the axes ax, where it hides nothing."""
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2,
-                  ncols=columns, handlelength=1.8, columnspacing=0.9,
-                  handletextpad=0.5)
+        ax.legend(
+            loc="lower left",
+            bbox_to_anchor=(0, 1.0),
+            borderaxespad=0.2,
+            ncols=columns,
+            handlelength=1.8,
+            columnspacing=0.9,
+            handletextpad=0.5,
+        )

@@ -25,13 +25,22 @@ from . import (
 from .corrections import checked, errata
 from .table import KINDS, VERDICTS, Erratum, Row
 
-__all__ = [
-    "Erratum", "KINDS", "Row", "VERDICTS", "checked", "errata", "rows",
-]
+__all__ = ["KINDS", "VERDICTS", "Erratum", "Row", "checked", "errata", "rows"]
 
 _SUBJECTS = (
-    singular_mass, vertices, example_1, example_2, example_3, example_4,
-    integrators, delay, regulators, observer, mip, sampled, desk,
+    singular_mass,
+    vertices,
+    example_1,
+    example_2,
+    example_3,
+    example_4,
+    integrators,
+    delay,
+    regulators,
+    observer,
+    mip,
+    sampled,
+    desk,
 )
 
 

@@ -1,14 +1,17 @@
 """Chapter 4: the claims about the robot's recordings, simulated."""
 
-import control
 import numpy as np
 
 from ...pendulum import V_MAX, Firmware, Mip, SampledLaw, polytope, vertices
 from ...pendulum.simulator import Sensors, simulate
+from ...runtime.libraries import library
 from ...synthesis.pid import analyse_pid
 from .. import thesis
 from .observer import controller as observer_controller
 from .table import Row, claim
+
+control = library("control")
+
 
 __all__ = ["observer_controller", "rows", "without_the_fast"]
 
@@ -27,8 +30,7 @@ def rows():
     """Figures 4.8 to 4.16: what the text says, and what is simulated."""
     laws = _laws()
     runs = {name: _runs(law) for name, law in laws.items()}
-    gentle = {name: _runs(laws[name], TILT / 2)
-              for name in (*PDS, *PIDS, "LQE 2")}
+    gentle = {name: _runs(laws[name], TILT / 2) for name in (*PDS, *PIDS, "LQE 2")}
     rest = _each(runs, lambda run: run.V[:, REST].std(axis=1).max())
     yield from _noise(runs, rest)
     yield from _limits(runs, gentle, rest)
@@ -41,106 +43,150 @@ def _noise(runs, rest):
     work = _each(runs, lambda run: np.square(run.V).mean())
     wild = {name: volts > LOUD for name, volts in rest.items()}
     yield _row(
-        "PD: noise and effort fall with R", "Fig. 4.8", "yes",
-        "mean V²: " + _words(work, PDS, wild=wild), [all(
-            (np.diff([work[n][k] for n in PDS]) < 0).all()
-            for k in range(3))],
+        "PD: noise and effort fall with R",
+        "Fig. 4.8",
+        "yes",
+        "mean V²: " + _words(work, PDS, wild=wild),
+        [all((np.diff([work[n][k] for n in PDS]) < 0).all() for k in range(3))],
         "R = 1, 2 chatter with 0 and 10 ms: an unstable sampled loop, no "
-        "noise of a sensor")
+        "noise of a sensor",
+    )
     for item, where, more, less, effect in (
-            ("PID: R = 5 is less noisy", "Fig. 4.9", "PID 2", "PID 5", True),
-            ("R hardly matters to the observer", "Fig. 4.13",
-             "LQE 1", "LQE 2", False)):
+        ("PID: R = 5 is less noisy", "Fig. 4.9", "PID 2", "PID 5", True),
+        ("R hardly matters to the observer", "Fig. 4.13", "LQE 1", "LQE 2", False),
+    ):
         quarter = rest[more] > 1.25 * rest[less]
         volts = rest[more] - rest[less] > FLOOR
         readings = [quarter.all(), volts.all()]
         if not effect:
             readings = [not quarter.any(), not volts.any()]
         yield _row(
-            item, where, "yes",
+            item,
+            where,
+            "yes",
             "V at rest: " + _words(rest, (more, less), wild=wild, digits=1),
             readings,
             f"two thresholds: a quarter, and {FLOOR:g} V; how noisy the "
-            "real robot's sensors are isn't printed")
+            "real robot's sensors are isn't printed",
+        )
 
 
 def _limits(runs, gentle, rest):
     """The start isn't printed: from TILT, and from half of it."""
     wild = {name: volts > LOUD for name, volts in rest.items()}
-    peaks = [_each(each, lambda run: run.peak_voltage.max())
-             for each in (runs, gentle)]
+    peaks = [_each(each, lambda run: run.peak_voltage.max()) for each in (runs, gentle)]
     for item, where, volts, names, law in (
-            (f"V doesn't exceed {V_MAX} V", "4.3.1, Figs 4.8 to 4.11",
-             V_MAX, (*PDS, *PIDS), "PD 1"),
-            ("both stay within 3 V", "Fig. 4.15", 3, ("PID 5", "LQE 2"),
-             "PID 5")):
-        within = [max(peak[n][k] for n in names) < volts
-                  for peak in peaks for k in range(3)]
+        (
+            f"V doesn't exceed {V_MAX} V",
+            "4.3.1, Figs 4.8 to 4.11",
+            V_MAX,
+            (*PDS, *PIDS),
+            "PD 1",
+        ),
+        ("both stay within 3 V", "Fig. 4.15", 3, ("PID 5", "LQE 2"), "PID 5"),
+    ):
+        within = [
+            max(peak[n][k] for n in names) < volts for peak in peaks for k in range(3)
+        ]
         yield _row(
-            item, where, "yes",
-            "peak V: " + _words(peaks[0], names, wild=wild), within,
+            item,
+            where,
+            "yes",
+            "peak V: " + _words(peaks[0], names, wild=wild),
+            within,
             "and from 5°. Neither start nor delay is printed: at the limit "
-            f"wherever it chatters, else up to {_reach(law, volts)}")
+            f"wherever it chatters, else up to {_reach(law, volts)}",
+        )
 
 
 def _rests(runs):
     sway = _each(runs, lambda run: np.degrees(np.abs(run.x[0, :, REST])).max())
     away = _each(runs, lambda run: np.abs(run.x[1, :, REST]).max())
-    lead = _each(runs, lambda run: run.x[3, :, :50].max(axis=1).min()
-                 + run.x[3, :, :50].min(axis=1).min())
+    lead = _each(
+        runs,
+        lambda run: (
+            run.x[3, :, :50].max(axis=1).min() + run.x[3, :, :50].min(axis=1).min()
+        ),
+    )
     for item, where, names in (
-            ("PD and PID stabilise quickly", "Fig. 4.10, R = 5",
-             ("PD 5", "PID 5")),
-            ("PID and PD/LQE converge alike", "Fig. 4.14",
-             ("PID 5", "LQE 2"))):
+        ("PD and PID stabilise quickly", "Fig. 4.10, R = 5", ("PD 5", "PID 5")),
+        ("PID and PD/LQE converge alike", "Fig. 4.14", ("PID 5", "LQE 2")),
+    ):
         yield _row(
-            item, where, "yes",
+            item,
+            where,
+            "yes",
             "tilt after 1.7 s: " + _words(sway, names, "°"),
-            [max(sway[n].max() for n in names) < 0.6], "threshold: 0.6°")
+            [max(sway[n].max() for n in names) < 0.6],
+            "threshold: 0.6°",
+        )
     both = ("PID 5", "LQE 2")
     yield _row(
-        "PID keeps the wheels, PD/LQE less", "Fig. 4.16", "yes",
+        "PID keeps the wheels, PD/LQE less",
+        "Fig. 4.16",
+        "yes",
         "wheels after 1.7 s: " + _words(away, both, " rad"),
         [(3 * away["PID 5"] < away["LQE 2"]).all()],
-        "threshold: a third; the observer doesn't know the wheels' angle")
+        "threshold: a third; the observer doesn't know the wheels' angle",
+    )
     yield _row(
-        "the wheels shoot to the side of the fall", "Fig. 4.16", "yes",
-        "their fastest speed is to that side, by " + _words(
-            lead, both, " rad/s"),
-        [all((lead[n] > 0).all() for n in both)], "within 0.5 s")
+        "the wheels shoot to the side of the fall",
+        "Fig. 4.16",
+        "yes",
+        "their fastest speed is to that side, by " + _words(lead, both, " rad/s"),
+        [all((lead[n] > 0).all() for n in both)],
+        "within 0.5 s",
+    )
 
 
 def _drift():
     """The wheels under a torque, and while the gyro keeps an offset."""
     speeds, ends = {}, {}
     printed, plants = thesis.mip(), polytope(Mip.printed())
-    for name, table, U in (("PD", printed.pd, None),
-                           ("PID", printed.pid, [[0, 1]])):
+    for name, table, U in (("PD", printed.pd, None), ("PID", printed.pid, [[0, 1]])):
         law = SampledLaw.of_gain(table[5], T)
         run = simulate(
-            Mip.printed(), Firmware(law), 0.0, 10.0, substeps=2,
-            sensors=Sensors(ideal=True), bias=-np.deg2rad(0.1))
+            Mip.printed(),
+            Firmware(law),
+            0.0,
+            10.0,
+            substeps=2,
+            sensors=Sensors(ideal=True),
+            bias=-np.deg2rad(0.1),
+        )
         speeds[name] = np.degrees(run.x[1, 0, -1] - run.x[1, 0, -101])
         loop = analyse_pid(plants, table[5], U, coupling="vertices")
-        ends[name] = max(
-            abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000
+        ends[name] = max(abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000
     K = printed.pd[5][0]
     return Row(
-        DESK, "PID keeps the wheels' position, PD lets it vary",
-        "Figs 4.11, 4.16, R = 5", "yes", "with 0.1°/s of the gyro's offset "
+        DESK,
+        "PID keeps the wheels' position, PD lets it vary",
+        "Figs 4.11, 4.16, R = 5",
+        "yes",
+        "with 0.1°/s of the gyro's offset "
         + ", ".join(f"{n}: {v:.2f}°/s" for n, v in speeds.items())
         + "; under a torque of 1 mNm "
         + ", ".join(f"{n}: {v:.2f} rad" for n, v in ends.items()),
-        claim(abs(speeds["PD"]) > 5 * abs(speeds["PID"])
-              and ends["PID"] < 1e-6 < ends["PD"]),
+        claim(
+            abs(speeds["PD"]) > 5 * abs(speeds["PID"])
+            and ends["PID"] < 1e-6 < ends["PD"]
+        ),
         "two causes that make the difference; on a level desk with a "
         "calibrated gyro there is none. By the theorem "
-        f"{-0.1 * (1 + K[0] / K[1]):.2f} and -0.10°/s")
+        f"{-0.1 * (1 + K[0] / K[1]):.2f} and -0.10°/s",
+    )
 
 
 def _row(item, where, printed, ours, holds, why):
-    return Row(DESK, item, where, printed, ours, claim(*holds),
-               "; ".join(w for w in (HOW, why) if w))
+    return Row(
+        DESK,
+        item,
+        where,
+        printed,
+        ours,
+        claim(*holds),
+        "; ".join(w for w in (HOW, why) if w),
+    )
 
 
 def _words(table, names, unit="", wild=None, digits=2):
@@ -149,10 +195,13 @@ def _words(table, names, unit="", wild=None, digits=2):
     A limit cycle's digits are chance: where ``wild`` it is only named.
     """
     return "; ".join(
-        f"{n}: " + ", ".join(
+        f"{n}: "
+        + ", ".join(
             "chatter" if wild and wild[n][k] else f"{x:.{digits}g}{unit}"
-            for k, x in enumerate(table[n]))
-        for n in names)
+            for k, x in enumerate(table[n])
+        )
+        for n in names
+    )
 
 
 def _reach(name, volts):
@@ -163,28 +212,29 @@ def _reach(name, volts):
 
 def _each(runs, number):
     """A number for each law and delay."""
-    return {n: np.array([number(run) for run in each])
-            for n, each in runs.items()}
+    return {n: np.array([number(run) for run in each]) for n, each in runs.items()}
 
 
 def _laws():
     printed = thesis.mip()
-    laws = {f"PD {R}": SampledLaw.of_gain(printed.pd[R], T)
-            for R in (1, 2, 5)}
-    laws |= {f"PID {R}": SampledLaw.of_gain(printed.pid[R], T)
-             for R in (2, 5)}
+    laws = {f"PD {R}": SampledLaw.of_gain(printed.pd[R], T) for R in (1, 2, 5)}
+    laws |= {f"PID {R}": SampledLaw.of_gain(printed.pid[R], T) for R in (2, 5)}
     for R in (1, 2):
         laws[f"LQE {R}"] = SampledLaw.of_controller(
-            without_the_fast(observer_controller(R)), T)
+            without_the_fast(observer_controller(R)), T
+        )
     laws["LQE 1 held"] = SampledLaw.of_controller(observer_controller(1), T)
     return laws
 
 
 def without_the_fast(given, edge=200):
-    """(4.29) for (4.28): poles and zeros beyond the edge are left out.
+    """(4.29) for (4.28): a controller without what is faster than the edge.
+
+    Poles and zeros of the ``given`` controller beyond it are left out.
 
     The gains at s = 0 are kept, and four digits of everything.
     """
+
     def kept(values):
         values = np.sort(values.real[abs(values) < edge])
         return np.poly([float(f"{x:.4g}") for x in values])
@@ -196,12 +246,10 @@ def without_the_fast(given, edge=200):
         num = np.pad(float(f"{gain:.4g}") * num, (3 - len(num), 0))
         B.append(num[1:] - num[0] * den[1:])
         D.append(num[0])
-    return control.ss([[-den[1], 1], [-den[2], 0]], np.transpose(B),
-                      [[1, 0]], [D])
+    return control.ss([[-den[1], 1], [-den[2], 0]], np.transpose(B), [[1, 0]], [D])
 
 
 def _runs(law, tilt=TILT):
     """The four vertices at each delay, in one go."""
     robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER)
-    return [simulate(robots, firmware, tilt, END, late, substeps=2)
-            for late in DELAYS]
+    return [simulate(robots, firmware, tilt, END, late, substeps=2) for late in DELAYS]

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...analysis.linear import hinf_norm, peak_input, poles
-from ...analysis.response import simulate
 from ...plants.descriptor import descriptors
+from ...plants.response import simulate
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
 from .table import (
@@ -34,28 +34,37 @@ def row(item, place, printed, ours, verdict, why):
 
 
 def numbers(ex):
-    """Rows that follow from the printed numbers, digit by digit."""
+    """Rows that follow from the numbers that an example ``ex`` prints."""
     (d,) = descriptors(ex.plant, ex.U, ex.K_A)
     finite = ex.plant.poles()
     infinite = 2 * ex.plant.n - len(finite)
     yield row(
-        "open-loop pole at infinity", "Table 3.2", "one, -inf",
-        f"{infinite} at infinity", claim(infinite == 1),
+        "open-loop pole at infinity",
+        "Table 3.2",
+        "one, -inf",
+        f"{infinite} at infinity",
+        claim(infinite == 1),
         "det(M s^2 + D s + S) has degree 7, not 8; -inf is the limit as m4 "
         "falls to zero",
     )
     computed = matched(ex.open_loop_poles, finite)
     verdict, gap = compare(ex.open_loop_poles, computed, 1e-4)
     yield row(
-        "finite open-loop poles", "Table 3.2",
-        format_poles(ex.open_loop_poles), format_poles(computed), verdict,
+        "finite open-loop poles",
+        "Table 3.2",
+        format_poles(ex.open_loop_poles),
+        format_poles(computed),
+        verdict,
         f"largest difference {gap:.0e} rad/s",
     )
     computed = matched(ex.closed_loop_poles, poles(d, ex.K))
     verdict, gap = compare(ex.closed_loop_poles, computed, 5e-4)
     yield row(
-        "closed-loop poles of the printed gains", "Table 3.2",
-        format_poles(ex.closed_loop_poles), format_poles(computed), verdict,
+        "closed-loop poles of the printed gains",
+        "Table 3.2",
+        format_poles(ex.closed_loop_poles),
+        format_poles(computed),
+        verdict,
         f"largest difference {gap:.0e} rad/s: the rounding of the gains",
     )
 
@@ -65,37 +74,49 @@ def _promises(ex):
     given = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
     limit = ex.saturation.u_max
-    inside = min(
-        x.min() for x in ex.region.distances(poles(d, ex.K)).values()
-    )
+    inside = min(x.min() for x in ex.region.distances(poles(d, ex.K)).values())
     yield row(
-        "all closed-loop poles lie in the D-region", "Fig. 3.10", "inside",
-        f"{inside:.3f} rad/s from the boundary", claim(inside > 0),
+        "all closed-loop poles lie in the D-region",
+        "Fig. 3.10",
+        "inside",
+        f"{inside:.3f} rad/s from the boundary",
+        claim(inside > 0),
         "for the printed gains",
     )
     proof = proven(given, 7)
     yield row(
-        "the printed gains satisfy (2.15), (2.18)-(2.21)", "Example 3",
-        "designed to", "proven" if proof else "no proof found",
+        "the printed gains satisfy (2.15), (2.18)-(2.21)",
+        "Example 3",
+        "designed to",
+        "proven" if proof else "no proof found",
         claim(proof),
         "a common P, checked in exact rational arithmetic",
     )
     verdict, words = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
     yield row(
-        "K_P, K_D, K_I", "Example 3", format_gain(ex.K),
-        format_gain(own.K), verdict,
+        "K_P, K_D, K_I",
+        "Example 3",
+        format_gain(ex.K),
+        format_gain(own.K),
+        verdict,
         f"for the printed K_A; {words}",
     )
     norm = hinf_norm(d, ex.K)
     yield row(
-        "H-infinity norm from w to z below 0.9010", "Example 3",
-        f"< {ex.gamma}", f"{norm:.4f}", claim(norm < ex.gamma),
+        "H-infinity norm from w to z below 0.9010",
+        "Example 3",
+        f"< {ex.gamma}",
+        f"{norm:.4f}",
+        claim(norm < ex.gamma),
         f"{ex.gamma / norm:.0f} times below the bound",
     )
     peak = peak_input(d, ex.K, ex.saturation.x0)
     yield row(
-        "|K x(t)| at most 120 from x(0)", "Example 3", f"<= {limit:g}",
-        f"{peak:.1f}", claim(peak <= limit),
+        "|K x(t)| at most 120 from x(0)",
+        "Example 3",
+        f"<= {limit:g}",
+        f"{peak:.1f}",
+        claim(peak <= limit),
         "what Lemma 2.2 bounds, with r = 0, w = 0",
     )
 
@@ -103,25 +124,26 @@ def _promises(ex):
 def _signals(ex):
     (d,) = descriptors(ex.plant, ex.U, ex.K_A)
     limit, x0 = ex.saturation.u_max, ex.saturation.x0
-    t = np.concatenate([
-        np.linspace(0, 0.2, 401), np.linspace(0.21, ex.t_end, 2980),
-    ])
+    t = np.concatenate([np.linspace(0, 0.2, 401), np.linspace(0.21, ex.t_end, 2980)])
     free = simulate(d, ex.K, t, x0=x0, K_A=ex.K_A)
     whole = np.linalg.norm(free.u, axis=0).max()
     yield row(
-        "the control signal at most 120 from x(0)", "Example 3, (2.14)",
-        f"<= {limit:g}", f"{whole:.1f}", claim(whole <= limit),
+        "the control signal at most 120 from x(0)",
+        "Example 3, (2.14)",
+        f"<= {limit:g}",
+        f"{whole:.1f}",
+        claim(whole <= limit),
         "with K_A e'', which Lemma 2.2 leaves out: true, by simulation",
     )
-    answer = simulate(
-        d, ex.K, t, ex.set_point, ex.disturbance, K_A=ex.K_A
-    )
+    answer = simulate(d, ex.K, t, ex.set_point, ex.disturbance, K_A=ex.K_A)
     reference = np.concatenate([ex.set_point, np.zeros(d.E.shape[0] - 4)])
     partial = np.linalg.norm(ex.K @ (answer.x.T - reference).T, axis=0)
     size = np.linalg.norm(answer.u, axis=0)
     over = t[size > limit].max() if (size > limit).any() else 0.0
     yield row(
-        "u stays below u_max", "Fig. 3.12", f"<= {limit:g}",
+        "u stays below u_max",
+        "Fig. 3.12",
+        f"<= {limit:g}",
         f"K x alone {partial.max():.1f}; with K_A e'', as (2.6) defines u, "
         f"{size.max():.1f}, above {limit:g} until t = {over:.3f} s",
         claim(partial.max() <= limit, size.max() <= limit),
@@ -131,8 +153,11 @@ def _signals(ex):
     )
     last = np.abs(answer.e[:, -1]).max()
     yield row(
-        "the error goes to zero in steady state", "Fig. 3.12", "0",
-        f"{last:.0e} at t = {ex.t_end:g} s", claim(last < 1e-3),
+        "the error goes to zero in steady state",
+        "Fig. 3.12",
+        "0",
+        f"{last:.0e} at t = {ex.t_end:g} s",
+        claim(last < 1e-3),
         "all four: r = (1, 1, 1, 1) only stretches the spring at the "
         "wall, where u1 acts",
     )

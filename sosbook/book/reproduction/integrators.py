@@ -14,21 +14,26 @@ CHAPTER = "10_choosing_the_integrators"
 
 def rows():
     """What is said about U, and the answer for each plant."""
-    for number, make in enumerate((
-        thesis.example_1, thesis.example_2, thesis.example_3,
-        thesis.example_4,
-    ), 1):
+    for number, make in enumerate(
+        (thesis.example_1, thesis.example_2, thesis.example_3, thesis.example_4), 1
+    ):
         yield _example(number, make())
     wheel, body = admissible_U(_pendulum())
     (both,) = admissible_U(_pendulum(), [np.eye(2)])
     holds = (
-        wheel.admissible and wheel.channels == (1,)
-        and not body.admissible and not both.admissible
+        wheel.admissible
+        and wheel.channels == (1,)
+        and not body.admissible
+        and not both.admissible
     )
     yield Row(
-        CHAPTER, "U = [0 1] is the only choice that works, for U = I the "
-        "system isn't controllable", "Section 4.3.1",
-        "found by trying", _words((wheel, body, both)), claim(holds),
+        CHAPTER,
+        "U = [0 1] is the only choice that works, for U = I the "
+        "system isn't controllable",
+        "Section 4.3.1",
+        "found by trying",
+        _words((wheel, body, both)),
+        claim(holds),
         "at rest the robot stands upright, so the body's angle has no set "
         "point; proven for the whole polytope; [1 1] works as well",
     )
@@ -45,12 +50,15 @@ def _example(number, example):
     proven = theirs.certified is None or theirs.certified
     good = sum(c.admissible for c in found)
     more = {
-        None: "", True: "; this one is proven for the whole polytope",
+        None: "",
+        True: "; this one is proven for the whole polytope",
         False: "; this one isn't proven for the whole polytope",
     }[theirs.certified]
     return Row(
-        CHAPTER, f"Example {number}: U, chosen at random, is controllable",
-        "Section 5", "conditions for U: future work",
+        CHAPTER,
+        f"Example {number}: U, chosen at random, is controllable",
+        "Section 5",
+        "conditions for U: future work",
         f"{good} of {len(found)} choices are admissible{more}",
         claim(theirs.admissible and proven),
         f"distance {theirs.distance:.3g}, {place}",
@@ -69,10 +77,12 @@ def _pendulum():
     """The mobile inverted pendulum, from the printed a, ..., f of (4.15)."""
     letters = thesis.mip().letters
     b, c, d, f = (letters[x] for x in "bcdf")
-    return Polytope([
-        SecondOrderSystem(
-            [[c, b], [b, a]], [[f, -f], [-f, f]], [[-d, 0], [0, 0]],
-            [[-e], [e]],
-        )
-        for a in letters["a"][1:] for e in letters["e"]
-    ])
+    return Polytope(
+        [
+            SecondOrderSystem(
+                [[c, b], [b, a]], [[f, -f], [-f, f]], [[-d, 0], [0, 0]], [[-e], [e]]
+            )
+            for a in letters["a"][1:]
+            for e in letters["e"]
+        ]
+    )

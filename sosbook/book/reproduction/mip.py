@@ -34,8 +34,7 @@ def numbers(printed):
 def relative(printed, ours, tolerance):
     """Verdict and largest gap, relative to each printed number."""
     printed = np.asarray(printed, float)
-    return compare(
-        np.ones(printed.shape), np.asarray(ours) / printed, tolerance)
+    return compare(np.ones(printed.shape), np.asarray(ours) / printed, tolerance)
 
 
 def digits(values, form=".4g"):
@@ -48,32 +47,40 @@ def _experiments(printed):
     ratios = printed.ratios
     found = equal_peaks([b1, b0], [1, f_c, d_c])
     yield Row(
-        DATA, "the gain after the zero is moved", "(4.19), (4.20)",
-        f"{-ratios['e_c']:g}", f"{found:.2f}",
+        DATA,
+        "the gain after the zero is moved",
+        "(4.19), (4.20)",
+        f"{-ratios['e_c']:g}",
+        f"{found:.2f}",
         compare(-ratios["e_c"], found, 0.005)[0],
         "equal peaks of the magnitude; the poles stay",
     )
     used = [ratios[x] for x in ("f_c", "d_c", "e_a", "f_a")]
     yield Row(
-        DATA, "the ratios are read off the transfer functions",
-        "(4.20), (4.23), 4.2.2", digits(used),
+        DATA,
+        "the ratios are read off the transfer functions",
+        "(4.20), (4.23), 4.2.2",
+        digits(used),
         digits([f_c, d_c, *printed.wheels[0]]),
         relative(used, [f_c, d_c, *printed.wheels[0]], 1e-9)[0],
         "e/a and f/a are the first wheel's",
     )
-    apart = max(abs(second / first - 1)
-                for first, second in zip(*printed.wheels))
+    apart = max(abs(second / first - 1) for first, second in zip(*printed.wheels))
     yield Row(
-        DATA, "both wheels answer alike", "(4.23), (4.24), Fig. 4.7",
-        "very close", f"{100 * apart:.1f} % apart",
+        DATA,
+        "both wheels answer alike",
+        "(4.23), (4.24), Fig. 4.7",
+        "very close",
+        f"{100 * apart:.1f} % apart",
         claim(apart < printed.spread),
         "threshold: the 4 % that the thesis allows for",
     )
-    body, wheels = (ratios["e_c"] / ratios["f_c"],
-                    ratios["e_a"] / ratios["f_a"])
+    body, wheels = (ratios["e_c"] / ratios["f_c"], ratios["e_a"] / ratios["f_a"])
     yield Row(
-        DATA, "4 % covers what both experiments say of the motors",
-        "Section 4.2.2", "an uncertainty of ±4 %",
+        DATA,
+        "4 % covers what both experiments say of the motors",
+        "Section 4.2.2",
+        "an uncertainty of ±4 %",
         f"e/f = {body:.2f} from the body, {wheels:.2f} from the wheels: "
         f"{100 * (wheels / body - 1):.0f} % apart",
         claim(wheels / body < (1 + printed.spread) / (1 - printed.spread)),
@@ -86,32 +93,40 @@ def _identified(printed):
     known, q, ours = printed.constants, printed.ratios, printed.identified
     torque = 2 * q["d_c"] * q["e_a"] / q["e_c"] * ours["I_w"]  # M_b g l
     found = [
-        q["f_c"] * torque / (2 * known["R_g"]**2 * q["d_c"]),
+        q["f_c"] * torque / (2 * known["R_g"] ** 2 * q["d_c"]),
         torque * known["V_max"] * q["e_c"] / (2 * known["R_g"] * q["d_c"]),
     ]
     theirs = [ours["C_m"], ours["t_m"]]
     gaps = np.subtract(found, theirs)
     yield Row(
-        DATA, "C_m and t_m follow from I_w and the ratios", "Section 4.2.2",
-        digits(theirs), digits(found),
+        DATA,
+        "C_m and t_m follow from I_w and the ratios",
+        "Section 4.2.2",
+        digits(theirs),
+        digits(found),
         compare(0, gaps / [0.5e-8, 0.5e-4], 1)[0],
-        f"all three with M_b g l = {torque:.5f} N m; tolerance: half of the "
-        "last digit",
+        f"all three with M_b g l = {torque:.5f} N m; tolerance: half of the last digit",
     )
     d = printed.letters["d"]
     verdict, gap = compare(1, torque / d, 1e-3)
     yield Row(
-        MODEL, "one M_b g l behind all constants", "Section 4.2.2",
-        f"d = {d:g}", f"{torque:.4f} behind C_m, t_m and I_w", verdict,
+        MODEL,
+        "one M_b g l behind all constants",
+        "Section 4.2.2",
+        f"d = {d:g}",
+        f"{torque:.4f} behind C_m, t_m and I_w",
+        verdict,
         f"{100 * gap:.0f} % apart: two sets of constants were used",
     )
     arm = torque / known["g"]
     M_b = arm**2 / (torque / q["d_c"] - ours["I_b"])
     yield Row(
-        MODEL, "M_b behind I_b, C_m, t_m and I_w", "Section 4.2.2",
-        f"M_b = {known['M_b']:g}, M_w = {known['M_w']:g}", f"M_b = {M_b:.3f}",
-        misprint(*(abs(M_b / known[name] - 1) < 5e-3
-                   for name in ("M_b", "M_w"))),
+        MODEL,
+        "M_b behind I_b, C_m, t_m and I_w",
+        "Section 4.2.2",
+        f"M_b = {known['M_b']:g}, M_w = {known['M_w']:g}",
+        f"M_b = {M_b:.3f}",
+        misprint(*(abs(M_b / known[name] - 1) < 5e-3 for name in ("M_b", "M_w"))),
         f"I_w gives M_b l = {arm:.6f}, I_b then M_b l^2: so l = "
         f"{arm / M_b:.3f}, and M_b is what is printed for M_w",
     )
@@ -126,26 +141,41 @@ def _letters(printed):
     gaps = np.abs(np.array(ours) / theirs - 1)
     verdict, _ = compare(0, gaps / [6e-4, 2.5e-3, 2.5e-3, 8e-3], 1)
     yield Row(
-        MODEL, "c, e and f follow from d and the ratios", "Section 4.2.2",
-        digits(theirs), digits(ours), verdict,
-        f"largest difference {100 * gaps.max():.1f} %: f has two digits, e "
-        "three",
+        MODEL,
+        "c, e and f follow from d and the ratios",
+        "Section 4.2.2",
+        digits(theirs),
+        digits(ours),
+        verdict,
+        f"largest difference {100 * gaps.max():.1f} %: f has two digits, e three",
     )
     geared = e / q["e_a"]  # 2 I_w
-    ours = [x["a"][0] + geared * (low / high - 1) for low, high in (
-        (1 - s, 1 + s), (1 + s, 1 - s))]
+    ours = [
+        x["a"][0] + geared * (low / high - 1)
+        for low, high in ((1 - s, 1 + s), (1 + s, 1 - s))
+    ]
     yield Row(
-        MODEL, "the range of a follows from its middle", "Section 4.2.2",
-        digits(x["a"][1:]), digits(ours),
+        MODEL,
+        "the range of a follows from its middle",
+        "Section 4.2.2",
+        digits(x["a"][1:]),
+        digits(ours),
         compare(x["a"][1:], ours, 1.5e-7)[0],
         "2 I_w times Delta_1 / Delta_2; the rest of a is certain",
     )
     r = printed.constants["g"] * x["b"] / x["d"]
     yield Row(
-        MODEL, "r, the wheels' radius", "Section 4.2.2",
-        f"{printed.constants['r']:g}", f"{r:.4f}",
-        misprint(*(abs(value / r - 1) < 1e-3 for value in (
-            printed.constants["r"], round(r, 3)))),
+        MODEL,
+        "r, the wheels' radius",
+        "Section 4.2.2",
+        f"{printed.constants['r']:g}",
+        f"{r:.4f}",
+        misprint(
+            *(
+                abs(value / r - 1) < 1e-3
+                for value in (printed.constants["r"], round(r, 3))
+            )
+        ),
         "r = g b / d, whatever M_b and l are",
     )
     sets = {"printed": None} | dict(zip(("first", "second"), SETS))
@@ -156,20 +186,28 @@ def _letters(printed):
             l, radius = x["d"] / M_b / printed.constants["g"], r
         else:
             (M_b, l, M_w), radius = values, R_W
-        ours = [radius**2 * (M_b + 2 * M_w) + geared, M_b * l * radius,
-                M_b * l * printed.constants["g"]]
+        ours = [
+            radius**2 * (M_b + 2 * M_w) + geared,
+            M_b * l * radius,
+            M_b * l * printed.constants["g"],
+        ]
         positive = x["c"] - M_b * l**2 > 0  # I_b
-        fits[name] = positive and relative(
-            [x["a"][0], x["b"], x["d"]], ours, 2e-3)[0] == "reproduced"
+        fits[name] = (
+            positive
+            and relative([x["a"][0], x["b"], x["d"]], ours, 2e-3)[0] == "reproduced"
+        )
     total = (x["a"][0] - geared) / r**2
     yield Row(
-        MODEL, "a, b and d follow from the known parameters",
-        "Section 4.2.2", f"{x['a'][0]:.4g} {x['b']:.4g} {x['d']:.4g}",
+        MODEL,
+        "a, b and d follow from the known parameters",
+        "Section 4.2.2",
+        f"{x['a'][0]:.4g} {x['b']:.4g} {x['d']:.4g}",
         f"M_b l = {x['b'] / r:.5f}, M_b + 2 M_w = {total:.3f}; not from the "
         "printed masses with any l",
         claim(*fits.values()),
         "two equations for M_b, M_w and l, which isn't printed: M_b, l, M_w "
-        "= " + " and ".join(", ".join(f"{v:g}" for v in s) for s in SETS)
+        "= "
+        + " and ".join(", ".join(f"{v:g}" for v in s) for s in SETS)
         + " both fit, so what was used can't be told; we took the first",
     )
 
@@ -182,12 +220,16 @@ def _matrices(printed):
         ours = sign * np.array([getattr(p, name) for p in forms])
         zeros = theirs == 0
         verdict, gap = relative(
-            np.where(zeros, 1, theirs), np.where(zeros, 1 + ours, ours),
-            4e-4)
+            np.where(zeros, 1, theirs), np.where(zeros, 1 + ours, ours), 4e-4
+        )
         minus = "-" * (sign < 0)
         yield Row(
-            MODEL, f"{minus}{name} of the four vertices", "(4.25)",
-            digits(theirs[0]), digits(ours[0]), verdict,
+            MODEL,
+            f"{minus}{name} of the four vertices",
+            "(4.25)",
+            digits(theirs[0]),
+            digits(ours[0]),
+            verdict,
             f"all four, each entry: largest difference {gap:.0e}, rounding; "
             "with the masses and lengths of our choice",
         )
@@ -197,19 +239,25 @@ def _claims(printed):
     K = printed.pd[1]
 
     def stable(plants):
-        loops = (SecondOrderSystem(
-            p.M, p.D - p.B @ K[:, 2:], p.S - p.B @ K[:, :2], p.B)
-            for p in plants)
+        loops = (
+            SecondOrderSystem(p.M, p.D - p.B @ K[:, 2:], p.S - p.B @ K[:, :2], p.B)
+            for p in plants
+        )
         # the wheels' angle is fed back, so no pole is at zero
         return all(loop.poles().real.max() < 0 for loop in loops)
 
     def read(sign_D, sign_S):
-        return [SecondOrderSystem(M, sign_D * D, sign_S * S, B)
-                for M, D, S, B in zip(
-                    printed.M, printed.D, printed.S, printed.B)]
+        return [
+            SecondOrderSystem(M, sign_D * D, sign_S * S, B)
+            for M, D, S, B in zip(printed.M, printed.D, printed.S, printed.B)
+        ]
 
     yield Row(
-        MODEL, "signs of D and S", "(4.25), (4.27)", "D, S", "-D, -S",
+        MODEL,
+        "signs of D and S",
+        "(4.25), (4.27)",
+        "D, S",
+        "-D, -S",
         misprint(stable(read(1, 1)), stable(read(-1, -1))),
         "test: does the PD for R = 1 stabilise the four vertices as (2.1) "
         "reads them? The text has the right-hand sides",
@@ -217,22 +265,28 @@ def _claims(printed):
     forms = [v.printed_form() for v in vertices(Mip.printed())]
     turned = [SecondOrderSystem(p.M, p.D, p.S, -p.B) for p in forms]
     yield Row(
-        MODEL, "sign of B", "(4.15)", "[e (a + b), -e (b + c)]",
-        "[-e (a + b), e (b + c)]", misprint(stable(turned), stable(forms)),
+        MODEL,
+        "sign of B",
+        "(4.15)",
+        "[e (a + b), -e (b + c)]",
+        "[-e (a + b), e (b + c)]",
+        misprint(stable(turned), stable(forms)),
         "the same test; B of (4.25) has the right sign",
     )
     robot = Mip.printed()
     up = robot.plant()
     down = SecondOrderSystem(
-        [[robot.c, -robot.b], [-robot.b, robot.a]], up.D, -up.S, up.B)
+        [[robot.c, -robot.b], [-robot.b, robot.a]], up.D, -up.S, up.B
+    )
     poles = down.poles()
     poles = poles[abs(poles) > 1e-6]  # nothing holds the wheels' angle
     yield Row(
-        MODEL, "upright is unstable, hanging is stable", "Section 4.1.1",
+        MODEL,
+        "upright is unstable, hanging is stable",
+        "Section 4.1.1",
         "equilibria 1 and 2",
         f"rightmost poles {up.poles().real.max():+.2f} and "
         f"{poles.real.max():+.2f} rad/s",
         claim(up.poles().real.max() > 1e-6 and poles.real.max() < 0),
-        "linearised, without voltage; but for the pole at 0 of the wheels' "
-        "angle",
+        "linearised, without voltage; but for the pole at 0 of the wheels' angle",
     )

@@ -2,18 +2,22 @@
 
 from functools import cache
 
-import control
 import numpy as np
 
 from ...pendulum import Mip, reduced
 from ...plants.descriptor import mean_descriptor
 from ...plants.descriptor_system import DescriptorSystem
+from ...runtime.libraries import library
+from ...synthesis.error_loop import observer_loop
 from ...synthesis.lqr import design_lqr
-from ...synthesis.observer import design_observer, observer_loop
+from ...synthesis.observer import design_observer
 from ...synthesis.pid import analyse_loop
 from .. import thesis
 from .mip import digits, relative
 from .table import Row, below, claim, compare, format_gain, misprint, proven
+
+control = library("control")
+
 
 __all__ = ["controller", "numbers", "rows"]
 
@@ -55,10 +59,12 @@ def controller(R, form="natural", printed=None):
         the matrices of (4.25), with their digits. The plants are the
         same, their means aren't.
     printed : sosbook.book.thesis.MipPrint, optional
+        The thesis's data.
 
     Returns
     -------
     control.StateSpace
+        The controller.
 
     Examples
     --------
@@ -69,19 +75,22 @@ def controller(R, form="natural", printed=None):
     K, L = printed.lqe[R]
     if form == "printed":
         M = printed.M.mean(axis=0)[0, 0]  # times the identity
-        A = np.vstack([[0, 1, 0], np.hstack([
-            printed.S.mean(axis=0)[:, :1], printed.D.mean(axis=0)]) / M])
+        A = np.vstack(
+            [
+                [0, 1, 0],
+                np.hstack([printed.S.mean(axis=0)[:, :1], printed.D.mean(axis=0)]) / M,
+            ]
+        )
         B = np.vstack([[0], printed.B.mean(axis=0) / M])
     else:
-        A, B, _ = mean_descriptor(
-            reduced(Mip.printed()).vertices).state_space()
-    return control.ss(
-        A + B @ K + L @ np.array(printed.C), -L, K, np.zeros((1, 2)))
+        A, B, _ = mean_descriptor(reduced(Mip.printed()).vertices).state_space()
+    return control.ss(A + B @ K + L @ np.array(printed.C), -L, K, np.zeros((1, 2)))
 
 
 def _rank(A, C):
-    return np.linalg.matrix_rank(np.vstack([
-        C @ np.linalg.matrix_power(A, k) for k in range(len(A))]))
+    return np.linalg.matrix_rank(
+        np.vstack([C @ np.linalg.matrix_power(A, k) for k in range(len(A))])
+    )
 
 
 def _observable(printed):
@@ -93,9 +102,12 @@ def _observable(printed):
     small = A[np.ix_([0, 2, 3], [0, 2, 3])]
     whole, part = _rank(A, C), _rank(small, printed.C)
     return Row(
-        OBSERVER, "not observable with phi, observable without",
-        "Section 4.3.2, (4.27)", "yes",
-        f"rank {whole} of 4, and {part} of 3", claim(whole < 4 and part == 3),
+        OBSERVER,
+        "not observable with phi, observable without",
+        "Section 4.3.2, (4.27)",
+        "yes",
+        f"rank {whole} of 4, and {part} of 3",
+        claim(whole < 4 and part == 3),
         "vertex 1, both rates measured",
     )
 
@@ -109,8 +121,11 @@ def _weights(printed):
         return Q_F[0] == states and R_F[0] == outputs
 
     return Row(
-        OBSERVER, "Q_F and R_F", "Section 4.3.2",
-        "Q_F = sqrt(diag(0.01, 0.1)), R_F = [2 E^-1 B; 0]", "swapped",
+        OBSERVER,
+        "Q_F and R_F",
+        "Section 4.3.2",
+        "Q_F = sqrt(diag(0.01, 0.1)), R_F = [2 E^-1 B; 0]",
+        "swapped",
         misprint(fits(root, push), fits(push, root)),
         f"P Q_F of (2.45) needs {states} rows, R_F^T Y {outputs}",
     )
@@ -122,14 +137,21 @@ def _reduced(printed):
     A = np.vstack([[0, 1, 0], np.hstack([S[0][:, :1], D[0]])])
     apart = max(np.abs(E - printed.E_1).max(), np.abs(A - printed.A_1).max())
     yield Row(
-        OBSERVER, "E_1 and A_1", "(4.27)", "numbers of (4.25), vertex 1",
-        f"difference {below(apart, 1e-15)}", compare(apart, 0, 1e-15)[0],
+        OBSERVER,
+        "E_1 and A_1",
+        "(4.27)",
+        "numbers of (4.25), vertex 1",
+        f"difference {below(apart, 1e-15)}",
+        compare(apart, 0, 1e-15)[0],
         "entry by entry",
     )
-    first, last = (np.allclose(printed.B_1[1:], B[k], rtol=1e-6)
-                   for k in (0, 3))
+    first, last = (np.allclose(printed.B_1[1:], B[k], rtol=1e-6) for k in (0, 3))
     yield Row(
-        OBSERVER, "B_1", "(4.27)", digits(printed.B_1), digits(B[0]),
+        OBSERVER,
+        "B_1",
+        "(4.27)",
+        digits(printed.B_1),
+        digits(B[0]),
         misprint(first, last),
         "beside E_1 and A_1 it should be vertex 1's; these are the digits "
         "of vertex 4's",
@@ -143,8 +165,11 @@ def _design(R):
     alone = DescriptorSystem(first.E, first.A, first.Bu)
     push = 2 * np.linalg.solve(mean.E, mean.Bu)
     return design_observer(
-        plant, design_lqr(alone, np.eye(3), [[R]]).K,
-        np.vstack([push, 0 * push]), np.sqrt(np.diag([0.01, 0.1])))
+        plant,
+        design_lqr(alone, np.eye(3), [[R]]).K,
+        np.vstack([push, 0 * push]),
+        np.sqrt(np.diag([0.01, 0.1])),
+    )
 
 
 def _gains(printed, R):
@@ -152,16 +177,23 @@ def _gains(printed, R):
     found = _design(R)
     verdict, gap = relative(K, found.K, 2e-4)
     yield Row(
-        OBSERVER, f"K, R = {R}", "Table 4.3", format_gain(K),
-        format_gain(found.K), verdict,
+        OBSERVER,
+        f"K, R = {R}",
+        "Table 4.3",
+        format_gain(K),
+        format_gain(found.K),
+        verdict,
         f"the regulator (Q = I) of vertex 1 alone, to {gap:.0e}",
     )
     gaps = (found.L - L) / (1e-3 * np.abs(L) + [[0.055], [0], [0]])
     verdict, _ = compare(0, gaps, 1)
     yield Row(
-        OBSERVER, f"L, R = {R}", "Table 4.3",
+        OBSERVER,
+        f"L, R = {R}",
+        "Table 4.3",
         "; ".join(digits(row, ".1f") for row in L),
-        "; ".join(digits(row, ".3f") for row in found.L), verdict,
+        "; ".join(digits(row, ".3f") for row in found.L),
+        verdict,
         "Theorem 2.5, four vertices, with Q_F and R_F swapped; to 1e-3, and "
         "in the first row to half of the last digit, 0.05",
     )
@@ -172,9 +204,13 @@ def _robust(printed, plant, R):
     loop = observer_loop(plant, K, L, printed.C)
     proof = proven(analyse_loop(loop.E, loop.A))
     return Row(
-        OBSERVER, f"robustly stable, R = {R}", "Table 4.3", "yes",
+        OBSERVER,
+        f"robustly stable, R = {R}",
+        "Table 4.3",
+        "yes",
         ("proven" if proof else "no proof found")
-        + " for the printed K and L and every plant", claim(proof),
+        + " for the printed K and L and every plant",
+        claim(proof),
         "pairs of vertices with K and L fixed; Theorem 2.5 itself speaks "
         "of the vertices only",
     )
@@ -188,8 +224,12 @@ def _controller(printed):
     natural = controller(2, printed=printed).poles().real
     _, other = relative(theirs, np.sort(natural), 3e-4)
     yield Row(
-        OBSERVER, "poles", "(4.28), R = 2", digits(theirs),
-        digits(ours, ".6g"), verdict,
+        OBSERVER,
+        "poles",
+        "(4.28), R = 2",
+        digits(theirs),
+        digits(ours, ".6g"),
+        verdict,
         f"to {gap:.0e}, from the digits of (4.25) and of Table 4.3. With "
         f"the means of the natural form they are {100 * other:.1f} % off: "
         "a mean depends on the form. (The rounding of L alone may move the "
@@ -202,8 +242,11 @@ def _controller(printed):
         ours = [-(found.C @ found.B)[0, k], *at]
         verdict, gap = relative([gain, *np.sort(zeros)], ours, 6e-3)
         yield Row(
-            OBSERVER, f"gain and zeros from {name}", "(4.28), R = 2",
-            digits([gain, *np.sort(zeros)], ".5g"), digits(ours, ".5g"),
+            OBSERVER,
+            f"gain and zeros from {name}",
+            "(4.28), R = 2",
+            digits([gain, *np.sort(zeros)], ".5g"),
+            digits(ours, ".5g"),
             verdict,
             f"to {100 * gap:.1f} %: the rounding of L's first row moves the "
             "zeros by as much; for u = -H y",
@@ -215,22 +258,32 @@ def _without_the_fast(printed):
     (h1, y1), (h2, y2), poles = printed.reduced
     theirs, kept = [*y1, *y2, *sorted(poles)], [*z1, z2, *sorted(slow)]
     yield Row(
-        CONTROL, "poles and zeros without the fast ones", "(4.29)",
-        digits(theirs), digits(kept), relative(theirs, kept, 1e-9)[0],
+        CONTROL,
+        "poles and zeros without the fast ones",
+        "(4.29)",
+        digits(theirs),
+        digits(kept),
+        relative(theirs, kept, 1e-9)[0],
         "those of (4.28) but for the pole at -1694 and the zero at 232.5",
     )
     ours = [g1 / -fast, g2 * far / fast]
     yield Row(
-        CONTROL, "gains without the fast pole and zero", "(4.29)",
-        f"{h1:.4f}, {h2:.3f}", f"{ours[0]:.4f}, {ours[1]:.3f}",
+        CONTROL,
+        "gains without the fast pole and zero",
+        "(4.29)",
+        f"{h1:.4f}, {h2:.3f}",
+        f"{ours[0]:.4f}, {ours[1]:.3f}",
         relative([h1, h2], ours, 2e-4)[0],
         "the gain at s = 0 is kept; to 2e-4, the last digits differ",
     )
     verdict, gap = _discrete(printed)
     yield Row(
-        CONTROL, "the controller at 100 Hz", "(4.30)",
+        CONTROL,
+        "the controller at 100 Hz",
+        "(4.30)",
         "A, B, C, D with four digits",
-        f"transfer functions within {gap:.0e}", verdict,
+        f"transfer functions within {gap:.0e}",
+        verdict,
         "the zero-order hold of (4.29): numerators and denominators, to 2e-4",
     )
 
@@ -245,16 +298,23 @@ def _discrete(printed):
         H = control.zpk(zeros, poles, gain)
         held = control.sample_system(H, T, "zoh")
         ours = control.ss2tf(control.ss(A, B[:, [k]], C, D[:, [k]], T))
-        gaps += [compare(x[0][0], y[0][0], 2e-4)[1] for x, y in (
-            (held.num, ours.num), (held.den, ours.den))]
+        gaps += [
+            compare(x[0][0], y[0][0], 2e-4)[1]
+            for x, y in ((held.num, ours.num), (held.den, ours.den))
+        ]
     return compare(max(gaps), 0, 2e-4)
 
 
 def _stable(printed):
-    right = max(controller(R, form).poles().real.max()
-                for R in (1, 2) for form in ("natural", "printed"))
+    right = max(
+        controller(R, form).poles().real.max()
+        for R in (1, 2)
+        for form in ("natural", "printed")
+    )
     return Row(
-        OBSERVER, "the controller itself is stable", "Section 4.3.2, (4.28)",
+        OBSERVER,
+        "the controller itself is stable",
+        "Section 4.3.2, (4.28)",
         "all poles have a negative real part",
         f"rightmost pole {right:.2f} rad/s",
         claim(right < 0 and max(printed.controller[2]) < 0),
@@ -265,13 +325,18 @@ def _stable(printed):
 def _sampled(printed):
     held = control.sample_system(controller(2, "printed"), T, "zoh")
     fast = printed.controller[2][0]
-    gap = np.abs(np.sort(held.poles().real) - np.sort(np.exp(
-        T * controller(2, "printed").poles().real))).max()
+    gap = np.abs(
+        np.sort(held.poles().real)
+        - np.sort(np.exp(T * controller(2, "printed").poles().real))
+    ).max()
     return Row(
-        "28_discretisation", "fast poles make the sampled controller random",
-        "Section 4.3.2", "poles and zeros above or close to 100 Hz can",
+        "28_discretisation",
+        "fast poles make the sampled controller random",
+        "Section 4.3.2",
+        "poles and zeros above or close to 100 Hz can",
         f"the hold has the poles exp(p T), difference {below(gap, 1e-6)}; "
-        f"of {fast:g} it makes {np.exp(fast * T):.0e}", claim(gap > 1e-6),
+        f"of {fast:g} it makes {np.exp(fast * T):.0e}",
+        claim(gap > 1e-6),
         "exact and repeatable: a delay of one tick; leaving the pole out "
         "does help, for that reason",
     )

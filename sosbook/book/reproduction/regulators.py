@@ -43,10 +43,13 @@ def numbers(printed):
             ours = _of_one_vertex(law, R)
             verdict, gap = relative(K, ours, 6e-4)
             yield Row(
-                CONTROL, f"{law} gains, R = {R}", place, format_gain(K),
-                format_gain(ours), verdict,
-                f"the regulator (Q = I) of vertex {vertex + 1} alone, to "
-                f"{gap:.0e}",
+                CONTROL,
+                f"{law} gains, R = {R}",
+                place,
+                format_gain(K),
+                format_gain(ours),
+                verdict,
+                f"the regulator (Q = I) of vertex {vertex + 1} alone, to {gap:.0e}",
             )
 
 
@@ -65,7 +68,10 @@ def _values_of_R(printed):
         return relative(gains, 1 / np.sqrt(values), 6e-4)[0] == "reproduced"
 
     return Row(
-        CONTROL, "values of R", "Section 4.3.1", "R = 2, 3 and 5",
+        CONTROL,
+        "values of R",
+        "Section 4.3.1",
+        "R = 2, 3 and 5",
         "R = " + ", ".join(f"{g**-2:.2f}" for g in gains),
         misprint(fits([2, 3, 5]), fits(list(printed.pd))),
         "with Q = I the gain of phi is 1 / sqrt(R), for each plant; the "
@@ -81,8 +87,11 @@ def _theorem(printed, plants, law, R):
         forms.append(design_lqr(of, np.eye(N), [[R]], U, noise=noise).K)
     met = [relative(K, ours, 6e-4) for ours in forms]
     return Row(
-        CONTROL, f"{law} gains, R = {R}, by Theorem 2.4", place,
-        format_gain(K), format_gain(forms[0]),
+        CONTROL,
+        f"{law} gains, R = {R}, by Theorem 2.4",
+        place,
+        format_gain(K),
+        format_gain(forms[0]),
         claim(*(verdict == "reproduced" for verdict, _ in met)),
         "ours: four vertices and their pairs, M, D, S, B and F of (4.25); "
         f"the table is up to {100 * met[0][1]:.0f} % off, and up to "
@@ -99,16 +108,29 @@ def _robust(printed, plants, law, R):
     _, name, U, N, _ = LAWS[law]
     K = getattr(printed, name)[R]
     given = analyse_pid(
-        plants, K, U, coupling="slack", slack=0.003, minimize="cost",
-        cost=QuadraticCost(np.eye(N), [[R]]), backoff=1e-3)
+        plants,
+        K,
+        U,
+        coupling="slack",
+        slack=0.003,
+        minimize="cost",
+        cost=QuadraticCost(np.eye(N), [[R]]),
+        backoff=1e-3,
+    )
     proof = proven(given)
     ours = "no proof found"
     if proof:
-        ours = (f"proven, cost below {given.request.cost.bound:.4g}; true "
-                f"worst of 54 plants {given.noise_cost(samples=50):.4g}")
+        ours = (
+            f"proven, cost below {given.request.cost.bound:.4g}; true "
+            f"worst of 54 plants {given.noise_cost(samples=50):.4g}"
+        )
     return Row(
-        CONTROL, f"{law}, R = {R}: robustly stable", LAWS[law][0], "yes",
-        ours, claim(proof),
+        CONTROL,
+        f"{law}, R = {R}: robustly stable",
+        LAWS[law][0],
+        "yes",
+        ours,
+        claim(proof),
         "the printed digits, every plant of the polytope, exactly; "
         "noise of intensity one on each state",
     )
@@ -118,9 +140,13 @@ def _root(plants):
     found = design_lqr(plants, np.eye(4), [[1]])
     bound, cost = found.request.cost.bound, found.noise_cost()
     return Row(
-        "23_lqr", "the root of tr J bounds the cost", "Theorem 2.4",
-        "sqrt(tr J)", f"tr J = {bound:.2f}, its root {bound**0.5:.2f}; the "
-        f"true worst cost is {cost:.2f}", claim(cost <= bound**0.5),
+        "23_lqr",
+        "the root of tr J bounds the cost",
+        "Theorem 2.4",
+        "sqrt(tr J)",
+        f"tr J = {bound:.2f}, its root {bound**0.5:.2f}; the "
+        f"true worst cost is {cost:.2f}",
+        claim(cost <= bound**0.5),
         "the pendulum, Q = I, R = 1: tr J itself bounds it, as (2.30) has it",
     )
 
@@ -133,12 +159,19 @@ def _size_of_W():
         A -= (np.linalg.eigvals(A).real.max() + 1) * np.eye(2)
         W, psi = root @ root.T, solve_continuous_lyapunov(A.T, -np.eye(2))
         cost = np.trace(W @ psi)
-        for name, size in (("norm", np.linalg.norm(W, 2)),
-                           ("determinant", np.linalg.det(W))):
+        for name, size in (
+            ("norm", np.linalg.norm(W, 2)),
+            ("determinant", np.linalg.det(W)),
+        ):
             holds[name] &= bool(cost <= size * np.trace(psi) * (1 + 1e-9))
     return Row(
-        "23_lqr", "|W| tr(...) bounds the cost", "Lemma 2.3", "|W|",
-        "; ".join(f"with the {name}: {'yes' if ok else 'no'}"
-                  for name, ok in holds.items()), claim(*holds.values()),
+        "23_lqr",
+        "|W| tr(...) bounds the cost",
+        "Lemma 2.3",
+        "|W|",
+        "; ".join(
+            f"with the {name}: {'yes' if ok else 'no'}" for name, ok in holds.items()
+        ),
+        claim(*holds.values()),
         "|W| isn't defined; 100 random stable systems of order two",
     )

@@ -1,11 +1,14 @@
 """Section 4.3 at 100 Hz: what a computer makes of the printed laws."""
 
-import control
 import numpy as np
 
 from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
+from ...runtime.libraries import library
 from .. import thesis
 from .table import Row, below, claim
+
+control = library("control")
+
 
 __all__ = ["rows"]
 
@@ -27,28 +30,41 @@ def rows():
     robots = (robot, *vertices(robot))
 
     def worst(law, ticks, sensing):
-        return max(SampledLoop(r, law, ticks * T, sensing).radius
-                   for r in robots)
+        return max(SampledLoop(r, law, ticks * T, sensing).radius for r in robots)
 
-    gains = {f"{law} R = {R}": K for law, table in (
-        ("PD", printed.pd), ("PID", printed.pid)) for R, K in table.items()}
+    gains = {
+        f"{law} R = {R}": K
+        for law, table in (("PD", printed.pd), ("PID", printed.pid))
+        for R, K in table.items()
+    }
     rates = np.random.default_rng(0).normal(size=(50, 2))
     gap = max(_gap(K, rates) for K in gains.values())
     yield Row(
-        SAMPLED, "the PID's program", "(4.26), (B.3)",
+        SAMPLED,
+        "the PID's program",
+        "(4.26), (B.3)",
         "the discrete PID of theta' and phi'",
-        f"Euler sums of both; difference {below(gap, 1e-9)} V", claim(gap < 1e-9),
+        f"Euler sums of both; difference {below(gap, 1e-9)} V",
+        claim(gap < 1e-9),
         "with U, and x2 preset from the tilt, which the text lacks",
     )
-    lost = {words: [name for name, K in gains.items() if worst(
-        law_of(K, T), ticks, sensing) >= 1]
-        for words, law_of, ticks, sensing in WAYS}
+    lost = {
+        words: [
+            name
+            for name, K in gains.items()
+            if worst(law_of(K, T), ticks, sensing) >= 1
+        ]
+        for words, law_of, ticks, sensing in WAYS
+    }
     yield Row(
-        SAMPLED, "the controllers of Tables 4.1, 4.2 run at 100 Hz",
-        "Section 4.3.1", "run on the robot",
-        "unstable with " + "; ".join(
-            f"{words}: {', '.join(names) or 'none'}"
-            for words, names in lost.items()),
+        SAMPLED,
+        "the controllers of Tables 4.1, 4.2 run at 100 Hz",
+        "Section 4.3.1",
+        "run on the robot",
+        "unstable with "
+        + "; ".join(
+            f"{words}: {', '.join(names) or 'none'}" for words, names in lost.items()
+        ),
         claim(*(not names for names in lost.values())),
         "worst spectral radius of the middle and four vertices. How phi' is "
         "found and how late V acts isn't printed, and it decides",
@@ -58,11 +74,13 @@ def rows():
     law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
     radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
     yield Row(
-        SAMPLED, "the observer's controller at 100 Hz", "(4.30)",
-        "run on the robot", f"worst radius {max(radii):.4f}",
+        SAMPLED,
+        "the observer's controller at 100 Hz",
+        "(4.30)",
+        "run on the robot",
+        f"worst radius {max(radii):.4f}",
         claim(max(radii) < 1),
-        "at once and one tick late, rates exact and differenced; phi isn't "
-        "fed back",
+        "at once and one tick late, rates exact and differenced; phi isn't fed back",
     )
 
 

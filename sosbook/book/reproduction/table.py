@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 __all__ = [
+    "KINDS",
+    "VERDICTS",
     "Erratum",
     "Row",
-    "VERDICTS",
-    "KINDS",
     "below",
     "claim",
     "compare",
@@ -51,6 +51,7 @@ class Row:
     item, place : str
         What, and where in the thesis.
     printed, ours : str
+        The thesis's number, and the same quantity, computed here.
     verdict : str
         A key of `VERDICTS`.
     why : str
@@ -79,6 +80,7 @@ class Erratum:
     kind : str
         A key of `KINDS`.
     place, printed, correct : str
+        Where it stands in the thesis, what stands there, and what should.
     evidence : str
         Why, and what computes it.
     chapter : str
@@ -98,7 +100,7 @@ class Erratum:
 
 
 def compare(printed, ours, tolerance):
-    """Verdict on numbers, entry by entry, and the largest gap.
+    """Verdict on ours against printed numbers within a tolerance, and the gap.
 
     A number that isn't met refutes the claim that it follows.
     """
@@ -120,7 +122,7 @@ def claim(*holds):
 
 
 def misprint(printed, mended):
-    """Verdict on a character: does the text pass a test as it stands?
+    """Verdict on a character: whether ``printed`` or ``mended`` passes a test.
 
     Examples
     --------
@@ -133,18 +135,25 @@ def misprint(printed, mended):
 
 
 def solution(printed, ours, tolerance, *proven):
-    """Verdict on gains, and why: the same, or of the same LMIs (proven)."""
+    """Verdict on ours against printed gains, and why, within a tolerance.
+
+    They are the same, or both solve the LMIs (proven).
+    """
     verdict, gap = compare(printed, ours, tolerance)
     if verdict != "reproduced" and all(proven):
         verdict = "another solution"
-    words = ("both are proven to satisfy the LMIs" if all(proven)
-             else "not both are proven to satisfy the LMIs")
+    words = (
+        "both are proven to satisfy the LMIs"
+        if all(proven)
+        else "not both are proven to satisfy the LMIs"
+    )
     return verdict, (
-        f"{words}; ours is their analytic centre; largest difference {gap:.2g}")
+        f"{words}; ours is their analytic centre; largest difference {gap:.2g}"
+    )
 
 
 def proven(answer, *digits):
-    """Whether there is a certificate, and it is proven exactly."""
+    """Whether an answer has a certificate, and is proven exactly with such digits."""
     try:
         return answer.certify(*digits).proven
     except ValueError:  # nothing to certify
@@ -152,15 +161,18 @@ def proven(answer, *digits):
 
 
 def below(value, limit):
-    """In words: digits of rounding errors differ between machines."""
+    """Whether a value is below a limit, in words, for digits may differ.
+
+    Those of rounding errors differ between machines.
+    """
     return f"below {limit:g}" if value < limit else f"{value:.2g}"
 
 
 def format_poles(values):
+    """Poles, the given values, as text."""
     upper = [p for p in np.atleast_1d(values) if p.imag >= 0]
     return ", ".join(
-        f"{p.real:.4f}" + (f" ± {p.imag:.4f}j" if p.imag else "")
-        for p in upper
+        f"{p.real:.4f}" + (f" ± {p.imag:.4f}j" if p.imag else "") for p in upper
     )
 
 
@@ -170,11 +182,11 @@ def matched(printed, computed):
     Where there are too few, infinity stands for the others.
     """
     left = [*computed, *(len(printed) - len(computed)) * [np.inf]]
-    return np.array([
-        left.pop(int(np.argmin([abs(p - q) for q in left])))
-        for p in printed
-    ])
+    return np.array(
+        [left.pop(int(np.argmin([abs(p - q) for q in left]))) for p in printed]
+    )
 
 
 def format_gain(K):
+    """A gain K as text, row by row, with four decimals."""
     return "; ".join(" ".join(f"{k:.4f}" for k in row) for row in K)

@@ -6,7 +6,7 @@ from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
-from ...studies.polytopes import hull_gap, inside, promises
+from ...studies.polytopes import hull_gap, sample_plants, verify_on_samples
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import counterexamples, thesis
 from .table import Row, claim
@@ -23,17 +23,18 @@ def rows():
         return Row(chapter, item, place, printed, ours, claim(holds), why)
 
     yield row(
-        "vertices are enough for (2.12)", "Lemma 2.1, proof",
+        "vertices are enough for (2.12)",
+        "Lemma 2.1, proof",
         *_regularization(),
         "M and B enter once: the LMI is affine in the polytope's weights",
     )
     limit = Saturation(10, [1, 0, 0, 0])
     driven = counterexamples.actuated()
-    design = design_pid(
-        driven, gamma=3, saturation=limit, coupling="vertices")
+    design = design_pid(driven, gamma=3, saturation=limit, coupling="vertices", mu=1.0)
     right = design.poles(samples=50).real.max()
     yield row(
-        "vertices are enough for (2.15)", "Theorem 2.1, proof",
+        "vertices are enough for (2.15)",
+        "Theorem 2.1, proof",
         f"{_proven(design)} at both vertices; a plant between has a pole "
         f"near {right:+.2f}",
         right < 0,
@@ -44,46 +45,59 @@ def rows():
     corners = analyse_pid(plants, np.zeros((1, 4)), coupling="vertices")
     right = plants.mean.poles().real.max()
     yield row(
-        "vertices are enough for (2.18)", "Theorem 2.2, proof",
+        "vertices are enough for (2.18)",
+        "Theorem 2.2, proof",
         f"{_proven(corners)} at both vertices; the plant halfway has a "
         f"pole near {right:+.2f}",
-        right < 0, "A(a) P E(a)' is quadratic in a",
+        right < 0,
+        "A(a) P E(a)' is quadratic in a",
     )
     slow = counterexamples.slower_corners()
     corners = analyse_pid(
-        slow, np.zeros((1, 4)), region=PoleRegion(rho=17),
-        coupling="vertices")
-    top = max(abs(v.poles()).max() for v in inside(slow, 21))
+        slow, np.zeros((1, 4)), region=PoleRegion(rho=17), coupling="vertices"
+    )
+    top = max(abs(v.poles()).max() for v in sample_plants(slow, 21))
     yield row(
-        "vertices are enough for (2.19)", "Theorem 2.2, proof",
+        "vertices are enough for (2.19)",
+        "Theorem 2.2, proof",
         f"rho = 17 {_proven(corners)} at both vertices; a plant between "
         f"has a pole of modulus {top:.1f}",
-        top < 17, "only M varies: -rho E P E' is concave in E",
+        top < 17,
+        "only M varies: -rho E P E' is concave in E",
     )
     yield row(
-        "vertices are enough for (2.36)", "Theorem 2.4, proof",
-        *_lqr(plants, P), "K = 0, R = I, and a small Q",
+        "vertices are enough for (2.36)",
+        "Theorem 2.4, proof",
+        *_lqr(plants, P),
+        "K = 0, R = I, and a small Q",
     )
     yield row(
-        "if and only if", "Theorem 2.2", *_equivalence(),
+        "if and only if",
+        "Theorem 2.2",
+        *_equivalence(),
         "z'' + 0.2 z' + k z = 0, k in [1, 100]: one P for all k is a "
         "restriction. For one plant the equivalence is true",
         printed="a common P exists iff the poles lie in D",
     )
     for number, reason in (
-        (2, "one mass varies: E^-1 [A B_u B_w] stays in the hull of its "
-            "vertices, where the claim is true"),
+        (
+            2,
+            "one mass varies: E^-1 [A B_u B_w] stays in the hull of its "
+            "vertices, where the claim is true",
+        ),
         (4, "E is certain: the LMIs are affine"),
     ):
         ex = getattr(thesis, f"example_{number}")()
         gap = hull_gap(ex.plant, ex.U, ex.K_A)
         own = design_pid(ex.plant, **ex.requirements, coupling="vertices")
-        kept = min(promises(own).values())
+        kept = min(verify_on_samples(own).values())
         yield row(
             f"vertices are enough in Example {number}",
             f"Example {number}",
             "yes; a design at the vertices is kept at 20 plants between"
-            if gap < 1e-9 and kept > 0 else "no", gap < 1e-9 and kept > 0,
+            if gap < 1e-9 and kept > 0
+            else "no",
+            gap < 1e-9 and kept > 0,
             reason,
         )
 
@@ -96,10 +110,9 @@ def _regularization():
     """Smallest eigenvalue of sm{M - B K_A} / 2, corners and between."""
     plants, worst = counterexamples.random_pair(0), []
     K_A = -0.3 * np.eye(2)
-    for group in (plants.vertices, inside(plants, 21)):
+    for group in (plants.vertices, sample_plants(plants, 21)):
         regular = [v.M - v.B @ K_A for v in group]
-        worst.append(min(
-            np.linalg.eigvalsh(x + x.T)[0] / 2 for x in regular))
+        worst.append(min(np.linalg.eigvalsh(x + x.T)[0] / 2 for x in regular))
     holds = worst[1] >= worst[0] * (1 - 1e-12)
     return "yes, never smaller between the vertices" if holds else "no", holds
 
@@ -110,17 +123,20 @@ def _lqr(plants, P):
     corners = []
     for d in descriptors(plants):
         theta, EPQ = d.A @ P @ d.E.T, d.E @ P @ Q_F
-        g = np.block([
-            [theta + theta.T, EPQ, np.zeros((4, 1))],
-            [EPQ.T, -np.eye(4), np.zeros((4, 1))],
-            [np.zeros((1, 8)), -R_F],
-        ])
+        g = np.block(
+            [
+                [theta + theta.T, EPQ, np.zeros((4, 1))],
+                [EPQ.T, -np.eye(4), np.zeros((4, 1))],
+                [np.zeros((1, 8)), -R_F],
+            ]
+        )
         corners.append(np.linalg.eigvalsh(g)[-1] < 0)
     right = plants.mean.poles().real.max()
     words = "holds" if all(corners) else "fails"
     return (
         f"(2.36) {words} at both vertices; the plant halfway has a pole "
-        f"near {right:+.2f}", right < 0 or not all(corners),
+        f"near {right:+.2f}",
+        right < 0 or not all(corners),
     )
 
 
@@ -128,7 +144,7 @@ def _equivalence():
     """Poles to the left of -0.05 for each k, but no common P."""
     ends = [SecondOrderSystem([[1]], [[0.2]], [[k]], [[1]]) for k in (1, 100)]
     plants = Polytope(ends)
-    right = max(plant.poles().real.max() for plant in inside(plants, 101))
+    right = max(plant.poles().real.max() for plant in sample_plants(plants, 101))
     found = analyse_pid(plants, np.zeros((1, 2)), region=PoleRegion(0.05))
     none = found.status == "infeasible" and found.infeasibility.proven
     return (

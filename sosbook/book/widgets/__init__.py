@@ -5,6 +5,10 @@ millisecond, so a move costs what the design costs. One module for each
 explorer.
 """
 
+from ...runtime.libraries import library
+
+library("ipywidgets")  # its extra has all that the sliders need
+
 from .arm import explore_swing
 from .car_seat import explore_mass_range
 from .coupling import explore_coupling

@@ -1,17 +1,19 @@
 """Move the swing range of the flexible arm."""
 
-import html
-
 import numpy as np
-from ipywidgets import ToggleButtons
 
 from ...analysis.nonlinear import arm_gravity, simulate_nonlinear
+from ...display.escape import page_text
 from ...plants.second_order import Polytope
 from ...requirements.pole_region import PoleRegion
+from ...runtime.libraries import library
 from .. import thesis
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
 from .explorer import Explorer, Follower, gains_table, linear, note, page
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_swing"]
 
@@ -29,6 +31,7 @@ def explore_swing():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -39,11 +42,9 @@ def explore_swing():
     sliders = {
         "phi_max": linear("swing phi_max (degrees)", 90.0, 10, 180),
         "sigma": linear("decay rate sigma (1/s)", region.sigma, 0, 10),
-        "theta": linear(
-            "half-angle theta (degrees)", np.degrees(region.theta), 20, 90),
+        "theta": linear("half-angle theta (degrees)", np.degrees(region.theta), 20, 90),
         "rho": linear("radius rho (rad/s)", region.rho, 10, 40),
-        "task": ToggleButtons(
-            options=[REST, STEPS], value=REST, description="task"),
+        "task": ToggleButtons(options=[REST, STEPS], value=REST, description="task"),
     }
 
     follow = Follower()
@@ -53,15 +54,12 @@ def explore_swing():
         low = np.cos(top) if task == STEPS else np.sinc(phi_max / 180)
         arms = Polytope([thesis.arm(1.0), thesis.arm(float(low))])
         wanted = PoleRegion(sigma, np.radians(theta), rho)
-        design = follow(arms, ex.U, wanted)
-        words = (
-            f"<strong>{design.status}</strong> for factors from "
-            f"{low:.3f} to 1. "
-        )
+        design = follow(arms, ex.U, region=wanted)
+        words = f"<strong>{design.status}</strong> for factors from {low:.3f} to 1. "
         if design.status != "feasible":
             chart = _poles(np.array([]), wanted, VERMILLION)
             yield note(words) + page(chart)
-            yield note(words + html.escape(design.advice)) + page(chart)
+            yield note(words + page_text(design.advice)) + page(chart)
             return
         chart = _poles(design.poles(samples=15), wanted, GREEN)
         yield note(words, BLUE) + page(chart, gains_table(design))
@@ -71,7 +69,8 @@ def explore_swing():
         else:
             asked = dict(x0=np.r_[goal, 0, 0, 0])
         answer = simulate_nonlinear(
-            thesis.arm(0.0), arm_gravity, design.K, t, ex.U, **asked)
+            thesis.arm(0.0), arm_gravity, design.K, t, ex.U, **asked
+        )
         swing = np.degrees(answer.z)
         reach = np.abs(swing[0]).max()
         words += f"The arm swings to {reach:.0f} degrees"
@@ -79,7 +78,9 @@ def explore_swing():
             words += ": BEYOND phi_max, where this polytope says nothing"
         words += f"; peak torque {np.abs(answer.u).max():.3g} Nm."
         yield note(words, BLUE) + page(
-            chart, _angles(t, swing, phi_max), _torque(t, answer.u[0]),
+            chart,
+            _angles(t, swing, phi_max),
+            _torque(t, answer.u[0]),
             gains_table(design),
         )
 
@@ -89,8 +90,12 @@ def explore_swing():
 def _poles(poles, region, colour):
     window = window_of([np.append(poles, -region.rho)], region)
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
-        "Poles for frozen factors", square=True,
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        "Poles for frozen factors",
+        square=True,
     )
     outline = region_outline(region, window)
     chart.polygon(outline.real, outline.imag, colour, colour != GREEN)
@@ -105,7 +110,10 @@ def _angles(t, swing, phi_max):
     low, high = min(swing.min(), -phi_max), max(swing.max(), phi_max)
     room = 0.06 * (high - low)
     chart = Chart(
-        (0, t[-1]), (low - room, high + room), "t (s)", "degrees",
+        (0, t[-1]),
+        (low - room, high + room),
+        "t (s)",
+        "degrees",
         "Angles of the nonlinear arm",
     )
     for side in (-phi_max, phi_max):
@@ -118,7 +126,10 @@ def _angles(t, swing, phi_max):
 def _torque(t, u):
     room = 0.06 * (np.ptp(u) or 1.0)
     chart = Chart(
-        (0, t[-1]), (u.min() - room, u.max() + room), "t (s)", "Nm",
+        (0, t[-1]),
+        (u.min() - room, u.max() + room),
+        "t (s)",
+        "Nm",
         "Torque of the motor",
     )
     chart.line(t, u, BLUE, name="u")

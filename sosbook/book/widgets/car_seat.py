@@ -1,12 +1,11 @@
 """Move the range of the driver's mass in the car-seat example."""
 
-import html
-
 import numpy as np
 
 from ...analysis.linear import poles
-from ...analysis.response import simulate
+from ...display.escape import page_text
 from ...plants.descriptor import descriptors
+from ...plants.response import simulate
 from ...plants.second_order import Polytope
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
@@ -47,6 +46,7 @@ def explore_mass_range():
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     ex = example_2()
     sliders = {
@@ -64,20 +64,24 @@ def explore_mass_range():
     def draw(low, high, sigma, theta, rho, gamma, u_max):
         region = PoleRegion(sigma, np.radians(theta), rho)
         design = follow(
-            Polytope([car_seat(low), car_seat(high)]), ex.U, region, gamma,
-            Saturation(u_max, ex.saturation.x0),
+            Polytope([car_seat(low), car_seat(high)]),
+            ex.U,
+            region=region,
+            gamma=gamma,
+            saturation=Saturation(u_max, ex.saturation.x0),
         )
         words = f"One controller for {low:g} to {high:g} kg: "
         words += f"<strong>{design.status}</strong>."
         if design.status != "feasible":
             yield note(words)
-            yield note(f"{words} {html.escape(design.advice)}")
+            yield note(f"{words} {page_text(design.advice)}")
             return
         masses = np.linspace(low, high, 21)
         loops = descriptors(Polytope([car_seat(m) for m in masses]), ex.U)
         yield note(words, BLUE) + page(
             _pole_chart(loops, design.K, region),
-            _step_chart(loops, design.K, masses), gains_table(design),
+            _step_chart(loops, design.K, masses),
+            gains_table(design),
             margins_table(design.margins),
         )
 
@@ -88,7 +92,10 @@ def _pole_chart(loops, K, region):
     found = branches([poles(d, K) for d in loops])
     window = window_of([found], region)
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
         "Poles for all masses; circles: lightest, crosses: heaviest",
         square=True,
     )
@@ -106,8 +113,9 @@ def _step_chart(loops, K, masses):
     ends = [simulate(loops[k], K, t, r).z[0] for k in (0, -1)]
     high = 1.1 * max(0.1, *(z.max() for z in ends))
     low = 1.1 * min(0.0, *(z.min() for z in ends))
-    chart = Chart((0, 5), (low, high), "t (s)", "z1 (m)",
-                  "Seat for a set point of 0.1 m")
+    chart = Chart(
+        (0, 5), (low, high), "t (s)", "z1 (m)", "Seat for a set point of 0.1 m"
+    )
     chart.line([0, 5], [0.1, 0.1], GREY, dashed=True)
     for z, m, colour in zip(ends, masses[[0, -1]], (INK, VERMILLION)):
         chart.line(t, z, colour, name=f"{m:g} kg")

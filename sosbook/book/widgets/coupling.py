@@ -5,7 +5,7 @@ import numpy as np
 from ...analysis.linear import poles
 from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope
-from ...studies.polytopes import READINGS, inside, widen
+from ...studies.polytopes import READINGS, sample_plants, scale_polytope
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
 from .explorer import Explorer, Follower, linear, note, page
@@ -24,53 +24,55 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
         Its vertices move along the rays from their mean. The slider
         counts the largest relative change of a mass.
     region : Region, optional
+        What is asked of the poles.
     count : int
         Steps between two vertices at which the poles are drawn.
     slack : float, optional
         Of the slack matrix; without it every move is a line search.
-    asked
+    **asked
         Further keywords of `design_pid`.
 
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     full = _mass_spread(plants)
     if full == 0:
         raise ValueError("plants has the same mass at all vertices")
     top = min(99.0, 125 * full)
-    sliders = {"spread": linear(
-        "mass spread (± percent)", 100 * full, 0, top, ".0f")}
+    sliders = {"spread": linear("mass spread (± percent)", 100 * full, 0, top, ".0f")}
 
     follow = {name: Follower() for name in READINGS}
 
     def draw(spread):
-        polytope = widen(plants, spread / 100 / full)
+        polytope = scale_polytope(plants, spread / 100 / full)
         charts, words = {}, []
         for order in (("vertices", "pairs"), ("slack",)):
             for name in order:
                 design = follow[name](
-                    polytope, region=region, coupling=name,
-                    slack=slack if name == "slack" else None, **asked)
+                    polytope,
+                    region=region,
+                    coupling=name,
+                    slack=slack if name == "slack" else None,
+                    **asked,
+                )
                 charts[name], verdict = _one(name, design, region, count)
                 words.append(f"{name}: {verdict}")
             colour = VERMILLION if "<strong>" in str(words) else BLUE
-            yield note("; ".join(words) + ".", colour) + page(
-                *charts.values())
+            yield note("; ".join(words) + ".", colour) + page(*charts.values())
 
     return Explorer(sliders, draw)
 
 
 def _mass_spread(plants):
     mean = plants.mean.M.diagonal()
-    return max(
-        np.abs(v.M.diagonal() / mean - 1).max() for v in plants.vertices
-    )
+    return max(np.abs(v.M.diagonal() / mean - 1).max() for v in plants.vertices)
 
 
 def _one(name, design, region, count):
     """A chart of all poles, and the verdict in words."""
-    plants = inside(design.request.plant, count)
+    plants = sample_plants(design.request.plant, count)
     if design.K is None:
         found = np.concatenate([v.poles() for v in plants])
         verdict, colour, mark = design.status, GREY, "circle"
@@ -80,8 +82,12 @@ def _one(name, design, region, count):
         colour = BLUE if verdict == KEPT else VERMILLION
     window = window_of([found], region)
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
-        f"Poles of all plants, coupling {name}", square=True,
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        f"Poles of all plants, coupling {name}",
+        square=True,
     )
     if region is not None:
         outline = region_outline(region, window)

@@ -3,21 +3,29 @@
 from functools import lru_cache
 
 import numpy as np
-from ipywidgets import Dropdown, ToggleButtons
 
-from ...delay.design import DelayDesign, solve_delay
+from ...delay.design import DelayDesign
 from ...delay.request import DelayRequest
+from ...delay.solve import solve_delay
+from ...runtime.libraries import library
 from .. import thesis
 from ..elements.chart import Chart
 from ..elements.delay import KINDS, output_name, signal_of, unit_set_point
 from ..plots import BLUE, GREEN, GREY, INK, VERMILLION
 from .explorer import Explorer, gains_table, linear, log, margins_table, note, page
 
+Dropdown = library("ipywidgets").Dropdown
+ToggleButtons = library("ipywidgets").ToggleButtons
+
+
 __all__ = ["explore_delay"]
 
 PRINTED, OURS = "printed gains", "our design"
-DELAYS = (("shortest", GREEN, "circle"), ("nominal", GREY, "circle"),
-          ("longest", BLUE, "cross"))
+DELAYS = (
+    ("shortest", GREEN, "circle"),
+    ("nominal", GREY, "circle"),
+    ("longest", BLUE, "cross"),
+)
 
 
 def explore_delay(example=None):
@@ -37,6 +45,7 @@ def explore_delay(example=None):
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -44,16 +53,12 @@ def explore_delay(example=None):
     """
     ex = thesis.delay_example_2() if example is None else example
     sliders = {
-        "tau": linear("nominal delay tau (s)", ex.tau, ex.tau / 10,
-                      2.5 * ex.tau),
+        "tau": linear("nominal delay tau (s)", ex.tau, ex.tau / 10, 2.5 * ex.tau),
         "ratio": linear("variation mu / tau", ex.mu / ex.tau, 0, 1),
-        "delta": linear("decay rate delta (1/s)", ex.delta, 0,
-                        4 * ex.delta),
+        "delta": linear("decay rate delta (1/s)", ex.delta, 0, 4 * ex.delta),
         "alpha": log("scalar alpha (s)", ex.alpha, 10, 10),
-        "gain": ToggleButtons(
-            options=[PRINTED, OURS], value=OURS, description="gain"),
-        "kind": Dropdown(
-            options=KINDS, value=KINDS[1], description="the delay is"),
+        "gain": ToggleButtons(options=[PRINTED, OURS], value=OURS, description="gain"),
+        "kind": Dropdown(options=KINDS, value=KINDS[1], description="the delay is"),
     }
     r = unit_set_point(ex.U)
     t = np.linspace(0, ex.t_end, 301)
@@ -63,19 +68,27 @@ def explore_delay(example=None):
     @lru_cache(99)
     def asked(tau, ratio, delta, alpha):
         return DelayRequest(
-            ex.plant, ex.U, tau, ratio * tau, delta, alpha,
-            gain=ex.K if alpha is None else None)
+            ex.plant,
+            ex.U,
+            tau,
+            ratio * tau,
+            delta,
+            alpha,
+            gain=ex.K if alpha is None else None,
+        )
 
     def draw(tau, ratio, delta, alpha, gain, kind):
-        request = asked(
-            tau, ratio, delta, None if gain == PRINTED else alpha)
+        request = asked(tau, ratio, delta, None if gain == PRINTED else alpha)
         if gain == PRINTED:
             yield note("Looking for a certificate.", GREY) + page(
-                _roots(DelayDesign(request, "", ex.K)))
+                _roots(DelayDesign(request, "", ex.K))
+            )
         design = solve(request, refuse=False)
         if design.status == "undecided":
-            yield note("No certificate was found at once: looking for a "
-                       "proof that there is none.") + page(_roots(design))
+            yield note(
+                "No certificate was found at once: looking for a "
+                "proof that there is none."
+            ) + page(_roots(design))
             design = solve(request)
         verdict, roots = _verdict(design), _roots(design)
         colour = BLUE if design.status == "feasible" else VERMILLION
@@ -83,12 +96,13 @@ def explore_delay(example=None):
             yield note(verdict, colour) + page(roots)
             return
         margins = design.margins and margins_table(design.margins)
-        tables = (gains_table(design) + (margins or ""))
+        tables = gains_table(design) + (margins or "")
         yield note(verdict, colour) + page(roots, tables)
         words = truth(design)
         answer = simulated(design, t, signal_of(kind, tau, request.mu), r)
         yield note(verdict + words, colour) + page(
-            roots, output_figure(answer, ex.U), input_figure(answer), tables)
+            roots, output_figure(answer, ex.U), input_figure(answer), tables
+        )
 
     return Explorer(sliders, draw)
 
@@ -101,47 +115,58 @@ def _verdict(design):
         rate = f"the rate {request.delta:.3g} 1/s"
     promise = f"{rate} under the delay {low:.3g} s"
     if request.mu:
-        promise = (f"{rate}, however the delay varies within [{low:.3g}, "
-                   f"{high:.3g}] s")
+        promise = f"{rate}, however the delay varies within [{low:.3g}, {high:.3g}] s"
     if design.status == "feasible":
         words = f"a certificate of {promise}."
     elif design.status == "undecided":
-        words = (f"neither a certificate of {promise}, nor a proof that "
-                 "there is none.")
+        words = f"neither a certificate of {promise}, nor a proof that there is none."
     elif request.gain is None:
-        words = ("with this alpha the corrected LMI has no solution, by the "
-                 f"solver's multipliers, for {promise}. Move delta, tau or mu "
-                 "down, or alpha.")
+        words = (
+            "with this alpha the corrected LMI has no solution, by exact "
+            f"multipliers, for {promise}. Move delta, tau or mu down, or alpha."
+        )
     else:
-        words = (f"no functional of this form certifies {promise}: that "
-                 "alone doesn't make the loop slower.")
+        words = (
+            f"no functional of this form certifies {promise}: that "
+            "alone doesn't make the loop slower."
+        )
     return f"<strong>{design.status}</strong>: {words} "
 
 
 def truth(design):
     rate, delay = design.slowest_decay()
     if rate <= 0:
-        words = (f"<strong>unstable</strong> for the constant delay "
-                 f"{delay:.3g} s, where it grows at {-rate:.3g} 1/s")
+        words = (
+            f"<strong>unstable</strong> for the constant delay "
+            f"{delay:.3g} s, where it grows at {-rate:.3g} 1/s"
+        )
     else:
-        words = (f"its slowest rate over the constant delays is {rate:.3g} "
-                 f"1/s (at {delay:.3g} s)")
+        words = (
+            f"its slowest rate over the constant delays is {rate:.3g} "
+            f"1/s (at {delay:.3g} s)"
+        )
     return f"The true loop: {words}; asked: {design.request.delta:.3g} 1/s."
 
 
 def _roots(design):
     """Of the loop for three constant delays, beside the line -delta."""
-    tau, mu, delta = (
-        getattr(design.request, name) for name in ("tau", "mu", "delta"))
-    found = [] if design.K is None else [
-        design.roots(d, count=8) for d in (tau - mu, tau, tau + mu)]
+    tau, mu, delta = (getattr(design.request, name) for name in ("tau", "mu", "delta"))
+    found = (
+        []
+        if design.K is None
+        else [design.roots(d, count=8) for d in (tau - mu, tau, tau + mu)]
+    )
     near = np.concatenate([roots[:4] for roots in found] or [[-1 + 1j]])
     left = min(1.15 * near.real.min(), -2 * delta)
     right = max(near.real.max(), -0.2 * left)
     height = 1.15 * max(abs(near.imag).max(), right - left)
     chart = Chart(
-        (left, 1.15 * right), (-height, height), "Re s (1/s)",
-        "Im s (rad/s)", "Rightmost roots for constant delays")
+        (left, 1.15 * right),
+        (-height, height),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        "Rightmost roots for constant delays",
+    )
     chart.line([0, 0], [-height, height], INK)
     chart.line([-delta, -delta], [-height, height], VERMILLION, True)
     for roots, (name, colour, shape) in zip(found, DELAYS):
@@ -164,8 +189,9 @@ def simulated(design, t, delay, r):
 def output_figure(answer, U):
     name = output_name(U)
     y = U @ answer.z
-    chart = _chart(answer.t, y, (-0.5, 2), name,
-                   f"Response of {name} to a unit set point")
+    chart = _chart(
+        answer.t, y, (-0.5, 2), name, f"Response of {name} to a unit set point"
+    )
     chart.line([0, answer.t[-1]], [1, 1], GREY, dashed=True)
     for row in y:
         _line(chart, answer.t, row, BLUE)
@@ -173,12 +199,19 @@ def output_figure(answer, U):
 
 
 def input_figure(answer):
-    reach = np.abs(answer.applied[:, :len(answer.t) // 3]).max()
+    reach = np.abs(answer.applied[:, : len(answer.t) // 3]).max()
     limit = 2 * max(reach, 1e-9)
-    chart = _chart(answer.t, np.vstack([answer.u, answer.applied]),
-                   (-limit, limit), "u", "Control signal")
-    for name, rows, colour in (("asked", answer.u, GREY),
-                               ("arrives", answer.applied, VERMILLION)):
+    chart = _chart(
+        answer.t,
+        np.vstack([answer.u, answer.applied]),
+        (-limit, limit),
+        "u",
+        "Control signal",
+    )
+    for name, rows, colour in (
+        ("asked", answer.u, GREY),
+        ("arrives", answer.applied, VERMILLION),
+    ):
         for i, row in enumerate(rows):
             _line(chart, answer.t, row, colour, "" if i else name)
     return chart.svg()

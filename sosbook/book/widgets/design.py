@@ -1,9 +1,8 @@
 """Move the requirements of a design."""
 
-import html
-
 import numpy as np
 
+from ...display.escape import page_text
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ..elements.chart import Chart
@@ -22,39 +21,47 @@ from .explorer import (
 __all__ = ["explore_design"]
 
 
-def explore_design(plant, U=None, region=None, gamma=None,
-                   saturation=None, K_A=None, coupling="pairs"):
+def explore_design(
+    plant,
+    U=None,
+    region=None,
+    gamma=None,
+    saturation=None,
+    K_A=None,
+    coupling="pairs",
+    mu=None,
+):
     """Move the requirements; see poles, gains, response and margins.
 
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
         Of a polytope, the poles and the response of every vertex are drawn.
-    U, region, gamma, saturation, K_A, coupling
+    U, region, gamma, saturation, K_A, coupling, mu
         As in `design_pid`; ``region`` is a `PoleRegion`. Each
         requirement that is given gets its slider.
 
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     sliders = {}
     if region is not None and region.sigma is not None:
         top = 3 * region.sigma or 1.0
-        sliders["sigma"] = linear(
-            "decay rate sigma (1/s)", region.sigma, 0, top)
+        sliders["sigma"] = linear("decay rate sigma (1/s)", region.sigma, 0, top)
     if region is not None and region.theta is not None:
         sliders["theta"] = linear(
-            "half-angle theta (degrees)", np.degrees(region.theta), 2, 90)
+            "half-angle theta (degrees)", np.degrees(region.theta), 2, 90
+        )
     if region is not None and region.rho is not None:
         sliders["rho"] = linear(
-            "radius rho (rad/s)", region.rho, region.rho / 5,
-            3 * region.rho)
+            "radius rho (rad/s)", region.rho, region.rho / 5, 3 * region.rho
+        )
     if gamma is not None:
         sliders["gamma"] = log("norm bound gamma", gamma, 10, 10)
     if saturation is not None:
-        sliders["u_max"] = log(
-            "input bound u_max", saturation.u_max, 10, 5)
+        sliders["u_max"] = log("input bound u_max", saturation.u_max, 10, 5)
 
     follow = Follower()
 
@@ -63,7 +70,16 @@ def explore_design(plant, U=None, region=None, gamma=None,
         asked = {sigma, theta, rho} - {None}
         wanted = PoleRegion(sigma, theta, rho) if asked else None
         bound = u_max and Saturation(u_max, saturation.x0)
-        design = follow(plant, U, wanted, gamma, bound, K_A, coupling)
+        design = follow(
+            plant,
+            U,
+            region=wanted,
+            gamma=gamma,
+            saturation=bound,
+            K_A=K_A,
+            coupling=coupling,
+            mu=mu,
+        )
         yield _design_page(design, wanted)
         if design.status != "feasible":
             yield _design_page(design, wanted, design.advice)
@@ -78,8 +94,12 @@ def _design_page(design, region, advice=""):
     poles = np.ravel(design.poles()) if feasible else np.array([])
     window = window_of([poles if feasible else open_loop], region)
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
-        "Poles in the complex plane", square=True,
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        "Poles in the complex plane",
+        square=True,
     )
     if region is not None:
         outline = region_outline(region, window)
@@ -87,12 +107,14 @@ def _design_page(design, region, advice=""):
         chart.polygon(outline.real, outline.imag, colour, not feasible)
     chart.marks(open_loop.real, open_loop.imag, GREY, "circle")
     chart.marks(np.real(poles), np.imag(poles), BLUE, "cross")
-    words = f"<strong>{design.status}</strong>. {html.escape(advice)}"
+    words = f"<strong>{design.status}</strong>. {page_text(advice)}"
     if not feasible:
         return note(words) + page(chart.svg())
     words += f"Poles: {_poles(poles)}. Crosses: closed loop; circles: plant."
     return note(words, BLUE) + page(
-        chart.svg(), _step_chart(design, poles), gains_table(design),
+        chart.svg(),
+        _step_chart(design, poles),
+        gains_table(design),
         margins_table(design.margins),
     )
 
@@ -100,8 +122,7 @@ def _design_page(design, region, advice=""):
 def _poles(poles):
     upper = poles[poles.imag >= 0]
     return ", ".join(
-        f"{s.real:.3g} ± {s.imag:.3g}j" if s.imag else f"{s.real:.3g}"
-        for s in upper
+        f"{s.real:.3g} ± {s.imag:.3g}j" if s.imag else f"{s.real:.3g}" for s in upper
     )
 
 
@@ -114,12 +135,20 @@ def _step_chart(design, poles):
     low, high = min(z.min(), 0.0), max(z.max(), 1.0)
     room = 0.06 * (high - low)
     chart = Chart(
-        (0, end), (low - room, high + room), "t (s)", "z",
+        (0, end),
+        (low - room, high + room),
+        "t (s)",
+        "z",
         "Response to a unit set point",
     )
     chart.line([0, end], [1, 1], GREY, dashed=True)
     for k in range(z.shape[1]):
         for j, vertex in enumerate(z):
-            chart.line(t, vertex[k], COLOURS[k % len(COLOURS)], k % 2,
-                       name="" if j else f"z{k + 1}")
+            chart.line(
+                t,
+                vertex[k],
+                COLOURS[k % len(COLOURS)],
+                k % 2,
+                name="" if j else f"z{k + 1}",
+            )
     return chart.svg()

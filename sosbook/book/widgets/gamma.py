@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...studies.gamma_bounds import gamma_walls
+from ...studies.gamma_bounds import gamma_lower_bounds
 from ...synthesis.pid import analyse_pid
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, ORANGE, VERMILLION
@@ -20,25 +20,36 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
         With ``F``.
     K : (m, N) array_like
         The gain that is analysed.
-    U, region, K_A
+    U, region
         As in `design_pid`.
     saturation : Saturation
         Its u_max and x0 are where the sliders start.
+    K_A
+        As in `design_pid`.
 
     Returns
     -------
     Explorer
         ``sliders["mu"]`` is the decimal logarithm of mu.
     """
-    walls = gamma_walls(plant, K, U, saturation, K_A)
+    walls = gamma_lower_bounds(plant, K, U, saturation, K_A)
     low = np.log10(walls.mu) - 0.5
     high = max(0.0, np.log10(walls.corner)) + 1.0
     ticks = np.linspace(low, high, 13)
 
     def smallest(mu):
         return analyse_pid(
-            plant, K, U, region, None, saturation, K_A, mu=mu,
-            minimize="gamma", backoff=1e-3)
+            plant,
+            K,
+            U,
+            region=region,
+            gamma=None,
+            saturation=saturation,
+            K_A=K_A,
+            mu=mu,
+            minimize="gamma",
+            backoff=1e-3,
+        )
 
     curve = [(x, smallest(10**x).gamma) for x in ticks]
     curve = np.array([(x, np.log10(g)) for x, g in curve if g is not None])
@@ -48,14 +59,19 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
 
     def draw(mu):
         chart = Chart(
-            (low, high), (floor - 0.4, ceiling), "mu", "gamma",
-            "Smallest gamma over mu, and its walls", log=True,
+            (low, high),
+            (floor - 0.4, ceiling),
+            "mu",
+            "gamma",
+            "Smallest gamma over mu, and its walls",
+            log=True,
         )
         chart.line([low, high], [floor] * 2, GREEN, True, "norm")
         rising = (np.array([low, high]) + np.log10(walls.energy)) / 2
         chart.line([low, high], rising, ORANGE, True, "x(0)")
-        chart.line([np.log10(walls.mu)] * 2, [floor - 0.4, ceiling],
-                   VERMILLION, True, "u_max")
+        chart.line(
+            [np.log10(walls.mu)] * 2, [floor - 0.4, ceiling], VERMILLION, True, "u_max"
+        )
         if len(curve):
             chart.line(*curve.T, BLUE, name="LMI")
         found = smallest(10**mu)
@@ -72,7 +88,6 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
             f"{saturation.u_max:.4g} for every w of energy up to "
             f"{10**-mu:.3g}."
         )
-        yield note(words, BLUE) + page(
-            chart.svg(), margins_table(found.margins))
+        yield note(words, BLUE) + page(chart.svg(), margins_table(found.margins))
 
     return Explorer(sliders, draw)

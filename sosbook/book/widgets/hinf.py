@@ -11,7 +11,7 @@ __all__ = ["explore_hinf"]
 
 
 def explore_hinf(plant, K, U=None, gamma=None):
-    """Move gamma: does one P prove the bound, and where is the norm?
+    """Move gamma and see whether one P proves the bound, and the norm itself.
 
     Parameters
     ----------
@@ -20,12 +20,14 @@ def explore_hinf(plant, K, U=None, gamma=None):
     K : (m, N) array_like
         The gain that is analysed.
     U : (a, n) array_like, optional
+        The rows of U z are integrated; without it the law is PD.
     gamma : float, optional
         Where the slider starts; twice the norm without it.
 
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     design = analyse_pid(plant, K, U)
     norm = design.hinf()
@@ -34,15 +36,19 @@ def explore_hinf(plant, K, U=None, gamma=None):
     size = np.abs(loop.poles())
     grid = np.geomspace(size.min() / 30, size.max() * 30, 200)
     curve = largest_singular_value(
-        loop.A, loop.B[:, :p], loop.C[:n], loop.D[:n, :p], grid)
+        loop.A, loop.B[:, :p], loop.C[:n], loop.D[:n, :p], grid
+    )
     sliders = {"gamma": log("bound gamma", gamma or 2 * norm, 10, 10)}
 
     def draw(gamma):
         found = analyse_pid(plant, K, U, gamma=gamma)
         chart = Chart(
-            np.log10(grid[[0, -1]]), np.log10([norm / 1e3, norm * 30]),
-            "frequency (rad/s)", "largest singular value",
-            "Gain from w to z over the frequency", log=True,
+            np.log10(grid[[0, -1]]),
+            np.log10([norm / 1e3, norm * 30]),
+            "frequency (rad/s)",
+            "largest singular value",
+            "Gain from w to z over the frequency",
+            log=True,
         )
         feasible = found.status == "feasible"
         colour = GREEN if feasible else VERMILLION

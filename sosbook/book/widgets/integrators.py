@@ -1,20 +1,21 @@
 """Choose the integrators while a parameter moves a zero through s = 0."""
 
-import html
-
-import ipywidgets
 import numpy as np
 
+from ...display.escape import page_text
+from ...runtime.libraries import library
 from ...synthesis.integrators import admissible_U
 from ..elements.chart import Chart
 from ..plots import BLUE, COLOURS, GREY, VERMILLION
 from .explorer import Explorer, Follower, gains_table, linear, note, page
 
+ipywidgets = library("ipywidgets")
+
+
 __all__ = ["explore_integrators"]
 
 
-def explore_integrators(family, value, low, high, region=None,
-                        name="parameter"):
+def explore_integrators(family, value, low, high, region=None, name="parameter"):
     """Choose the channels and move a parameter of the plant.
 
     Parameters
@@ -43,7 +44,8 @@ def explore_integrators(family, value, low, high, region=None,
     }
     sliders = {
         "channels": ipywidgets.Dropdown(
-            options=choices, description="integrate",
+            options=choices,
+            description="integrate",
             style={"description_width": "11em"},
         ),
         "value": linear(name, value, low, high),
@@ -56,33 +58,42 @@ def explore_integrators(family, value, low, high, region=None,
         U = np.eye(plant.n)[list(channels)]
         (choice,) = admissible_U(plant, [U])
         chart = Chart(
-            (low, high), (0, 1.05 * max(map(np.max, curves.values()))),
-            name, "distance", "Distance from inadmissible",
+            (low, high),
+            (0, 1.05 * max(map(np.max, curves.values()))),
+            name,
+            "distance",
+            "Distance from inadmissible",
         )
         for k, (one, curve) in enumerate(curves.items()):
-            chart.line(grid, curve, COLOURS[k % len(COLOURS)],
-                       one != channels, _name(one))
+            chart.line(
+                grid, curve, COLOURS[k % len(COLOURS)], one != channels, _name(one)
+            )
         chart.marks([value], [choice.distance], VERMILLION, "circle")
         try:
-            design = follow[channels](plant, U, region)
+            design = follow[channels](plant, U, region=region)
         except ValueError as error:
-            words = f"<strong>inadmissible</strong>. {html.escape(str(error))}"
+            words = f"<strong>inadmissible</strong>. {page_text(str(error))}"
             yield note(words) + page(chart.svg())
             return
-        words = (f"<strong>admissible</strong>, distance "
-                 f"{choice.distance:.3g}; the design is {design.status}.")
+        words = (
+            f"<strong>admissible</strong>, distance "
+            f"{choice.distance:.3g}; the design is {design.status}."
+        )
         if design.status != "feasible":
             yield note(words) + page(chart.svg())
             return
         yield note(words, BLUE) + page(
-            chart.svg(), _answer(design, channels), gains_table(design))
+            chart.svg(), _answer(design, channels), gains_table(design)
+        )
 
     return Explorer(sliders, draw)
 
 
 def _distances(plant):
-    return {c.channels: c.distance for c in sorted(
-        admissible_U(plant), key=lambda c: c.channels)}
+    return {
+        c.channels: c.distance
+        for c in sorted(admissible_U(plant), key=lambda c: c.channels)
+    }
 
 
 def _name(channels):
@@ -95,16 +106,20 @@ def _answer(design, channels):
     U = np.eye(plant.n)[list(channels)]
     R = np.block([[-plant.S, plant.B], [U, np.zeros((len(U), plant.m))]])
     goal = np.r_[np.zeros(plant.n), np.ones(len(U))]
-    r = np.linalg.lstsq(R, goal, rcond=None)[0][:plant.n]
+    r = np.linalg.lstsq(R, goal, rcond=None)[0][: plant.n]
     end = float(f"{min(10 / -design.poles().real.max(), 60):.1g}")
     t = np.linspace(0, end, 161)
     z = design.simulate(t, r=r).z
     low, high = min(z.min(), 0.0), max(z.max(), 1.0)
     room = 0.06 * (high - low)
-    chart = Chart((0, end), (low - room, high + room), "t (s)", "z",
-                  "Response to a unit set point")
+    chart = Chart(
+        (0, end),
+        (low - room, high + room),
+        "t (s)",
+        "z",
+        "Response to a unit set point",
+    )
     chart.line([0, end], [1, 1], GREY, dashed=True)
     for k, row in enumerate(z):
-        chart.line(t, row, COLOURS[k % len(COLOURS)], k not in channels,
-                   f"z{k + 1}")
+        chart.line(t, row, COLOURS[k % len(COLOURS)], k not in channels, f"z{k + 1}")
     return chart.svg()

@@ -1,7 +1,6 @@
 """Move the weights and the spread of a robust linear-quadratic design."""
 
 import numpy as np
-from ipywidgets import ToggleButtons
 from scipy.linalg import solve_continuous_are
 
 from ...analysis.linear import loop_matrix
@@ -9,10 +8,14 @@ from ...pendulum import Mip, polytope
 from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope
 from ...requirements.cost import QuadraticCost, noise_cost
+from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, GREY, VERMILLION
 from .explorer import Explorer, linear, log, note, page
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_lqr"]
 
@@ -33,6 +36,7 @@ def explore_lqr():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -45,7 +49,8 @@ def explore_lqr():
         "q_phi": log("weight of phi", 1.0, 100, 1000),
         "spread": linear("spread (%)", 4.0, 0, 80),
         "coupling": ToggleButtons(
-            options=[PAIRS, SLACK], value=PAIRS, description="coupling"),
+            options=[PAIRS, SLACK], value=PAIRS, description="coupling"
+        ),
     }
     return Explorer(sliders, _draw)
 
@@ -54,24 +59,32 @@ def _draw(R, q_theta, q_phi, spread, coupling):
     middle = Mip.printed()
     plants = polytope(middle, spread / 100)
     cost = QuadraticCost(np.diag([q_theta, q_phi, 1, 1]), [[R]])
-    loops = descriptors(plants) + descriptors(
-        Polytope(plants.sample(SAMPLES, 0)))
+    loops = descriptors(plants) + descriptors(Polytope(plants.sample(SAMPLES, 0)))
     K = _riccati(middle.plant(), cost)
     alone = "LQR of the middle", VERMILLION, K, _costs(loops, K, cost)
     words = _worst(alone)
     yield _page(loops, words, [alone])
     design = design_lqr(
-        plants, cost.Q, cost.R, coupling=coupling,
-        slack=EPSILON if coupling == SLACK else None)
+        plants,
+        cost.Q,
+        cost.R,
+        coupling=coupling,
+        slack=EPSILON if coupling == SLACK else None,
+    )
     if design.K is None:
         yield _page(
-            loops, f"Robust design: <strong>{design.status}</strong>. "
-            + words, [alone], quick=False)
+            loops,
+            f"Robust design: <strong>{design.status}</strong>. " + words,
+            [alone],
+            quick=False,
+        )
         return
     bound = design.request.cost.bound
     robust = "robust", BLUE, design.K, _costs(loops, design.K, cost)
-    words = (f"Certified for all plants: cost &lt; "
-             f"<strong>{bound:.4g}</strong>. {_worst(robust)} {words}")
+    words = (
+        f"Certified for all plants: cost &lt; "
+        f"<strong>{bound:.4g}</strong>. {_worst(robust)} {words}"
+    )
     yield _page(loops, words, [alone, robust], bound, False)
 
 
@@ -98,21 +111,27 @@ def _worst(design):
 def _page(loops, words, designs, bound=None, quick=True):
     colour = GREY if quick else BLUE if bound else VERMILLION
     return note(words, colour) + page(
-        _poles(loops, designs), _bars(designs, bound), _gains(designs))
+        _poles(loops, designs), _bars(designs, bound), _gains(designs)
+    )
 
 
 def _poles(loops, designs):
     """Of the four vertices; a fast pole or two lie beyond the window."""
     found = [
         np.ravel([np.linalg.eigvals(loop_matrix(d, K)) for d in loops[:4]])
-        for _, _, K, _ in designs]
+        for _, _, K, _ in designs
+    ]
     every = np.concatenate(found)
     every = every[every.real > LEFT]
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
     chart = Chart(
-        (LEFT, right), (-high, high), "Re s (1/s)", "Im s (rad/s)",
-        f"Poles at the four vertices with Re s above {LEFT}")
+        (LEFT, right),
+        (-high, high),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        f"Poles at the four vertices with Re s above {LEFT}",
+    )
     chart.line([0, 0], [-high, high], GREY, True)
     shapes = "circle", "cross"
     for poles, (_, colour, *_), shape in zip(found, designs, shapes):
@@ -127,26 +146,33 @@ def _bars(designs, bound):
     known = every[np.isfinite(every)]
     top = 1.1 * max([bound or 0, *np.minimum(known, 4 * np.median(known))])
     chart = Chart(
-        (0, len(order) + 1), (0, top), "plant, in order", "cost",
-        "True cost of each plant, and the bound")
+        (0, len(order) + 1),
+        (0, top),
+        "plant, in order",
+        "cost",
+        "True cost of each plant, and the bound",
+    )
     if bound:
         chart.line([0, len(order) + 1], [bound, bound], BLUE, True, "bound")
     for (_, colour, _, costs), shape in zip(designs, ("circle", "cross")):
         shown = np.isfinite(costs[order])
-        chart.marks(
-            1 + np.flatnonzero(shown), costs[order][shown], colour, shape)
+        chart.marks(1 + np.flatnonzero(shown), costs[order][shown], colour, shape)
     return chart.svg()
 
 
 def _gains(designs):
     heads = "".join(
-        f"<th scope='col'>{name}</th>"
-        for name in ("theta", "phi", "theta'", "phi'"))
+        f"<th scope='col'>{name}</th>" for name in ("theta", "phi", "theta'", "phi'")
+    )
     rows = "".join(
         f"<tr><th scope='row' style='color:{colour}'>{name}</th>"
         + "".join(
-            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>"
-            for k in K[0]) + "</tr>"
-        for name, colour, K, _ in designs)
-    return (f"<table class='gains'><caption>Gains</caption>"
-            f"<tr><th></th>{heads}</tr>{rows}</table>")
+            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>" for k in K[0]
+        )
+        + "</tr>"
+        for name, colour, K, _ in designs
+    )
+    return (
+        f"<table class='gains'><caption>Gains</caption>"
+        f"<tr><th></th>{heads}</tr>{rows}</table>"
+    )

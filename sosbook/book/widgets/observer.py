@@ -6,8 +6,9 @@ from scipy.linalg import expm, solve_continuous_are
 from ...pendulum import Mip, reduced
 from ...plants.descriptor import mean_descriptor
 from ...plants.descriptor_system import DescriptorSystem
+from ...synthesis.error_loop import observer_loop
 from ...synthesis.lqr import design_lqr
-from ...synthesis.observer import design_observer, observer_loop
+from ...synthesis.observer import design_observer
 from ...synthesis.pid import analyse_loop
 from ..elements.chart import Chart
 from ..plots import BLUE, GREY, VERMILLION
@@ -37,27 +38,30 @@ def explore_observer():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
     Source: thesis section 4.3.2, Theorem 2.5; it begins with Table 4.3.
     The responses are those of the linear loop (2.40).
     """
-    return Explorer({
-        "factor": log("process noise, factor of [2 E⁻¹B; 0]", 1, 10, 10),
-        "gyro": log("variance of the gyroscope", 0.01, 100, 100),
-        "wheels": log("variance of the wheels' speed", 0.1, 100, 100),
-        "R": log("R, weight of the voltage", 1.0, 10, 100),
-        "spread": linear("spread (%)", 4.0, 0, 70),
-    }, _draw)
+    return Explorer(
+        {
+            "factor": log("process noise, factor of [2 E⁻¹B; 0]", 1, 10, 10),
+            "gyro": log("variance of the gyroscope", 0.01, 100, 100),
+            "wheels": log("variance of the wheels' speed", 0.1, 100, 100),
+            "R": log("R, weight of the voltage", 1.0, 10, 100),
+            "spread": linear("spread (%)", 4.0, 0, 70),
+        },
+        _draw,
+    )
 
 
 def _draw(factor, gyro, wheels, R, spread):
     plant = reduced(Mip.printed(), spread / 100)
     mean = mean_descriptor(plant.vertices)
     first = plant.vertices[0]
-    K = design_lqr(
-        DescriptorSystem(first.E, first.A, first.Bu), np.eye(3), [[R]]).K
+    K = design_lqr(DescriptorSystem(first.E, first.A, first.Bu), np.eye(3), [[R]]).K
     push = 2 * factor * np.linalg.solve(mean.E, mean.Bu)
     R_F = np.sqrt(np.diag([gyro, wheels]))
     filtered = Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, push, R_F))
@@ -91,8 +95,9 @@ class Loop:
         A, B, _ = mean.state_space()
         self.controller = np.linalg.eigvals(A + B @ K + L @ mean.C)
         self.system = observer_loop(plant, K, L, mean.C)
-        self.matrices = np.array([
-            np.linalg.solve(v.E, v.A) for v in self.system.vertices])
+        self.matrices = np.array(
+            [np.linalg.solve(v.E, v.A) for v in self.system.vertices]
+        )
         self.poles = np.linalg.eigvals(self.matrices)
         self.fastest = np.abs(self.controller).max()
         self.run = self._released()
@@ -125,7 +130,8 @@ class Loop:
         side = "BEYOND" if self.fastest > half else "within"
         words += (
             f"The controller's fastest pole, {self.fastest:.4g} rad/s, lies "
-            f"{side} half the sampling rate of {RATE} Hz, {half:.0f} rad/s.")
+            f"{side} half the sampling rate of {RATE} Hz, {half:.0f} rad/s."
+        )
         if self.controller.real.max() >= 0:
             words += " The controller alone is UNSTABLE."
         return words
@@ -135,9 +141,12 @@ def _page(loops):
     theta = [np.degrees(each.run[:, 3]) for each in loops]
     error = [np.degrees(each.run[:, 0]) for each in loops]
     return page(
-        _poles(loops), _curves(loops, theta, "body angle"),
+        _poles(loops),
+        _curves(loops, theta, "body angle"),
         _curves(loops, error, "estimation error"),
-        _gains(loops), _facts(loops))
+        _gains(loops),
+        _facts(loops),
+    )
 
 
 def _poles(loops):
@@ -147,8 +156,12 @@ def _poles(loops):
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
     chart = Chart(
-        (LEFT, right), (-high, high), "Re s (1/s)", "Im s (rad/s)",
-        f"Poles of error and state at the vertices, Re s above {LEFT}")
+        (LEFT, right),
+        (-high, high),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        f"Poles of error and state at the vertices, Re s above {LEFT}",
+    )
     chart.line([0, 0], [-high, high], GREY, True)
     for each, shape in zip(loops, ("circle", "cross")):
         poles = each.poles.ravel()
@@ -161,13 +174,19 @@ def _curves(loops, runs, name):
     runs = [np.clip(run, -6 * TILT, 6 * TILT) for run in runs]
     low, high = np.min(runs), np.max(runs)
     room = 0.06 * (high - low)
-    chart = Chart((0, TIMES[-1]), (low - room, high + room), "t (s)",
-                  f"{name} (degrees)", f"The {name} at the four vertices")
+    chart = Chart(
+        (0, TIMES[-1]),
+        (low - room, high + room),
+        "t (s)",
+        f"{name} (degrees)",
+        f"The {name} at the four vertices",
+    )
     chart.line([0, TIMES[-1]], [0, 0], GREY, True)
     for each, run in zip(loops, runs):
         for k, row in enumerate(run):
-            chart.line(TIMES, row, each.colour, each is loops[0],
-                       "" if k else each.name)
+            chart.line(
+                TIMES, row, each.colour, each is loops[0], "" if k else each.name
+            )
     return chart.svg()
 
 
@@ -176,27 +195,43 @@ def _gains(loops):
     cell = "style='padding:0 .6em;text-align:right'"
     heads = "".join(
         f"<th scope='colgroup' colspan='2' style='color:{each.colour}'>"
-        f"L, {each.name}</th>" for each in loops)
+        f"L, {each.name}</th>"
+        for each in loops
+    )
     rows = "".join(
-        f"<tr><th scope='row'>{name}</th>" + "".join(
+        f"<tr><th scope='row'>{name}</th>"
+        + "".join(
             f"<td {cell}>{k:.4g}</td>"
-            for k in (loops[0].K[0, i], *(
-                k for each in loops for k in each.L[i]))) + "</tr>"
-        for i, name in enumerate(STATES))
-    return (f"<table class='gains'><caption>Gains: K as a column, and L"
-            f"</caption><tr><th></th><th>K</th>{heads}</tr>{rows}</table>")
+            for k in (loops[0].K[0, i], *(k for each in loops for k in each.L[i]))
+        )
+        + "</tr>"
+        for i, name in enumerate(STATES)
+    )
+    return (
+        f"<table class='gains'><caption>Gains: K as a column, and L"
+        f"</caption><tr><th></th><th>K</th>{heads}</tr>{rows}</table>"
+    )
 
 
 def _facts(loops):
     """What the curves can't show, one row for each observer."""
     heads = "".join(
-        f"<th scope='col' style='padding:0 .6em'>{name}</th>" for name in (
-            "whole polytope", "rightmost pole (1/s)", "peak voltage (V)",
-            "controller's fastest pole (rad/s)"))
+        f"<th scope='col' style='padding:0 .6em'>{name}</th>"
+        for name in (
+            "whole polytope",
+            "rightmost pole (1/s)",
+            "peak voltage (V)",
+            "controller's fastest pole (rad/s)",
+        )
+    )
     rows = "".join(
         f"<tr><th scope='row' style='color:{each.colour}'>{each.name}</th>"
-        f"<td>{each.status}</td>" + "".join(
+        f"<td>{each.status}</td>"
+        + "".join(
             f"<td style='padding:0 .6em;text-align:right'>{x:.4g}</td>"
-            for x in (each.poles.real.max(), each.peak, each.fastest))
-        + "</tr>" for each in loops)
+            for x in (each.poles.real.max(), each.peak, each.fastest)
+        )
+        + "</tr>"
+        for each in loops
+    )
     return f"<table class='facts'><tr><th></th>{heads}</tr>{rows}</table>"

@@ -1,13 +1,16 @@
 """Let the mobile inverted pendulum fall."""
 
 import numpy as np
-from ipywidgets import ToggleButtons
 from scipy.linalg import expm
 
 from ...pendulum import V_MAX, Mip
+from ...runtime.libraries import library
 from ..elements.chart import Chart
 from ..plots import BLUE, GREY, VERMILLION
 from .explorer import Explorer, linear, note, page
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_fall", "falls"]
 
@@ -24,6 +27,7 @@ def explore_fall():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -33,12 +37,12 @@ def explore_fall():
         "angle": linear("let go at theta (degrees)", 10.0, 0, 90),
         "volts": linear("voltage (V)", 0.0, -V_MAX, V_MAX),
         "pulse": linear("length of the pulse (s)", 0.1, 0, 0.8),
-        "rotors": ToggleButtons(
-            options=[NONE, FULL], value=NONE, description="rotors"),
+        "rotors": ToggleButtons(options=[NONE, FULL], value=NONE, description="rotors"),
     }
-    robots = {name: Mip.from_ratios(30.52, 7.133, 110.6, 208.8,
-                                    rotors=name == FULL)
-              for name in (NONE, FULL)}
+    robots = {
+        name: Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=name == FULL)
+        for name in (NONE, FULL)
+    }
 
     def draw(angle, volts, pulse, rotors):
         t = np.linspace(0, END, STEPS + 1)
@@ -51,7 +55,8 @@ def explore_fall():
             words = f"The thetas are 5° apart at {t[apart.argmax()]:.2f} s."
         yield note(words, BLUE) + page(
             _angles(t, true[0], line[0], "theta", "Body angle theta"),
-            _angles(t, true[1], line[1], "phi", "Wheel angle phi"))
+            _angles(t, true[1], line[1], "phi", "Wheel angle phi"),
+        )
 
     return Explorer(sliders, draw)
 
@@ -62,6 +67,7 @@ def falls(mip, angle, V, T):
     Parameters
     ----------
     mip : Mip
+        The pendulum.
     angle : float
         theta at the start, in rad.
     V : (N,) array_like
@@ -83,8 +89,7 @@ def falls(mip, angle, V, T):
     plant = mip.plant()
     A = np.zeros((5, 5))
     A[:2, 2:4] = np.eye(2)
-    A[2:4] = np.linalg.solve(
-        plant.M, np.hstack([-plant.S, -plant.D, plant.B]))
+    A[2:4] = np.linalg.solve(plant.M, np.hstack([-plant.S, -plant.D, plant.B]))
     step = expm(A * T)[:4]
 
     def rates(x, volt):
@@ -107,8 +112,7 @@ def falls(mip, angle, V, T):
 def _angles(t, true, line, name, title):
     low, high = min(true.min(), -10), max(true.max(), 10)
     room = 0.08 * (high - low)
-    chart = Chart((0, t[-1]), (low - room, high + room), "t (s)",
-                  "degrees", title)
+    chart = Chart((0, t[-1]), (low - room, high + room), "t (s)", "degrees", title)
     chart.line([0, t[-1]], [0, 0], GREY, True)
     chart.line(t, line, VERMILLION, True, "linear")
     chart.line(t, true, BLUE, name=name)

@@ -1,18 +1,21 @@
 """Move the weights of the pendulum's controller; see it stand up."""
 
-import html
 from types import SimpleNamespace
 
 import numpy as np
-from ipywidgets import ToggleButtons
 
 from ...analysis.linear import loop_matrix
+from ...display.escape import page_text
 from ...pendulum import V_MAX, Mip, polytope, vertices
 from ...plants.descriptor import descriptors
+from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, COLOURS, GREY, VERMILLION, window_of
 from .explorer import Explorer, gains_table, linear, log, note, page
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_pendulum_control", "recover"]
 
@@ -32,6 +35,7 @@ def explore_pendulum_control():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -41,10 +45,10 @@ def explore_pendulum_control():
         "R": log("R, weight of the voltage", 1.0, 10, 1000),
         "spread": linear("spread (%)", 4.0, 0, 70),
         "tilt": linear("let go at (degrees)", 5.0, 0, 85),
-        "law": ToggleButtons(
-            options=[PD, PID], value=PD, description="law"),
+        "law": ToggleButtons(options=[PD, PID], value=PD, description="law"),
         "design": ToggleButtons(
-            options=[SINGLE, ROBUST], value=SINGLE, description="design"),
+            options=[SINGLE, ROBUST], value=SINGLE, description="design"
+        ),
     }
     return Explorer(sliders, _draw)
 
@@ -55,6 +59,7 @@ def recover(robots, K, angle, t, limit=V_MAX):
     Parameters
     ----------
     robots : sequence of Mip
+        The pendulums.
     K : (1, 4) or (1, 5) array_like
         [K_P K_D] or [K_P K_D K_I], with x3' = phi.
     angle : float
@@ -79,9 +84,12 @@ def recover(robots, K, angle, t, limit=V_MAX):
     >>> V[0, 0].round(3), abs(x[0, 0, -1]) < 0.02
     (np.float64(2.127), np.True_)
     """
-    fleet = SimpleNamespace(**{
-        name: np.array([getattr(r, name) for r in robots])
-        for name in ("a", "b", "c", "d", "e", "f", "J")})
+    fleet = SimpleNamespace(
+        **{
+            name: np.array([getattr(r, name) for r in robots])
+            for name in ("a", "b", "c", "d", "e", "f", "J")
+        }
+    )
     K = np.asarray(K, float)
     x = np.zeros((K.shape[1], len(robots)))
     x[0], T = angle, t[1] - t[0]
@@ -91,7 +99,7 @@ def recover(robots, K, angle, t, limit=V_MAX):
 
     def rate(x):
         fall = Mip.acceleration(fleet, x[:2], x[2:4], volts(x))
-        return np.concatenate([x[2:4], fall, x[1:2]])[:len(x)]
+        return np.concatenate([x[2:4], fall, x[1:2]])[: len(x)]
 
     found = [x]
     for _ in t[1:]:
@@ -102,8 +110,7 @@ def recover(robots, K, angle, t, limit=V_MAX):
         x = x + T / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         found.append(x)
     found = np.moveaxis(found, 0, 2)
-    return found, np.clip(
-        np.einsum("i,ijk->jk", K[0], found), -limit, limit)
+    return found, np.clip(np.einsum("i,ijk->jk", K[0], found), -limit, limit)
 
 
 def _draw(R, spread, tilt, law, design):
@@ -114,28 +121,28 @@ def _draw(R, spread, tilt, law, design):
     given = plants if design == ROBUST else robots[number].plant()
     found = design_lqr(given, np.eye(5 if U else 4), [[R]], U)
     if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. "
-                   + html.escape(found.advice))
+        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
         return
     loops = [loop_matrix(d, found.K) for d in descriptors(plants, U)]
     poles = np.array([np.sort_complex(np.linalg.eigvals(A)) for A in loops])
     words = f"regulator of vertex {number + 1}. "
     if design == ROBUST:
-        words = ("Certified for all plants: cost &lt; <strong>"
-                 f"{found.request.cost.bound:.4g}</strong>. ")
+        words = (
+            "Certified for all plants: cost &lt; <strong>"
+            f"{found.request.cost.bound:.4g}</strong>. "
+        )
     t = np.arange(0, END + STEP / 2, STEP)
     x, V = recover(robots, found.K, np.radians(tilt), t)
     stands = np.abs(x[0, :, -1]) < np.radians(max(tilt / 2, 1))
     peak = np.abs(V).max()
-    words += (f"Rightmost pole {poles.real.max():.2f} 1/s. "
-              f"Peak voltage {peak:.3g} V")
+    words += f"Rightmost pole {poles.real.max():.2f} 1/s. Peak voltage {peak:.3g} V"
     words += ", the motors' LIMIT. " if peak >= V_MAX else ". "
     good = poles.real.max() < 0 and stands.all()
     if not stands.all():
         words += f"FALLS at {np.sum(~stands)} of 4 vertices."
     yield note(words, BLUE if good else VERMILLION) + page(
-        _poles(poles), _tilt(t, np.degrees(x[0])), _volts(t, V),
-        gains_table(found))
+        _poles(poles), _tilt(t, np.degrees(x[0])), _volts(t, V), gains_table(found)
+    )
 
 
 def _poles(poles):
@@ -143,8 +150,13 @@ def _poles(poles):
     slow = poles[:, 1:]
     window = window_of([np.append(slow, 1)])
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
-        "Slow poles at the four vertices", square=True)
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        "Slow poles at the four vertices",
+        square=True,
+    )
     chart.line([0, 0], [-window[2], window[2]], GREY, True)
     for row, colour in zip(slow, COLOURS):
         chart.marks(row.real, row.imag, colour, "cross")
@@ -155,8 +167,13 @@ def _tilt(t, theta):
     theta = np.clip(theta, -90, 90)
     low, high = min(theta.min(), -1), max(theta.max(), 1)
     room = 0.08 * (high - low)
-    chart = Chart((0, t[-1]), (low - room, high + room), "t (s)",
-                  "degrees", "Tilt of the nonlinear pendulums")
+    chart = Chart(
+        (0, t[-1]),
+        (low - room, high + room),
+        "t (s)",
+        "degrees",
+        "Tilt of the nonlinear pendulums",
+    )
     chart.line([0, t[-1]], [0, 0], GREY, True)
     for k, row in enumerate(theta):
         chart.line(t[::4], row[::4], COLOURS[k], k > 0, f"{k + 1}")
@@ -164,8 +181,9 @@ def _tilt(t, theta):
 
 
 def _volts(t, V):
-    chart = Chart((0, t[-1]), (-1.1 * V_MAX, 1.1 * V_MAX), "t (s)", "V",
-                  "Voltage of the motors")
+    chart = Chart(
+        (0, t[-1]), (-1.1 * V_MAX, 1.1 * V_MAX), "t (s)", "V", "Voltage of the motors"
+    )
     for side in (-V_MAX, V_MAX):
         chart.line([0, t[-1]], [side, side], VERMILLION, True)
     for k, row in enumerate(V):

@@ -21,6 +21,7 @@ def explore_region(A=None):
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     if A is None:
         A = np.zeros((4, 4))
@@ -35,12 +36,20 @@ def explore_region(A=None):
     }
 
     def draw(sigma, theta, rho, centre):
-        region = (LMIRegion.half_plane(sigma)
-                  & LMIRegion.sector(np.radians(theta))
-                  & LMIRegion.disk(rho, centre))
+        region = (
+            LMIRegion.half_plane(sigma)
+            & LMIRegion.sector(np.radians(theta))
+            & LMIRegion.disk(rho, centre)
+        )
         window = (-9.0, 2.0, 6.0)
-        chart = Chart(window[:2], (-6, 6), "Re s (1/s)", "Im s (rad/s)",
-                       "Poles and the region", square=True)
+        chart = Chart(
+            window[:2],
+            (-6, 6),
+            "Re s (1/s)",
+            "Im s (rad/s)",
+            "Poles and the region",
+            square=True,
+        )
         outline = region_outline(region, window)
         chart.polygon(outline.real, outline.imag, GREEN)
         chart.marks(poles.real, poles.imag, BLUE, "cross")
@@ -50,7 +59,9 @@ def explore_region(A=None):
             for name, d in region.distances(poles).items()
         )
         words = "inside" if region.contains(poles) else "not all inside"
-        yield page(chart.svg(), f"<div><strong>The poles are {words}."
-                                 f"</strong><ul>{rows}</ul></div>")
+        yield page(
+            chart.svg(),
+            f"<div><strong>The poles are {words}.</strong><ul>{rows}</ul></div>",
+        )
 
     return Explorer(sliders, draw)

@@ -1,14 +1,16 @@
 """Move beta: which mass does acceleration feedback make?"""
 
-import html
-
-import ipywidgets
 import numpy as np
 
+from ...display.escape import page_text
+from ...runtime.libraries import library
 from ...synthesis.regularization import regularize
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, GREY, window_of
 from .explorer import Explorer, log, note, page
+
+ipywidgets = library("ipywidgets")
+
 
 __all__ = ["explore_regularization"]
 
@@ -26,21 +28,23 @@ def explore_regularization(plant, beta=0.1):
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     sliders = {
         "beta": log("beta", beta, 100, 100),
         "choose": ipywidgets.ToggleButtons(
-            options=["centre", "least norm"], description="choose",
-            style={"description_width": "11em"}),
+            options=["centre", "least norm"],
+            description="choose",
+            style={"description_width": "11em"},
+        ),
     }
     before = np.concatenate([v.poles() for v in plant.vertices])
 
     def draw(beta, choose):
-        found = regularize(plant, beta, choose)
+        found = regularize(plant, beta, choose=choose)
         if found.status != "feasible":
             yield note(f"<strong>{found.status}</strong>.")
-            yield note(f"<strong>{found.status}</strong>. "
-                       f"{html.escape(found.advice)}")
+            yield note(f"<strong>{found.status}</strong>. {page_text(found.advice)}")
             return
         loops = found.regular.vertices
         poles = np.concatenate([v.poles() for v in loops])
@@ -52,7 +56,9 @@ def explore_regularization(plant, beta=0.1):
         )
         yield note(words, BLUE) + page(
             _mass_chart(plant.vertices, loops, beta),
-            _pole_chart(before, poles), _gain_table(found.K_A))
+            _pole_chart(before, poles),
+            _gain_table(found.K_A),
+        )
 
     return Explorer(sliders, draw)
 
@@ -68,11 +74,14 @@ def _mass_chart(without, loops, beta):
     low, high = min(0, np.min(levels)), max(np.max(levels), beta**2)
     room = 0.06 * (high - low)
     chart = Chart(
-        (0.5, n + 0.5), (low - room, high + room), "eigenvalue number",
-        "mass", "Eigenvalues of the symmetric part of the mass")
+        (0.5, n + 0.5),
+        (low - room, high + room),
+        "eigenvalue number",
+        "mass",
+        "Eigenvalues of the symmetric part of the mass",
+    )
     chart.line([0.5, n + 0.5], [beta**2] * 2, GREEN, True, "beta²")
-    for plants, colour, shape in zip(
-            levels, (GREY, BLUE), ("circle", "cross")):
+    for plants, colour, shape in zip(levels, (GREY, BLUE), ("circle", "cross")):
         for values in plants:
             chart.marks(place, values, colour, shape)
     return chart.svg()
@@ -85,8 +94,13 @@ def _pole_chart(before, poles):
     before = before[np.abs(before) <= far]
     window = window_of([before, near])
     chart = Chart(
-        window[:2], (-window[2], window[2]), "Re s (1/s)", "Im s (rad/s)",
-        "Poles of the plant without and with K_A", square=True)
+        window[:2],
+        (-window[2], window[2]),
+        "Re s (1/s)",
+        "Im s (rad/s)",
+        "Poles of the plant without and with K_A",
+        square=True,
+    )
     chart.line([0, 0], [-window[2], window[2]], GREY, True)
     chart.marks(before.real, before.imag, GREY, "circle")
     chart.marks(near.real, near.imag, BLUE, "cross")
@@ -95,9 +109,11 @@ def _pole_chart(before, poles):
 
 def _gain_table(K_A):
     rows = "".join(
-        "<tr>" + "".join(
-            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>"
-            for k in row) + "</tr>"
+        "<tr>"
+        + "".join(
+            f"<td style='padding:0 .6em;text-align:right'>{k:.4g}</td>" for k in row
+        )
+        + "</tr>"
         for row in K_A
     )
     return f"<table class='gains'><caption>K_A</caption>{rows}</table>"

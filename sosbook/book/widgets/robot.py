@@ -1,16 +1,18 @@
 """Sliders over the simulated robot: its weight, clock and sensors."""
 
-import html
-
 import numpy as np
-from ipywidgets import ToggleButtons
 
+from ...display.escape import page_text
 from ...pendulum import V_MAX, Firmware, Mip, SampledLaw, polytope, vertices
 from ...pendulum.simulator import Sensors, simulate
+from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, COLOURS, GREY, VERMILLION
 from .explorer import Explorer, gains_table, linear, log, note, page
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_robot"]
 
@@ -32,6 +34,7 @@ def explore_robot():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -43,10 +46,10 @@ def explore_robot():
         "delay": linear("delay (ms)", 5.0, 0, 30),
         "noise": linear("gyro noise (times)", 1.0, 0, 20),
         "offset": linear("gyro offset left (°/s)", 0.0, 0, 2),
-        "law": ToggleButtons(
-            options=[PD, PID], value=PID, description="law"),
+        "law": ToggleButtons(options=[PD, PID], value=PID, description="law"),
         "design": ToggleButtons(
-            options=[SINGLE, ROBUST], value=ROBUST, description="design"),
+            options=[SINGLE, ROBUST], value=ROBUST, description="design"
+        ),
     }
     return Explorer(sliders, _draw)
 
@@ -54,12 +57,10 @@ def explore_robot():
 def _draw(R, tilt, delay, noise, offset, law, design):
     robots = vertices(Mip.printed())
     number, U, N = (3, [[0, 1]], 5) if law == PID else (0, None, 4)
-    given = (polytope(Mip.printed()) if design == ROBUST
-             else robots[number].plant())
+    given = polytope(Mip.printed()) if design == ROBUST else robots[number].plant()
     found = design_lqr(given, np.eye(N), [[R]], U)
     if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. "
-                   + html.escape(found.advice))
+        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
         return
     yield _page(robots, found, tilt, delay, noise, offset)
 
@@ -68,12 +69,21 @@ def _page(robots, found, tilt, delay, noise, offset):
     firmware = Firmware(SampledLaw.of_gain(found.K, T), tip=1.5, stall=NEVER)
     sensors = Sensors(noise=noise * Sensors.noise)
     bias = Sensors().offset - np.radians(offset)
-    run = simulate(robots, firmware, np.radians(tilt), END, delay / 1000,
-                   sensors, bias=bias, substeps=4)
+    run = simulate(
+        robots,
+        firmware,
+        np.radians(tilt),
+        END,
+        delay / 1000,
+        sensors,
+        bias=bias,
+        substeps=4,
+    )
     words = _verdict(run)
     good = run.settled.all() and "chatters" not in words
     return note(words, BLUE if good else VERMILLION) + page(
-        _tilt(run), _volts(run), _wheels(run), gains_table(found))
+        _tilt(run), _volts(run), _wheels(run), gains_table(found)
+    )
 
 
 def _verdict(run):
@@ -81,8 +91,10 @@ def _verdict(run):
     last = run.t > run.t[-1] - REST
     loud = run.V[:, last].std(axis=1).max()
     far = np.degrees(np.abs(run.x[1]).max())
-    words = (f"Peak voltage {run.peak_voltage.max():.1f} V; at rest "
-             f"{loud:.2f} V of noise; wheels turn {far:.0f}°. ")
+    words = (
+        f"Peak voltage {run.peak_voltage.max():.1f} V; at rest "
+        f"{loud:.2f} V of noise; wheels turn {far:.0f}°. "
+    )
     if run.fell.any():
         return words + f"FALLS at {run.fell.sum()} of 4 vertices."
     if loud > LOUD:
@@ -94,14 +106,16 @@ def _verdict(run):
 
 def _tilt(run):
     theta = np.degrees(run.x[0])
-    chart = Chart((0, END), _range(theta), "t (s)", "degrees",
-                  "Tilt of the four vertices")
+    chart = Chart(
+        (0, END), _range(theta), "t (s)", "degrees", "Tilt of the four vertices"
+    )
     return _lines(chart, run, theta, True)
 
 
 def _volts(run):
-    chart = Chart((0, END), (-1.1 * V_MAX, 1.1 * V_MAX), "t (s)", "V",
-                  "Voltage of the motors")
+    chart = Chart(
+        (0, END), (-1.1 * V_MAX, 1.1 * V_MAX), "t (s)", "V", "Voltage of the motors"
+    )
     for side in (-V_MAX, V_MAX):
         chart.line([0, END], [side, side], VERMILLION, True)
     return _lines(chart, run, run.V)
@@ -109,8 +123,7 @@ def _volts(run):
 
 def _wheels(run):
     phi = np.degrees(run.x[1])
-    chart = Chart((0, END), _range(phi), "t (s)", "degrees",
-                  "Angle of the wheels")
+    chart = Chart((0, END), _range(phi), "t (s)", "degrees", "Angle of the wheels")
     return _lines(chart, run, phi)
 
 
@@ -123,6 +136,5 @@ def _range(values):
 def _lines(chart, run, rows, named=False):
     chart.line([0, END], [0, 0], GREY, True)
     for k, row in enumerate(rows):
-        chart.line(run.t, row, COLOURS[k], k > 0,
-                   f"{k + 1}" if named else "")
+        chart.line(run.t, row, COLOURS[k], k > 0, f"{k + 1}" if named else "")
     return chart.svg()

@@ -1,19 +1,22 @@
 """Move a computer's clock; see the loop, its margin and a kick."""
 
-import html
 from functools import lru_cache
 
 import numpy as np
-from ipywidgets import ToggleButtons
 
+from ...display.escape import page_text
 from ...pendulum import Mip, SampledLaw, polytope, vertices
 from ...pendulum.margins import SENSING, SampledLoop
 from ...plants.checks import positive
+from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, COLOURS, GREY, INK, VERMILLION
 from .explorer import Explorer, gains_table, linear, log, note, page
 from .pendulum_control import PD, PID, ROBUST, SINGLE
+
+ToggleButtons = library("ipywidgets").ToggleButtons
+
 
 __all__ = ["explore_sampling", "kick"]
 
@@ -32,6 +35,7 @@ def explore_sampling():
     Returns
     -------
     Explorer
+        The sliders and the figure.
 
     Notes
     -----
@@ -42,11 +46,12 @@ def explore_sampling():
         "T": linear("T, time between samples (ms)", 10.0, 2, 40),
         "ticks": linear("delay (ticks)", 0.0, 0, 2),
         "sensing": ToggleButtons(
-            options=SENSING, value="firmware", description="sensing"),
-        "law": ToggleButtons(
-            options=[PD, PID], value=PD, description="law"),
+            options=SENSING, value="firmware", description="sensing"
+        ),
+        "law": ToggleButtons(options=[PD, PID], value=PD, description="law"),
         "design": ToggleButtons(
-            options=[SINGLE, ROBUST], value=SINGLE, description="design"),
+            options=[SINGLE, ROBUST], value=SINGLE, description="design"
+        ),
     }
     return Explorer(sliders, _draw)
 
@@ -60,6 +65,7 @@ def kick(loop, rate, count):
     Parameters
     ----------
     loop : SampledLoop
+        The sampled loop.
     rate : float
         theta' just after the kick, in rad/s.
     count : int
@@ -100,37 +106,46 @@ def _design(R, law, design):
 def _draw(R, T, ticks, sensing, law, design):
     found = _design(R, law, design)
     if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. "
-                   + html.escape(found.advice))
+        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
         return
     T = positive("T", T) / 1000
     runs = SampledLaw.of_gain(found.K, T)
-    loops = [SampledLoop(robot, runs, ticks * T, sensing)
-             for robot in vertices(Mip.printed())]
+    loops = [
+        SampledLoop(robot, runs, ticks * T, sensing)
+        for robot in vertices(Mip.printed())
+    ]
     radius = max(loop.radius for loop in loops)
     words = f"{1 / T:.0f} Hz. Radius {radius:.4f}: "
-    yield note(words + ("stable at all four vertices."
-                        if radius < 1 else "UNSTABLE."),
-               BLUE if radius < 1 else VERMILLION) + page(
-        _poles(loops), _nyquist(loops), _tilt(loops), gains_table(found))
+    yield note(
+        words + ("stable at all four vertices." if radius < 1 else "UNSTABLE."),
+        BLUE if radius < 1 else VERMILLION,
+    ) + page(_poles(loops), _nyquist(loops), _tilt(loops), gains_table(found))
     peak = max(loop.sensitivity for loop in loops)
     if radius < 1:
-        words += (f"stable at all four vertices. Peak of the sensitivity "
-                  f"<strong>{peak:.2f}</strong>: Nyquist's curve keeps "
-                  f"{1 / peak:.2f} away from the critical point.")
+        words += (
+            f"stable at all four vertices. Peak of the sensitivity "
+            f"<strong>{peak:.2f}</strong>: Nyquist's curve keeps "
+            f"{1 / peak:.2f} away from the critical point."
+        )
     else:
-        words += "UNSTABLE at {} of 4 vertices.".format(
-            sum(loop.radius >= 1 for loop in loops))
+        words += f"UNSTABLE at {sum(loop.radius >= 1 for loop in loops)} of 4 vertices."
     yield note(words, BLUE if peak < LOUD else VERMILLION) + page(
-        _poles(loops), _nyquist(loops), _tilt(loops), gains_table(found))
+        _poles(loops), _nyquist(loops), _tilt(loops), gains_table(found)
+    )
 
 
 def _poles(loops):
     """In the z-plane, with the unit circle."""
     poles = [loop.poles for loop in loops]
     far = np.clip(max(abs(p).max() for p in poles), 1.15, 3)
-    chart = Chart((-far, far), (-far, far), "Re z", "Im z",
-                  "Poles at the four vertices", square=True)
+    chart = Chart(
+        (-far, far),
+        (-far, far),
+        "Re z",
+        "Im z",
+        "Poles at the four vertices",
+        square=True,
+    )
     turn = np.exp(2j * np.pi * np.arange(121) / 120)
     chart.line(turn.real, turn.imag, GREY)
     for p, colour in zip(poles, COLOURS):
@@ -143,8 +158,14 @@ def _nyquist(loops):
     """From 2 Hz, or the slowest there is, to half the sampling rate."""
     T = loops[0].law.T
     angles = np.geomspace(min(4 * np.pi * T, 1), np.pi, 90)
-    chart = Chart((-2.6, 2.6), (-2.2, 2.2), "Re L", "Im L",
-                  "Nyquist's curve: the critical point is 1", square=True)
+    chart = Chart(
+        (-2.6, 2.6),
+        (-2.2, 2.2),
+        "Re L",
+        "Im L",
+        "Nyquist's curve: the critical point is 1",
+        square=True,
+    )
     for loop, colour in zip(loops, COLOURS):
         L = loop.open_loop(np.exp(1j * angles), squeeze=True)
         L = L[abs(L) < 6]
@@ -155,13 +176,18 @@ def _nyquist(loops):
 
 def _tilt(loops):
     T = loops[0].law.T
-    count = int(round(END / T)) + 1
+    count = round(END / T) + 1
     runs = [np.degrees(kick(loop, KICK, count)[0]) for loop in loops]
     runs = np.clip(runs, -20, 20)
     low, high = min(runs.min(), -1), max(runs.max(), 1)
     room = 0.08 * (high - low)
-    chart = Chart((0, END), (low - room, high + room), "t (s)", "degrees",
-                  f"Tilt after a kick of {KICK} rad/s")
+    chart = Chart(
+        (0, END),
+        (low - room, high + room),
+        "t (s)",
+        "degrees",
+        f"Tilt after a kick of {KICK} rad/s",
+    )
     chart.line([0, END], [0, 0], GREY, True)
     for k, row in enumerate(runs):
         chart.line(T * np.arange(count), row, COLOURS[k], k > 0, f"{k + 1}")

@@ -1,9 +1,8 @@
 """Move the input bound and the initial state."""
 
-import html
-
 import numpy as np
 
+from ...display.escape import page_text
 from ...requirements.input_bound import Saturation
 from ..elements.chart import Chart
 from ..plots import BLUE, INK, SKY, VERMILLION, ellipse_outline
@@ -17,14 +16,17 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
 
     Parameters
     ----------
-    plant, U, region, gamma
+    plant, U, region
         As in `design_pid`.
     saturation : Saturation
         Where the sliders start.
+    gamma
+        As in `design_pid`.
 
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     sliders = {
         "u_max": log("input bound u_max", saturation.u_max, 5, 5),
@@ -35,11 +37,11 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
 
     def draw(u_max, scale):
         bound = Saturation(u_max, scale * saturation.x0)
-        design = follow(plant, U, region, gamma, bound)
+        design = follow(plant, U, region=region, gamma=gamma, saturation=bound)
         if design.status != "feasible":
             words = f"<strong>{design.status}</strong>."
             yield note(words)
-            yield note(f"{words} {html.escape(design.advice)}")
+            yield note(f"{words} {page_text(design.advice)}")
             return
         n = plant.n
         slowest = -design.poles().real.max()
@@ -48,15 +50,23 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
         outline = ellipse_outline(design.P, (0, n))
         reach = 1.1 * np.abs(outline).max(axis=1)
         shadow = Chart(
-            (-reach[0], reach[0]), (-reach[1], reach[1]), "z1", "z1'",
+            (-reach[0], reach[0]),
+            (-reach[1], reach[1]),
+            "z1",
+            "z1'",
             "Shadow of the ellipsoid, and x(t)",
         )
         shadow.polygon(*outline, SKY)
         shadow.line(answer.x[0], answer.x[n], INK)
-        shadow.marks(bound.x0[:1], bound.x0[n:n + 1], VERMILLION, "circle")
+        shadow.marks(bound.x0[:1], bound.x0[n : n + 1], VERMILLION, "circle")
         effort = np.linalg.norm(answer.u, axis=0)
-        chart = Chart((0, t[-1]), (0, 1.1 * u_max), "t (s)", "|K x|",
-                       "Norm of the input, and its bound")
+        chart = Chart(
+            (0, t[-1]),
+            (0, 1.1 * u_max),
+            "t (s)",
+            "|K x|",
+            "Norm of the input, and its bound",
+        )
         chart.line(t, effort, BLUE, name="|K x(t)|")
         chart.line([0, t[-1]], [u_max] * 2, VERMILLION, True, "u_max")
         yield page(shadow.svg(), chart.svg(), gains_table(design))

@@ -23,15 +23,14 @@ def explore_segment(plants, P):
     Returns
     -------
     Explorer
+        The sliders and the figure.
     """
     if plants.N != 2:
         raise ValueError(f"plants has {plants.N} vertices, needs two")
     weights = np.linspace(0, 1, 41)
-    every = np.concatenate(
-        [plants.at([1 - a, a]).poles() for a in weights])
+    every = np.concatenate([plants.at([1 - a, a]).poles() for a in weights])
     window = window_of([every])
-    sliders = {
-        "weight": linear("weight of the second vertex", 0.0, 0, 1)}
+    sliders = {"weight": linear("weight of the second vertex", 0.0, 0, 1)}
 
     def draw(weight):
         plant = plants.at([1 - weight, weight])
@@ -40,15 +39,24 @@ def explore_segment(plants, P):
         lyapunov = d.A @ P @ d.E.T
         top = np.linalg.eigvalsh(lyapunov + lyapunov.T)[-1]
         chart = Chart(
-            window[:2], (-window[2], window[2]), "Re s (1/s)",
-            "Im s (rad/s)", "Poles between the vertices", square=True)
+            window[:2],
+            (-window[2], window[2]),
+            "Re s (1/s)",
+            "Im s (rad/s)",
+            "Poles between the vertices",
+            square=True,
+        )
         chart.line([0, 0], [-window[2], window[2]], GREY, True)
         chart.marks(every.real, every.imag, GREY, "circle")
         chart.marks(poles.real, poles.imag, BLUE, "cross")
         words = "stable" if poles.real.max() < 0 else "UNSTABLE"
-        yield page(chart.svg(), (
-            f"<div><p>The plant is <strong>{words}</strong>: largest real "
-            f"part {poles.real.max():+.2f}.</p><p>Largest eigenvalue of "
-            f"the stability LMI with this P: {top:+.2f}.</p></div>"))
+        yield page(
+            chart.svg(),
+            (
+                f"<div><p>The plant is <strong>{words}</strong>: largest real "
+                f"part {poles.real.max():+.2f}.</p><p>Largest eigenvalue of "
+                f"the stability LMI with this P: {top:+.2f}.</p></div>"
+            ),
+        )
 
     return Explorer(sliders, draw)

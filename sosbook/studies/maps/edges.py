@@ -12,13 +12,21 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...lmi import Unknown, block, eye
+from ...lmi.centre import Blocks, saddle_point
+from ...lmi.time_limit import OutOfTime
+from ...lmi.time_limit import time_limit as limited
+from ...plants.checks import positive
 from ...requirements.shorthand import parameter
-from ...synthesis.pid import Design
+from ...runtime.progress import bar
+from ...synthesis.design import Design
 from ...synthesis.problem import Request
-from .parallel import bar, finished
+from .parallel import finished
 from .search import Ask, Search, certified, refuted, replaced, requirements
 
 __all__ = ["Edge", "Frontier", "edge", "frontier", "request"]
+
+TIME_LIMIT = 1800.0  # seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +53,10 @@ class Edge:
     """
 
     name: str
-    feasible: float = None
-    infeasible: float = None
-    design: Design = None
-    excluded: Design = None
+    feasible: float | None = None
+    infeasible: float | None = None
+    design: Design | None = None
+    excluded: Design | None = None
     reason: str = ""
 
     def __repr__(self):
@@ -56,65 +64,110 @@ class Edge:
             "none" if side is None else f"{self.parameter.shown(side):.6g}"
             for side in (self.feasible, self.infeasible)
         ]
-        return (f"<Edge: {self.name} = {sides[0]} is feasible, "
-                f"{sides[1]} is not>")
+        if None in (self.feasible, self.infeasible):
+            known = next((s for s in sides if s != "none"), None)
+            word = "feasible" if self.infeasible is None else "infeasible"
+            side = f"{self.name} = {known} is {word}" if known else f"no {self.name}"
+            return f"<Edge: {side}; {self.reason}>"
+        return f"<Edge: {self.name} = {sides[0]} is feasible, {sides[1]} is not>"
 
     @property
     def parameter(self):
         """The `Parameter`: words, unit, direction."""
         asked = self.design or self.excluded
-        return parameter(
-            self.name, () if asked is None else asked.request.requirements)
+        return parameter(self.name, () if asked is None else asked.request.requirements)
 
     @property
     def proven(self):
         """Whether both sides are there, each with its exact proof."""
         return (
             None not in (self.design, self.excluded)
-            and certified(self.design) and refuted(self.excluded)
+            and certified(self.design)
+            and refuted(self.excluded)
         )
 
     @cached_property
     def shares(self):
         r"""What each requirement contributes if all are relaxed alike.
 
-        With multipliers Z from the infeasible side and P, Y from the
-        feasible one, requirement p weighs
-        :math:`\langle p\,\partial G/\partial p, Z\rangle`: the slope of
-        phase one's optimum in log p (envelope theorem). The shares are
-        positive and sum to one; along the frontier of p and q, one per
-        cent more of p costs share(p)/share(q) per cent of q.
+        On the infeasible side phase one has an optimum t* < 0. With its
+        saddle point x, Z requirement p weighs
+        :math:`\langle p\,\partial G/\partial p(x), Z\rangle`, the slope
+        of t* in log p. The shares are positive and sum to one; along the
+        frontier of p and q, one per cent more of p costs
+        share(p)/share(q) per cent of q.
 
         Returns
         -------
         dict
+
+        Notes
+        -----
+        Where every block is homogeneous t* is 0 or infinite, so there a
+        normalising block P > I joins them. Blocks that bound P and Y keep
+        the saddle point finite. These belong to no requirement, and the
+        bounds are so wide that they decide nothing.
         """
         if None in (self.design, self.excluded):
             raise ValueError(f"the edge has one side only: {self.reason}")
-        if self.design.V is not None:
-            raise ValueError(
-                "shares are known for one Lyapunov matrix only, not for "
-                'coupling="slack"'
-            )
         request, frame = self.excluded.request, self.excluded.frame
-        T = frame.T
-        P = np.linalg.solve(T, np.linalg.solve(T, self.design.P).T)
-        Y = np.linalg.solve(T, self.design.Y.T).T / frame.scale
-        own = {name: self.design.own[name] / unit
-               for name, unit in request.own_units(frame).items()}
+        x, Z = _least_violation(request, frame)
         known = requirements(request)
         step, found = 1e-4, {}
         for name, value in known.items():
-            ends = []
-            for factor in (1 + step, 1 - step):
-                near = replaced(request, {name: value * factor})
-                ends.append(near.blocks(P, Y, frame=frame, own=own))
-            found[name] = abs(sum(
-                ((high - low) * z).sum() for high, low, z in zip(
-                    ends[0].values(), ends[1].values(),
-                    self.excluded.multipliers)))
+            high, low = (
+                Blocks.of(*_listed(near.in_unknowns(frame)))(x)
+                for near in (
+                    replaced(request, {name: value * factor})
+                    for factor in (1 + step, 1 - step)
+                )
+            )
+            found[name] = abs(sum(((h - k) * z).sum() for h, k, z in zip(high, low, Z)))
         whole = sum(found.values())
         return {name: float(x / whole) for name, x in found.items()}
+
+
+def _listed(found):
+    expressions, unknowns = found
+    return list(expressions.values()), unknowns
+
+
+def _least_violation(request, frame, wide=1e3):
+    """The unknowns and multipliers where phase one attains its optimum.
+
+    Parameters
+    ----------
+    request : Request
+    frame : Frame
+        In which P and Y aren't much larger than I.
+    wide : float
+        Bound of P, V and Y there.
+    """
+    blocks, unknowns = _listed(request.in_unknowns(frame))
+    sizes = Blocks.of(blocks, unknowns).diagonal_scales
+    t = Unknown("t", 1)
+    raised = [g - t * np.diag(1 / d**2) for g, d in zip(blocks, sizes)]
+    roof = [wide * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
+    for u in unknowns:
+        if u.name in ("V", "Y"):
+            rows, cols = u.shape
+            roof.append(block([[wide * eye(cols), u.T], [u, wide * eye(rows)]]))
+    P = [u for u in unknowns if u.name in request.lyapunov]
+    floor = []
+    if not any(g.constant.any() for g in blocks):
+        floor = [u - eye(u.shape[0]) for u in P]
+    lifted = Blocks.of([*raised, *floor, *roof], [*unknowns, t])
+    values = {u: np.zeros(u.shape) for u in [*unknowns, t]}
+    values |= {u: 2 * np.eye(u.shape[0]) for u in P}
+    start = np.concatenate([u.pack(value) for u, value in values.items()])
+    least = min(
+        np.linalg.eigvalsh(g * np.outer(d, d))[0] for g, d in zip(lifted(start), sizes)
+    )
+    start[-1] = min(least, 0.0) - 1.0
+    cost = np.zeros(lifted.variables)
+    cost[-1] = -1.0
+    x, Z = saddle_point(lifted, cost, start)
+    return x[:-1], Z[: len(blocks)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,10 +196,13 @@ class Frontier:
     digits: int
 
     def __repr__(self):
-        solved = {id(d) for e in self.edges
-                  for d in (e.design, e.excluded) if d is not None}
-        return (f"<Frontier: {self.y} over {len(self.values)} values of "
-                f"{self.x}, {len(solved)} proofs>")
+        solved = {
+            id(d) for e in self.edges for d in (e.design, e.excluded) if d is not None
+        }
+        return (
+            f"<Frontier: {self.y} over {len(self.values)} values of "
+            f"{self.x}, {len(solved)} proofs>"
+        )
 
     @property
     def feasible(self):
@@ -168,28 +224,34 @@ class Frontier:
         Of those that do it is the one that asks for least.
         """
         for value, e in zip(self.values, self.edges):
-            if (e.design is not None and self._harder(self.x, value, x) >= 0
-                    and self._harder(self.y, e.feasible, y) >= 0):
+            if (
+                e.design is not None
+                and self._harder(self.x, value, x) >= 0
+                and self._harder(self.y, e.feasible, y) >= 0
+            ):
                 return e.design
         return None
 
     def excluded(self, x, y):
-        """A request that asks for no more and is proven infeasible."""
+        """A request that asks for no more than (x, y) and is proven infeasible."""
         for value, e in reversed(list(zip(self.values, self.edges))):
-            if (e.excluded is not None and self._harder(self.x, x, value) >= 0
-                    and self._harder(self.y, y, e.infeasible) >= 0):
+            if (
+                e.excluded is not None
+                and self._harder(self.x, x, value) >= 0
+                and self._harder(self.y, y, e.infeasible) >= 0
+            ):
                 return e.excluded
         return None
 
     def parameter(self, name):
-        """The `Parameter` of x or y: words, unit, direction."""
+        """The `Parameter` of this name, x or y: words, unit, direction."""
         return parameter(name, self.request.requirements)
 
     def _harder(self, name, a, b):
         return self.parameter(name).harder_than(a, b)
 
     def status(self, x, y):
-        """What the proofs say: "feasible", "infeasible" or "undecided".
+        """What the proofs say of (x, y): "feasible", "infeasible" or "undecided".
 
         Raises
         ------
@@ -204,8 +266,18 @@ class Frontier:
         return "undecided" if self.excluded(x, y) is None else "infeasible"
 
 
-def edge(name, plant, U=None, region=None, gamma=None, saturation=None,
-         *, digits=3, **options):
+def edge(
+    name,
+    plant,
+    U=None,
+    region=None,
+    gamma=None,
+    saturation=None,
+    *,
+    digits=3,
+    time_limit=TIME_LIMIT,
+    **options,
+):
     """Find how far one requirement can be pushed, the others held.
 
     Parameters
@@ -218,6 +290,9 @@ def edge(name, plant, U=None, region=None, gamma=None, saturation=None,
     digits : int
         The sides are numbers of so many significant digits (theta: in
         degrees).
+    time_limit : float
+        Seconds after which the search stops; the sides are those that
+        are proven by then, and the reason says so.
     **options
         cost, requirements, K_A, coupling and so on, for `design_pid`.
 
@@ -245,9 +320,16 @@ def edge(name, plant, U=None, region=None, gamma=None, saturation=None,
     >>> found.proven, found.feasible < 5
     (True, True)
     """
-    ask = Ask(plant, U, dict(
-        region=region, gamma=gamma, saturation=saturation), options)
-    return Edge(name, *Search(ask, name, digits).edge())
+    ask = Ask(
+        plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
+    )
+    search = Search(ask, name, digits)
+    try:
+        with limited(positive("time_limit", time_limit)):
+            return Edge(name, *search.edge())
+    except OutOfTime:
+        reason = f"stopped after {time_limit:g} s"
+        return Edge(name, *search.so_far(reason))
 
 
 def request(example):
@@ -255,20 +337,37 @@ def request(example):
     return Request(example.plant, **example.requirements)
 
 
-def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
-             *, values, digits=2, n_jobs=None, progress=True, **options):
+def frontier(
+    x,
+    y,
+    plant,
+    U=None,
+    region=None,
+    gamma=None,
+    saturation=None,
+    *,
+    values,
+    digits=2,
+    n_jobs=None,
+    progress=True,
+    **options,
+):
     """The edge of y at each value of x, the other requirements held.
 
     Parameters
     ----------
     x, y : str
         Names of parameters, as in `edge`.
-    plant, U, region, gamma, saturation, digits, options
+    plant, U, region, gamma, saturation
         As in `edge`.
     values : sequence of float
-        Of x; theta in radians.
+        Values of x; theta in radians.
+    digits
+        As in `edge`.
     n_jobs, progress
         As in `sweep`.
+    **options
+        As in `edge`.
 
     Returns
     -------
@@ -276,8 +375,9 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
         A staircase. The proofs of one value of x bracket the next; where
         they leave nothing open they serve there as well.
     """
-    ask = Ask(plant, U, dict(
-        region=region, gamma=gamma, saturation=saturation), options)
+    ask = Ask(
+        plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
+    )
     if x == y:
         raise ValueError(f'x and y are both "{x}": name two requirements')
     for name in (x, y):
@@ -295,7 +395,7 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
         return Edge(y, *search.edge(easier, harder))
 
     tasks = [(0, None, None), (last, None, None)]
-    with bar(len(values), progress) as done:
+    with bar(len(values), progress=progress) as done:
         while tasks:
             for place, found in finished(solve, tasks, n_jobs):
                 known[tasks[place][0]] = found
@@ -303,7 +403,8 @@ def frontier(x, y, plant, U=None, region=None, gamma=None, saturation=None,
             ends = sorted(known)
             tasks = [
                 ((a + b) // 2, known[a], known[b])
-                for a, b in pairwise(ends) if b - a > 1
+                for a, b in pairwise(ends)
+                if b - a > 1
             ]
     edges = tuple(known[k] for k in range(len(values)))
     return Frontier(x, y, tuple(values), edges, ask.request(), digits)

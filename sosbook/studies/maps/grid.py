@@ -5,12 +5,16 @@ the feasible cells of a map lie below a staircase: only the cells along it
 are solved, and a design that was found is tried on the next cell first.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...lmi.centre import margin
+from ...lmi.time_limit import OutOfTime
+from ...lmi.time_limit import time_limit as limited
+from ...plants.checks import positive
 from ...requirements.vocabulary import Parameter
 from ...synthesis.pid import design_pid
 from .parallel import sweep
@@ -19,6 +23,7 @@ from .search import Ask, Search, again, certified, refuted, replaced
 __all__ = ["FeasibilityMap", "designs", "feasibility_map"]
 
 ENOUGH = 1e-4  # the margin with which a design serves a harder cell
+TIME_LIMIT = 3600.0  # seconds
 RUN = 25  # designs in a row, each of which starts from the last
 
 
@@ -55,8 +60,10 @@ class FeasibilityMap:
     solves: int
 
     def __repr__(self):
-        return (f"<FeasibilityMap: {self.up} over {self.across}, "
-                f"{self.status.size} cells from {self.solves} solves>")
+        return (
+            f"<FeasibilityMap: {self.up} over {self.across}, "
+            f"{self.status.size} cells from {self.solves} solves>"
+        )
 
     @property
     def feasible(self):
@@ -71,11 +78,17 @@ class FeasibilityMap:
     @property
     def status(self):
         """(rows, columns) array: "feasible", "infeasible", "undecided"."""
-        return np.where(self.feasible, "feasible", np.where(
-            self.infeasible, "infeasible", "undecided"))
+        return np.where(
+            self.feasible,
+            "feasible",
+            np.where(self.infeasible, "infeasible", "undecided"),
+        )
 
     def backing(self, row, column):
-        """The design or the refusal that decides a cell, or None."""
+        """The design or the refusal that decides a cell in a row and a column.
+
+        None where nothing decides it.
+        """
         for found, way in ((self.designs, -1), (self.refusals, 1)):
             for cell, design in found.items():
                 if self._any([cell], way)[row, column]:
@@ -91,8 +104,11 @@ class FeasibilityMap:
         those that pass decides it.
         """
         yes = {cell: d for cell, d in self.designs.items() if _certified(d)}
-        no = [cell for cell, d in self.refusals.items()
-              if d is None or _refuted(d, yes.values())]
+        no = [
+            cell
+            for cell, d in self.refusals.items()
+            if d is None or _refuted(d, yes.values())
+        ]
         return self._any(yes, -1) | self._any(no, 1)
 
     def _any(self, cells, way):
@@ -106,8 +122,18 @@ class FeasibilityMap:
         return found
 
 
-def feasibility_map(plant, U=None, region=None, gamma=None, saturation=None,
-                    *, across, up, **options):
+def feasibility_map(
+    plant,
+    U=None,
+    region=None,
+    gamma=None,
+    saturation=None,
+    *,
+    across,
+    up,
+    time_limit=TIME_LIMIT,
+    **options,
+):
     """Which of many specifications have a design.
 
     Parameters
@@ -118,12 +144,15 @@ def feasibility_map(plant, U=None, region=None, gamma=None, saturation=None,
         The two bounds that vary, with their values: "sigma", "theta"
         (in radians), "rho", "gamma", "u_max", "cost" or that of a
         requirement of your own.
+    time_limit : float
+        Seconds after which the cells that are left are "undecided".
     **options
         cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
 
     Returns
     -------
     FeasibilityMap
+        The map, with a proof for each cell that is decided.
 
     Raises
     ------
@@ -145,17 +174,18 @@ def feasibility_map(plant, U=None, region=None, gamma=None, saturation=None,
     >>> bool(found.proven.all())
     True
     """
-    ask = Ask(plant, U, dict(
-        region=region, gamma=gamma, saturation=saturation), options)
+    ask = Ask(
+        plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
+    )
     if options.get("minimize") is not None:
         raise ValueError("minimize has no meaning in a map: leave it out")
     across, x = _axis("across", across, ask)
     up, y = _axis("up", up, ask)
     if across == up:
-        raise ValueError(f'across and up are both "{up.key}": name two '
-                         "requirements")
+        raise ValueError(f'across and up are both "{up.key}": name two requirements')
     cells = _Cells(ask, across, x, up, y)
-    cells.walk()
+    with suppress(OutOfTime), limited(positive("time_limit", time_limit)):
+        cells.walk()
     return cells.map()
 
 
@@ -198,9 +228,9 @@ class _Cells:
         """Whether a cell has a design."""
         row, column = cell = tuple(map(int, cell))
         self.tried.add(cell)
-        design = self.solve({
-            self.up.key: float(self.y[row]),
-            self.across.key: float(self.x[column])})
+        design = self.solve(
+            {self.up.key: float(self.y[row]), self.across.key: float(self.x[column])}
+        )
         if design is None or design.status == "infeasible":
             self.refusals[cell] = design
         elif design.status == "feasible":
@@ -223,11 +253,20 @@ class _Cells:
     def map(self):
         """The map so far, from the cells that decide the others."""
         found = FeasibilityMap(
-            self.across.key, self.up.key, (self.across, self.up), self.x,
-            self.y, self.designs, self.refusals, self.solves)
+            self.across.key,
+            self.up.key,
+            (self.across, self.up),
+            self.x,
+            self.y,
+            self.designs,
+            self.refusals,
+            self.solves,
+        )
         return replace(
-            found, designs=_fewest(found, self.designs, -1),
-            refusals=_fewest(found, self.refusals, 1))
+            found,
+            designs=_fewest(found, self.designs, -1),
+            refusals=_fewest(found, self.refusals, 1),
+        )
 
 
 def _fewest(found, known, way):
@@ -251,8 +290,7 @@ def _axis(side, axis, ask):
     which = Search(ask, name, 2).parameter  # refuses what can't be varied
     good = np.isfinite(values).all() and (values > 0).all()
     if not good or len(values) < 2:
-        raise ValueError(f"{side}: values of {name} must be two or more, "
-                         "positive")
+        raise ValueError(f"{side}: values of {name} must be two or more, positive")
     if which.fault(values):
         raise ValueError(f"{side}: {which.fault(values)}")
     return which, values
@@ -285,6 +323,7 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
     specifications : sequence of dict
         Keywords of `design_pid`.
     n_jobs, progress
@@ -322,8 +361,7 @@ def designs(plant, specifications, n_jobs=None, progress=True):
         for asked in run:
             key = str(asked.get("coupling")), np.shape(asked.get("U"))
             try:
-                design = design_pid(
-                    plant, **{"start": last.get(key)} | asked)
+                design = design_pid(plant, **{"start": last.get(key)} | asked)
             except Exception as error:
                 error.add_note(f"for the specification {asked!r}")
                 raise
@@ -333,6 +371,5 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             last[key] = design if feasible else None
         return found
 
-    runs = [specifications[k:k + RUN]
-            for k in range(0, len(specifications), RUN)]
+    runs = [specifications[k : k + RUN] for k in range(0, len(specifications), RUN)]
     return [d for run in sweep(solve, runs, n_jobs, progress) for d in run]

@@ -7,13 +7,13 @@ processes, or on a Dask cluster::
         sweep(function, points)
 """
 
-import os
+import sys
+import warnings
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import nullcontext
 
-from joblib import Parallel, delayed, parallel_config
-from joblib.parallel import get_active_backend
-from tqdm.auto import tqdm
+from ...runtime.libraries import library
+from ...runtime.progress import bar
 
 __all__ = ["sweep"]
 
@@ -26,12 +26,13 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
     function : callable
         Of one point. Without side effects: a point may run again.
     points : iterable
+        Where the function is called.
     n_jobs : int, optional
         Worker processes; -1 for one on each core. Left out, it is what
-        a surrounding ``joblib.parallel_config`` says, or 1.
+        a surrounding ``joblib.parallel_config`` says, or 1. Without
+        joblib the points run one by one, with a warning.
     progress : bool
-        Show a progress bar, unless the environment variable
-        TQDM_DISABLE is set.
+        Show a progress bar; see `sosbook.runtime.progress.bar`.
     retries : int
         How often a pool of workers may die before its points are run
         one by one.
@@ -63,17 +64,11 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
     """
     points = list(points)
     found = {}
-    with bar(len(points), progress) as done:
+    with bar(len(points), progress=progress) as done:
         for place, value in finished(function, points, n_jobs, retries):
             found[place] = value
             done.update()
     return [found[place] for place in range(len(points))]
-
-
-def bar(total, progress=True):
-    """A progress bar; in notebooks tqdm doesn't read TQDM_DISABLE."""
-    hidden = not progress or "TQDM_DISABLE" in os.environ
-    return tqdm(total=total, leave=False, disable=hidden)
 
 
 def finished(function, points, n_jobs=None, retries=3):
@@ -86,7 +81,7 @@ def finished(function, points, n_jobs=None, retries=3):
     left, deaths, suspects = dict(enumerate(points)), 0, set()
     while left:
         alone = deaths >= retries
-        batch = list(left.items())[:1 if alone else None]
+        batch = list(left.items())[: 1 if alone else None]
         try:
             for place, value in _run(function, batch, n_jobs):
                 del left[place]
@@ -114,24 +109,39 @@ def _run(function, batch, n_jobs):
             error.add_note(f"at point {place} of the sweep: {point!r}")
             raise
 
-    backend, around = get_active_backend()
+    if _without_joblib(n_jobs):
+        yield from (call(*item) for item in batch)
+        return
+    joblib = library("joblib")
+    backend, around = joblib.parallel.get_active_backend()
     n_jobs = around if n_jobs is None else n_jobs
     local = backend.supports_inner_max_num_threads  # joblib's own: loky
     if local and n_jobs in (None, 1):
         yield from (call(*item) for item in batch)
         return
-    with (
-        parallel_config("loky", inner_max_num_threads=1) if local
-        else nullcontext()
-    ):
-        yield from Parallel(
+    config = joblib.parallel_config  # acts when it is made
+    with config("loky", inner_max_num_threads=1) if local else nullcontext():
+        yield from joblib.Parallel(
             n_jobs=n_jobs, batch_size=1, return_as="generator_unordered"
-        )(delayed(call)(*item) for item in batch)
+        )(joblib.delayed(call)(*item) for item in batch)
+
+
+def _without_joblib(n_jobs):
+    """Whether the points run here, one after another, for want of more."""
+    if sys.modules.get("joblib"):  # a parallel_config may say something
+        return False
+    if n_jobs in (None, 1):
+        return True
+    try:
+        library("joblib")
+    except ModuleNotFoundError as error:
+        warnings.warn(f"{error}. The points run one by one.", stacklevel=2)
+        return True
+    return False
 
 
 def _died(error):
     """Whether a worker died, here or on a Dask cluster."""
     return (
-        isinstance(error, BrokenProcessPool)
-        or type(error).__name__ == "KilledWorker"
+        isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker"
     )

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...bisection import narrowed
 from ...lmi.centre import Blocks, phase_one
 from ...requirements.shorthand import (
     KEYWORDS,
@@ -11,13 +12,23 @@ from ...requirements.shorthand import (
     moved,
     parameter,
 )
-from ...synthesis.feasibility import Solution, finish
-from ...synthesis.pid import Design, design_pid
+from ...synthesis.design import Design
+from ...synthesis.feasibility import finish, refused
+from ...synthesis.pid import design_pid
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame
 
-__all__ = ["Ask", "Search", "again", "certified", "refuted", "replaced",
-           "requirements", "round_numbers", "shown"]
+__all__ = [
+    "Ask",
+    "Search",
+    "again",
+    "certified",
+    "refuted",
+    "replaced",
+    "requirements",
+    "round_numbers",
+    "shown",
+]
 
 
 class Ask:
@@ -35,12 +46,16 @@ class Ask:
 
     def __init__(self, plant, U, asked, options):
         self.plant, self.U, self.options = plant, U, dict(options)
-        asked = asked | {name: self.options.pop(name) for name in options
-                         if name in KEYWORDS and name != "mu"}
+        asked = asked | {
+            name: self.options.pop(name)
+            for name in options
+            if name in KEYWORDS and name != "mu"
+        }
         if not isinstance(options.get("mu"), str):  # for what joins later too
             asked["mu"] = options.get("mu")
-        self.requirements = collected(**{
-            name: value for name, value in asked.items() if value is not None})
+        self.requirements = collected(
+            **{name: value for name, value in asked.items() if value is not None}
+        )
 
     @property
     def known(self):
@@ -48,39 +63,46 @@ class Ask:
         return bounds(self.requirements)
 
     def at(self, **values):
+        """The same with other ``values`` of its parameters."""
         other = object.__new__(Ask)
         other.__dict__.update(
-            self.__dict__, requirements=moved(self.requirements, values))
+            self.__dict__, requirements=moved(self.requirements, values)
+        )
         return other
 
     def request(self):
-        fixed = {k: v for k, v in self.options.items()
-                 if k in ("K_A", "coupling")}
-        return Request(self.plant, self.U, requirements=self.requirements,
-                       **fixed)
+        """The `Request` of it all."""
+        fixed = {k: v for k, v in self.options.items() if k in ("K_A", "coupling")}
+        return Request(self.plant, self.U, requirements=self.requirements, **fixed)
 
     def empty(self, values):
-        """Whether two requirements exclude each other at sight."""
+        """Whether two requirements exclude each other at sight, at these ``values``."""
         return contradictory(moved(self.requirements, values))
 
     def solve(self, near=None, **values):
-        """A Design, or None where the region is empty.
+        """A Design for these ``values``, or None; its start is a design ``near``.
 
         With a design nearby, in coordinates in which its P is I: close
         to the edge they are the better ones.
         """
         if self.empty(values):
             return None
-        searches = {self.options.get("coupling"), self.options.get("mu")}
-        if near is not None and not searches & {"slack", "free"}:
+        if near is not None and self.options.get("coupling") != "slack":
             return again(replaced(near.request, self.known | values), near)
         return design_pid(
-            self.plant, self.U, **self.options,
-            requirements=moved(self.requirements, values))
+            self.plant,
+            self.U,
+            **self.options,
+            requirements=moved(self.requirements, values),
+        )
 
 
 class Search:
-    """Bisection over round numbers; larger places ask for more."""
+    """Bisection over round numbers of one parameter of an `Ask`, by its name.
+
+    What is held stands in ``ask``. Numbers with so many digits are counted: a
+    larger place asks for more.
+    """
 
     def __init__(self, ask, name, digits):
         self.parameter = parameter(name, ask.requirements)
@@ -91,31 +113,35 @@ class Search:
         self.ask, self.name, self.digits = ask, name, digits
         self.sign = self.parameter.harder
         self.start = self.parameter.shown(known or self.parameter.start)
-        low, high = self.parameter.limits or (
-            self.start / 1000, self.start * 1000)
+        low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
         self.seen = {}
 
     def place(self, value):
+        """The place of the round number next to a value in the unit shown."""
         return self.sign * _rank(value, self.digits)
 
     def number(self, place):
+        """The number at a place, in the unit shown."""
         return _number(self.sign * place, self.digits)
 
     def value(self, place):
+        """The parameter's value at a place, in the unit of the design functions."""
         return self.parameter.value(self.number(place))
 
     def at(self, place):
+        """The design at a place, solved once."""
         if place not in self.seen:
-            self.seen[place] = self.ask.solve(
-                **{self.name: self.value(place)})
+            self.seen[place] = self.ask.solve(**{self.name: self.value(place)})
         return self.seen[place]
 
     def holds(self, place):
+        """Whether the request at a place is feasible."""
         design = self.at(place)
         return design is not None and design.status == "feasible"
 
     def fails(self, place):
+        """Whether the request at a place is infeasible."""
         design = self.at(place)
         return design is None or design.status == "infeasible"
 
@@ -148,20 +174,31 @@ class Search:
         bottom = self.first_refusal(top, bad, near)
         return self.result(top, bottom)
 
+    def so_far(self, reason):
+        """What is proven among the places that were tried, as in `edge`.
+
+        The ``reason`` says why no more were.
+        """
+        known = {k: d for k, d in self.seen.items() if d is not None}
+        good = [k for k, d in known.items() if d.status == "feasible" and certified(d)]
+        bad = [k for k, d in known.items() if d.status == "infeasible"]
+        top, bottom = max(good, default=None), min(bad, default=None)
+        return (*self.result(top, bottom)[:4], reason)
+
     def walk(self, place, way, test):
-        """The first place found this way, in growing strides, or None."""
+        """The first place this way that passes a test, in growing strides, or None."""
         factor = 1.5
         while not test(place):
             end = self.ends[way > 0]
             if (place - end) * way >= 0:
                 return None
-            far = self.place(
-                self.number(place) * factor ** (way * self.sign))
+            far = self.place(self.number(place) * factor ** (way * self.sign))
             place = min(far, end) if way > 0 else max(far, end)
             factor *= factor
         return place
 
     def last_design(self, good, bad):
+        """The last place from ``good`` to ``bad`` with a certified design, or None."""
         if good is None:
             return None
         if bad is None:
@@ -175,15 +212,18 @@ class Search:
         return top
 
     def sharpen(self, place):
-        """Whether it is certified in its own coordinates: the sharper ones."""
-        again = self.ask.solve(
-            self.at(place), **{self.name: self.value(place)})
+        """Whether a place is certified in its own coordinates: the sharper ones."""
+        again = self.ask.solve(self.at(place), **{self.name: self.value(place)})
         good = again.status == "feasible" and certified(again)
         if good:
             self.seen[place] = again
         return good
 
     def first_refusal(self, top, bad, near):
+        """The first place from ``top`` to ``bad`` that is refused with a proof.
+
+        None without one; a design ``near`` serves as for `refused`.
+        """
         if bad is None:
             return None
         low = self.ends[0] - 1 if top is None else top
@@ -199,6 +239,10 @@ class Search:
         return _first(lambda k: self.refused(k, near), last, bottom)
 
     def refused(self, place, near):
+        """Whether the request at a place is refused with a proof.
+
+        If need be in the coordinates of a design ``near``.
+        """
         design = self.at(place)
         if design is None:
             return True
@@ -211,13 +255,15 @@ class Search:
         return self.seen[place] is not design
 
     def result(self, top, bottom):
+        """The values and designs at ``top`` and ``bottom``, and the reason."""
         reason = ""
         if top is None:
-            reason = (f"no design down to {self.name} = "
-                      f"{self.number(self.ends[0]):.6g}")
+            reason = f"no design down to {self.name} = {self.number(self.ends[0]):.6g}"
         elif bottom is None:
-            reason = (f"nothing is proven infeasible up to {self.name} = "
-                      f"{self.number(self.ends[1]):.6g}")
+            reason = (
+                f"nothing is proven infeasible up to {self.name} = "
+                f"{self.number(self.ends[1]):.6g}"
+            )
         elif self.at(bottom) is None:
             reason = "beyond the edge the region is empty"
         return (
@@ -243,7 +289,10 @@ def _number(rank, digits):
 
 
 def round_numbers(which, low, high, digits):
-    """Those of a `Parameter` between two values, the least demanding first."""
+    """The round numbers from ``low`` to ``high``, the least demanding first.
+
+    They have so many digits in the unit shown of a `Parameter`, ``which``.
+    """
     ends = [_rank(which.shown(end), digits) for end in (low, high)]
     numbers = [_number(k, digits) for k in range(ends[0], ends[1] + 1)]
     top = np.inf if which.limits is None else which.limits[1]
@@ -252,23 +301,25 @@ def round_numbers(which, low, high, digits):
 
 
 def shown(name, value):
-    """In the unit of the page: angles in degrees."""
+    """A value of the parameter of this name, in the unit shown.
+
+    Angles are shown in degrees.
+    """
     return parameter(name).shown(value)
 
 
 def _first(test, low, high):
     """The smallest place above low that passes, if high does."""
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if test(middle) else (middle, high)
-    return high
+    return narrowed(lambda k: not test(k), low, high, lambda a, b: (a + b) // 2)[1]
 
 
 def certified(design):
+    """Whether a design has an exact proof."""
     return design.certify().proven
 
 
 def refuted(design):
+    """Whether a design has an exact proof that there is none."""
     return bool(design.infeasibility and design.infeasibility.proven)
 
 
@@ -278,20 +329,16 @@ def requirements(request):
 
 
 def again(request, near):
-    """Solve in coordinates in which the P of a design nearby is I."""
-    T = np.linalg.cholesky(near.P)
-    T = T / np.abs(T).max()
-    frame = Frame.at(request, T, np.linalg.norm(near.K @ T, 2))
+    """Solve a request in coordinates in which the P of a design ``near`` is I."""
+    frame = Frame.of_solution(request, near)
     expressions, unknowns = request.in_unknowns(frame)
     blocks = Blocks.of(expressions.values(), unknowns)
     phase = phase_one(blocks)
-    found = Solution(request, phase.verdict, frame=frame,
-                     multipliers=phase.Z)
-    if phase.x is not None:
-        found = finish(request, frame, blocks, unknowns, phase.x)
-    return Design(**vars(found))
+    if phase.x is None:
+        return Design(**vars(refused(request, phase, frame)))
+    return Design(**vars(finish(request, frame, blocks, unknowns, phase.x)))
 
 
 def replaced(request, known):
-    """The request with other bounds, by the parameters' names."""
+    """The request with the ``known`` bounds, by the parameters' names."""
     return request.with_bounds(known)

@@ -1,29 +1,9 @@
 (() => {
   "use strict";
+  const {PageElement, Plot, READOUT, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
+    panel, panels, slider, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
   const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
-  let count = 0;
-
-  // ------------------------------------------------------------- numbers
-  const clean = (x, digits = 3) => {
-    const text = String(Number(Number(x).toPrecision(digits)));
-    return (text === "-0" ? "0" : text).replace("-", "−");
-  };
-  const round = x => Math.round(x * 10) / 10 + 0;
-  const escape = text => String(text).replace(/[&<>"]/g, c =>
-    ({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"})[c]);
-  const complex = (re, im) => im === 0 ? clean(re)
-    : `${clean(re)} ± ${clean(im)}j`;
-
-  function ticks(low, high, wanted) {
-    const raw = (high - low) / wanted, size = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].find(k => k * size >= raw * 0.999) * size;
-    const list = [];
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
-      list.push(k * step);
-    }
-    return list;
-  }
 
   // -------------------------------------------------- the linear response
   const times = (X, Y) => X.map(row => Y[0].map((_, j) =>
@@ -96,66 +76,27 @@
     return polygon;
   }
 
-  // ------------------------------------------------------------- drawing
-  // Axes in a 340 x 340 viewBox; returns the mapping and the grid.
-  function frame(x, y, xlabel, ylabel) {
-    const [l, r, t, b] = [46, 332, 10, 298];
-    const X = v => l + (v - x[0]) / (x[1] - x[0]) * (r - l);
-    const Y = v => b - (v - y[0]) / (y[1] - y[0]) * (b - t);
-    let grid = "";
-    for (const v of ticks(x[0], x[1], 5)) {
-      grid += `<line class="sos-grid" x1="${round(X(v))}" x2="${round(X(v))}" y1="${t}" y2="${b}"/>` +
-        `<text x="${round(X(v))}" y="${b + 16}" text-anchor="middle">${clean(v, 6)}</text>`;
+  // ---------------------------------------------------------- the element
+  class Atlas extends PageElement {
+    sliders() {
+      return this.data.sliders.map(({key, label, values}, k) =>
+        slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]})).join("");
     }
-    for (const v of ticks(y[0], y[1], 5)) {
-      grid += `<line class="sos-grid" x1="${l}" x2="${r}" y1="${round(Y(v))}" y2="${round(Y(v))}"/>` +
-        `<text x="${l - 6}" y="${round(Y(v)) + 4}" text-anchor="end">${clean(v, 6)}</text>`;
+
+    markup() {
+      return controls("Requirements", this.sliders()) +
+        panels(panel("map", "Closed-loop poles over the region that was asked for.") +
+          panel("step", escape(this.data.caption))) + READOUT;
     }
-    grid += `<text x="${(l + r) / 2}" y="332" text-anchor="middle">${xlabel}</text>` +
-      `<text transform="translate(11 ${(t + b) / 2}) rotate(-90)" text-anchor="middle">${ylabel}</text>`;
-    const path = points => points.map(([u, v], k) =>
-      `${k ? "L" : "M"}${round(X(u))} ${round(Y(v))}`).join("");
-    return {X, Y, grid, path, l, r, t, b};
-  }
 
-  class Atlas extends HTMLElement {
-    connectedCallback() { this.start(); }
-
-    // The parser may create the element before its data: see the last lines.
-    start() {
-      const source = this.querySelector("script[type='application/json']");
-      if (this.started || !source) return;
-      this.started = true;
-      this.data = JSON.parse(source.textContent);
-      this.name = `sos-atlas-${++count}`;
-      while (document.getElementById(`${this.name}-0`)) this.name = `sos-atlas-${++count}`;
+    wire() {
       this.place = [...this.data.start];
-      this.view = document.createElement("div");
-      this.view.innerHTML =
-        `<p class="sos-title">${escape(this.data.title)}</p>` +
-        `<div class="sos-sliders" role="group" aria-label="Requirements">` +
-        this.data.sliders.map((slider, k) => this.sliderMarkup(slider, k)).join("") +
-        `</div><div class="sos-panels"><figure class="sos-panel"><div class="sos-map"></div>` +
-        `<figcaption class="sos-caption">Closed-loop poles over the region that was asked for.</figcaption></figure>` +
-        `<figure class="sos-panel"><div class="sos-step"></div><figcaption class="sos-caption">${escape(this.data.caption)}` +
-        `</figcaption></figure></div>` +
-        `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
-      this.append(this.view);
       this.view.querySelectorAll("input").forEach((input, k) =>
         input.addEventListener("input", () => {
           this.place[k] = Number(input.value);
           this.update();
         }));
       this.update();
-    }
-
-    sliderMarkup(slider, k) {
-      const id = `${this.name}-${k}`;
-      return `<div class="sos-slider"><label for="${id}"><span>${escape(slider.label)}</span>` +
-        `<output for="${id}"></output></label>` +
-        `<input id="${id}" type="range" min="0" max="${slider.values.length - 1}" step="1"` +
-        ` value="${this.place[k]}" data-key="${escape(slider.key)}" autocomplete="off"` +
-        ` data-lm-suppress-shortcuts="true"></div>`;
     }
 
     index(place) {
@@ -165,36 +106,37 @@
     // 0 is infeasible, 1 undecided, everything else a design.
     stored(place = this.place) { return this.data.designs[this.index(place)]; }
 
+    get asked() {
+      return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+    }
+
+    get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
+
     get design() {
-      const found = this.stored(), [n, m, a] = this.data.shape, N = 2 * n + a;
-      const asked = {...this.data.fixed};
-      this.data.sliders.forEach((slider, k) => { asked[slider.key] = slider.values[this.place[k]]; });
-      if (typeof found === "number") {
-        return {status: ["infeasible", "undecided"][found], asked};
-      }
-      const [gain, poles, [block, margin], norm, peak] = found;
-      const K = Array.from({length: m}, (_, i) => gain.slice(i * N, (i + 1) * N));
+      const stored = this.stored(), asked = {...this.data.fixed, ...this.asked};
+      if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
+      const [gain, poles, [block, margin], norm, peak] = stored;
       const pairs = [];
       for (let k = 0; k < poles.length; k += 2) pairs.push([poles[k], poles[k + 1]]);
-      return {status: "feasible", asked, K, poles: pairs,
+      return {status: "feasible", asked, K: gainRows(gain, this.data.shape), poles: pairs,
         margin: [this.data.blocks[block], margin], norm, peak};
     }
 
     // Designs that a move of one slider reaches, the nearest first.
     relaxations() {
-      const found = [];
+      const moves = [];
       this.data.sliders.forEach((slider, k) => {
         for (let far = 1; far < slider.values.length; far++) {
           const at = this.place[k] + far * slider.looser;
           if (at < 0 || at >= slider.values.length) break;
           const place = this.place.map((old, j) => j === k ? at : old);
           if (typeof this.stored(place) !== "number") {
-            found.push({far, text: slider.texts[at], share: far / slider.values.length});
+            moves.push({far, text: slider.texts[at], share: far / slider.values.length});
             break;
           }
         }
       });
-      return found.sort((p, q) => p.far - q.far || p.share - q.share);
+      return moves.sort((p, q) => p.far - q.far || p.share - q.share);
     }
 
     advice() {
@@ -226,104 +168,78 @@
 
     update() {
       const design = this.design;
-      this.view.querySelectorAll("input").forEach((input, k) => {
-        const text = this.data.sliders[k].texts[this.place[k]];
-        input.setAttribute("aria-valuetext", text);
-        input.parentElement.querySelector("output").textContent = text;
-      });
-      this.view.querySelector(".sos-map").innerHTML = this.map(design);
-      this.view.querySelector(".sos-step").innerHTML = this.step(design);
-      const readout = this.view.querySelector(".sos-readout");
-      readout.className = `sos-readout sos-${design.status}`;
-      readout.innerHTML = this.readout(design);
+      this.view.querySelectorAll("input").forEach((input, k) => announce(input, this.texts[k]));
+      this.part("map").innerHTML = this.map(design);
+      this.part("step").innerHTML = this.step(design);
+      this.tell(design.status, this.readout(design));
     }
 
-    map(design) {
+    map({status, asked, poles}) {
       const [left, right, height] = this.data.window;
       const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 288) / 2;
-      const tall = half * 288 / 286;
-      const x = [middle - half, middle + half], y = [-tall, tall];
-      const f = frame(x, y, "Re s (1/s)", "Im s (rad/s)");
-      const polygon = regionPolygon(design.asked, [x[0], x[1], tall]);
-      const inside = design.status === "feasible";
-      const area = polygon.length ? f.path(polygon) + "Z" : "";
-      const marks = (design.poles || []).flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]])
-        .filter(([re, im]) => re >= x[0] && re <= x[1] && Math.abs(im) <= tall)
-        .map(([re, im]) => {
-          const [u, v] = [round(f.X(re)), round(f.Y(im))];
-          return `<path class="sos-pole" d="M${u - 4} ${v - 4}l8 8m0 -8l-8 8"/>`;
-        }).join("");
-      const label = inside
-        ? `Pole map: poles at ${design.poles.map(p => complex(...p)).join(", ")}, all in the shaded region.`
-        : `Pole map: the region is hatched, because no design is known (${design.status}).`;
-      return `<svg role="img" viewBox="0 0 340 340" aria-label="${escape(label)}"><defs>` +
-        `<pattern id="${this.name}-hatch" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
-        `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>${f.grid}` +
-        (area ? `<path class="sos-region${inside ? "" : " sos-empty"}" d="${area}"` +
-          (inside ? "" : ` style="fill:url(#${this.name}-hatch)"`) + "/>" : "") +
-        `<line class="sos-axis" x1="${f.l}" x2="${f.r}" y1="${round(f.Y(0))}" y2="${round(f.Y(0))}"/>` +
-        (x[0] < 0 && x[1] > 0 ? `<line class="sos-axis" x1="${round(f.X(0))}" x2="${round(f.X(0))}" y1="${f.t}" y2="${f.b}"/>` : "") +
-        marks + (inside ? "" : `<text class="sos-no" x="${(f.l + f.r) / 2}" y="40" text-anchor="middle">${design.status}</text>`) +
-        "</svg>";
+      const tall = half * 288 / 286, x = [middle - half, middle + half], y = [-tall, tall];
+      const plot = new Plot({x, y, labels: ["Re s (1/s)", "Im s (rad/s)"]});
+      const polygon = regionPolygon(asked, [x[0], x[1], tall]);
+      const style = plot.hatch(`${this.name}-hatch`);
+      if (polygon.length) {
+        plot.body += `<path class="sos-region${poles ? "" : " sos-empty"}" ${poles ? "" : style} d="${plot.path(polygon)}Z"/>`;
+      }
+      plot.rule("sos-axis", x, [0, 0]);
+      if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], [tall, -tall]);
+      for (const [re, im] of withConjugates(poles || []).filter(pole => plot.has(pole))) {
+        plot.body += `<path class="sos-pole" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
+      }
+      if (!poles) plot.absent(status, 40);
+      return plot.svg(poles
+        ? `Pole map: poles at ${poles.map(p => complex(...p)).join(", ")}, all in the shaded region.`
+        : `Pole map: the region is hatched, because no design is known (${status}).`);
     }
 
-    step(design) {
-      const {horizon, r, vertices} = this.data;
-      this.response = [];
-      if (design.status !== "feasible") {
-        const f = frame([0, horizon], [-0.2, 1.4], "time t (s)", "position z");
-        return `<svg role="img" viewBox="0 0 340 340" aria-label="Step response: none, ${design.status}.">` +
-          `${f.grid}<text class="sos-no" x="${(f.l + f.r) / 2}" y="40" text-anchor="middle">no design</text></svg>`;
-      }
-      const steps = 150, all = vertices.map(v => stepResponse(v, design.K, r, horizon, steps));
+    step({status, K}) {
+      const {horizon, r, vertices} = this.data, steps = 150, labels = ["time t (s)", "position z"];
+      const all = K ? vertices.map(v => stepResponse(v, K, r, horizon, steps)) : [];
       this.response = all;
       const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
-      const snap = (v, up) => (up ? Math.ceil : Math.floor)(v * 5 - (up ? 1e-9 : -1e-9)) / 5;
-      const f = frame([0, horizon], [snap(low, false), snap(high, true)], "time t (s)", "position z");
-      const lines = all.flatMap(rows => r.map((_, i) =>
-        `<path class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
-        ` d="${f.path(rows.map((row, k) => [k * horizon / steps, row[i]]))}"/>`)).join("");
-      const targets = [...new Set(r)].map(v => `<line class="sos-target" x1="${f.l}" x2="${f.r}"` +
-        ` y1="${round(f.Y(v))}" y2="${round(f.Y(v))}"/>`).join("");
-      const key = r.map((_, i) => {
-        const u = f.r - 52 * (r.length - i);
-        return `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
-          ` x1="${u}" x2="${u + 24}" y1="${f.b - 12}" y2="${f.b - 12}"/><text x="${u + 28}" y="${f.b - 8}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
-      }).join("");
+      const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
+      const plot = new Plot({x: [0, horizon], y: limits, labels});
+      if (!K) {
+        plot.absent("no design", 40);
+        return plot.svg(`Step response: none, ${status}.`);
+      }
+      for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
+      for (const rows of all) {
+        r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));
+      }
+      r.forEach((_, i) => {
+        const u = plot.r - 52 * (r.length - i), v = plot.b - 12;
+        plot.body += `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
+          ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
+      });
       const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
-      return `<svg role="img" viewBox="0 0 340 340" aria-label="Step response over ${clean(horizon)} seconds: ` +
-        `${peaks.join(", ")}.">${f.grid}${targets}${lines}${key}</svg>`;
+      return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
+    }
+
+    // The verdict on what the sliders ask for; a subclass adds what that means.
+    verdict({status}, more = "") {
+      return `<p><span class="sos-status">${capital(status)}</span> for ` +
+        `${escape([...this.texts, ...this.data.also].join(", "))}${more}.</p>`;
     }
 
     readout(design) {
-      const texts = this.data.sliders.map((slider, k) => slider.texts[this.place[k]]);
-      const asked = [...texts, ...this.data.also].join(", ");
-      const head = `<p><span class="sos-status">${design.status[0].toUpperCase()}${design.status.slice(1)}</span>` +
-        ` for ${escape(asked)}.</p>`;
-      if (design.status === "undecided") {
-        return head + `<p>Neither a design nor a proof that there is none was found.</p>`;
+      const {status, asked, K, poles, norm, peak} = design, verdict = this.verdict(design);
+      if (status === "undecided") return verdict + `<p>Neither a design nor a proof that there is none was found.</p>`;
+      if (status === "infeasible") {
+        const empty = asked.rho <= asked.sigma;
+        return verdict + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(this.advice())}</p>`;
       }
-      if (design.status === "infeasible") {
-        const empty = design.asked.rho <= design.asked.sigma;
-        return head + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(this.advice())}</p>`;
-      }
-      const [n, , a] = this.data.shape;
-      const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(p => p[2] > p[1]);
-      const gains = parts.map(([name, from, to]) =>
-        `<span class="sos-gain"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:repeat(${to - from},auto)">` +
-        design.K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, 5)}</span>`).join(" ") + `</span></span>`).join(" ");
-      const poles = design.poles.map(p => `<span class="sos-number">${complex(...p)}</span>`).join(", ");
-      const [block, margin] = design.margin;
-      const truth = [];
-      if (design.norm !== null) truth.push(`True H∞ norm ${clean(design.norm)}` +
-        (design.asked.gamma ? ` (bound γ = ${clean(design.asked.gamma, 4)}).` : "."));
-      if (design.peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(design.peak)}` +
-        (design.asked.u_max ? ` (bound ${clean(design.asked.u_max, 4)}).` : "."));
-      return head + `<div class="sos-gains">${gains}</div><p>Poles: ${poles}.</p>` +
+      const [block, margin] = design.margin, truth = [];
+      if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
+      if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
+      return verdict + gains(K, this.data.shape, 5) +
+        `<p>Poles: ${poles.map(p => `<span class="sos-number">${complex(...p)}</span>`).join(", ")}.</p>` +
         `<p>Smallest margin: ${clean(margin, 2)} (${escape(block)}). ${truth.join(" ")}</p>`;
     }
   }
 
-  if (!customElements.get("sos-atlas")) customElements.define("sos-atlas", Atlas);
-  document.querySelectorAll("sos-atlas").forEach(atlas => atlas.start && atlas.start());
+  define("sos-atlas", Atlas);
 })();

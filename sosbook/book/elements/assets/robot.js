@@ -1,13 +1,11 @@
 (() => {
   "use strict";
+  const {PageElement, QUIET, READOUT, announce, capital, clean, controls, define, escape, gains, panel, panels, round, row,
+    select, slider, upright} = window.sosKit;
   const HORIZON = 8, LENGTH = 30, WINDOW = 4;                // s
   const PUSH = 0.06, HEIGHT = 0.1, HALF = 0.017;             // N s; m, of the body above the axle
   const SCALE = 1250, GROUND = 258, MIDDLE = 170, SLACK = 0.03;
-  let count = 0;
-  const escape = text => String(text).replace(/[&<>"]/g, c => `&#${c.charCodeAt(0)};`);
-  const clean = (x, digits = 3) => String(Number(Number(x).toPrecision(digits)) + 0).replace("-", "−");
   const fixed = (x, digits) => (x.toFixed(digits).replace(/^-(?=[0.]*$)/, "")).replace("-", "−");
-  const round = x => Math.round(x * 10) / 10 + 0;
   const whole = (low, high) => Array.from({length: Math.floor(high) - Math.ceil(low) + 1}, (_, k) => Math.ceil(low) + k);
   const degrees = x => x * 180 / Math.PI;
 
@@ -163,9 +161,7 @@
       const most = Math.max(...near.map(k => Math.abs(degrees(theta[k])))), span = [1, 2, 5, 10, 20, 50, 100].find(s => s >= most);
       const axes = (top, bottom, high, marks, label) => {
         const Y = value => round((top + bottom) / 2 - value / high * (bottom - top) / 2);
-        return [Y, marks.map(v => `<line class="sos-grid" x1="${l}" x2="${r}" y1="${Y(v)}" y2="${Y(v)}"/>` +
-          `<text x="${l - 6}" y="${Y(v) + 4}" text-anchor="end">${clean(v)}</text>`).join("") +
-          `<text transform="translate(11 ${(top + bottom) / 2}) rotate(-90)" text-anchor="middle">${label}</text>`];
+        return [Y, marks.map(v => row([l, r], Y(v), clean(v))).join("") + upright([top, bottom], label)];
       };
       const [tilt, grid] = axes(10, 132, 1.1 * span, [-span, 0, span], "θ (degrees)");
       const [volt, rows] = axes(146, 262, 8.5, [-5, 0, 5], "V (volts)");
@@ -181,27 +177,17 @@
     }
   }
 
-  class Animation extends HTMLElement {
-    connectedCallback() { this.start(); }
+  class Animation extends PageElement {
     disconnectedCallback() { cancelAnimationFrame(this.frame); }
 
-    // The parser may create the element before its data: see the last lines.
-    start() {
-      const source = this.querySelector("script[type='application/json']");
-      if (this.started || !source) return;
-      this.started = true;
-      this.data = JSON.parse(source.textContent);
+    wire() {
       this.place = {...this.data.start};
-      while (document.getElementById(`sos-robot-${++count}-law`));
-      this.view = document.createElement("div");
-      this.view.innerHTML = this.markup(`sos-robot-${count}`);
-      this.append(this.view);
       this.picture = new Picture(this.view, this.data);
       for (const input of this.view.querySelectorAll("[data-key]")) {
         input.value = this.place[input.dataset.key];
         input.addEventListener("input", () => this.change(input.dataset.key, Number(input.value)));
       }
-      const on = (name, act) => this.view.querySelector(`.sos-${name}`).addEventListener("click", act);
+      const on = (name, act) => this.part(name).addEventListener("click", act);
       on("play", () => this.ended ? this.restart(true) : this.play(!this.playing));
       on("reset", () => this.restart());
       on("push", () => this.push());
@@ -214,26 +200,17 @@
       }).observe(this.view);
     }
 
-    markup(name) {
-      const more = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
-      const select = (key, label, names) => `<div class="sos-slider"><label for="${name}-${key}">${label}</label>` +
-        `<select id="${name}-${key}" data-key="${key}" ${more}>` +
-        names.map((text, k) => `<option value="${k}">${escape(text)}</option>`).join("") + `</select></div>`;
-      const slider = ({key, label, max, step}) => `<div class="sos-slider"><label for="${name}-${key}"><span>${label}</span>` +
-        `<output for="${name}-${key}"></output></label><input id="${name}-${key}" type="range" min="0" max="${max}"` +
-        ` step="${step}" data-key="${key}" ${more}></div>`;
+    markup() {
+      const named = (key, more) => ({id: `${this.name}-${key}`, key, ...more});
+      const choice = (key, label, all) => select(named(key, {label, names: all.map(({name}) => name)}));
       const button = (key, text) => `<button type="button" class="sos-button sos-${key}" data-lm-suppress-shortcuts="true">${text}</button>`;
-      const {title, laws, robots, sliders} = this.data;
-      return `<p class="sos-title">${escape(title)}</p><div class="sos-sliders" role="group" aria-label="Setting">` +
-        select("law", "Law", laws.map(law => law.name)) + slider({key: "R", label: "Weight R of the design", max: 0, step: 1}) +
-        select("robot", "Robot", robots.map(robot => robot.name)) + sliders.map(slider).join("") +
-        `</div><div class="sos-buttons">${button("play", "Play")}${button("reset", "Reset")}${button("push", "Push")}` +
-        `<label class="sos-slow"><input type="checkbox" ${more}> Slow motion</label></div>` +
-        `<div class="sos-panels"><figure class="sos-panel"><div class="sos-scene"></div>` +
-        `<figcaption class="sos-caption sos-live"></figcaption></figure><figure class="sos-panel"><div class="sos-strips"></div>` +
-        `<figcaption class="sos-caption">Tilt, and the voltage asked for at every tick of ` +
-        `${clean(1000 * this.data.T)} ms. Dashed: the limit.</figcaption></figure></div>` +
-        `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
+      const {laws, robots, sliders, T} = this.data;
+      return controls("Setting", choice("law", "Law", laws) + slider(named("R", {label: "Weight R of the design", max: 0})) +
+        choice("robot", "Robot", robots) + sliders.map(({key, ...more}) => slider(named(key, more))).join("")) +
+        `<div class="sos-buttons">${button("play", "Play")}${button("reset", "Reset")}${button("push", "Push")}` +
+        `<label class="sos-slow"><input type="checkbox" ${QUIET}> Slow motion</label></div>` +
+        panels(panel("scene", "", " sos-live") + panel("strips",
+          `Tilt, and the voltage asked for at every tick of ${clean(1000 * T)} ms. Dashed: the limit.`)) + READOUT;
     }
 
     get law() { return this.data.laws[this.place.law]; }
@@ -277,16 +254,11 @@
       for (const input of this.view.querySelectorAll("input[data-key]")) {
         const {key} = input.dataset, text = this.text(key);
         if (key === "R") Object.assign(input, {max: this.law.R.length - 1, disabled: this.law.R.length < 2, value: this.place.R});
-        input.setAttribute("aria-valuetext", text);
-        this.view.querySelector(`output[for="${input.id}"]`).textContent = text;
+        announce(input, text);
       }
-      const [word, rest] = this.words(), readout = this.view.querySelector(".sos-readout");
-      readout.className = `sos-readout sos-${word === "Stands" ? "feasible" : "infeasible"}`;
-      const K = this.law.K[this.place.R], cell = x => `<span>${clean(x, 4)}</span>`;
-      const gains = [["P", 0, 2], ["D", 2, 4], ["I", 4, 5]].filter(([, from]) => from < K.length).map(([name, from, to]) =>
-        `<span class="sos-gain"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
-        `repeat(${to - from},auto)">${K.slice(from, to).map(cell).join(" ")}</span></span>`).join(" ");
-      readout.innerHTML = `<p><span class="sos-status">${word}</span> ${escape(rest)}</p><div class="sos-gains">${gains}</div>`;
+      const [word, account] = this.words(), K = this.law.K[this.place.R];
+      this.tell(word === "Stands" ? "feasible" : "infeasible",
+        `<p><span class="sos-status">${word}</span> ${escape(account)}</p>${gains([K], [2, 1, K.length - 4], 4)}`);
       this.view.querySelectorAll("svg").forEach((svg, k) => svg.setAttribute(
         "aria-label", `${["Side view", "Tilt and voltage over time"][k]}: it ${word.toLowerCase()}.`));
     }
@@ -305,7 +277,7 @@
       const what = {stands: `the tilt stays below 1° from ${fixed(settled, 2)} s on; at rest the voltage's rms is ${clean(rms, 2)} V.`,
         chatters: `it stays up, but the motors rattle. ${limit}`, sways: `it stays up, but doesn't come to rest. ${limit}`,
         falls: `after ${fixed(fell ?? 0, 2)} s the tilt passes ${clean(degrees(this.data.tip), 2)}° and the motors go off. ${limit}`}[word];
-      return [word[0].toUpperCase() + word.slice(1), `${from} ${what} Peak voltage ${clean(peak, 2)} V; ` +
+      return [capital(word), `${from} ${what} Peak voltage ${clean(peak, 2)} V; ` +
         `it rolls up to ${clean(far, 2)} cm away.`];
     }
 
@@ -338,11 +310,10 @@
     }
 
     show() {
-      this.view.querySelector(".sos-play").textContent = this.playing && !this.ended ? "Pause" : "Play";
+      this.part("play").textContent = this.playing && !this.ended ? "Pause" : "Play";
       this.picture.draw(this.live, this.ahead);
     }
   }
 
-  if (!customElements.get("sos-robot")) customElements.define("sos-robot", Animation);
-  document.querySelectorAll("sos-robot").forEach(robot => robot.start && robot.start());
+  define("sos-robot", Animation);
 })();

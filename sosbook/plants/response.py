@@ -1,42 +1,16 @@
-"""Exact responses of a closed loop to set points and disturbances."""
+"""Exact responses of a loop to set points and disturbances."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import expm
 
-from .linear import loop_matrix
+from .signals import signal_parts, steps
 
-__all__ = ["Response", "Sine", "simulate"]
+__all__ = ["Response", "simulate", "simulate_open"]
 
 
-@dataclass(frozen=True)
-class Sine:
-    """amplitude sin(omega t) + offset for start <= t < stop, else 0.
-
-    Parameters
-    ----------
-    amplitude, offset : float or (p,) array_like
-        One number acts on every disturbance channel.
-    omega : float
-        In rad/s.
-    start, stop : float
-        In seconds.
-    """
-
-    amplitude: float
-    omega: float
-    offset: float = 0.0
-    start: float = 0.0
-    stop: float = np.inf
-
-    def __call__(self, t):
-        """Values at the times t, one row for each channel."""
-        t = np.asarray(t, float)
-        on = (t >= self.start) & (t < self.stop)
-        amplitude = np.atleast_1d(self.amplitude)[:, None]
-        offset = np.atleast_1d(self.offset)[:, None]
-        return on * (amplitude * np.sin(self.omega * t) + offset)
+RESPONSES = ("z", "dz", "e", "x")  # what superposition adds
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +46,15 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     Parameters
     ----------
     d : Descriptor
+        The plant in descriptor form.
     K : (m, N) array
+        The gain of u = K x.
     t : (k,) array_like
         Increasing times, in seconds, from 0.
-    r : (n,) array_like, optional
-        Constant set point from t = 0 on. Its impulse r' is left out.
-    w : Sine, optional
+    r : (n,) array_like, Step or Steps, optional
+        Set point; an array holds from t = 0 on. The impulses r' of its
+        jumps are left out. At a jump e and u have the value after it.
+    w : Sine or Step, optional
         Disturbance.
     x0 : (N,) array_like, optional
         Initial state; zero without it.
@@ -87,52 +64,82 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     Returns
     -------
     Response
+        The motion at the times t.
     """
     n, N, p = len(d.C), len(d.E), d.Bw.shape[1]
     t = times(t)
-    r = vector("r", r, n)
+    r = steps(r, n)
     x0 = vector("x0", x0, N)
-    A = loop_matrix(d, K)
+    A = np.linalg.solve(d.E, d.A + d.Bu @ K)
     _, B, Bw = d.state_space()
-    constant = -B @ (K[:, :n] @ r)
-    constant[2 * n:] -= d.A[2 * n:, :n] @ r
-    on, off, sine, level = disturbance(w, p)
+    constants = np.array([_constant(d, B, K, level) for level in r.levels])
+    on, off, sine, level = signal_parts("w", w, p, "F")
     # the state joined by [1, sin(omega t), cos(omega t)]
     quiet = np.zeros((N + 3, N + 3))
     quiet[:N, :N] = A
-    quiet[:N, N] = constant
     loud = quiet.copy()
     if w is not None:
         loud[:N, N] += Bw @ level
         loud[:N, N + 1] = Bw @ sine
         loud[N + 1, N + 2], loud[N + 2, N + 1] = w.omega, -w.omega
-    nodes = np.unique(np.concatenate(
-        [t, [s for s in (on, off) if 0 < s < t[-1]]]
-    ))
+    corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
+    nodes = np.unique(np.concatenate([t, corners]))
     x = np.empty((N, len(nodes)))
     x[:, 0] = x0
     cache = {}
     for k, (now, then) in enumerate(zip(nodes, nodes[1:])):
-        active = on <= now < off
-        key = (active, f"{then - now:.11e}")
+        active, piece = on <= now < off, r.index(now)
+        key = (active, piece, f"{then - now:.11e}")
         if key not in cache:
-            cache[key] = expm((loud if active else quiet) * (then - now))
+            generator = (loud if active else quiet).copy()
+            generator[:N, N] += constants[piece]
+            cache[key] = expm(generator * (then - now))
         phase = 0.0 if w is None else w.omega * now
-        joined = np.concatenate(
-            [x[:, k], [1, np.sin(phase), np.cos(phase)]]
-        )
+        joined = np.concatenate([x[:, k], [1, np.sin(phase), np.cos(phase)]])
         x[:, k + 1] = (cache[key] @ joined)[:N]
     x = x[:, np.searchsorted(nodes, t)]
     values = np.zeros((p, len(t)))
     if w is not None:
         values[:] = w(t)
-    reference = np.concatenate([r, np.zeros(N - n)])[:, None]
-    u = K @ (x - reference)
+    goal = r(t)
+    u = K @ (x - np.vstack([goal, np.zeros((N - n, len(t)))]))
     if K_A is not None and np.any(K_A):
-        rate = A @ x + constant[:, None] + Bw @ values
-        u = u + K_A @ rate[n:2 * n]
+        rate = A @ x + constants[r.index(t)].T + Bw @ values
+        u = u + K_A @ rate[n : 2 * n]
     z = x[:n]
-    return Response(t, z, x[n:2 * n], z - r[:, None], u, x, values)
+    return Response(t, z, x[n : 2 * n], z - goal, u, x, values)
+
+
+def simulate_open(d, t, x0=None, u=None, w=None):
+    """Simulate one vertex without a controller: see `SecondOrderSystem.simulate`.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    t, x0
+        As in `simulate`.
+    u : Sine or Step, optional
+        The input; zero without it.
+    w
+        As in `simulate`.
+    """
+    m, N = d.Bu.shape[1], len(d.E)
+    signal_parts("u", u, m, "B")
+    free = simulate(d, np.zeros((m, N)), t, w=w, x0=x0)
+    if u is None:
+        return free
+    pushed = simulate(replace(d, Bw=d.Bu), np.zeros((m, N)), t, w=u)
+    sums = {name: getattr(free, name) + getattr(pushed, name) for name in RESPONSES}
+    return replace(free, **sums, u=pushed.w)
+
+
+def _constant(d, B, K, r):
+    """How a constant set point enters x'."""
+    n = len(d.C)
+    constant = -B @ (K[:, :n] @ r)
+    constant[2 * n :] -= d.A[2 * n :, :n] @ r
+    return constant
 
 
 def times(t):
@@ -150,19 +157,3 @@ def vector(name, value, size):
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise ValueError(f"{name} must hold {size} finite numbers")
     return vector
-
-
-def disturbance(w, p):
-    """Times on and off, amplitude and offset of a checked Sine."""
-    if w is None:
-        return np.inf, np.inf, None, None
-    if not isinstance(w, Sine):
-        raise ValueError("w must be a Sine (or None)")
-    if p == 0:
-        raise ValueError("w is given but the plant has no F")
-    for name in ("amplitude", "offset"):
-        if np.shape(getattr(w, name)) not in ((), (1,), (p,)):
-            raise ValueError(f"w: {name} must be one number or {p} of them")
-    sine = np.broadcast_to(np.asarray(w.amplitude, float), (p,))
-    level = np.broadcast_to(np.asarray(w.offset, float), (p,))
-    return w.start, w.stop, sine, level

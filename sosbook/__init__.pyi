@@ -1,0 +1,83 @@
+# For type checkers: the names that sosbook/__init__.py finds when asked.
+
+from . import delay, sampled
+from . import pendulum as mip
+from .analysis.nonlinear import simulate_nonlinear
+from .book import counterexamples, plots, reproduction, tables, thesis, widgets
+from .book import elements as atlas
+from .delay import DelayDesign, analyse_delay, design_delay_pid
+from .plants.descriptor_system import DescriptorSystem
+from .plants.response import Response
+from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
+from .plants.signals import Sine, Step, Steps
+from .requirements.cost import QuadraticCost
+from .requirements.input_bound import Saturation
+from .requirements.pole_region import LMIRegion, PoleRegion, Region
+from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
+from .studies import maps
+from .studies import polytopes as couplings
+from .synthesis.design import Design
+from .synthesis.error_loop import observer_loop
+from .synthesis.integrators import IntegratorChoice, admissible_U
+from .synthesis.lqr import design_lqr
+from .synthesis.observer import design_observer
+from .synthesis.observer_design import ObserverDesign
+from .synthesis.pid import analyse_loop, analyse_pid, design_pid
+from .synthesis.regularization import (
+    InfiniteModes,
+    Regularization,
+    infinite_modes,
+    regularize,
+)
+from .synthesis.result import Result
+
+__version__: str
+__all__ = [
+    "DelayDesign",
+    "DescriptorSystem",
+    "Design",
+    "InfiniteModes",
+    "IntegratorChoice",
+    "LMIRegion",
+    "MassWarning",
+    "ObserverDesign",
+    "PoleRegion",
+    "Polytope",
+    "QuadraticCost",
+    "Region",
+    "Regularization",
+    "Response",
+    "Result",
+    "SampledLQR",
+    "Saturation",
+    "SecondOrderSystem",
+    "Sine",
+    "Step",
+    "Steps",
+    "admissible_U",
+    "analyse_delay",
+    "analyse_loop",
+    "analyse_pid",
+    "atlas",
+    "certify_sampled",
+    "counterexamples",
+    "couplings",
+    "delay",
+    "design_delay_pid",
+    "design_lqr",
+    "design_observer",
+    "design_pid",
+    "design_sampled_lqr",
+    "infinite_modes",
+    "maps",
+    "mip",
+    "observer_loop",
+    "plots",
+    "regularize",
+    "reproduction",
+    "sampled",
+    "simulate_nonlinear",
+    "tables",
+    "thesis",
+    "widgets",
+]

@@ -1,0 +1,128 @@
+"""How far a loop is from instability at the plant's input.
+
+The loop is opened where u = K x enters the plant, in all inputs at once:
+L(s) = -K (s E - A)^-1 B_u. An acceleration gain K_A stays inside.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .linear import loop_matrix
+
+__all__ = ["DiskMargin", "disk_margin", "sensitivity_peak"]
+
+
+@dataclass(frozen=True)
+class DiskMargin:
+    """Gains and phases that the loop bears in all inputs at once.
+
+    Parameters
+    ----------
+    radius : float
+        alpha: every input may be multiplied by its own complex number
+        (2 + a) / (2 - a) with |a| < alpha. Zero for an unstable loop.
+
+    Examples
+    --------
+    >>> DiskMargin(2 / 3).gains
+    (0.5, 2.0)
+    """
+
+    radius: float
+
+    @property
+    def gains(self):
+        """(low, high): real factors between them leave the loop stable."""
+        if self.radius >= 2:
+            return 0.0, np.inf
+        low, high = (2 - self.radius) / 2, (2 + self.radius) / 2
+        return round(low / high, 12), round(high / low, 12)
+
+    @property
+    def phase(self):
+        """Radians by which the inputs may turn, either way."""
+        return 2 * np.arctan(self.radius / 2)
+
+
+def sensitivity_peak(d, K):
+    r"""The largest :math:`\|(I + L(j\omega))^{-1}\|`; infinite if unstable.
+
+    Its inverse, the modulus margin, is the distance of Nyquist's curve
+    from the critical point.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    K : (m, N) array
+        The gain of u = K x.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> from sosbook.plants.descriptor import descriptors
+    >>> d, = descriptors(SecondOrderSystem(M=1, D=0, S=0, B=1))
+    >>> round(sensitivity_peak(d, np.array([[-1.0, -1.0]])), 3)
+    1.155
+    """
+    return _peak(d, K, 1.0)
+
+
+def disk_margin(d, K):
+    r"""The `DiskMargin` of a loop.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    K : (m, N) array
+        The gain of u = K x.
+
+    Returns
+    -------
+    DiskMargin
+        Its radius is the inverse of the peak of S - I / 2, S being the
+        sensitivity. With several inputs this is a lower bound.
+
+    Notes
+    -----
+    Source: Seiler, Packard and Gahinet, An introduction to disk margins
+    (2020), for the skew 0.
+    """
+    peak = _peak(d, K, 0.5)
+    return DiskMargin(0.0 if peak == np.inf else float(1 / peak))
+
+
+def _peak(d, K, through):
+    """The largest |K (jw - A_K)^-1 B + through I| over all frequencies.
+
+    Source: Bruinsma and Steinbuch (1990), as in `hinf_norm`.
+    """
+    A, (_, B, _) = loop_matrix(d, K), d.state_space()
+    poles = np.linalg.eigvals(A)
+    if poles.real.max() >= 0:
+        return np.inf
+    one = np.eye(len(K))
+
+    def gain(omega):
+        pencil = 1j * np.ravel(omega)[:, None, None] * np.eye(len(A)) - A
+        answers = K @ np.linalg.solve(pencil, B + 0j) + through * one
+        return np.linalg.norm(answers, 2, axis=(1, 2)).max()
+
+    near = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
+    best = max(through, gain(near))
+    for _ in range(50):
+        level = best * (1 + 1e-9)
+        rest = level**2 - through**2
+        half = A + through / rest * B @ K
+        hamiltonian = np.block(
+            [[half, B @ B.T / rest], [-(level**2) / rest * K.T @ K, -half.T]]
+        )
+        crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
+        between = (crossings[1:] + crossings[:-1]) / 2
+        found = gain(np.concatenate([crossings, between]))
+        if found <= level:
+            break
+        best = found
+    return float(best)

@@ -1,0 +1,212 @@
+"""Poles, norms and peaks of loops that are too sensitive for floats.
+
+The loop's matrices are read as decimal numbers, its transfer functions are
+quotients of rational polynomials, and these are evaluated with many digits.
+"""
+
+import numpy as np
+from flint import acb, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
+from scipy.linalg import matrix_balance
+from scipy.optimize import minimize_scalar
+
+from ..lmi.exact import exact
+
+__all__ = ["ExactLoop", "sensitive"]
+
+BITS = 320  # of the arithmetic in which polynomials are evaluated
+LARGEST = 60  # states up to which the characteristic polynomial is computed
+RELATIVE = 1e-5  # error of a pole from which floats don't count as enough
+POINTS = 400  # frequencies and times of the first, coarse search
+
+
+def sensitive(d, K):
+    """Whether rounding errors may show in the loop's poles.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    K : (m, N) array
+        The gain of u = K x.
+
+    Returns
+    -------
+    bool
+        True where an eigenvalue's error, estimated to first order from
+        its condition number, exceeds 1e-5 of it or hides the sign of its
+        real part.
+
+    Notes
+    -----
+    Source: Golub and Van Loan, Matrix Computations, section 7.2.2: to
+    first order an eigenvalue moves by |y| |x| / |y x| times the norm of a
+    change of the matrix. That norm is taken after balancing, and of the
+    terms A and B K before they cancel.
+    """
+    with np.errstate(all="ignore"):
+        back = np.linalg.inv(d.E)
+        A = back @ (d.A + d.Bu @ K)
+        terms = np.abs(back) @ (np.abs(d.A) + np.abs(d.Bu) @ np.abs(K))
+        if not np.isfinite(terms).all():
+            return True
+        balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+        terms = terms * np.outer(1 / scale, scale)
+        try:
+            poles, right = np.linalg.eig(balanced)
+            left = np.linalg.inv(right)
+        except np.linalg.LinAlgError:
+            return True
+        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
+        error = np.finfo(float).eps * np.linalg.norm(terms) * condition
+        doubtful = (error > RELATIVE * np.abs(poles)) | (error > np.abs(poles.real))
+        return bool(doubtful.any())
+
+
+class ExactLoop:
+    """The loop E x' = (A + B K) x + B_w w in rational arithmetic.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    K : (m, N) array
+        The gain of u = K x.
+    """
+
+    def __init__(self, d, K):
+        E, A, B, gain, Bw, C = map(_flint, (d.E, d.A, d.Bu, K, d.Bw, d.C))
+        if d.Du is not None:
+            C = C + _flint(d.Du) * gain
+        solved = E.inv()
+        self.A, self.Bw, self.C, self.K = solved * (A + B * gain), solved * Bw, C, gain
+        self.chi = self.A.charpoly()
+
+    @staticmethod
+    def fits(d):
+        """Whether the loop of a plant d is small enough."""
+        return len(d.E) <= LARGEST
+
+    def poles(self):
+        """The poles as complex floats, each as often as it counts."""
+        found = []
+        with _Bits():
+            for root, count in self.chi.complex_roots():
+                mid = root.mid()
+                found += count * [complex(float(mid.real), float(mid.imag))]
+        return np.array(found)
+
+    def hinf_norm(self):
+        """The largest gain from w to the output on the imaginary axis.
+
+        From a grid of frequencies, refined where it is largest.
+        """
+        poles = self.poles()
+        if poles.real.max() >= 0:
+            return np.inf
+        numerators = self._numerators(self.C, self.Bw)
+
+        def gain(log_omega):
+            with _Bits():
+                s = acb(0, float(np.exp(log_omega)))
+                below = self._denominator(s)
+                values = [
+                    [complex((n(s) / below).mid()) for n in row] for row in numerators
+                ]
+            return np.linalg.norm(np.array(values), 2)
+
+        sizes = np.abs(poles)
+        grid = np.linspace(np.log(sizes.min()) - 7, np.log(sizes.max()) + 7, POINTS)
+        grid = np.sort(
+            [*grid, *np.log(sizes), *np.log(np.abs(poles.imag) + sizes / 1e3)]
+        )
+        return float(_highest(gain, grid))
+
+    def peak_input(self, x0):
+        """The largest |K x(t)| of the free response from x0.
+
+        None where a pole is a double one.
+        """
+        poles = self.poles()
+        if poles.real.max() >= 0:
+            return np.inf
+        if self.chi.gcd(self.chi.derivative()).degree() > 0:
+            return None
+        start = _flint(np.asarray(x0, float)[:, None])
+        rows = [row[0] for row in self._numerators(self.K, start)]
+        with _Bits():
+            roots = [root for root, _ in self.chi.complex_roots()]
+            slope = acb_poly(self.chi.derivative())
+            parts = [[n(s) / slope(s) for s in roots] for n in rows]
+
+        def size(log_t):
+            with _Bits():
+                waves = [(s * float(np.exp(log_t))).exp() for s in roots]
+                signal = [sum(p * w for p, w in zip(row, waves)) for row in parts]
+                return np.linalg.norm([float(x.real.mid()) for x in signal])
+
+        first, last = 1e-3 / np.abs(poles).max(), 30 / np.abs(poles.real).min()
+        grid = np.linspace(np.log(first), np.log(last), POINTS)
+        now = np.linalg.norm([_float(e) for e in (self.K * start).entries()])
+        return float(max(now, _highest(size, grid)))
+
+    def _numerators(self, C, B):
+        """Of C (s - A)^-1 B: acb polynomials, in rows and columns."""
+        N, power, markov = self.A.nrows(), B, []
+        for _ in range(N):
+            markov.append((C * power).table())
+            power = self.A * power
+        chi = [self.chi[k] for k in range(N + 1)]
+
+        def numerator(i, j):
+            # the polynomial part of chi(s) (h0 / s + h1 / s^2 + ...)
+            return fmpq_poly(
+                [
+                    sum(
+                        (chi[p + 1 + k] * markov[k][i][j] for k in range(N - p)),
+                        fmpq(0),
+                    )
+                    for p in range(N)
+                ]
+            )
+
+        with _Bits():
+            return [
+                [acb_poly(numerator(i, j)) for j in range(B.ncols())]
+                for i in range(C.nrows())
+            ]
+
+    def _denominator(self, s):
+        return acb_poly(self.chi)(s)
+
+
+class _Bits:
+    """flint's precision, set back afterwards."""
+
+    def __enter__(self):
+        self.before, ctx.prec = ctx.prec, BITS
+
+    def __exit__(self, *_):
+        ctx.prec = self.before
+
+
+def _flint(x):
+    x = np.atleast_2d(np.asarray(x, float))
+    return fmpq_mat(*x.shape, exact(x).ravel().tolist())
+
+
+def _float(q):
+    return int(q.p) / int(q.q)
+
+
+def _highest(function, grid):
+    """The largest value on a grid, refined between its neighbours."""
+    values = [function(x) for x in grid]
+    k = int(np.argmax(values))
+    low, high = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
+    near = minimize_scalar(
+        lambda x: -function(x),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(values[k], -near.fun)

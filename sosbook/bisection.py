@@ -1,0 +1,39 @@
+"""Bisection between something that holds and something that doesn't."""
+
+__all__ = ["narrowed"]
+
+
+def narrowed(holds, good, bad, middle):
+    """The two sides of an edge, as close as ``middle`` goes.
+
+    Parameters
+    ----------
+    holds : callable
+        Whether a value holds.
+    good, bad : object
+        One that holds and one that doesn't; neither is tried again.
+    middle : callable
+        From (good, bad) to a value between them; one of the two, or
+        None, ends the search.
+
+    Returns
+    -------
+    good, bad
+        The last value that held and the last that didn't.
+
+    Examples
+    --------
+    >>> narrowed(lambda n: n * n < 50, 0, 100, lambda a, b: (a + b) // 2)
+    (7, 8)
+    >>> good, bad = narrowed(
+    ...     lambda x: x < 2, 1.0, 5.0,
+    ...     lambda a, b: (a + b) / 2 if b - a > 1e-3 else None)
+    >>> bad - good < 1e-3 and good < 2 <= bad
+    True
+    """
+    while (between := middle(good, bad)) is not None and between not in (good, bad):
+        if holds(between):
+            good = between
+        else:
+            bad = between
+    return good, bad

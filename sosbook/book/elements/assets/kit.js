@@ -1,0 +1,160 @@
+// What the page elements share: numbers and texts, controls, a plot, and how an
+// element starts. It is defined once for all the elements of a page.
+window.sosKit ??= (() => {
+  "use strict";
+
+  // ------------------------------------------------------- numbers and texts
+  const clean = (x, digits = 3) =>
+    String(Number(Number(x).toPrecision(digits)) + 0).replace("-", "−");
+  const round = x => Math.round(x * 10) / 10 + 0;
+  const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
+  const capital = word => word[0].toUpperCase() + word.slice(1);
+  const complex = (re, im) => im === 0 ? clean(re) : `${clean(re)} ± ${clean(im)}j`;
+  const withConjugates = pairs =>
+    pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
+
+  // A list of numbers as the rows of a gain for n coordinates, m inputs, a integrators.
+  const gainRows = (list, [n, m, a]) =>
+    Array.from({length: m}, (_, i) => list.slice(i * (2 * n + a), (i + 1) * (2 * n + a)));
+
+  function gains(K, [n, , a], digits) {
+    const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
+    return `<div class="sos-gains">` + parts.map(([name, from, to]) =>
+      `<span class="sos-gain"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
+      `repeat(${to - from},auto)">` + K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, digits)}</span>`).join(" ") +
+      `</span></span>`).join(" ") + `</div>`;
+  }
+
+  // ---------------------------------------------------------------- controls
+  const QUIET = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
+
+  const slider = ({id, key, label, max, step = 1, value = 0}) =>
+    `<div class="sos-slider"><label for="${id}"><span>${escape(label)}</span><output for="${id}"></output></label>` +
+    `<input id="${id}" type="range" min="0" max="${max}" step="${step}" value="${value}" data-key="${escape(key)}" ${QUIET}></div>`;
+
+  const select = ({id, key, label, names}) =>
+    `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${id}" data-key="${escape(key)}" ${QUIET}>` +
+    `${options(names)}</select></div>`;
+
+  const options = names => names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
+  const controls = (label, inner) => `<div class="sos-sliders" role="group" aria-label="${label}">${inner}</div>`;
+  const panels = inner => `<div class="sos-panels">${inner}</div>`;
+  const panel = (name, caption, kind = "") => `<figure class="sos-panel"><div class="sos-${name}"></div>` +
+    `<figcaption class="sos-caption${kind}">${caption}</figcaption></figure>`;
+  const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
+
+  // What a slider's value means, for eyes and for screen readers.
+  function announce(input, text) {
+    input.setAttribute("aria-valuetext", text);
+    input.parentElement.querySelector("output").textContent = text;
+  }
+
+  // -------------------------------------------------------------------- plot
+  function linearTicks(low, high) {
+    const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].find(k => k * size >= raw * 0.999) * size, list = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) list.push(k * step);
+    return list;
+  }
+
+  // 1, 2, 5 times powers of ten; every step where these are too few.
+  function logarithmicTicks(low, high) {
+    for (const steps of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 7], [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]]) {
+      const list = [];
+      for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
+        list.push(...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
+      }
+      if (list.length >= 3) return list.length > 8 ? list.filter((_, k) => k % 2 === 0) : list;
+    }
+    return [low, high];
+  }
+
+  // Grid lines with their numbers, and an axis title that reads upwards.
+  const column = ([t, b], u, text) => `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
+    `<text x="${u}" y="${b + 16}" text-anchor="middle">${text}</text>`;
+  const row = ([l, r], v, text) => `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
+    `<text x="${l - 6}" y="${v + 4}" text-anchor="end">${text}</text>`;
+  const upright = ([t, b], label) =>
+    `<text transform="translate(11 ${(t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
+
+  // Axes in a viewBox that is 340 wide; what is drawn joins `body`. Where the
+  // axes are logarithmic, what lies above or below is drawn on the edge.
+  class Plot {
+    constructor({x, y, labels, box = [46, 332, 10, 298], height = 340, logarithmic = false}) {
+      const [l, r, t, b] = box, ticks = logarithmic ? logarithmicTicks : linearTicks, digits = logarithmic ? 3 : 6;
+      const part = logarithmic ? (v, [low, high]) => Math.log(v / low) / Math.log(high / low)
+        : (v, [low, high]) => (v - low) / (high - low);
+      Object.assign(this, {x, y, l, r, t, b, height});
+      this.X = v => round(l + part(v, x) * (r - l));
+      this.Y = v => {
+        const at = b - part(v, y) * (b - t);
+        return round(logarithmic ? Math.max(t, Math.min(b, at)) : at);
+      };
+      this.body = ticks(...x).map(v => column([t, b], this.X(v), clean(v, digits))).join("") +
+        ticks(...y).map(v => row([l, r], this.Y(v), clean(v, digits))).join("") +
+        `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${escape(labels[0])}</text>` + upright([t, b], labels[1]);
+    }
+
+    has([u, v]) { return u >= this.x[0] && u <= this.x[1] && v >= this.y[0] && v <= this.y[1]; }
+    path(points) { return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join(""); }
+
+    line(points, colour, dash = "") {
+      this.body += `<path class="sos-line" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${this.path(points)}"/>`;
+    }
+
+    rule(kind, [u0, u1], [v0, v1]) {
+      this.body += `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${this.Y(v0)}" y2="${this.Y(v1)}"/>`;
+    }
+
+    // The style of an area hatched with the pattern of this name.
+    hatch(name) {
+      this.body += `<defs><pattern id="${name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
+        `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
+      return `style="fill:url(#${name})"`;
+    }
+
+    absent(text, y) {
+      this.body += `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${text}</text>`;
+    }
+
+    svg(label) {
+      return `<svg role="img" viewBox="0 0 340 ${this.height}" aria-label="${escape(label)}">${this.body}</svg>`;
+    }
+  }
+
+  // ----------------------------------------------------------------- element
+  // An element holds its data as JSON. It has `markup()`, and `wire()` to listen.
+  class PageElement extends HTMLElement {
+    connectedCallback() { this.start(); }
+
+    // The parser may create an element before its data: then `define` starts it.
+    start() {
+      const source = this.querySelector("script[type='application/json']");
+      if (this.started || !source) return;
+      this.started = true;
+      this.data = JSON.parse(source.textContent);
+      let count = 1;
+      while (document.querySelector(`[id^="${this.localName}-${count}-"]`)) count++;
+      this.name = `${this.localName}-${count}`;
+      this.view = document.createElement("div");
+      this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.markup()}`;
+      this.append(this.view);
+      this.wire();
+    }
+
+    part(name) { return this.view.querySelector(`.sos-${name}`); }
+
+    tell(status, html) {
+      this.part("readout").className = `sos-readout sos-${status}`;
+      this.part("readout").innerHTML = html;
+    }
+  }
+
+  function define(tag, kind) {
+    if (!customElements.get(tag)) customElements.define(tag, kind);
+    document.querySelectorAll(tag).forEach(element => element.start && element.start());
+  }
+
+  return {PageElement, Plot, READOUT, QUIET, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
+    options, panel, panels, round, row, select, slider, upright, withConjugates};
+})();

@@ -1,0 +1,143 @@
+"""What a page stores of a design: one record for each kind of element.
+
+Everything is rounded, so that the page's data are the same on any machine.
+"""
+
+import numpy as np
+
+from ...requirements.hinf import HInfinity
+from ...requirements.input_bound import Saturation
+from ...requirements.pole_region import PoleRegion
+from ...requirements.stability import Stability
+from .page import significant
+
+__all__ = ["BLOCKS", "DELAY_BLOCKS", "delay_record", "map_record", "record"]
+
+NOT_FEASIBLE = {"infeasible": 0, "undecided": 1}  # the record of no design
+#: Titles of the blocks that every page knows; others join a page's own list.
+BLOCKS = (
+    "P > 0",
+    *(
+        title
+        for r in (
+            *PoleRegion(1, 1, 2).parts,
+            HInfinity(1),
+            Saturation(1, [1]),
+            Stability(),
+        )
+        for title in r.titles.values()
+    ),
+    "scale",
+)
+#: Titles of the blocks of a design under delay.
+DELAY_BLOCKS = {
+    "functional": "V is positive",
+    "R": "the kernel R of V",
+    "Z": "the kernel Z of V",
+    "decay": "V decays",
+}
+
+
+def record(design, blocks=None):
+    """What the page stores of a design: rounded, and nothing like -0.
+
+    Parameters
+    ----------
+    design : Design
+        The design, or the lack of one.
+    blocks : list of str, optional
+        The page's words for blocks; new ones join it.
+
+    Returns
+    -------
+    int or list
+        0 if infeasible, 1 if undecided, else [K row by row (5 digits), poles
+        with Im >= 0 as re, im, re, im, ... (4 digits), [block, smallest margin
+        (2 digits)], true H-infinity norm or None, largest |u| from x0 or None
+        (3 digits)].
+    """
+    if design.status != "feasible":
+        return NOT_FEASIBLE[design.status]
+    worst, margin = tightest(design)
+    request = design.request
+    return [
+        _row(design.K, 5),
+        _upper_half(design.poles(), 4),
+        [block_index(worst, request, blocks), significant(margin, 2)],
+        significant(design.hinf(), 3) if request.plant.p else None,
+        None if request.saturation is None else significant(design.peak_input(), 3),
+    ]
+
+
+def delay_record(design):
+    """What the page stores of a design: rounded, and nothing like -0.
+
+    Parameters
+    ----------
+    design : DelayDesign
+        The design, or the lack of one.
+
+    Returns
+    -------
+    int or list
+        0 if infeasible, 1 if undecided, else [K row by row (4 digits), [block,
+        smallest margin (2 digits)], [true slowest rate, delay where it occurs
+        (3 digits)], [for the shortest, nominal and longest delay the rightmost
+        roots with Im >= 0, as re, im, re, im, ... (3 digits)]].
+    """
+    if design.status != "feasible":
+        return NOT_FEASIBLE[design.status]
+    tau, mu = design.request.tau, design.request.mu
+    worst, margin = tightest(design)
+    return [
+        _row(design.K, 4),
+        [list(DELAY_BLOCKS).index(worst), significant(margin, 2)],
+        _row(design.slowest_decay(), 3),
+        [_upper_half(design.roots(d), 3) for d in (tau - mu, tau, tau + mu)],
+    ]
+
+
+def map_record(design, blocks):
+    """What a feasibility map stores of a certified design.
+
+    Parameters
+    ----------
+    design : Design
+        A certified design.
+    blocks : list of str
+        The page's titles of blocks; new ones join it.
+
+    Returns
+    -------
+    dict
+        K row by row (4 digits), and the index of the tightest block.
+    """
+    worst, _ = tightest(design)
+    return {"K": _row(design.K, 4), "block": block_index(worst, design.request, blocks)}
+
+
+def tightest(design):
+    """The key of the block with the smallest margin, and that margin."""
+    worst = min(design.margins, key=design.margins.get)
+    return worst, design.margins[worst]
+
+
+def block_index(name, request, blocks=None):
+    """Index of a block's words in the page's list; new ones join it."""
+    blocks = list(BLOCKS) if blocks is None else blocks
+    owners = [r for r in request.demands if r.key == name.requirement]
+    title = owners[0].titles.get(name.block, str(name)) if owners else BLOCKS[0]
+    if title not in blocks:
+        blocks.append(title)
+    return blocks.index(title)
+
+
+def _row(values, digits):
+    return [significant(x, digits) for x in np.ravel(values)]
+
+
+def _upper_half(poles, digits):
+    """Poles with Im >= 0 as re, im, re, im, ..."""
+    poles = np.ravel(poles)
+    poles = poles[poles.imag >= 0]
+    return _row(np.stack([poles.real, poles.imag], axis=1), digits)

@@ -1,0 +1,209 @@
+"""Exact proofs of decay rates under delay, as files."""
+
+import numpy as np
+
+from ..lmi.exact import exact, round_digits
+from ..lmi.gain_proof import GainProof, given_gain
+from ..lmi.proof import Examined, first_proven
+from ..lmi.rational import decimal, decimals, expanded, read_array, read_number
+from ..lmi.refutation import Exclusion, excluded_by
+from ..plants.records import plant_data, read_plant
+from ..synthesis.certificates import excluding, frame_data, read_frame
+from .forms import FORMS
+from .request import DelayedLoop, DelayRequest
+
+__all__ = ["DelayCertificate", "DelayInfeasibility", "prove_delay", "refute_delay"]
+
+
+class DelayCertificate(GainProof):
+    """An exact proof of a decay rate under delay, or its failure.
+
+    Its ``text`` is a file with the plant, the delay, the gain and the
+    matrices of the functional as decimals, in the coordinates of the LMIs.
+    The exponentials of the theorem are rounded to rationals on the side on
+    which the theorem stays true.
+    """
+
+    kind = "delay"
+
+    @property
+    def functional(self):
+        """The matrices of the functional and the multipliers, by name."""
+        return {
+            name: read_array(rows, None, None)
+            for name, rows in self.data["unknowns"].items()
+        }
+
+    @classmethod
+    def examine(cls, data):
+        request = _read(data)
+        K = read_array(data["K"], request.plant.m, request.states)
+        if isinstance(request.plant, DelayedLoop) and (K != np.eye(len(K))).any():
+            raise ValueError("the K of a loop must be the identity")
+        if request.gain is not None:
+            request = _framed(request.at(gain=K), request.frame)
+        values = {
+            u.name: read_array(data["unknowns"][u.name], *u.shape)
+            for u in request.unknowns()
+            if u.name != "X"
+        }
+        numbers = {name: exact(x) for name, x in values.items()}
+        if request.gain is None:  # X = K F' of the rounded gain
+            gain = exact(K) @ exact(request.frame.T) / exact(request.frame.scale)
+            numbers["X"] = gain @ numbers["F"].T
+        blocks = request.blocks(numbers, exact)
+        again = cls.contents(request, K, values, list(blocks))
+        for u in request.unknowns():
+            if u.symmetric and not (numbers[u.name] == numbers[u.name].T).all():
+                return again, Examined.nothing(f"{u.name} isn't symmetric")
+        return again, Examined.of(blocks, claims(request))
+
+    @classmethod
+    def contents(cls, request, K, values, names):
+        """The data of the file for a request, a rounded K and exact values.
+
+        ``names`` are those of the blocks.
+        """
+        return {
+            "claims": list(claims(request)),
+            **_problem_data(request),
+            "K": decimals(K),
+            "unknowns": {name: decimals(x) for name, x in values.items()},
+            "blocks": names,
+        }
+
+
+class DelayInfeasibility(Exclusion):
+    """Multipliers that exclude every functional; see `Exclusion` for the text."""
+
+    kind = "infeasible delay"
+
+    @classmethod
+    def rebuilt(cls, data):
+        request = _read(data)
+        expressions, unknowns = request.in_unknowns(exact)
+        return cls.contents(request), expressions, unknowns, str
+
+    @classmethod
+    def contents(cls, request):
+        """The data of the file for a request, without the multipliers."""
+        return {
+            "claims": [excluding(request.gain is None, claims(request))],
+            **_problem_data(request),
+            "K": None if request.gain is None else decimals(request.gain),
+        }
+
+
+def prove_delay(design, digits=None):
+    """Every block of a delay ``design`` in exact arithmetic, for the rounded gain.
+
+    The gain has so many ``digits``.
+
+    Returns
+    -------
+    DelayCertificate
+        What was proven, and what failed.
+    """
+    request = design.request
+    names = list(request.in_unknowns()[0])
+
+    def attempt(digits, places):
+        values = {
+            name: round_digits(x, places)
+            for name, x in design.values.items()
+            if name != "X"
+        }
+        K = round_digits(design.K, digits)
+        return DelayCertificate.of(DelayCertificate.contents(request, K, values, names))
+
+    return first_proven(attempt, digits, **given_gain(request.gain))
+
+
+def refute_delay(request, Z):
+    """Exact multipliers of a request from float ones, Z, where the repair succeeds."""
+    expressions, unknowns = request.in_unknowns(exact)
+    data = DelayInfeasibility.contents(request)
+    return excluded_by(DelayInfeasibility, data, expressions, unknowns, Z, str)
+
+
+def _problem_data(request):
+    if isinstance(request.plant, DelayedLoop):
+        loop = request.plant
+        plant = {"kind": "loop", "A": decimals(loop.A), "A_d": decimals(loop.A_d)}
+    else:
+        plant = plant_data(request.plant)
+    return {
+        "plant": plant,
+        "U": [] if request.U is None else decimals(request.U),
+        "K_A": None,
+        "tau": decimal(request.tau),
+        "mu": decimal(request.mu),
+        "delta": decimal(request.delta),
+        "alpha": None if request.alpha is None else decimal(request.alpha),
+        "method": request.method,
+        "order": request.order if FORMS[request.method].first_order else None,
+        "misprints": list(request.misprints),
+        "analysis": request.gain is not None,
+        "coordinates": frame_data(request.frame),
+        "exponentials": [str(q) for q in _exponentials(request)],
+    }
+
+
+def _exponentials(request):
+    """The rationals that stand for exponentials."""
+    if not FORMS[request.method].shifted:
+        times = request.times(exact)
+        return times.epsilon1, times.epsilon2
+    return [q for _, q in request.factors(exact)] if request.delta else ()
+
+
+def _read(data):
+    plant = data["plant"]
+    if plant["kind"] == "loop":
+        N = len(plant["A"])
+        plant = DelayedLoop(*(read_array(plant[x], N, N) for x in ("A", "A_d")))
+    else:
+        plant = read_plant(plant)
+    U, given = data["U"], data["K"] if data["analysis"] else None
+    request = DelayRequest(
+        plant,
+        read_array(U, None, plant.n) if U else None,
+        *(read_number(data[x]) for x in ("tau", "mu", "delta")),
+        None if data["alpha"] is None else read_number(data["alpha"]),
+        data["method"],
+        data["order"],
+        tuple(data["misprints"]),
+        None if given is None else read_array(given, plant.m, None),
+    )
+    return _framed(request, read_frame(data["coordinates"], request.states))
+
+
+def _framed(request, frame):
+    """The request in the coordinates of a file."""
+    vars(request)["frame"] = frame  # where it would be remembered
+    return request
+
+
+def claims(request):
+    """What positive definite blocks of a request prove, in words."""
+    if request.misprints:
+        return ("the LMIs as printed hold: that proves nothing about the loop",)
+    tau, mu = exact(request.tau), exact(request.mu)
+    delays = (
+        f"the constant delay {decimal(request.tau)} s"
+        if request.mu == 0
+        else f"every delay in [{expanded(tau - mu)}, {expanded(tau + mu)}] s, "
+        "however it varies"
+    )
+    rate = (
+        f"decays at least as fast as exp(-{decimal(request.delta)} t)"
+        if request.delta
+        else "is exponentially stable"
+    )
+    if isinstance(request.plant, DelayedLoop):
+        subject = "the loop"
+    elif len(request.vertices) > 1:
+        subject = "every plant of the polytope, under u = K x(t - d),"
+    else:
+        subject = "the plant, under u = K x(t - d),"
+    return (f"{subject} {rate} for {delays}",)

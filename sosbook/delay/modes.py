@@ -1,0 +1,237 @@
+"""The slow modes of a plant, enclosed in balls, as a smaller plant.
+
+Let W' A = Lambda W' with real W of full rank, for the plant x' = A x + B u.
+Multiplied by W' and W, a solution of the design LMIs of the plant is one
+for (Lambda, W' B): a design for the plant contains one for each of its
+modes, as if that alone had the whole actuator.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from flint import acb, acb_mat, arb, arb_mat, ctx
+
+from ..lmi.blocks import Blocks
+from ..lmi.exact import adjoint, definite, exact, inverse
+from ..lmi.time_limit import check_time
+from ..plants.descriptor import Descriptor
+from ..plants.descriptor_system import DescriptorSystem
+
+__all__ = ["Modes", "slow_modes"]
+
+BITS = 256  # of the balls
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Some modes of a plant.
+
+    Parameters
+    ----------
+    eigenvalues : tuple of float or complex
+        Those on or above the real axis, as floats.
+    Lam : (k, k) object array of arb
+        Balls that hold Lambda.
+    B : (k, m) object array of arb
+        Balls that hold W' B.
+    """
+
+    eigenvalues: tuple
+    Lam: np.ndarray
+    B: np.ndarray
+
+    def __str__(self):
+        return ", ".join(
+            f"{s.real:.4g} ± {s.imag:.4g}j" if s.imag else f"{s.real:.4g}"
+            for s in self.eigenvalues
+        )
+
+    def __reduce__(self):
+        # balls have no pickle of their own; read back they hold the old ones
+        return _read, (self.eigenvalues, _written(self.Lam), _written(self.B))
+
+    def plant(self):
+        """The `DescriptorSystem` at the balls' midpoints."""
+        return DescriptorSystem(
+            np.eye(len(self.Lam)), _middle(self.Lam), _middle(self.B)
+        )
+
+    def refuted(self, request, multipliers):
+        """Whether multipliers for the midpoints refute the modes too.
+
+        Parameters
+        ----------
+        request : DelayRequest
+            For `plant`.
+        multipliers : list of `Rational` arrays
+            Z_k > 0 of its blocks, with sum <G_ka, Z_k> = 0.
+
+        Notes
+        -----
+        With the modes themselves that sum isn't quite zero. Adding
+        sum_a c_a Z_k G_ka Z_k, with the midpoints' G_ka, makes it zero;
+        c solves linear equations between balls. Z_k stays positive
+        definite if it is so after the change's row sums are taken off its
+        diagonal (Gershgorin).
+        """
+        expressions, unknowns = request.in_unknowns()
+        slopes = Blocks.of(expressions.values(), unknowns).slopes
+        floats = [z.astype(float) for z in multipliers]
+        with ctx.workprec(BITS):
+            balls, unknowns = request.in_unknowns(_plain, (self._vertex(),))
+            balls = list(balls.values())
+            changes = [
+                [_plain(_even(z @ g[a] @ z)) for g, z in zip(slopes, floats)]
+                for a in range(len(slopes[0]))
+            ]
+            M = np.array([_checked(balls, unknowns, change) for change in changes]).T
+            off = adjoint(balls, unknowns, [np.array(z) for z in multipliers])
+            try:
+                c = _arb_mat(M).solve(_arb_mat(-off[:, None])).entries()
+            except ZeroDivisionError:
+                return False
+            for k, z in enumerate(multipliers):
+                change = sum(x * each[k] for x, each in zip(c, changes))
+                if not definite(z - np.diag(_row_bounds(change)))[0]:
+                    return False
+        return True
+
+    def _vertex(self):
+        empty = np.zeros((len(self.Lam), 0))
+        return Descriptor(np.eye(len(self.Lam)), self.Lam, self.B, empty, empty.T)
+
+
+def slow_modes(vertex, rate):
+    """The modes of a plant that are slower than a rate.
+
+    Parameters
+    ----------
+    vertex : Descriptor
+        The plant.
+    rate : float
+        In 1/s.
+
+    Yields
+    ------
+    Modes
+        The integrators with each slow mode, the slowest first, and then
+        with all of them. Nothing where eigenvalues can't be isolated.
+    """
+    E, A, B = (exact(x) for x in (vertex.E, vertex.A, vertex.Bu))
+    back = inverse(E)
+    A, B = back @ A, back @ B
+    with ctx.workprec(BITS):
+        try:
+            roots = acb_mat(_arb_mat(A)).eig()
+        except ValueError:  # a multiple eigenvalue
+            return
+        roots = [s for s in roots if s.imag > 0 or s.imag.contains(0)]
+        roots.sort(key=lambda s: -float(s.real.mid()))
+        idle = [s for s in roots if s.contains(0)]
+        slow = [s for s in roots if s not in idle and s.real > -exact(rate)]
+    chosen = [[s] for s in slow]
+    if len(slow) > 1:
+        chosen.append(slow)
+    for some in chosen:
+        with ctx.workprec(BITS):
+            found = _of(A, B, [*some, *idle])
+        if found is not None:
+            yield found
+
+
+def _of(A, B, roots):
+    """The `Modes` of these eigenvalues, or None."""
+    parts, columns = [], []
+    for s in roots:
+        w = _left_vector(A, s)
+        if w is None:
+            return None
+        a, b = s.real, s.imag
+        if b.contains(0):  # simple, so it is real
+            parts.append([[a]])
+            columns.append([e.real for e in w])
+        else:
+            parts.append([[a, -b], [b, a]])
+            columns += [[e.real for e in w], [e.imag for e in w]]
+    size = len(columns)
+    Lam, start = np.full((size, size), arb(0), object), 0
+    for p in parts:
+        end = start + len(p)
+        Lam[start:end, start:end] = p
+        start = end
+    W = np.array(columns, object)
+    return Modes(tuple(map(_in_floats, roots)), Lam, W @ np.array(B))
+
+
+def _written(balls):
+    """The balls of a matrix as integers: mantissas and exponents."""
+    return [[_integers(e.mid()) + _integers(e.rad()) for e in row] for row in balls]
+
+
+def _integers(x):
+    return tuple(map(int, x.man_exp()))
+
+
+def _read(eigenvalues, Lam, B):
+    """The `Modes` of what `_written` wrote."""
+    Lam, B = (
+        np.array([[arb(e[:2], e[2:]) for e in row] for row in x], object)
+        for x in (Lam, B)
+    )
+    return Modes(eigenvalues, Lam, B)
+
+
+def _in_floats(s):
+    """A ball as a float, or a complex one; 0 where it may be 0."""
+    if s.contains(0):
+        return 0.0
+    return float(s.real.mid()) if s.imag.contains(0) else complex(s)
+
+
+def _left_vector(A, s):
+    """Balls that hold w with w' A = s w', whose largest entry is 1."""
+    floats, near = A.astype(float), complex(s)
+    left = np.linalg.svd(floats.T - near * np.eye(len(A)))[2][-1].conj()
+    right = np.linalg.svd(floats - near * np.eye(len(A)))[2][-1].conj()
+    k, r = abs(left).argmax(), abs(right).argmax()
+    rows = [i for i in range(len(A)) if i != r]
+    cols = [j for j in range(len(A)) if j != k]
+    shifted = np.array([[acb(e) for e in row] for row in A.T], object)
+    for i in range(len(A)):
+        shifted[i, i] = shifted[i, i] - s
+    part = shifted[np.ix_(rows, cols)]
+    try:
+        w = acb_mat(part.tolist()).solve(acb_mat((-shifted[rows, k])[:, None].tolist()))
+    except ZeroDivisionError:
+        return None
+    found = np.full(len(A), acb(1), object)
+    found[cols] = w.entries()
+    return found
+
+
+def _checked(balls, unknowns, change):
+    check_time()
+    return adjoint(balls, unknowns, change)
+
+
+def _plain(x):
+    """Rationals of floats in a plain array, which may meet balls."""
+    return x if x.dtype == object else np.array(exact(x))
+
+
+def _even(x):
+    return (x + x.T) / 2
+
+
+def _row_bounds(change):
+    """Rationals above the sums of |change| along each row."""
+    sums = [sum((abs(e) for e in row), arb(0)).upper() for row in change]
+    return np.array([exact(float(f"{1.01 * float(s) + 1e-300:.2e}")) for s in sums])
+
+
+def _middle(x):
+    return np.array([[float(e.mid()) for e in row] for row in x])
+
+
+def _arb_mat(x):
+    return arb_mat([[arb(e) for e in row] for row in x])

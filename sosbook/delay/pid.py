@@ -1,0 +1,193 @@
+"""Procedure 2.2: a PID controller for a plant with a delayed input."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..deprecation import named_after
+from ..plants.checks import matrix
+from ..plants.kinds import SecondOrderPlant
+from ..runtime.threads import one_thread
+from .design import DelayDesign
+from .request import DelayedLoop, DelayRequest, check_loop
+from .solve import first_design, solve_delay
+
+__all__ = ["analyse_delay", "design_delay_pid"]
+
+
+@named_after(5)
+@one_thread
+def design_delay_pid(
+    plant: SecondOrderPlant,
+    U: ArrayLike | None = None,
+    tau: float | None = None,
+    mu: float = 0.0,
+    delta: float = 0.0,
+    *,
+    alpha: float | None = None,
+    K_A: None = None,
+    method: Literal["functional", "shift"] = "functional",
+    printed: bool = False,
+    time_limit: float | None = None,
+) -> DelayDesign:
+    r"""Design a PID controller whose input arrives late.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+        With regular masses. A polytope gets one functional for all its
+        plants; they may even change with time.
+    U : (a, n) array_like, optional
+        Which displacement errors are integrated.
+    tau, mu : float
+        The delay d(t) stays in [tau - mu, tau + mu], in seconds, and may
+        vary there as fast as it likes; tau > 0, 0 <= mu <= tau.
+    delta : float
+        Decay rate, in 1/s; 0 asks for stability.
+    alpha : float, optional
+        The positive scalar of Theorem 2.3, in seconds. Without it the
+        first of some multiples of tau that succeeds.
+    K_A : None
+        Must be left out (or zero): see Raises.
+    method : {"functional", "shift"}
+        "functional" is the thesis's theorem, corrected. "shift" designs
+        for stability of :math:`e^{\delta t} x(t)`, whose input comes
+        multiplied by :math:`e^{\delta d}`, an uncertain factor.
+    printed : bool
+        Read Theorem 2.3 as printed: unsound, for study only.
+    time_limit : float, optional
+        In seconds; without it the search takes as long as it takes. What
+        isn't finished then is "undecided".
+
+    Returns
+    -------
+    DelayDesign
+        The analytic centre of the LMIs, which are a cone, within a bound of
+        the unknowns. "infeasible" is proven exactly, and says that no gain has
+        such a proof (at this alpha), not that no gain has the rate.
+
+    Raises
+    ------
+    ValueError
+        On bad input. Acceleration feedback through a delay makes a
+        neutral loop, M z''(t) - B K_A z''(t - d), which the theorems
+        don't cover.
+
+    Notes
+    -----
+    Source: thesis, Procedure 2.2 and Theorem 2.3 with its errata.
+
+    Examples
+    --------
+    >>> from sosbook import SecondOrderSystem
+    >>> plant = SecondOrderSystem(
+    ...     M=np.eye(2), D=[[1, -1], [-1, 1]], S=[[3, -2], [-2, 3]],
+    ...     B=[[1], [0]])
+    >>> d = design_delay_pid(plant, U=[[1, 0]], tau=0.4, mu=0.2,
+    ...                      delta=0.1, alpha=0.8)
+    >>> d.status, d.certify().proven, d.slowest_decay()[0] > 0.1
+    ('feasible', True, True)
+    """
+    _no_acceleration(K_A)
+    if isinstance(plant, DelayedLoop):
+        raise ValueError("a DelayedLoop leaves nothing to design: use analyse_delay")
+    request = DelayRequest(
+        plant, U, tau, mu, delta, alpha, method, misprints=("sign",) if printed else ()
+    )
+    return first_design(request, time_limit=time_limit)
+
+
+@named_after(6)
+@one_thread
+def analyse_delay(
+    plant: SecondOrderPlant | DelayedLoop,
+    K: ArrayLike | None = None,
+    U: ArrayLike | None = None,
+    tau: float | None = None,
+    mu: float = 0.0,
+    delta: float = 0.0,
+    *,
+    method: Literal["functional", "shift", "legendre", "interval"] = "functional",
+    order: int | None = None,
+    K_A: ArrayLike | None = None,
+    printed: bool = False,
+    alpha: float | None = None,
+    time_limit: float | None = None,
+) -> DelayDesign:
+    """Find a certificate of decay under delay for a given gain.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DelayedLoop
+        The plant, or a loop as it is.
+    K : (m, N) array_like
+        ``[K_P K_D K_I]``; left out for a `DelayedLoop`.
+    U, tau, mu, delta
+        As in `design_delay_pid`.
+    method : {"functional", "shift", "legendre", "interval"}
+        "functional" is Theorem A.3, corrected, with G free. For one plant:
+        "legendre" uses Bessel's inequality, "interval" the functional over
+        the whole interval with the reciprocally convex bound. Of these two
+        the first is sharper for a small mu, the second for a large one.
+    order : int, optional
+        Of Bessel's inequality. For "legendre" 0, 1, ... (2 without it), for
+        "interval" 0 or 1 (1 without it).
+    K_A
+        As in `design_delay_pid`.
+    printed : bool
+        Read Theorem A.3 as printed: unsound, for study only.
+    alpha : float, optional
+        The factor in the printed (A.20), without unit; 1 without it.
+    time_limit : float, optional
+        In seconds; without it the search takes as long as it takes. What
+        isn't finished then is "undecided".
+
+    Returns
+    -------
+    DelayDesign
+        With this very K; "infeasible" is proven exactly, and says that
+        no functional of this form proves the rate, not that the loop is
+        slower.
+
+    Notes
+    -----
+    Source: thesis, Theorem A.3 with its errata; Seuret and Gouaisbaut
+    (2015) for "legendre"; Park, Ko and Jeong (2011) and Seuret and
+    Gouaisbaut (2013) for "interval".
+
+    Examples
+    --------
+    >>> from sosbook.delay import DelayedLoop
+    >>> loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+    >>> analyse_delay(loop, tau=6.16, method="legendre").status
+    'feasible'
+    """
+    _no_acceleration(K_A)
+    if K is None and not isinstance(plant, DelayedLoop):
+        raise ValueError("K is missing: give the gain to be analysed")
+    check_loop(plant, K, U)
+    if alpha is not None and not printed:
+        raise ValueError("alpha stands in the printed (A.20) only: leave it out")
+    request = DelayRequest(
+        plant,
+        U,
+        tau,
+        mu,
+        delta,
+        alpha,
+        method,
+        order,
+        ("sign", "transpose", "alpha") if printed else (),
+        K,
+    )
+    return solve_delay(request, time_limit=time_limit)
+
+
+def _no_acceleration(K_A):
+    if K_A is not None and np.any(matrix("K_A", K_A)):
+        raise ValueError(
+            "K_A must be zero with a delayed input: it makes the loop "
+            "neutral, M z''(t) - B K_A z''(t - d), which the theorems "
+            "don't cover; leave K_A out"
+        )

@@ -1,0 +1,261 @@
+"""Exact proofs that the LMIs of a request have no solution.
+
+Multipliers Z_k > 0 with sum <G_ka, Z_k> = 0 exclude a solution. Where the
+boundary of the LMIs is touched anyway, by a mode that decays by itself or
+by an equation of the loop that no delay enters, no such Z_k are regular.
+Then the blocks are compressed first, to what remains to be decided:
+W' G W > 0 is necessary for G > 0.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from flint import fmpq, fmpq_mat
+from scipy.linalg import qr
+
+from ..lmi import Affine, Unknown, block, he
+from ..lmi.blocks import Blocks
+from ..lmi.deepest import deepest
+from ..lmi.exact import exact, inverse, round_digits
+from ..lmi.refutation import InfeasibilityCertificate, refute
+from .certificates import refute_delay
+from .modes import Modes, slow_modes
+from .request import DelayedLoop, DelayRequest
+
+__all__ = ["Refutation", "refuted"]
+
+_REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
+
+
+@dataclass(frozen=True, eq=False)
+class Refutation(InfeasibilityCertificate):
+    """Multipliers that exclude a solution of a part of the LMIs.
+
+    Parameters
+    ----------
+    multipliers, expressions, unknowns, condition
+        As in `InfeasibilityCertificate`, for that part.
+    part : str
+        Which part has no solution, in words.
+    modes : Modes or None
+        The modes that the part is about. The multipliers are for the
+        midpoints of the balls that enclose them.
+    request : DelayRequest or None
+        Of the modes.
+    """
+
+    part: str = ""
+    modes: Modes | None = None
+    request: DelayRequest | None = None
+
+    def verify(self):
+        """The verdict, computed again."""
+        if not super().verify():
+            return False
+        if self.modes is None:
+            return True
+        return self.modes.refuted(self.request, list(self.multipliers.values()))
+
+
+def refuted(request, Z):
+    """A proof that there is no solution, or None.
+
+    Parameters
+    ----------
+    request : DelayRequest
+        What is asked.
+    Z : list of arrays
+        Multipliers from floats, for the request's own blocks.
+    """
+    ways = [lambda: _directly(request, Z)]
+    if request.misprints:
+        return ways[0]()
+    if isinstance(request.plant, DelayedLoop):
+        ways.append(lambda: _by_states(request))
+    if request.gain is None:
+        ways.append(lambda: _by_modes(request))
+    elif request.method in ("functional", "shift"):
+        ways.append(lambda: _without_fixed_equations(request))
+    return next((found for way in ways if (found := way()) is not None), None)
+
+
+def _directly(request, Z):
+    """A `DelayInfeasibility`, which is a file, or None."""
+    try:
+        found = refute_delay(request, Z)
+    except (np.linalg.LinAlgError, IndexError, ValueError):
+        return None  # the float multipliers are too singular
+    return found if found.proven else None
+
+
+def _refutation(expressions, unknowns, Z, part, **about):
+    """The `Refutation` by these multipliers, or None."""
+    try:
+        found = refute(expressions, unknowns, Z)
+    except (np.linalg.LinAlgError, IndexError, ValueError):
+        return None  # the float multipliers are too singular
+    found = Refutation(found.multipliers, expressions, unknowns, "", part, **about)
+    return found if found.proven else None
+
+
+def _by_modes(request):
+    """Refute the LMIs of some slow modes of one vertex."""
+    for vertex in request.vertices:
+        for modes in slow_modes(vertex, request.delta):
+            small = replace(request, plant=modes.plant(), U=None)
+            deep = _deepest(*small.in_unknowns())
+            if deep is None:
+                continue
+            found = _refutation(
+                *small.in_unknowns(exact),
+                deep.Z,
+                f"the modes {modes} alone",
+                modes=modes,
+                request=small,
+            )
+            if found is not None:
+                return found
+    return None
+
+
+def _deepest(expressions, unknowns):
+    """`deepest`, or None where it finds a solution or no multipliers."""
+    deep = deepest(Blocks.of(expressions.values(), unknowns))
+    return None if deep.depth > 0 or deep.Z is None else deep
+
+
+def _by_states(request):
+    """Refute the LMIs of states that no other states drive.
+
+    Where the others rest, so they do for ever: a solution for the loop
+    holds one for the part.
+    """
+    A, Ad = request.plant.A, request.plant.A_d
+    drives = (A != 0) | (Ad != 0) | np.eye(len(A), dtype=bool)
+    reach = np.linalg.matrix_power(drives.astype(int), len(A)) > 0
+    parts = {tuple(np.flatnonzero(column)) for column in reach.T}
+    for some in sorted(parts, key=lambda part: (len(part), part)):
+        if len(some) == len(A):
+            continue
+        at = np.ix_(some, some)
+        small = request.at(plant=DelayedLoop(A[at], Ad[at]), gain=None)
+        deep = _deepest(*small.in_unknowns())
+        if deep is None:
+            continue
+        states = ", ".join(str(i + 1) for i in some)
+        found = _refutation(
+            *small.in_unknowns(exact), deep.Z, f"the states {states} alone"
+        )
+        if found is not None:
+            return found
+    return None
+
+
+def _without_fixed_equations(request):
+    """Refute the LMIs where the loop's undelayed equations hold.
+
+    Let L A_d = 0. Then L (E x' - A x) = 0 in the loop, and between t - tau
+    and t the integral of that. The blocks have to be positive there too.
+    What F and G multiply is C rho there, where C spans the kernel of L,
+    and R is seen across the equations' directions only.
+    """
+    loops = dict(request.closed_loops(exact))
+    rows = {name: _undelayed(*loop) for name, loop in loops.items()}
+    common = _kernel(np.hstack([_kernel(k) for k in rows.values()]).T).T
+    if not len(common):  # the delayed input reaches every equation
+        return None
+    unknowns = [u for u in request.unknowns() if u.name not in _REPLACED]
+    values = {u.name: u for u in unknowns}
+    N, across = request.states, _kernel(common)
+    R, dual = Unknown("R", across.shape[1], symmetric=True), _left_inverse(across).T
+    first, second = dual[:N], dual[N:]
+    zero = exact(np.zeros((N, N)))
+    values |= {
+        "R1": first @ R @ first.T,
+        "R2": second @ R @ first.T,
+        "R3": second @ R @ second.T,
+        "F": zero,
+        "G": zero,
+    }
+    expressions = request.blocks(values, exact) | {"R": R}
+    e2, multipliers = request.times(exact).epsilon2, {}
+    for name, (E, A, Ad) in loops.items():
+        W, C = _kernel(_fixed(rows[name], common)), _kernel(_kernel(Ad.T).T)
+        W = block([[W, 0], [0, exact(np.eye(N))]]) if request.mu else W
+        parts = [e2 * A, -e2 * E, e2 * Ad, zero] + ([Ad] if request.mu else [])
+        moving = _row_basis(W[: 2 * N])
+        key = str((moving, C))  # one multiplier for loops with one A
+        if key not in multipliers:
+            name_of = f"F and G {len(multipliers) + 1}"
+            multipliers[key] = Unknown(name_of, len(moving), C.shape[1])
+        expressions[name] = W.T @ expressions[name] @ W
+        if C.shape[1]:
+            rho = _left_inverse(C) @ np.hstack(parts) @ W
+            expressions[name] -= he(moving.T @ multipliers[key] @ rho)
+    unknowns += [R, *(H for H in multipliers.values() if H.size)]
+    floats = {name: _in_floats(g) for name, g in expressions.items()}
+    deep = _deepest(floats, unknowns)
+    if deep is None:
+        return None
+    return _refutation(
+        expressions, unknowns, deep.Z, "what the delay doesn't reach fixed"
+    )
+
+
+def _left_inverse(C):
+    """(C' C)^-1 C'."""
+    return inverse(C.T @ C) @ C.T if C.shape[1] else C.T
+
+
+def _row_basis(x):
+    """Rows that span those of a rational matrix, nearly orthonormal."""
+    return _kernel(_kernel(x).T).T
+
+
+def _undelayed(E, A, Ad):
+    """Rows [-L A, L E] of the equations without A_d."""
+    L = _kernel(Ad.T).T
+    return np.hstack([-(L @ A), L @ E])
+
+
+def _fixed(rows, common):
+    """What is zero in (x, x', x_tau, eta): the equations, and integrals."""
+    N = rows.shape[1] // 2
+    of_x, of_dx = common[:, :N], common[:, N:]
+    return np.vstack(
+        [np.hstack([rows, 0 * rows]), np.hstack([of_dx, 0 * of_dx, -of_dx, of_x])]
+    )
+
+
+def _kernel(rows):
+    """A basis of the kernel of a rational matrix, as columns.
+
+    Exact; nearly orthonormal, which is for the floats' sake only.
+    """
+    count = rows.shape[1]
+    if not len(rows):
+        return exact(np.eye(count))
+    order = qr(rows.astype(float), mode="r", pivoting=True)[1]
+    turned = rows[:, order]
+    reduced, rank = fmpq_mat(*turned.shape, turned.ravel().tolist()).rref()
+    lead = [next(j for j in range(count) if reduced[i, j] != 0) for i in range(rank)]
+    rest = [j for j in range(count) if j not in lead]
+    basis = exact(np.zeros((count, len(rest))))
+    for column, j in enumerate(rest):
+        basis[order[j], column] = fmpq(1)
+        for i, k in enumerate(lead):
+            basis[order[k], column] = -reduced[i, j]
+    if not rest:
+        return basis
+    size = 10.0 ** -np.floor(np.log10(abs(basis.astype(float)).max(axis=0)))
+    basis = basis * exact(size)
+    upper = np.linalg.qr(basis.astype(float), mode="r")
+    return basis @ exact(round_digits(np.linalg.inv(upper), 4))
+
+
+def _in_floats(g):
+    terms = [
+        replace(t, left=t.left.astype(float), right=t.right.astype(float))
+        for t in g.terms
+    ]
+    return Affine(g.constant.astype(float), terms)

@@ -1,0 +1,167 @@
+"""From a request with a delay to a point inside its LMIs, or to a refusal."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..lmi.blocks import Blocks
+from ..lmi.bounded import bounded, unpacked
+from ..lmi.centre import Unbounded, centre
+from ..lmi.deepest import ZERO, deepest
+from ..lmi.exact import round_digits
+from ..lmi.problem import LMIProblem
+from ..lmi.time_limit import OutOfTime, check_time
+from ..lmi.time_limit import time_limit as limited
+from ..runtime.threads import one_thread
+from .certificates import prove_delay
+from .design import DelayDesign
+from .refutation import refuted
+
+__all__ = ["ALPHAS", "first_design", "solve_delay"]
+
+# alpha in units of tau, in the order of trial
+ALPHAS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
+
+
+@one_thread
+def solve_delay(request, refuse=True, time_limit=None, centred=True):
+    """The `DelayDesign` of a request with all its scalars.
+
+    Parameters
+    ----------
+    request : DelayRequest
+        What is asked of the plant.
+    refuse : bool
+        Look for an exact proof that there is no solution where none is
+        found; that takes longer, and only with it the status can be
+        "infeasible".
+    time_limit : float, optional
+        In seconds. Whatever isn't finished then is "undecided".
+    centred : bool
+        Without it any solution will do.
+
+    Returns
+    -------
+    DelayDesign
+        The analytic centre of the LMIs under a lid, for they are a cone.
+    """
+    return within(time_limit, request, lambda: _solved(request, refuse, centred))
+
+
+def within(seconds, request, work):
+    """What ``work()`` returns for a request, "undecided" after some ``seconds``."""
+    if seconds is not None and not seconds > 0:
+        raise ValueError(f"time_limit must be positive, got {seconds!r}")
+    try:
+        with limited(seconds):
+            return work()
+    except OutOfTime:
+        if seconds is None:  # somebody else's limit
+            raise
+        reason = f"stopped after {seconds:g} s"
+        return DelayDesign(request, "undecided", request.gain, reason=reason)
+
+
+def _solved(request, refuse, centred):
+    problem = LMIProblem(request.blocks, request.unknowns())
+    blocks = Blocks.of(problem.in_unknowns().values(), problem.unknowns)
+    check_time()
+    deep = deepest(blocks)
+    if deep.depth > 0:
+        for x in _candidates(blocks, problem.unknowns, deep.x, centred):
+            found = _at(request, problem, x)
+            if found is not None:
+                return found
+    refused = DelayDesign(request, "undecided", request.gain, reason=_reason(deep))
+    if not refuse or deep.depth > 0 or deep.Z is None:
+        return refused
+    proof = refuted(request, deep.Z)
+    if proof is None:
+        return refused
+    return replace(refused, status="infeasible", reason="", infeasibility=proof)
+
+
+def _reason(deep):
+    """Why nothing is known, in words."""
+    if deep.depth > 0:
+        return (
+            f"the LMIs hold by {deep.depth:.1g} of their size, which is too "
+            "little to be proven"
+        )
+    if deep.gap < max(-deep.depth, 10 * ZERO):
+        bound = 10.0 ** np.ceil(np.log10(max(deep.depth + deep.gap, 1e-12)))
+        return (
+            "no solution was found, and no exact proof that there is none: "
+            f"in floats the LMIs can hold by {bound:.0e} of their size at most"
+        )
+    return "the search for a solution stopped before it was decided"
+
+
+def _candidates(blocks, unknowns, x, centred):
+    """The centre under a lid, then the deepest point."""
+    size = max(
+        np.linalg.norm(np.atleast_2d(v), 2) for v in unpacked(unknowns, x).values()
+    )
+    small = x * (8 / size)  # inside the lid, for the LMIs are a cone
+    if centred:
+        try:
+            lid, start = bounded(blocks, unknowns, small)
+            yield centre(lid, start)
+        except (Unbounded, np.linalg.LinAlgError):
+            small = deepest(blocks, accuracy=1e-6).x
+        except OutOfTime:  # a point is known: better than none
+            pass
+    yield small
+
+
+def _at(request, problem, x):
+    """The design at a point, or None where its blocks aren't positive."""
+    values = unpacked(problem.unknowns, x)
+    margins = problem.margins(values)
+    if min(margins.values()) <= 0:
+        return None
+    K, frame = request.gain, request.frame
+    if K is None:
+        try:
+            K = np.linalg.solve(values["F"], values["X"].T).T
+        except np.linalg.LinAlgError:
+            return None
+        K = frame.scale * np.linalg.solve(frame.T.T, K.T).T
+    found = DelayDesign(request, "feasible", K, values, margins)
+    if min(margins.values()) > 1e-9 or prove_delay(found, 17).proven:
+        return found
+    return None
+
+
+def first_design(request, refuse=True, time_limit=None, centred=True):
+    """`solve_delay`, with the first alpha of a search if none is given.
+
+    Parameters
+    ----------
+    request : DelayRequest
+        What is asked of the plant.
+    refuse, time_limit, centred
+        As in `solve_delay`. A search of alpha can't exclude a solution.
+
+    Returns
+    -------
+    DelayDesign
+        The first that is feasible, or one that says why there is none.
+    """
+    if request.alpha is not None or not request.needs_alpha:
+        return solve_delay(request, refuse, time_limit, centred)
+    return within(time_limit, request, lambda: _first_alpha(request, centred))
+
+
+def _first_alpha(request, centred):
+    tried = [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHAS]
+    for alpha in tried:
+        found = solve_delay(request.at(alpha=alpha), False, centred=centred)
+        if found.status == "feasible":
+            return found
+    reason = (
+        "no solution was found for alpha = "
+        + ", ".join(f"{alpha:g}" for alpha in tried)
+        + " s; other values of alpha aren't excluded"
+    )
+    return DelayDesign(request, "undecided", reason=reason)

@@ -1,0 +1,1 @@
+"""What a notebook shows of an object: pictures and words in HTML, all escaped."""

@@ -1,0 +1,107 @@
+"""The outline of a region of the complex plane, as corners of a polygon."""
+
+import numpy as np
+
+__all__ = ["region_outline", "region_parts", "window_of"]
+
+
+def region_outline(region, window=(-10.0, 2.0, 6.0), rays=360):
+    """Corners of a polygon that traces a D-region within a window.
+
+    A region f(z) = alpha + beta z + beta' conj(z) < 0 is convex and symmetric
+    about the real axis.  From an interior point c the boundary along a
+    direction d is where f(c) + t (f(c + d) - f(c)) becomes singular: one
+    eigenvalue problem a ray, no search.
+
+    Parameters
+    ----------
+    region : PoleRegion, LMIRegion or a sequence of LMIRegion
+        The region to outline.
+    window : (left, right, height)
+        The part of the plane to trace, |Im s| <= height.
+    rays : int
+        Directions; the polygon has as many corners.
+
+    Returns
+    -------
+    ndarray of complex, or an empty one if the region misses the window
+        The corners, as points s of the complex plane.
+    """
+    left, right, height = window
+    parts = region_parts(region)
+    pairs = [
+        (np.asarray(part.alpha, float), np.asarray(part.beta, float)) for part in parts
+    ]
+    one = np.ones((1, 1))
+    pairs += [
+        (left * one, -one / 2),
+        (-right * one, one / 2),
+        (np.diag([-height, -height]) + 0.0, np.array([[0, 1], [-1, 0]]) / 2),
+    ]
+
+    def values(points):
+        worst = []
+        for alpha, beta in pairs:
+            f = (
+                alpha
+                + beta * points[:, None, None]
+                + beta.T * points[:, None, None].conj()
+            )
+            worst.append(
+                np.linalg.eigvalsh(f)[:, -1]
+                / (np.linalg.norm(alpha) + np.linalg.norm(beta))
+            )
+        return np.max(worst, axis=0)
+
+    a, b = left, right
+    for _ in range(6):  # convex along the real axis
+        grid = np.linspace(a, b, 41)
+        worst = values(grid + 0j)
+        k = int(np.argmin(worst))
+        a, b = grid[max(k - 1, 0)], grid[min(k + 1, 40)]
+    if worst[k] >= -1e-9:
+        return np.empty(0, complex)
+    centre = grid[k]
+    directions = np.exp(2j * np.pi * (np.arange(rays) + 0.5) / rays)
+    reach = np.full(rays, np.inf)
+    for alpha, beta in pairs:
+        at_centre = alpha + centre * (beta + beta.T)
+        root = np.linalg.inv(np.linalg.cholesky(-at_centre))
+        slope = (
+            beta * directions[:, None, None] + beta.T * directions[:, None, None].conj()
+        )
+        top = np.linalg.eigvalsh(root @ slope @ root.T)[:, -1]
+        reach = np.minimum(
+            reach, np.where(top > 1e-12, 1 / np.maximum(top, 1e-12), np.inf)
+        )
+    return centre + reach * directions
+
+
+def region_parts(region):
+    """The LMI regions whose intersection `region` is; an empty tuple for None."""
+    if region is None:
+        return ()
+    if hasattr(region, "parts"):
+        return tuple(region.parts)
+    return tuple(region) if isinstance(region, (list, tuple)) else (region,)
+
+
+def window_of(poles, region=None):
+    """A window (left, right, height) that shows the poles and the region.
+
+    Examples
+    --------
+    >>> window_of([-1 + 1j, -1 - 1j])
+    (-1.3, 0.325, 1.3)
+    """
+    points = (
+        np.concatenate([np.ravel(np.asarray(p, complex)) for p in poles])
+        if len(poles)
+        else np.array([-1 + 1j])
+    )
+    points = points[np.isfinite(points)]
+    far = max(np.max(np.abs(points.real)), np.max(np.abs(points.imag)), 1e-9)
+    rho = getattr(region, "rho", None)
+    far = 1.08 * max(far, rho) if rho else 1.3 * far
+    right = max(0.25 * far, 1.3 * np.max(points.real))
+    return (float(round(-far, 6)), float(round(right, 6)), float(round(far, 6)))

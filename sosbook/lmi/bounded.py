@@ -1,0 +1,60 @@
+"""Centres where the set of points is unbounded: bound the unknowns first."""
+
+import numpy as np
+
+from .centre import Blocks, Unbounded, centre, phase_one
+from .expression import block, eye
+
+__all__ = ["any_centre", "bounded", "unpacked"]
+
+
+def unpacked(unknowns, x):
+    """Values by name of some ``unknowns``, from a vector x of variables."""
+    ends = np.cumsum([u.size for u in unknowns])[:-1]
+    return {u.name: u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))}
+
+
+def any_centre(blocks, unknowns, x, enough=None):
+    """The analytic centre from x, of a bounded part if there is no other.
+
+    The ``blocks`` are affine in the ``unknowns``; ``enough`` is as for
+    `centre`.
+    """
+    try:
+        return centre(blocks, x, enough=enough)
+    except Unbounded:
+        pass
+    try:
+        return centre(*bounded(blocks, unknowns, x), enough=enough)
+    except Unbounded:
+        return x  # a degenerate set: keep the feasible point
+
+
+def bounded(blocks, unknowns, x, r=16.0):
+    """The blocks, joined by blocks "scale" that bound the unknowns.
+
+    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
+    block is homogeneous the gain doesn't depend on r. It grows until
+    there is a point inside, which is returned too: x if that will do.
+    """
+    P = [u for u in unknowns if u.symmetric]
+    rest = [u for u in unknowns if not u.symmetric]
+    lids = [block([[-p]]) for p in P]
+    wide = [u for u in rest if u.shape[1] == P[0].shape[0]] if len(P) == 1 else []
+    if wide:
+        Y = wide[0]
+        rest = [u for u in rest if u is not Y]
+        lids = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+    for X in rest:
+        rows, cols = X.shape
+        lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+    while r < 1e16:
+        roof = [g + r * eye(len(g.constant)) for g in lids]
+        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
+        if Blocks.of(roof, blocks.unknowns).contain(x):
+            return joined, x
+        found = phase_one(joined).x
+        if found is not None:
+            return joined, found
+        r *= 16
+    raise Unbounded("no bound of the unknowns holds a feasible point")

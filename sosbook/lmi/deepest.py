@@ -1,0 +1,119 @@
+"""The deepest ray of a cone: phase one where every block is homogeneous.
+
+Blocks G_k(x) without constant terms hold on a cone. Phase one that reads
+"positive definite" as "larger than the identity" has to walk along the
+cone until it finds room, and a narrow cone has room far away only. Here
+the size is fixed instead: with the blocks in units D_k in which their
+diagonals are near one,
+
+    maximise t  subject to  G_k(x) >= t D_k,  sum <G_k(x), inv(D_k)> <= degree.
+
+The depth t lies between 0 and 1. It is positive exactly if the LMIs have
+a solution, and the point that is found fits into floats however narrow
+the cone is. Where the depth is zero the dual point tends to multipliers
+that exclude every solution.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .blocks import Blocks
+from .expression import Affine, Term, eye
+from .newton import Newton
+from .primal_dual import interior_steps
+
+__all__ = ["Deepest", "deepest"]
+
+ZERO = 1e-13  # depths that floats can't tell from zero
+STEPS = 80
+
+
+@dataclass(frozen=True, eq=False)
+class Deepest:
+    """How deep a cone of LMIs is.
+
+    Parameters
+    ----------
+    x : (k,) array
+        The best point, in the normalisation of the module's head.
+    depth : float
+        Its t. Where this is positive, x satisfies all blocks.
+    gap : float
+        No point is deeper than depth + gap, up to rounding errors.
+    Z : list of arrays
+        The dual point: multipliers of the blocks.
+    """
+
+    x: np.ndarray
+    depth: float
+    gap: float
+    Z: list
+
+
+def deepest(blocks, accuracy=1.0, watch=None):
+    """The deepest point of homogeneous blocks.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Made by `Blocks.of`, with constants zero.
+    accuracy : float
+        Stop when the depth is known to this relative accuracy.
+    watch : callable, optional
+        Called after each step with a dict (step, x, t, gap, ...); it may
+        raise an exception to stop the search.
+
+    Returns
+    -------
+    Deepest
+        The point, its depth and the multipliers.
+
+    Raises
+    ------
+    ValueError
+        If a block has a constant term.
+    """
+    if any(c.any() for c in blocks.constants):
+        raise ValueError("blocks must be homogeneous: a constant isn't zero")
+    roof = float(blocks.degree) * eye(1) - _size(blocks)
+    sized = Blocks.of([*blocks.expressions, roof], blocks.unknowns)
+    units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
+    newton = Newton(sized, [*(-d for d in units), np.zeros((1, 1))])
+    x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
+    x[-1] = cost[-1] = -1.0
+    state = dict(x=x, gap=np.inf, Z=None)
+    for state in interior_steps(newton, x, cost, newton.degree, STEPS):
+        depth = state["x"][-1]
+        if watch is not None:
+            watch(state | {"t": depth})
+        if state["gap"] < max(accuracy * depth, ZERO):
+            break
+    Z = None if state["Z"] is None else newton.unstacked(state["Z"])[:-1]
+    return Deepest(state["x"][:-1], state["x"][-1], state["gap"], Z)
+
+
+def _size(blocks):
+    """sum <G_k, inv(D_k)> as an expression, one term for each row."""
+    terms = []
+    for u in blocks.unknowns:
+        weight = sum(
+            _of_term(t, d)
+            for g, d in zip(blocks.expressions, blocks.diagonal_scales)
+            for t in g.terms
+            if t.unknown is u
+        )
+        if np.ndim(weight) == 0:  # an unknown of no block
+            continue
+        one = np.eye(len(weight))
+        terms += [
+            Term(weight[j : j + 1], u, False, one[:, j : j + 1])
+            for j in range(len(weight))
+        ]
+    return Affine(np.zeros((1, 1)), terms)
+
+
+def _of_term(t, d):
+    """M with <L X R, diag(d^2)> = <M', X> for each X."""
+    M = (t.right * d**2) @ t.left
+    return M.T if t.transposed else M

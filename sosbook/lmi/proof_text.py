@@ -1,0 +1,90 @@
+"""The text of a proof file: JSON, with a version and a checksum."""
+
+import hashlib
+import json
+
+__all__ = ["FORMAT", "VERSION", "laid_out", "parse", "same", "written"]
+
+FORMAT, VERSION = "sosbook proof", 1
+HEAD = ("format", "version", "kind", "checksum")
+
+
+def written(kind, data):
+    """The text of a proof of some kind.
+
+    Parameters
+    ----------
+    kind : str
+        The kind of the proof.
+    data : dict
+        Lists, words, numbers as text, True, False and None.
+    """
+    whole = {"format": FORMAT, "version": VERSION, "kind": kind, **data}
+    whole["checksum"] = checksum(whole)
+    return laid_out(whole) + "\n"
+
+
+def checksum(whole):
+    """The SHA-256 of the contents, whatever their layout.
+
+    It finds what was changed by accident. Who changes a file on purpose
+    can mend it, and then the arithmetic decides.
+    """
+    rest = {key: value for key, value in whole.items() if key != "checksum"}
+    plain = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(plain.encode()).hexdigest()
+
+
+def parse(text):
+    """The kind of a proof and its data, from its text.
+
+    Raises ValueError if it is no proof file.
+    """
+    try:
+        whole = json.loads(text, object_pairs_hook=_unique, parse_constant=_refused)
+    except RecursionError:
+        raise ValueError("its lists are nested too deeply") from None
+    if not isinstance(whole, dict) or whole.get("format") != FORMAT:
+        raise ValueError(f'there is no "format": "{FORMAT}"')
+    if whole.get("version") != VERSION or isinstance(whole["version"], bool):
+        raise ValueError(f"version must be {VERSION}, got {whole.get('version')!r}")
+    if whole.get("checksum") != checksum(whole):
+        raise ValueError("the checksum isn't that of the contents: they were changed")
+    kind = whole.get("kind")
+    if not isinstance(kind, str):
+        raise ValueError("kind is missing")
+    return kind, {key: value for key, value in whole.items() if key not in HEAD}
+
+
+def same(a, b):
+    """Whether two contents, a and b, are written alike: True isn't 1 here."""
+    return json.dumps(a, sort_keys=True) == json.dumps(b, sort_keys=True)
+
+
+def _unique(pairs):
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a key comes twice")
+    return found
+
+
+def _refused(word):
+    raise ValueError(f"{word} is no number")
+
+
+def laid_out(value, indent=""):
+    """A ``value`` as JSON with each row of a matrix on a line of its own.
+
+    The lines stand behind this ``indent``.
+    """
+    deeper = indent + " "
+    if isinstance(value, dict) and value:
+        lines = (
+            f"{deeper}{json.dumps(key)}: {laid_out(inner, deeper)}"
+            for key, inner in value.items()
+        )
+        return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+    if isinstance(value, list) and any(isinstance(x, (dict, list)) for x in value):
+        lines = (deeper + laid_out(inner, deeper) for inner in value)
+        return "[\n" + ",\n".join(lines) + f"\n{indent}]"
+    return json.dumps(value)

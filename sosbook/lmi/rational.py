@@ -1,0 +1,223 @@
+"""Rational numbers in numpy arrays (python-flint's), and decimals as text."""
+
+import re
+
+import numpy as np
+from flint import fmpq, fmpq_mat, fmpz
+
+__all__ = [
+    "Rational",
+    "decimal",
+    "decimals",
+    "exact",
+    "expanded",
+    "fraction",
+    "inverse",
+    "rational_matrix",
+    "read_array",
+    "read_number",
+    "round_digits",
+]
+
+
+class Rational(np.ndarray):
+    """An array of fmpq (dtype object) whose matrix products are flint's.
+
+    Made by `exact`; the constructor's shape, buffer, offset, strides and order
+    are those of numpy's ndarray.
+
+    Made by `exact`. Everything else is numpy's, entry by entry.
+
+    Examples
+    --------
+    >>> A = exact(np.array([[0.5, 0.1], [0.2, 1.0]]))
+    >>> A @ A
+    Rational([[27/100, 3/20],
+              [3/10, 51/50]], dtype=object)
+    """
+
+    def __array_wrap__(self, array, context=None, return_scalar=False):
+        if array.ndim == 0:  # a sum is a number
+            return array[()]
+        return super().__array_wrap__(array, context, return_scalar)
+
+    def __matmul__(self, other):
+        if _both_matrices(self, other):
+            return _array(_matrix(self) * _matrix(other))
+        return super().__matmul__(other)
+
+    def __rmatmul__(self, other):
+        if _both_matrices(self, other):
+            return _array(_matrix(other) * _matrix(self))
+        return super().__rmatmul__(other)
+
+
+def rational_matrix(rows):
+    """A `Rational` array of ``rows``, lists of fmpq."""
+    return np.array(rows, object).view(Rational)
+
+
+def _both_matrices(x, other):
+    """Whether flint multiplies them: rationals, and rationals or ints."""
+    return (
+        x.dtype == object
+        and isinstance(other, np.ndarray)
+        and other.dtype.kind in "Oi"
+        and x.ndim == other.ndim == 2
+    )
+
+
+def _matrix(x):
+    return fmpq_mat(*x.shape, x.ravel().tolist())
+
+
+def _array(matrix):
+    found = np.empty((matrix.nrows(), matrix.ncols()), object)
+    found.flat = matrix.entries()
+    return found.view(Rational)
+
+
+def exact(x):
+    """Decimal reading of floats: 0.1 becomes 1/10.
+
+    Parameters
+    ----------
+    x : float or array of floats
+        Floats, integers or rationals.
+
+    Returns
+    -------
+    fmpq, or `Rational` array of them
+        The same numbers as rationals.
+
+    Examples
+    --------
+    >>> exact(0.1)
+    1/10
+    """
+    if isinstance(x, np.ndarray):
+        out = np.empty(x.shape, dtype=object)
+        out.flat = [exact(entry) for entry in x.ravel().tolist()]
+        return out.view(Rational)
+    mantissa, _, exponent = repr(float(x)).partition("e")
+    if "n" in mantissa:  # "nan", "inf"
+        raise ValueError(f"{x!r} is no finite number")
+    whole, _, decimals = mantissa.partition(".")
+    digits, power = int(whole + decimals), int(exponent or 0) - len(decimals)
+    return fmpq(digits * 10**power) if power >= 0 else fmpq(digits, 10**-power)
+
+
+def round_digits(x, digits):
+    """Round the numbers x to so many significant digits.
+
+    Raises
+    ------
+    ValueError
+        If ``digits`` isn't an integer above 0.
+
+    Examples
+    --------
+    >>> round_digits(np.array([123.456, 0.00123456]), 4)
+    array([1.235e+02, 1.235e-03])
+    """
+    if not isinstance(digits, (int, np.integer)) or digits < 1:
+        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    x = np.asarray(x, float)
+    return np.array([float(f"{v:.{digits - 1}e}") for v in x.flat]).reshape(x.shape)
+
+
+def inverse(x):
+    """The inverse of a matrix x of floats or of rationals.
+
+    Examples
+    --------
+    >>> inverse(exact(np.array([[2.0, 1.0], [1.0, 1.0]])))
+    Rational([[1, -1],
+              [-1, 2]], dtype=object)
+    """
+    if x.dtype != object:
+        return np.linalg.inv(x)
+    return _array(_matrix(x).inv())
+
+
+# as text: what proof files are made of
+
+
+def decimal(x):
+    """A float x as the shortest decimal that is read back as it.
+
+    Examples
+    --------
+    >>> decimal(0.1), decimal(150.0), decimal(-0.0), decimal(1e-7)
+    ('0.1', '150', '0', '1e-07')
+    """
+    if not np.isfinite(x):
+        raise ValueError(f"{x!r} is no decimal number")
+    return repr(float(x) + 0.0).removesuffix(".0")
+
+
+def expanded(x):
+    """All decimals of a rational x that has finitely many.
+
+    Examples
+    --------
+    >>> expanded(fmpq(3, 8)), expanded(fmpq(12)), expanded(fmpq(-1, 50))
+    ('0.375', '12', '-0.02')
+    """
+    places = 0
+    while (x * fmpq(10) ** places).q != 1:
+        places += 1
+    digits = str(abs(x * fmpq(10) ** places)).rjust(places + 1, "0")
+    whole, rest = digits[: len(digits) - places], digits[len(digits) - places :]
+    return "-" * (x < 0) + whole + ("." + rest if rest else "")
+
+
+def decimals(x):
+    """An array x of floats as nested lists of decimals."""
+    x = np.asarray(x, float)
+    return [decimals(row) for row in x] if x.ndim else decimal(x)
+
+
+def read_number(text):
+    """The float of a decimal ``text``, if `decimal` would write it so.
+
+    Raises ValueError otherwise.
+    """
+    if isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII):
+        try:
+            if decimal(float(text)) == text:
+                return float(text)
+        except ValueError:
+            pass
+    raise ValueError(f"{str(text)[:40]!r} isn't a decimal number in its shortest form")
+
+
+def read_array(rows, *shape):
+    """The read-only array of ``rows``, nested lists of decimals.
+
+    None in its ``shape`` is any length.
+    """
+    if not shape:
+        return read_number(rows)
+    if not isinstance(rows, list) or shape[0] not in (None, len(rows)):
+        raise ValueError(f"a list of {shape[0]} is needed")
+    found = [read_array(row, *shape[1:]) for row in rows]
+    if len({np.shape(x) for x in found}) > 1:
+        raise ValueError("the rows differ in length")
+    found = np.array(found, float)
+    if not found.size:
+        found = np.zeros([n or 0 for n in (len(rows), *shape[1:])])
+    found.flags.writeable = False
+    return found
+
+
+def fraction(text):
+    """The rational of a text "p/q", as str(fmpq) writes it."""
+    if isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII):
+        p, _, q = text.partition("/")
+        denominator = fmpz(q or "1")
+        if denominator:
+            found = fmpq(fmpz(p), denominator)
+            if str(found) == text:
+                return found
+    raise ValueError(f"{str(text)[:40]!r} isn't a fraction in lowest terms")

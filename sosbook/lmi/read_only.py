@@ -1,0 +1,38 @@
+"""Arrays that nobody changes behind an object's back."""
+
+import numpy as np
+
+__all__ = ["ReadOnly", "frozen"]
+
+
+class ReadOnly:
+    """A frozen dataclass whose arrays are read-only, as are its copies'.
+
+    ``copy``, ``dataclasses.replace`` and ``pickle`` keep them so.
+    """
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, frozen(value))
+
+    def __setstate__(self, state):
+        for name, value in state.items():
+            object.__setattr__(self, name, frozen(value))
+
+
+def frozen(value):
+    """A ``value`` that can't be written to: an array, or lists and dicts of them.
+
+    Examples
+    --------
+    >>> frozen({"P": np.eye(2)})["P"].flags.writeable
+    False
+    """
+    if isinstance(value, np.ndarray) and value.flags.writeable:
+        value = value.copy()
+        value.flags.writeable = False
+    elif type(value) in (list, tuple):
+        value = type(value)(map(frozen, value))
+    elif type(value) is dict:
+        value = {key: frozen(inner) for key, inner in value.items()}
+    return value

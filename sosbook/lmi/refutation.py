@@ -1,0 +1,233 @@
+"""Multipliers that exclude every point of LMIs, in exact arithmetic."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, nextafter, sqrt
+
+import numpy as np
+
+from .exact import adjoint, definite, exact, repair_multipliers, round_digits
+from .proof import Examined, ProofFile
+from .rational import fraction, rational_matrix
+
+__all__ = [
+    "Exclusion",
+    "InfeasibilityCertificate",
+    "excluded_by",
+    "excluded_radius",
+    "refute",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class InfeasibilityCertificate:
+    """Multipliers that exclude every design, by LMI duality.
+
+    Parameters
+    ----------
+    multipliers : dict
+        From a block's name to its multiplier Z_k (in the coordinates in
+        which the LMIs were solved): rationals, or floats that prove nothing.
+    expressions : dict
+        From a block's name to its `Affine` expression in rationals.
+    unknowns : list of Unknown
+        What the blocks are affine in.
+    condition : str
+        What the exclusion is subject to: "for mu = 1"; else empty.
+    """
+
+    multipliers: dict
+    expressions: dict | None = None
+    unknowns: list | None = None
+    condition: str = ""
+
+    @cached_property
+    def proven(self) -> bool:
+        """Whether the multipliers exclude every point, in rationals."""
+        return self.verify()
+
+    @property
+    def value(self):
+        """sum <G_k0, Z_k>, not positive. A design would need it positive."""
+        if self.expressions is None:
+            return np.nan
+        return float(_value(self.expressions, self.multipliers))
+
+    def verify(self):
+        """The verdict, computed again."""
+        if self.expressions is None:
+            return False
+        return not excludes(self.expressions, self.unknowns, self.multipliers)
+
+    def __bool__(self):
+        return self.proven
+
+
+def _value(expressions, multipliers):
+    """sum <G_k0, Z_k>."""
+    return sum(
+        (expressions[name].constant.astype(z.dtype) * z).sum()
+        for name, z in multipliers.items()
+    )
+
+
+def excludes(expressions, unknowns, multipliers):
+    """What keeps multipliers from excluding every point; empty if they do.
+
+    Z_k > 0, sum <G_ka, Z_k> = 0 for every variable a, and
+    sum <G_k0, Z_k> <= 0: with all G_k > 0 that sum would be positive.
+    """
+    names = list(multipliers)
+    Z = [multipliers[name] for name in names]
+    if not names or not set(names) <= set(expressions):
+        return "the multipliers aren't those of the blocks"
+    for name, z in multipliers.items():
+        if z.dtype != object or z.shape != expressions[name].shape:
+            return f"the multiplier of {name} isn't a rational matrix of its shape"
+        if not (z == z.T).all() or not definite(z)[0]:
+            return f"the multiplier of {name} isn't positive definite"
+    if any(e != 0 for e in adjoint([expressions[k] for k in names], unknowns, Z)):
+        return "the multipliers leave the unknowns a way out"
+    if _value(expressions, multipliers) > 0:
+        return "the multipliers exclude nothing: their value is positive"
+    return ""
+
+
+class Exclusion(ProofFile):
+    """Multipliers that exclude every point of some LMIs, by duality.
+
+    ``text`` is that of the file.
+
+    Z_k > 0 for each block G_k, sum <G_k, Z_k> is the same number at every
+    point, and it isn't positive: so the G_k aren't all positive definite.
+    """
+
+    @classmethod
+    def written_from(cls, data, multipliers, keyed):
+        """The file of a problem's data and of multipliers ``keyed`` by block."""
+        return {
+            **data,
+            "multipliers": [
+                [keyed(name), [[str(e) for e in row] for row in z.tolist()]]
+                for name, z in multipliers.items()
+            ],
+        }
+
+    @classmethod
+    def rebuilt(cls, data):
+        """(data without multipliers, expressions, unknowns, keyed) again."""
+        raise NotImplementedError
+
+    @classmethod
+    def examine(cls, data):
+        again, expressions, unknowns, keyed = cls.rebuilt(data)
+        Z = _multipliers(data, expressions, keyed)
+        again = cls.written_from(again, Z, keyed)
+        trouble = excludes(expressions, unknowns, Z)
+        if trouble:
+            return again, Examined.nothing(trouble)
+        value = float(_value(expressions, Z))
+        return again, Examined(tuple(again["claims"]), {}, (), value)
+
+    @property
+    def value(self):
+        """sum <G_k0, Z_k>, not positive. A point inside would need it positive."""
+        return self.examined.value
+
+    @property
+    def multipliers(self):
+        """dict from a block's name to Z_k, in rationals.
+
+        They belong to the coordinates in which the LMIs were solved.
+        """
+        _, expressions, _, keyed = self.rebuilt(self.data)
+        return _multipliers(self.data, expressions, keyed)
+
+
+def _multipliers(data, expressions, keyed):
+    named = {str(keyed(name)): name for name in expressions}
+    return {
+        named[str(key)]: rational_matrix([[fraction(e) for e in row] for row in rows])
+        for key, rows in data["multipliers"]
+    }
+
+
+def excluded_by(cls, data, expressions, unknowns, Z, keyed):
+    """The file of exact multipliers, or float ones that prove nothing.
+
+    Z are float multipliers of the ``expressions`` in the ``unknowns``;
+    ``data`` and ``keyed`` are the file's data and the blocks' keys.
+    """
+    if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
+        raise ValueError(
+            f"multipliers must be {len(expressions)} matrices of finite numbers"
+        )
+    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
+    if repaired is None:
+        return InfeasibilityCertificate(dict(zip(expressions, Z)), expressions)
+    return cls.of(cls.written_from(data, dict(zip(expressions, repaired[0])), keyed))
+
+
+def refute(expressions, unknowns, Z):
+    """Exact multipliers from float ones, where the repair succeeds.
+
+    Parameters
+    ----------
+    expressions : dict
+        From a block's name to its `Affine` expression in rationals.
+    unknowns : list of Unknown
+        What the blocks are affine in.
+    Z : list of arrays
+        Float multipliers, one for each block.
+
+    Returns
+    -------
+    InfeasibilityCertificate
+        The certificate, which says so where the repair fails.
+    """
+    if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
+        raise ValueError(
+            f"multipliers must be {len(expressions)} matrices of finite numbers"
+        )
+    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
+    multipliers = Z if repaired is None else repaired[0]
+    return InfeasibilityCertificate(
+        dict(zip(expressions, multipliers)), expressions, unknowns
+    )
+
+
+def excluded_radius(expressions, unknowns, Z, digits=17):
+    """How far multipliers exclude every point, where they don't cancel.
+
+    At a point x the sum of all <G_k(x), Z_k> would be positive, and it
+    is value + r.x with value = sum <G_k0, Z_k> and r_a = sum <G_ka, Z_k>.
+    So no point is shorter than -value / |r|. If every block is
+    homogeneous, a point may be scaled: then the first block, G > 0, is
+    read as G > I.
+
+    Parameters
+    ----------
+    expressions, unknowns, Z
+        As in `refute`.
+    digits : int
+        To so many significant digits Z is rounded first.
+
+    Returns
+    -------
+    float
+        Every x with all blocks positive definite has a larger norm, the
+        root of the sum of squares of the unknowns' free entries. Rounded
+        down from an exact figure; 0 where the multipliers say nothing.
+    """
+    Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
+    if not all(definite(z)[0] for z in Z):
+        return 0.0
+    constants = [g.constant for g in expressions.values()]
+    value = sum((c * z).sum() for c, z in zip(constants, Z))
+    if not any(c.any() for c in constants):
+        value = -Z[0].trace()
+    residual = adjoint(list(expressions.values()), unknowns, Z)
+    square = sum(r * r for r in residual)
+    if value >= 0:
+        return 0.0
+    return nextafter(sqrt(value * value / square), 0) if square else inf

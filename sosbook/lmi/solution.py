@@ -1,0 +1,146 @@
+"""What an `LMIProblem` answers: a point or a refusal, and their proofs."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
+from typing import Any
+
+from .proof import Proof
+
+__all__ = ["LMIProof", "LMISolution"]
+
+CLEAR = 1e-9  # a margin above it is no rounding error
+
+
+@dataclass(frozen=True, eq=False)
+class LMIProof(Proof):
+    """What exact arithmetic says of a point of an `LMIProblem`.
+
+    Parameters
+    ----------
+    matrices, statement
+        As in `Proof`.
+    values : dict
+        The point that was checked, as floats to be read as decimals.
+    digits : int
+        To so many significant digits it was rounded.
+    """
+
+    values: dict | None = None
+    digits: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LMISolution:
+    """A point inside the blocks of an `LMIProblem`, or why there is none.
+
+    Parameters
+    ----------
+    problem : LMIProblem
+        What was solved.
+    values : dict or None
+        The unknowns by name.
+    multipliers : list of arrays or None
+        In floats, one for each block, where no point was found.
+    verdict : str
+        The solver's word in floats where it found no point.
+    bound : float or None
+        Of a minimum: no point has a smaller sum (in floats).
+    note : str
+        What kept the solver from finishing; empty if nothing did.
+    """
+
+    problem: Any = field(repr=False)
+    values: dict | None = None
+    multipliers: list | None = None
+    verdict: str = "undecided"
+    bound: float | None = None
+    note: str = ""
+
+    def __repr__(self):
+        if self.values is None:
+            return f"<LMISolution: {self.status}>"
+        least = min(self.margins.values())
+        return f"<LMISolution: {self.status}, smallest margin {least:.3g}>"
+
+    @cached_property
+    def margins(self):
+        """By block: the smallest eigenvalue, the diagonal scaled to one.
+
+        None where there is no point.
+        """
+        return None if self.values is None else self.problem.margins(self.values)
+
+    @cached_property
+    def infeasibility(self):
+        """`InfeasibilityCertificate` where multipliers were found, else None."""
+        if self.multipliers is None:
+            return None
+        return self.problem.refute(self.multipliers)
+
+    @cached_property
+    def excluded(self):
+        """No point is shorter than this: see `LMIProblem.excluded_radius`.
+
+        Exact; infinite where there is a proof that none exists, and 0
+        where nothing is known.
+        """
+        if self.multipliers is None:
+            return 0.0
+        if self.infeasibility.proven:
+            return inf
+        return self.problem.excluded_radius(self.multipliers)
+
+    @cached_property
+    def status(self):
+        """ "feasible", "infeasible" or "undecided".
+
+        "feasible" takes positive margins; where floats can't tell them
+        from zero, an exact proof of the point with all its digits.
+        "infeasible" takes multipliers that are exact.
+        """
+        if self.values is None:
+            refused = self.infeasibility
+            return "infeasible" if refused and refused.proven else "undecided"
+        if min(self.margins.values()) > CLEAR or self.prove(digits=17).proven:
+            return "feasible"
+        return "undecided"
+
+    @property
+    def reason(self):
+        """Why it is no finished answer, in words; else empty."""
+        if self.note or self.status != "undecided":
+            return self.note
+        if self.values is not None:
+            least = min(self.margins, key=self.margins.get)
+            return f"block {least!r} has the margin {self.margins[least]:.1g}"
+        if self.multipliers is None:
+            return "neither a point nor multipliers were found"
+        return (
+            "multipliers that exclude every point couldn't be made exact; "
+            f"they prove that none is shorter than {self.excluded:.1e}"
+        )
+
+    def prove(self, claims=(), digits=None):
+        """The `LMIProof` of these values.
+
+        Parameters
+        ----------
+        claims : sequence of str
+            What that proves, in words: see `LMIProblem.prove`. Without
+            them: that the blocks are positive definite.
+        digits : int, optional
+            To so many significant digits the values are rounded;
+            without it 12, or 17 where 12 won't do.
+
+        Raises
+        ------
+        ValueError
+            If there is no point.
+        """
+        if self.values is None:
+            raise ValueError(f"the problem is {self.status}: there is no point")
+        if not claims:
+            names = ", ".join(self.margins)
+            claims = (f"these blocks are positive definite: {names}",)
+        return self.problem.prove(self.values, claims, digits)

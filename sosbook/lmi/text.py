@@ -1,0 +1,143 @@
+"""The text of an LMI and its readings: unknowns, floats, rationals, cvxpy."""
+
+from functools import cached_property
+
+import numpy as np
+from flint import fmpq, fmpz
+
+from .blocks import Blocks
+from .centre import margin
+from .exact import exact
+from .expression import Affine, Unknown
+
+__all__ = ["LMIText", "floats", "rationals"]
+
+
+def floats(x):
+    """Data x for blocks, in floats."""
+    return np.asarray(x, float) if isinstance(x, (list, tuple)) else x
+
+
+def rationals(x):
+    """Data x for blocks, in rationals; floats are read as decimals."""
+    return exact(np.asarray(x, float) if isinstance(x, (list, tuple)) else x)
+
+
+class LMIText:
+    """Blocks, affine in some unknowns, written once.
+
+    Parameters
+    ----------
+    write : callable
+        See `LMIProblem`.
+    unknowns : sequence of Unknown
+        What the blocks are affine in.
+    """
+
+    def __init__(self, write, unknowns):
+        self.write, self.unknowns = write, list(unknowns)
+        if not callable(write):
+            raise ValueError("write must be a function of (values, number)")
+        if not self.unknowns:
+            raise ValueError("unknowns is empty: there is nothing to find")
+        for u in self.unknowns:
+            if not isinstance(u, Unknown):
+                raise ValueError(f"unknowns must hold Unknown, got {u!r}")
+        names = [u.name for u in self.unknowns]
+        if len(set(names)) < len(names):
+            raise ValueError(f"two unknowns have one name: {names}")
+
+    def blocks(self, values, number=floats):
+        """The blocks by name, for values of the unknowns by name.
+
+        Parameters
+        ----------
+        values : dict
+            From an unknown's name to a matrix-like.
+        number : callable
+            Brings data into the values' arithmetic.
+
+        Returns
+        -------
+        dict
+            From a block's name to a square matrix-like.
+
+        Raises
+        ------
+        ValueError
+            If a value is missing, or ``write`` returns no square blocks.
+        """
+        missing = [u.name for u in self.unknowns if u.name not in values]
+        if missing:
+            raise ValueError(f"values has no {', '.join(missing)}")
+        try:
+            found = self.write(values, number)
+        except TypeError as error:
+            if number is not rationals:
+                raise
+            raise ValueError(f"{_MIXED} ({error})") from None
+        if not isinstance(found, dict) or not found:
+            raise ValueError("write must return a dict from names to blocks")
+        for name, g in found.items():
+            shape = getattr(g, "shape", None)
+            if shape is None or len(shape) != 2 or shape[0] != shape[1]:
+                raise ValueError(f"block {name!r} must be a square matrix, got {shape}")
+            if number is rationals and not _is_rational(g):
+                raise ValueError(f"block {name!r}: {_MIXED}")
+        return found
+
+    def in_unknowns(self, number=floats):
+        """The blocks by name, as `Affine` expressions in the unknowns.
+
+        ``number`` brings other data into an arithmetic.
+        """
+        found = self.blocks({u.name: u for u in self.unknowns}, number)
+        return {n: g if isinstance(g, Affine) else Affine(g) for n, g in found.items()}
+
+    @cached_property
+    def compiled(self):
+        """The `Blocks` that the solver takes.
+
+        Raises
+        ------
+        ValueError
+            If a block isn't symmetric, real and finite.
+        """
+        named = self.in_unknowns()
+        probe = {
+            u: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
+            for k, u in enumerate(self.unknowns)
+        }
+        for name, g in named.items():
+            at = g.value(probe)
+            if np.asarray(at).dtype.kind not in "fiu":
+                raise ValueError(f"block {name!r} must hold real numbers")
+            if not np.isfinite(at).all():
+                raise ValueError(f"block {name!r} has NaN or infinite entries")
+            if np.abs(at - at.T).max() > 1e-9 * np.abs(at).max():
+                raise ValueError(f"block {name!r} isn't symmetric: is a .T missing?")
+        return Blocks.of(named.values(), self.unknowns)
+
+    def margins(self, values):
+        """The smallest eigenvalue of each block, its diagonal scaled to one.
+
+        ``values`` are those of the unknowns, by name.
+        """
+        return {name: margin(g) for name, g in self.blocks(values).items()}
+
+    def packed(self, values):
+        """The free entries of the unknowns' values, one after the other."""
+        parts = []
+        for u in self.unknowns:
+            if u.name not in values or np.shape(values[u.name]) != u.shape:
+                raise ValueError(f"start needs {u.name} of the shape {u.shape}")
+            parts.append(u.pack(np.asarray(values[u.name], float)))
+        return np.concatenate(parts)
+
+
+_MIXED = "floats and rationals are mixed: pass all data but integers to number(...)"
+
+
+def _is_rational(g):
+    entries = np.asarray(g.constant if isinstance(g, Affine) else g).flat
+    return all(isinstance(e, (fmpq, fmpz, int, np.integer)) for e in entries)

@@ -1,0 +1,32 @@
+"""What speaks against a log or a fit."""
+
+from dataclasses import dataclass
+
+__all__ = ["Finding", "refused"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something about the logs that a working robot doesn't do.
+
+    Parameters
+    ----------
+    severity : {"refused", "warning"}
+        Whether it forbids a program.
+    subject : str
+        The log or the fit.
+    text : str
+        What is wrong, and what it may come from.
+    """
+
+    severity: str
+    subject: str
+    text: str
+
+    def __str__(self):
+        return f"{self.subject}: {self.text}"
+
+
+def refused(findings):
+    """The findings that forbid a program, unless it is forced."""
+    return [f for f in findings if f.severity == "refused"]

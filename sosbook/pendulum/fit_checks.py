@@ -1,0 +1,217 @@
+"""What the fits to two logs, and their agreement, say of the logs."""
+
+import numpy as np
+
+from .finding import Finding
+from .srivc import respond
+
+__all__ = ["check_fits", "lateness", "widened"]
+
+CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
+RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
+STRUCTURED_RESIDUAL = 3.0  # times its own jitter, a residual is more than noise
+LATENESS_TRIED = 3  # samples of delay that are tried, either way
+LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
+PLAUSIBLE_RATIOS = {  # of plausible robots, SI units
+    "e_c": (0.5, 2000.0),
+    "f_c": (0.05, 1000.0),
+    "d_c": (5.0, 2000.0),
+    "e_a": (2.0, 2e4),
+    "f_a": (0.5, 5000.0),
+}
+
+
+def check_fits(identified, body, wheels, robot):
+    """What the fits and their agreement say.
+
+    Parameters
+    ----------
+    identified : Identified
+        The fits.
+    body, wheels : Log
+        The logs they were made of.
+    robot : Robot
+        The robot's description.
+
+    Returns
+    -------
+    list of Finding
+        What speaks against the fits; empty if nothing does.
+    """
+    reports, kappa = [], identified.contradiction
+    (low, high), (least, most) = CONTRADICTION_LIMITS
+    if not low <= kappa <= high:
+        reports.append(
+            Finding(
+                "warning" if least <= kappa <= most else "refused",
+                "both logs",
+                f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
+                "should be one on one robot: wrong counts per turn, a gyro in "
+                "another unit or late, V as a duty in one log, swapped columns, "
+                "or friction that is ignored",
+            )
+        )
+    for name, value in identified.ratios.items():
+        least, most = PLAUSIBLE_RATIOS[name]
+        if not least <= value <= most:
+            reports.append(
+                Finding(
+                    "refused",
+                    "both logs",
+                    f"{name.replace('_', '/')} = "
+                    f"{value:.4g} is beyond any such robot's ({least:g} to "
+                    f"{most:g}): check the units of V, of the sensors and of t",
+                )
+            )
+    I_b = identified.mip.c - robot.M_b * robot.l**2
+    if I_b < 0:
+        reports.append(
+            Finding(
+                "refused",
+                "the description",
+                f"M_b l^2 is larger than the "
+                f"body's inertia about the axle, {identified.mip.c:.3g} kg m^2, that "
+                "the log gives: check M_b and l",
+            )
+        )
+    if robot.l**2 * robot.M_b * 8 < identified.mip.c:
+        reports.append(
+            Finding(
+                "warning",
+                "the description",
+                f"the body's inertia about the "
+                f"axle, {identified.mip.c:.3g} kg m^2, is over eight times M_b l^2: "
+                "check l, and that M_b is in kg",
+            )
+        )
+    if not 1e-4 <= identified.mip.e / robot.M_b <= 10:
+        reports.append(
+            Finding(
+                "refused",
+                "the description",
+                f"e = {identified.mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
+                "check that M_b is in kg and V in volts",
+            )
+        )
+    reports += _check_fit("log of the body", identified.body, body.gyro, 0.0)
+    for k, fit in enumerate(identified.wheels, 1):
+        (count,) = wheels.need(f"encoder{k}")
+        one = 2 * np.pi / robot.counts / wheels.T
+        reports += _check_fit(
+            "log of the wheels" + f", encoder{k}" * (len(identified.wheels) > 1),
+            fit,
+            np.diff(count) * one,
+            one,
+        )
+    reports += _check_start(identified.body, body)
+    late = lateness(identified, body)
+    if late:
+        reports.append(
+            Finding(
+                "refused" if abs(late) >= 1 else "warning",
+                "log of the body",
+                f"gyro seems to be {abs(late):g} sample(s) "
+                f"{'late' if late > 0 else 'early'} against V: read the sensors "
+                "before V acts, in the same row",
+            )
+        )
+    return reports
+
+
+def _check_fit(subject, fit, y, quantum):
+    """The size of the residuals, and whether they are noise."""
+    relative = fit.rms / max(np.std(y), 1e-12)
+    rough = np.std(np.diff(fit.residuals)) / 2**0.5
+    floor = max(rough, quantum / 12**0.5)
+    text = f"the fit leaves {fit.rms:.3g} rad/s, {100 * relative:.2g} % of the signal"
+    if fit.rms < 0.5 * quantum:
+        return []  # coarse counts explain it
+    if relative > RESIDUAL_LIMITS[1]:
+        return [Finding("refused", subject, text + ": the model isn't this log's")]
+    if relative > RESIDUAL_LIMITS[0] and fit.rms > 1.5 * quantum:
+        return [
+            Finding("warning", subject, text + ": friction, a late sensor or spikes?")
+        ]
+    if fit.rms > STRUCTURED_RESIDUAL * floor and relative > 0.005:
+        return [
+            Finding(
+                "warning",
+                subject,
+                text + f", {fit.rms / floor:.1f} "
+                "times its own noise: something isn't modelled "
+                "(friction, backlash, a late sensor)",
+            )
+        ]
+    return []
+
+
+def _check_start(fit, log):
+    """Whether the body was at rest when the log began."""
+    early = fit.residuals[log.t < log.t[0] + 1.0]
+    later = fit.residuals[log.t > log.t[0] + 4.0]
+    if not len(later):
+        return []
+    first, last = (float(np.sqrt(np.mean(x**2))) for x in (early, later))
+    if first > 4 * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
+        return [
+            Finding(
+                "refused",
+                "log of the body",
+                "in the first second the model is "
+                f"off by {first:.2g} rad/s, later by {last:.2g}: the body moves "
+                "when the log begins. Start it at rest",
+            )
+        ]
+    return []
+
+
+def lateness(identified, log):
+    """By how many samples the gyro of a log is later than an identified model.
+
+    The linear fit of a shifted V, least squares in its gains alone, is
+    compared: zero unless another shift is clearly better.
+    """
+    e, f, d = (identified.body[x] for x in ("e_c", "f_c", "d_c"))
+    residuals = {}
+    for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1):
+        V = np.roll(log.V, shift)
+        V[: max(shift, 0)] = 0
+        if shift < 0:
+            V[shift:] = 0
+        best = np.inf
+        for x in (0.8, 0.9, 1.0, 1.1, 1.25):
+            for z in (0.8, 0.9, 1.0, 1.1, 1.25):
+                y = respond([-e, 0.0], [1.0, x * f, z * d], V, log.T)
+                y = np.array([y, np.ones(len(y))]).T
+                _, squares, *_ = np.linalg.lstsq(y, log.gyro, rcond=None)
+                best = min(best, float(squares[0]) if len(squares) else np.inf)
+        residuals[shift] = best**0.5
+    shift = min(residuals, key=residuals.get)
+    return shift if residuals[shift] < LATE_IF_BETTER_THAN * residuals[0] else 0
+
+
+def widened(identified):
+    """Standard deviations of the ratios, widened by what disagrees.
+
+    To what noise explains, each of the four ratios gets a quarter of
+    the disagreement of e/f, which is what the pendulum in the middle
+    moves it by, and e/a and f/a half the difference of the two wheels.
+
+    Parameters
+    ----------
+    identified : Identified
+        The fits.
+
+    Returns
+    -------
+    (5,) array
+        In the order of ``identified.ratios``.
+    """
+    apart = abs(np.log(identified.contradiction)) / 4
+    variance = np.diag(identified.covariance).copy()
+    for k, (name, value) in enumerate(identified.ratios.items()):
+        if name != "d_c":
+            variance[k] += (apart * value) ** 2
+        if name in ("e_a", "f_a"):
+            variance[k] += np.ptp([fit[name] for fit in identified.wheels]) ** 2 / 4
+    return np.sqrt(variance)

@@ -1,0 +1,253 @@
+"""The modes that no input moves, found and proven in exact arithmetic.
+
+Popov, Belevitch and Hautus: s is out of the inputs' reach exactly if some
+row v has v (A - s E) = 0 and v B = 0. All such modes together are the
+eigenvalues of a matrix L with V A = L V E and V B = 0. The rows V are found
+modulo primes, lifted to rationals, and then these two equations are checked.
+"""
+
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+from flint import fmpq, fmpq_mat, fmpz, fmpz_mat, nmod_mat
+
+from ..lmi.algebraic import roots_of
+
+__all__ = ["FixedPart", "fixed_part", "matrix_of"]
+
+TOP = 2**62  # the primes lie just below it
+PRIMES = 400  # so many are tried before the rows count as too long to write
+
+
+@dataclass(frozen=True, eq=False)
+class FixedPart:
+    """The part of a plant that no input moves: d/dt (V E x) = L V E x.
+
+    Parameters
+    ----------
+    rows : fmpq_mat
+        V, (k, N), with V A = L V E and V B = 0.
+    dynamics : fmpq_mat
+        L, (k, k); its eigenvalues are the fixed modes.
+    """
+
+    rows: fmpq_mat
+    dynamics: fmpq_mat
+
+    def __len__(self):
+        return self.dynamics.nrows()
+
+    def modes(self):
+        """The fixed modes as exact roots, each once."""
+        return roots_of(self.dynamics.charpoly()) if len(self) else []
+
+
+def fixed_part(E, A, B):
+    """What the inputs of E x' = A x + B u don't move.
+
+    Parameters
+    ----------
+    E, A : (N, N) arrays of fmpq
+        E is regular.
+    B : (N, m) array of fmpq
+        With m = 0 everything is fixed.
+
+    Returns
+    -------
+    FixedPart or None
+        Without rows if the plant is controllable. None where the rows
+        have too many digits to be found.
+
+    Examples
+    --------
+    >>> from sosbook.lmi.exact import exact
+    >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))
+    >>> part = fixed_part(one, A, exact(np.array([[1.0], [0]])))
+    >>> [complex(s) for s in part.modes()]
+    [(-3+0j)]
+    >>> len(fixed_part(one, A, exact(np.array([[1.0], [1]]))))
+    0
+    """
+    N, m = len(E), B.shape[1]
+    E, A = matrix_of(E), matrix_of(A)
+    if m == 0:
+        inverse = E.inv()
+        return FixedPart(inverse, A * inverse)
+    B = matrix_of(B)
+    # rows are scaled to integers, which changes neither modes nor reach
+    scale = _row_denominators(E, A, B)
+    whole = [_scaled(X, scale) for X in (E, A, B)]
+    guess = _Lift()
+    for tried, p in enumerate(_primes()):
+        if tried >= PRIMES:
+            return None
+        found = _modulo(*whole, p)
+        if found is None:  # p divides det E
+            continue
+        if not found[1]:
+            return FixedPart(fmpq_mat(0, N), fmpq_mat(0, 0))
+        guess.add(p, *found)
+        if guess.ready:
+            part = _checked(guess.rational(), E, A, B, scale)
+            if part is not None:
+                return part
+
+
+def matrix_of(x):
+    """An array x of fmpq as flint's matrix."""
+    return fmpq_mat(*x.shape, np.ravel(x).tolist())
+
+
+def _row_denominators(*matrices):
+    """For each row the least common multiple of its denominators."""
+    found = []
+    for rows in zip(*(X.table() for X in matrices)):
+        scale = fmpz(1)
+        for entry in (e for row in rows for e in row):
+            scale = scale.lcm(entry.q)
+        found.append(scale)
+    return found
+
+
+def _scaled(X, scale):
+    """The rows times integers, as an integer matrix."""
+    entries = [(e * s).p for row, s in zip(X.table(), scale) for e in row]
+    return fmpz_mat(X.nrows(), X.ncols(), entries)
+
+
+def _primes():
+    """Primes below 2^62, downwards."""
+    return (n for n in count(TOP - 1, -2) if fmpz(n).is_prime())
+
+
+def _modulo(E, A, B, p):
+    """The rows V modulo p: their pivots and their other entries.
+
+    Returns
+    -------
+    pivots : tuple of int
+    rows : list of lists of int, or [] if p shows that there are none
+        The reduced echelon form. None instead of both if E is singular
+        modulo p.
+    """
+    N = E.nrows()
+    E, A, B = (nmod_mat(X, p) for X in (E, A, B))
+    try:
+        left = E.inv()
+    except ZeroDivisionError:
+        return None
+    step, reached = left * A, _basis((left * B).transpose())
+    step = step.transpose()  # rows span what u reaches
+    power = step
+    while True:
+        rank = reached.nrows()
+        if rank == N:
+            return (), []
+        further = _basis(_stacked(reached, reached * power))
+        if further.nrows() == rank:
+            break
+        reached, power = further, power * power
+    null, k = reached.nullspace() if rank else (_identity(N, p), N)
+    columns = [[int(null[i, j]) for i in range(N)] for j in range(k)]
+    V = nmod_mat(k, N, [e for row in columns for e in row], p) * left
+    V, _ = V.rref()
+    rows = [[int(e) for e in row] for row in V.table()]
+    return tuple(next(j for j, e in enumerate(row) if e) for row in rows), rows
+
+
+def _identity(N, p):
+    return nmod_mat(N, N, [int(i == j) for i in range(N) for j in range(N)], p)
+
+
+def _basis(rows):
+    """Independent rows with the same span."""
+    reduced, rank = rows.rref()
+    entries = reduced.entries()[: rank * reduced.ncols()]
+    return nmod_mat(rank, reduced.ncols(), entries, rows.modulus())
+
+
+def _stacked(one, two):
+    entries = one.entries() + two.entries()
+    return nmod_mat(one.nrows() + two.nrows(), one.ncols(), entries, one.modulus())
+
+
+class _Lift:
+    """Rows modulo several primes, lifted to rationals."""
+
+    def __init__(self):
+        self.pivots = self.rows = None
+        self.modulus, self.used = 1, 0
+
+    def add(self, p, pivots, rows):
+        """Join another prime, unless it is known to be a bad one."""
+        # a bad prime loses rank or moves a pivot to the right
+        rank, known = len(pivots), self.pivots
+        if known is None or (rank, pivots) < (len(known), known):
+            self.pivots, self.rows = pivots, [list(row) for row in rows]
+            self.modulus, self.used = p, 1
+        elif pivots == known:
+            inverse = pow(self.modulus, -1, p)
+            self.rows = [
+                [
+                    old + self.modulus * ((new - old) * inverse % p)
+                    for old, new in zip(*both)
+                ]
+                for both in zip(self.rows, rows)
+            ]
+            self.modulus, self.used = self.modulus * p, self.used + 1
+
+    @property
+    def ready(self):
+        """Whether it is time for another trial: after 1, 2, 4, ... primes."""
+        return self.used & (self.used - 1) == 0
+
+    def rational(self):
+        """The rows as rationals, or None if an entry has none."""
+        limit, found = int(fmpz(self.modulus // 2).isqrt()), []
+        for row in self.rows:
+            found.append([])
+            for entry in row:
+                value = _fraction(entry, self.modulus, limit)
+                if value is None:
+                    return None
+                found[-1].append(value)
+        return found
+
+
+def _fraction(entry, modulus, limit):
+    """The fraction a / b with |a|, b <= limit and b entry = a, or None."""
+    if entry <= limit:
+        return fmpq(entry)
+    if modulus - entry <= limit:
+        return fmpq(entry - modulus)
+    (a, s), (b, t) = (modulus, 0), (entry, 1)
+    while b > limit:
+        q = a // b
+        (a, s), (b, t) = (b, t), (a - q * b, s - q * t)
+    return fmpq(b, t) if 0 < abs(t) <= limit else None
+
+
+def _checked(rows, E, A, B, scale):
+    """The `FixedPart` of these rows, if they are what they should be."""
+    if rows is None:
+        return None
+    entries = [e * s for row in rows for e, s in zip(row, scale)]
+    V = fmpq_mat(len(rows), E.nrows(), entries)
+    if any(e != 0 for e in (V * B).entries()):
+        return None
+    left, right = V * E, V * A
+    columns = _pivot_columns(left)
+    dynamics = _columns(right, columns) * _columns(left, columns).inv()
+    return FixedPart(V, dynamics) if dynamics * left == right else None
+
+
+def _pivot_columns(X):
+    reduced, rank = X.rref()
+    return [
+        next(j for j, e in enumerate(row) if e != 0) for row in reduced.table()[:rank]
+    ]
+
+
+def _columns(X, chosen):
+    return fmpq_mat([[row[j] for j in chosen] for row in X.table()])

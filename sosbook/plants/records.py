@@ -1,0 +1,51 @@
+"""Plants as plain data, and back again: what proof files say of them."""
+
+from ..lmi.rational import decimals, read_array
+from .descriptor_system import DescriptorSystem
+from .second_order import Polytope, SecondOrderSystem
+
+__all__ = ["plant_data", "read_plant"]
+
+
+def plant_data(plant):
+    """The matrices of a plant, vertex by vertex."""
+    if isinstance(plant, DescriptorSystem):
+        names = {"E": "E", "A": "A", "B": "Bu", "B_w": "Bw"}
+        return {
+            "kind": "descriptor",
+            "vertices": [
+                {k: decimals(getattr(d, name)) for k, name in names.items()}
+                for d in plant.vertices
+            ],
+            "C": decimals(plant.vertices[0].C),
+            "D_u": None if plant.D_u is None else decimals(plant.D_u),
+        }
+    return {
+        "kind": "second order",
+        "vertices": [
+            {k: decimals(getattr(v, k)) for k in "MDSBF"} for v in plant.vertices
+        ],
+    }
+
+
+def read_plant(data):
+    """The plant of the ``data`` that `plant_data` writes."""
+    vertices = data["vertices"]
+    if data["kind"] == "descriptor":
+        several = {
+            k: [read_array(v[k], len(v["E"]), None) for v in vertices]
+            for k in ("E", "A", "B", "B_w")
+        }
+        C, D_u = data["C"], data["D_u"]
+        return DescriptorSystem(
+            **several,
+            C=read_array(C, None, None) if C else None,
+            D_u=None if D_u is None else read_array(D_u, len(C), None),
+        )
+    if data["kind"] != "second order":
+        raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
+    plants = [
+        SecondOrderSystem(*(read_array(v[k], len(v["M"]), None) for k in "MDSBF"))
+        for v in vertices
+    ]
+    return plants[0] if len(plants) == 1 else Polytope(plants)

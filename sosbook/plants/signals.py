@@ -1,0 +1,174 @@
+"""Signals that act on a plant: disturbances, inputs, set points."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .checks import matrix
+
+__all__ = ["Signal", "Sine", "Step", "Steps", "signal_parts", "steps"]
+
+
+class Signal:
+    """amplitude sin(omega t) + offset for start <= t < stop, else 0."""
+
+    def __call__(self, t):
+        """Values at the times t, one row for each channel."""
+        t = np.asarray(t, float)
+        on = (t >= self.start) & (t < self.stop)
+        amplitude = np.atleast_1d(self.amplitude)[:, None]
+        offset = np.atleast_1d(self.offset)[:, None]
+        return on * (amplitude * np.sin(self.omega * t) + offset)
+
+
+@dataclass(frozen=True)
+class Sine(Signal):
+    """amplitude sin(omega t) + offset for start <= t < stop, else 0.
+
+    Parameters
+    ----------
+    amplitude : float or (p,) array_like
+        One number acts on every channel.
+    omega : float
+        The angular frequency, in rad/s.
+    offset : float or (p,) array_like
+        Likewise.
+    start, stop : float
+        In seconds.
+    """
+
+    amplitude: float
+    omega: float
+    offset: float = 0.0
+    start: float = 0.0
+    stop: float = np.inf
+
+
+@dataclass(frozen=True)
+class Step(Signal):
+    """height for start <= t < stop, else 0: a disturbance or a set point.
+
+    Parameters
+    ----------
+    height : float or (p,) array_like
+        One number acts on every channel.
+    start, stop : float
+        In seconds.
+
+    Examples
+    --------
+    >>> Step(3.0, start=1.0)([0.0, 1.0, 2.0])
+    array([[0., 3., 3.]])
+    """
+
+    height: float
+    start: float = 0.0
+    stop: float = np.inf
+
+    amplitude = omega = 0.0
+
+    @property
+    def offset(self) -> float:
+        """The height, as a `Sine` calls it."""
+        return self.height
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """A set point that is constant piece by piece.
+
+    Parameters
+    ----------
+    times : (k,) array_like
+        When each level begins, in seconds; increasing, the first is 0.
+    levels : (k, n) array_like
+        The set points, one a row.
+
+    Examples
+    --------
+    >>> r = Steps([0, 2], [[1, 0], [3, 0]])
+    >>> r([1.9, 2.0])
+    array([[1., 3.],
+           [0., 0.]])
+    """
+
+    times: np.ndarray
+    levels: np.ndarray
+
+    if TYPE_CHECKING:  # what the constructor takes
+
+        def __init__(self, times: ArrayLike, levels: ArrayLike) -> None: ...
+
+    def __post_init__(self):
+        times = matrix("times", [self.times])[0]
+        if len(times) == 0 or times[0] != 0 or (np.diff(times) <= 0).any():
+            raise ValueError("times must increase from 0")
+        levels = matrix("levels", self.levels, (len(times), None))
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "levels", levels)
+
+    def __call__(self, t):
+        """The set point at the times t, one column each."""
+        return self.levels[self.index(t)].T
+
+    def index(self, t: ArrayLike) -> np.ndarray:
+        """Which level holds at the times t."""
+        return np.searchsorted(self.times, t, side="right") - 1
+
+
+def steps(r, n):
+    """A set point as `Steps`: a constant is one step, None is zero.
+
+    Parameters
+    ----------
+    r : (n,) array_like, Step or Steps, or None
+        The set point.
+    n : int
+        How many displacements the plant has.
+    """
+    if isinstance(r, Step):
+        height = np.asarray(r.height, float)
+        if height.shape not in ((), (1,), (n,)) or not np.isfinite(height).all():
+            raise ValueError(f"r: height must be one number or {n} of them, finite")
+        up, none = np.broadcast_to(height, (n,)), np.zeros(n)
+        corners = [(0.0, none), (max(r.start, 0.0), up), (max(r.stop, 0.0), none)]
+        levels = {time: level for time, level in corners if np.isfinite(time)}
+        return Steps(sorted(levels), [levels[time] for time in sorted(levels)])
+    if not isinstance(r, Steps):
+        r = np.zeros(n) if r is None else np.asarray(r, float)
+        if r.shape != (n,) or not np.isfinite(r).all():
+            raise ValueError(f"r must hold {n} finite numbers, or be a Step or Steps")
+        return Steps([0.0], [r])
+    if r.levels.shape[1] != n:
+        raise ValueError(f"r has levels of {r.levels.shape[1]} numbers, needs {n}")
+    return r
+
+
+def signal_parts(name, signal, size, column):
+    """Times on and off, amplitude and offset of a checked signal.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for messages.
+    signal : Sine or Step, or None
+        What acts on the plant; None is zero.
+    size : int
+        How many channels it drives.
+    column : str
+        The plant's matrix through which it acts.
+    """
+    if signal is None:
+        return np.inf, np.inf, None, None
+    if not isinstance(signal, Signal):
+        raise ValueError(f"{name} must be a Sine or a Step (or None)")
+    if size == 0:
+        raise ValueError(f"{name} is given but the plant has no {column}")
+    for part in ("amplitude", "offset"):
+        if np.shape(getattr(signal, part)) not in ((), (1,), (size,)):
+            raise ValueError(f"{name}: {part} must be one number or {size} of them")
+    sine = np.broadcast_to(np.asarray(signal.amplitude, float), (size,))
+    level = np.broadcast_to(np.asarray(signal.offset, float), (size,))
+    return signal.start, signal.stop, sine, level

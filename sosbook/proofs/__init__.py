@@ -1,0 +1,32 @@
+"""Proofs as files: reading them, and a checker that stands alone.
+
+``check.py`` needs Python and nothing else; ``proof.schema.json`` says what a
+file holds.
+"""
+
+from pathlib import Path
+
+from ..delay.certificates import DelayCertificate, DelayInfeasibility
+from ..lmi.proof import ProofFile, kinds, load
+from ..sampled.certificate import SampledCertificate, SchurCertificate
+from ..synthesis.certificates import Certificate, DesignInfeasibility
+from ..synthesis.observer_certificate import ObserverCertificate
+from ..synthesis.regularity import MassInfeasibility, RegularityCertificate
+
+__all__ = [
+    "CHECKER",
+    "Certificate",
+    "DelayCertificate",
+    "DelayInfeasibility",
+    "DesignInfeasibility",
+    "MassInfeasibility",
+    "ObserverCertificate",
+    "ProofFile",
+    "RegularityCertificate",
+    "SampledCertificate",
+    "SchurCertificate",
+    "kinds",
+    "load",
+]
+
+CHECKER = Path(__file__).with_name("check.py")

@@ -1,0 +1,964 @@
+"""Check a proof file of sosbook: ``python check.py proof.json``.
+
+It needs Python 3.9 or newer and nothing else. Its formulas are written from
+the theorems; it shares no line with the package that wrote the file. All
+numbers are decimals or fractions, and all arithmetic is exact.
+
+Exit code: 0 proven, 1 refused, 2 unreadable or beyond this checker.
+"""
+
+import hashlib
+import json
+import re
+import sys
+from copy import copy
+from fractions import Fraction
+from math import lcm
+
+
+class Refused(Exception):
+    """The file proves nothing; the text says why."""
+
+
+class Beyond(Exception):
+    """The file may be right, but this checker can't tell."""
+
+
+def need(condition, words):
+    if not condition:
+        raise Refused(words)
+
+
+# ---- matrices of rationals
+
+
+class Matrix(list):
+    """Rows of rationals, at least one, with at least one column."""
+
+    def __add__(self, other):
+        return Matrix([[a + b for a, b in zip(r, s)] for r, s in zip(self, other)])
+
+    def __sub__(self, other):
+        return self + -1 * other
+
+    def __rmul__(self, factor):
+        return Matrix([[factor * a for a in row] for row in self])
+
+    def __matmul__(self, other):
+        found = zeros(len(self), len(other[0]))
+        for row, total in zip(self, found):
+            for a, line in zip(row, other):
+                for j, b in enumerate(line if a else ()):
+                    if b:
+                        total[j] += a * b
+        return found
+
+    @property
+    def T(self):
+        return Matrix(map(list, zip(*self)))
+
+
+def eye(n):
+    return Matrix([[Fraction(i == j) for j in range(n)] for i in range(n)])
+
+
+def zeros(rows, columns):
+    return Matrix([[Fraction(0)] * columns for _ in range(rows)])
+
+
+def he(x):
+    return x + x.T
+
+
+def symmetric(*diagonal, **off):
+    """A block matrix; b12=X puts X into row 1, column 2, and X' opposite."""
+    starts = [sum(map(len, diagonal[:k])) for k in range(len(diagonal) + 1)]
+    found = zeros(starts[-1], starts[-1])
+    parts = [(k, k, x) for k, x in enumerate(diagonal)]
+    for place, x in off.items():
+        i, j = int(place[1]) - 1, int(place[2]) - 1
+        parts += [(i, j, x), (j, i, x.T)]
+    for i, j, x in parts:
+        for r, row in enumerate(x):
+            found[starts[i] + r][starts[j] : starts[j] + len(row)] = row
+    return found
+
+
+def kron(a, x):
+    rows = ([[f * b for f in row for b in line] for line in x] for row in a)
+    return Matrix([line for group in rows for line in group])
+
+
+def definite(x, semi=False):
+    """Whether x is symmetric and positive definite (or semidefinite).
+
+    By elimination in integers (Bareiss): the pivots are leading minors. A
+    pivot of zero needs a row of zeros.
+    """
+    if x != x.T:
+        return False
+    scale = lcm(*(Fraction(a).denominator for row in x for a in row))
+    rows, last = [[int(a * scale) for a in row] for row in x], 1
+    while rows:
+        head, rest = rows[0], rows[1:]
+        p = head[0]
+        if p < 0 or (p == 0 and (not semi or any(head))):
+            return False
+        if p:
+            rest = [[0] + [(p * b - r[0] * a) // last for a, b in zip(head[1:], r[1:])]
+                    for r in rest]  # fmt: skip
+            last = p
+        rows = [r[1:] for r in rest]
+    return True
+
+
+def solve(a, b):
+    """a^-1 b; a singular matrix is refused."""
+    n, rows = len(a), [list(r) + list(s) for r, s in zip(a, b)]
+    for k in range(n):
+        top = next((r for r in range(k, n) if rows[r][k]), None)
+        need(top is not None, "a matrix that must be regular is singular")
+        rows[k], rows[top] = rows[top], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for r in range(n):
+            if r != k and rows[r][k]:
+                rows[r] = [x - rows[r][k] * y for x, y in zip(rows[r], rows[k])]
+    return Matrix([r[n:] for r in rows])
+
+
+# ---- reading
+
+
+def keys(what, names):
+    need(set(what) == set(names.split()), f"the keys must be {names}")
+
+
+def number(text):
+    """A decimal in its shortest form, in a string."""
+    good = isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII)
+    shortest = repr(float(text) + 0.0) if good else ""
+    if shortest.endswith(".0"):
+        shortest = shortest[:-2]
+    need(good and text == shortest, f"{text!r:.40} isn't a decimal number in a string")
+    return Fraction(text)
+
+
+def positive(text):
+    need(number(text) > 0, f"{text} must be positive")
+    return number(text)
+
+
+def ratio(text):
+    """A fraction in lowest terms, in a string."""
+    good = isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII)
+    need(good and not re.search("/0+$", text), f"{text!r:.40} isn't a fraction")
+    need(str(Fraction(text)) == text, f"{text!r:.40} isn't in lowest terms")
+    return Fraction(text)
+
+
+def matrix(rows, height, width=None, number=number):
+    good = isinstance(rows, list) and len(rows) == height
+    good = good and all(isinstance(r, list) for r in rows)
+    width = len(rows[0]) if good and rows and width is None else width
+    need(
+        good and all(len(r) == width for r in rows),
+        f"a matrix has a wrong shape: {height} x {width} is needed",
+    )
+    return Matrix([[number(a) for a in row] for row in rows])
+
+
+def words_of(rows):
+    return "[" + ", ".join("[" + ", ".join(row) + "]" for row in rows) + "]"
+
+
+class Vertex:
+    """E x' = A x + B u + W w, y = C x + D u."""
+
+    def __init__(self, E, A, B, W, C, D=None):
+        N = len(E)  # what has no column gets one of zeros, which does nothing
+        self.E, self.A, self.C = E, A, C or zeros(1, N)
+        self.B, self.W = (x if x[0] else zeros(N, 1) for x in (B, W))
+        self.D = D or zeros(len(self.C), len(self.B[0]))
+
+    def changed(self, c):
+        """In the coordinates x = T xi, u = scale v; rows times ``left``."""
+        E, A, B, W = (c.left @ x for x in (self.E, self.A, self.B, self.W))
+        C, D = self.C @ c.T, c.scale * self.D
+        return Vertex(E @ c.T, A @ c.T, c.scale * B, W, C, D)
+
+
+def vertices_of(file):
+    """The vertices and the numbers of inputs and disturbances."""
+    plant = file["plant"]
+    need(plant["vertices"], "the plant has no vertex")
+    read = {"second order": second_order, "descriptor": descriptor}[plant["kind"]]
+    found = [read(v, file) for v in plant["vertices"]]
+    sizes = {(len(d.E), len(v["B"][0]), len(v.get("F", v.get("B_w"))[0]))
+             for d, v in zip(found, plant["vertices"])}  # fmt: skip
+    need(len(sizes) == 1, "the vertices differ in size")
+    return found, sizes.pop()[1:]
+
+
+def second_order(v, file):
+    """M z'' + D z' + S z = B u + F w, x3' = U z, u = K x + K_A z''."""
+    keys(file["plant"], "kind vertices")
+    keys(v, "M D S B F")
+    n, U = len(v["M"]), matrix(file["U"], len(file["U"]), len(v["M"]))
+    M, D, S = (matrix(v[x], n, n) for x in "MDS")
+    B, F = matrix(v["B"], n), matrix(v["F"], n)
+    m, N = len(B[0]), 2 * n + len(U)
+    if file["K_A"] is not None:
+        M = M - B @ matrix(file["K_A"], m, n)
+    E, A, C = eye(N), zeros(N, N), zeros(n, N)
+    for i in range(n):
+        A[i][n + i] = C[i][i] = Fraction(1)
+        E[n + i][n : 2 * n] = M[i]
+        A[n + i][: 2 * n] = (-1 * S)[i] + (-1 * D)[i]
+    for i, row in enumerate(U):
+        A[2 * n + i][:n] = row
+    tall = (
+        Matrix([[0] * len(x[0])] * n + x + [[0] * len(x[0])] * len(U)) for x in (B, F)
+    )
+    return Vertex(E, A, *tall, C)
+
+
+def descriptor(v, file):
+    keys(file["plant"], "kind vertices C D_u")
+    keys(v, "E A B B_w")
+    N, C = len(v["E"]), file["plant"]["C"]
+    need(file["U"] == [] and file["K_A"] is None, "this plant has no U, no K_A")
+    E, A = matrix(v["E"], N, N), matrix(v["A"], N, N)
+    B, D = matrix(v["B"], N), file["plant"]["D_u"]
+    D = D and matrix(D, len(C), len(B[0]))
+    return Vertex(E, A, B, matrix(v["B_w"], N), matrix(C, len(C), N), D)
+
+
+class Coordinates:
+    """x = T xi and u = scale v; the plant's own where a file has none."""
+
+    def __init__(self, N, file):
+        self.left, self.T, self.back, self.scale = eye(N), eye(N), eye(N), Fraction(1)
+        self.sizes, self.roots = {}, {}  # for requirements, and unknowns of theirs
+        if "coordinates" in file:
+            given = file["coordinates"]
+            keys(given, "left T back scale sizes roots")
+            self.left, self.T = matrix(given["left"], N, N), matrix(given["T"], N, N)
+            self.back = matrix(given["back"], N, N)
+            self.scale = positive(given["scale"])
+            self.sizes = {k: positive(v) for k, v in given["sizes"].items()}
+            self.roots = {k: positive(v) for k, v in given["roots"].items()}
+            solve(self.T, eye(N))  # T must be regular
+        self.near = self.back @ self.T  # the identity, nearly; any matrix will do
+
+    def times(self, c):
+        """The coordinates x = T c xi."""
+        found = copy(self)
+        found.left, found.back = 1 / c * self.left, 1 / c * self.back
+        found.T, found.scale = c * self.T, c * self.scale
+        return found
+
+
+# ---- the regions of the poles (Theorem 2.2)
+
+PI = Fraction(314159265358979323846264338327950288, 10**35)  # rounded down
+
+
+def tangent(degrees):
+    """A fraction just below the tangent of an angle in (0, 90] degrees."""
+    x = PI * degrees / 180
+    sine = sum((-1) ** k * x ** (2 * k + 1) / product(2 * k + 1) for k in range(16))
+    cosine = sum((-1) ** k * x ** (2 * k) / product(2 * k) for k in range(17))
+    return sine / cosine
+
+
+def product(n):
+    return 1 if n < 2 else n * product(n - 1)
+
+
+FORMS = {
+    "half-plane": "sigma",
+    "sector": "theta apex degrees",
+    "disk": "rho centre",
+    "strip": "left right",
+    "horizontal strip": "omega",
+    "ellipse": "centre a b",
+}
+
+
+def region(r):
+    """alpha, beta, and the claim that alpha + beta s + beta' s* < 0 implies."""
+    k, form = len(r["alpha"]), r["form"]
+    keys(r, "kind name form alpha beta " + FORMS.get(form, ""))
+    alpha, beta = matrix(r["alpha"], k, k), matrix(r["beta"], k, k)
+    need(alpha == alpha.T and k, "alpha must be symmetric")
+    if form == "half-plane":
+        sigma = number(r["sigma"])
+        good = beta == [[1]] and alpha[0][0] >= 2 * sigma
+        minus = r["sigma"][1:] if sigma < 0 else "-" + r["sigma"]
+        text = f"half-plane Re s < {minus if sigma else 0}"
+    elif form == "disk":
+        rho, centre = positive(r["rho"]), number(r["centre"])
+        good = alpha == [[-rho, -centre], [-centre, -rho]] and beta == [[0, 1], [0, 0]]
+        text = f"disk of radius {r['rho']} around {r['centre']}"
+    elif form == "sector":
+        sine, cosine = beta[0]
+        degrees, apex = positive(r["degrees"]), number(r["apex"])
+        theta = positive(r["theta"]) * 180 / PI
+        good = beta == [[sine, cosine], [-cosine, sine]] and min(sine, cosine) > 0
+        good = good and alpha == alpha[0][0] * eye(2) and max(degrees, theta) <= 90
+        good = good and alpha[0][0] >= -2 * sine * apex
+        good = good and sine <= cosine * min(tangent(degrees), tangent(theta))
+        text = f"sector of half-angle {r['degrees']} degrees"
+        text += f" with apex {r['apex']}" if apex else ""
+    elif form == "strip":
+        left, right = number(r["left"]), number(r["right"])
+        good = beta == [[-1, 0], [0, 1]] and alpha[0][1] == 0
+        good = good and alpha[0][0] >= 2 * left and alpha[1][1] >= -2 * right
+        text = f"strip {r['left']} < Re s < {r['right']}"
+    elif form == "horizontal strip":
+        limit = -2 * positive(r["omega"])
+        good = beta == [[0, 1], [-1, 0]] and alpha[0][1] == 0
+        good = good and min(alpha[0][0], alpha[1][1]) >= limit
+        text = f"horizontal strip |Im s| < {r['omega']}"
+    elif form == "ellipse":  # |g x - h + i k y| < radius
+        a, b, centre = positive(r["a"]), positive(r["b"]), number(r["centre"])
+        g, k = beta[0][1] + beta[1][0], beta[0][1] - beta[1][0]
+        h, radius = -alpha[0][1], -alpha[0][0]
+        good = beta[0][0] == beta[1][1] == 0 and alpha[0][0] == alpha[1][1]
+        good = good and min(g, k) > 0 and (
+            radius * max(1 / (g * a), 1 / (k * b)) + abs(h / g - centre) / a <= 1
+        )  # fmt: skip
+        text = f"ellipse of half axes {r['a']} and {r['b']} around {r['centre']}"
+    else:
+        good = form == "matrices"
+        text = "region alpha + beta s + beta' s* < 0, with alpha = "
+        text += words_of(r["alpha"]) + " and beta = " + words_of(r["beta"])
+    need(good, f"alpha and beta don't belong to the {form} that is claimed")
+    return alpha, beta, "its poles lie in the " + text
+
+
+# ---- the loop and its blocks, as in the thesis
+
+
+class Design:
+    """The blocks that must be positive definite, for values of the unknowns.
+
+    Each requirement may have a P of its own size: it demands its blocks of
+    P / s, V / s and Y / s, where s > 0 is one, a number or one more unknown.
+    """
+
+    def __init__(self, file):
+        self.file, self.asked, self.Q = file, file["requirements"], {}
+        self.plain, (self.m, self.p) = vertices_of(file)
+        self.many, self.N = len(self.plain), len(self.plain[0].E)
+        self.c = Coordinates(self.N, file)
+        need(file["coupling"] in ("pairs", "vertices", "slack"), "unknown coupling")
+        self.slack = file["coupling"] == "slack"
+        none = file["epsilon"] is None, file["E0"] is None
+        need(none == (not self.slack,) * 2, "epsilon and E0 belong to a slack matrix")
+        if self.slack:
+            self.epsilon = positive(file["epsilon"])
+            self.E0 = self.c.left @ matrix(file["E0"], self.N, self.N) @ self.c.T
+        few = self.few = [  # without those that repeat an earlier one
+            i for i, d in enumerate(self.plain)
+            if all(vars(d) != vars(before) for before in self.plain[:i])
+        ]  # fmt: skip
+        between = [(i, j) for i in few for j in few
+                   if i < j and self.plain[i].E != self.plain[j].E]  # fmt: skip
+        self.pairs = [(i, i) for i in few]
+        self.pairs += between if file["coupling"] == "pairs" else []
+        self.whole = not between or file["coupling"] != "vertices"
+        self.K = None
+        if file["K"] is not None:
+            K = matrix(file["K"], self.m, self.N) or zeros(1, self.N)
+            self.K = 1 / self.c.scale * (K @ self.c.T)
+        for r in self.asked:
+            if r["kind"] not in BLOCKS:
+                raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
+        names = [(r["kind"], r["name"]) for r in self.asked]
+        need(len(set(names)) == len(names), "a requirement comes twice")
+        stable = any(r["kind"] in ("gamma", "cost") for r in self.asked) or any(
+            len(r["beta"]) == 1
+            and number(r["beta"][0][0]) > 0 <= number(r["alpha"][0][0])
+            for r in self.asked if r["kind"] == "region"
+        )  # fmt: skip
+        self.demands = self.asked + ([] if stable else [STABILITY])
+        self._sizes()
+
+    def _sizes(self):
+        """Which requirements have an unknown size, and under which condition."""
+        sized = [r for kind in SIZED for r in self.asked if r["kind"] == kind]
+        tied = [r["mu"] for r in sized if r["kind"] == "gamma" and r["mu"] is not None]
+        ties = [f"mu = {tied[0]}"] if tied and len(sized) > 1 else []
+        self.sizes = {size_name(r): r for r in ([] if ties else sized[1:])}
+        ties += [f"slack = {float(self.epsilon):g} s"] if self.slack else []
+        self.condition = f" for {' and '.join(ties)}" if ties else ""
+        if "unknowns" in self.file:  # where they are numbers, any may have one
+            given = {size_name(r): r for r in sized}
+            self.sizes = {k: r for k, r in given.items() if k in self.file["unknowns"]}
+
+    def unknowns(self):
+        """(rows, columns, whether symmetric) of each, by name."""
+        N, found = self.N, {"P": (self.N, self.N, True)}
+        if self.slack:
+            found = {f"P {i + 1}": (N, N, True) for i in self.few}
+            found["V"] = N, N, False
+        if self.K is None:
+            found["Y"] = self.m, N, False
+        for r in self.asked:
+            if r["kind"] == "cost":
+                q = N if r["noise"] == "states" else self.p
+                found["J"] = q, q, True
+        return dict(found, **{name: (1, 1, True) for name in self.sizes})
+
+    def blocks(self, x):
+        """(key, matrix) of each; a size that x doesn't hold is one."""
+        for i in self.few if self.slack else [0]:
+            P = x[f"P {i + 1}"] if self.slack else x["P"]
+            yield ("", "", "P", *((i,) if self.slack else ())), P
+        for name, r in self.sizes.items():
+            yield (r["kind"], r["name"], name), x.get(name, eye(1))
+        known = {}
+        for r in self.demands:
+            s = x.get(size_name(r), eye(1))[0][0]
+            unit = self.c.sizes.get(size_name(r), Fraction(1))
+            if (s, unit) not in known:
+                known[s, unit] = list(self._loops(x, s, unit))
+            for c in known[s, unit]:
+                for block, g in BLOCKS[r["kind"]](self, r, x, c):
+                    places = c.places
+                    if isinstance(block, tuple):
+                        block, *places = block
+                    yield (r["kind"], r["name"], block, *places), g
+
+    def _loops(self, x, s, unit):
+        """What is demanded once, and of each pair of vertices."""
+        need(s > 0, "a size must be positive")
+        c = self.c.times(unit)
+        vertices = [d.changed(c) for d in self.plain]
+        names = {i: f"P {i + 1}" if self.slack else "P" for i in self.few}
+        P = {i: 1 / s * x[name] for i, name in names.items()}
+        V = 1 / s * x["V"] if self.slack else P[0]
+        Y = 1 / s * x["Y"] if self.K is None else self.K @ V.T
+        found = [] if self.slack else [Once(P[0], Y)]
+        for i, j in self.pairs:
+            if self.slack:
+                found.append(Slack(self, vertices[i], i, P[i], V, Y))
+            else:
+                found.append(Pair(i, j, vertices, P[0], Y))
+        for loop in found:
+            loop.c = c
+        return found
+
+    def claims(self):
+        where = "the plant" if self.many == 1 else "every plant of the polytope"
+        if not self.whole:
+            where = f"each of the {self.many} vertices (not the plants between)"
+        under = ", under u = K x," if self.m else ""
+        return [f"{where}{under} is stable"] + [claim(r) for r in self.asked]
+
+
+class Once:
+    """What is demanded once for all vertices, with a common P."""
+
+    def __init__(self, P, Y):
+        self.P, self.Y, self.places = P, Y, ()
+
+
+class Pair:
+    """The symmetric parts of the theorems' matrices for two vertices."""
+
+    def __init__(self, i, j, vertices, P, Y):
+        self.places, half = ((i,) if i == j else (i, j)), Fraction(1, 2)
+        i, j = vertices[i], vertices[j]
+        theta = (i.A @ P + i.B @ Y) @ j.E.T + (j.A @ P + j.B @ Y) @ i.E.T
+        self.Theta, self.EPE = half * theta, half * he(i.E @ P @ j.E.T)
+        mean = half * (i.E + j.E)
+        self.EP, self.EY, self.W = mean @ P, mean @ Y.T, half * (i.W + j.W)
+        self.C, self.D = i.C, i.D
+
+
+class Slack:
+    """The same for a vertex i with the slack matrix V and its own P."""
+
+    def __init__(self, design, d, i, P, V, Y):
+        E0 = design.E0
+        self.Theta = (d.A @ V.T + d.B @ Y) @ E0.T
+        self.EPE, self.EVE = E0 @ P @ E0.T, d.E @ V.T @ E0.T
+        self.EP, self.EY, self.W = E0 @ V, E0 @ Y.T, d.W
+        self.C, self.D = d.C, d.D
+        self.P, self.V, self.Y, self.places = P, V, Y, (i,)
+
+
+def lifted(c, R11, R12, R22, L1, L2):
+    """Finsler's lemma: the form R in (E x, E x') less he([L1; L2] (E x' - A x))."""
+    return symmetric(
+        kron(R11, c.EPE) + he(kron(L1, c.Theta)),
+        kron(R22, c.EPE) - he(kron(L2, c.EVE)),
+        b12=kron(R12, c.EPE) - kron(L1, c.EVE) + kron(L2, c.Theta).T,
+    )
+
+
+def poles(d, r, x, c):
+    """Theorem 2.2 for the region alpha + beta s + beta' s* < 0."""
+    a, b, _ = region(r)
+    if isinstance(c, Once):
+        return
+    if isinstance(c, Pair):
+        g = kron(a, c.EPE) + kron(b, c.Theta) + kron(b, c.Theta).T
+    elif b == [[0, 1], [0, 0]]:  # |s - q| < rho
+        q, one = -a[0][1], eye(1)
+        g = lifted(c, (q * q - a[0][0] ** 2) * one, -q * one, one, -q * one, one)
+    else:
+        g = lifted(c, a, b, 0 * a, b, d.epsilon * eye(len(a)))
+    yield ("stability" if r is STABILITY else ""), -1 * g
+
+
+def gamma(d, r, x, c):
+    """Theorem 2.1, the bounded real lemma."""
+    keys(r, "kind name gamma mu")
+    need(d.p, "the plant has no disturbance")
+    if isinstance(c, Once):
+        return
+    mu, w = Fraction(1) if r["mu"] is None else positive(r["mu"]), len(c.W[0])
+    form, push = he(c.Theta), c.W
+    out = c.EP @ c.C.T + c.EY @ c.D.T
+    if d.slack:
+        one = eye(1)
+        form = lifted(c, 0 * one, one, 0 * one, one, d.epsilon * one)
+        out = Matrix([*out, *zeros(len(out), len(out[0]))])
+        push = Matrix([*c.W, *(d.epsilon * c.W)])
+    y = positive(r["gamma"]) ** 2 / mu * eye(len(c.C))
+    yield "hinf", symmetric(-1 * form, y, mu * eye(w), b12=-1 * out, b13=-1 * push)
+
+
+def peak(d, r, x, c):
+    """Lemma 2.2: x0 lies in the ellipsoid x' P^-1 x < 1, and |K x| <= u_max there."""
+    if isinstance(c, Pair):
+        return
+    keys(r, "kind name u_max x0 acceleration")
+    x0 = c.c.back @ matrix([[e] for e in r["x0"]], d.N, 1)
+    right, inner = (c.V, he(c.V) - c.P) if d.slack else (c.P, c.P)
+    inner = c.c.near @ inner @ c.c.near.T
+    yield "x0", symmetric(eye(1), inner, b12=x0.T)
+    u = (positive(r["u_max"]) / c.c.scale) ** 2 * eye(len(c.Y))
+    need(isinstance(r["acceleration"], bool), "acceleration must be true or false")
+    if not r["acceleration"] or d.file["K_A"] is None:
+        yield "u_max", symmetric(c.P, u, b12=c.Y.T)
+        return
+    n = len(d.file["plant"]["vertices"][0]["M"])
+    K_A, rows = matrix(d.file["K_A"], d.m, n), slice(n, 2 * n)
+    need(all(v.E == d.plain[0].E for v in d.plain), "M - B K_A is uncertain")
+    for i in c.places or range(d.many):  # z'' = inertia^-1 (A x + B K x)
+        v = d.plain[i]
+        z2 = solve(Matrix(row[rows] for row in v.E[rows]), Matrix(v.A[rows]))
+        push = solve(Matrix(row[rows] for row in v.E[rows]), Matrix(v.B[rows]))
+        G, H = 1 / c.c.scale * (K_A @ z2 @ c.c.T), K_A @ push + eye(d.m)
+        yield ("u_max", i), symmetric(c.P, u, b12=(G @ right.T + H @ c.Y).T)
+
+
+def cost(d, r, x, c):
+    """Theorem 2.4: tr J bounds the cost of x'Qx + u'Ru; J is measured in unit^2."""
+    unit, J, states = (c.c.roots.get("J", Fraction(1)), x["J"], r["noise"] == "states")
+    need(states or (r["noise"] == "F" and d.p), 'noise must be "states", or "F" with F')
+    inner = None
+    if isinstance(c, (Once, Slack)) and states:
+        inner, noise = (he(c.V) - c.P if d.slack else c.P), c.c.back
+        inner = c.c.near @ inner @ c.c.near.T
+    elif not isinstance(c, Once) and not states:
+        inner, noise = (he(c.EVE) - c.EPE if d.slack else c.EPE), c.W
+    if inner:
+        yield "cost", symmetric(J, inner, b12=1 / unit * noise.T)
+    if c.places in ((), (0,)):
+        trace = sum(J[k][k] for k in range(len(J)))
+        if d.slack or not c.places:
+            yield ("trace",), Matrix([[positive(r["bound"]) / unit**2 - trace]])
+    if isinstance(c, Once):
+        return
+    L, W, R = weights(d, r, c.c)
+    off = -1 * (c.EP @ L), -1 * c.EY
+    if isinstance(c, Pair):
+        yield "lqr", symmetric(-1 * he(c.Theta), W, R, b12=off[0], b13=off[1])
+    else:
+        cross = c.EVE - c.EPE - d.epsilon * c.Theta.T
+        last = d.epsilon * he(c.EVE)
+        yield "lqr", symmetric(-1 * he(c.Theta), last, W, R,
+                               b12=cross, b13=off[0], b14=off[1])  # fmt: skip
+
+
+def weights(d, r, frame):
+    """L, W, R^-1 with Q = L W^-1 L' and W diagonal, in the coordinates."""
+    if not d.Q:
+        keys(r, "kind name Q R noise bound")
+        rest, R = matrix(r["Q"], d.N, d.N), matrix(r["R"], d.m, d.m)
+        need(definite(rest, semi=True), "Q must be positive semidefinite")
+        need(definite(R), "R must be positive definite")
+        columns, sizes = [], []
+        for k in range(d.N):
+            if rest[k][k]:
+                columns.append([row[k] / rest[k][k] for row in rest])
+                sizes.append([1 / rest[k][k]])
+                column = Matrix([columns[-1]])
+                rest = rest - rest[k][k] * (column.T @ column)
+        W = eye(len(sizes))
+        W = Matrix([s * e for e in row] for (s,), row in zip(sizes, W))
+        d.Q = Matrix(columns).T, W, solve(R, eye(d.m))
+    L, W, R = d.Q
+    return frame.T.T @ L, W, 1 / frame.scale**2 * R
+
+
+def size_name(r):
+    """The name of a requirement's size among the unknowns."""
+    return " ".join(["size for", *dict.fromkeys((r["kind"], r["name"]))])
+
+
+def claim(r):
+    """What the blocks of a requirement prove."""
+    if r["kind"] == "region":
+        return region(r)[2]
+    if r["kind"] == "gamma":
+        return f"its H-infinity norm is below {r['gamma']}"
+    if r["kind"] == "input":
+        signal = "K x + K_A z''" if r["acceleration"] else "K x(t)"
+        return f"|{signal}| <= {r['u_max']} from x0 (with r = 0, w = 0)"
+    return f"its quadratic cost is below {r['bound']} times the largest noise intensity"
+
+
+STABILITY = {"kind": "stability", "name": "stability", "form": "half-plane",
+             "sigma": "0", "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
+SIZED = ("gamma", "cost", "input")  # whose blocks aren't homogeneous in P
+BLOCKS = {"region": poles, "gamma": gamma, "input": peak, "cost": cost,
+          "stability": poles}  # fmt: skip
+
+
+# ---- a loop whose input comes late (Theorems A.3 and 2.3, corrected)
+
+
+class Delay:
+    """E x' = A x + A_d x(t - d), d in [tau - mu, tau + mu], in units of tau."""
+
+    def __init__(self, file):
+        self.file = file
+        if file["method"] not in ("functional", "shift"):
+            raise Beyond(f"the theorem of method {file['method']} isn't known here")
+        need(file["misprints"] == [], "the theorem as printed proves nothing")
+        need(file["order"] is None, "this method has no order")
+        tau, mu, delta = (
+            positive(file["tau"]),
+            number(file["mu"]),
+            number(file["delta"]),
+        )
+        need(0 <= mu <= tau and delta >= 0, "mu or delta is out of range")
+        if file["plant"]["kind"] == "loop":
+            N, loop = len(file["plant"]["A"]), file["plant"]
+            keys(loop, "kind A A_d")
+            need(file["U"] == [] and file["K_A"] is None, "a loop has no U, no K_A")
+            need(matrix(file["K"], N, N) == eye(N), "the K of a loop is the identity")
+            A, A_d = matrix(loop["A"], N, N), matrix(loop["A_d"], N, N)
+            plain, self.m = [Vertex(eye(N), A, A_d, zeros(N, 1), eye(N))], N
+        else:
+            plain, (self.m, _) = vertices_of(file)
+        self.many, self.N = len(plain), len(plain[0].E)
+        c = Coordinates(self.N, file)
+        self.K = None
+        if file["K"] is not None:
+            self.K = 1 / c.scale * (matrix(file["K"], self.m, self.N) @ c.T)
+        self.free = file["alpha"] is None  # F and G, else G = alpha F
+        need(file["analysis"] is self.free, "alpha belongs to a design")
+        self.alpha = None if self.free else positive(file["alpha"]) / tau
+        self.mu, self.delta = mu / tau, delta * tau
+        ends, bounds = [("", Fraction(1))], file["exponentials"]
+        self.e1, self.e2 = Fraction(1), Fraction(1)
+        if file["method"] == "functional":
+            self.e1, self.e2 = map(ratio, bounds)
+            for e, x in (
+                (self.e1, 2 * self.delta),
+                (self.e2, 2 * self.delta * (1 + self.mu)),
+            ):
+                need(
+                    0 < e and e * exponential(x)[1] <= 1,
+                    "an exponential isn't rounded down",
+                )
+        elif delta:  # e^(delta t) x(t) has the input's factor e^(delta d)
+            low, high = map(ratio, bounds)
+            need(
+                low <= exponential(delta * (tau - mu))[0], "a factor isn't rounded down"
+            )
+            need(
+                high >= exponential(delta * (tau + mu))[1], "a factor isn't rounded up"
+            )
+            ends = [(" shortest", low), (" longest", high)]
+        self.loops = []
+        for i, d in enumerate(plain):
+            d, index = d.changed(c), f" {i + 1}" if self.many > 1 else ""
+            shift = self.delta if file["method"] == "shift" else 0
+            A, B = tau * d.A + shift * d.E, tau * d.B
+            self.loops += [(index + tag, d.E, A, f * B) for tag, f in ends]
+        self.delta = 0 if file["method"] == "shift" else self.delta
+
+    def unknowns(self):
+        N = self.N
+        found = {name: (N, N, True) for name in ("P", "S", "R1", "R3")}
+        found.update({name: (N, N, False) for name in ("Q", "R2", "F")})
+        found.update({"Z": (N, N, True)} if self.mu else {})
+        found.update({"G": (N, N, False)} if self.free else {})
+        found.update({} if self.K else {"X": (self.m, N, False)})
+        return found
+
+    def blocks(self, x):
+        P, Q, S, R1, R2, R3, F = (x[k] for k in ("P", "Q", "S", "R1", "R2", "R3", "F"))
+        e1, e2, mu, delta = self.e1, self.e2, self.mu, self.delta
+        Z = x["Z"] if mu else zeros(self.N, self.N)
+        yield "functional", symmetric(P, e1 * S, b12=Q)
+        yield "R", symmetric(R1, R3, b12=R2.T)
+        if mu:
+            yield "Z", Z
+        for name, E, A, B in self.loops:
+            if self.free:
+                A_d = B @ self.K
+                FA, GA, FE, GE = F @ A, x["G"] @ A, F @ E, x["G"] @ E
+                late, rate = F @ A_d, x["G"] @ A_d
+            else:  # after a congruence with F^-1, which is called F then
+                FA, FE = A @ F.T, E @ F.T
+                late = B @ (self.K @ F.T if self.K else x["X"])
+                GA, GE, rate = self.alpha * FA, self.alpha * FE, self.alpha * late
+            parts = [
+                2 * delta * P + he(Q) + R1 - e1 * R3 + S + e2 * he(FA),
+                R3 + 2 * mu * Z - e2 * he(GE),
+                -e1 * (R3 + S),
+                -e1 * R1,
+            ]
+            off = dict(
+                b12=(P + R2 + e2 * (GA - FE.T)).T,
+                b13=e1 * R3 - Q + e2 * late,
+                b14=2 * delta * Q - e1 * R2,
+                b23=e2 * rate, b24=Q, b34=e1 * R2,
+            )  # fmt: skip
+            if mu:
+                parts.append(-1 / (e2 * mu) * Z)
+                off.update(b15=late, b25=rate)
+            g = symmetric(*parts, **off)
+            yield "decay" + name, -1 * g
+
+    def claims(self):
+        tau, mu, delta = (number(self.file[k]) for k in ("tau", "mu", "delta"))
+        who = "every plant of the polytope" if self.many > 1 else "the plant"
+        who += ", under u = K x(t - d),"
+        if self.file["plant"]["kind"] == "loop":
+            who = "the loop"
+        how = "is exponentially stable"
+        if delta:
+            how = f"decays at least as fast as exp(-{self.file['delta']} t)"
+        when = f"the constant delay {self.file['tau']} s"
+        if mu:
+            ends = f"[{decimal(tau - mu)}, {decimal(tau + mu)}]"
+            when = f"every delay in {ends} s, however it varies"
+        return [f"{who} {how} for {when}"]
+
+
+def exponential(x, terms=80):
+    """Bounds of e^x, for 0 <= x < 20."""
+    if not 0 <= x < 20:
+        raise Beyond("an exponential is out of this checker's range")
+    total = term = Fraction(1)
+    for k in range(1, terms):
+        term = term * x / k
+        total += term
+    return total, total + term
+
+
+def decimal(x):
+    """A fraction with a finite decimal expansion, written out."""
+    k = next(k for k in range(800) if (x * 10**k).denominator == 1)
+    digits = str(abs(x * 10**k)).rjust(k + 1, "0")
+    text = digits[: len(digits) - k] + ("." + digits[len(digits) - k :] if k else "")
+    return "-" * (x < 0) + text
+
+
+# ---- Lemma 2.1: an acceleration gain that makes the mass regular
+
+
+class Mass:
+    """The symmetric part of M - B K_A exceeds beta^2 at each vertex."""
+
+    def __init__(self, file):
+        vertices = file["plant"]["vertices"]
+        keys(file["plant"], "kind vertices")
+        need(file["plant"]["kind"] == "second order", "this plant has no mass")
+        n, self.file = len(vertices[0]["M"]), file
+        self.many, self.beta2 = len(vertices), positive(file["beta"]) ** 2
+        self.data = [(matrix(v["M"], n, n), matrix(v["B"], n)) for v in vertices]
+        for v in vertices:
+            keys(v, "M D S B F")
+            _ = matrix(v["D"], n, n), matrix(v["S"], n, n), matrix(v["F"], n)
+        self.n, self.m = n, len(self.data[0][1][0])
+        need(
+            all(len(B[0]) == self.m for _, B in self.data),
+            "the vertices differ in size",
+        )
+        self.K = None if file["K"] is None else matrix(file["K"], self.m, n)
+
+    def unknowns(self):
+        return {"K_A": (self.m, self.n, False)} if self.K is None else {}
+
+    def blocks(self, x):
+        for k, (M, B) in enumerate(self.data):
+            if (M, B) in self.data[:k]:
+                continue
+            name = f"mass {k + 1}" if self.many > 1 else "mass"
+            mass = M - B @ (x["K_A"] if self.K is None else self.K)
+            yield name, Fraction(1, 2) * he(mass) - self.beta2 * eye(self.n)
+
+    def claims(self):
+        where = "every plant of the polytope" if self.many > 1 else "the plant"
+        least = "the eigenvalues of its symmetric part exceed beta^2 = "
+        return [f"for {where}, M - B K_A is regular", least + decimal(self.beta2)]
+
+
+# ---- the verdict
+
+
+def hold(problem, file):
+    """Whether all blocks are positive definite at the file's unknowns."""
+    shapes = problem.unknowns()
+    given = file["unknowns"]
+    need(isinstance(given, dict) and set(given) == set(shapes), "other unknowns")
+    x = {}
+    for name, (rows, columns, even) in shapes.items():
+        x[name] = matrix(file["unknowns"][name], rows, columns)
+        need(not even or x[name] == x[name].T, f"{name} isn't symmetric")
+    found = list(problem.blocks(x))
+    for key, g in found:
+        need(definite(g), f"the block {key} isn't positive definite")
+    return [key for key, _ in found]
+
+
+def exclude(problem, file):
+    """Whether the multipliers show that the blocks can't all be positive.
+
+    With Z_k >= 0, not all zero, sum <G_k(x), Z_k> would be positive. It must
+    not depend on x, and be zero or negative. A requirement with an unknown
+    size s demands s G(x / s) of x: what is constant in G is multiplied by s.
+    """
+    shapes, Z, owners = problem.unknowns(), {}, getattr(problem, "sizes", {})
+    shapes = {name: shape for name, shape in shapes.items() if name not in owners}
+    zero = {name: zeros(rows, columns) for name, (rows, columns, _) in shapes.items()}
+    constant = dict(problem.blocks(zero))
+    given = {json.dumps(key): z for key, z in file["multipliers"]}
+    need(len(given) == len(file["multipliers"]), "two multipliers have one key")
+    for key, g in constant.items():
+        z = given.pop(json.dumps(key), None)
+        if z is not None:
+            Z[key] = matrix(z, len(g), len(g), ratio)
+            need(definite(Z[key], semi=True), f"the multiplier of {key} isn't positive")
+    need(not given, "a multiplier belongs to no block")
+    need(any(any(map(any, z)) for z in Z.values()), "there is no multiplier")
+    for name, (rows, columns, even) in shapes.items():
+        for i in range(rows):
+            for j in range(i + 1 if even else columns):
+                x = dict(zero, **{name: zeros(rows, columns)})
+                x[name][i][j] = Fraction(1)
+                if even:
+                    x[name][j][i] = Fraction(1)
+                slope = sum(product_of(g, Z[k], constant[k])
+                            for k, g in problem.blocks(x) if k in Z)  # fmt: skip
+                need(slope == 0, f"the multipliers leave {name} a way out")
+    parts = {k: product_of(constant[k], z) for k, z in Z.items()}
+    for name, r in owners.items():
+        slope = sum(v for k, v in parts.items() if k[:2] == (r["kind"], r["name"]))
+        need(slope == 0, f"the multipliers leave the {name} a way out")
+        parts = {k: v for k, v in parts.items() if k[:2] != (r["kind"], r["name"])}
+    need(sum(parts.values()) <= 0, "the multipliers exclude nothing")
+    return list(Z)
+
+
+def product_of(g, z, less=None):
+    """<g - less, z>"""
+    g = g if less is None else g - less
+    return sum(a * b for r, s in zip(g, z) for a, b in zip(r, s) if a)
+
+
+PROBLEMS = {"design": Design, "delay": Delay, "regularization": Mass}
+ALWAYS = "format version kind checksum claims plant K "
+KEYS = {
+    "design": "U K_A coupling epsilon E0 requirements ",
+    "delay": "U K_A tau mu delta alpha method order misprints analysis "
+    "coordinates exponentials ",
+    "regularization": "beta ",
+}
+
+
+def check(text):
+    """The claims that the text of a proof file proves; else Refused or Beyond."""
+    file = json.loads(text, object_pairs_hook=unique, parse_constant=nothing)
+    need(
+        isinstance(file, dict) and file.get("format") == "sosbook proof",
+        "no proof file",
+    )
+    if type(file.get("version")) is not int or file["version"] != 1:
+        raise Beyond("this checker reads version 1 of the format")
+    *refuted, kind = str(file.get("kind")).rsplit("infeasible ", 1)
+    if kind not in PROBLEMS or refuted not in ([], [""]):
+        raise Beyond(
+            f"a proof of the kind {file.get('kind')!r} rests on more than rationals"
+        )
+    rest = {key: value for key, value in file.items() if key != "checksum"}
+    plain = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    digest = hashlib.sha256(plain.encode()).hexdigest()
+    need(file.get("checksum") == digest, "the checksum isn't that of the contents")
+    more = "unknowns blocks" if not refuted else "multipliers"
+    more += " coordinates" if refuted and kind == "design" else ""
+    keys(file, ALWAYS + KEYS[kind] + more)
+    problem = PROBLEMS[kind](file)
+    claims = problem.claims()
+    if refuted:
+        exclude(problem, file)
+        how = "no matrices prove" if problem.K else "no gain and no matrices prove"
+        how = "no gain proves" if kind == "regularization" else how
+        which = "by these LMIs" + getattr(problem, "condition", "")
+        claims = [f"{how} {which}: " + "; ".join(claims)]
+    else:
+        proven = sorted(json.dumps(key) for key in hold(problem, file))
+        listed = sorted(json.dumps(key) for key in file["blocks"])
+        need(proven == listed, "the blocks aren't those listed")
+    need(
+        file["claims"] == claims, "the file claims something else: " + "; ".join(claims)
+    )
+    return claims
+
+
+def unique(pairs):
+    need(len(dict(pairs)) == len(pairs), "a key comes twice")
+    return dict(pairs)
+
+
+def nothing(word):
+    raise Refused(f"{word} is no number")
+
+
+MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError)
+
+
+def main(arguments):
+    getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
+    if len(arguments) != 1:
+        print(__doc__)
+        return 2
+    try:
+        with open(arguments[0], encoding="utf-8") as file:
+            claims = check(file.read())
+    except Refused as refusal:
+        print(f"refused: {refusal}")
+        return 1
+    except MALFORMED as fault:
+        print(f"refused: not a well-formed proof file ({fault!r:.200})")
+        return 1
+    except (Beyond, OSError) as fault:
+        print(f"not checked: {fault}")
+        return 2
+    print("\n- ".join(["proven:", *claims]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

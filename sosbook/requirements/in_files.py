@@ -1,0 +1,53 @@
+"""What a JSON file asks of a plant, as the keywords of `design_pid`."""
+
+from .cost import QuadraticCost
+from .input_bound import Saturation
+from .pole_region import PoleRegion
+
+__all__ = ["ASKED", "asked_in_file"]
+
+MADE = {  # from a key to what makes its object
+    "region": PoleRegion,
+    "saturation": Saturation,
+    "cost": QuadraticCost,
+}
+PLAIN = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
+ASKED = (*MADE, *PLAIN)
+
+
+def asked_in_file(data: dict) -> dict:
+    """Keywords of `design_pid` from the contents of a JSON file.
+
+    Parameters
+    ----------
+    data : dict
+        Keys among `ASKED`; "region", "saturation" and "cost" hold the
+        parameters of `PoleRegion`, `Saturation` and `QuadraticCost`.
+
+    Raises
+    ------
+    ValueError
+        If a key or a parameter isn't known; it names it.
+
+    Examples
+    --------
+    >>> asked_in_file({"region": {"sigma": 0.5}, "gamma": 2})["region"]
+    PoleRegion(sigma=0.5, theta=None, rho=None)
+    """
+    found = {}
+    for key, value in data.items():
+        if key in PLAIN:
+            found[key] = value
+            continue
+        if key not in MADE:
+            raise ValueError(f"{key!r} isn't known: the keys are {', '.join(ASKED)}")
+        if not isinstance(value, dict):
+            raise ValueError(f'{key} must be an object, such as {{"name": value}}')
+        try:
+            found[key] = MADE[key](**value)
+        except TypeError as error:
+            text = str(error).split("__init__() ")[-1]
+            raise ValueError(f"{key}: {text}") from None
+        except ValueError as error:
+            raise ValueError(f"{key}: {error}") from None
+    return found

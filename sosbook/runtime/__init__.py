@@ -1,0 +1,1 @@
+"""What the package finds on a computer: libraries, threads, a terminal."""

@@ -1,0 +1,65 @@
+"""Progress bars, where tqdm is installed and they are wanted."""
+
+import os
+
+__all__ = ["HIDDEN", "bar", "each"]
+
+#: Environment of a process that shows no bars; any value will do.
+HIDDEN = {"TQDM_DISABLE": "1"}
+
+
+class _Silent:
+    """Stands for a bar that nobody sees."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        return None
+
+    def update(self, count=1):
+        """Count on, unseen."""
+
+
+def bar(total, unit="it", progress=True):
+    """A context in which ``update()`` moves a progress bar.
+
+    Parameters
+    ----------
+    total : int
+        How many steps there are.
+    unit : str
+        What is counted.
+    progress : bool
+        Show the bar, unless tqdm isn't installed or the environment
+        variable TQDM_DISABLE is set (which tqdm doesn't read in
+        notebooks).
+
+    Examples
+    --------
+    >>> with bar(2, progress=False) as done:
+    ...     done.update()
+    """
+    if not progress or HIDDEN.keys() & os.environ.keys():
+        return _Silent()
+    try:
+        from tqdm.auto import tqdm
+    except ModuleNotFoundError:
+        return _Silent()
+    return tqdm(total=total, unit=unit, leave=False, disable=False)
+
+
+def each(items, unit="it", progress=True):
+    """Yield the items of a sequence and show how many are done.
+
+    Each item counts as one ``unit``.
+
+    Examples
+    --------
+    >>> list(each("ab", progress=False))
+    ['a', 'b']
+    """
+    with bar(len(items), unit, progress) as done:
+        for item in items:
+            yield item
+            done.update()

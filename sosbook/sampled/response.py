@@ -1,0 +1,112 @@
+"""Exact responses of a loop with a sampled controller."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from ..plants.response import Response, times, vector
+from ..plants.signals import signal_parts, steps
+
+__all__ = ["SampledResponse", "simulate_sampled"]
+
+
+@dataclass(frozen=True, eq=False)
+class SampledResponse(Response):
+    """Signals of a sampled loop; columns belong to the times t.
+
+    Parameters
+    ----------
+    t, z, dz, e
+        As in `Response`.
+    u : (m, k) array
+        What the computer asked for at its last tick.
+    x, w
+        As in `Response`.
+    applied : (m, k) array
+        What reaches the plant: the u of ``delay`` seconds ago.
+    """
+
+    applied: np.ndarray | None = None
+
+
+def simulate_sampled(d, K, timing, t, r=None, w=None, x0=None):
+    """Simulate one vertex exactly, between the samples too.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant in descriptor form.
+    K : (m, N + m d) array
+        In u(k) = K [x(k); u(k-1); ...; u(k-d)].
+    timing : SampleTiming
+        When the computer samples, and how late it acts.
+    t : (k,) array_like
+        Increasing times, in seconds, from 0, where the first sample is.
+    r : (n,) array_like, Step or Steps, optional
+        Set point.
+    w : Sine or Step, optional
+        Disturbance.
+    x0 : (N,) array_like, optional
+        Initial state; zero without it. The older inputs are zero.
+
+    Returns
+    -------
+    SampledResponse
+        The motion at the times t.
+    """
+    n, (N, m), p = len(d.C), d.Bu.shape, d.Bw.shape[1]
+    t, r, x = times(t), steps(r, n), vector("x0", x0, N)
+    on, off, sine, level = signal_parts("w", w, p, "F")
+    A, B, Bw = d.state_space()
+    T, rest = float(timing.T), float(timing.remainder)
+    ticks = np.array([float(timing.T * k) for k in range(int(t[-1] / T) + 1)])
+    arrivals = ticks + rest
+    corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
+    nodes = np.concatenate([t, ticks, arrivals[arrivals < t[-1]], corners])
+    nodes = np.unique(nodes[nodes <= t[-1]])
+    # the state joined by [applied u, 1, sin(omega t), cos(omega t)]
+    quiet = np.zeros((N + m + 3, N + m + 3))
+    quiet[:N, :N], quiet[:N, N : N + m] = A, B
+    loud = quiet.copy()
+    if w is not None:
+        loud[:N, -3], loud[:N, -2] = Bw @ level, Bw @ sine
+        loud[-2, -1], loud[-1, -2] = w.omega, -w.omega
+    inputs = [np.zeros(m)] * (timing.n_past_inputs + 1)  # the last one first
+    applied, cache = np.zeros(m), {}
+    states = np.empty((N, len(nodes)))
+    asked, reached = np.empty((2, m, len(nodes)))
+    for k, now in enumerate(nodes):
+        if now in ticks:
+            seen = x - np.concatenate([r.levels[r.index(now)], np.zeros(N - n)])
+            new = K @ np.concatenate([seen, *inputs[: timing.n_past_inputs]])
+            inputs = [new, *inputs][: timing.n_past_inputs + 1]
+        if now in arrivals:
+            applied = inputs[timing.whole_samples]
+        states[:, k], asked[:, k], reached[:, k] = x, inputs[0], applied
+        if k + 1 == len(nodes):
+            break
+        active, piece, span = on <= now < off, r.index(now), nodes[k + 1] - now
+        key = (active, piece, f"{span:.11e}")
+        if key not in cache:
+            generator = (loud if active else quiet).copy()
+            generator[2 * n : N, -3] -= d.A[2 * n :, :n] @ r.levels[piece]
+            cache[key] = expm(generator * span)
+        phase = 0.0 if w is None else w.omega * now
+        wave = [1, np.sin(phase), np.cos(phase)]
+        x = (cache[key] @ np.concatenate([x, applied, wave]))[:N]
+    here = np.searchsorted(nodes, t)
+    x, goal = states[:, here], r(t)
+    values = np.zeros((p, len(t)))
+    if w is not None:
+        values[:] = w(t)
+    return SampledResponse(
+        t,
+        x[:n],
+        x[n : 2 * n],
+        x[:n] - goal,
+        asked[:, here],
+        x,
+        values,
+        reached[:, here],
+    )

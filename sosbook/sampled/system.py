@@ -1,0 +1,102 @@
+"""A sampled linear system: what a loop needs of python-control's StateSpace."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..plants.checks import matrix
+from ..runtime.libraries import library
+
+__all__ = ["SampledSystem"]
+
+
+@dataclass(frozen=True, eq=False)
+class SampledSystem:
+    """x(k+1) = A x(k) + B u(k), y(k) = C x(k) + D u(k).
+
+    Parameters
+    ----------
+    A : (N, N) array_like
+        How the state moves.
+    B : (N, m) array_like
+        How the input acts on the state.
+    C : (p, N) array_like
+        How the state is seen.
+    D : (p, m) array_like
+        How the input is seen at once.
+    dt : float
+        Time between samples, in s.
+
+    Examples
+    --------
+    >>> delay = SampledSystem([[0]], [[1]], [[1]], [[0]], 0.1)
+    >>> twice = delay.then(delay)
+    >>> twice.nstates, twice.at(1j).round(12)
+    (2, array([[-1.+0.j]]))
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    dt: float
+
+    def __post_init__(self):
+        D = matrix("D", self.D)
+        N = len(np.asarray(self.A))
+        for name, shape in (
+            ("A", (N, N)),
+            ("B", (N, D.shape[1])),
+            ("C", (len(D), N)),
+            ("D", D.shape),
+        ):
+            value = np.asarray(getattr(self, name), float)
+            if not value.size:  # [] for a matrix without rows or columns
+                value = value.reshape(shape)
+            object.__setattr__(self, name, matrix(name, value, shape))
+
+    @property
+    def nstates(self):
+        """N, the number of states."""
+        return len(self.A)
+
+    @property
+    def ninputs(self):
+        """m, the number of inputs."""
+        return self.D.shape[1]
+
+    @property
+    def noutputs(self):
+        """p, the number of outputs."""
+        return len(self.D)
+
+    def then(self, other):
+        """The series: the outputs of this system are the other's inputs."""
+        corner = np.zeros((self.nstates, other.nstates))
+        return SampledSystem(
+            np.block([[self.A, corner], [other.B @ self.C, other.A]]),
+            np.vstack([self.B, other.B @ self.D]),
+            np.hstack([other.D @ self.C, other.C]),
+            other.D @ self.D,
+            self.dt,
+        )
+
+    def at(self, z):
+        """The transfer matrices C (z I - A)^-1 B + D.
+
+        Parameters
+        ----------
+        z : complex, or (...) array_like of them
+            Where they are taken.
+
+        Returns
+        -------
+        (..., p, m) array of complex
+            One matrix for each z.
+        """
+        pencil = np.asarray(z)[..., None, None] * np.eye(self.nstates) - self.A
+        return self.C @ np.linalg.solve(pencil, self.B + 0j) + self.D
+
+    def to_control(self):
+        """As python-control's StateSpace."""
+        return library("control").ss(self.A, self.B, self.C, self.D, self.dt)

@@ -1,0 +1,221 @@
+"""Why there is no design: what is proven, and what was merely not found."""
+
+from dataclasses import dataclass
+from itertools import combinations, islice
+
+import numpy as np
+from flint import fmpq_poly
+
+from ..lmi.algebraic import roots_of
+from ..lmi.exact import exact
+from ..lmi.refutation import excluded_radius
+from ..plants.controllability import FixedPart, fixed_part, matrix_of
+
+__all__ = [
+    "FixedModeCertificate",
+    "SingularMassCertificate",
+    "excluding_mass",
+    "excluding_mode",
+    "solvable",
+    "why_refused",
+]
+
+LARGEST = 20  # states up to which it pays to prove how far multipliers reach
+LEAST = 10.0  # a shorter radius excludes nothing worth a word
+MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
+
+
+@dataclass(frozen=True, eq=False)
+class FixedModeCertificate:
+    """A mode that no gain moves and that breaks what is asked.
+
+    Parameters
+    ----------
+    proven : bool
+        True: the rows were found, and the mode placed, in exact arithmetic.
+    place : tuple of int
+        Which vertex has the mode, from 0: (k, k), or (i, j) for the plant
+        halfway between two.
+    mode : complex
+        The mode, in rad/s, to the nearest floats.
+    part : FixedPart
+        Its matrices are the proof: V A = L V E, V B = 0, and the mode is
+        an eigenvalue of L. With a given gain A is that of the loop and
+        has no B.
+    requirement : str
+        What the mode breaks.
+    """
+
+    proven: bool
+    place: tuple
+    mode: complex
+    part: FixedPart
+    requirement: str
+
+
+@dataclass(frozen=True, eq=False)
+class SingularMassCertificate:
+    """Two vertices between which the matrix E becomes singular.
+
+    Parameters
+    ----------
+    proven : bool
+        True: the determinants were computed in exact arithmetic.
+    vertices : tuple of int
+        From 0. Halfway det E is zero, or it has other signs at the two.
+    """
+
+    proven: bool
+    vertices: tuple
+
+
+def excluding_mass(request):
+    """The `SingularMassCertificate` of a request, or None without one.
+
+    A proof for the whole polytope would make a plant without mass there
+    stable; where only the vertices count, nothing is excluded.
+    """
+    vertices = request.vertices
+    if request.coupling == "vertices" or all(
+        np.array_equal(d.E, vertices[0].E) for d in vertices
+    ):
+        return None
+    exactly = [matrix_of(d.E) for d in request.vertices_in(exact)]
+    signs = [E.det() > 0 for E in exactly]
+    if len(set(signs)) > 1:
+        return SingularMassCertificate(True, (signs.index(True), signs.index(False)))
+    for i, j in islice(combinations(range(len(exactly)), 2), MIDPOINTS):
+        if (exactly[i] + exactly[j]).det() == 0:
+            return SingularMassCertificate(True, (i, j))
+    return None
+
+
+def _parts(request):
+    """The `FixedPart` of each plant that must be stable, with its place.
+
+    These are the vertices and, where the whole polytope is meant, the
+    plants halfway between two. None where the part isn't known.
+    """
+    vertices = request.vertices_in(exact)
+    gain = None if request.gain is None else exact(request.gain)
+    places = [(k, k) for k in range(len(vertices))]
+    if request.coupling != "vertices":
+        pairs = combinations(range(len(vertices)), 2)
+        places += list(islice(pairs, MIDPOINTS))
+    half = exact(0.5)
+    for i, j in places:
+        E, A, B = (
+            (x + y) * half
+            for x, y in zip(_matrices(vertices[i]), _matrices(vertices[j]))
+        )
+        if gain is not None:
+            A, B = A + B @ gain, B[:, :0]
+        yield (i, j), None if matrix_of(E).det() == 0 else fixed_part(E, A, B)
+
+
+def _matrices(d):
+    return d.E, d.A, d.Bu
+
+
+def excluding_mode(request):
+    """The `FixedModeCertificate` of a request, or None without one."""
+    for place, part in _parts(request):
+        for mode in part.modes() if part is not None else ():
+            for r in request.demands:
+                if r.holds_at(mode) is False:
+                    return FixedModeCertificate(
+                        True, place, complex(mode), part, r.words or r.name
+                    )
+    return None
+
+
+def solvable(request):
+    """Whether a request certainly has a solution, wherever floats may look.
+
+    That is so for one plant of which only the place of the poles is
+    asked, if the fixed modes lie in the region and the others can be
+    put on the real axis there: distinct modes are a common P's.
+    """
+    if len(request.vertices) > 1 or not all(r.of_poles for r in request.demands):
+        return False
+    ((_, part),) = _parts(request)
+    if part is None or not all(
+        r.holds_at(s) for s in part.modes() for r in request.demands
+    ):
+        return False
+    if len(part) == request.order:
+        return True
+    scale = max(map(abs, np.linalg.eigvals(request.mean.state_space()[0]))) or 1.0
+    return any(
+        all(r.holds_at(place) for r in request.demands)
+        for unit in {1.0, float(scale)}
+        for place in map(_point, -unit * np.geomspace(1e-6, 1e6, 241))
+    )
+
+
+def _point(x):
+    """A float as a root of the polynomial s - x."""
+    return roots_of(fmpq_poly([-exact(float(x)), 1]))[0]
+
+
+def _proven_reach(request, phase, frame):
+    """No solution is shorter than this in a frame; exact, 0 if unknown."""
+    if phase.Z is None or request.order > LARGEST:
+        return 0.0
+    return excluded_radius(*request.in_unknowns(frame, exact), phase.Z)
+
+
+def _rounded_down(x):
+    """To one digit, never more than x."""
+    if np.isinf(x):
+        return "any"
+    power = int(np.floor(np.log10(x)))
+    return f"{int(x / 10.0**power)}e{power}"
+
+
+def why_refused(request, phase, frame):
+    """Words for what phase one has seen where no proof was found.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    phase : Phase
+        What phase one found.
+    frame : Frame
+        The coordinates in which it looked.
+
+    Returns
+    -------
+    str
+        The reason, in a sentence.
+    """
+    unknowns = "P" if request.gain is not None else "P, Y"
+    if request.coupling == "slack":
+        unknowns = unknowns.replace("P", "P_i, V", 1)
+    reach, known = _proven_reach(request, phase, frame), solvable(request)
+    if reach > LEAST:
+        text = (
+            f"Exact multipliers exclude all {unknowns} shorter than "
+            f"{_rounded_down(reach)} in the solver's coordinates"
+        )
+        if not known:
+            text += "; no exact proof was found that there is none at all"
+    elif phase.verdict == "infeasible":
+        size = "however large" if np.isinf(phase.reach) else f"up to {phase.reach:.0e}"
+        text = (
+            f"No {unknowns} {size} in the solver's coordinates, by multipliers "
+            "in floating point; no exact proof was found"
+        )
+    else:
+        text = (
+            f"The numerics found neither {unknowns} nor multipliers that exclude them"
+        )
+    if known:
+        text += (
+            ". But a P exists: the poles lie where they should"
+            if request.gain is not None
+            else ". But a gain exists: the modes out of place are controllable"
+        )
+        text += "; its P is too badly conditioned for floating point"
+    return text + "."

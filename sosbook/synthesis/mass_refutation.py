@@ -1,0 +1,96 @@
+"""Why no acceleration gain meets Lemma 2.1, in exact arithmetic."""
+
+import numpy as np
+from flint import fmpq, fmpq_mat
+from scipy.linalg import eigh
+
+from ..lmi import Unknown, eye, he
+from ..lmi.exact import exact, repair_multipliers, round_digits
+from ..lmi.refutation import InfeasibilityCertificate
+from .regularity import exclude_gains, mass_pairs
+
+__all__ = ["refute_regular", "unreached"]
+
+
+def refute_regular(plant, beta, multipliers):
+    """Exact multipliers of all vertices of a plant together, where they exist.
+
+    ``beta`` is the bound of Lemma 2.1.
+    """
+    pairs, n = mass_pairs(plant), plant.n
+    Z = {name: z[:n, :n] for name, z in zip(pairs, multipliers)}
+    K_A = Unknown("K_A", plant.m, n)
+    size = max(np.linalg.norm(z, 2) for z in Z.values())
+    faces, blocks, W = {}, [], []
+    for name, (M, B) in pairs.items():
+        if np.linalg.norm(Z[name], 2) < 1e-4 * size:
+            continue
+        # inputs that Z annihilates confine it to Z = U W U'
+        push = np.linalg.norm(Z[name] @ B, axis=0)
+        still = push <= 1e-3 * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
+        U = _null_basis(B[:, still])
+        if U.shape[1]:
+            mass = exact(M) - exact(B) @ K_A
+            faces[name] = U
+            blocks.append(U.T @ (he(mass / 2) - exact(beta) ** 2 * eye(n)) @ U)
+            back = np.linalg.pinv(U.astype(float))
+            W.append(back @ Z[name] @ back.T)
+    if not blocks:
+        return InfeasibilityCertificate(Z)
+    flat = np.hstack([g.jacobian(K_A).reshape(K_A.size, -1) for g in blocks])
+    free = _leading(_rational(flat.T))  # independent entries of K_A
+    repaired = repair_multipliers(blocks, [K_A], W, free=free)
+    if repaired is None:
+        return InfeasibilityCertificate(Z)
+    Z = {name: u @ w @ u.T for (name, u), w in zip(faces.items(), repaired[0])}
+    return exclude_gains(plant, beta, Z)
+
+
+def _rational(x):
+    entries = x.flat if x.dtype == object else exact(x).flat
+    return fmpq_mat(*x.shape, [fmpq(1) * e for e in entries])
+
+
+def _leading(x):
+    """Columns that carry a leading one in the row echelon form."""
+    rows = x.rref()[0].table()
+    return [
+        next(j for j, e in enumerate(row) if e != 0)
+        for row in rows
+        if any(e != 0 for e in row)
+    ]
+
+
+def _null_basis(B):
+    """Exact basis of the directions v with B' v = 0, as columns."""
+    leading = _leading(_rational(B.T))
+    rows = _rational(B.T).rref()[0].table()
+    free = [j for j in range(len(B)) if j not in leading]
+    N = np.full((len(B), len(free)), fmpq(0), dtype=object)
+    for k, j in enumerate(free):
+        N[j, k] = fmpq(1)
+        for row, i in zip(rows, leading):
+            N[i, k] = -row[j]
+    return N
+
+
+def unreached(plant):
+    """A direction of a plant with no input and, nearly, the least v'Mv / v'v.
+
+    Returns
+    -------
+    name, v, mass
+        Of the worst vertex, in rationals; None where inputs reach all.
+    """
+    worst = None, None, None
+    for name, (M, B) in mass_pairs(plant).items():
+        N = _null_basis(B)
+        if N.shape[1]:
+            near = N.astype(float)
+            _, w = eigh(near.T @ (he(M) / 2) @ near, near.T @ near)
+            w = w[:, 0] / np.abs(w[:, 0]).max()
+            v = N @ exact(round_digits(w, 8) + 0.0)
+            mass = v @ exact(M) @ v / (v @ v)
+            if worst[2] is None or mass < worst[2]:
+                worst = name, v, mass
+    return worst

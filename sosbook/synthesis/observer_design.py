@@ -1,0 +1,231 @@
+"""An observer and what is known about the loop with it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..analysis import linear
+from ..lmi.exact import round_digits
+from ..lmi.proof import first_proven
+from ..lmi.read_only import ReadOnly
+from ..lmi.refutation import InfeasibilityCertificate
+from ..plants.descriptor import mean_descriptor
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.response import Response, simulate, vector
+from ..plants.signals import Sine, Step
+from ..runtime.libraries import library
+from .error_loop import observer_loop, vertices_of
+from .observer_certificate import ObserverCertificate
+from .pid import analyse_loop
+from .result import Result
+
+__all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverResponse(Response):
+    """Signals of a loop with an observer; columns belong to the times t.
+
+    Parameters
+    ----------
+    t, z, dz, e, u, x, w
+        As in `Response`; z is what the plant's C picks, and e = z.
+    estimate : (N, k) array
+        x^, the observer's state.
+    """
+
+    estimate: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ObserverDesign(Result, ReadOnly):
+    """An observer and what is known about the loop with it.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
+        The plant, or the polytope of plants.
+    K : (m, N) array
+        The state feedback, u = K x^.
+    C : (q, N) array
+        What is measured.
+    status : {"feasible", "infeasible", "undecided"}
+        Of Theorem 2.5, which speaks of the vertices only.
+    L : (N, q) array or None
+        In E^ x^' = A^ x^ + B^ u + E^ L (C x^ - y): stabilising L are
+        mostly negative.
+    bound : float or None
+        tr J, which bounds the cost of the error at the vertices.
+    margins : dict or None
+        From a block's name to its smallest eigenvalue, after scaling
+        its diagonal to one.
+    values : dict or None
+        The unknowns of Theorem 2.5 by name.
+    problem : object or None
+        The LMIs that were solved.
+    multipliers : list of arrays or None
+        Of their blocks, where there is no observer.
+    multipliers : list of arrays or None
+        Multipliers of the blocks, where there is no observer.
+    problem : LMIProblem or None
+        The LMIs that were solved.
+    values : dict or None
+        Values of their unknowns, by name.
+    """
+
+    plant: Any
+    K: np.ndarray
+    C: np.ndarray
+    status: str
+    L: np.ndarray | None = None
+    bound: float | None = None
+    margins: dict | None = None
+    values: dict | None = None
+    problem: Any = None
+    multipliers: list | None = None
+
+    def __repr__(self):
+        bound = "" if self.bound is None else f", bound {self.bound:.4g}"
+        return f"<ObserverDesign: {self.status}{bound}>"
+
+    def _matrices(self):
+        return ("K", self.K), ("L", self._observer())
+
+    def _observer(self):
+        if self.L is None:
+            raise ValueError(
+                f"the design is {self.status}: there is no L; see its advice"
+            )
+        return self.L
+
+    @cached_property
+    def infeasibility(self) -> InfeasibilityCertificate | None:
+        """`InfeasibilityCertificate` of Theorem 2.5 where one was found."""
+        if self.multipliers is None:
+            return None
+        return self.problem.open().refute(self.multipliers)
+
+    @cached_property
+    def advice(self) -> str:
+        """What to change; empty if feasible.
+
+        Found by designing for the mean plant alone.
+        """
+        if self.status == "feasible":
+            return ""
+        if self.problem is not None and len(self.problem.vertices) > 1:
+            if self.problem.of_mean().solve(self.plant).status == "feasible":
+                return (
+                    "The mean plant alone has such an observer: shrink the "
+                    "polytope, or take a gentler K."
+                )
+        return "Measure more (C), or take a gentler K."
+
+    def loop(self) -> DescriptorSystem:
+        """E x' = A x of the error and the state, a `DescriptorSystem`."""
+        return observer_loop(self.plant, self.K, self._observer(), self.C)
+
+    def poles(self) -> np.ndarray:
+        """Poles of the loop with the observer, in rad/s.
+
+        Returns
+        -------
+        (2N,) array, or (vertices, 2N) for a polytope
+            One row for each vertex or sample of a polytope.
+        """
+        none = np.zeros((0, 2 * len(self._observer())))
+        found = [linear.poles(d, none) for d in self.loop().vertices]
+        return self.plant.per_vertex(np.array(found))
+
+    def simulate(
+        self,
+        t: ArrayLike,
+        x0: ArrayLike | None = None,
+        w: Sine | Step | None = None,
+        estimate: ArrayLike | None = None,
+    ) -> Any:
+        """`ObserverResponse` of the loop; a list of them per vertex.
+
+        Parameters
+        ----------
+        t : (k,) array_like
+            Increasing times, in seconds, from 0.
+        x0 : (N,) array_like, optional
+            Initial state; zero without it.
+        w : Sine or Step, optional
+            Disturbance.
+        estimate : (N,) array_like, optional
+            The observer's initial state; zero without it.
+        """
+        N = len(self._observer())
+        x0, guess = vector("x0", x0, N), vector("estimate", estimate, N)
+        start = np.concatenate([x0 - guess, x0])
+        loops = self.loop().vertices
+        return self.plant.per_vertex(
+            [
+                self._response(d, loop, t, start, w)
+                for d, loop in zip(vertices_of(self.plant), loops)
+            ]
+        )
+
+    def _response(self, d, loop, t, start, w):
+        N = len(self.L)
+        loop = replace(loop, Bw=np.vstack([d.Bw, d.Bw]))
+        both = simulate(loop, np.zeros((0, 2 * N)), t, w=w, x0=start)
+        x, estimate = both.x[N:], both.x[N:] - both.x[:N]
+        u = self.K @ estimate
+        A, B, Bw = d.state_space()
+        z, rate = d.C @ x, A @ x + B @ u + Bw @ both.w
+        return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
+
+    def certify(self, digits: int | None = None) -> ObserverCertificate:
+        """Prove Theorem 2.5 at the vertices, in exact arithmetic.
+
+        Parameters
+        ----------
+        digits : int, optional
+            L is rounded to so many significant digits first; without it
+            6, 8, 10, 12 and 17 are tried.
+
+        Returns
+        -------
+        ObserverCertificate
+            What was proven, and what failed.
+        """
+        given, names = self._observer(), list(self.margins)
+
+        def attempt(digits, places):
+            L = round_digits(given, digits)
+            values = {name: round_digits(x, places) for name, x in self.values.items()}
+            contents = ObserverCertificate.contents(
+                self.problem, L, self.bound, values, names
+            )
+            return ObserverCertificate.of(contents)
+
+        return first_proven(attempt, digits)
+
+    def analyse(self, **asked: Any) -> Any:
+        """`analyse_loop` of the whole polytope, with K and L fixed.
+
+        What is ``asked`` goes to it as keywords.
+
+        What is ``asked`` are keywords of `analyse_loop`. Theorem 2.5 says
+        nothing between the vertices; this does.
+        """
+        loop = self.loop()
+        return analyse_loop(loop.E, loop.A, **asked)
+
+    def controller(self) -> Any:
+        """The controller from y to u as python-control's StateSpace."""
+        L = self._observer()
+        d = mean_descriptor(vertices_of(self.plant))
+        A, B, _ = d.state_space()
+        return library("control").ss(
+            A + B @ self.K + L @ self.C,
+            -L,
+            self.K,
+            np.zeros((len(self.K), len(self.C))),
+        )

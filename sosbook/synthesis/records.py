@@ -1,0 +1,49 @@
+"""A request as plain data, and back again: what proof files say of it."""
+
+import numpy as np
+
+from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..plants.records import plant_data, read_plant
+from ..requirements.base import Requirement
+from .problem import Request
+
+__all__ = ["read_request", "request_data"]
+
+
+def request_data(request):
+    """The plant and what is asked of it by a request: lists, words and decimals."""
+    slack = request.coupling == "slack"
+    K_A = request.K_A
+    return {
+        "plant": plant_data(request.plant),
+        "U": [] if request.U is None else decimals(request.U),
+        "K_A": None if K_A is None else decimals(K_A),
+        "coupling": request.coupling,
+        "epsilon": decimal(request.slack) if slack else None,
+        "E0": decimals(request.mean.E) if slack else None,
+        "requirements": [r.data() for r in request.requirements],
+    }
+
+
+def read_request(data, gain=None):
+    """The `Request` of the ``data`` that `request_data` writes.
+
+    ``gain`` is the K that is analysed, if there is one.
+    """
+    plant = read_plant(data["plant"])
+    U, K_A = data["U"], data["K_A"]
+    if gain is not None or plant.m == 0:
+        gain = (
+            np.zeros((0, plant.order))
+            if plant.m == 0
+            else (read_array(gain, plant.m, None))
+        )
+    return Request(
+        plant,
+        read_array(U, None, plant.n) if U else None,
+        K_A=None if K_A is None else read_array(K_A, plant.m, plant.n),
+        coupling=data["coupling"],
+        slack=None if data["epsilon"] is None else read_number(data["epsilon"]),
+        gain=gain,
+        requirements=[Requirement.read(r) for r in data["requirements"]],
+    )

@@ -1,0 +1,108 @@
+"""What every design function returns, whatever its theorem."""
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..display.card import card
+from ..lmi.proof import Proof
+
+__all__ = ["Result"]
+
+
+class Result(ABC):
+    """The protocol of `Design`, `DelayDesign` and the other results.
+
+    Where something is said of each vertex the rule of shapes is: for one
+    plant the thing itself, for a polytope (of one vertex too) one for
+    each vertex. Arrays gain a first axis, other things come in a list:
+    ``poles()`` is (N,) or (vertices, N), ``simulate(t)`` is a response
+    or a list of them.
+
+    Attributes
+    ----------
+    status : {"feasible", "infeasible", "undecided"}
+    K : array or None
+        The gain that was designed.
+    margins : dict or None
+        From a name to a number that is positive where what it names
+        holds; None without a gain.
+    """
+
+    noun = "design"  # what messages call it
+    pole_axis = "poles, rad/s"  # below the picture of its poles
+
+    @abstractmethod
+    def certify(self, digits: int = 6) -> Proof:
+        """The exact proof of what was asked; ValueError without a gain.
+
+        It has so many ``digits``; without them it finds out how many it needs.
+
+        It is about ``certify().K``, the gain with ``digits`` significant
+        digits, as it is printed: where a gain leaves the program, take
+        that one.
+        """
+
+    @property
+    @abstractmethod
+    def infeasibility(self) -> Any:
+        """The exact proof that nothing exists, where one was found."""
+
+    @property
+    @abstractmethod
+    def advice(self) -> str:
+        """What to change, in words; empty if feasible."""
+
+    @abstractmethod
+    def poles(self) -> np.ndarray:
+        """Poles of the loop: (N,), or (vertices, N) for a polytope."""
+
+    @abstractmethod
+    def simulate(self, t: ArrayLike) -> Any:
+        """The loop's response at the times t; a list for a polytope."""
+
+    def __repr__(self):
+        name = type(self).__name__
+        if not self.margins:
+            return f"<{name}: {self.status}>"
+        worst = min(self.margins, key=self.margins.get)
+        return (
+            f"<{name}: {self.status}, smallest margin "
+            f"{self.margins[worst]:.2g} ({worst})>"
+        )
+
+    def _repr_html_(self):
+        """What a notebook shows: verdict, poles, gains, margins, what is next."""
+        found = self.K is not None and self.margins is not None
+        return card(
+            type(self).__name__,
+            self.status,
+            np.atleast_2d(self.poles()) if found else (),
+            self._region(),
+            self._matrices() if found else (),
+            self.margins,
+            self._next(),
+            self.pole_axis,
+        )
+
+    def _region(self):
+        """Where the poles must lie; None where nothing is asked."""
+
+    def _matrices(self):
+        """(name, matrix) of what was designed."""
+        return (("K", self.K),)
+
+    def _next(self):
+        """What to do next, in sentences."""
+        if self.status == "feasible":
+            return ("certify() proves it in exact arithmetic, simulate(t) shows it.",)
+        return (getattr(self, "reason", ""), self.advice)
+
+    def _gain(self):
+        if self.K is None:
+            raise ValueError(
+                f"the {self.noun} is {self.status}: there is no gain; see its advice"
+            )
+        return self.K

@@ -1,0 +1,128 @@
+"""Bad numbers are named, and what floats can't do is undecided."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import sosbook as sos
+from sosbook.plants.second_order import MassWarning
+
+I = np.eye(2)
+
+
+def mass(M=1.0):
+    return sos.SecondOrderSystem([[M]], [[0.0]], [[0.0]], [[1.0]], [[1.0]])
+
+
+def refused(words, ask):
+    with pytest.raises(ValueError, match=words) as caught:
+        ask()
+    assert type(caught.value) is ValueError
+
+
+@pytest.mark.parametrize(
+    "words, ask",
+    [
+        ("M must be", lambda: sos.SecondOrderSystem([[10**400]], [[0]], [[0]], [[1]])),
+        ("entry of M = 1e.150", lambda: mass(1e150)),
+        ("entry of M = 1e-150 is below", lambda: mass(1e-150)),
+        ("gamma = 1e.300", lambda: sos.design_pid(mass(), gamma=1e300)),
+        ("gamma = 1e-300", lambda: sos.design_pid(mass(), gamma=1e-300)),
+        ("gamma must be a finite", lambda: sos.design_pid(mass(), gamma=10**400)),
+        ("u_max = 1e.300", lambda: sos.Saturation(1e300, [1, 0])),
+        ("x0 = 1e.300", lambda: sos.Saturation(1, [1e300, 0])),
+        ("rho = 1e.300", lambda: sos.PoleRegion(rho=1e300)),
+        ("sigma = 1e.300", lambda: sos.PoleRegion(sigma=1e300)),
+        ("theta = 1e-300", lambda: sos.PoleRegion(theta=1e-300)),
+        ("entry of K = 1e.300", lambda: sos.analyse_pid(mass(), [[1e300, 0]])),
+        ("entry of Q = 1e.200", lambda: sos.design_lqr(mass(), 1e200 * I, [[1]])),
+        ("Q: the least cost", lambda: sos.design_lqr(mass(), 0 * I, [[1]])),
+    ],
+)
+def test_a_number_out_of_bounds_is_named(words, ask):
+    refused(words, ask)
+
+
+def polytope(**asked):
+    plants = sos.Polytope([mass(), mass(1.5)])
+    return sos.design_pid(plants, region=sos.PoleRegion(0.1), **asked)
+
+
+@pytest.mark.parametrize("wrong", [-1, 1.5, "two", True, None])
+def test_samples_are_counted(wrong):
+    d = polytope()
+    for ask in (d.poles, d.hinf):
+        refused("samples must be 0, 1, ...", lambda ask=ask: ask(samples=wrong))
+    refused("seed must be", lambda: d.poles(samples=2, seed=-1))
+
+
+def test_fields_that_were_tampered_with_are_named():
+    d = polytope(coupling="slack")
+    refused("P has 1 matrices, needs 2", replace(d, P=d.P[:1]).certify)
+    refused("V is missing", replace(d, V=None).certify)
+    bad = sos.design_pid(mass(), gamma=0.01, saturation=sos.Saturation(1, [1, 0]))
+    assert bad.status == "infeasible"
+    for Z in ([z * np.nan for z in bad.multipliers], bad.multipliers[:1]):
+        tampered = replace(bad, exclusion=None, multipliers=Z)
+        refused("multipliers must be", lambda t=tampered: t.infeasibility)
+
+
+def test_a_hull_that_holds_a_zero_mass():
+    turn = np.array([[0, 1], [-1, 0]])
+    with pytest.warns(MassWarning):
+        plants = sos.Polytope(
+            [sos.SecondOrderSystem(s * turn, I, I, I) for s in (1, -1)]
+        )
+    d = sos.design_pid(plants)
+    assert d.status == "infeasible" and d.infeasibility.proven
+
+
+SIZES = st.sampled_from([0.0, 1e-99, 1e-30, 1e-9, 1.0, 3.7, 1e9, 1e30, 1e99, -1.0])
+
+
+@settings(
+    max_examples=25,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=list(HealthCheck),
+)
+@given(
+    entries=st.lists(SIZES, min_size=5, max_size=5),
+    sigma=st.sampled_from([None, 1e-9, 1.0, 1e9]),
+    gamma=st.sampled_from([None, 1e-9, 1.0, 1e9]),
+    u_max=st.sampled_from([None, 1e-9, 1.0, 1e9]),
+    K=st.one_of(st.none(), st.lists(SIZES, min_size=2, max_size=2)),
+)
+def test_whatever_is_asked_gets_an_answer(entries, sigma, gamma, u_max, K):
+    """A verdict with its reason, or a ValueError of ours; no warning."""
+    asked = dict(
+        region=sigma and sos.PoleRegion(sigma),
+        gamma=gamma,
+        saturation=u_max and sos.Saturation(u_max, [1, 0]),
+        time_limit=5,
+    )
+    M, D, S, B, F = ([[x]] for x in entries)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", MassWarning)
+                plant = sos.SecondOrderSystem(M, D, S, B, F)
+            if K is None:
+                d = sos.design_pid(plant, **asked)
+            else:
+                d = sos.analyse_pid(plant, [K], **asked)
+        except ValueError as error:
+            assert type(error) is ValueError, error
+            return
+        assert bool(d.reason) == (d.status != "feasible")
+        if d.status == "feasible":
+            assert d.K is not None
+            assert min(d.margins.values()) > 0 or d.certify(17).proven
+        if d.status == "infeasible":
+            assert d.infeasibility.proven
+        assert isinstance(d.advice, str)

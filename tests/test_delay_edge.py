@@ -1,0 +1,250 @@
+"""Close to the edge of feasibility: answers, proofs, and what gave up."""
+
+import pickle
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flint import acb, acb_mat
+
+import sosbook as sos
+from sosbook.delay import DelayedLoop, DelayRequest, analyse_delay, largest, solve_delay
+from sosbook.delay.modes import slow_modes
+from sosbook.lmi import Unknown, block
+from sosbook.lmi.blocks import Blocks
+from sosbook.lmi.deepest import deepest
+from sosbook.lmi.exact import exact, inverse
+
+PUBLISHED = sos.thesis.delay_example_1(published=True)
+PRINTED = sos.thesis.delay_example_1()
+MASSES = sos.thesis.delay_example_2()
+SCALAR = DelayedLoop([[0]], [[-1]])
+
+
+def wing(example, delta, method="functional", **changes):
+    asked = dict(U=example.U, tau=0.2, mu=0.1, alpha=0.6, method=method)
+    return sos.design_delay_pid(example.plant, delta=delta, **asked | changes)
+
+
+@pytest.mark.parametrize(
+    "example, delta, changes",
+    [
+        (PUBLISHED, 0.11, {}),
+        (PUBLISHED, 0.115, {}),
+        (PRINTED, 0.30, {}),
+        (PUBLISHED, 0.14, dict(method="shift")),
+        (PUBLISHED, 0.15, dict(method="shift", alpha=0.8)),
+    ],
+    ids=["published", "narrow", "printed", "shift", "wider alpha"],
+)
+def test_a_wing_close_to_its_edge_is_designed_proven_and_analysed(
+    example, delta, changes
+):
+    made = wing(example, delta, **changes)
+    assert made.status == "feasible"
+    assert min(made.margins.values()) > 0
+    blocks = made.request.blocks(made.values)
+    assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
+    certificate = made.certify(8)
+    assert certificate.proven
+    again = analyse_delay(
+        example.plant,
+        certificate.K,
+        example.U,
+        0.2,
+        0.1,
+        delta,
+        method=changes.get("method", "functional"),
+    )
+    assert again.status == "feasible"
+    assert again.certify(8).proven
+
+
+@pytest.mark.parametrize(
+    "example, delta, changes",
+    [
+        (PUBLISHED, 0.12, {}),
+        (PUBLISHED, 0.6, {}),
+        (PRINTED, 0.31, {}),
+        (PRINTED, 0.6, {}),
+        (PUBLISHED, 0.16, dict(method="shift", alpha=0.8)),
+    ],
+    ids=["published", "promise", "printed", "printed promise", "shift"],
+)
+def test_a_wing_beyond_its_edge_is_refuted_by_its_slowest_mode(example, delta, changes):
+    refused = wing(example, delta, **changes)
+    assert refused.status == "infeasible"
+    assert refused.infeasibility.proven
+    slowest = max(example.plant.poles(), key=lambda s: s.real)
+    assert f"{slowest.real:.4g}" in refused.infeasibility.part
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "example, start, changes, value",
+    [
+        (PUBLISHED, 0.1, {}, 0.11),
+        (PRINTED, 0.3, {}, 0.30),
+        (PUBLISHED, 0.1, dict(method="shift"), 0.14),
+        (PUBLISHED, 0.1, dict(method="shift", alpha=0.8), 0.15),
+    ],
+    ids=["published", "printed", "shift", "wider alpha"],
+)
+def test_largest_finds_the_edge_and_proves_it(example, start, changes, value):
+    asked = dict(U=example.U, tau=0.2, mu=0.1, delta=start, alpha=0.6) | changes
+    found = largest("delta", example.plant, **asked)
+    assert found.value == value
+    assert found.proven
+    assert "is proven to have none" in repr(found)
+
+
+def test_a_mode_is_enclosed():
+    """The ball holds an eigenvalue, and is small."""
+    (d,) = DelayRequest(PUBLISHED.plant, PUBLISHED.U, 0.2).vertices
+    modes = next(slow_modes(d, 0.0))
+    A = inverse(exact(d.E)) @ exact(d.A)
+    real, imag = modes.Lam[0, 0], modes.Lam[1, 0]
+    shifted = acb_mat(A.tolist())
+    for i in range(len(A)):
+        shifted[i, i] = shifted[i, i] - acb(real, imag)
+    assert shifted.det().contains(0)
+    assert float(real.rad()) < 1e-40
+    near = complex(float(real.mid()), float(imag.mid()))
+    assert min(abs(np.linalg.eigvals(A.astype(float)) - near)) < 1e-12
+
+
+def test_modes_and_refutations_can_be_sent_to_another_process():
+    """What comes back holds the same balls and refutes again."""
+    found = wing(PUBLISHED, 0.6).infeasibility
+    back = pickle.loads(pickle.dumps(found))
+    assert found.modes is not None
+    assert back.modes.eigenvalues == found.modes.eigenvalues
+    for name in ("Lam", "B"):
+        old, new = getattr(found.modes, name), getattr(back.modes, name)
+        assert old.shape == new.shape
+        for a, b in zip(old.flat, new.flat):
+            assert b.contains(a) and b.mid() == a.mid()
+            assert float(b.rad()) <= 1.001 * float(a.rad())
+    assert back.verify()
+    assert back.part == found.part
+
+
+def test_multipliers_of_other_modes_are_refused():
+    """The check between balls fails where Lambda is another one."""
+    request = DelayRequest(PUBLISHED.plant, PUBLISHED.U, 0.2, 0.1, 0.6, 0.6)
+    modes = next(slow_modes(request.vertices[0], 0.6))
+    small = request.at(plant=modes.plant(), U=None)
+    found = solve_delay(small).infeasibility
+    multipliers = list(found.multipliers.values())
+    assert modes.refuted(small, multipliers)
+    tame = replace(modes, Lam=modes.Lam - 5 * np.eye(3, dtype=int))
+    assert not tame.refuted(small, multipliers)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_infeasible_is_always_proven_and_never_wrong(seed):
+    """Along the rate: feasible, then not; what is infeasible is proven."""
+    rng = np.random.default_rng(seed)
+    n = 1 + seed % 2
+    M = np.eye(n) + 0.2 * np.ones((n, n))
+    plant = sos.SecondOrderSystem(
+        M, 0.2 * np.eye(n), np.diag(1 + rng.random(n)), np.ones((n, 1))
+    )
+    U = np.eye(n)[:1]
+    asked = dict(U=U, tau=0.2, mu=0.1, alpha=0.4)
+    made = sos.design_delay_pid(plant, delta=0.1, **asked)
+    assert made.status == "feasible"
+    K = made.certify(6).K
+    seen = []
+    for delta in (0.02, 0.1, 0.5, 1.0, 2.0, 4.0):
+        both = (
+            sos.design_delay_pid(plant, delta=delta, **asked),
+            analyse_delay(plant, K, U, 0.2, 0.1, delta),
+        )
+        for found in both:
+            if found.status == "infeasible":
+                assert found.infeasibility.proven
+            elif found.status == "undecided":
+                assert found.reason
+            else:
+                assert found.certify(8).proven
+        seen.append([found.status == "feasible" for found in both])
+    for column in np.array(seen).T:  # no gap
+        assert (np.diff(column.astype(int)) <= 0).all()
+
+
+def test_infeasible_rates_of_a_polytope_stay_infeasible():
+    """What is refuted at a rate isn't "undecided" at twice the rate."""
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem([[m]], [[0.1]], [[1.0]], [[1.0]]) for m in (1.0, 1.3)]
+    )
+    K = sos.design_delay_pid(plants, [[1.0]], 0.1, 0.1, 0.05, alpha=0.4).K
+    verdicts = [
+        analyse_delay(plants, K, [[1.0]], 0.1, 0.1, delta).status
+        for delta in (0.01, 0.05, 0.2, 0.8, 1.6, 3.2)
+    ]
+    order = {"feasible": 0, "undecided": 1, "infeasible": 2}
+    ranks = [order[v] for v in verdicts]
+    assert ranks == sorted(ranks)
+    assert verdicts[0] == "feasible"
+    assert verdicts[-1] == "infeasible"
+
+
+def test_largest_tells_what_is_proven_from_what_gave_up():
+    proven = largest("tau", SCALAR, tau=1)
+    assert proven.proven
+    assert proven.refused.infeasibility.proven
+    assert repr(proven).endswith(f"{proven.beyond} is proven to have none>")
+
+    hasty = largest("tau", SCALAR, tau=1, time_limit=1e-6)
+    assert not hasty.proven
+    assert hasty.refused.status == "undecided"
+    assert "gave up at" in repr(hasty)
+    assert "stopped after 1e-06 s" in repr(hasty)
+
+
+def test_a_search_over_alpha_excludes_nothing():
+    plant = sos.SecondOrderSystem([[1.0]], [[0.1]], [[-1.0]], [[1.0]])
+    found = sos.design_delay_pid(plant, [[1.0]], tau=0.2, mu=0.1, delta=4.0)
+    assert found.status == "undecided"
+    assert "other values of alpha aren't excluded" in found.reason
+
+
+@pytest.mark.parametrize("limit", [1e-6, 0.05])
+def test_a_time_limit_is_kept(limit):
+    start = time.monotonic()
+    found = wing(PUBLISHED, 0.118, time_limit=limit)
+    assert time.monotonic() - start < limit + 3
+    assert found.status == "undecided"
+    assert found.reason == f"stopped after {limit:g} s"
+    given = analyse_delay(
+        PUBLISHED.plant, PUBLISHED.K, PUBLISHED.U, 0.2, 0.1, 0.5, time_limit=limit
+    )
+    assert given.status == "undecided"
+    with pytest.raises(ValueError, match="time_limit must be positive"):
+        wing(PUBLISHED, 0.1, time_limit=0)
+
+
+def test_the_deepest_ray_of_a_narrow_cone():
+    """[[x, e y], [e y, x]] > 0, y > x: narrow as e nears 1."""
+    x, y = Unknown("x", 1), Unknown("y", 1)
+    for e, room in ((0.5, True), (1 - 1e-9, True), (1.0, False), (2.0, False)):
+        cone = [block([[x, e * y], [e * y, x]]), y - x]
+        found = deepest(Blocks.of(cone, [x, y]))
+        assert (found.depth > 0) == room
+        assert found.gap < max(found.depth, 1e-12)
+
+
+def test_the_deepest_ray_needs_a_cone():
+    x = Unknown("x", 1)
+    with pytest.raises(ValueError, match="homogeneous"):
+        deepest(Blocks.of([x - np.ones((1, 1))], [x]))
+
+
+def test_states_that_nothing_drives_decide_alone():
+    loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+    for method in ("functional", "shift", "legendre"):
+        found = solve_delay(DelayRequest(loop, tau=6.3, method=method))
+        assert found.status == "infeasible"
+        assert found.infeasibility.part == "the states 2 alone"

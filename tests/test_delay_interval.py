@@ -1,0 +1,255 @@
+"""The functional over the whole interval, against roots, motions and numbers."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.delay import (
+    ConstantDelay,
+    DelayedLoop,
+    DelayRequest,
+    RandomDelay,
+    SawtoothDelay,
+    SwitchingDelay,
+    analyse_delay,
+    largest,
+    simulate_delay,
+    slowest_decay,
+)
+from sosbook.lmi import Unknown
+from sosbook.lmi.exact import exact
+from sosbook.theorems import Times, interval_decay, interval_kernel
+
+SCALAR = DelayedLoop([[0]], [[-1]])
+MASSES = sos.thesis.delay_example_2()
+WING = sos.thesis.delay_example_1(published=True)
+
+
+def jensen(A, Ad, h1, h2, values):
+    """Minus the bound of V' as in Park, Ko and Jeong (2011), block by block."""
+    P, Q1, Q2, R1, R2, T = (values[k] for k in ("P", "Q1", "Q2", "R1", "R2", "T"))
+    W = h1**2 * R1 + (h2 - h1) ** 2 * R2
+    zero = 0 * P
+    rows = [
+        [P @ A + A.T @ P + Q1 - R1 + A.T @ W @ A, R1, P @ Ad + A.T @ W @ Ad, zero],
+        [R1, -Q1 + Q2 - R1 - R2, R2 - T, T],
+        [
+            (P @ Ad + A.T @ W @ Ad).T,
+            (R2 - T).T,
+            Ad.T @ W @ Ad - 2 * R2 + T + T.T,
+            R2 - T,
+        ],
+        [zero, T.T, (R2 - T).T, -Q2 - R2],
+    ]
+    return -np.block(rows)
+
+
+def test_order_0_is_the_printed_matrix():
+    rng = np.random.default_rng(5)
+    N, tau, mu = 3, 0.7, 0.4
+    A, Ad = rng.standard_normal((2, N, N))
+    values = {}
+    for name in ("P", "Q1", "Q2", "R1", "R2"):
+        X = rng.standard_normal((N, N))
+        values[name] = X + X.T
+    values["T"] = rng.standard_normal((N, N))
+    t = Times(tau, mu, 0.0, 1.0, 1.0)
+    ours = interval_decay(A, Ad, **values, order=0, t=t, late=0)
+    np.testing.assert_allclose(
+        ours, jensen(A, Ad, tau - mu, tau + mu, values), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_the_form_bounds_the_derivative_of_V(order, share):
+    """Along a random past: V' by quadrature is at most minus the form."""
+    rng = np.random.default_rng(11 + order)
+    N, tau = 2, 0.8
+    mu = share * tau
+    h1, h2 = tau - mu, tau + mu
+    request = DelayRequest(
+        DelayedLoop(np.zeros((N, N)), np.zeros((N, N))),
+        tau=tau,
+        mu=mu,
+        method="interval",
+        order=order,
+    )
+    v = {}
+    for u in request.unknowns():
+        X = rng.standard_normal(u.shape)
+        v[u.name] = X @ X.T if u.symmetric else X
+    if "T" in v:  # a T for which the kernel is positive
+        T = v["T"]
+        while np.linalg.eigvalsh(interval_kernel(v["R2"], T, order))[0] <= 0:
+            T = T / 2
+        v["T"] = T
+    A, Ad = rng.standard_normal((2, N, N))
+    c = rng.standard_normal((5, N))
+
+    def x(s, k=0):  # and its derivatives
+        w = np.arange(1, 6)[:, None]
+        waves = w**k * np.sin(w * np.asarray(s) + np.arange(5)[:, None] + k * np.pi / 2)
+        return c.T @ waves
+
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+
+    def integral(f, a, b):
+        s = (a + b) / 2 + (b - a) / 2 * nodes
+        return (f(s) * weights).sum(-1) * (b - a) / 2
+
+    def energy(R):
+        return lambda s: np.einsum("ik,ij,jk->k", x(s, 1), R, x(s, 1))
+
+    def now(s):
+        return x([s])[:, 0]
+
+    for d in np.linspace(h1, h2, 4):
+        t = Times(tau, mu, 0.0, 1.0, 1.0)
+        names = {k: v.get(k) for k in ("P", "Q1", "Q2", "R1", "R2", "T")}
+        ends = [
+            interval_decay(A, Ad, **names, order=order, t=t, late=late)
+            for late in (0, 1)
+        ]
+        weight = (d - h1) / (h2 - h1) if mu else 0.0
+        form = (1 - weight) * ends[0] + weight * ends[1]
+        q = A @ now(0) + Ad @ now(-d)
+        state, rate = [now(0)], [q]
+        parts = [now(0)]
+        means = []
+        exactly = 0.0
+        if h1 > 0:
+            parts.append(now(-h1))
+            means.append(integral(x, -h1, 0) / h1)
+            exactly += now(0) @ v["Q1"] @ now(0) - now(-h1) @ v["Q1"] @ now(-h1)
+            exactly += h1**2 * q @ v["R1"] @ q - h1 * integral(energy(v["R1"]), -h1, 0)
+            if order:
+                state.append(integral(x, -h1, 0))
+                rate.append(now(0) - now(-h1))
+        if mu:
+            parts += [now(-d), now(-h2)]
+            means += [
+                integral(x, -d, -h1) / (d - h1) if d > h1 else now(-h1),
+                integral(x, -h2, -d) / (h2 - d) if d < h2 else now(-h2),
+            ]
+            exactly += now(-h1) @ v["Q2"] @ now(-h1) - now(-h2) @ v["Q2"] @ now(-h2)
+            width = h2 - h1
+            exactly += width**2 * q @ v["R2"] @ q
+            exactly -= width * integral(energy(v["R2"]), -h2, -h1)
+            if order:
+                state.append(integral(x, -h2, -h1))
+                rate.append(now(-h1) - now(-h2))
+        exactly += 2 * np.concatenate(state) @ v["P"] @ np.concatenate(rate)
+        zeta = np.concatenate(parts + (means if order else []))
+        assert zeta @ form @ zeta <= -exactly + 1e-9 * abs(exactly)
+
+
+@pytest.mark.parametrize("order, proven, beyond", [(0, 1.338, 1.34), (1, 1.34, 1.46)])
+def test_the_scalar_loop_beyond_the_wall(order, proven, beyond):
+    """x' = -x(t - d), d in [0, D]: Theorem A.3's wall is at .92, truth 3/2."""
+    inside = analyse_delay(
+        SCALAR, tau=proven / 2, mu=proven / 2, method="interval", order=order
+    )
+    assert inside.certify().proven
+    outside = analyse_delay(
+        SCALAR, tau=beyond / 2, mu=beyond / 2, method="interval", order=order
+    )
+    assert outside.status == "infeasible"
+    assert outside.infeasibility.proven
+    old = analyse_delay(SCALAR, tau=0.47, mu=0.47, method="legendre")
+    assert old.status == "infeasible"
+
+
+def test_the_two_masses_beyond_the_wall():
+    asked = dict(K=MASSES.K, U=MASSES.U, tau=0.4, method="interval", order=0)
+    d = analyse_delay(MASSES.plant, mu=0.397, **asked)
+    assert d.certify().proven
+    coarse = analyse_delay(
+        MASSES.plant, MASSES.K, MASSES.U, 0.4, 0.39, method="legendre"
+    )
+    assert coarse.status != "feasible"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order, value", [(0, 0.07), (1, 0.076)])
+def test_the_wing(order, value):
+    asked = dict(K=WING.K, U=WING.U, tau=0.2, method="interval", order=order)
+    assert analyse_delay(WING.plant, mu=value, **asked).certify().proven
+    A = DelayRequest(WING.plant, WING.U, 0.2).vertices[0].state_space()
+    rate, _ = slowest_decay(A[0], A[1] @ WING.K, 0.2 - value, 0.2 + value)
+    assert rate > 0
+
+
+def test_order_1_proves_what_order_0_proves():
+    rng = np.random.default_rng(3)
+    seen = 0
+    for _ in range(12):
+        A = rng.standard_normal((2, 2)) - np.eye(2)
+        Ad = 0.8 * rng.standard_normal((2, 2))
+        asked = dict(tau=0.5, mu=0.3, method="interval")
+        coarse = analyse_delay(DelayedLoop(A, Ad), order=0, **asked)
+        if coarse.status == "feasible":
+            sharp = analyse_delay(DelayedLoop(A, Ad), order=1, **asked)
+            assert sharp.certify().proven
+            seen += 1
+    assert seen >= 3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_certified_rate_is_true(seed):
+    """Roots of constant delays, and motions under delays that vary."""
+    rng = np.random.default_rng(seed)
+    N = 1 + seed % 2
+    loop = DelayedLoop(
+        rng.standard_normal((N, N)) - 2.5 * np.eye(N), 0.6 * rng.standard_normal((N, N))
+    )
+    tau = round(float(rng.uniform(0.2, 0.8)), 2)
+    mu = round(tau * (0.0, 0.4, 1.0)[seed % 3], 3)
+    asked = dict(tau=tau, mu=mu, method="interval", order=seed // 3)
+    found = largest("delta", loop, delta=0.1, **asked)
+    assert found.design.certify().proven
+    assert found.design.slowest_decay()[0] >= found.value
+    kinds = [ConstantDelay(tau + mu)]
+    if mu:
+        low, high = tau - mu, tau + mu
+        kinds += [
+            SawtoothDelay(low, high),
+            SwitchingDelay(low, high, 0.7),
+            RandomDelay(low, high, 0.3, seed=seed),
+        ]
+    t, start = np.linspace(0, 20, 401), rng.standard_normal(N)
+    for delay in kinds:
+        motion = simulate_delay(
+            loop.vertices[0], np.eye(N), t, delay, history=lambda s: start
+        )
+        size = np.linalg.norm(motion.x, axis=0) * np.exp(found.value * t)
+        assert size[300:].max() < 2 * size[:100].max()
+
+
+def test_an_unstable_loop_gets_no_certificate():
+    """Constant delays of the interval that are unstable exclude a proof."""
+    for D in (1.58, 2.0):
+        for order in (0, 1):
+            found = analyse_delay(
+                SCALAR, tau=D - 0.1, mu=0.1, method="interval", order=order
+            )
+            assert found.status == "infeasible"
+    with pytest.raises(ValueError, match="order must be 0 or 1, got 2"):
+        analyse_delay(SCALAR, tau=1, method="interval", order=2)
+    with pytest.raises(ValueError, match='method="interval" analyses a given gain'):
+        DelayRequest(MASSES.plant, MASSES.U, 0.4, method="interval")
+
+
+def test_the_same_lines_in_rationals():
+    t = Times(exact(1.0), exact(0.5), exact(0.0), exact(1.0), exact(1.0))
+    names = ("P", "Q1", "Q2", "R1", "R2", "T")
+    unknowns = {n: Unknown(n, 1, symmetric=n != "T") for n in names}
+    form = interval_decay(
+        exact(np.array([[0.0]])),
+        exact(np.array([[-1.0]])),
+        **unknowns,
+        order=0,
+        t=t,
+        late=0,
+    )
+    assert form.constant.dtype == object

@@ -1,0 +1,213 @@
+"""What callers may give, and what they are told when they may not."""
+
+import warnings
+
+import numpy as np
+import pytest
+import scipy.sparse
+
+import sosbook as sos
+from sosbook.deprecation import named_after
+from sosbook.plants.second_order import MassWarning
+
+ONE = dict(M=2, D=0.1, S=3, B=1)
+ROBOT = sos.thesis.example_1()
+
+
+def test_numbers_stand_for_one_degree_of_freedom():
+    plant = sos.SecondOrderSystem(**ONE, F=1)
+    same = sos.SecondOrderSystem([[2]], [[0.1]], [[3]], [[1]], [[1]])
+    assert plant == same and hash(plant) == hash(same)
+    asked = dict(region=sos.PoleRegion(sigma=0.5), gamma=2.0)
+    by_number = sos.design_pid(plant, 1, **asked)
+    by_matrix = sos.design_pid(same, [[1]], **asked)
+    assert by_number.status == "feasible"
+    assert np.array_equal(by_number.K, by_matrix.K)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        scipy.sparse.csr_matrix,
+        scipy.sparse.csc_array,
+        scipy.sparse.dia_matrix,
+        lambda x: np.asarray(x).tolist(),
+        lambda x: np.asarray(x, np.float32).astype(object),
+        lambda x: np.asarray(x).astype(np.int64),
+    ],
+)
+def test_matrices_of_every_kind_give_one_design(kind):
+    M, D, S, B = np.diag([10, 11]), [[4, 1], [1, 5]], [[8, 4], [-4, 9]], np.eye(2)
+    plain = sos.SecondOrderSystem(M, D, S, B, B)
+    other = sos.SecondOrderSystem(*map(kind, map(np.array, (M, D, S, B, B))))
+    assert plain == other
+    a = sos.design_pid(plain, np.eye(2), gamma=1.3)
+    b = sos.design_pid(other, kind(np.eye(2)), gamma=np.float64(1.3))
+    assert np.array_equal(a.K, b.K)
+
+
+def test_a_sparse_acceleration_gain_is_taken():
+    plant = ROBOT.plant
+    K_A = 0.5 * np.eye(2)
+    a = sos.design_pid(plant, ROBOT.U, K_A=K_A)
+    b = sos.design_pid(plant, ROBOT.U, K_A=scipy.sparse.csr_matrix(K_A))
+    assert np.array_equal(a.K, b.K) and np.array_equal(a.K_A, b.K_A)
+    assert b.certify().proven
+
+
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: sos.SecondOrderSystem(**ONE | dict(B=[1, 0])), r"\[\[1, 0\]\] for"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(B=[1, 0])), r"\[1\], \[0\]"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(M=None)), "M is missing"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(D="0.1")), "D .* holds text"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(D=[["0.1"]])), "D .* holds text"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[True]])), "S .* True or False"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[10**400]])), "S must be a"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[1j]])), "S .* complex"),
+        (lambda: sos.SecondOrderSystem(2, np.eye(2), np.eye(2), np.eye(2)), "M must"),
+        (lambda: sos.PoleRegion(sigma=True), "sigma must be a finite number"),
+        (lambda: sos.PoleRegion(sigma=10**400), "sigma must be a finite number"),
+        (lambda: sos.PoleRegion(theta=45), "theta_deg"),
+        (lambda: sos.PoleRegion(theta_deg=91), r"theta_deg = 91 .* \(0, 90\]"),
+        (lambda: sos.PoleRegion(theta_deg=45, theta=1), "not both"),
+        (lambda: sos.design_pid(ROBOT.plant, sos.PoleRegion(1)), "by name, as in"),
+        (lambda: sos.design_pid([ROBOT.plant, ROBOT.plant]), r"Polytope\(\[\.\.\."),
+        (lambda: sos.Polytope([sos.Polytope([ROBOT.plant])]), "join the lists"),
+        (lambda: sos.design_pid(ROBOT.plant, [1, 0]), r"U must .* \[\[1, 0\]\]"),
+        (lambda: sos.DescriptorSystem([1, 2], np.eye(2)), r"E must .* \[\[1, 2\]\]"),
+        (
+            lambda: sos.DescriptorSystem(np.eye(2), np.eye(2), 1, D_u=1),
+            "B has 1 rows, needs 2",
+        ),
+    ],
+)
+def test_errors_name_the_argument_and_the_cure(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
+def test_degrees_are_the_same_region():
+    for degrees, radians in ((45, np.pi / 4), (30.0, np.radians(30)), (90, np.pi / 2)):
+        a = sos.PoleRegion(sigma=1, theta_deg=degrees)
+        b = sos.PoleRegion(sigma=1, theta=radians)
+        assert a.theta == b.theta and repr(a) == repr(b)
+
+
+@pytest.mark.parametrize(
+    "M, words",
+    [
+        ([[1, 0.5], [0, 1]], "isn't symmetric"),
+        ([[-1, 0], [0, 1]], "negative eigenvalue -1"),
+        ([[1, 2], [2, 1]], "negative eigenvalue -1"),
+    ],
+)
+def test_a_strange_mass_is_named_where_it_was_written(M, words):
+    with pytest.warns(MassWarning, match=words) as seen:
+        sos.SecondOrderSystem(M, np.eye(2), np.eye(2), np.eye(2))
+    assert seen[0].filename == __file__
+
+
+def test_a_sound_mass_is_taken_in_silence():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for M in (np.eye(2), np.diag([1, 0]), [[2, 0.1 + 0.2], [0.3, 2]]):
+            plant = sos.SecondOrderSystem(M, np.eye(2), np.eye(2), np.eye(2))
+        sos.Polytope([plant, plant]).sample(3, seed=0)
+        assert sos.regularize(plant).regular.n == 2  # M - B K_A isn't symmetric
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: sos.design_pid(ROBOT.plant, ROBOT.U, ROBOT.region, 0.3),
+        lambda: sos.analyse_pid(ROBOT.plant, ROBOT.K, ROBOT.U, ROBOT.region, 0.3),
+    ],
+)
+def test_more_positions_still_work_and_say_what_to_write(call):
+    with pytest.warns(DeprecationWarning, match="region=..., gamma=...") as seen:
+        design = call()
+    assert seen[0].filename == __file__
+    assert design.request.gamma == 0.3 and design.request.region is not None
+
+
+def test_positions_and_names_dont_mix():
+    @named_after(1)
+    def f(a, *, b=0, c=0):
+        return a, b, c
+
+    with pytest.warns(DeprecationWarning, match=r"f\(a, b=..., c=...\)"):
+        assert f(1, 2, 3) == (1, 2, 3)
+    with pytest.raises(TypeError, match="f got b twice"):
+        f(1, 2, b=3)
+    with pytest.raises(TypeError, match="at most 3 arguments"):
+        f(1, 2, 3, 4)
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        f(1, d=2)
+
+
+def test_plants_are_equal_by_their_data():
+    two = [sos.SecondOrderSystem(**ONE | dict(S=s)) for s in (3, 4)]
+    again = [sos.SecondOrderSystem(**ONE | dict(S=s)) for s in (3.0, 4)]
+    assert two == again and two[0] != two[1] and two[0] != "plant"
+    assert sos.Polytope(two) == sos.Polytope(again)
+    assert sos.Polytope(two) != sos.Polytope(two[:1])
+    assert len({sos.Polytope(two), sos.Polytope(again), *two, *again}) == 3
+    zero = [sos.SecondOrderSystem(1, d, 1, 1) for d in (0.0, -0.0)]
+    assert zero[0] == zero[1] and hash(zero[0]) == hash(zero[1])
+    first = [sos.DescriptorSystem(1, -1, 1, C=1, D_u=d) for d in (2, 2.0, 3)]
+    assert first[0] == first[1] != first[2]
+    assert first[0] != sos.DescriptorSystem(1, -1, 1, C=1)
+    assert hash(first[0]) == hash(first[1])
+
+
+def test_representations_are_short():
+    chain = sos.thesis.example_3().plant
+    for plant in (ROBOT.plant, chain, sos.Polytope([ROBOT.plant] * 100)):
+        assert len(repr(plant)) < 90 and "\n" not in repr(plant)
+    assert repr(sos.Polytope([ROBOT.plant] * 100)).startswith("<Polytope: 100 vertices")
+
+
+REGULAR = sos.regularize(
+    sos.SecondOrderSystem(np.diag([2, 0]), np.eye(2), np.eye(2), np.eye(2))
+)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda plant: sos.design_delay_pid(plant, tau=0.1),
+        lambda plant: sos.design_observer(plant, [[0]], np.zeros((4, 1)), [[1]]),
+        lambda plant: sos.design_sampled_lqr(plant, np.eye(4), np.eye(2), T=0.1),
+        lambda plant: sos.sampled.sampled_loop(plant, np.zeros((2, 4)), 0.1),
+        lambda plant: sos.regularize(plant),
+        lambda plant: sos.admissible_U(plant),
+        lambda plant: sos.infinite_modes(plant),
+    ],
+)
+def test_what_is_no_plant_is_named(call):
+    with pytest.raises(ValueError, match=r"plant must be .* give its \.regular"):
+        call(REGULAR)
+    with pytest.raises(ValueError, match=r"plant must be .* got list: wrap it"):
+        call([REGULAR.plant])
+    with pytest.raises(ValueError, match="plant must be .* got str"):
+        call("plant")
+
+
+def test_a_regularization_brings_its_gain():
+    chain = sos.SecondOrderSystem(
+        np.diag([2, 0]), np.eye(2), [[2, -1], [-1, 1]], [[0], [1]]
+    )
+    found = sos.regularize(chain)
+    asked = dict(region=sos.PoleRegion(sigma=0.1))
+    by_hand = sos.design_pid(chain, K_A=found.K_A, **asked)
+    design = sos.design_pid(found, **asked)
+    assert np.array_equal(design.K, by_hand.K) and design.request.plant is chain
+    assert np.array_equal(design.K_A, found.K_A) and design.certify().proven
+    assert sos.analyse_pid(found, design.K, **asked).status == "feasible"
+    with pytest.raises(ValueError, match="regularization has its own"):
+        sos.design_pid(found, K_A=found.K_A)
+    light = sos.SecondOrderSystem(np.diag([1e-4, 1]), np.eye(2), np.eye(2), [[0], [1]])
+    with pytest.raises(ValueError, match="infeasible: there is no gain"):
+        sos.design_pid(sos.regularize(light, 1.0))

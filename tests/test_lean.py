@@ -1,0 +1,202 @@
+"""The wheel in an environment of numpy, scipy and python-flint alone."""
+
+import importlib.metadata
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from sosbook.runtime.libraries import EXTRAS
+from tasks import interpreter
+
+ROOT = Path(__file__).resolve().parent.parent
+CORE = ("numpy", "scipy", "python-flint")
+SOURCES = ("pyproject.toml", "README.md", "LICENSE", "LICENSE-TEXT")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Built from a copy, so that nothing is left in the tree; no network."""
+    source = tmp_path_factory.mktemp("source")
+    for name in SOURCES:
+        shutil.copy(ROOT / name, source)
+    leave = shutil.ignore_patterns("__pycache__", "*.egg-info")
+    shutil.copytree(ROOT / "sosbook", source / "sosbook", ignore=leave)
+    run(
+        *(sys.executable, "-m", "pip", "wheel", source, "--wheel-dir", source),
+        *("--no-build-isolation", "--no-deps", "--no-index"),
+    )
+    (made,) = source.glob("*.whl")
+    return made
+
+
+@pytest.fixture(scope="module")
+def lean(wheel, tmp_path_factory):
+    """The Python of an environment with the wheel and the core's libraries."""
+    folder = tmp_path_factory.mktemp("lean")
+    run(sys.executable, "-m", "venv", "--without-pip", folder / "env")
+    python = folder / "env" / interpreter().relative_to(interpreter().parents[1])
+    run(
+        *(sys.executable, "-m", "pip", "--python", python, "install", wheel),
+        *("--no-deps", "--no-index", "--no-compile"),
+    )
+    shown = folder / "libraries"
+    shown.mkdir()
+    for name in CORE:
+        expose(importlib.metadata.distribution(name), shown)
+    site = run(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))")
+    (Path(site.strip()) / "libraries.pth").write_text(f"{shown}\n", "utf-8")
+    return python
+
+
+def expose(distribution, folder):
+    """Link the files of an installed distribution into a folder."""
+    tops = {f.parts[0] for f in distribution.files} - {"..", "__pycache__"}
+    for name in sorted(tops):
+        path = Path(distribution.locate_file(name))
+        try:
+            os.symlink(path, folder / name)
+        except OSError:  # Windows lets few users do so
+            copy = shutil.copytree if path.is_dir() else shutil.copy
+            copy(path, folder / name)
+
+
+def run(*command, status=0, **more):
+    """The output of a command, in UTF-8, away from the project's folder."""
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    done = subprocess.run(
+        [str(word) for word in command],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        env=environment | {"PYTHONUTF8": "1"},
+        cwd=more.get("cwd", Path(sys.prefix)),
+    )
+    assert done.returncode == status, done.stdout + done.stderr
+    return done.stdout + done.stderr * (status != 0)
+
+
+def test_the_wheel_asks_for_the_core_alone_and_has_what_the_package_reads(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        (meta,) = (n for n in names if n.endswith(".dist-info/METADATA"))
+        lines = archive.read(meta).decode().splitlines()
+    needs = [line.split(": ")[1] for line in lines if line.startswith("Requires-Dist")]
+    core = [re.match("[a-z-]+", line)[0] for line in needs if "extra ==" not in line]
+    assert sorted(core) == sorted(CORE)
+    shipped = {
+        p.relative_to(ROOT).as_posix()
+        for p in (ROOT / "sosbook").rglob("*")
+        if p.is_file() and "__pycache__" not in p.parts
+    }
+    assert names >= shipped
+    assert {n for n in names if n.startswith("sosbook/")} == shipped
+    assert "sosbook/py.typed" in names
+
+
+def first_block():
+    """The README's first program."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    return re.search("```python\n(.*?)```", text, re.S)[1]
+
+
+WATCH = """
+import importlib.metadata, json, os, sys, sysconfig
+owners = importlib.metadata.packages_distributions()
+standard = os.path.realpath(sysconfig.get_path("stdlib"))
+print(json.dumps(dict(
+    proven=design.certify().proven, status=design.status,
+    where=sos.__file__, count=len(sys.modules),
+    owners=sorted({o for m in sys.modules for o in owners.get(m.split(".")[0], ())}),
+    rooms=sorted({m.split(".")[1] for m in sys.modules
+                  if m.startswith("sosbook.") and m.count(".") > 1}))))
+"""
+
+
+def test_the_first_program_of_the_readme_runs_and_is_proven(lean):
+    found = json.loads(run(lean, "-I", "-c", first_block() + WATCH).splitlines()[-1])
+    assert found["proven"] is True and found["status"] == "feasible"
+    assert str(ROOT) not in found["where"]
+    assert set(found["owners"]) == {"sosbook", *CORE}
+    assert not {"book", "pendulum", "delay", "sampled", "studies"} & set(found["rooms"])
+    assert found["count"] < 900
+
+
+ABSENT = """
+import importlib, json
+import sosbook as sos
+plant = sos.SecondOrderSystem([[1]], [[1]], [[2]], [[1]], [[1]])
+design = sos.design_pid(plant)
+observer = sos.design_observer(plant, [[-1, -1]], [[1, 0, 0, 0], [0, 1, 0, 0],
+    [0, 0, 1, 0], [0, 0, 0, 1]], [[1]])
+uses = dict(
+    control=[design.closed_loop, design.open_loop, observer.controller,
+             lambda: sos.sampled.c2d(plant, 0.1)],
+    matplotlib=[lambda: sos.plots],
+    ipywidgets=[lambda: sos.widgets],
+    nbformat=[lambda: importlib.import_module("sosbook.book.notebooks")],
+    cvxpy=[design.to_cvxpy])
+said = {name: [] for name in uses}
+for name, calls in uses.items():
+    for call in calls:
+        try:
+            call()
+        except ImportError as error:
+            said[name].append(str(error))
+print(json.dumps(said))
+"""
+
+
+def test_what_is_missing_is_named_with_the_command_that_installs_it(lean):
+    said = json.loads(run(lean, "-I", "-c", ABSENT).splitlines()[-1])
+    assert [len(texts) for texts in said.values()] == [4, 1, 1, 1, 1]
+    for name, texts in said.items():
+        (extra,) = (e for e, names in EXTRAS.items() if name in names)
+        for text in texts:
+            assert text.startswith(f"{name} is needed")
+            assert text.endswith(f'pip install "sosbook[{extra}]"')
+
+
+@pytest.mark.parametrize(
+    "extra, missing", [("plot", "matplotlib"), ("control", "control")]
+)
+def test_the_command_installs_onto_what_is_there(lean, extra, missing):
+    """pip takes the installed package and looks for the library, in vain here."""
+    pip = (sys.executable, "-m", "pip", "--python", lean, "install", "--dry-run")
+    said = run(*pip, "--no-index", f"sosbook[{extra}]", status=1)
+    assert f"No matching distribution found for {missing}" in said
+
+
+EVERY = """
+import sosbook as sos
+absent = []
+for name in sos.__all__:
+    try:
+        getattr(sos, name)
+    except ImportError as error:
+        absent.append(name)
+print(*absent)
+"""
+
+
+def test_only_pictures_sliders_and_the_books_tables_need_more(lean):
+    absent = run(lean, "-I", "-c", EVERY).split()
+    assert absent == ["plots", "reproduction", "tables", "widgets"]
+
+
+def test_the_robots_command_needs_nothing_else(lean, tmp_path):
+    command = (lean, "-I", "-m", "sosbook.mip")
+    assert "robot.toml" in run(*command, "--help")
+    said = run(*command, "--cells", 200, cwd=tmp_path)
+    written = sorted(p.name for p in (tmp_path / "deployment").iterdir())
+    assert "identification.html" in written
+    assert {Path(name).suffix for name in written} >= {".c", ".h", ".html", ".py"}
+    assert "proven" in said

@@ -1,0 +1,152 @@
+"""Margins at the plant's input, and the bound that P gives of u."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.analysis.linear import loop_matrix
+from sosbook.analysis.margins import DiskMargin, disk_margin, sensitivity_peak
+from sosbook.plants.descriptor import descriptors
+from tests.cases import random_plant
+
+ROBOT = sos.thesis.example_1()
+FREQUENCIES = np.concatenate([[0], np.geomspace(1e-3, 1e4, 40001)])
+
+
+@pytest.fixture(params=["robot", 0, 1, 2, 3, 4, 5])
+def loop(request):
+    """A vertex and a gain."""
+    if request.param == "robot":
+        asked = dict(region=ROBOT.region, saturation=ROBOT.saturation)
+        design = sos.design_pid(ROBOT.plant, ROBOT.U, **asked)
+    else:
+        rng = np.random.default_rng(request.param)
+        plant = random_plant(rng, 1 + request.param % 3, 1 + request.param % 2)
+        design = sos.design_pid(plant)
+        if design.status != "feasible":
+            pytest.skip("u doesn't reach every mode")
+    return design.request.vertices[0], design.K
+
+
+def sensitivity(d, K, w):
+    L = -K @ np.linalg.solve(1j * w * d.E - d.A, d.Bu)
+    return np.linalg.inv(np.eye(len(K)) + L)
+
+
+def test_peaks_against_a_grid_of_frequencies(loop):
+    d, K = loop
+    S = np.array([sensitivity(d, K, w) for w in FREQUENCIES[1::20]])
+    one = np.eye(len(K))
+    seen = np.linalg.norm(S, 2, axis=(1, 2)).max()
+    assert seen * (1 - 1e-6) < sensitivity_peak(d, K) < max(seen, 1) * 1.01
+    skewed = np.linalg.norm(S - one / 2, 2, axis=(1, 2)).max()
+    assert skewed * (1 - 1e-6) < 1 / disk_margin(d, K).radius < max(skewed, 0.5) * 1.01
+
+
+def test_the_loop_bears_what_its_disk_margin_says(loop):
+    d, K = loop
+    margin = disk_margin(d, K)
+    rng = np.random.default_rng(0)
+
+    def stable(factors):
+        A = np.linalg.solve(d.E, d.A + d.Bu @ np.diag(factors) @ K + 0j)
+        return np.linalg.eigvals(A).real.max() < 0
+
+    low, high = margin.gains
+    assert low < 1 < high
+    for _ in range(50):
+        a = 0.99 * margin.radius * np.exp(2j * np.pi * rng.random(len(K)))
+        assert stable((2 + a) / (2 - a))
+        assert stable(rng.uniform(low, min(high, 100), len(K)))
+    turn = 0.99 * margin.phase
+    assert stable(np.exp(1j * turn) * np.ones(len(K)))
+
+
+def test_a_margin_is_sharp_for_one_input():
+    d, K = descriptors(sos.SecondOrderSystem(M=1, D=0, S=0, B=1))[0], [[-1.0, -1.0]]
+    K = np.array(K)
+    radius = disk_margin(d, K).radius
+    angles = np.exp(1j * np.linspace(0, 2 * np.pi, 721))
+    a = 1.001 * radius * angles
+    worst = max(
+        np.linalg.eigvals(
+            np.linalg.solve(d.E, d.A + (2 + x) / (2 - x) * d.Bu @ K + 0j)
+        ).real.max()
+        for x in a
+    )
+    assert worst > 0
+    assert sensitivity_peak(d, K) == pytest.approx(np.sqrt(4 / 3), rel=1e-6)
+
+
+def test_an_unstable_loop_has_no_margin():
+    d = descriptors(sos.SecondOrderSystem(M=1, D=0, S=-1, B=1))[0]
+    K = np.zeros((1, 2))
+    assert loop_matrix(d, K).shape == (2, 2)
+    assert sensitivity_peak(d, K) == np.inf and disk_margin(d, K).radius == 0
+    assert DiskMargin(0.0).gains == (1, 1) and DiskMargin(2.0).gains == (0, np.inf)
+
+
+def test_a_design_knows_its_worst_margin():
+    ends = [sos.SecondOrderSystem(1, 0.1, s, 1) for s in (1, 2)]
+    design = sos.design_pid(sos.Polytope(ends), region=sos.PoleRegion(sigma=0.5))
+    single = [sos.analyse_pid(v, design.K) for v in ends]
+    assert design.sensitivity_peak() == max(x.sensitivity_peak() for x in single)
+    assert design.disk_margin() == min(
+        (x.disk_margin() for x in single), key=lambda m: m.radius
+    )
+    assert design.sensitivity_peak(samples=20) >= design.sensitivity_peak()
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_the_bound_of_the_input_holds(coupling):
+    x0 = np.array([1.0, -2.0])
+    ends = [sos.SecondOrderSystem(m, 0.1, 1, 1) for m in (1, 1.5)]
+    design = sos.design_pid(
+        sos.Polytope(ends),
+        region=sos.PoleRegion(sigma=0.4, rho=8),
+        saturation=sos.Saturation(30, x0),
+        coupling=coupling,
+    )
+    bound = design.peak_bound()
+    assert design.peak_input(samples=10) <= bound <= 30
+    assert design.peak_bound(x0) == bound
+    assert design.peak_bound(-3 * x0) == pytest.approx(3 * bound)
+    plain = sos.design_pid(ends[0])
+    if coupling == "pairs":
+        K, P = plain.K, plain.P
+        by_hand = np.sqrt((K @ P @ K.T).item() * (x0 @ np.linalg.solve(P, x0)))
+        assert plain.peak_bound(x0) == pytest.approx(by_hand)
+    with pytest.raises(ValueError, match="x0 is missing"):
+        plain.peak_bound()
+    with pytest.raises(ValueError, match="x0 must hold 2"):
+        plain.peak_bound([1, 2, 3])
+
+
+@pytest.mark.parametrize("mu", [0.3, None])
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_the_bound_of_the_input_holds_under_disturbances(coupling, mu):
+    ends = [sos.SecondOrderSystem(m, 0.1, 1, 1, 1) for m in (1, 1.5)]
+    design = sos.design_pid(
+        sos.Polytope(ends),
+        region=sos.PoleRegion(sigma=0.4, rho=8),
+        gamma=2.0,
+        saturation=sos.Saturation(60, [0.5, 1]),
+        mu=mu,
+        coupling=coupling,
+    )
+    if coupling == "pairs":  # V' < mu w'w needs this very block
+        (d, _), K, P = design.request.vertices, design.K, design.P
+        loop = (d.A + d.Bu @ K) @ P @ d.E.T
+        block = loop + loop.T + d.Bw @ d.Bw.T / design.mu
+        assert np.linalg.eigvalsh(block)[-1] < 0
+    t = np.linspace(0, 20, 4001)
+    for w in (sos.Step(2.0, stop=1.5), sos.Sine(3, 1.2, stop=8), sos.Step(9, 1, 1.1)):
+        energy = np.trapezoid(w(t)[0] ** 2, t)
+        bound = design.peak_bound([0.5, 1], 1.01 * energy)
+        for answer in design.simulate(t, w=w, x0=[0.5, 1]):
+            assert np.abs(design.K @ answer.x).max() < bound
+    assert design.peak_bound([0, 0], 1.0) > 0
+    with pytest.raises(ValueError, match="energy must not be negative"):
+        design.peak_bound([0, 0], -1.0)
+    with pytest.raises(ValueError, match="only a design with gamma"):
+        sos.design_pid(ends[0]).peak_bound([0, 0], 1.0)

@@ -1,0 +1,111 @@
+"""What the page elements share: one kit, whichever of them stand on a page."""
+
+import json
+import re
+
+import pytest
+
+from sosbook.book.elements.delay import DelayAtlas
+from sosbook.book.elements.designs import Atlas
+from sosbook.book.elements.maps import MapAtlas
+from sosbook.book.elements.page import PageElement, significant
+from sosbook.book.elements.robot import Animation
+from sosbook.book.notebooks import BOOK
+
+KINDS = {kind.tag: kind for kind in (Atlas, DelayAtlas, MapAtlas, Animation)}
+pytestmark = pytest.mark.skipif(
+    not BOOK.exists(), reason="the package without its book"
+)
+
+
+def stored():
+    """(chapter, HTML) of every element that the book shows."""
+    for path in sorted(BOOK.glob("*.ipynb")):
+        for cell in json.loads(path.read_text("utf8"))["cells"]:
+            for output in cell.get("outputs", ()):
+                text = "".join(output.get("data", {}).get("text/html", ""))
+                if text.startswith("<sos-"):
+                    yield path.stem, text
+
+
+@pytest.mark.parametrize(
+    "text", [text for _, text in stored()], ids=[stem for stem, _ in stored()]
+)
+def test_a_stored_element_has_the_present_style_and_scripts(text):
+    element = object.__new__(KINDS[re.match(r"<(sos-\w+)", text)[1]])
+    data = re.search(r'<script type="application/json">(.*?)</script>', text)[1]
+    element.data = json.loads(data)
+    element.title = element.data["title"]
+    assert element.html == text
+
+
+@pytest.fixture
+def tab(visit, tmp_path):
+    """A page with an element of each kind, and the first kind once more."""
+    first = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in stored()}
+    assert set(first) == set(KINDS)
+    page = tmp_path / "all.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<link rel="icon" href="data:,"><title>t</title>'
+        + "".join([*first.values(), first["sos-atlas"]]),
+        "utf8",
+    )
+    return visit(page)
+
+
+def test_all_kinds_work_on_one_page(tab):
+    views = tab.page.evaluate(
+        """tags => tags.map(tag => [...document.querySelectorAll(tag)].map(
+             e => [e.view.querySelectorAll("svg").length, e.name]))""",
+        list(KINDS),
+    )
+    assert [len(v) for v in views] == [2, 1, 1, 1]
+    assert all(count for v in views for count, _ in v)
+    assert len({name for v in views for _, name in v}) == 5
+    ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
+    assert len(ids) == len(set(ids)) > 10
+    assert tab.errors == []
+
+
+def test_a_control_moves_its_own_element_only(tab):
+    for tag in KINDS:
+        before, after = tab.page.evaluate(
+            """tag => {
+          const all = [...document.querySelectorAll(Object.keys({
+            "sos-atlas": 1, "sos-delay": 1, "sos-map": 1, "sos-robot": 1}).join())];
+          const said = () => all.map(
+            e => e.view.querySelector(".sos-readout").textContent);
+          const before = said();
+          const input = document.querySelector(tag + " input[type=range]:enabled");
+          input.value = input.value === input.max ? 0 : input.max;
+          input.dispatchEvent(new Event("input", {bubbles: true}));
+          return [before, said()]; }""",
+            tag,
+        )
+        moved = [one != two for one, two in zip(before, after, strict=True)]
+        assert sum(moved) == 1, tag
+    assert tab.errors == []
+
+
+def test_an_element_that_a_page_could_break_out_of_is_escaped():
+    class Trap(PageElement):
+        tag, title = "sos-trap", 'a</script><b>"&'
+        data = {"title": title}
+
+    text = Trap().html
+    assert "</script><b>" not in text.replace("\\u003c", "")
+    assert 'aria-label="a&lt;/script&gt;&lt;b&gt;&quot;&amp;"' in text
+
+
+@pytest.mark.parametrize(
+    "value, digits, text",
+    [
+        (0.123456, 3, "0.123"),
+        (-0.0, 4, "0.0"),
+        (-1e-9, 1, "-1e-09"),
+        (1234, 2, "1200.0"),
+    ],
+)
+def test_significant_digits(value, digits, text):
+    assert repr(significant(value, digits)) == text

@@ -1,0 +1,457 @@
+"""A proof is a file: saved, read again, and checked by a program of its own."""
+
+import copy
+import importlib.util
+import json
+import pickle
+import subprocess
+import sys
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import proofs
+from sosbook.lmi.proof import Proof
+from sosbook.lmi.rational import decimal, exact, expanded, fraction, read_number
+from sosbook.lmi.refutation import InfeasibilityCertificate
+from sosbook.sampled import prove_schur
+from sosbook.synthesis.certificates import Certificate
+
+ONE = [[1.0]]
+spec = importlib.util.spec_from_file_location("checker", proofs.CHECKER)
+checker = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(checker)
+
+
+def spring(M=1.0, D=0.1, S=1.0, B=1.0, F=1.0):
+    return sos.SecondOrderSystem(*([[x]] for x in (M, D, S, B, F)))
+
+
+TWO = sos.Polytope([spring(1), spring(2)])
+SLOW = sos.PoleRegion(sigma=0.1)
+DELAYED = sos.SecondOrderSystem(
+    M=np.eye(2), D=[[1, -1], [-1, 1]], S=[[3, -2], [-2, 3]], B=[[1], [0]]
+)
+LOOP = sos.delay.DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+
+
+def mass(**changes):
+    parts = dict(M=ONE, D=[[0.0]], S=[[0.0]], B=ONE, F=ONE) | changes
+    return sos.SecondOrderSystem(**parts)
+
+
+def singular():
+    return sos.SecondOrderSystem(
+        np.diag([1, 0]), np.eye(2), [[2, -1], [-1, 1]], [[0], [1]], np.eye(2)
+    )
+
+
+def robot():
+    ex = sos.thesis.example_1()
+    return sos.design_pid(ex.plant, **ex.requirements).certify()
+
+
+def every_region(coupling):
+    make = sos.LMIRegion
+    region = make.ellipse(-4, 3.9, 5) & make.strip(-8, -0.1) & make.disk(8, -2)
+    region &= make.horizontal_strip(6) & make.sector(1.2, apex=0.3)
+    region &= make([[-20.0]], [[1.0]], "mine") & make.half_plane(0.05)
+    return sos.design_pid(TWO, ONE, region=region, coupling=coupling).certify()
+
+
+def cost(noise, coupling):
+    asked = sos.QuadraticCost(np.diag([1, 1, 0]), ONE, noise, bound=500.0)
+    return sos.design_pid(TWO, ONE, cost=asked, coupling=coupling).certify()
+
+
+def accelerated(coupling):
+    K_A = sos.regularize(singular()).certify().K
+    bound = sos.Saturation(30, [0.1, 0, 0, 0], acceleration=True)
+    return sos.design_pid(
+        singular(), K_A=K_A, saturation=bound, coupling=coupling
+    ).certify()
+
+
+def with_input_in_the_output(coupling):
+    loop = sos.DescriptorSystem(
+        [np.eye(2), np.diag([1, 1.5])],
+        [[0, 1], [-1, -0.3]],
+        [[0], [1]],
+        [[0], [1]],
+        [[1, 0], [0, 0]],
+        [[0], [0.3]],
+    )
+    return sos.design_pid(loop, gamma=3.0, coupling=coupling).certify()
+
+
+def late(**asked):
+    asked = dict(tau=0.4, mu=0.2, delta=0.1) | asked
+    return sos.design_delay_pid(DELAYED, U=[[1, 0]], **asked).certify()
+
+
+# What the stand-alone checker decides, and what it must pass on.
+PROOFS = {
+    "example 1": robot,
+    "regions": lambda: every_region("pairs"),
+    "regions, slack": lambda: every_region("slack"),
+    "vertices": lambda: sos.design_pid(TWO, ONE, coupling="vertices").certify(),
+    "stability": lambda: sos.design_pid(spring()).certify(),
+    "H-infinity, pairs": lambda: sos.design_pid(TWO, ONE, gamma=2.0).certify(),
+    "H-infinity, slack": lambda: sos.design_pid(
+        TWO, ONE, gamma=2.0, coupling="slack"
+    ).certify(),
+    "input": lambda: sos.design_pid(
+        TWO, region=SLOW, saturation=sos.Saturation(10, [1, 0])
+    ).certify(),
+    "input, slack": lambda: sos.design_pid(
+        TWO, region=SLOW, saturation=sos.Saturation(10, [1, 0]), coupling="slack"
+    ).certify(),
+    "cost of noise on the states": lambda: cost("states", "pairs"),
+    "cost of noise on F": lambda: cost("F", "pairs"),
+    "cost of noise on the states, slack": lambda: cost("states", "slack"),
+    "cost of noise on F, slack": lambda: cost("F", "slack"),
+    "least cost": lambda: sos.design_lqr(TWO, np.eye(3), ONE, ONE).certify(),
+    "acceleration": lambda: accelerated("pairs"),
+    "acceleration, slack": lambda: accelerated("slack"),
+    "input in the output": lambda: with_input_in_the_output("pairs"),
+    "input in the output, slack": lambda: with_input_in_the_output("slack"),
+    "closed loop": lambda: sos.analyse_loop(
+        np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
+    ).certify(),
+    "regular mass": lambda: sos.regularize(singular()).certify(),
+    "delay": lambda: late(alpha=0.8),
+    "constant delay": lambda: late(mu=0.0, alpha=0.8),
+    "delay, shift": lambda: late(method="shift"),
+    "delay, analysis": lambda: sos.analyse_delay(
+        DELAYED, [[-0.1, -0.1, -0.2, -0.1]], tau=0.4, mu=0.1
+    ).certify(),
+    "delayed loop": lambda: sos.analyse_delay(LOOP, tau=1.0, delta=0.01).certify(),
+}
+EXCLUDED = {
+    "too little force": lambda: sos.design_pid(
+        mass(D=[[-1.0]], S=ONE), saturation=sos.Saturation(0.5, [1, 0])
+    ),
+    "fast with little force": lambda: sos.design_pid(
+        mass(), region=sos.PoleRegion(3), saturation=sos.Saturation(1, [1, 0])
+    ),
+    "little force for two": lambda: sos.design_pid(
+        sos.Polytope([mass(S=[[-1.0]]), mass(M=[[2.0]], S=[[-1.0]])]),
+        saturation=sos.Saturation(0.5, [1, 0]),
+    ),
+    "little force, slack": lambda: sos.design_pid(
+        mass(),
+        region=sos.PoleRegion(3),
+        saturation=sos.Saturation(0.5, [1, 0]),
+        coupling="slack",
+        slack=0.3,
+    ),
+    "no mass without input": lambda: sos.regularize(
+        sos.SecondOrderSystem([[1.0, 5], [5, 0]], *[np.eye(2)] * 2, [[0], [1]]), 2
+    ),
+}
+BEYOND = {
+    "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
+    "schur": lambda: prove_schur([[[0.5, 1], [0, 0.5]]], rate=0.6),
+    "legendre": lambda: sos.analyse_delay(LOOP, tau=6.16, method="legendre").certify(),
+    "observer": lambda: sos.design_observer(
+        spring(S=-1.0),
+        sos.design_lqr(spring(S=-1.0), np.eye(2), ONE).K,
+        Q_F=[[0], [1], [0], [0]],
+        R_F=[[0.1]],
+    ).certify(),
+}
+
+
+@pytest.fixture(scope="module")
+def made():
+    known = {}
+
+    def get(name):
+        if name not in known:
+            if name in EXCLUDED:
+                known[name] = EXCLUDED[name]().infeasibility
+            else:
+                known[name] = (PROOFS | BEYOND)[name]()
+        return known[name]
+
+    return get
+
+
+@pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED])
+def test_the_checker_agrees(made, name):
+    proof = made(name)
+    assert proof.proven and proof.verify() and bool(proof)
+    assert checker.check(proof.text) == list(proof.claims)
+
+
+@pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
+def test_a_file_is_read_as_what_it_was(made, name, tmp_path):
+    proof = made(name)
+    proof.save(tmp_path / "proof.json")
+    again = proofs.load(tmp_path / "proof.json")
+    assert again == proof and type(again) is type(proof)
+    assert again.verify() and again.claims == proof.claims
+    assert type(proof).load(tmp_path / "proof.json") == proof
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_the_checker_says_what_it_cannot_do(made, name):
+    with pytest.raises(checker.Beyond):
+        checker.check(made(name).text)
+    assert made(name).proven and made(name).verify()
+
+
+def random_design(seed):
+    """A random plant or polytope of one or two masses, and what it can keep."""
+    rng = np.random.default_rng(seed)
+    n, many = int(rng.integers(1, 3)), int(rng.integers(1, 4))
+
+    def plant():
+        M = np.diag(rng.uniform(1, 2, n))
+        D, S = rng.normal(0, 0.3, (n, n)), np.eye(n) + rng.normal(0, 0.2, (n, n))
+        return sos.SecondOrderSystem(M, D, S, np.eye(n), np.eye(n))
+
+    plants = sos.Polytope([plant() for _ in range(many)]) if many > 1 else plant()
+    asked = {}
+    if rng.random() < 0.7:
+        asked["region"] = sos.PoleRegion(rng.uniform(0.01, 0.2), 1.4, 60.0)
+    if rng.random() < 0.5:
+        asked["gamma"] = rng.uniform(2, 9)
+    if rng.random() < 0.4:
+        asked["cost"] = sos.QuadraticCost(np.eye(2 * n), np.eye(n), bound=1e4)
+    coupling = rng.choice(["pairs", "slack", "vertices"])
+    return sos.design_pid(plants, coupling=str(coupling), **asked)
+
+
+@pytest.mark.slow
+def test_thirty_random_certificates():
+    seen = 0
+    for seed in range(60):
+        design = random_design(seed)
+        if design.status != "feasible":
+            continue
+        proof = design.certify()
+        assert proof.proven
+        assert checker.check(proof.text) == list(proof.claims), seed
+        spoilt = replace(design, K=-design.K).certify(6)
+        assert not spoilt.proven and not spoilt.verify()
+        with pytest.raises(checker.Refused):
+            checker.check(spoilt.text)
+        seen += 1
+        if seen == 30:
+            return
+    raise AssertionError(f"only {seen} designs")
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-I", "-S", str(proofs.CHECKER), *map(str, arguments)],
+        capture_output=True,
+        encoding="utf-8",
+        timeout=60,
+    )
+
+
+def test_the_checker_needs_nothing_but_python(made, tmp_path):
+    """In isolation, without site-packages, and from its exit code."""
+    file = tmp_path / "proof.json"
+    made("example 1").save(file)
+    done = run(file)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[1:] == [f"- {c}" for c in made("example 1").claims]
+    file.write_text(made("example 1").text.replace("1.257", "0.3"), "utf-8")
+    done = run(file)
+    assert done.returncode == 1 and done.stdout.startswith("refused")
+    made("sampled").save(file)
+    done = run(file)
+    assert done.returncode == 2 and "rationals" in done.stdout
+    assert run().returncode == run(tmp_path / "none.json").returncode == 2
+
+
+def test_the_checker_shares_nothing_with_the_package():
+    """It imports the standard library only, and no room of the package."""
+    lines = proofs.CHECKER.read_text("utf-8").splitlines()
+    imports = {x.split()[1] for x in lines if x.startswith(("import ", "from "))}
+    assert imports <= {"copy", "fractions", "hashlib", "json", "math", "re", "sys"}
+    assert not any(x.strip().startswith(("import ", "from ")) for x in lines[40:])
+
+
+# -------------------------------------------------- nothing stored is believed
+
+
+def test_a_certificate_cannot_be_made_by_hand(made):
+    proof = made("example 1")
+    with pytest.raises(TypeError):
+        Certificate(True, ("everything",), {}, (), proof.K, proof.P)
+    with pytest.raises(TypeError):
+        replace(proof, K=-proof.K)
+    with pytest.raises(FrozenInstanceError):
+        proof.text = "{}"
+    with pytest.raises(AttributeError):
+        object.__setattr__(proof, "proven", True)
+    assert not Certificate("").proven and not Certificate("{}").proven
+    assert not Certificate(made("delay").text).proven  # of another kind
+    forged = Certificate(proof.text.replace('"K"', '"k"'))
+    vars(forged)["proven"] = True
+    assert not forged.proven and not forged.verify() and not forged
+    assert Certificate("").failed[0].startswith("not a well-formed proof")
+
+
+def test_other_proofs_are_computed_too():
+    bad, good = exact(-np.eye(2)), exact(np.eye(2))
+    assert not Proof({"P": bad}, ("never",)).proven
+    assert not replace(Proof({"P": good}, ("yes",)), matrices={"P": bad}).proven
+    assert not Proof({}, ("never",)).proven
+    assert Proof({"P": good}, ("yes",)).claims == ("yes",)
+    assert not InfeasibilityCertificate({"P": good}).proven
+
+
+def test_a_proof_is_built_from_the_plant_and_not_from_caches():
+    design = sos.design_pid(TWO, ONE)
+    blocks = set(design.certify().blocks)
+    assert "stability 1,2" in blocks
+    for pairs in ([], [(0, 0)] * 3):
+        object.__setattr__(design.request, "pairs", pairs)
+        assert set(design.certify().blocks) == blocks
+    wrong = sos.Polytope([spring(1, S=-50), spring(2, S=-50)])
+    others = sos.design_pid(wrong, ONE).request.vertices
+    object.__setattr__(design.request, "vertices", others)
+    proof = design.certify()
+    assert proof.data["plant"]["vertices"][0]["S"] == [["1"]]
+    assert set(proof.blocks) == blocks and proof.proven
+
+
+@pytest.mark.parametrize(
+    "again",
+    [
+        lambda x: x,
+        copy.copy,
+        copy.deepcopy,
+        lambda x: pickle.loads(pickle.dumps(x)),
+        replace,
+    ],
+)
+def test_arrays_stay_read_only(again):
+    design = again(
+        sos.design_pid(TWO, ONE, cost=sos.QuadraticCost(np.eye(3), ONE, bound=500.0))
+    )
+    request = design.request
+    for x in (
+        design.K,
+        design.P,
+        design.own["J"],
+        design.frame.T,
+        request.U,
+        request.vertices[0].A,
+        request.plant.vertices[0].M,
+        request.requirements[0].Q,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            x *= 0
+    proof = again(design.certify())
+    assert proof.verify()
+    with pytest.raises(ValueError, match="read-only"):
+        proof.K[0] = 0
+
+
+# ------------------------------------------------------------ exact comparison
+
+
+def test_inertias_are_compared_exactly():
+    """1 - 1/3 and 2 - 4/3 are the same float, but not the same number."""
+    third = 1 / 3
+    plants = sos.Polytope([spring(1), spring(2, B=4)])
+    assert 1 - third == 2 - 4 * third
+    design = sos.design_pid(plants, K_A=[[third]])
+    assert "stability 1,2" in design.certify().blocks
+    bound = sos.Saturation(10, [1, 0], acceleration=True)
+    with pytest.raises(ValueError, match="the same M - B K_A"):
+        sos.design_pid(plants, K_A=[[third]], saturation=bound)
+
+
+# -------------------------------------------------------------------- digits
+
+
+def test_certify_finds_its_digits():
+    tight = sos.LMIRegion.disk(1e-3, -30)
+    design = sos.design_pid(spring(), region=tight)
+    assert not design.certify(6).proven
+    proof = design.certify()
+    assert proof.proven and proof.digits in (8, 10, 12, 17)
+    assert str(proof).startswith(f"proven with {proof.digits} digits:")
+    assert sos.design_pid(spring()).certify().digits <= 6
+
+
+def test_a_given_gain_is_proven_as_it_is():
+    K = np.array([[-1 / 3, -2 / 7]])
+    assert np.array_equal(sos.analyse_pid(spring(), K).certify().K, K)
+    assert sos.analyse_pid(spring(), K).certify(3).K.tolist() == [[-0.333, -0.286]]
+    loop = sos.analyse_delay(DELAYED, [[-1 / 9, -0.1, -0.2, -0.1]], tau=0.1)
+    assert loop.certify().K[0, 0] == -1 / 9
+
+
+def test_a_gain_of_least_cost_is_rounded():
+    """It was computed, not given."""
+    assert sos.design_lqr(TWO, np.eye(3), ONE, ONE).certify().digits <= 6
+
+
+@pytest.mark.parametrize(
+    "certify",
+    [
+        sos.design_pid(spring()).certify,
+        sos.regularize(singular()).certify,
+        sos.design_sampled_lqr(spring(), np.eye(2), ONE, T=0.1).certify,
+    ],
+)
+@pytest.mark.parametrize("digits", [0, -1, 2.5, "6"])
+def test_digits_are_checked(certify, digits):
+    with pytest.raises(ValueError, match="digits must be 1 or more"):
+        certify(digits=digits)
+
+
+# ------------------------------------------------------------- text of numbers
+
+
+@pytest.mark.parametrize("x", [0.1, 1 / 3, -2.5e-300, 1e22, 0.0, 123456.0, 1e16])
+def test_decimals_are_read_as_what_was_written(x):
+    assert read_number(decimal(x)) == x
+    assert checker.number(decimal(x)) == checker.Fraction(repr(x))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1.0", "-0", "nan", "inf", "1e400", "0x1", " 1", "1_0", "1/3", "", 1.0, None],
+)
+def test_other_spellings_of_numbers_are_refused(text):
+    with pytest.raises(ValueError):
+        read_number(text)
+
+
+@pytest.mark.parametrize("text", ["2/4", "1/0", "1/-2", "1.5", "a", None])
+def test_other_spellings_of_fractions_are_refused(text):
+    with pytest.raises(ValueError):
+        fraction(text)
+
+
+def test_decimal_expansions():
+    for x in ("0.375", "12", "-0.02", "0.1", "1200"):
+        assert expanded(exact(float(x))) == checker.decimal(checker.Fraction(x)) == x
+
+
+def test_no_proof_file_is_said(tmp_path):
+    file = tmp_path / "x.json"
+    for text, why in (
+        ("", "is no proof file"),
+        ("[]", "is no proof file"),
+        ('{"format": "sosbook proof", "version": 2}', "version must be 1"),
+    ):
+        file.write_text(text, "utf-8")
+        with pytest.raises(ValueError, match=why):
+            proofs.load(file)
+    text = json.loads(sos.design_pid(spring()).certify().text)
+    file.write_text(json.dumps(text), "utf-8")
+    assert proofs.load(file).verify()  # its layout doesn't matter
+    with pytest.raises(ValueError, match=r"kind 'design': use"):
+        proofs.DelayCertificate.load(file)
