@@ -34,9 +34,6 @@ SITE = BUILD / "html"
 QUICK = "not slow and not book and not browser and not live and not compiler"
 UNIT = "not book and not browser and not live"
 
-
-MYPY = "mypy==2.4.1"
-
 #: The program jupyter-book, whatever the system calls its file.
 JUPYTER_BOOK = ("-c", "from jupyter_book.cli.main import main; main()")
 
@@ -145,8 +142,6 @@ def rehearse(words):
 def types(words):
     """Check the types, of the package and of a user's program (tests/typed.py)."""
     prepare()
-    if status := call(PYTHON, "-m", "pip", "install", "--quiet", MYPY):
-        return fail("mypy could not be installed.", status)
     return call(PYTHON, "-m", "mypy", "--cache-dir", BUILD / "mypy", *words)
 
 

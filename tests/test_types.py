@@ -1,8 +1,10 @@
-"""Public signatures are typed; `python3 tasks.py types` checks what they say."""
+"""Public signatures are typed, and mypy finds that they say the truth."""
 
 import functools
 import inspect
 import re
+import subprocess
+import sys
 import typing
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import sosbook as sos
 from sosbook.requirements import Requirement
 
 PACKAGE = Path(sos.__file__).parent
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def functions(value):
@@ -80,6 +83,19 @@ def test_a_parameter_without_a_type_is_seen():
         "Thing.method": ["x"],
         "Thing.size": ["return"],
     }
+
+
+@pytest.mark.slow
+def test_mypy_has_nothing_to_say():
+    """Ten seconds without the cache that `python3 tasks.py types` fills, too."""
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--cache-dir", ROOT / "_build" / "mypy"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_type_checkers_are_told_that_there_are_types():

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from flint import arb, fmpq
+from numpy.typing import ArrayLike
 
 from ..lmi.exact import exact, inverse
 from ..lmi.read_only import ReadOnly
@@ -77,7 +78,7 @@ class DelayRequest(ReadOnly):
     """
 
     plant: Any
-    U: np.ndarray | None = None
+    U: ArrayLike | None = None
     tau: float | None = None
     mu: float = 0.0
     delta: float = 0.0
@@ -85,7 +86,7 @@ class DelayRequest(ReadOnly):
     method: str = "functional"
     order: int | None = None
     misprints: tuple = ()
-    gain: np.ndarray | None = None
+    gain: ArrayLike | None = None
     free: Request = field(init=False)
 
     def __post_init__(self):
