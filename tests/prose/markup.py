@@ -72,6 +72,7 @@ def split(text):
         flags=re.MULTILINE,
     )
     text = re.sub(r"\{[\w:-]+\}`[^`]*`", blank, text)
+    text = re.sub(r"\[T [^\[\]\n]+\]", blank, text)
     text = re.sub(r"\]\([^)\s]*\)|<https?://[^>]*>|https?://\S+", blank, text)
     text = re.sub(r"</?[a-z][^>\n]*>", blank, text)
     text = re.sub(r"(?<=\$\$)[ ]*\([\w-]+\)", blank, text)
