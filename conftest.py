@@ -6,10 +6,10 @@ take ten minutes, and outputs are compared by their values (tests/values).
 
 import os
 
-from sosbook.runtime.progress import HIDDEN
+from sosbook.runtime.progress import WITHOUT_BARS
 from sosbook.runtime.threads import ONE_THREAD
 
-os.environ.update(ONE_THREAD | dict(os.environ) | HIDDEN)  # before numpy
+os.environ.update(ONE_THREAD | dict(os.environ) | WITHOUT_BARS)  # before numpy
 
 from hypothesis import settings
 

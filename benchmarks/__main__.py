@@ -8,10 +8,10 @@ python -m benchmarks --table    print the file as tables, measure nothing
 
 import os
 
-from sosbook.runtime.progress import HIDDEN
+from sosbook.runtime.progress import WITHOUT_BARS
 from sosbook.runtime.threads import ONE_THREAD
 
-os.environ.update(ONE_THREAD | HIDDEN)  # before numpy is imported
+os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
 
 import argparse
 import json

@@ -246,7 +246,7 @@ def test_multipliers_are_repaired():
 
 def as_large(x):
     """`definite` in the way in which it treats large matrices."""
-    with patch.object(certificate, "SMALL", 0):
+    with patch.object(certificate, "ELIMINATION_UP_TO_ROWS", 0):
         return definite(x)
 
 

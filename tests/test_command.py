@@ -9,7 +9,7 @@ import pytest
 
 from sosbook import proofs
 from sosbook.proofs.command import main
-from sosbook.requirements.in_files import ASKED
+from sosbook.requirements.in_files import KEYS
 
 FOLDER = proofs.CHECKER.parent
 EXAMPLE = FOLDER / "plant.example.json"
@@ -126,7 +126,7 @@ def test_what_is_no_json_is_said(tmp_path, capsys, text):
 def test_schemas_name_what_the_files_hold(tmp_path):
     """The keys of the schemas, the example and a proof are the same ones."""
     schema = json.loads((FOLDER / "plant.schema.json").read_text("utf-8"))
-    assert set(schema["properties"]) == {"$schema", "plant", *ASKED}
+    assert set(schema["properties"]) == {"$schema", "plant", *KEYS}
     assert json.loads(EXAMPLE.read_text("utf-8")).keys() <= set(schema["properties"])
     proof = json.loads((FOLDER / "proof.schema.json").read_text("utf-8"))
     kinds = {cls.kind for cls in proofs.kinds()}

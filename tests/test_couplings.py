@@ -100,10 +100,10 @@ def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
     "count, blocks", [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))]
 )
 def test_block_count_is_what_the_request_makes(count, blocks):
-    found = [couplings.block_count(count, x) for x in couplings.READINGS]
+    found = [couplings.block_count(count, x) for x in couplings.COUPLINGS]
     assert tuple(found) == blocks
     plants = sos.Polytope([single(1.0 + k) for k in range(count)])
-    for name, number in zip(couplings.READINGS, blocks):
+    for name, number in zip(couplings.COUPLINGS, blocks):
         design = sos.design_pid(
             plants, coupling=name, slack=(0.1 if name == "slack" else None)
         )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.book.elements.delay import KINDS, delay_atlas, signal_of
+from sosbook.book.elements.delay import DELAY_KINDS, delay_atlas, signal_of
 from sosbook.book.elements.records import delay_record
 from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
@@ -259,7 +259,7 @@ def compared(tab, example, kind, K, tau, mu):
     ]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DELAY_KINDS)
 def test_the_response_is_the_one_of_python(tab, atlas, kind):
     """Runge-Kutta in the page against the exponential integrator."""
     K = np.reshape(atlas.designs[tuple(atlas.start)][0], (1, 5))
@@ -293,11 +293,11 @@ def test_two_inputs_and_two_outputs_without_the_least_delay(visit, tmp_path):
 
 def test_a_varying_delay_changes_the_picture_not_the_verdict(tab):
     text, seen = say(tab), set()
-    for kind in KINDS:
+    for kind in DELAY_KINDS:
         first(tab).get_by_label(KIND).select_option(kind)
         seen.add(first(tab).locator(".sos-input").inner_html())
         assert say(tab) == text
-    assert len(seen) == len(KINDS)
+    assert len(seen) == len(DELAY_KINDS)
 
 
 def test_the_roots_are_drawn_where_they_are(tab, atlas):

@@ -10,11 +10,14 @@ from sosbook.deprecation import renamed, renamed_arguments, renamed_attribute
 #: Module, former name, and where it is now.
 MODULES = [
     ("sosbook.lmi.newton", "DENSE", "CG_ABOVE_VARIABLES"),
+    ("sosbook.pendulum.rig", "COUNTS", "COUNTS_PER_TURN"),
+    ("sosbook.pendulum.tuning", "DELAYS", "DELAY_SHARES"),
     ("sosbook.sampled", "hold", "c2d"),
     ("sosbook.sampled.discretize", "Clock", "SampleTiming"),
     ("sosbook.sampled.discretize", "hold", "c2d"),
     ("sosbook.studies.gamma_bounds", "Walls", "GammaLowerBounds"),
     ("sosbook.studies.gamma_bounds", "gamma_walls", "gamma_lower_bounds"),
+    ("sosbook.studies.polytopes", "READINGS", "COUPLINGS"),
     ("sosbook.studies.polytopes", "inside", "sample_plants"),
     ("sosbook.studies.polytopes", "promises", "verify_on_samples"),
     ("sosbook.studies.polytopes", "survey", "verify_many"),

@@ -603,7 +603,7 @@ def test_designs_are_those_of_each_specification_alone(robot, specifications):
 def test_runs_workers_and_order_change_nothing(robot, specifications, monkeypatch):
     one = maps.designs(robot.plant, specifications, progress=False)
     back = maps.designs(robot.plant, specifications[::-1], progress=False)
-    monkeypatch.setattr(sos.maps.grid, "RUN", 2)
+    monkeypatch.setattr(sos.maps.grid, "DESIGNS_PER_PROCESS", 2)
     two = maps.designs(robot.plant, specifications, n_jobs=2, progress=False)
     assert all(map(same, one, two)) and all(map(same, one, back[::-1]))
 

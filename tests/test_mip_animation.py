@@ -11,16 +11,16 @@ from scipy.integrate import solve_ivp
 from sosbook.mip.firmware import Firmware
 from sosbook.mip.law import SampledLaw
 from sosbook.mip.model import Mip
-from sosbook.mip.rig import COUNTS, GYRO_STEP, Rig
+from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
 from sosbook.mip.spread import vertices
 
 from sosbook import thesis
-from sosbook.book.elements.robot import FINE, animation
+from sosbook.book.elements.robot import STEPS_PER_TICK, animation
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 MIP = Mip.printed()
 T = 0.01
-STEP = T / FINE
+STEP = T / STEPS_PER_TICK
 LIMIT, TIP = Firmware.limit, Firmware.tip
 LAWS = {
     "PD": thesis.mip().pd,
@@ -110,7 +110,7 @@ class Sensors:
         self.phase = next(self.random)
 
     def wheels(self, z):
-        step = 2 * np.pi / COUNTS
+        step = 2 * np.pi / COUNTS_PER_TURN
         return step * np.floor((z[1] - z[0]) / step + self.phase)
 
     def gyro(self, dz):
@@ -158,8 +158,8 @@ def simulate(K, tilt, delay, seconds, sensors, method=runge_kutta):
         V = controller.step(sensors.gyro(x[2:]), sensors.wheels(x[:2]))[0]
         asked.append(V)
         rows.append([*x, V])
-        for n in range(k * FINE, (k + 1) * FINE):
-            from_tick = (n - late) // FINE
+        for n in range(k * STEPS_PER_TICK, (k + 1) * STEPS_PER_TICK):
+            from_tick = (n - late) // STEPS_PER_TICK
             x = method(x, asked[from_tick] if from_tick >= 0 else 0.0, STEP)
     return np.array(rows).T, controller.fault[0]
 

@@ -14,7 +14,7 @@ from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
 from sosbook.mip import compiled as module
 from sosbook.mip.compiled import FLAGS, Compiled, compiler
 from sosbook.mip.firmware import COUNTERS
-from sosbook.mip.rig import COUNTS, GYRO_STEP
+from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.simulator import simulate
 
 from sosbook import thesis
@@ -143,7 +143,7 @@ def flights():
 
     for k in range(ticks):
         gyro = GYRO_STEP * np.round((x[1, 0] + 0.009 + noise[k, 0]) / GYRO_STEP)
-        one = 2 * np.pi / COUNTS
+        one = 2 * np.pi / COUNTS_PER_TURN
         wheels = one * np.floor((x[0, 1] - x[0, 0]) / one)
         tilt = x[0, 0] + 5 * noise[k, 1]
         V = np.zeros(runs)

@@ -15,7 +15,7 @@ import pytest
 from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
 from sosbook.mip.compiled import FLAGS
 from sosbook.mip.export import c_header, c_source, pyctrl_script, rc_balance
-from sosbook.mip.rig import COUNTS
+from sosbook.mip.rig import COUNTS_PER_TURN
 
 import sosbook
 from sosbook import thesis
@@ -555,7 +555,9 @@ def readings(row):
     """gyro, wheels, tilt in our units, as librobotcontrol has signs."""
     _, pitch, rate, left, right, _ = row
     one = 6.283185307179586
-    wheels = (left * one / (1 * COUNTS) + right * one / (-1 * COUNTS)) / 2
+    wheels = (
+        left * one / (1 * COUNTS_PER_TURN) + right * one / (-1 * COUNTS_PER_TURN)
+    ) / 2
     return rate * 0.0174532925199, wheels, pitch + 0.49
 
 
@@ -746,7 +748,7 @@ def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
     block = script(firmware)["Balance"]()
     turn = 6.283185307179586
     mount, theirs = 0.49 / turn, 60 * 35.557  # pyctrl's gears and counts
-    wheel = turn * theirs / COUNTS
+    wheel = turn * theirs / COUNTS_PER_TURN
     rest = [(-0.065, 0.001, 0.2, 0.3)] * 100
     for row in rest:
         block.write(*row)

@@ -12,7 +12,7 @@ from sosbook.mip.gate import Inspection, refused, widened
 from sosbook.mip.identify import identify
 from sosbook.mip.log import Log
 from sosbook.mip.report import page
-from sosbook.mip.rig import COUNTS, DATA, Rig, shipped
+from sosbook.mip.rig import COUNTS_PER_TURN, DATA, Rig, shipped
 
 from tests.corrupted import SPOILT
 from tests.test_mip_robot import GEARS, THESIS, record, truth
@@ -56,7 +56,7 @@ def test_spoilt_logs_are_refused_with_the_reason(name, which, robots):
     assert 'class="refused"' in page(seen)
 
 
-@pytest.mark.parametrize("counts", [1440.0, 0.5 * COUNTS, 4 * COUNTS])
+@pytest.mark.parametrize("counts", [1440.0, 0.5 * COUNTS_PER_TURN, 4 * COUNTS_PER_TURN])
 def test_wrong_counts_are_refused(counts, robots, tmp_path):
     robot, body, wheels = robots["thesis"]
     seen = Inspection.of(body, wheels, robot.but(counts=counts))
@@ -67,7 +67,7 @@ def test_wrong_counts_are_refused(counts, robots, tmp_path):
 
 def test_counts_off_by_a_little_are_a_warning(robots):
     robot, body, wheels = robots["thesis"]
-    seen = Inspection.of(body, wheels, robot.but(counts=1.1 * COUNTS))
+    seen = Inspection.of(body, wheels, robot.but(counts=1.1 * COUNTS_PER_TURN))
     assert [f.severity for f in seen.findings] == ["warning"]
     assert not refused(seen.findings)
 
@@ -142,7 +142,7 @@ def test_uneven_time_stamps_are_used_as_they_are():
         columns = (
             {"gyro": w + 0.002 * random.standard_normal(len(t))}
             if (d)
-            else {"encoder1": np.floor(q * COUNTS / (2 * np.pi))}
+            else {"encoder1": np.floor(q * COUNTS_PER_TURN / (2 * np.pi))}
         )
         logs.append(Log(t, log.V, **columns))
         flat.append(Log(log.t, log.V, **columns))

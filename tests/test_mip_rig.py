@@ -10,7 +10,7 @@ from sosbook.mip import Mip
 from sosbook.mip import rig as rigs
 from sosbook.mip.experiments import chirp, motion
 from sosbook.mip.log import Log
-from sosbook.mip.rig import COUNTS, DATA, GYRO_STEP, Rig, shipped
+from sosbook.mip.rig import COUNTS_PER_TURN, DATA, GYRO_STEP, Rig, shipped
 
 T = 0.01
 
@@ -56,7 +56,7 @@ def test_the_wheels_turn_as_the_nonlinear_model_with_a_body_at_rest(ideal):
     phi, _ = held(
         lambda q, w, V: still.acceleration([0, q], [0, w], V)[1], [0, 0], log.V[:100]
     )
-    turns = log.encoder1[:100] / COUNTS
+    turns = log.encoder1[:100] / COUNTS_PER_TURN
     assert abs(turns).max() > 0.1
     assert np.allclose(2 * np.pi * turns, phi, atol=1e-6)
 

@@ -11,7 +11,7 @@ from sosbook.mip.deployment import deploy, described
 from sosbook.mip.experiments import chirp, motion
 from sosbook.mip.identify import identify
 from sosbook.mip.log import Log
-from sosbook.mip.rig import COUNTS, DATA
+from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 
@@ -48,7 +48,7 @@ def text(robot):
 
 
 def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
-    assert THESIS.counts == COUNTS
+    assert THESIS.counts == COUNTS_PER_TURN
     assert (
         Mip.from_ratios(
             30.52,
@@ -379,11 +379,11 @@ def test_a_second_robot_end_to_end(second):
             getattr(real, letter), rel=0.02
         ), letter
     out = {path.name: path.read_text("utf-8") for path in (folder / "out").iterdir()}
-    assert "#define COUNTS 1496.0" in out["rc_balance.c"]
+    assert "#define COUNTS_PER_TURN 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
     assert "MOTOR_POLARITY[2] = {-1, 1};" in out["rc_balance.c"]
     assert "#define RATE_HZ 200" in out["rc_balance.c"]
-    assert "COUNTS = 1496.0" in out["pyctrl_balance.py"]
+    assert "COUNTS_PER_TURN = 1496.0" in out["pyctrl_balance.py"]
     assert "MOTOR_POLARITY = (-1, -1)" in out["pyctrl_balance.py"]
     assert (
         f"LIMIT = {(12.0).hex().replace('.8000000000000', '.8')}" in (out["balance.c"])

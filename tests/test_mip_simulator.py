@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.fleet import Push
 from sosbook.mip.recovery import largest_tilt, recovered
-from sosbook.mip.rig import COUNTS, GYRO_STEP
+from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.sensors import Sensors
 from sosbook.mip.simulator import Run, simulate
 from sosbook.plots.robot import robot_run
@@ -148,7 +148,7 @@ def test_the_voltage_keeps_its_limit():
 def test_encoders_and_gyro_give_whole_steps():
     seen = Source()
     simulate(MIP, seen, 0.1, 0.2, seed=3)
-    counts = np.ravel(seen.wheels) * COUNTS / (2 * np.pi)
+    counts = np.ravel(seen.wheels) * COUNTS_PER_TURN / (2 * np.pi)
     assert np.ptp(counts) > 20
     assert np.allclose(counts, np.round(counts), atol=1e-9)
     steps = np.ravel(seen.gyro) / GYRO_STEP
@@ -158,7 +158,7 @@ def test_encoders_and_gyro_give_whole_steps():
 
 def test_encoders_start_somewhere_between_two_counts():
     seen = Source()
-    simulate([MIP] * 200, seen, 0.0, T, start=[np.pi / COUNTS, 0, 0])
+    simulate([MIP] * 200, seen, 0.0, T, start=[np.pi / COUNTS_PER_TURN, 0, 0])
     up = np.mean(seen.wheels[0] > 0)  # half a count on
     assert 0.35 < up < 0.65
 

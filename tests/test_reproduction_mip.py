@@ -93,7 +93,7 @@ def test_what_the_letters_determine():
     """Other masses and lengths give a to f too; the printed ones can't."""
     x, q = PRINT.letters, PRINT.ratios
     geared = x["c"] * q["e_c"] / q["e_a"]
-    for M_b, l, M_w in mip.SETS:
+    for M_b, l, M_w in mip.PARAMETER_SETS:
         a = mip.R_W**2 * (M_b + 2 * M_w) + geared
         assert f"{a:.3e}" in ("4.747e-04", "4.748e-04")
         assert abs(M_b * l * mip.R_W / x["b"] - 1) < 1e-3

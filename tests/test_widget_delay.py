@@ -15,7 +15,7 @@ from sosbook.widgets.delay import (
 )
 
 import sosbook as sos
-from sosbook.book.elements.delay import KINDS, signal_of, unit_set_point
+from sosbook.book.elements.delay import DELAY_KINDS, signal_of, unit_set_point
 from sosbook.delay import (
     ConstantDelay,
     RandomDelay,
@@ -130,7 +130,7 @@ def test_a_constant_delay_is_named_alone(explorer):
 
 SIGNALS = dict(
     zip(
-        KINDS,
+        DELAY_KINDS,
         (
             ConstantDelay(0.4),
             SineDelay(0.2, 0.6, 2 * np.pi / 4),
@@ -143,7 +143,7 @@ SIGNALS = dict(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DELAY_KINDS)
 def test_the_response_is_that_of_the_delay_named(explorer, kind):
     explorer.sliders["kind"].value = kind
     t = np.linspace(0, 30, 301)
@@ -152,7 +152,7 @@ def test_the_response_is_that_of_the_delay_named(explorer, kind):
     assert input_figure(answer) in explorer.picture.value
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DELAY_KINDS)
 def test_every_kind_stays_within_its_interval(kind):
     t = np.linspace(0, 20, 2001)
     d = signal_of(kind, 0.5, 0.3)(t)

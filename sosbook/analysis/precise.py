@@ -13,10 +13,10 @@ from ..lmi.exact import exact
 
 __all__ = ["ExactLoop", "sensitive"]
 
-BITS = 320  # of the arithmetic in which polynomials are evaluated
-LARGEST = 60  # states up to which the characteristic polynomial is computed
-RELATIVE = 1e-5  # error of a pole from which floats don't count as enough
-POINTS = 400  # frequencies and times of the first, coarse search
+POLYNOMIAL_BITS = 320  # of the arithmetic in which polynomials are evaluated
+MOST_STATES = 60  # up to which the characteristic polynomial is computed
+LARGEST_POLE_ERROR = 1e-5  # relative; beyond it floats don't know a pole
+SEARCH_POINTS = 400  # frequencies and times of the first, coarse search
 
 
 def sensitive(d, K):
@@ -58,7 +58,9 @@ def sensitive(d, K):
             return True
         condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
         error = np.finfo(float).eps * np.linalg.norm(terms) * condition
-        doubtful = (error > RELATIVE * np.abs(poles)) | (error > np.abs(poles.real))
+        doubtful = (error > LARGEST_POLE_ERROR * np.abs(poles)) | (
+            error > np.abs(poles.real)
+        )
         return bool(doubtful.any())
 
 
@@ -84,7 +86,7 @@ class ExactLoop:
     @staticmethod
     def fits(d):
         """Whether the loop of a plant d is small enough."""
-        return len(d.E) <= LARGEST
+        return len(d.E) <= MOST_STATES
 
     def poles(self):
         """The poles as complex floats, each as often as it counts."""
@@ -115,7 +117,9 @@ class ExactLoop:
             return np.linalg.norm(np.array(values), 2)
 
         sizes = np.abs(poles)
-        grid = np.linspace(np.log(sizes.min()) - 7, np.log(sizes.max()) + 7, POINTS)
+        grid = np.linspace(
+            np.log(sizes.min()) - 7, np.log(sizes.max()) + 7, SEARCH_POINTS
+        )
         grid = np.sort(
             [*grid, *np.log(sizes), *np.log(np.abs(poles.imag) + sizes / 1e3)]
         )
@@ -145,7 +149,7 @@ class ExactLoop:
                 return np.linalg.norm([float(x.real.mid()) for x in signal])
 
         first, last = 1e-3 / np.abs(poles).max(), 30 / np.abs(poles.real).min()
-        grid = np.linspace(np.log(first), np.log(last), POINTS)
+        grid = np.linspace(np.log(first), np.log(last), SEARCH_POINTS)
         now = np.linalg.norm([_float(e) for e in (self.K * start).entries()])
         return float(max(now, _highest(size, grid)))
 
@@ -183,7 +187,7 @@ class _Bits:
     """flint's precision, set back afterwards."""
 
     def __enter__(self):
-        self.before, ctx.prec = ctx.prec, BITS
+        self.before, ctx.prec = ctx.prec, POLYNOMIAL_BITS
 
     def __exit__(self, *_):
         ctx.prec = self.before

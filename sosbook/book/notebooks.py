@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 
 from ..runtime.libraries import library
-from ..runtime.progress import HIDDEN
+from ..runtime.progress import WITHOUT_BARS
 from ..runtime.threads import ONE_THREAD
 
 nbformat = library("nbformat")
@@ -47,7 +47,7 @@ METADATA = {
         "pygments_lexer": "ipython3",
     },
 }
-KEPT = ("mystnb", "tags")  # of a cell's metadata
+KEPT_METADATA = ("mystnb", "tags")  # of a cell
 
 _TAG = re.compile(r"<(svg|img)\b[^>]*>", re.IGNORECASE)
 _NAMED = {
@@ -87,7 +87,7 @@ def canonical(notebook):
         cell.source = "\n".join(line.rstrip() for line in cell.source.split("\n"))
         cell.source = cell.source.strip("\n")
         cell.metadata = nbformat.from_dict(
-            {key: cell.metadata[key] for key in KEPT if cell.metadata.get(key)}
+            {key: cell.metadata[key] for key in KEPT_METADATA if cell.metadata.get(key)}
         )
         cell.id = _hash(cell.source)
         while cell.id in ids:
@@ -278,7 +278,7 @@ def main(words=None):
     parser.add_argument("task", choices=["run", "check"])
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     arguments = parser.parse_args(words)
-    os.environ.update(ONE_THREAD | HIDDEN)  # for the notebooks' processes
+    os.environ.update(ONE_THREAD | WITHOUT_BARS)  # for the notebooks' processes
     task = _run if arguments.task == "run" else _check
     files = arguments.files or sorted(BOOK.glob("*.ipynb"))
     for path in files:

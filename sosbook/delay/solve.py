@@ -7,7 +7,7 @@ import numpy as np
 from ..lmi.blocks import Blocks
 from ..lmi.bounded import bounded, unpacked
 from ..lmi.centre import Unbounded, centre
-from ..lmi.deepest import ZERO, deepest
+from ..lmi.deepest import ZERO_DEPTH, deepest
 from ..lmi.exact import round_digits
 from ..lmi.problem import LMIProblem
 from ..lmi.time_limit import OutOfTime, check_time
@@ -88,7 +88,7 @@ def _reason(deep):
             f"the LMIs hold by {deep.depth:.1g} of their size, which is too "
             "little to be proven"
         )
-    if deep.gap < max(-deep.depth, 10 * ZERO):
+    if deep.gap < max(-deep.depth, 10 * ZERO_DEPTH):
         bound = 10.0 ** np.ceil(np.log10(max(deep.depth + deep.gap, 1e-12)))
         return (
             "no solution was found, and no exact proof that there is none: "

@@ -9,10 +9,10 @@ from .pole_map import pole_map
 
 __all__ = ["card"]
 
-MARKS = {"feasible": "✓", "infeasible": "✗", "undecided": "?"}
-WIDEST = 12  # columns of a matrix that is shown in full
-TALLEST = 8  # rows
-MOST = 6  # margins that are shown, the smallest first
+STATUS_MARKS = {"feasible": "✓", "infeasible": "✗", "undecided": "?"}
+MOST_COLUMNS = 12  # of a matrix that is shown in full
+MOST_ROWS = 8  # of a matrix that is shown in full
+MOST_MARGINS = 6  # that are shown, the smallest first
 
 
 def card(
@@ -51,7 +51,7 @@ def card(
     str
         All that comes from outside is escaped.
     """
-    state = status if status in MARKS else "undecided"
+    state = status if status in STATUS_MARKS else "undecided"
     parts = [pole_map(rows, region, axis)] if len(rows) else []
     numbers = [_matrix(label, K) for label, K in gains if np.size(K)]
     numbers += [_margins(margins)] if margins else []
@@ -62,7 +62,7 @@ def card(
     return (
         f'<div class="sos-result" role="group" aria-label="{title}">'
         f"<style>{style}</style>"
-        f'<p class="sos-verdict"><span class="sos-{state}">{MARKS[state]} '
+        f'<p class="sos-verdict"><span class="sos-{state}">{STATUS_MARKS[state]} '
         f"{page_text(status)}</span> {page_text(name)}</p>"
         + (f'<div class="sos-parts">{"".join(parts)}</div>' if parts else "")
         + "".join(f"<p>{page_text(text)}</p>" for text in words if text)
@@ -77,7 +77,7 @@ def _number(x):
 def _matrix(label, K):
     rows, columns = np.shape(K)
     label = page_text(label)
-    if rows > TALLEST or columns > WIDEST:
+    if rows > MOST_ROWS or columns > MOST_COLUMNS:
         size = f"{rows} × {columns}, largest entry {_number(np.abs(K).max())}"
         return f"<p><b>{label}</b> {size}</p>"
     body = "".join(
@@ -87,7 +87,7 @@ def _matrix(label, K):
 
 
 def _margins(margins):
-    least = sorted(margins, key=margins.get)[:MOST]
+    least = sorted(margins, key=margins.get)[:MOST_MARGINS]
     body = "".join(
         f'<tr><th scope="row">{page_text(name)}</th><td>{margins[name]:.2g}</td></tr>'
         for name in least

@@ -8,7 +8,7 @@ from .ticks import round_ticks
 
 __all__ = ["pole_map"]
 
-HEIGHT = 230.0  # of the axes, in pixels
+AXES_HEIGHT = 230.0  # in pixels
 LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0
 
 
@@ -36,9 +36,9 @@ def pole_map(rows, region=None, label="poles, rad/s"):
     """
     rows = [np.asarray(row, complex) for row in rows]
     window = left, right, top = window_of(rows, region)
-    scale = HEIGHT / (2 * top)
+    scale = AXES_HEIGHT / (2 * top)
     width = (right - left) * scale
-    axes = f'x="{LEFT}" y="{TOP}" width="{width:.1f}" height="{HEIGHT}"'
+    axes = f'x="{LEFT}" y="{TOP}" width="{width:.1f}" height="{AXES_HEIGHT}"'
 
     def at(s):
         s = np.asarray(s, complex)
@@ -51,7 +51,7 @@ def pole_map(rows, region=None, label="poles, rad/s"):
         inside.append(f'<polygon class="sos-region" points="{corners}"/>')
     (zero_x, zero_y) = at(0)
     inside.append(
-        f'<path class="sos-axis" d="M{zero_x:.1f} {TOP}V{TOP + HEIGHT}'
+        f'<path class="sos-axis" d="M{zero_x:.1f} {TOP}V{TOP + AXES_HEIGHT}'
         f'M{LEFT} {zero_y:.1f}H{LEFT + width:.1f}"/>'
     )
     for x, y in zip(*at(np.concatenate(rows))):
@@ -62,7 +62,7 @@ def pole_map(rows, region=None, label="poles, rad/s"):
     for v in round_ticks(left, right, 4):
         x, _ = at(v)
         ticks.append(
-            f'<text x="{x:.1f}" y="{TOP + HEIGHT + 13}" text-anchor="middle">'
+            f'<text x="{x:.1f}" y="{TOP + AXES_HEIGHT + 13}" text-anchor="middle">'
             f"{v + 0.0:.4g}</text>"
         )
     for v in round_ticks(-top, top):
@@ -73,15 +73,16 @@ def pole_map(rows, region=None, label="poles, rad/s"):
         )
     middle = LEFT + width / 2
     ticks.append(
-        f'<text x="{middle:.1f}" y="{TOP + HEIGHT + 29}" text-anchor="middle">'
+        f'<text x="{middle:.1f}" y="{TOP + AXES_HEIGHT + 29}" text-anchor="middle">'
         f"{page_text(label)}</text>"
     )
-    wide, high = LEFT + width + RIGHT, TOP + HEIGHT + BOTTOM
+    wide, high = LEFT + width + RIGHT, TOP + AXES_HEIGHT + BOTTOM
     return (
         f'<svg role="img" aria-label="{page_text(_words(rows, region))}" '
         f'width="{wide:.0f}" height="{high:.0f}" viewBox="0 0 {wide:.1f} {high:.1f}">'
         f'<rect class="sos-frame" {axes}/>'
-        f'<svg {axes} aria-hidden="true" viewBox="{LEFT} {TOP} {width:.1f} {HEIGHT}">'
+        f'<svg {axes} aria-hidden="true" viewBox="{LEFT} {TOP} {width:.1f} '
+        f'{AXES_HEIGHT}">'
         f"{''.join(inside)}</svg>"
         f"{''.join(ticks)}</svg>"
     )

@@ -6,7 +6,7 @@ from flint import acb, arb, ctx, fmpq, fmpq_poly
 
 __all__ = ["Root", "roots_of"]
 
-PRECISIONS = 64, 128, 256, 512  # bits of the balls, until they decide
+BALL_BITS = 64, 128, 256, 512  # of the balls, the next where one doesn't decide
 
 
 class _Factor:
@@ -33,19 +33,19 @@ class Root:
     of : _Factor
         One of its roots.
     index : int
-        Which of the balls with ``PRECISIONS[0]`` bits holds it.
+        Which of the balls with ``BALL_BITS[0]`` bits holds it.
     """
 
     of: _Factor
     index: int
 
-    def ball(self, bits=PRECISIONS[0]):
+    def ball(self, bits=BALL_BITS[0]):
         """A ball of complex numbers that holds this root and no other.
 
         Its arithmetic has a precision of so many ``bits`` or more.
         """
-        first = self.of.balls(PRECISIONS[0])[self.index]
-        if bits == PRECISIONS[0]:
+        first = self.of.balls(BALL_BITS[0])[self.index]
+        if bits == BALL_BITS[0]:
             return first
         found = [b for b in self.of.balls(bits) if b.overlaps(first)]
         return found[0] if len(found) == 1 else first
@@ -84,7 +84,7 @@ class Root:
         if self.factor.degree() == 1:
             s = -self.factor[0] / self.factor[1]
             return _definite(alpha, beta, s, s, fmpq(0))
-        for bits in PRECISIONS:
+        for bits in BALL_BITS:
             s = self.ball(bits)
             with _bits(bits):
                 verdict = _definite(alpha, beta, s, s.conjugate(), arb(0))
@@ -101,7 +101,7 @@ class Root:
         if common.degree() < 1:
             return False
         common, rest = _Factor(common), _Factor(self.factor // common)
-        for bits in PRECISIONS[1:]:
+        for bits in BALL_BITS[1:]:
             balls, own = common.balls(bits), self.ball(bits)
             with _bits(bits):
                 same = [b for b in balls if b.overlaps(own)]

@@ -11,11 +11,11 @@ from ..runtime.threads import one_thread
 from .barrier import Barrier
 from .blocks import Blocks
 from .newton import newton_of
-from .phase_one import CERTAIN, Phase, phase_one, refine
+from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
 from .primal_dual import minimize_linear
 
 __all__ = [
-    "CERTAIN",
+    "LONGEST_SOLUTION",
     "Blocks",
     "Phase",
     "Unbounded",

@@ -25,8 +25,8 @@ from .primal_dual import interior_steps
 
 __all__ = ["Deepest", "deepest"]
 
-ZERO = 1e-13  # depths that floats can't tell from zero
-STEPS = 80
+ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
+MOST_STEPS = 80  # of the interior-point method, which takes about twenty
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +83,11 @@ def deepest(blocks, accuracy=1.0, watch=None):
     x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
     x[-1] = cost[-1] = -1.0
     state = dict(x=x, gap=np.inf, Z=None)
-    for state in interior_steps(newton, x, cost, newton.degree, STEPS):
+    for state in interior_steps(newton, x, cost, newton.degree, MOST_STEPS):
         depth = state["x"][-1]
         if watch is not None:
             watch(state | {"t": depth})
-        if state["gap"] < max(accuracy * depth, ZERO):
+        if state["gap"] < max(accuracy * depth, ZERO_DEPTH):
             break
     Z = None if state["Z"] is None else newton.unstacked(state["Z"])[:-1]
     return Deepest(state["x"][:-1], state["x"][-1], state["gap"], Z)

@@ -72,8 +72,8 @@ def _symmetric(x):
     return matrix
 
 
-SMALL = 24  # up to this many rows, elimination is as fast
-BITS = 40  # of the rounded factors
+ELIMINATION_UP_TO_ROWS = 24  # beyond, verified Cholesky factors in integers are faster
+FACTOR_BITS = 40  # after the point, of the rounded factors
 
 
 def definite(x):
@@ -116,7 +116,7 @@ def definite(x):
     >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     (True, 3/2)
     """
-    if len(x) <= SMALL:
+    if len(x) <= ELIMINATION_UP_TO_ROWS:
         found = pivots(x)
         return found[-1] > 0, min(found)
     verdict = _by_congruence(x)
@@ -162,11 +162,13 @@ def _by_congruence(x, passes=8):
         factor = fmpz_mat(
             [
                 [round(w) << top - s for w, s in zip(row, sizes)]
-                for row in (W * 2.0**BITS).tolist()
+                for row in (W * 2.0**FACTOR_BITS).tolist()
             ]
         )
         T = factor * T * factor.transpose()
-        power = [p + d + BITS + top - s for p, d, s in zip(power, doublings, sizes)]
+        power = [
+            p + d + FACTOR_BITS + top - s for p, d, s in zip(power, doublings, sizes)
+        ]
     return None
 
 

@@ -14,9 +14,9 @@ from .barrier import Barrier
 from .newton import Newton, newton_of
 from .primal_dual import maximize_t, positive
 
-__all__ = ["CERTAIN", "Phase", "phase_one", "refine"]
+__all__ = ["LONGEST_SOLUTION", "Phase", "phase_one", "refine"]
 
-CERTAIN = 1e9  # a solution longer than this is none in floats
+LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ def _central_path(asked, blocks, newton, x, weight, radius, wide):
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
             reach = _excluded_radius(blocks, Z)
-            if reach < CERTAIN:
+            if reach < LONGEST_SOLUTION:
                 Z = refine(blocks, Z)
                 reach = _excluded_radius(blocks, Z)
             verdict = "infeasible" if reach >= radius / 2 else "undecided"

@@ -17,7 +17,7 @@ from .time_limit import OutOfTime, time_limit
 
 __all__ = ["LMIProblem", "LMIProof", "LMISolution"]
 
-FAR = 1e6  # variables beyond it are a bad start of a minimisation
+FARTHEST_START = 1e6  # largest variable from which a minimisation starts
 
 
 class LMIProblem(LMIText):
@@ -185,7 +185,9 @@ class LMIProblem(LMIText):
 
         def least():
             inside = x
-            if start is None and np.abs(x).max() > FAR:  # a cone: go near its tip
+            if (
+                start is None and np.abs(x).max() > FARTHEST_START
+            ):  # a cone: go near its tip
                 inside = bounded(self.compiled, self.unknowns, x)[1]
             return self._at(*minimize(self.compiled, cost, inside, gap))
 

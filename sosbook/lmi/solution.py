@@ -9,7 +9,7 @@ from .proof import Proof
 
 __all__ = ["LMIProof", "LMISolution"]
 
-CLEAR = 1e-9  # a margin above it is no rounding error
+CLEAR_MARGIN = 1e-9  # smallest eigenvalue; rounding makes 1e-15 of unit blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class LMISolution:
         if self.values is None:
             refused = self.infeasibility
             return "infeasible" if refused and refused.proven else "undecided"
-        if min(self.margins.values()) > CLEAR or self.prove(digits=17).proven:
+        if min(self.margins.values()) > CLEAR_MARGIN or self.prove(digits=17).proven:
             return "feasible"
         return "undecided"
 

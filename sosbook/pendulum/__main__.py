@@ -13,7 +13,7 @@ from .report import write_report
 from .rig import DATA
 from .robot import Robot
 
-OPTIONS = {
+OPTION_HELP = {
     "R": "weight of the voltage; without it the smallest is searched "
     "that keeps the peak",
     "spread": "of e/c and e/a, relative",
@@ -33,7 +33,7 @@ def main(words=None):
     )
     parser.add_argument("paths", nargs="*", help="see above")
     parser.add_argument("--name", default="balance", help="of the programs")
-    for name, text in OPTIONS.items():
+    for name, text in OPTION_HELP.items():
         parser.add_argument(f"--{name}", type=float, help=text)
     parser.add_argument(
         "--force",

@@ -14,7 +14,7 @@ import numpy as np
 
 from .export import c_header, c_source
 from .firmware import COUNTERS
-from .spelling import REAL
+from .spelling import FLOAT_TYPES
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
 
@@ -28,7 +28,7 @@ FLAGS = (
     "-Wextra",
     "-Werror",
 )
-MISSING = """\
+NO_COMPILER = """\
 no C compiler was found. Any of these will do:
   apt-get install gcc libc6-dev     (Debian and Ubuntu, as root)
   xcode-select --install            (macOS)
@@ -55,13 +55,15 @@ def compiler():
     if given and shutil.which(given[0]):
         return given
     if given:
-        raise RuntimeError(f"CC is set to {given[0]!r}, which isn't there: {MISSING}")
+        raise RuntimeError(
+            f"CC is set to {given[0]!r}, which isn't there: {NO_COMPILER}"
+        )
     for name in ("cc", "gcc", "clang"):
         if path := shutil.which(name):
             return [path]
     if importlib.util.find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc"]
-    raise RuntimeError(MISSING)
+    raise RuntimeError(NO_COMPILER)
 
 
 class Compiled:
@@ -103,7 +105,7 @@ class Compiled:
         header = c_header(firmware, precision=precision)
         source = c_source(firmware, precision=precision)
         self.firmware, self.runs = firmware, runs
-        self.kind = np.dtype(REAL[precision])
+        self.kind = np.dtype(FLOAT_TYPES[precision])
         self.states = None
         if folder is None:
             self._temporary = tempfile.TemporaryDirectory(

@@ -12,15 +12,15 @@ import numpy as np
 from ..plants.checks import number, positive
 from .gate import Inspection, refused, widened
 from .log import Log
-from .proven import PEAK, Deployment
+from .proven import LARGEST_PEAK, Deployment
 from .rig import DATA
 from .robot import Robot
 from .tuning import design, prove, reach
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
 
-DECAY = 0.2  # 1/s, what the proof with the hold promises, at most
-LEAST = np.deg2rad(5)  # a robot must be able to come back from here
+LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
+LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 
 
 def recommend(
@@ -32,8 +32,8 @@ def recommend(
     blend=None,
     robot=None,
     Q=None,
-    decay=DECAY,
-    peak=PEAK,
+    decay=LARGEST_DECAY,
+    peak=LARGEST_PEAK,
     **more,
 ):
     """The controller that this book recommends for a robot.
@@ -86,12 +86,12 @@ def recommend(
     if number("decay", decay) < 0:
         raise ValueError(f"decay must be 0 or more, in 1/s, got {decay!r}")
     tilt = reach(mip, robot.limit)
-    if tilt < LEAST:
+    if tilt < LEAST_TILT:
         raise ValueError(
             f"the motors are too weak: {robot.limit:g} V can bring the robot "
             f"back from {np.degrees(tilt):.1f} degrees at most. It takes "
-            f"{robot.limit * LEAST / tilt:.0f} V or stronger motors for "
-            f"{np.degrees(LEAST):.0f} degrees"
+            f"{robot.limit * LEAST_TILT / tilt:.0f} V or stronger motors for "
+            f"{np.degrees(LEAST_TILT):.0f} degrees"
         )
     Q = np.eye(5) if Q is None else np.asarray(Q, float)
     found = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q, R, peak)

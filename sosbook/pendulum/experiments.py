@@ -12,7 +12,7 @@ from ..plants.checks import number, positive
 
 __all__ = ["chirp", "motion"]
 
-STICK = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
+STICTION_SPEED = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
 
 
 def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
@@ -66,7 +66,7 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     return t, V + 0.0  # no minus zero
 
 
-def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICK):
+def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     r"""Angle and speed of q'' = e V - f q' - d sin q, from rest.
 
     Parameters

@@ -18,17 +18,28 @@ from .robot import Robot
 
 __all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
 
-TYPE = {"double": "double", "single": "float"}
-TAKEN = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
-MOST = 32766  # ticks; the least that C's int holds, less one
-PYCTRL_COUNTS = 60 * 35.557  # a turn of a wheel, as pyctrl has it
-PYCTRL = {  # its wiring, which can't be changed from outside
+C_TYPES = {"double": "double", "single": "float"}
+TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
+MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
+PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
+PYCTRL_WIRING = {  # which can't be changed from outside
     "motor_channels": (3, 2),
     "motor_polarities": (1, -1),
     "encoder_channels": (3, 2),
     "encoder_polarities": (1, -1),
 }
-RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)  # Hz, of the IMU's DMP
+DMP_RATES = (
+    200,
+    100,
+    50,
+    40,
+    25,
+    20,
+    10,
+    8,
+    5,
+    4,
+)  # Hz, of the motion processor in the IMU
 
 
 def c_header(firmware, name="balance", precision="double"):
@@ -81,7 +92,7 @@ def c_header(firmware, name="balance", precision="double"):
         for k, fault in enumerate(FAULTS)
     ]
     x = f"x[{order}];".ljust(12)
-    state = f"    {TYPE[precision]} {x}/* the law's state */\n"
+    state = f"    {C_TYPES[precision]} {x}/* the law's state */\n"
     return _fill(
         "law.h",
         words,
@@ -128,7 +139,7 @@ def c_source(firmware, name="balance", precision="double"):
         D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
     """
     words = _words(firmware, name, precision)
-    law, real = firmware.law, TYPE[precision]
+    law, real = firmware.law, C_TYPES[precision]
 
     def number(value):
         return spelling.literal(value, precision)
@@ -208,13 +219,13 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     """
     words = _words(firmware, name, precision)
     hertz = round(1 / firmware.law.T)
-    if hertz not in RATES or not np.isclose(hertz * firmware.law.T, 1):
+    if hertz not in DMP_RATES or not np.isclose(hertz * firmware.law.T, 1):
         raise ValueError(
             f"law runs every {firmware.law.T:.9g} s, but the IMU's rates "
-            f"are {', '.join(map(str, RATES))} Hz: sample the law anew"
+            f"are {', '.join(map(str, DMP_RATES))} Hz: sample the law anew"
         )
     robot = _wired(robot)
-    pairs = {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL}
+    pairs = {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
     reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
     low, high = robot.battery
     return _fill(
@@ -265,16 +276,17 @@ def pyctrl_script(firmware, robot=None):
     words = _words(firmware, "balance", "double")
     law, robot = firmware.law, _wired(robot)
     for word in ("motor_channels", "encoder_channels"):
-        if getattr(robot, word) != PYCTRL[word]:
+        if getattr(robot, word) != PYCTRL_WIRING[word]:
             raise ValueError(
                 f"{word} = {list(getattr(robot, word))}: pyctrl has "
-                f"{list(PYCTRL[word])} and no others"
+                f"{list(PYCTRL_WIRING[word])} and no others"
             )
     signs = {
         word: tuple(
             ours * theirs
             for ours, theirs in zip(
-                getattr(robot, f"{word}_polarities"), PYCTRL[f"{word}_polarities"]
+                getattr(robot, f"{word}_polarities"),
+                PYCTRL_WIRING[f"{word}_polarities"],
             )
         )
         for word in ("motor", "encoder")
@@ -307,7 +319,7 @@ def pyctrl_script(firmware, robot=None):
         mount=repr(robot.mount),
         nominal=repr(robot.nominal),
         counts=repr(robot.counts),
-        theirs=repr(PYCTRL_COUNTS),
+        theirs=repr(PYCTRL_COUNTS_PER_TURN),
         **signs,
     )
 
@@ -327,11 +339,11 @@ def _words(firmware, name, precision):
     """What every template needs; checks the arguments."""
     if not isinstance(firmware, Firmware):
         raise ValueError("firmware must be a Firmware")
-    if precision not in TYPE:
+    if precision not in C_TYPES:
         raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")
     if (
         not isinstance(name, str)
-        or name in TAKEN
+        or name in TAKEN_NAMES
         or name[:3] == "rc_"
         or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)
     ):
@@ -340,9 +352,9 @@ def _words(firmware, name, precision):
             f"name that C or the robot's library has, got {name!r}"
         )
     for field in ("missing", "frozen", "stall", "deaf"):
-        if getattr(firmware, field) > MOST:
+        if getattr(firmware, field) > MOST_TICKS:
             raise ValueError(
-                f"{field} must be at most {MOST}, for C's int, got "
+                f"{field} must be at most {MOST_TICKS}, for C's int, got "
                 f"{getattr(firmware, field)}"
             )
     law = firmware.law
@@ -351,7 +363,7 @@ def _words(firmware, name, precision):
     return {
         "name": name,
         "NAME": name.upper(),
-        "real": TYPE[precision],
+        "real": C_TYPES[precision],
         "note": _note(firmware, " * ", precision),
     }
 

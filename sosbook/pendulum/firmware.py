@@ -20,8 +20,8 @@ FAULTS = ("running", "sensor", "fall", "stall", "command")
 #: encoders', equal ones of the gyro, equal ones of the encoders under
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
-PUSH = 0.25  # of the limit: more than friction takes
-HUGE = 1e6  # V; a larger command means that a number is broken
+PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
+TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +187,8 @@ class Controller:
         _T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
         one = self.kind.type(f.fastest * law.T)  # rad in a tick
         limit, tip = self.kind.type(f.limit), self.kind.type(f.tip)
-        span, huge = self.kind.type(f.gyro_range), self.kind.type(HUGE)
-        push = self.kind.type(f.limit * PUSH)
+        span, huge = self.kind.type(f.gyro_range), self.kind.type(TRUSTED_VOLTS)
+        push = self.kind.type(f.limit * PUSHING_SHARE)
         running = self.fault == 0
 
         last, equal = gyro, (gyro <= self.last) & (gyro >= self.last)

@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 __all__ = ["Fit", "output_error"]
 
-LAGS = 50  # samples after which residuals are taken as unrelated
+CORRELATED_SAMPLES = 50  # so many samples later residuals count as unrelated
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +121,8 @@ def covariance(J, r):
     inverse = np.linalg.inv(J.T @ J)
     N = len(r)
     middle = (r @ r) * J.T @ J
-    for lag in range(1, min(LAGS, N)):
-        taper = (1 - lag / LAGS) * (r[lag:] @ r[:-lag])
+    for lag in range(1, min(CORRELATED_SAMPLES, N)):
+        taper = (1 - lag / CORRELATED_SAMPLES) * (r[lag:] @ r[:-lag])
         cross = J[lag:].T @ J[:-lag]
         middle = middle + taper * (cross + cross.T)
     return inverse @ middle @ inverse / (N - len(inverse))

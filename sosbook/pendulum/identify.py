@@ -5,20 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from .experiments import STICK, motion
+from .experiments import STICTION_SPEED, motion
 from .fit import Fit, output_error
 from .log import Log
 from .model import Mip
-from .rig import COUNTS
+from .rig import COUNTS_PER_TURN
 from .spread import polytope
 from .srivc import respond, srivc
 
 __all__ = ["Identified", "fit_body", "fit_wheel", "identify", "speed"]
 
-BODY = ("pendulum", "linear", "free zero")
-SHARPER = (0.15, 0.05)  # rad/s, as `STICK`; tried where friction is fitted
-COARSE = 0.5  # of the speed: one count a sample, when counts aren't noise
-AS_GOOD = 1.02  # a fit that leaves so much more is no worse
+BODY_MODELS = ("pendulum", "linear", "free zero")
+SHARPER_STICTION = (
+    0.15,
+    0.05,
+)  # rad/s, tried beside `STICTION_SPEED` where friction is fitted
+COARSE_COUNT = 0.5  # one count a sample over the speed's deviation: coarser is no noise
+AS_GOOD_RATIO = 1.02  # of the residuals' rms to the best fit's: such a fit is as good
 
 
 def fit_body(log, model="pendulum", friction=False):
@@ -56,8 +59,8 @@ def fit_body(log, model="pendulum", friction=False):
     >>> round(fit_body(shipped("body"))["d_c"], 1)
     110.6
     """
-    if model not in BODY:
-        raise ValueError(f"model must be one of {BODY}, got {model!r}")
+    if model not in BODY_MODELS:
+        raise ValueError(f"model must be one of {BODY_MODELS}, got {model!r}")
     if friction and model != "pendulum":
         raise ValueError("friction needs model='pendulum'")
     (gyro,), V, T = log.need("gyro"), log.V, log.T
@@ -78,23 +81,23 @@ def fit_body(log, model="pendulum", friction=False):
         rub, offset = (0.0, *friction_and_offset)[-2:]
         return motion(-e, f, d, V, log.steps, rub, steps, stick)[1] + offset
 
-    steps, stick = 1, STICK
+    steps, stick = 1, STICTION_SPEED
     if model == "free zero":
         start["zero"] = B[1]
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     start["offset"] = gyro.mean()
-    fit = output_error(linear if model in BODY[1:] else pendulum, gyro, start)
+    fit = output_error(linear if model in BODY_MODELS[1:] else pendulum, gyro, start)
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER:  # noqa: B007 (the models read it)
+        for stick in SHARPER_STICTION:  # noqa: B007 (the models read it)
             steps = 4
             fits.append(output_error(pendulum, gyro, start))
         fit = best(fits)
     return signs(fit, "body", "the gyro or the motors")
 
 
-def speed(log, wheel=1, counts=COUNTS):
+def speed(log, wheel=1, counts=COUNTS_PER_TURN):
     """Differenced counts, in rad/s: the mean since the last sample.
 
     Parameters
@@ -116,7 +119,9 @@ def speed(log, wheel=1, counts=COUNTS):
     return np.diff(count) * 2 * np.pi / counts / log.steps[:-1]
 
 
-def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS, friction=False):
+def fit_wheel(
+    log, wheel=1, differencing="modelled", counts=COUNTS_PER_TURN, friction=False
+):
     r"""The wheels' experiment: e/a, f/a, with a = 2 I_w.
 
     Parameters
@@ -182,7 +187,7 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS, friction=Fal
         angle, _ = motion(e, f, 0.0, V, log.steps, friction, 4, stick)
         return np.diff(angle) / log.steps[:-1]
 
-    stick = STICK
+    stick = STICTION_SPEED
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     fit = output_error(
@@ -196,11 +201,11 @@ def fit_wheel(log, wheel=1, differencing="modelled", counts=COUNTS, friction=Fal
     )
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER:  # noqa: B007 (the models read it)
+        for stick in SHARPER_STICTION:  # noqa: B007 (the models read it)
             fits.append(output_error(rubbing, y, start))
         fit = best(fits)
     quantum = 2 * np.pi / counts / T
-    if differencing == "modelled" and quantum > COARSE * np.std(y):
+    if differencing == "modelled" and quantum > COARSE_COUNT * np.std(y):
         angles = np.cumsum(np.append(0.0, (y - fit.residuals) * log.steps[:-1]))
         fit = coarse(
             fit,
@@ -241,7 +246,7 @@ def best(fits):
     intervals.
     """
     first = min(fits, key=lambda fit: fit.rms)
-    good = [fit for fit in fits if fit.rms < AS_GOOD * first.rms]
+    good = [fit for fit in fits if fit.rms < AS_GOOD_RATIO * first.rms]
     apart = np.array([fit.values - first.values for fit in good])
     more = np.abs(apart).max(axis=0)
     return Fit(
@@ -302,7 +307,7 @@ class Identified:
         return polytope(self.mip, spread)
 
 
-def identify(log_body, log_wheels, counts=COUNTS, friction=False, **robot):
+def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **robot):
     """Identify a pendulum from the logs of its two experiments.
 
     Parameters

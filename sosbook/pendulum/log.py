@@ -8,15 +8,15 @@ import numpy as np
 
 __all__ = ["Log"]
 
-DIGITS = {
+FORMATS = {
     "t": "{:.9g}",
     "V": "{:.6g}",
     "gyro": "{:.5g}",
     "encoder1": "{:.9g}",
     "encoder2": "{:.9g}",
 }
-EVEN = 0.01  # of a period: so far from its time a sample is on time
-LOST = 1.75  # periods between two samples, when one is missing
+ON_TIME = 0.01  # share of a period; a sample this near its time is on time
+MISSING_AFTER = 1.75  # periods between two samples; from here on one is missing
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Log:
         the time stamps say. After the last one comes another mean.
         """
         steps = np.append(np.diff(self.t), self.T)
-        if abs(steps / self.T - 1).max() <= EVEN:
+        if abs(steps / self.T - 1).max() <= ON_TIME:
             steps[:] = self.T
         return steps
 
@@ -149,8 +149,8 @@ class Log:
 
     def write(self, path):
         """Write the CSV file at ``path`` that `read` reads."""
-        names = [x for x in DIGITS if getattr(self, x) is not None]
-        form = ",".join(DIGITS[x] for x in names) + "\n"
+        names = [x for x in FORMATS if getattr(self, x) is not None]
+        form = ",".join(FORMATS[x] for x in names) + "\n"
         rows = zip(*(getattr(self, x).tolist() for x in names))
         text = ",".join(names) + "\n" + "".join(form.format(*x) for x in rows)
         Path(path).write_bytes(text.encode())
@@ -186,7 +186,7 @@ def gapless(t):
             f"t must increase; it doesn't after row {np.flatnonzero(step <= 0)[0] + 1}"
         )
     T = np.median(step)
-    for k in np.flatnonzero(step > LOST * T)[:1]:
+    for k in np.flatnonzero(step > MISSING_AFTER * T)[:1]:
         gone = max(round(step[k] / T) - 1, 1)
         raise ValueError(
             f"t: {gone} sample{'s' * (gone > 1)} missing after "

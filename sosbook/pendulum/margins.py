@@ -15,7 +15,7 @@ __all__ = ["SENSING", "SampledLoop", "lowest_rate", "sensing"]
 
 #: What the law is given for [theta, phi, theta', phi'].
 SENSING = ("exact", "differenced", "raw", "firmware")
-AT_ONE = 1e-9  # an eigenvalue so near one is a constant of integration
+INTEGRATION_TOLERANCE = 1e-9  # from one: a nearer eigenvalue counts as one
 
 
 def sensing(kind, T, blend=0.0):
@@ -227,7 +227,7 @@ class SampledLoop:
 def _moving(F):
     """Eigenvalues of F but those at one."""
     poles = np.linalg.eigvals(F)
-    return poles[np.abs(poles - 1) >= AT_ONE]
+    return poles[np.abs(poles - 1) >= INTEGRATION_TOLERANCE]
 
 
 def lowest_rate(

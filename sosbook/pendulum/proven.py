@@ -12,7 +12,7 @@ import numpy as np
 from ..plants.checks import number, positive
 from ..proofs import CHECKER
 from ..sampled import certify_sampled
-from .export import PYCTRL, c_header, c_source, pyctrl_script, rc_balance
+from .export import PYCTRL_WIRING, c_header, c_source, pyctrl_script, rc_balance
 from .firmware import Firmware, share
 from .law import SampledLaw
 from .model import Mip
@@ -22,9 +22,9 @@ from .tuning import U, loops, reach
 
 __all__ = ["Deployment"]
 
-STAND = 2.0  # V, at most, on the stand: enough to see the wheels turn
-CELLS = 600  # at most so many for one proof of the sampled loop
-PEAK = 2.0  # of the sensitivity, at most
+BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them turn
+MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
+LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +71,8 @@ class Deployment:
     T: float
     delay: float
     blend: float
-    cells: int = CELLS
-    peak: float = PEAK
+    cells: int = MOST_CELLS
+    peak: float = LARGEST_PEAK
     identified: object = None
     robot: Robot | None = None
     data: dict = field(default_factory=dict)
@@ -289,7 +289,7 @@ class Deployment:
         """
         return self._firmware(
             SampledLaw.of_gain(self.law.D * [1, 0, 1, 0], self.T),
-            min(STAND, self.robot.limit),
+            min(BENCH_VOLTS, self.robot.limit),
             (
                 "For the stand, wheels in the air, to check signs: the "
                 "gains of theta and theta' alone. It doesn't balance.",
@@ -349,7 +349,7 @@ class Deployment:
                 texts[f"rc_{each}.c"] = rc_balance(firmware, each, robot=self.robot)
                 if all(
                     getattr(self.robot, word) == pins
-                    for word, pins in PYCTRL.items()
+                    for word, pins in PYCTRL_WIRING.items()
                     if "channels" in word
                 ):
                     texts[f"pyctrl_{each}.py"] = pyctrl_script(

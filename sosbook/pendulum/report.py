@@ -10,7 +10,7 @@ from .gate import widened
 
 __all__ = ["page", "write_report"]
 
-WIDTH, HEIGHT, POINTS = 760, 150, 700
+CURVE_WIDTH, CURVE_HEIGHT, CURVE_POINTS = 760, 150, 700
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 15px/1.5 sans-serif; max-width: 50em; margin: 1em auto; }}
@@ -97,7 +97,7 @@ def _residuals(label, t, r):
 
 def _curve(x, y, label, top=None):
     """An SVG polyline; of each stretch the lowest and highest point."""
-    count = max(len(y) // (POINTS // 2), 1)
+    count = max(len(y) // (CURVE_POINTS // 2), 1)
     ends = len(y) // count * count
     some = np.sort(
         np.reshape(
@@ -108,11 +108,11 @@ def _curve(x, y, label, top=None):
     )
     x, y = np.asarray(x)[some], np.asarray(y)[some]
     top = top or float(abs(y).max()) or 1.0
-    across = WIDTH * (x - x[0]) / (x[-1] - x[0])
-    down = HEIGHT / 2 * (1 - y / top)
+    across = CURVE_WIDTH * (x - x[0]) / (x[-1] - x[0])
+    down = CURVE_HEIGHT / 2 * (1 - y / top)
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down))
     return (
-        f'<svg width="{WIDTH}" height="{HEIGHT}" role="img" aria-label="'
+        f'<svg width="{CURVE_WIDTH}" height="{CURVE_HEIGHT}" role="img" aria-label="'
         f'{page_text(label)}"><polyline fill="none" stroke="#06c" points="'
         f'{points}"/><text x="4" y="14">{page_text(label)}; &plusmn; {top:.3g}, '
         f"{x[0]:.4g} to {x[-1]:.4g}</text></svg>"

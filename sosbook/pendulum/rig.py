@@ -8,17 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
+from ..deprecation import renamed
 from ..plants.checks import positive
 from .experiments import chirp, motion
 from .log import Log
 from .model import R_G, Mip
 
-__all__ = ["COUNTS", "DATA", "Rig", "shipped"]
+__all__ = ["COUNTS_PER_TURN", "DATA", "Rig", "shipped"]
+
+__getattr__ = renamed(__name__, COUNTS="COUNTS_PER_TURN")
 
 DATA = Path(__file__).parent / "data"
-COUNTS = 60 * R_G  # encoder counts per turn of a wheel
+COUNTS_PER_TURN = 60 * R_G  # of a wheel: 60 a turn of the motor
 GYRO_STEP = np.deg2rad(2000 / 2**15)  # rad/s: 16 bits over +-2000 deg/s
-FINE = 10  # Runge-Kutta steps per sample
+STEPS_PER_SAMPLE = 10  # of Runge and Kutta's method
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,9 @@ class Rig:
         """
         t, V = chirp(1, 20, amplitude=self.amplitude)
         x = self.ratios
-        _, gyro = motion(-x["e_c"], x["f_c"], x["d_c"], V, t[1], self.friction, FINE)
+        _, gyro = motion(
+            -x["e_c"], x["f_c"], x["d_c"], V, t[1], self.friction, STEPS_PER_SAMPLE
+        )
         if not self.ideal:
             random = np.random.default_rng(self.seed)
             gyro = gyro + self.noise * random.standard_normal(len(t))
@@ -127,9 +132,15 @@ class Rig:
         counts = []
         for e, f in ((1.0, 1.0), self.second):
             angle, _ = motion(
-                e * x["e_a"], f * x["f_a"], 0.0, V, t[1], self.friction, FINE
+                e * x["e_a"],
+                f * x["f_a"],
+                0.0,
+                V,
+                t[1],
+                self.friction,
+                STEPS_PER_SAMPLE,
             )
-            count = angle * COUNTS / (2 * np.pi)
+            count = angle * COUNTS_PER_TURN / (2 * np.pi)
             if not self.ideal:  # it starts somewhere between two counts
                 count = np.floor(count + random.random()) + 0.0
             counts.append(count)

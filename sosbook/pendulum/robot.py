@@ -11,9 +11,9 @@ from .rig import DATA
 __all__ = ["BOARDS", "Robot"]
 
 BOARDS = ("beaglebone", "other")
-MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
+TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
-BOARD = (
+BOARD_KEYS = (
     "mount",
     "nominal",
     "battery",
@@ -125,7 +125,9 @@ class Robot:
             raise ValueError(f"board must be one of {BOARDS}, got {self.board!r}")
         self._check_board()
         if self.blend is None:
-            object.__setattr__(self, "blend", round(_number(self, "T") / MEMORY, 12))
+            object.__setattr__(
+                self, "blend", round(_number(self, "T") / TILT_MEMORY, 12)
+            )
         for x in fields(self):
             value = getattr(self, x.name)
             if x.type is float and value is not None:
@@ -148,13 +150,13 @@ class Robot:
 
     def _check_board(self):
         """All keys of a known board, or none of them."""
-        given = [k for k in BOARD if getattr(self, k) is not None]
+        given = [k for k in BOARD_KEYS if getattr(self, k) is not None]
         if self.board == "other" and given:
             raise ValueError(
                 f'{", ".join(given)}: no program for board = "other" '
                 'takes this: leave it out, or set board = "beaglebone"'
             )
-        lost = [k for k in BOARD if k not in given]
+        lost = [k for k in BOARD_KEYS if k not in given]
         if self.board != "other" and lost:
             raise ValueError(
                 f'{", ".join(lost)} must be given for board = "{self.board}"'

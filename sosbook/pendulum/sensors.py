@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..plants.checks import number, positive
-from .rig import COUNTS, GYRO_STEP
+from .rig import COUNTS_PER_TURN, GYRO_STEP
 
 __all__ = ["Readings", "Sensors"]
 
-STILL = 100  # gyro readings at rest, whose mean is its offset
+READINGS_AT_REST = 100  # of the gyro, whose mean is taken for its offset
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Sensors:
 
     noise: float = np.deg2rad(0.1)
     offset: float = np.deg2rad(0.5)
-    counts: float = COUNTS
+    counts: float = COUNTS_PER_TURN
     gyro_step: float = GYRO_STEP
     tilt_error: float = 0.0
     accelerometer: float | None = None
@@ -150,7 +150,7 @@ class Readings:
         random = [np.random.default_rng(seed + i) for i in range(runs)]
         self.sensors, self.zero = sensors, np.zeros(runs)
         self.part = np.array([r.random() for r in random])
-        self.still = np.array([r.standard_normal(STILL) for r in random]).T
+        self.still = np.array([r.standard_normal(READINGS_AT_REST) for r in random]).T
         self.noise = np.array([r.standard_normal((count, 3)) for r in random]).T
 
     def bias(self):

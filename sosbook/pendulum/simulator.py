@@ -16,7 +16,7 @@ from .sensors import Readings, Sensors
 
 __all__ = ["Push", "Run", "Sensors", "simulate"]
 
-LEVEL = np.deg2rad(3)  # a robot that settled stays within
+SETTLED_TILT = np.deg2rad(3)  # rad; a robot that settled stays within
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Run:
     def settled(self):
         """(runs,) bool: within 3 degrees in the run's last fifth."""
         late = self.x[0][:, 4 * len(self.t) // 5 :]
-        return ~self.fell & (np.abs(late) < LEVEL).all(axis=1)
+        return ~self.fell & (np.abs(late) < SETTLED_TILT).all(axis=1)
 
     @property
     def peak_voltage(self):

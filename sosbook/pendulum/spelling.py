@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 
-from .firmware import HUGE, PUSH
+from .firmware import PUSHING_SHARE, TRUSTED_VOLTS
 
 __all__ = [
-    "REAL",
+    "FLOAT_TYPES",
     "braces",
     "constants",
     "counts",
@@ -21,7 +21,7 @@ __all__ = [
     "total",
 ]
 
-REAL = {"double": float, "single": np.float32}
+FLOAT_TYPES = {"double": float, "single": np.float32}
 
 
 def constants(firmware):
@@ -34,9 +34,9 @@ def constants(firmware):
         ("TIP", firmware.tip, "rad"),
         ("BLEND", firmware.blend, "of each tick's tilt"),
         ("RANGE", firmware.gyro_range, "rad/s"),
-        ("PUSH", firmware.limit * PUSH, "V"),
+        ("PUSH", firmware.limit * PUSHING_SHARE, "V"),
         ("REACH", fastest * T, "rad a tick"),
-        ("TRUSTED", HUGE, "V"),
+        ("TRUSTED", TRUSTED_VOLTS, "V"),
     ]
 
 
@@ -104,7 +104,7 @@ def total(parts):
 def literal(value, precision):
     """The exact hexadecimal literal of C for a value in double or single precision."""
     with np.errstate(over="ignore"):
-        rounded = float(REAL[precision](value))
+        rounded = float(FLOAT_TYPES[precision](value))
     if not np.isfinite(rounded):
         raise ValueError(
             f"{value:.9g} is too large for {precision} precision: scale "

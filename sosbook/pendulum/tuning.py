@@ -9,18 +9,30 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from ..delay import DelayDesign, DelayRequest, solve_delay
+from ..deprecation import renamed
 from ..synthesis.lqr import design_lqr
 from .law import SampledLaw
 from .margins import SampledLoop
 from .spread import polytope, vertices
 
-__all__ = ["DELAYS", "design", "largest_hold", "peak_of", "prove", "reach"]
+__all__ = ["DELAY_SHARES", "design", "largest_hold", "peak_of", "prove", "reach"]
+
+__getattr__ = renamed(__name__, DELAYS="DELAY_SHARES")
 
 U = [[0, 1]]  # integrate phi
-DELAYS = (0.0, 0.5, 1.0)  # the delays that are looked at, of the largest
+DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looked at
 WEIGHTS = tuple(m * 10.0**k for k in range(-4, 6) for m in (1, 2, 5))
-STEPS = (1, 0.5, 0.2, 0.1, 0.05, 0.0)  # of the decay that is asked for
-FASTER = 0.8 ** np.arange(1, 16)  # of T and the delay
+DECAY_SHARES = (
+    1,
+    0.5,
+    0.2,
+    0.1,
+    0.05,
+    0.0,
+)  # of the decay that is asked for, one after the other
+CLOCK_SHARES = 0.8 ** np.arange(
+    1, 16
+)  # of T and the delay, to say which clock would do
 
 
 def loops(robots, law, robot):
@@ -29,7 +41,7 @@ def loops(robots, law, robot):
         late: tuple(
             SampledLoop(each, law, late, "firmware", robot.blend) for each in robots
         )
-        for late in (share * robot.delay for share in DELAYS)
+        for late in (share * robot.delay for share in DELAY_SHARES)
     }
 
 
@@ -142,7 +154,7 @@ def _too_slow(mip, robot, Q, peak):
         f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
         "for this clock"
     )
-    for share in FASTER:
+    for share in CLOCK_SHARES:
         clock = robot.but(T=robot.T * share, delay=robot.delay * share)
         if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
             return (
@@ -192,7 +204,7 @@ def prove(mip, robot, spread, K, decay):
             f"{1000 * at:.3g} ms, which the hold and the computer may make: "
             "take a larger R, a smaller T, delay or spread"
         )
-    rates = {share * decay for share in STEPS if share * decay < true}
+    rates = {share * decay for share in DECAY_SHARES if share * decay < true}
     tried = {}
     for rate in sorted(rates | {0.0}, reverse=True):
         for method in ("functional", "shift"):

@@ -5,7 +5,7 @@ from scipy.sparse import issparse
 
 __all__ = ["count", "matrix", "number", "positive", "rank_deficient"]
 
-SIZES = 1e-100, 1e100  # of numbers whose squares and products are floats, too
+SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 
 def number(name, value):
@@ -25,13 +25,13 @@ def number(name, value):
 
 def _check_size(name, largest):
     """Raise where a number, or the largest of some, is out of bounds."""
-    if largest > SIZES[1]:
+    if largest > SIZE_LIMITS[1]:
         raise ValueError(
-            f"{name} = {largest:.3g} is beyond {SIZES[1]:g}: choose other units"
+            f"{name} = {largest:.3g} is beyond {SIZE_LIMITS[1]:g}: choose other units"
         )
-    if 0 < largest < SIZES[0]:
+    if 0 < largest < SIZE_LIMITS[0]:
         raise ValueError(
-            f"{name} = {largest:.3g} is below {SIZES[0]:g}: choose other units"
+            f"{name} = {largest:.3g} is below {SIZE_LIMITS[0]:g}: choose other units"
         )
 
 

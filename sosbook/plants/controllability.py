@@ -16,8 +16,8 @@ from ..lmi.algebraic import roots_of
 
 __all__ = ["FixedPart", "fixed_part", "matrix_of"]
 
-TOP = 2**62  # the primes lie just below it
-PRIMES = 400  # so many are tried before the rows count as too long to write
+PRIMES_BELOW = 2**62  # so that each prime fits a machine word
+MOST_PRIMES = 400  # are tried before the rows count as too long to write
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def fixed_part(E, A, B):
     whole = [_scaled(X, scale) for X in (E, A, B)]
     guess = _Lift()
     for tried, p in enumerate(_primes()):
-        if tried >= PRIMES:
+        if tried >= MOST_PRIMES:
             return None
         found = _modulo(*whole, p)
         if found is None:  # p divides det E
@@ -118,7 +118,7 @@ def _scaled(X, scale):
 
 def _primes():
     """Primes below 2^62, downwards."""
-    return (n for n in count(TOP - 1, -2) if fmpz(n).is_prime())
+    return (n for n in count(PRIMES_BELOW - 1, -2) if fmpz(n).is_prime())
 
 
 def _modulo(E, A, B, p):

@@ -26,7 +26,8 @@ __all__ = [
     "twins",
 ]
 
-COUPLINGS = ("pairs", "vertices", "slack")
+#: Conditions on the vertices; what accepts most comes first.
+COUPLINGS = ("vertices", "pairs", "slack")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from pathlib import Path
 from ..lmi.proof import ProofFile, load
 from ..lmi.proof_text import laid_out
 from ..plants.second_order import Polytope, SecondOrderSystem
-from ..requirements.in_files import ASKED, asked_in_file
+from ..requirements.in_files import KEYS, asked_in_file
 from ..synthesis.pid import design_pid
 
 __all__ = ["main"]
@@ -104,11 +104,11 @@ def read_plant_file(path):
             'or {"vertices": [..]}'
         )
     data.pop("$schema", None)
-    unknown = data.keys() - {"plant", *ASKED}
+    unknown = data.keys() - {"plant", *KEYS}
     if unknown:
         raise ValueError(
             f"{path}: {sorted(unknown)[0]!r} isn't known: the keys are "
-            f"plant, {', '.join(ASKED)}"
+            f"plant, {', '.join(KEYS)}"
         )
     try:
         return _plant(data.pop("plant")), asked_in_file(data)

@@ -4,15 +4,15 @@ from .cost import QuadraticCost
 from .input_bound import Saturation
 from .pole_region import PoleRegion
 
-__all__ = ["ASKED", "asked_in_file"]
+__all__ = ["KEYS", "asked_in_file"]
 
-MADE = {  # from a key to what makes its object
+OBJECTS = {  # what makes a key's object
     "region": PoleRegion,
     "saturation": Saturation,
     "cost": QuadraticCost,
 }
-PLAIN = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
-ASKED = (*MADE, *PLAIN)
+VALUES = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
+KEYS = (*OBJECTS, *VALUES)
 
 
 def asked_in_file(data: dict) -> dict:
@@ -21,7 +21,7 @@ def asked_in_file(data: dict) -> dict:
     Parameters
     ----------
     data : dict
-        Keys among `ASKED`; "region", "saturation" and "cost" hold the
+        Keys among `KEYS`; "region", "saturation" and "cost" hold the
         parameters of `PoleRegion`, `Saturation` and `QuadraticCost`.
 
     Raises
@@ -36,15 +36,15 @@ def asked_in_file(data: dict) -> dict:
     """
     found = {}
     for key, value in data.items():
-        if key in PLAIN:
+        if key in VALUES:
             found[key] = value
             continue
-        if key not in MADE:
-            raise ValueError(f"{key!r} isn't known: the keys are {', '.join(ASKED)}")
+        if key not in OBJECTS:
+            raise ValueError(f"{key!r} isn't known: the keys are {', '.join(KEYS)}")
         if not isinstance(value, dict):
             raise ValueError(f'{key} must be an object, such as {{"name": value}}')
         try:
-            found[key] = MADE[key](**value)
+            found[key] = OBJECTS[key](**value)
         except TypeError as error:
             text = str(error).split("__init__() ")[-1]
             raise ValueError(f"{key}: {text}") from None

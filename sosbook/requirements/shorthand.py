@@ -22,11 +22,17 @@ __all__ = [
 ]
 
 KEYWORDS = ("region", "gamma", "saturation", "cost", "mu", "requirements")
-SAME = object()  # a keyword that isn't given
+NOT_GIVEN = object()  # a keyword that was left out, unlike one that is None
 
 
 def collected(
-    region=SAME, gamma=SAME, saturation=SAME, *, cost=SAME, mu=SAME, requirements=()
+    region=NOT_GIVEN,
+    gamma=NOT_GIVEN,
+    saturation=NOT_GIVEN,
+    *,
+    cost=NOT_GIVEN,
+    mu=NOT_GIVEN,
+    requirements=(),
 ):
     """Keywords and requirement objects as one tuple.
 
@@ -69,26 +75,26 @@ def collected(
             raise ValueError(
                 f"requirements must hold Requirement objects, got {type(r).__name__}"
             )
-    if mu is not SAME:
+    if mu is not NOT_GIVEN:
         mu = _size(mu)
         found = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in found]
-    if region is not SAME:
+    if region is not NOT_GIVEN:
         if not isinstance(region, (Region, type(None))):
             raise ValueError(
                 "region must be a PoleRegion or an LMIRegion, got "
                 f"{type(region).__name__}"
             )
         _put(found, LMIRegion, () if region is None else region.parts)
-    if gamma is not SAME:
+    if gamma is not NOT_GIVEN:
         scale = mu
-        if mu is SAME:
+        if mu is NOT_GIVEN:
             scale = next((r.mu for r in found if isinstance(r, HInfinity)), None)
         _put(found, HInfinity, () if gamma is None else (HInfinity(gamma, scale),))
     for name, value, kind, call in (
         ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
         ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)"),
     ):
-        if value is SAME:
+        if value is NOT_GIVEN:
             continue
         if not isinstance(value, (kind, type(None))):
             raise ValueError(f"{name} must be a {call}")

@@ -2,10 +2,10 @@
 
 import os
 
-__all__ = ["HIDDEN", "bar", "each"]
+__all__ = ["WITHOUT_BARS", "bar", "each"]
 
 #: Environment of a process that shows no bars; any value will do.
-HIDDEN = {"TQDM_DISABLE": "1"}
+WITHOUT_BARS = {"TQDM_DISABLE": "1"}
 
 
 class _Silent:
@@ -40,7 +40,7 @@ def bar(total, unit="it", progress=True):
     >>> with bar(2, progress=False) as done:
     ...     done.update()
     """
-    if not progress or HIDDEN.keys() & os.environ.keys():
+    if not progress or WITHOUT_BARS.keys() & os.environ.keys():
         return _Silent()
     try:
         from tqdm.auto import tqdm

@@ -8,7 +8,7 @@ from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, fraction, read_array, read_number
 from ..plants.records import plant_data, read_plant
 from .discretize import SampleTiming, input_vertices, is_controller
-from .loops import BITS, SampledPolytope, halves, pivot
+from .loops import BALL_BITS, SampledPolytope, halves, pivot
 from .system import SampledSystem
 
 __all__ = ["SampledCertificate", "SchurCertificate", "balls_data"]
@@ -71,7 +71,7 @@ class SampledCertificate(ProofFile):
             return again, Examined.nothing(str(failed))
         timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
         blocks = {}
-        with ctx.workprec(BITS):
+        with ctx.workprec(BALL_BITS):
             family = SampledPolytope.of(vertices, timing, K)
             for k, (weights, L, last) in enumerate(_leaves(tree, len(vertices)), 1):
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
@@ -131,7 +131,7 @@ class SchurCertificate(ProofFile):
         rate, names = read_number(data["rate"]), data["undecided"]
         if not 0 < rate <= 1:
             raise ValueError("rate must be in (0, 1]")
-        with ctx.workprec(BITS):
+        with ctx.workprec(BALL_BITS):
             matrices = [_read_balls(rows) for rows in data["matrices"]]
             cells = data["cells"]
             if cells is not None:

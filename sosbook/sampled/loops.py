@@ -10,9 +10,9 @@ from ..lmi.exact import exact
 from .balls import balls, exponential, hull, middle, series, solve
 from .discretize import SampleTiming
 
-__all__ = ["BITS", "SampledPolytope", "halves", "pivot"]
+__all__ = ["BALL_BITS", "SampledPolytope", "halves", "pivot"]
 
-BITS = 128  # of the balls' midpoints
+BALL_BITS = 128  # of the balls' midpoints; a double has 53
 
 
 @dataclass(frozen=True, eq=False)

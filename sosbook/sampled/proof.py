@@ -18,11 +18,11 @@ from ..runtime.threads import one_thread
 from .balls import balls, entries, middle
 from .certificate import SampledCertificate, SchurCertificate, balls_data
 from .discretize import SampleTiming, input_vertices, is_controller
-from .loops import BITS, SampledPolytope, halves, pivot
+from .loops import BALL_BITS, SampledPolytope, halves, pivot
 
 __all__ = ["SampledCertificate", "certify_sampled", "prove_schur"]
 
-DIGITS = 12  # of the Lyapunov functions
+LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded Lyapunov functions
 
 
 @one_thread
@@ -55,7 +55,7 @@ def prove_schur(matrices, rate=1.0):
     if not matrices:
         raise ValueError("matrices is empty: there is nothing to prove")
     failed, cells, found = [], [], []
-    with ctx.workprec(BITS):
+    with ctx.workprec(BALL_BITS):
         for k, given in enumerate(matrices):
             name, F = f"matrix {k + 1}", _given(f"matrices[{k}]", given)
             found.append(
@@ -141,7 +141,7 @@ def certify_sampled(
         gain = K
         if not is_controller(K):
             gain = round_digits(timing.gain(K, floats[0]), digits)
-        with ctx.workprec(BITS):
+        with ctx.workprec(BALL_BITS):
             family = SampledPolytope.of(floats, timing, gain)
             tree, failed = _cover(family, rate, cells)
         return SampledCertificate.of(
@@ -208,7 +208,7 @@ def _lyapunov(loops, rate):
     inside = [L @ F @ np.linalg.inv(L) for F in loops]
     if max(np.linalg.norm(F, 2) for F in inside) >= rate:
         L = _refined(L, loops, rate)
-    return round_digits(L, DIGITS)
+    return round_digits(L, LYAPUNOV_DIGITS)
 
 
 def _refined(L, loops, rate):

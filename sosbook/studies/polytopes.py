@@ -11,14 +11,13 @@ from scipy.optimize import nnls
 
 from ..deprecation import renamed
 from ..plants.checks import number
-from ..plants.descriptor import descriptors
+from ..plants.descriptor import COUPLINGS, descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
 from ..runtime.progress import each
 from ..synthesis.pid import design_pid
 
 __all__ = [
-    "READINGS",
     "block_count",
     "compare",
     "hull_gap",
@@ -30,14 +29,12 @@ __all__ = [
 
 __getattr__ = renamed(
     __name__,
+    READINGS="COUPLINGS",
     inside="sample_plants",
     promises="verify_on_samples",
     survey="verify_many",
     widen="scale_polytope",
 )
-
-# what accepts most comes first
-READINGS = ("vertices", "pairs", "slack")
 
 
 def scale_polytope(plants, factor):
@@ -137,7 +134,7 @@ def verify_on_samples(design, count=20, seed=0):
     return kept
 
 
-def compare(plant, couplings=READINGS, **asked):
+def compare(plant, couplings=COUPLINGS, **asked):
     """The same request with each coupling.
 
     Parameters
@@ -174,7 +171,7 @@ def compare(plant, couplings=READINGS, **asked):
     }
 
 
-def verify_many(polytopes, couplings=READINGS, **asked):
+def verify_many(polytopes, couplings=COUPLINGS, **asked):
     """Designs for many polytopes, and what became of their promises.
 
     Parameters
@@ -219,8 +216,8 @@ def block_count(vertices, coupling):
     >>> [block_count(4, name) for name in ("vertices", "pairs", "slack")]
     [4, 10, 4]
     """
-    if coupling not in READINGS:
-        raise ValueError(f"coupling must be one of {READINGS}, got {coupling!r}")
+    if coupling not in COUPLINGS:
+        raise ValueError(f"coupling must be one of {COUPLINGS}, got {coupling!r}")
     N = int(vertices)
     return N * (N + 1) // 2 if coupling == "pairs" else N
 

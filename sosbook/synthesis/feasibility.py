@@ -8,7 +8,15 @@ import numpy as np
 
 from ..lmi import Unknown
 from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import CERTAIN, Blocks, Phase, Unbounded, centre, margin, phase_one
+from ..lmi.centre import (
+    LONGEST_SOLUTION,
+    Blocks,
+    Phase,
+    Unbounded,
+    centre,
+    margin,
+    phase_one,
+)
 from ..lmi.exact import round_digits
 from ..lmi.newton import newton_of
 from ..lmi.read_only import ReadOnly
@@ -137,11 +145,11 @@ def search(request, objective=()):
         tried.append((phase, frame, blocks, unknowns, units))
         if phase.x is not None:
             return tried[-1]
-        if phase.reach > CERTAIN:
+        if phase.reach > LONGEST_SOLUTION:
             break
         frame = closer(request, frame, unknowns, phase.near, names)
     refused = [t for t in tried if t[0].verdict == "infeasible"] or tried
-    best = min(max(t[0].reach for t in refused), CERTAIN)
+    best = min(max(t[0].reach for t in refused), LONGEST_SOLUTION)
     # beyond that, rounding errors decide which frame reaches further
     return next(t for t in refused if t[0].reach >= best / 10)
 

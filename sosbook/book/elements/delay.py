@@ -24,7 +24,7 @@ from .page import significant
 from .records import DELAY_BLOCKS, delay_record
 
 __all__ = [
-    "KINDS",
+    "DELAY_KINDS",
     "DelayAtlas",
     "delay_atlas",
     "output_name",
@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 #: Ways in which the delay varies within its interval.
-KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
+DELAY_KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
 SCALARS = {
     "tau": ("Nominal delay τ", "τ", " s"),
     "ratio": ("Variation μ/τ", "μ/τ", ""),
@@ -41,7 +41,7 @@ SCALARS = {
     "alpha": ("Scalar α", "α", " s"),
 }
 SINE, DWELL, SEED = 10, 2, 0  # period and dwell in units of tau
-POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
+LINE_POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
 
 
 def signal_of(kind, tau, mu):
@@ -50,7 +50,7 @@ def signal_of(kind, tau, mu):
     Parameters
     ----------
     kind : str
-        One of `KINDS`.
+        One of `DELAY_KINDS`.
     tau, mu : float
         In seconds, mu <= tau. With mu = 0 every kind is constant.
 
@@ -70,16 +70,16 @@ def signal_of(kind, tau, mu):
     >>> signal_of("switching", 0.4, 0.2)
     SwitchingDelay(low=0.2, high=0.6000000000000001, dwell=0.8)
     """
-    if kind not in KINDS:
-        raise ValueError(f"kind must be one of {KINDS}, got {kind!r}")
-    if kind == KINDS[0] or mu == 0:
+    if kind not in DELAY_KINDS:
+        raise ValueError(f"kind must be one of {DELAY_KINDS}, got {kind!r}")
+    if kind == DELAY_KINDS[0] or mu == 0:
         return ConstantDelay(tau)
     low, high = tau - mu, tau + mu
     return {
-        KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE * tau)),
-        KINDS[2]: lambda: SawtoothDelay(low, high),
-        KINDS[3]: lambda: SwitchingDelay(low, high, DWELL * tau),
-        KINDS[4]: lambda: RandomDelay(low, high, DWELL * tau, SEED),
+        DELAY_KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE * tau)),
+        DELAY_KINDS[2]: lambda: SawtoothDelay(low, high),
+        DELAY_KINDS[3]: lambda: SwitchingDelay(low, high, DWELL * tau),
+        DELAY_KINDS[4]: lambda: RandomDelay(low, high, DWELL * tau, SEED),
     }[kind]()
 
 
@@ -235,7 +235,7 @@ def delay_atlas(
         "caption": "Response from rest to a unit set point in "
         f"{output_name(example.U)}.",
         "blocks": list(DELAY_BLOCKS.values()),
-        "kinds": KINDS,
+        "kinds": DELAY_KINDS,
         "U": [[significant(x, 12) for x in row] for row in example.U],
         "varying": [
             SINE,
@@ -246,7 +246,7 @@ def delay_atlas(
             ],
         ],
         "window": _window(designs.values(), max(deltas)),
-        "points": POINTS,
+        "points": LINE_POINTS,
         "steps": steps,
     }
     return DelayAtlas(title, sliders, designs, loop, place)
@@ -267,8 +267,8 @@ def request_of(example, tau, ratio, delta, alpha=None):
 def _steps(plant, horizon):
     """Of the page's Runge-Kutta method: a quarter of the fastest rate."""
     turns = horizon * max(abs(plant.poles())) / 0.25
-    steps = POINTS * max(4, int(np.ceil(turns / POINTS)))
-    if steps > 20 * POINTS:
+    steps = LINE_POINTS * max(4, int(np.ceil(turns / LINE_POINTS)))
+    if steps > 20 * LINE_POINTS:
         raise ValueError(
             f"horizon = {horizon:.4g} s takes {steps} steps in the page: "
             "give a shorter one"

@@ -10,15 +10,15 @@ import numpy as np
 from ...pendulum.firmware import Firmware
 from ...pendulum.law import SampledLaw
 from ...pendulum.model import Mip
-from ...pendulum.rig import COUNTS, GYRO_STEP, Rig
+from ...pendulum.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
 from ...pendulum.spread import vertices
 from ...plants.checks import positive
 from .page import PageElement
 
 __all__ = ["Animation", "animation"]
 
-FINE = 8  # Runge-Kutta steps in a tick
-UNWIND = 0.5  # s; as `SampledLaw.of_gain` has it
+STEPS_PER_TICK = 8  # of Runge and Kutta's method
+TRACKING_TIME = 0.5  # s, of the anti-windup; as `SampledLaw.of_gain` has it
 GRAVITY = 9.8  # m/s^2, of `Mip.from_ratios`
 SEED = 2023
 #: Sliders: label, unit, largest value, step; at rest on the smallest.
@@ -129,14 +129,14 @@ def animation(
             for key, (label, unit, top, step) in SLIDERS.items()
         ],
         "T": T,
-        "fine": FINE,
-        "unwind": UNWIND,
+        "fine": STEPS_PER_TICK,
+        "unwind": TRACKING_TIME,
         "seed": SEED,
         "limit": Firmware.limit,
         "tip": Firmware.tip,
         "sigma": float(Rig.noise),
         "gyro": float(GYRO_STEP),
-        "count": 2 * np.pi / COUNTS,
+        "count": 2 * np.pi / COUNTS_PER_TURN,
     }
     return Animation(title, data | {"start": _start(data, start)})
 
@@ -155,7 +155,7 @@ def _law(name, gains, T):
     found = {}
     for R, K in _named(where, gains).items():
         try:
-            SampledLaw.of_gain(K, T, UNWIND)
+            SampledLaw.of_gain(K, T, TRACKING_TIME)
         except ValueError as error:
             raise ValueError(f"{where}[{R}]: {error}") from None
         found[positive(f"R in {where}", R)] = np.ravel(K).tolist()

@@ -14,7 +14,7 @@ Line2D = library("matplotlib.lines").Line2D
 __all__ = ["competitors", "growth", "legend", "memory", "pick", "ratios"]
 
 #: One colour a solver, one marker a competitor.
-LOOKS = {
+PEER_LOOKS = {
     "sosbook": (BLUE, "o"),
     "sosbook, complete design": (SKY, "s"),
     "clarabel": (VERMILLION, "^"),
@@ -241,24 +241,24 @@ def legend(where, records, columns=3, **placed):
 
 
 def competitors(records):
-    """Names of those with an attempt in the records, in the order of `LOOKS`."""
+    """Names of those with an attempt in the records, in the order of `PEER_LOOKS`."""
     tried = dict.fromkeys(
         r["competitor"]
         for r in records
         if r["median_s"] or r["status"] in (*FAILED, "over the limit")
     )
-    listed = [name for name in LOOKS if name in tried]
-    return listed + [name for name in tried if name not in LOOKS]
+    listed = [name for name in PEER_LOOKS if name in tried]
+    return listed + [name for name in tried if name not in PEER_LOOKS]
 
 
 def look_of(name):
     """Colour and marker of a competitor; those of its solver if it is new."""
-    if name not in LOOKS and name.startswith("sosbook"):
-        return LOOKS["sosbook"]
-    if name not in LOOKS:
-        solver = next((k for k in LOOKS if name.startswith(k + ",")), None)
-        return LOOKS.get(solver, (INK, ">"))
-    return LOOKS[name]
+    if name not in PEER_LOOKS and name.startswith("sosbook"):
+        return PEER_LOOKS["sosbook"]
+    if name not in PEER_LOOKS:
+        solver = next((k for k in PEER_LOOKS if name.startswith(k + ",")), None)
+        return PEER_LOOKS.get(solver, (INK, ">"))
+    return PEER_LOOKS[name]
 
 
 def mark(ax, x, y, r, hollow=False, ring=False, **more):

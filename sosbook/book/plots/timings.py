@@ -24,8 +24,8 @@ __all__ = [
     "words",
 ]
 
-PARTS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
-PAPER = dict(facecolor="white", edgecolor="none", pad=0.4)
+SHARE_COLOURS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
+SAVED_FIGURE = dict(facecolor="white", edgecolor="none", pad=0.4)
 UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
 
@@ -100,7 +100,7 @@ def seconds(ax, records, label="competitor"):
             textcoords="offset points",
             fontsize=8,
             ha="right" if leftwards else "left",
-            bbox=PAPER,
+            bbox=SAVED_FIGURE,
             color=INK if x else GREY,
         )
     ax.set_xscale("log")
@@ -138,15 +138,20 @@ def shares(ax, records, limit=0.025):
     for r in moves:
         warm = "warm" in r["competitor"]
         y = cases.index(r["case"]) + (0.2 if warm else -0.2)
-        parts = [r[f"share_{name}"] for name, _ in PARTS]
+        parts = [r[f"share_{name}"] for name, _ in SHARE_COLOURS]
         scale, end = 1e3 * r["median_s"] / sum(parts), 0
-        for (_, colour), part in zip(PARTS, parts):
+        for (_, colour), part in zip(SHARE_COLOURS, parts):
             ax.barh(y, part * scale, 0.36, end, color=colour, edgecolor="white", lw=0.4)
             end += part * scale
         ax.text(
-            end, y, " warm" if warm else " cold", va="center", fontsize=7, bbox=PAPER
+            end,
+            y,
+            " warm" if warm else " cold",
+            va="center",
+            fontsize=7,
+            bbox=SAVED_FIGURE,
         )
-    for name, colour in PARTS:
+    for name, colour in SHARE_COLOURS:
         ax.barh(0, 0, color=colour, label=name)
     ax.axvline(1e3 * limit, color=VERMILLION, ls="--", label=f"{1e3 * limit:.0f} ms")
     ax.set_yticks(range(len(cases)), cases)

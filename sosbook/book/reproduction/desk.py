@@ -16,12 +16,12 @@ control = library("control")
 __all__ = ["observer_controller", "rows", "without_the_fast"]
 
 DESK = "29_on_the_desk"
-T, TILT, END = 0.01, np.deg2rad(10), 2.5
+T, START_TILT, END = 0.01, np.deg2rad(10), 2.5
 DELAYS = (0.0, T / 2, T)  # s
-NEVER = 10**6  # ticks: no stall protection, so that chatter is seen
-FLOOR = 0.1  # V, standard deviation: a robot's sensors make as much
-LOUD = 1.0  # V, standard deviation at rest: that is a limit cycle
-REST = slice(170, None)  # ticks: beyond, a robot is at rest
+NEVER_STALLED = 10**6  # ticks: no stall protection, so that chatter is seen
+SENSOR_VOLTS = 0.1  # V, standard deviation: a robot's sensors make as much
+CHATTER_VOLTS = 1.0  # V, standard deviation at rest: that is a limit cycle
+TICKS_AT_REST = slice(170, None)  # beyond, a robot is at rest
 PDS, PIDS = ("PD 1", "PD 2", "PD 5"), ("PID 2", "PID 5")
 HOW = "four vertices, from 10°; with 0, 5 and 10 ms of delay"
 
@@ -30,8 +30,10 @@ def rows():
     """Figures 4.8 to 4.16: what the text says, and what is simulated."""
     laws = _laws()
     runs = {name: _runs(law) for name, law in laws.items()}
-    gentle = {name: _runs(laws[name], TILT / 2) for name in (*PDS, *PIDS, "LQE 2")}
-    rest = _each(runs, lambda run: run.V[:, REST].std(axis=1).max())
+    gentle = {
+        name: _runs(laws[name], START_TILT / 2) for name in (*PDS, *PIDS, "LQE 2")
+    }
+    rest = _each(runs, lambda run: run.V[:, TICKS_AT_REST].std(axis=1).max())
     yield from _noise(runs, rest)
     yield from _limits(runs, gentle, rest)
     yield from _rests(runs)
@@ -39,9 +41,9 @@ def rows():
 
 
 def _noise(runs, rest):
-    """Does it matter? By a quarter, and by more than the FLOOR."""
+    """Does it matter? By a quarter, and by more than the SENSOR_VOLTS."""
     work = _each(runs, lambda run: np.square(run.V).mean())
-    wild = {name: volts > LOUD for name, volts in rest.items()}
+    wild = {name: volts > CHATTER_VOLTS for name, volts in rest.items()}
     yield _row(
         "PD: noise and effort fall with R",
         "Fig. 4.8",
@@ -56,7 +58,7 @@ def _noise(runs, rest):
         ("R hardly matters to the observer", "Fig. 4.13", "LQE 1", "LQE 2", False),
     ):
         quarter = rest[more] > 1.25 * rest[less]
-        volts = rest[more] - rest[less] > FLOOR
+        volts = rest[more] - rest[less] > SENSOR_VOLTS
         readings = [quarter.all(), volts.all()]
         if not effect:
             readings = [not quarter.any(), not volts.any()]
@@ -66,14 +68,14 @@ def _noise(runs, rest):
             "yes",
             "V at rest: " + _words(rest, (more, less), wild=wild, digits=1),
             readings,
-            f"two thresholds: a quarter, and {FLOOR:g} V; how noisy the "
+            f"two thresholds: a quarter, and {SENSOR_VOLTS:g} V; how noisy the "
             "real robot's sensors are isn't printed",
         )
 
 
 def _limits(runs, gentle, rest):
-    """The start isn't printed: from TILT, and from half of it."""
-    wild = {name: volts > LOUD for name, volts in rest.items()}
+    """The start isn't printed: from START_TILT, and from half of it."""
+    wild = {name: volts > CHATTER_VOLTS for name, volts in rest.items()}
     peaks = [_each(each, lambda run: run.peak_voltage.max()) for each in (runs, gentle)]
     for item, where, volts, names, law in (
         (
@@ -100,8 +102,8 @@ def _limits(runs, gentle, rest):
 
 
 def _rests(runs):
-    sway = _each(runs, lambda run: np.degrees(np.abs(run.x[0, :, REST])).max())
-    away = _each(runs, lambda run: np.abs(run.x[1, :, REST]).max())
+    sway = _each(runs, lambda run: np.degrees(np.abs(run.x[0, :, TICKS_AT_REST])).max())
+    away = _each(runs, lambda run: np.abs(run.x[1, :, TICKS_AT_REST]).max())
     lead = _each(
         runs,
         lambda run: (
@@ -249,7 +251,7 @@ def without_the_fast(given, edge=200):
     return control.ss([[-den[1], 1], [-den[2], 0]], np.transpose(B), [[1, 0]], [D])
 
 
-def _runs(law, tilt=TILT):
+def _runs(law, tilt=START_TILT):
     """The four vertices at each delay, in one go."""
-    robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER)
+    robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER_STALLED)
     return [simulate(robots, firmware, tilt, END, late, substeps=2) for late in DELAYS]

@@ -12,7 +12,7 @@ __all__ = ["numbers", "rows"]
 
 MODEL = "25_pendulum_model"
 DATA = "26_identification"
-SETS = ((0.272, 0.040, 0.027), (0.263, 0.0414, 0.0315))  # M_b, l, M_w
+PARAMETER_SETS = ((0.272, 0.040, 0.027), (0.263, 0.0414, 0.0315))  # M_b, l, M_w
 R_W = 0.032  # m, radius of a wheel
 
 
@@ -178,7 +178,7 @@ def _letters(printed):
         ),
         "r = g b / d, whatever M_b and l are",
     )
-    sets = {"printed": None} | dict(zip(("first", "second"), SETS))
+    sets = {"printed": None} | dict(zip(("first", "second"), PARAMETER_SETS))
     fits = {}
     for name, values in sets.items():
         if values is None:
@@ -207,7 +207,7 @@ def _letters(printed):
         claim(*fits.values()),
         "two equations for M_b, M_w and l, which isn't printed: M_b, l, M_w "
         "= "
-        + " and ".join(", ".join(f"{v:g}" for v in s) for s in SETS)
+        + " and ".join(", ".join(f"{v:g}" for v in s) for s in PARAMETER_SETS)
         + " both fit, so what was used can't be told; we took the first",
     )
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ...analysis.linear import poles
-from ...plants.descriptor import descriptors
+from ...plants.descriptor import COUPLINGS, descriptors
 from ...plants.second_order import Polytope
-from ...studies.polytopes import READINGS, sample_plants, scale_polytope
+from ...studies.polytopes import sample_plants, scale_polytope
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
 from .explorer import Explorer, Follower, linear, note, page
@@ -43,7 +43,7 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
     top = min(99.0, 125 * full)
     sliders = {"spread": linear("mass spread (± percent)", 100 * full, 0, top, ".0f")}
 
-    follow = {name: Follower() for name in READINGS}
+    follow = {name: Follower() for name in COUPLINGS}
 
     def draw(spread):
         polytope = scale_polytope(plants, spread / 100 / full)

@@ -10,7 +10,7 @@ from ...delay.solve import solve_delay
 from ...runtime.libraries import library
 from .. import thesis
 from ..elements.chart import Chart
-from ..elements.delay import KINDS, output_name, signal_of, unit_set_point
+from ..elements.delay import DELAY_KINDS, output_name, signal_of, unit_set_point
 from ..plots import BLUE, GREEN, GREY, INK, VERMILLION
 from .explorer import Explorer, gains_table, linear, log, margins_table, note, page
 
@@ -58,7 +58,9 @@ def explore_delay(example=None):
         "delta": linear("decay rate delta (1/s)", ex.delta, 0, 4 * ex.delta),
         "alpha": log("scalar alpha (s)", ex.alpha, 10, 10),
         "gain": ToggleButtons(options=[PRINTED, OURS], value=OURS, description="gain"),
-        "kind": Dropdown(options=KINDS, value=KINDS[1], description="the delay is"),
+        "kind": Dropdown(
+            options=DELAY_KINDS, value=DELAY_KINDS[1], description="the delay is"
+        ),
     }
     r = unit_set_point(ex.U)
     t = np.linspace(0, ex.t_end, 301)

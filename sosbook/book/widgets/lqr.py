@@ -22,7 +22,7 @@ __all__ = ["explore_lqr"]
 PAIRS, SLACK = "pairs", "slack"
 EPSILON = 0.003  # s, of the slack matrix: near the best for all positions
 SAMPLES = 30  # plants between the vertices
-LEFT = -25  # 1/s, end of the window of poles
+WINDOW_LEFT = -25  # 1/s, end of the window of poles
 
 
 def explore_lqr():
@@ -122,15 +122,15 @@ def _poles(loops, designs):
         for _, _, K, _ in designs
     ]
     every = np.concatenate(found)
-    every = every[every.real > LEFT]
+    every = every[every.real > WINDOW_LEFT]
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
     chart = Chart(
-        (LEFT, right),
+        (WINDOW_LEFT, right),
         (-high, high),
         "Re s (1/s)",
         "Im s (rad/s)",
-        f"Poles at the four vertices with Re s above {LEFT}",
+        f"Poles at the four vertices with Re s above {WINDOW_LEFT}",
     )
     chart.line([0, 0], [-high, high], GREY, True)
     shapes = "circle", "cross"

@@ -16,9 +16,9 @@ from .explorer import Explorer, linear, log, note, page
 
 __all__ = ["explore_observer"]
 
-TILT = 5  # degrees, at the start
-LEFT = -40  # 1/s, end of the window of poles
-RATE = 100  # Hz, of the robot's processor
+START_TILT = 5  # degrees, at the start
+WINDOW_LEFT = -40  # 1/s, end of the window of poles
+SAMPLING_RATE = 100  # Hz, of the robot's processor
 TIMES = np.linspace(0, 1.5, 151)  # s
 KALMAN, THEOREM = "Kalman filter", "theorem"
 PROVEN = "proven stable"
@@ -107,7 +107,7 @@ class Loop:
     def _released(self):
         """[e; x] at the vertices, (4, 6, times); x^ starts at zero."""
         x = np.zeros((6, 1))
-        x[[0, 3]] = np.radians(TILT)
+        x[[0, 3]] = np.radians(START_TILT)
         step, found = expm(self.matrices * TIMES[1]), [x + np.zeros((4, 6, 1))]
         for _ in TIMES[1:]:
             found.append(step @ found[-1])
@@ -119,7 +119,7 @@ class Loop:
         self.status = PROVEN if proven else f"not proven ({found.status})"
 
     def words(self):
-        half = np.pi * RATE
+        half = np.pi * SAMPLING_RATE
         words = f"With the L of the {self.name} "
         if self.poles.real.max() >= 0:
             words += "the loop is UNSTABLE at a vertex. "
@@ -130,7 +130,7 @@ class Loop:
         side = "BEYOND" if self.fastest > half else "within"
         words += (
             f"The controller's fastest pole, {self.fastest:.4g} rad/s, lies "
-            f"{side} half the sampling rate of {RATE} Hz, {half:.0f} rad/s."
+            f"{side} half the sampling rate of {SAMPLING_RATE} Hz, {half:.0f} rad/s."
         )
         if self.controller.real.max() >= 0:
             words += " The controller alone is UNSTABLE."
@@ -152,15 +152,15 @@ def _page(loops):
 def _poles(loops):
     """Of error and state; the fast ones lie beyond the window."""
     every = np.concatenate([each.poles.ravel() for each in loops])
-    every = every[every.real > LEFT]
+    every = every[every.real > WINDOW_LEFT]
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
     chart = Chart(
-        (LEFT, right),
+        (WINDOW_LEFT, right),
         (-high, high),
         "Re s (1/s)",
         "Im s (rad/s)",
-        f"Poles of error and state at the vertices, Re s above {LEFT}",
+        f"Poles of error and state at the vertices, Re s above {WINDOW_LEFT}",
     )
     chart.line([0, 0], [-high, high], GREY, True)
     for each, shape in zip(loops, ("circle", "cross")):
@@ -171,7 +171,7 @@ def _poles(loops):
 
 def _curves(loops, runs, name):
     """One line for each vertex; an unstable loop leaves the window."""
-    runs = [np.clip(run, -6 * TILT, 6 * TILT) for run in runs]
+    runs = [np.clip(run, -6 * START_TILT, 6 * START_TILT) for run in runs]
     low, high = np.min(runs), np.max(runs)
     room = 0.06 * (high - low)
     chart = Chart(

@@ -18,9 +18,9 @@ __all__ = ["explore_robot"]
 
 PD, PID = "PD", "PID"
 SINGLE, ROBUST = "one vertex", "all vertices"
-END, T, REST = 2.0, 0.01, 0.5  # s
-LOUD = 3.0  # V; a robot at rest with more than this chatters
-NEVER = 10**6  # ticks: no stall protection, so that chatter is seen
+END, T, REST_TIME = 2.0, 0.01, 0.5  # s
+CHATTER_VOLTS = 3.0  # V; a robot at rest with more than this chatters
+NEVER_STALLED = 10**6  # ticks: no stall protection, so that chatter is seen
 
 
 def explore_robot():
@@ -66,7 +66,7 @@ def _draw(R, tilt, delay, noise, offset, law, design):
 
 
 def _page(robots, found, tilt, delay, noise, offset):
-    firmware = Firmware(SampledLaw.of_gain(found.K, T), tip=1.5, stall=NEVER)
+    firmware = Firmware(SampledLaw.of_gain(found.K, T), tip=1.5, stall=NEVER_STALLED)
     sensors = Sensors(noise=noise * Sensors.noise)
     bias = Sensors().offset - np.radians(offset)
     run = simulate(
@@ -88,7 +88,7 @@ def _page(robots, found, tilt, delay, noise, offset):
 
 def _verdict(run):
     """What happened, in words."""
-    last = run.t > run.t[-1] - REST
+    last = run.t > run.t[-1] - REST_TIME
     loud = run.V[:, last].std(axis=1).max()
     far = np.degrees(np.abs(run.x[1]).max())
     words = (
@@ -97,7 +97,7 @@ def _verdict(run):
     )
     if run.fell.any():
         return words + f"FALLS at {run.fell.sum()} of 4 vertices."
-    if loud > LOUD:
+    if loud > CHATTER_VOLTS:
         return words + "It <strong>chatters</strong>."
     if not run.settled.all():
         return words + "It sways by more than 3°."

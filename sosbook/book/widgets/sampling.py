@@ -21,7 +21,7 @@ ToggleButtons = library("ipywidgets").ToggleButtons
 __all__ = ["explore_sampling", "kick"]
 
 END, KICK = 1.0, 0.5  # s, rad/s
-LOUD = 3.0  # a peak of the sensitivity that leaves little room
+WARNING_PEAK = 3.0  # of the sensitivity: it leaves little room
 
 
 def explore_sampling():
@@ -129,7 +129,7 @@ def _draw(R, T, ticks, sensing, law, design):
         )
     else:
         words += f"UNSTABLE at {sum(loop.radius >= 1 for loop in loops)} of 4 vertices."
-    yield note(words, BLUE if peak < LOUD else VERMILLION) + page(
+    yield note(words, BLUE if peak < WARNING_PEAK else VERMILLION) + page(
         _poles(loops), _nyquist(loops), _tilt(loops), gains_table(found)
     )
 

@@ -22,9 +22,9 @@ from .search import Ask, Search, again, certified, refuted, replaced
 
 __all__ = ["FeasibilityMap", "designs", "feasibility_map"]
 
-ENOUGH = 1e-4  # the margin with which a design serves a harder cell
+REUSE_MARGIN = 1e-4  # with which an easier cell's design serves a harder cell
 TIME_LIMIT = 3600.0  # seconds
-RUN = 25  # designs in a row, each of which starts from the last
+DESIGNS_PER_PROCESS = 25  # designs in a row, each of which starts from the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,7 +245,7 @@ class _Cells:
             request = replaced(last.request, known)
             blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
             margins = {name: margin(g) for name, g in blocks.items()}
-            if min(margins.values()) > ENOUGH:
+            if min(margins.values()) > REUSE_MARGIN:
                 return replace(last, request=request, margins=margins)
         self.solves += 1
         return self.ask.solve(**known)
@@ -371,5 +371,8 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             last[key] = design if feasible else None
         return found
 
-    runs = [specifications[k : k + RUN] for k in range(0, len(specifications), RUN)]
+    runs = [
+        specifications[k : k + DESIGNS_PER_PROCESS]
+        for k in range(0, len(specifications), DESIGNS_PER_PROCESS)
+    ]
     return [d for run in sweep(solve, runs, n_jobs, progress) for d in run]
