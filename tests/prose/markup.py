@@ -28,6 +28,8 @@ _REFERENCE = re.compile(
     | \b(?:19|20)\d\d\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
     | \b\d+(?:st|nd|rd|th)\b
     | ^\s*\d+\.\s        # a numbered list
+    | ^\*★+\s·\s\d+\smin\*$  # an exercise's level and time
+    | ^\*\*Before\syou\sstart:\*\*.*$
     """,
     re.MULTILINE,
 )

@@ -1,0 +1,255 @@
+r"""The point that LMI Lab's ``feasp`` looks for: the largest margin.
+
+The thesis's solver minimises t under L(x) <= t I and a bound on the length
+of x, the list of all free entries of the unknowns. In the book's signs it
+maximises t under
+
+.. math::
+
+    G_k(x) \succeq t I, \qquad \|x\| \le R .
+
+Where all blocks are homogeneous (no norm bound, no input bound) the
+direction of the best x doesn't depend on R: it is that of the shortest x
+with all :math:`G_k(x) \succeq I`. This problem is strictly convex, so there
+is one such x and one gain. It depends on the units of the data and on how
+the blocks are written. `region_margin` and `delay_margin` write them as the
+thesis does, in its units.
+
+The optimum is computed to many digits here. LMI Lab's projective algorithm
+stops as soon as t hardly changes any more, so its answer may differ.
+"""
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from ..lmi import Unknown
+from ..lmi.blocks import Blocks
+from ..lmi.bounded import unpacked
+from ..lmi.deepest import deepest
+from ..plants.checks import number, positive
+from ..plants.descriptor import Descriptor, descriptors
+from ..plants.second_order import Polytope, SecondOrderSystem
+from ..runtime.libraries import library
+from ..synthesis.problem import Request
+from ..theorems import Functional, Times, delay_functional, delay_stabilization
+
+__all__ = ["LargestMargin", "delay_margin", "largest_margin", "region_margin"]
+
+AGREE = 1e-6  # relative: two rounds give the same point
+ROUNDS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class LargestMargin:
+    """The point of the largest margin of homogeneous LMIs.
+
+    Parameters
+    ----------
+    values : dict
+        From an unknown's name to its matrix, scaled such that t = 1.
+    length : float
+        That of the list of free entries. The largest t under ``|x| <= R`` is
+        ``R / length``.
+    margin : float
+        The smallest eigenvalue of all blocks, computed again; 1 up to
+        rounding errors.
+    K : (m, N) array, optional
+        The gain, where the unknowns have one.
+    """
+
+    values: dict
+    length: float
+    margin: float
+    K: np.ndarray | None = None
+
+
+def largest_margin(expressions, unknowns):
+    """The point of the largest margin under a bound on its length.
+
+    Parameters
+    ----------
+    expressions : iterable of Affine
+        Homogeneous blocks; each is symmetric whatever the unknowns are.
+    unknowns : sequence of Unknown
+        What they are affine in. Of a symmetric one the entries on and below
+        the diagonal count, once each.
+
+    Returns
+    -------
+    LargestMargin
+        The point, with t = 1.
+
+    Raises
+    ------
+    ValueError
+        If a block has a constant term, or if no point is inside.
+    RuntimeError
+        If the rounds don't agree.
+
+    Notes
+    -----
+    Clarabel minimises the length of x in coordinates in which the point of
+    the round before looks like the identity, block by block; the first
+    point is the deepest one. Without that its answers have two digits.
+
+    Examples
+    --------
+    Stability of x' = -a x: the shortest p with p >= 1 and 2 a p >= 1.
+
+    >>> from sosbook.lmi import Unknown, he
+    >>> P = Unknown("P", 1, symmetric=True)
+    >>> shortest = largest_margin([P @ np.eye(1), he(np.array([[0.1]]) @ P)], [P])
+    >>> round(shortest.length, 4)
+    5.0
+    """
+    blocks = Blocks.of(expressions, unknowns)
+    start = deepest(blocks)
+    x = _inside(blocks, start.x)
+    if x is None:
+        raise ValueError("no point is inside the blocks: is the request feasible?")
+    for _ in range(ROUNDS):
+        before, x = x, _shortest(blocks, x)
+        if np.linalg.norm(x - before) < AGREE * np.linalg.norm(x):
+            break
+    else:
+        raise RuntimeError("the rounds don't agree: the optimum is known to no digit")
+    return LargestMargin(
+        unpacked(unknowns, x), float(np.linalg.norm(x)), _least(blocks, x)
+    )
+
+
+def region_margin(example):
+    """The largest margin of an example whose request is a region alone.
+
+    Parameters
+    ----------
+    example : Example
+        With a plant and requirements, as `sosbook.thesis.example_4`.
+
+    Returns
+    -------
+    LargestMargin
+        With the gain ``K = Y inv(P)``. All blocks are those of thesis (2.18)
+        to (2.20) at the vertices, and P > 0.
+
+    Raises
+    ------
+    ValueError
+        If gamma or an input bound is asked too: then the blocks have
+        constants, which bound t whatever the length.
+    """
+    request = Request(example.plant, **example.requirements)
+    if request.sized:
+        names = " and ".join(r.name for r in request.sized)
+        raise ValueError(
+            f"example asks for {names} too: its blocks have constants, which "
+            "bound the margin whatever the length; ask for a region alone"
+        )
+    expressions, unknowns = request.in_unknowns(None)
+    found = largest_margin(expressions.values(), unknowns)
+    P, Y = found.values["P"], found.values["Y"]
+    return replace(found, K=np.linalg.solve(P, Y.T).T)
+
+
+def delay_margin(example, mu=None, second=1.0, misprints=()):
+    """The largest margin of an example with a delayed input, by Theorem 2.3.
+
+    Parameters
+    ----------
+    example : DelayExample
+        As `sosbook.thesis.delay_example_2`.
+    mu : float, optional
+        The tolerance of the delay in seconds, if not the example's.
+    second : float
+        So many units of time make a second: 1000 measures all times in
+        milliseconds.
+    misprints : collection of {"sign"}
+        What to leave as it is printed, see `sosbook.theorems`.
+
+    Returns
+    -------
+    LargestMargin
+        With the gain ``K = X inv(F')`` in the units of the example. The
+        blocks are (2.22) to (2.25) of the thesis, corrected.
+
+    Raises
+    ------
+    ValueError
+        If there is no point inside, as for the wing with its printed mu.
+    RuntimeError
+        As `largest_margin`.
+    """
+    mu = example.mu if mu is None else number("mu", mu)
+    second = positive("second", second)
+    vertices, units = _in_time(example, second)
+    tau, mu, alpha = (second * x for x in (example.tau, mu, example.alpha))
+    rate = example.delta / second
+    clock = Times(
+        tau, mu, rate, np.exp(-2 * rate * tau) / tau, np.exp(-2 * rate * (tau + mu))
+    )
+    N, m = vertices[0].Bu.shape
+    names = ("P", "S", "R1", "R3", "Z")[: 5 if mu else 4]
+    symmetric = {n: Unknown(n, N, symmetric=True) for n in names}
+    Q, R2, F, X = (*(Unknown(n, N) for n in ("Q", "R2", "F")), Unknown("X", m, N))
+    v = Functional(Q=Q, R2=R2, **({"Z": np.zeros((N, N))} | symmetric))
+    expressions = list(delay_functional(v, clock))
+    for d in vertices:
+        A, Bu, _ = d.state_space()
+        standard = Descriptor(np.eye(N), A, Bu, d.Bw, d.C)
+        g = delay_stabilization(standard, v, F, X, clock, alpha, misprints)
+        I = np.eye(N)  # block 5 comes divided by mu from both sides
+        T = block_diag(*([d.E, d.E, I, I, mu * I][: 5 if mu else 4]))
+        expressions.append(T @ g @ T.T)
+    found = largest_margin(expressions, [*symmetric.values(), Q, R2, F, X])
+    gain = np.linalg.solve(found.values["F"], found.values["X"].T).T / units
+    return replace(found, K=gain)
+
+
+def _in_time(example, second):
+    """The vertices in another unit of time, and what that does to x."""
+    plant = example.plant
+    n, a = plant.n, len(example.U)
+    vertices = [
+        SecondOrderSystem(second**2 * p.M, second * p.D, p.S, p.B, p.F)
+        for p in plant.vertices
+    ]
+    units = np.r_[np.ones(n), np.full(n, second), np.full(a, 1 / second)]
+    return descriptors(Polytope(vertices), example.U), units
+
+
+def _inside(blocks, x):
+    """x, scaled such that its smallest eigenvalue is one; None if it isn't inside."""
+    least = _least(blocks, x)
+    return x / least if least > 0 else None
+
+
+def _least(blocks, x):
+    return min(float(np.linalg.eigvalsh(g)[0]) for g in blocks(x))
+
+
+def _shortest(blocks, x):
+    """The shortest point with all blocks at least I, from coordinates around x."""
+    cvxpy = library("cvxpy")
+    white = [np.linalg.inv(np.linalg.cholesky(g)) for g in blocks(x)]
+    slopes = [w @ s @ w.T for w, s in zip(white, blocks.slopes)]
+    rows = np.concatenate([s.reshape(len(s), -1) for s in slopes], axis=1)
+    back = np.linalg.inv(np.linalg.cholesky(rows @ rows.T))
+    y = cvxpy.Variable(len(x))
+    constraints = []
+    for w, s in zip(white, slopes):
+        q = len(w)
+        flat = np.tensordot(back, s, 1).reshape(len(x), q * q).T
+        g = cvxpy.reshape(flat @ y, (q, q), order="C") - w @ w.T
+        constraints.append((g + g.T) / 2 >> 0)
+    length = cvxpy.sum_squares(back.T @ y / np.linalg.norm(x))
+    problem = cvxpy.Problem(cvxpy.Minimize(length), constraints)
+    with warnings.catch_warnings():  # the rounds tell how accurate it is
+        warnings.simplefilter("ignore")
+        problem.solve(solver="CLARABEL")
+    found = _inside(blocks, back.T @ y.value)
+    if found is None:
+        raise RuntimeError("Clarabel's point violates a block")
+    return found
