@@ -14,6 +14,7 @@ from sosbook.studies.maps import edge, feasibility_map
 from sosbook.synthesis import feasibility, objectives
 from sosbook.synthesis.feasibility import closer
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.attacks import placed
 from tests.test_certificate import positive_definite
@@ -295,12 +296,10 @@ def test_a_bound_just_below_the_norm_is_proven_impossible(share):
 def test_a_point_without_direction_keeps_the_frame():
     """Where the least infeasible P isn't positive in any direction."""
     request = Request(mass())
-    frame = Frame.of(request)
-    _, unknowns = request.in_unknowns(frame)
+    lmis = ScaledLMIs(request, Frame.of(request))
     for size in (0.0, -1.0):
-        P = size * np.eye(2)
-        near = np.concatenate([unknowns[0].pack(P), np.zeros(2)])
-        assert closer(request, frame, unknowns, near) is frame
+        near = {"P": size * np.eye(2), "Y": np.zeros((1, 2))}
+        assert closer(lmis, near) is lmis.frame
 
 
 def test_time_that_is_over_leaves_the_request_undecided():
@@ -325,7 +324,7 @@ def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
     def slow(*_):
         raise OutOfTime
 
-    monkeypatch.setattr(objectives, "_minimize", slow)
+    monkeypatch.setattr(objectives, "any_minimum", slow)
     d = sos.design_pid(plant, region=sos.PoleRegion(0.3), minimize="gamma")
     assert d.status == "undecided"
     assert "Stopped before the least gamma" in d.reason

@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from .centre import Blocks, Unbounded, centre, phase_one
+from .centre import Blocks, Unbounded, centre, minimize, phase_one
 from .expression import block, eye
 
-__all__ = ["any_centre", "bounded", "unpacked"]
+__all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]
+
+LIMITS = 1e5, 1e7  # of the unknowns, where a minimum has to be the same
 
 
 def unpacked(unknowns, x):
@@ -20,14 +22,50 @@ def any_centre(blocks, unknowns, x, enough=None):
     The ``blocks`` are affine in the ``unknowns``; ``enough`` is as for
     `centre`.
     """
-    try:
-        return centre(blocks, x, enough=enough)
-    except Unbounded:
-        pass
+    if any(c.any() for c in blocks.constants):  # else a cone, which has none
+        try:
+            return centre(blocks, x, enough=enough)
+        except Unbounded:
+            pass
     try:
         return centre(*bounded(blocks, unknowns, x), enough=enough)
     except Unbounded:
         return x  # a degenerate set: keep the feasible point
+
+
+def any_minimum(blocks, unknowns, cost, x, gap):
+    """A point where cost.x is least over the blocks, from x inside.
+
+    The minimum may be attained at infinity only in directions that cost
+    nothing: then it is that of a bounded part.
+
+    Parameters
+    ----------
+    blocks : Blocks
+    unknowns : list of Unknown
+        Those that may be bounded.
+    cost : (k,) array
+        The linear objective.
+    x : (k,) array
+        A strictly feasible point.
+    gap : float
+        As in `minimize`.
+
+    Raises
+    ------
+    Unbounded
+        If there is no minimum.
+    """
+    try:
+        return minimize(blocks, cost, x, gap)[0]
+    except Unbounded:  # perhaps in a direction that costs nothing
+        near, far = (
+            minimize(joined, cost, inside, gap)[0]
+            for joined, inside in (bounded(blocks, unknowns, x, r) for r in LIMITS)
+        )
+    if cost @ far < 0.99 * (cost @ near):
+        raise Unbounded("the infimum is zero or isn't attained")
+    return near
 
 
 def bounded(blocks, unknowns, x, r=16.0):

@@ -9,6 +9,7 @@ from ..runtime.threads import one_thread
 from .bounded import any_centre, bounded, unpacked
 from .centre import Unbounded, centre, minimize, phase_one
 from .exact import exact, round_digits
+from .newton import newton_of
 from .proof import PLACES
 from .refutation import excluded_radius, refute
 from .solution import LMIProof, LMISolution
@@ -76,20 +77,23 @@ class LMIProblem(LMIText):
             raise ValueError(f"time_limit must be positive, got {time_limit!r}")
 
     @one_thread
-    def find(self, refute=True):
+    def find(self, refute=True, start=None):
         """Any point inside, or multipliers that exclude every point.
 
         Parameters
         ----------
         refute : bool
             Look for multipliers where there is no point; takes longer.
+        start : dict, optional
+            Values of the unknowns by name, which needn't lie inside: where
+            the search begins. If they do, they are the answer.
 
         Returns
         -------
         LMISolution
             The point that was found, or the lack of one.
         """
-        return self._limited(lambda: self._first(refute))
+        return self._limited(lambda: self._first(refute, start))
 
     @one_thread
     def solve(self, refute=True, within_bounds=False):
@@ -295,17 +299,26 @@ class LMIProblem(LMIText):
             note = str(error)
         return replace(first or LMISolution(self), note=note)
 
-    def _first(self, refute):
-        phase = phase_one(self.compiled, multipliers=refute)
+    def _first(self, refute, start=None):
+        x = None if start is None else self.packed(start)
+        phase = phase_one(self.compiled, start=x, multipliers=refute)
         if phase.x is not None:
             return self._at(phase.x)
-        return LMISolution(self, multipliers=phase.Z, verdict=phase.verdict)
+        return LMISolution(
+            self,
+            multipliers=phase.Z,
+            verdict=phase.verdict,
+            near=unpacked(self.unknowns, phase.near),
+            reach=phase.reach,
+        )
 
     def _at(self, x, bound=None):
         return LMISolution(self, unpacked(self.unknowns, x), bound=bound)
 
     def _inside(self, start):
         x = self.packed(start)
+        if newton_of(self.compiled).least(x).min() > 0:
+            return x
         margins = self.margins(start)
         least = min(margins, key=margins.get)
         if margins[least] <= 0:

@@ -44,6 +44,10 @@ class LMISolution:
         In floats, one for each block, where no point was found.
     verdict : str
         The solver's word in floats where it found no point.
+    near : dict or None
+        Where no point was found: where the search ended, by name.
+    reach : float
+        Without a point: in floats, none is shorter than this.
     bound : float or None
         Of a minimum: no point has a smaller sum (in floats).
     note : str
@@ -54,6 +58,8 @@ class LMISolution:
     values: dict | None = None
     multipliers: list | None = None
     verdict: str = "undecided"
+    near: dict | None = None
+    reach: float = 0.0
     bound: float | None = None
     note: str = ""
 

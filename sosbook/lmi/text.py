@@ -95,6 +95,16 @@ class LMIText:
         return {n: g if isinstance(g, Affine) else Affine(g) for n, g in found.items()}
 
     @cached_property
+    def expressions(self):
+        """The blocks by name, as `Affine` expressions in floats."""
+        return self.in_unknowns()
+
+    @property
+    def names(self):
+        """Of the blocks, in their order."""
+        return list(self.expressions)
+
+    @cached_property
     def compiled(self):
         """The `Blocks` that the solver takes.
 
@@ -103,7 +113,7 @@ class LMIText:
         ValueError
             If a block isn't symmetric, real and finite.
         """
-        named = self.in_unknowns()
+        named = self.expressions
         probe = {
             u: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
             for k, u in enumerate(self.unknowns)

@@ -19,9 +19,9 @@ from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
 from .exclusion import FixedModeCertificate
-from .feasibility import Solution
 from .gains import Gains
-from .objectives import feasible
+from .slack import feasible
+from .solution import Solution
 
 __all__ = ["Design"]
 

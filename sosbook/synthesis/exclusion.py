@@ -8,7 +8,6 @@ from flint import fmpq_poly
 
 from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
-from ..lmi.refutation import excluded_radius
 from ..plants.controllability import FixedPart, fixed_part, matrix_of
 
 __all__ = [
@@ -158,11 +157,11 @@ def _point(x):
     return roots_of(fmpq_poly([-exact(float(x)), 1]))[0]
 
 
-def _proven_reach(request, phase, frame):
-    """No solution is shorter than this in a frame; exact, 0 if unknown."""
-    if phase.Z is None or request.order > LARGEST:
+def _proven_reach(first):
+    """No point is shorter than this; exact, 0 if unknown."""
+    if first.multipliers is None or first.problem.request.order > LARGEST:
         return 0.0
-    return excluded_radius(*request.in_unknowns(frame, exact), phase.Z)
+    return first.problem.excluded_radius(first.multipliers)
 
 
 def _rounded_down(x):
@@ -173,27 +172,24 @@ def _rounded_down(x):
     return f"{int(x / 10.0**power)}e{power}"
 
 
-def why_refused(request, phase, frame):
+def why_refused(first):
     """Words for what phase one has seen where no proof was found.
 
     Parameters
     ----------
-    request : Request
-        What is asked of the plant.
-    phase : Phase
-        What phase one found.
-    frame : Frame
-        The coordinates in which it looked.
+    first : LMISolution
+        Of `ScaledLMIs`, without a point.
 
     Returns
     -------
     str
         The reason, in a sentence.
     """
+    request = first.problem.request
     unknowns = "P" if request.gain is not None else "P, Y"
     if request.coupling == "slack":
         unknowns = unknowns.replace("P", "P_i, V", 1)
-    reach, known = _proven_reach(request, phase, frame), solvable(request)
+    reach, known = _proven_reach(first), solvable(request)
     if reach > LEAST:
         text = (
             f"Exact multipliers exclude all {unknowns} shorter than "
@@ -201,8 +197,8 @@ def why_refused(request, phase, frame):
         )
         if not known:
             text += "; no exact proof was found that there is none at all"
-    elif phase.verdict == "infeasible":
-        size = "however large" if np.isinf(phase.reach) else f"up to {phase.reach:.0e}"
+    elif first.verdict == "infeasible":
+        size = "however large" if np.isinf(first.reach) else f"up to {first.reach:.0e}"
         text = (
             f"No {unknowns} {size} in the solver's coordinates, by multipliers "
             "in floating point; no exact proof was found"

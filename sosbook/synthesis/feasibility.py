@@ -1,83 +1,28 @@
-"""From a request to a point inside its LMIs and to their centre."""
+"""From a request to its analytic centre, or to why there is none."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import monotonic
-from typing import Any
 
 import numpy as np
 
-from ..lmi import Unknown
 from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import (
-    LONGEST_SOLUTION,
-    Blocks,
-    Phase,
-    Unbounded,
-    centre,
-    margin,
-    phase_one,
-)
+from ..lmi.centre import LONGEST_SOLUTION, Unbounded, phase_one
 from ..lmi.exact import round_digits
 from ..lmi.newton import newton_of
-from ..lmi.read_only import ReadOnly
+from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
-from .certificates import prove, prove_infeasible
 from .cutting import EVERY, MANY, Cuts
 from .exclusion import excluding_mass, excluding_mode, why_refused
-from .problem import Request
-from .scaling import Frame, in_plant_units, in_unknowns_of
+from .scaled_lmis import ScaledLMIs
+from .scaling import Frame
+from .solution import Solution
 
-__all__ = [
-    "Solution",
-    "answer",
-    "finish",
-    "follow",
-    "gain_of",
-    "guarded",
-    "refused",
-    "refused_by",
-    "search",
-    "solution_at",
-    "written",
-]
+__all__ = ["answer", "finish", "follow", "guarded", "refused", "refused_by", "search"]
 
 ROUNDING = 1e-6  # a margin below minus that is no rounding error
 FAR = 1e3  # unknowns beyond it are measured in a bad unit
 LARGE = 20  # from so many states on, looking for fixed modes first is cheap
-
-
-@dataclass(frozen=True, eq=False)
-class Solution(ReadOnly):
-    """What `Design` knows of its LMIs.
-
-    The fields request, status, K, P, Y, V, margins, frame, multipliers and own
-    are explained there.
-
-    Parameters
-    ----------
-    request, status, K, P, Y, V, margins, frame, multipliers, own
-        As in `Design`.
-    reason : str
-        Why there is no design, in a sentence: what is proven, or what
-        was excluded and what was merely not found; or why the design
-        isn't all that was asked. Otherwise empty.
-    exclusion : InfeasibilityCertificate or FixedModeCertificate or None
-        The exact proof of "infeasible".
-    """
-
-    request: Request
-    status: str
-    K: np.ndarray | None = None
-    P: np.ndarray | None = None
-    Y: np.ndarray | None = None
-    V: np.ndarray | None = None
-    margins: dict | None = None
-    frame: Frame | None = None
-    multipliers: list | None = None
-    own: dict | None = None
-    reason: str = ""
-    exclusion: Any = None
 
 
 def guarded(request, seconds, work):
@@ -115,187 +60,150 @@ def guarded(request, seconds, work):
     return Solution(request, "undecided", request.gain, reason=reason)
 
 
-def search(request, objective=()):
-    """Phase one, in up to four frames.
+def search(request, free=()):
+    """Any point of a request's LMIs, in up to four frames.
 
     Parameters
     ----------
     request : Request
         What is asked of the plant.
-    objective : tuple of Requirement
+    free : tuple of Requirement
         Those whose bounds are free; numbers stand in for them.
 
     Returns
     -------
-    phase, frame, blocks, unknowns, units
-        The last variables of the blocks are the levels of the free
-        bounds in these units.
+    LMISolution
+        Its problem is the `ScaledLMIs` in which a point was found, or
+        in which the refusal reaches furthest.
     """
-    names = tuple(r.parameter.key for r in objective)
-    frame, tried = Frame.of(request, names), []
+    names = tuple(r.parameter.key for r in free)
+    lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
     if len(request.pairs) > MANY:
-        found = _cutting_plane(request, frame, objective)
-        if found is not None:
-            return found
+        point = _cutting_plane(lmis)
+        if point is not None:
+            return LMISolution(lmis, point)
     for _ in range(4):
         check_time()
-        blocks, unknowns, units = written(request, frame, objective)
-        first = None if objective else frame.guess(unknowns)
-        phase = phase_one(blocks, start=first)
-        tried.append((phase, frame, blocks, unknowns, units))
-        if phase.x is not None:
-            return tried[-1]
-        if phase.reach > LONGEST_SOLUTION:
+        first = lmis.find(start=lmis.guess())
+        if first.values is not None:
+            return first
+        tried.append(first)
+        if first.reach > LONGEST_SOLUTION:
             break
-        frame = closer(request, frame, unknowns, phase.near, names)
-    refused = [t for t in tried if t[0].verdict == "infeasible"] or tried
-    best = min(max(t[0].reach for t in refused), LONGEST_SOLUTION)
+        lmis = ScaledLMIs(request, closer(lmis, first.near), free)
+    refusals = [t for t in tried if t.verdict == "infeasible"] or tried
+    best = min(max(t.reach for t in refusals), LONGEST_SOLUTION)
     # beyond that, rounding errors decide which frame reaches further
-    return next(t for t in refused if t[0].reach >= best / 10)
+    return next(t for t in refusals if t.reach >= best / 10)
 
 
-def written(request, frame, objective=(), sizes=()):
-    """The blocks of a request in a frame, with the levels of free bounds.
-
-    These, which the objective names, are variables.
-
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    frame : Frame
-        The coordinates.
-    objective : tuple of Requirement
-        As in `search`.
-    sizes : dict, optional
-        As in `Request.in_unknowns`.
-
-    Returns
-    -------
-    blocks, unknowns, units
-        The blocks know their ``names``; the rest as in `search`.
-    """
-    units = {r.parameter.key: r.level_unit(request, frame.owned(r)) for r in objective}
-    free = {name: Unknown(name, 1) for name in units}
-    expressions, unknowns = request.in_unknowns(
-        frame,
-        levels={name: free[name] * unit for name, unit in units.items()},
-        sizes=sizes,
-    )
-    blocks = Blocks.of(expressions.values(), [*unknowns, *free.values()])
-    blocks.names = list(expressions)
-    return blocks, unknowns, units
-
-
-def _cutting_plane(request, frame, objective):
-    """Phase one for many pairs of vertices: what `search` returns, or None.
+def _cutting_plane(lmis):
+    """A point for many pairs of vertices, by the unknowns' names, or None.
 
     The centre of a few pairs' blocks; then those that it violates most
     join them, until it violates none.
     """
-    blocks, unknowns, units = written(request, frame, objective)
-    cuts = Cuts(blocks, blocks.names)
-    x = None if objective else frame.guess(unknowns)
-    x = np.zeros(blocks.variables) if x is None else x
+    cuts, start = Cuts(lmis.compiled, lmis.names), lmis.guess()
+    x = np.zeros(lmis.compiled.variables) if start is None else lmis.packed(start)
     while not cuts.holds(x):
         check_time()
         cuts.join(x)
         some = cuts.some()
-        phase = phase_one(some, start=x)
-        if phase.x is None:
+        inside = phase_one(some, start=x).x
+        if inside is None:
             return None
-        x = any_centre(some, some.unknowns, phase.x, enough=0.3)
-    return Phase("feasible", x=x), frame, blocks, unknowns, units
+        x = any_centre(some, some.unknowns, inside, enough=0.3)
+    return unpacked(lmis.unknowns, x)
 
 
-def closer(request, frame, unknowns, near, levels=()):
+def closer(lmis, near):
     """A frame in which the least infeasible P is the identity.
 
     A solution of bad condition in the first frame may be plain there.
 
     Parameters
     ----------
-    request, levels
-        As in `Frame.of`.
-    frame : Frame
-    unknowns : list of Unknown
-    near : array
-        Of the unknowns, and more.
+    lmis : ScaledLMIs
+        In which no point was found.
+    near : dict
+        Where the search ended, by the unknowns' names.
     """
-    size = sum(u.size for u in unknowns)
-    values = unpacked(unknowns, near[:size])
-    P = sum(values[name] for name in request.lyapunov)
+    request, frame = lmis.request, lmis.frame
+    P = sum(near[name] for name in request.lyapunov)
     sizes, directions = np.linalg.eigh(P)
-    if sizes[-1] <= 0:  # it points nowhere
+    if sizes[-1] <= 0:  # no direction is better than another
         return frame
     top = sizes.max()
     sizes = np.sqrt(np.maximum(sizes / top, 1e-6))
     units = {}
     for name, unit in frame.sizes.items():
-        size = np.clip(values[name].item() / top, 1e-6, 1e6)
+        size = np.clip(near[name].item() / top, 1e-6, 1e6)
         units[name] = float(round_digits(unit / np.sqrt(size), 2))
     return Frame.at(
-        request, frame.T @ (directions * sizes), frame.scale, None, levels, units
+        request, frame.T @ (directions * sizes), frame.scale, None, lmis.units, units
     )
 
 
 def answer(request):
     """The Solution of a request that leaves nothing open."""
     if request.order > LARGE:  # sooner known than phase one begins
-        known = excluding_mode(request)
-        if known is not None:
-            return refused_by(request, known)
-    phase, frame, blocks, unknowns, _ = search(request)
-    if phase.x is None:
-        return refused(request, phase, frame)
+        mode = excluding_mode(request)
+        if mode is not None:
+            return refused_by(request, mode)
+    first = search(request)
+    if first.values is None:
+        return refused(first)
     try:
-        found = finish(request, frame, blocks, unknowns, phase.x)
+        solution = finish(first.problem, first.values)
     except OutOfTime:
-        found = solution_at(request, frame, unknowns, phase.x)
-        words = "Stopped on the way to the centre: this is some point inside."
-        return replace(found, reason=words)
-    if found.status == "feasible":
-        return found
-    reason = _too_thin(found)
-    if min(found.margins.values()) < -ROUNDING:  # no point at all
+        solution = first.problem.solution(first.values)
+        text = "Stopped on the way to the centre: this is some point inside."
+        return replace(solution, reason=text)
+    if solution.status == "feasible":
+        return solution
+    reason = _too_thin(solution)
+    if min(solution.margins.values()) < -ROUNDING:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
-    return replace(found, reason=reason)
+    return replace(solution, reason=reason)
 
 
-def _too_thin(found):
+def _too_thin(solution):
     """Why a point that phase one has found isn't good enough."""
-    least = min(found.margins, key=found.margins.get)
+    least = min(solution.margins, key=solution.margins.get)
     return (
-        f"The numerics found a point whose margin, {found.margins[least]:.1g} of the "
-        f"block {str(least)!r}, is below what floats can tell from zero; "
+        f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "
+        f"the block {str(least)!r}, is below what floats can tell from zero; "
         "exact arithmetic doesn't confirm it."
     )
 
 
-def refused(request, phase, frame):
-    """The Solution of a request for which phase one in a frame found no point.
+def refused(first):
+    """The Solution of a request for which no point was found.
 
     "infeasible" where exact arithmetic excludes every point: by a mode
     that no gain moves, or by multipliers. Otherwise "undecided".
+
+    Parameters
+    ----------
+    first : LMISolution
+        Of `ScaledLMIs`, without a point.
     """
+    request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
     mode = excluding_mode(request)
     if mode is not None:
-        return refused_by(request, mode, frame, phase.Z)
-    found = Solution(
-        request, "undecided", request.gain, frame=frame, multipliers=phase.Z
-    )
+        return refused_by(request, mode, frame, Z)
+    refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
     mass = excluding_mass(request)
     if mass is not None:
         i, j = (k + 1 for k in mass.vertices)
         text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
-        return replace(found, status="infeasible", reason=text, exclusion=mass)
-    if phase.Z is not None:
-        proof = prove_infeasible(request, frame, phase.Z)
-        if proof.proven:
-            text = "Exact multipliers of the LMIs exclude every solution"
-            text = " ".join(filter(None, (text, request.condition))) + "."
-            return replace(found, status="infeasible", reason=text, exclusion=proof)
-    return replace(found, reason=why_refused(request, phase, frame))
+        return replace(refusal, status="infeasible", reason=text, exclusion=mass)
+    proof = first.infeasibility
+    if proof is not None and proof.proven:
+        text = "Exact multipliers of the LMIs exclude every solution"
+        text = " ".join(filter(None, (text, request.condition))) + "."
+        return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+    return replace(refusal, reason=why_refused(first))
 
 
 def refused_by(request, certificate, frame=None, multipliers=None):
@@ -303,7 +211,7 @@ def refused_by(request, certificate, frame=None, multipliers=None):
 
     The frame and the multipliers are those of the LMIs, if there are any.
     """
-    mode, given = certificate.mode, request.gain is not None
+    mode = certificate.mode
     i, j = (k + 1 for k in certificate.place)
     where = (
         f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
@@ -311,9 +219,9 @@ def refused_by(request, certificate, frame=None, multipliers=None):
     if len(request.vertices) == 1:
         where = ""
     text = (
-        f"This gain leaves a pole{where} at {mode:.4g} rad/s"
-        if given
-        else f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
+        f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
+        if request.gain is None
+        else f"This gain leaves a pole{where} at {mode:.4g} rad/s"
     )
     return Solution(
         request,
@@ -334,98 +242,51 @@ def follow(request, start):
     """
     if start is None or start.status != "feasible":
         return None
-    known = start.frame.sizes
     frame = Frame.at(request, start.frame.T, start.frame.scale)
-    if known.keys() == frame.sizes.keys():
-        frame = replace(frame, sizes=known)
-    expressions, unknowns = request.in_unknowns(frame)
-    blocks = Blocks.of(expressions.values(), unknowns)
-    x = _packed(request, frame, unknowns, start)
-    if x is None:
-        return None
-    phase = phase_one(blocks, start=x, multipliers=False)
-    if phase.x is None:
+    if start.frame.sizes.keys() == frame.sizes.keys():
+        frame = replace(frame, sizes=start.frame.sizes)
+    lmis = ScaledLMIs(request, frame)
+    near = lmis.point(start)
+    inside = None if near is None else lmis.find(refute=False, start=near).values
+    if inside is None:
         return None
     try:
-        x = centre(blocks, phase.x)
+        return lmis.solution(lmis.centre(inside).values)
     except Unbounded:
         return None
-    return solution_at(request, frame, unknowns, x)
 
 
-def _packed(request, frame, unknowns, start):
-    """The variables in a frame, from a Solution of the same shape, or None."""
-    values = in_unknowns_of(request, frame, start)
-    if values is None or any(np.shape(values[u.name]) != u.shape for u in unknowns):
-        return None
-    return np.concatenate([u.pack(values[u.name]) for u in unknowns])
-
-
-def finish(request, frame, blocks, unknowns, x):
-    """The analytic centre as a Solution of a request, from a feasible point x.
-
-    The blocks are those of the request in the frame, affine in the
-    ``unknowns``.
+def finish(lmis, values):
+    """The analytic centre as a Solution, from a point inside `ScaledLMIs`.
 
     With more than a thousand pairs of vertices it is the centre of some
     of their blocks, those that a cutting plane needs.
     """
-    if np.abs(x).max() > FAR and request.followers(request.leader()):
-        frame, blocks, unknowns, x = _nearer(request, frame, blocks, unknowns, x)
-    if len(request.pairs) > EVERY:
-        cuts = Cuts(blocks, blocks.names)
-        x = cuts.solve(x, lambda some, x: any_centre(some, unknowns, x))
+    x = lmis.packed(values)
+    if np.abs(x).max() > FAR and lmis.request.followers(lmis.request.leader()):
+        lmis, x = _nearer(lmis, x)
+    if len(lmis.request.pairs) > EVERY:
+        cuts = Cuts(lmis.compiled, lmis.names)
+        x = cuts.solve(x, lambda some, x: any_centre(some, lmis.unknowns, x))
     else:
-        x = any_centre(blocks, unknowns, x)
-    return solution_at(request, frame, unknowns, x)
+        x = any_centre(lmis.compiled, lmis.unknowns, x)
+    return lmis.solution(unpacked(lmis.unknowns, x))
 
 
-def _nearer(request, frame, blocks, unknowns, x):
+def _nearer(lmis, x):
     """The same point and blocks in a frame in which P and the sizes are one.
 
     The guess of a size may be wrong by orders of magnitude, and what is
     far away looks as if the set had no bound.
     """
-    K = gain_of(request, frame, unknowns, x)
-    found = in_plant_units(request, frame, unpacked(unknowns, x), K)
-    point = Solution(request, "feasible", K, **found)
+    values = unpacked(lmis.unknowns, x)
+    point = Solution(lmis.request, "feasible", **lmis.in_plant_units(values))
     try:
-        there = Frame.of_solution(request, point, unit=True)
+        frame = Frame.of_solution(lmis.request, point, unit=True)
     except np.linalg.LinAlgError:
-        return frame, blocks, unknowns, x
-    fresh, fresh_unknowns, _ = written(request, there)
-    moved = _packed(request, there, fresh_unknowns, point)
-    if moved is None or newton_of(fresh).least(moved).min() <= 0:
-        return frame, blocks, unknowns, x
-    return there, fresh, fresh_unknowns, moved
-
-
-def solution_at(request, frame, unknowns, x):
-    """The Solution of a point x inside a request's LMIs in a frame.
-
-    The variables are those of the ``unknowns``.
-    """
-    K = gain_of(request, frame, unknowns, x)
-    found = in_plant_units(request, frame, unpacked(unknowns, x), K)
-    P, Y, V, own = found["P"], found["Y"], found["V"], found["own"]
-    margins = {
-        name: margin(g) for name, g in request.blocks(P, Y, V=V, own=own).items()
-    }
-    good = min(margins.values()) > 1e-9
-    if not good:  # too close for floats
-        good = prove(request, K, P, 17, V, own).proven
-    status = "feasible" if good else "undecided"
-    return Solution(request, status, K, P, Y, V, margins, frame, own=own)
-
-
-def gain_of(request, frame, unknowns, x):
-    """K of a point x of a request's LMIs in a frame, in the plant's own units.
-
-    The variables are those of the ``unknowns``.
-    """
-    if request.gain is not None:
-        return request.gain
-    known = unpacked(unknowns, x)
-    right = known["V"] if request.coupling == "slack" else known["P"]
-    K = np.linalg.solve(right, known["Y"].T).T
-    return np.linalg.solve(frame.T.T, K.T).T * frame.scale
+        return lmis, x
+    there = ScaledLMIs(lmis.request, frame)
+    moved = there.point(point)
+    if moved is None or newton_of(there.compiled).least(there.packed(moved)).min() <= 0:
+        return lmis, x
+    return there, there.packed(moved)

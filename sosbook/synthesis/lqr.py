@@ -11,11 +11,12 @@ from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import Region
 from ..runtime.threads import one_thread
 from .design import Design
-from .feasibility import answer, gain_of, guarded
-from .objectives import Unfinished, optimum, with_slack, without_optimum, without_slack
+from .feasibility import answer, guarded
+from .objectives import Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT
 from .problem import Request
 from .regularization import Regularization
+from .slack import with_slack, without_slack
 
 __all__ = ["design_lqr"]
 
@@ -93,17 +94,18 @@ def design_lqr(
 def _least(request, name):
     """The Solution of least cost."""
     objective = {name: 1.0}
-    request, found = with_slack(request, objective)
-    if not found:
+    settled = with_slack(request, objective)
+    if settled is None:
         return without_slack(request)
+    request = settled
     try:
-        values, x, frame = _first_optimum(request, objective)
+        bounds, best = _first_optimum(request, objective)
     except Unfinished as stopped:
         return stopped.solution(request)
-    if values is None:
+    if bounds is None:
         return without_optimum(request, objective)
-    gain = gain_of(request, frame, request.unknowns(), x)
-    bound = float(f"{values[name] * (1 + BACKOFF):.5e}")
+    gain = best.problem.gain(best.values)
+    bound = float(f"{bounds[name] * (1 + BACKOFF):.5e}")
     asked = request.with_bounds({name: bound})
     found = answer(replace(asked, gain=gain))
     if found.status != "feasible":

@@ -18,10 +18,11 @@ from ..requirements.shorthand import collected, moved
 from ..requirements.vocabulary import PARAMETERS
 from ..runtime.threads import one_thread
 from .design import Design
-from .feasibility import answer, guarded
-from .objectives import solve
+from .feasibility import answer, follow, guarded
+from .objectives import at_optimum
 from .problem import Request
 from .regularization import Regularization
+from .slack import with_slack, without_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid"]
 
@@ -293,10 +294,16 @@ def _design(
     if start is not None:
         _check_start(start, request)
     backoff = positive("backoff", backoff)
-    found = guarded(
-        request, time_limit, lambda: solve(request, objective, backoff, start)
-    )
-    return Design(**vars(found))
+
+    def solved():
+        settled = with_slack(request, objective)
+        if settled is None:
+            return without_slack(request)
+        if objective:
+            return at_optimum(settled, objective, backoff)
+        return follow(settled, start) or answer(settled)
+
+    return Design(**vars(guarded(request, time_limit, solved)))
 
 
 def _given(**asked):

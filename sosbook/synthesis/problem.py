@@ -26,12 +26,13 @@ from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
 from ..requirements.stability import Stability
 from .regularization import Regularization
+from .sizes import Sizes
 
 __all__ = ["Request"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, ReadOnly):
+class Request(Shorthand, Sizes, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     Parameters
@@ -159,74 +160,6 @@ class Request(Shorthand, ReadOnly):
             leading = sum(bool(r.unknowns(self)) for r in asked)
             asked.insert(leading, Stability())
         return tuple(asked)
-
-    @cached_property
-    def sized(self):
-        """The requirements that fix the size of P, lowest rank first.
-
-        Their blocks aren't homogeneous in P, Y and their own unknowns.
-        """
-        if self.coupling == "slack" and self.slack is None:
-            return replace(self, slack=1.0).sized
-        P = V = np.zeros((self.order, self.order))
-        Y = np.zeros((self.plant.m, self.order))
-        if self.coupling == "slack":
-            P = [P] * len(self.vertices)
-        own = {
-            u.name: np.zeros(u.shape) for r in self.demands for u in r.unknowns(self)
-        }
-        loop = Loop(self, lambda x: x, None, P, Y, V, (), own)
-        first = self._coupled(loop, *self.pairs[0])
-
-        def constants(r):
-            yield from (g for _, _, g in r.once(loop))
-            yield from (g for _, g in self._of_pair(r, loop, first, 0))
-
-        found = [r for r in self.requirements if any(g.any() for g in constants(r))]
-        return tuple(sorted(found, key=lambda r: (r.rank, r.key)))
-
-    @property
-    def ties(self):
-        """What holds the sizes of P together, in words: ("mu = 1",) or nothing."""
-        ties = tuple(r.tied for r in self.requirements if r.tied)
-        return ties if len(self.sized) > 1 else ()
-
-    @property
-    def condition(self):
-        """What a refusal is subject to: "for mu = 1"; else empty.
-
-        The slack scalar is such a condition, too.
-        """
-        ties = self.ties
-        if self.coupling == "slack" and self.slack is not None:
-            ties += (f"slack = {self.slack:g} s",)
-        return f"for {' and '.join(ties)}" if ties else ""
-
-    def untied(self):
-        """The request in which each requirement's P has its own size."""
-        return replace(self, requirements=tuple(r.untied() for r in self.requirements))
-
-    def leader(self, levels=()):
-        """The requirement whose P is the unknown P; None if none fixes its size.
-
-        Parameters
-        ----------
-        levels : sequence of str
-            Parameters whose level is unknown: a level times an unknown
-            size isn't affine, so the first one's owner leads.
-        """
-        order = {name: place for place, name in enumerate(levels)}
-        return min(
-            self.sized,
-            key=lambda r: order.get(r.parameter and r.parameter.key, len(order)),
-            default=None,
-        )
-
-    def followers(self, leader):
-        """The requirements whose P is the leader's times an unknown size."""
-        if self.ties:
-            return ()
-        return tuple(r for r in self.sized if r is not leader)
 
     def blocks(self, P, Y, number=lambda x: x, frame=None, V=None, levels=(), own=()):
         """All blocks that must be positive definite, by name.
@@ -402,6 +335,14 @@ class Request(Shorthand, ReadOnly):
                 K = K @ number(frame.T) / scale
             Y = K @ (P if V is None else V).T
         return self.blocks(P, Y, number, frame, V, levels, values)
+
+    def owner(self, name):
+        """The requirement that a parameter of this name belongs to."""
+        return next(
+            r
+            for r in self.requirements
+            if r.parameter is not None and r.parameter.key == name
+        )
 
     def with_bounds(self, values):
         """The request with other bounds, the ``values`` of parameters by name."""

@@ -10,12 +10,11 @@ from scipy.linalg import (
     solve_continuous_lyapunov,
 )
 
-from ..lmi.bounded import unpacked
 from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
 from ..plants.descriptor_system import DescriptorSystem
 
-__all__ = ["Frame", "typical_rate"]
+__all__ = ["Frame", "in_unknowns_of", "typical_rate"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,50 +247,10 @@ def _energy(request, omega):
     )
 
 
-def in_plant_units(request, frame, values, K):
-    """A solution in the plant's units, from the unknowns in a frame.
-
-    Parameters
-    ----------
-    request : Request
-    frame : Frame
-        Whose ``sizes`` belong to the unknowns' leader.
-    values : dict
-        The unknowns by name.
-    K : (m, N) array
-
-    Returns
-    -------
-    dict
-        P, Y, V and own, as in `Solution`: P is that of the last
-        requirement in `Request.sized`; the sizes are relative to it.
-    """
-    one = np.ones((1, 1))
-    size = {r.size_name: values.get(r.size_name, one).item() for r in request.sized}
-    natural = {name: s / frame.sizes.get(name, 1.0) ** 2 for name, s in size.items()}
-    *others, shrink = natural.values() or [1.0]
-    T, slack = frame.T, request.coupling == "slack"
-    P = [T @ values[name] @ T.T / shrink for name in request.lyapunov]
-    P = [(p + p.T) / 2 for p in P]
-    V = T @ values["V"] @ T.T / shrink if slack else None
-    own = {
-        u.name: values[u.name]
-        / size.get(r.size_name, 1.0)
-        * r.own_unit(request, frame.owned(r))
-        for r in request.demands
-        for u in r.unknowns(request)
-    }
-    if not request.ties:
-        own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})
-    return dict(
-        P=np.array(P) if slack else P[0], Y=K @ (V.T if slack else P[0]), V=V, own=own
-    )
-
-
 def in_unknowns_of(request, frame, solution):
     """Values of the unknowns in a frame, from a Solution; None if it lacks some.
 
-    The inverse of `in_plant_units`, for a solution of the same shape and
+    The inverse of `ScaledLMIs.in_plant_units`, for a solution of the same shape and
     unknowns that the request's own leader leads.
     """
     leader, known = request.leader(), solution.own or {}
@@ -321,37 +280,3 @@ def in_unknowns_of(request, frame, solution):
     values.update(V=right, Y=gain @ right.T)
     values.update(zip(request.lyapunov, P, strict=True))
     return values
-
-
-def led(request, frame, levels, x):
-    """A point of the unknowns with ``levels``, as one without.
-
-    Parameters
-    ----------
-    request : Request
-    frame : Frame
-    levels : sequence of str
-        As in `Request.leader`.
-    x : array
-        Of ``request.unknowns(levels)``.
-
-    Returns
-    -------
-    frame : Frame
-        In which the unknown P is that of ``request.leader()``.
-    x : array
-        Of ``request.unknowns()``: all divided by the leader's size.
-    """
-    leader, before = request.leader(), request.leader(levels)
-    if leader is before or not request.followers(leader):
-        return frame, x
-    values = unpacked(request.unknowns(levels), x)
-    values[before.size_name] = np.ones((1, 1))
-    size, unit = values[leader.size_name].item(), frame.sizes[leader.size_name]
-    units = {before.size_name: 1.0} | frame.sizes
-    followers = [r.size_name for r in request.followers(leader)]
-    frame = replace(
-        frame.times(unit), sizes={name: units[name] / unit for name in followers}
-    )
-    unknowns = request.unknowns()
-    return frame, np.concatenate([u.pack(values[u.name] / size) for u in unknowns])

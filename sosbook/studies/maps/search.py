@@ -3,7 +3,6 @@
 import numpy as np
 
 from ...bisection import narrowed
-from ...lmi.centre import Blocks, phase_one
 from ...requirements.shorthand import (
     KEYWORDS,
     bounds,
@@ -16,6 +15,7 @@ from ...synthesis.design import Design
 from ...synthesis.feasibility import finish, refused
 from ...synthesis.pid import design_pid
 from ...synthesis.problem import Request
+from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
 
 __all__ = [
@@ -331,12 +331,11 @@ def requirements(request):
 def again(request, near):
     """Solve a request in coordinates in which the P of a design ``near`` is I."""
     frame = Frame.of_solution(request, near)
-    expressions, unknowns = request.in_unknowns(frame)
-    blocks = Blocks.of(expressions.values(), unknowns)
-    phase = phase_one(blocks)
-    if phase.x is None:
-        return Design(**vars(refused(request, phase, frame)))
-    return Design(**vars(finish(request, frame, blocks, unknowns, phase.x)))
+    lmis = ScaledLMIs(request, frame)
+    first = lmis.find()
+    if first.values is None:
+        return Design(**vars(refused(first)))
+    return Design(**vars(finish(lmis, first.values)))
 
 
 def replaced(request, known):

@@ -1,0 +1,227 @@
+"""The LMIs of a request in well conditioned coordinates, as an `LMIProblem`.
+
+A `Request` says what is asked and writes the blocks; `ScaledLMIs` is where
+they are solved, refused and measured, and where a point of theirs becomes a
+`Solution` in the plant's own units.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..lmi import Unknown
+from ..lmi.bounded import unpacked
+from ..lmi.centre import margin
+from ..lmi.problem import LMIProblem
+from .certificates import prove, prove_infeasible
+from .scaling import in_unknowns_of
+from .solution import Solution
+
+__all__ = ["ScaledLMIs"]
+
+
+class ScaledLMIs(LMIProblem):
+    """The blocks of a request in a frame.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    frame : Frame
+        The coordinates.
+    free : sequence of Requirement
+        Those of the request whose levels (see `Parameter`) are unknowns,
+        the last ones, in the units of ``units``.
+    sizes : dict, optional
+        Numbers for some of the unknown sizes, by their names.
+    """
+
+    def __init__(self, request, frame, free=(), sizes=None):
+        self.request, self.frame, self.free = request, frame, tuple(free)
+        self.sizes = dict(sizes or {})
+        self.units = {
+            r.parameter.key: r.level_unit(request, frame.owned(r)) for r in self.free
+        }
+        unknowns = request.unknowns(self.units)
+        self.matrices = [u for u in unknowns if u.name not in self.sizes]
+        levels = [Unknown(_level(name), 1) for name in self.units]
+        super().__init__(self._written, [*self.matrices, *levels])
+
+    def _written(self, values, number):
+        values = {**values, **self.sizes}
+        levels = {
+            name: values.pop(_level(name)) * number(np.array(unit)).item()
+            for name, unit in self.units.items()
+        }
+        return self.request.blocks_at(values, number, self.frame, levels)
+
+    def _limited(self, work, first=None):
+        return work()  # `guarded` limits the time of a whole request
+
+    def refute(self, Z):
+        """The file of exact multipliers, see `prove_infeasible`.
+
+        Parameters
+        ----------
+        Z : list of arrays
+            Float multipliers, one for each block.
+        """
+        if self.free:
+            return super().refute(Z)
+        return prove_infeasible(self.request, self.frame, Z)
+
+    def guess(self):
+        """The unknowns at `Frame.guess`, by name, or None."""
+        x = self.frame.guess(self.unknowns)
+        return None if x is None else unpacked(self.unknowns, x)
+
+    def bounds(self, values):
+        """The bounds of the free requirements at a point, by parameter.
+
+        The unknown is the level times the requirement's size.
+        """
+        found = {}
+        for r in self.free:
+            key = r.parameter.key
+            level = values[_level(key)] * self.units[key]
+            level = (level / values.get(r.size_name, 1.0)).item()
+            found[key] = r.parameter.bound(level)
+        return found
+
+    def weights(self, objective):
+        """Those of the unknowns, of a weighted sum of levels by parameter."""
+        cost = np.zeros(sum(u.size for u in self.unknowns))
+        cost[-len(self.units) :] = [
+            objective[name] * unit for name, unit in self.units.items()
+        ]
+        return cost / cost.max()
+
+    def joined(self, values, sizes):
+        """The unknowns at a point that was found with numbers for some sizes.
+
+        An own unknown of a requirement is multiplied by its size here, and
+        so is its level.
+
+        Parameters
+        ----------
+        values : dict
+            By name, without those sizes.
+        sizes : dict
+            Those numbers.
+        """
+        values = values | {name: np.array([[s]]) for name, s in sizes.items()}
+        for r in self.request.demands:
+            names = [u.name for u in r.unknowns(self.request)]
+            if r in self.free:
+                names.append(_level(r.parameter.key))
+            for name in names:
+                values[name] = values[name] * sizes.get(r.size_name, 1.0)
+        return values
+
+    # from the frame to the plant's units, and back
+
+    def gain(self, values):
+        """K of a point, in the plant's own units."""
+        if self.request.gain is not None:
+            return self.request.gain
+        right = values["V" if self.request.coupling == "slack" else "P"]
+        K = np.linalg.solve(right, values["Y"].T).T
+        return np.linalg.solve(self.frame.T.T, K.T).T * self.frame.scale
+
+    def solution(self, values, request=None):
+        """The `Solution` of a point.
+
+        Parameters
+        ----------
+        values : dict
+            The unknowns by name.
+        request : Request, optional
+            The same one with other bounds, which the point keeps, too.
+        """
+        request = request or self.request
+        natural = self.in_plant_units(values)
+        K, P, Y, V, own = (natural[name] for name in ("K", "P", "Y", "V", "own"))
+        margins = {
+            name: margin(g) for name, g in request.blocks(P, Y, V=V, own=own).items()
+        }
+        good = min(margins.values()) > 1e-9
+        if not good:  # too close for floats
+            good = prove(request, K, P, 17, V, own).proven
+        status = "feasible" if good else "undecided"
+        return Solution(request, status, K, P, Y, V, margins, self.frame, own=own)
+
+    def in_plant_units(self, values):
+        """K, P, Y, V and own of a point, as in `Solution`, in the plant's units.
+
+        P is that of the last requirement in `Request.sized`; the sizes are
+        relative to it.
+        """
+        request, frame, K = self.request, self.frame, self.gain(values)
+        one = np.ones((1, 1))
+        size = {r.size_name: values.get(r.size_name, one).item() for r in request.sized}
+        natural = {n: s / frame.sizes.get(n, 1.0) ** 2 for n, s in size.items()}
+        *others, shrink = natural.values() or [1.0]
+        T, slack = frame.T, request.coupling == "slack"
+        P = [T @ values[name] @ T.T / shrink for name in request.lyapunov]
+        P = [(p + p.T) / 2 for p in P]
+        V = T @ values["V"] @ T.T / shrink if slack else None
+        own = {
+            u.name: values[u.name]
+            / size.get(r.size_name, 1.0)
+            * r.own_unit(request, frame.owned(r))
+            for r in request.demands
+            for u in r.unknowns(request)
+        }
+        if not request.ties:
+            own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})
+        Y = K @ (V.T if slack else P[0])
+        return dict(K=K, P=np.array(P) if slack else P[0], Y=Y, V=V, own=own)
+
+    def point(self, solution):
+        """The unknowns at a Solution, by name; None if it lacks some.
+
+        The inverse of `in_plant_units`, for a solution of the same shape and
+        unknowns that the request's own leader leads.
+        """
+        values = in_unknowns_of(self.request, self.frame, solution)
+        if values is None or any(
+            np.shape(values[u.name]) != u.shape for u in self.unknowns
+        ):
+            return None
+        return {u.name: values[u.name] for u in self.unknowns}
+
+    def led(self, values, request):
+        """A point of free levels as one of a request without.
+
+        Parameters
+        ----------
+        values : dict
+            The unknowns by name.
+        request : Request
+            The same one, with bounds that the point keeps.
+
+        Returns
+        -------
+        ScaledLMIs
+            In a frame in which the unknown P is that of ``request.leader()``.
+        dict
+            Its unknowns by name: all divided by the leader's size.
+        """
+        frame, leader = self.frame, request.leader()
+        before = request.leader(self.units)
+        if leader is not before and request.followers(leader):
+            values = values | {before.size_name: np.ones((1, 1))}
+            size, unit = values[leader.size_name].item(), frame.sizes[leader.size_name]
+            units = {before.size_name: 1.0} | frame.sizes
+            followers = [r.size_name for r in request.followers(leader)]
+            frame = replace(
+                frame.times(unit),
+                sizes={name: units[name] / unit for name in followers},
+            )
+            values = {name: x / size for name, x in values.items()}
+        lmis = ScaledLMIs(request, frame)
+        return lmis, {u.name: values[u.name] for u in lmis.unknowns}
+
+
+def _level(name):
+    return f"level of {name}"

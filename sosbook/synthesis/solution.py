@@ -1,0 +1,45 @@
+"""What is known of a request's LMIs: a point in the plant's units, or a refusal."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..lmi.read_only import ReadOnly
+from .problem import Request
+from .scaling import Frame
+
+__all__ = ["Solution"]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(ReadOnly):
+    """What `Design` knows of its LMIs.
+
+    The fields request, status, K, P, Y, V, margins, frame, multipliers and own
+    are explained there.
+
+    Parameters
+    ----------
+    request, status, K, P, Y, V, margins, frame, multipliers, own
+        As in `Design`.
+    reason : str
+        Why there is no design, in a sentence: what is proven, or what
+        was excluded and what was merely not found; or why the design
+        isn't all that was asked. Otherwise empty.
+    exclusion : InfeasibilityCertificate or FixedModeCertificate or None
+        The exact proof of "infeasible".
+    """
+
+    request: Request
+    status: str
+    K: np.ndarray | None = None
+    P: np.ndarray | None = None
+    Y: np.ndarray | None = None
+    V: np.ndarray | None = None
+    margins: dict | None = None
+    frame: Frame | None = None
+    multipliers: list | None = None
+    own: dict | None = None
+    reason: str = ""
+    exclusion: Any = None
