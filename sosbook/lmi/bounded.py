@@ -42,6 +42,7 @@ def any_minimum(blocks, unknowns, cost, x, gap):
     Parameters
     ----------
     blocks : Blocks
+        The blocks G_k.
     unknowns : list of Unknown
         Those that may be bounded.
     cost : (k,) array
@@ -50,6 +51,11 @@ def any_minimum(blocks, unknowns, cost, x, gap):
         A strictly feasible point.
     gap : float
         As in `minimize`.
+
+    Returns
+    -------
+    (k,) array
+        Strictly feasible, nearly optimal.
 
     Raises
     ------

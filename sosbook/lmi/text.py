@@ -113,20 +113,21 @@ class LMIText:
         ValueError
             If a block isn't symmetric, real and finite.
         """
-        named = self.expressions
+        self._check()
+        return Blocks.of(self.expressions.values(), self.unknowns)
+
+    def _check(self):
         probe = {
-            u: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
+            u.name: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
             for k, u in enumerate(self.unknowns)
         }
-        for name, g in named.items():
-            at = g.value(probe)
-            if np.asarray(at).dtype.kind not in "fiu":
+        for name, g in self.blocks(probe).items():
+            if np.asarray(g).dtype.kind not in "fiu":
                 raise ValueError(f"block {name!r} must hold real numbers")
-            if not np.isfinite(at).all():
+            if not np.isfinite(g).all():
                 raise ValueError(f"block {name!r} has NaN or infinite entries")
-            if np.abs(at - at.T).max() > 1e-9 * np.abs(at).max():
+            if np.abs(g - g.T).max() > 1e-9 * np.abs(g).max():
                 raise ValueError(f"block {name!r} isn't symmetric: is a .T missing?")
-        return Blocks.of(named.values(), self.unknowns)
 
     def margins(self, values):
         """The smallest eigenvalue of each block, its diagonal scaled to one.
