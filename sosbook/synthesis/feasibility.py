@@ -257,8 +257,17 @@ def follow(request, start):
 
 
 def finish(lmis, values):
-    """The analytic centre as a Solution, from a point inside `ScaledLMIs`.
+    """The analytic centre as a Solution, from a point inside.
 
+    Parameters
+    ----------
+    lmis : ScaledLMIs
+        The LMIs.
+    values : dict
+        The point: the unknowns by name.
+
+    Notes
+    -----
     With more than a thousand pairs of vertices it is the centre of some
     of their blocks, those that a cutting plane needs.
     """

@@ -174,7 +174,7 @@ class Unfinished(OutOfTime):
         self.first = first
 
     def solution(self, request):
-        """What is known: a design that keeps larger bounds."""
+        """What is known of a request: a design that keeps larger bounds."""
         lmis, values = self.first.problem, self.first.values
         bounds = {name: _rounded_up(b) for name, b in lmis.bounds(values).items()}
         return replace(

@@ -79,9 +79,10 @@ class ScaledLMIs(LMIProblem):
         return None if x is None else unpacked(self.unknowns, x)
 
     def bounds(self, values):
-        """The bounds of the free requirements at a point, by parameter.
+        """The bounds of the free requirements, by parameter.
 
-        The unknown is the level times the requirement's size.
+        At the point with these ``values`` of the unknowns. The unknown is
+        the level times the requirement's size.
         """
         found = {}
         for r in self.free:
@@ -92,7 +93,7 @@ class ScaledLMIs(LMIProblem):
         return found
 
     def weights(self, objective):
-        """Those of the unknowns, of a weighted sum of levels by parameter."""
+        """Those of the variables in the sum of levels with weights ``objective``."""
         cost = np.zeros(sum(u.size for u in self.unknowns))
         cost[-len(self.units) :] = [
             objective[name] * unit for name, unit in self.units.items()
@@ -124,7 +125,7 @@ class ScaledLMIs(LMIProblem):
     # from the frame to the plant's units, and back
 
     def gain(self, values):
-        """K of a point, in the plant's own units."""
+        """K in the plant's own units, of the ``values`` of the unknowns by name."""
         if self.request.gain is not None:
             return self.request.gain
         right = values["V" if self.request.coupling == "slack" else "P"]
@@ -154,10 +155,11 @@ class ScaledLMIs(LMIProblem):
         return Solution(request, status, K, P, Y, V, margins, self.frame, own=own)
 
     def in_plant_units(self, values):
-        """K, P, Y, V and own of a point, as in `Solution`, in the plant's units.
+        """K, P, Y, V and own, as in `Solution`, in the plant's units.
 
-        P is that of the last requirement in `Request.sized`; the sizes are
-        relative to it.
+        They are those of the ``values`` of the unknowns by name. P is that
+        of the last requirement in `Request.sized`; the sizes are relative
+        to it.
         """
         request, frame, K = self.request, self.frame, self.gain(values)
         one = np.ones((1, 1))
