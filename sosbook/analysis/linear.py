@@ -150,10 +150,10 @@ def hinf_norm(d, K):
         hamiltonian = np.block([[A, B @ B.T / level], [-C.T @ C / level, -A.T]])
         crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
         between = (crossings[1:] + crossings[:-1]) / 2
-        found = gain(np.concatenate([[0.0], crossings, between]))
-        if found <= level:
+        higher = gain(np.concatenate([[0.0], crossings, between]))
+        if higher <= level:
             break
-        best = found
+        best = higher
     return float(best * unit)
 
 

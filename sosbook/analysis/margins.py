@@ -110,19 +110,19 @@ def _peak(d, K, through):
         answers = K @ np.linalg.solve(pencil, B + 0j) + through * one
         return np.linalg.norm(answers, 2, axis=(1, 2)).max()
 
-    near = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
-    best = max(through, gain(near))
+    guesses = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
+    best = max(through, gain(guesses))
     for _ in range(50):
         level = best * (1 + 1e-9)
-        rest = level**2 - through**2
-        half = A + through / rest * B @ K
+        gap = level**2 - through**2
+        half = A + through / gap * B @ K
         hamiltonian = np.block(
-            [[half, B @ B.T / rest], [-(level**2) / rest * K.T @ K, -half.T]]
+            [[half, B @ B.T / gap], [-(level**2) / gap * K.T @ K, -half.T]]
         )
         crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
         between = (crossings[1:] + crossings[:-1]) / 2
-        found = gain(np.concatenate([crossings, between]))
-        if found <= level:
+        higher = gain(np.concatenate([crossings, between]))
+        if higher <= level:
             break
-        best = found
+        best = higher
     return float(best)

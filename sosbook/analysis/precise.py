@@ -52,11 +52,13 @@ def sensitive(d, K):
         balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
         terms = terms * np.outer(1 / scale, scale)
         try:
-            poles, right = np.linalg.eig(balanced)
-            left = np.linalg.inv(right)
+            poles, right_vectors = np.linalg.eig(balanced)
+            left_vectors = np.linalg.inv(right_vectors)
         except np.linalg.LinAlgError:
             return True
-        condition = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
+        condition = np.linalg.norm(left_vectors, axis=1) * np.linalg.norm(
+            right_vectors, axis=0
+        )
         error = np.finfo(float).eps * np.linalg.norm(terms) * condition
         doubtful = (error > LARGEST_POLE_ERROR * np.abs(poles)) | (
             error > np.abs(poles.real)
@@ -90,12 +92,12 @@ class ExactLoop:
 
     def poles(self):
         """The poles as complex floats, each as often as it counts."""
-        found = []
+        poles = []
         with _Bits():
             for root, count in self.chi.complex_roots():
                 mid = root.mid()
-                found += count * [complex(float(mid.real), float(mid.imag))]
-        return np.array(found)
+                poles += count * [complex(float(mid.real), float(mid.imag))]
+        return np.array(poles)
 
     def hinf_norm(self):
         """The largest gain from w to the output on the imaginary axis.

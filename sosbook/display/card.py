@@ -22,7 +22,7 @@ def card(
     region=None,
     gains=(),
     margins=None,
-    words=(),
+    sentences=(),
     axis="poles, rad/s",
 ):
     """HTML of a result; needs no other file, script or library.
@@ -65,7 +65,7 @@ def card(
         f'<p class="sos-verdict"><span class="sos-{state}">{STATUS_MARKS[state]} '
         f"{page_text(status)}</span> {page_text(name)}</p>"
         + (f'<div class="sos-parts">{"".join(parts)}</div>' if parts else "")
-        + "".join(f"<p>{page_text(text)}</p>" for text in words if text)
+        + "".join(f"<p>{page_text(text)}</p>" for text in sentences if text)
         + "</div>"
     )
 
@@ -78,8 +78,8 @@ def _matrix(label, K):
     rows, columns = np.shape(K)
     label = page_text(label)
     if rows > MOST_ROWS or columns > MOST_COLUMNS:
-        size = f"{rows} × {columns}, largest entry {_number(np.abs(K).max())}"
-        return f"<p><b>{label}</b> {size}</p>"
+        summary = f"{rows} × {columns}, largest entry {_number(np.abs(K).max())}"
+        return f"<p><b>{label}</b> {summary}</p>"
     body = "".join(
         "<tr>" + "".join(f"<td>{_number(x)}</td>" for x in row) + "</tr>" for row in K
     )

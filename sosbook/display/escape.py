@@ -32,5 +32,7 @@ def json_text(data):
     >>> json_text({"name": "</script>"})
     '{"name":"\\\\u003c/script>"}'
     """
-    words = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return words.replace("<", "\\u003c")
+    encoded = json.dumps(
+        data, ensure_ascii=False, separators=(",", ":"), allow_nan=False
+    )
+    return encoded.replace("<", "\\u003c")

@@ -90,9 +90,9 @@ def pole_map(rows, region=None, label="poles, rad/s"):
 
 def _words(rows, region):
     poles = np.concatenate(rows)
-    words = f"{len(poles)} poles, the rightmost at Re s = {poles.real.max():.3g}"
+    sentence = f"{len(poles)} poles, the rightmost at Re s = {poles.real.max():.3g}"
     if region is not None:
         inside = region.contains(poles)
-        words += "; all lie in the shaded region" if inside else "; some lie outside"
-        words += "" if inside else " the shaded region"
-    return words
+        sentence += "; all lie in the shaded region" if inside else "; some lie outside"
+        sentence += "" if inside else " the shaded region"
+    return sentence

@@ -19,8 +19,8 @@ class _Factor:
         """Disjoint balls, each with one root."""
         if bits not in self._known:
             with _bits(bits):
-                found = [ball for ball, _ in self.polynomial.complex_roots()]
-            self._known[bits] = found
+                roots = [ball for ball, _ in self.polynomial.complex_roots()]
+            self._known[bits] = roots
         return self._known[bits]
 
 
@@ -47,8 +47,8 @@ class Root:
         first = self.of.balls(BALL_BITS[0])[self.index]
         if bits == BALL_BITS[0]:
             return first
-        found = [b for b in self.of.balls(bits) if b.overlaps(first)]
-        return found[0] if len(found) == 1 else first
+        overlapping = [b for b in self.of.balls(bits) if b.overlaps(first)]
+        return overlapping[0] if len(overlapping) == 1 else first
 
     @property
     def factor(self):
@@ -100,14 +100,14 @@ class Root:
         common = self.factor.gcd(mirror(self.factor))
         if common.degree() < 1:
             return False
-        common, rest = _Factor(common), _Factor(self.factor // common)
+        common, cofactor = _Factor(common), _Factor(self.factor // common)
         for bits in BALL_BITS[1:]:
             balls, own = common.balls(bits), self.ball(bits)
             with _bits(bits):
                 same = [b for b in balls if b.overlaps(own)]
                 image = [b for b in balls if b.overlaps(reflect(own))]
-            other = [b for b in rest.balls(bits) if b.overlaps(own)]
-            if len(same) == len(image) == 1 and not other:
+            foreign = [b for b in cofactor.balls(bits) if b.overlaps(own)]
+            if len(same) == len(image) == 1 and not foreign:
                 # the mirror takes roots of `common` to roots of `common`
                 return same[0] is image[0]
         return False

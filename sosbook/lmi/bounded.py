@@ -82,23 +82,23 @@ def bounded(blocks, unknowns, x, r=16.0):
     there is a point inside, which is returned too: x if that will do.
     """
     P = [u for u in unknowns if u.symmetric]
-    rest = [u for u in unknowns if not u.symmetric]
-    lids = [block([[-p]]) for p in P]
-    wide = [u for u in rest if u.shape[1] == P[0].shape[0]] if len(P) == 1 else []
+    unbounded = [u for u in unknowns if not u.symmetric]
+    bounded_blocks = [block([[-p]]) for p in P]
+    wide = [u for u in unbounded if u.shape[1] == P[0].shape[0]] if len(P) == 1 else []
     if wide:
         Y = wide[0]
-        rest = [u for u in rest if u is not Y]
-        lids = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    for X in rest:
+        unbounded = [u for u in unbounded if u is not Y]
+        bounded_blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+    for X in unbounded:
         rows, cols = X.shape
-        lids.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+        bounded_blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
     while r < 1e16:
-        roof = [g + r * eye(len(g.constant)) for g in lids]
-        joined = Blocks.of([*blocks.expressions, *roof], blocks.unknowns)
-        if Blocks.of(roof, blocks.unknowns).contain(x):
+        bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
+        joined = Blocks.of([*blocks.expressions, *bounds], blocks.unknowns)
+        if Blocks.of(bounds, blocks.unknowns).contain(x):
             return joined, x
-        found = phase_one(joined).x
-        if found is not None:
-            return joined, found
+        inside = phase_one(joined).x
+        if inside is not None:
+            return joined, inside
         r *= 16
     raise Unbounded("no bound of the unknowns holds a feasible point")

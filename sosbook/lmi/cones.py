@@ -117,11 +117,11 @@ def cvxpy_constraints(request, margin=0.0):
     """
     cvxpy = library("cvxpy")
     expressions, unknowns = request.in_unknowns(None)
-    known = {u: cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in unknowns}
-    variables = {u.name: x for u, x in known.items()}
+    copies = {u: cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in unknowns}
+    variables = {u.name: x for u, x in copies.items()}
     constraints = []
     for affine in expressions.values():
-        g = affine.value(known)
+        g = affine.value(copies)
         symmetric = (g + g.T) / 2
         constraints.append(symmetric >> margin * np.eye(g.shape[0]))
     P = [variables[name] for name in request.lyapunov]

@@ -52,17 +52,17 @@ def pivots(x):
     [1, -3]
     """
     rows = _symmetric(x).table()
-    found = []
+    heads = []
     while rows:
         head = rows[0]
-        found.append(head[0])
+        heads.append(head[0])
         if head[0] <= 0:
             break
         rows = [
             [r[j] - r[0] / head[0] * head[j] for j in range(1, len(r))]
             for r in rows[1:]
         ]
-    return found
+    return heads
 
 
 def _symmetric(x):
@@ -117,14 +117,14 @@ def definite(x):
     (True, 3/2)
     """
     if len(x) <= ELIMINATION_UP_TO_ROWS:
-        found = pivots(x)
-        return found[-1] > 0, min(found)
+        diagonal = pivots(x)
+        return diagonal[-1] > 0, min(diagonal)
     verdict = _by_congruence(x)
     if verdict is None:  # singular, or close to it
         if _matrix(x).rank() < len(x):
             return False, fmpq(0)
-        found = pivots(x)
-        verdict = found[-1] > 0, min(found)
+        diagonal = pivots(x)
+        verdict = diagonal[-1] > 0, min(diagonal)
     return verdict
 
 
@@ -257,9 +257,9 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     held = (white != 0).any(axis=1)  # variables that a block holds
     white = white[held]
     white /= np.linalg.norm(white, axis=1)[:, None]
-    size, order = qr(white.T, mode="r", pivoting=True)
-    size = np.abs(size.diagonal())
-    lead = np.flatnonzero(held)[order[: (size > 1e-10 * size[0]).sum()]]
+    lengths, order = qr(white.T, mode="r", pivoting=True)
+    lengths = np.abs(lengths.diagonal())
+    lead = np.flatnonzero(held)[order[: (lengths > 1e-10 * lengths[0]).sum()]]
     few = qr(white[order[: len(lead)]], mode="economic", pivoting=True)[2]
     few = [entries[e] for e in few[: len(lead)]]
     slopes = np.array(
@@ -315,7 +315,7 @@ def _gradient(g, unknowns, of_term):
 
     ``of_term`` gives L' Z R' for the term L X R.
     """
-    found = []
+    derivatives = []
     for u in unknowns:
         total = np.zeros(u.shape, object)
         for t in g.terms:
@@ -324,8 +324,8 @@ def _gradient(g, unknowns, of_term):
                 total = total + (change.T if t.transposed else change)
         if u.symmetric:
             total = total + np.tril(total.T, -1)
-        found.append(u.pack(total))
-    return np.concatenate(found)
+        derivatives.append(u.pack(total))
+    return np.concatenate(derivatives)
 
 
 def _stays_positive(near, far):

@@ -226,10 +226,10 @@ class LMIProblem(LMIText):
             rounded = {n: round_digits(v, places) for n, v in values.items()}
             point = {name: exact(v) for name, v in rounded.items()}
             matrices = self.blocks(point, rationals)
-            found = LMIProof(matrices, tuple(claims), rounded, places)
-            if found.proven:
+            proof = LMIProof(matrices, tuple(claims), rounded, places)
+            if proof.proven:
                 break
-        return found
+        return proof
 
     def refute(self, Z):
         """Make float multipliers exact: they exclude every point.
@@ -330,12 +330,12 @@ class LMIProblem(LMIText):
 
     def _cost(self, weights):
         """Of the sum of <weight, unknown>: its gradient."""
-        known = {u.name for u in self.unknowns}
-        if not weights or not set(weights) <= known:
+        names = {u.name for u in self.unknowns}
+        if not weights or not set(weights) <= names:
             raise ValueError(
-                f"weights must name some of {sorted(known)}, got {sorted(weights)}"
+                f"weights must name some of {sorted(names)}, got {sorted(weights)}"
             )
-        parts = []
+        gradients = []
         for u in self.unknowns:
             weight = np.asarray(weights.get(u.name, np.zeros(u.shape)), float)
             if weight.shape != u.shape and not u.size == weight.size == 1:
@@ -343,5 +343,5 @@ class LMIProblem(LMIText):
                     f"the weight of {u.name} has the shape {weight.shape}, "
                     f"needs {u.shape}"
                 )
-            parts.append([(weight * u.unpack(e)).sum() for e in np.eye(u.size)])
-        return np.concatenate(parts)
+            gradients.append([(weight * u.unpack(e)).sum() for e in np.eye(u.size)])
+        return np.concatenate(gradients)

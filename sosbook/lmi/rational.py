@@ -72,9 +72,9 @@ def _matrix(x):
 
 
 def _array(matrix):
-    found = np.empty((matrix.nrows(), matrix.ncols()), object)
-    found.flat = matrix.entries()
-    return found.view(Rational)
+    rationals = np.empty((matrix.nrows(), matrix.ncols()), object)
+    rationals.flat = matrix.entries()
+    return rationals.view(Rational)
 
 
 def exact(x):
@@ -168,8 +168,8 @@ def expanded(x):
     while (x * fmpq(10) ** places).q != 1:
         places += 1
     digits = str(abs(x * fmpq(10) ** places)).rjust(places + 1, "0")
-    whole, rest = digits[: len(digits) - places], digits[len(digits) - places :]
-    return "-" * (x < 0) + whole + ("." + rest if rest else "")
+    whole, decimals = digits[: len(digits) - places], digits[len(digits) - places :]
+    return "-" * (x < 0) + whole + ("." + decimals if decimals else "")
 
 
 def decimals(x):
@@ -201,14 +201,14 @@ def read_array(rows, *shape):
         return read_number(rows)
     if not isinstance(rows, list) or shape[0] not in (None, len(rows)):
         raise ValueError(f"a list of {shape[0]} is needed")
-    found = [read_array(row, *shape[1:]) for row in rows]
-    if len({np.shape(x) for x in found}) > 1:
+    entries = [read_array(row, *shape[1:]) for row in rows]
+    if len({np.shape(x) for x in entries}) > 1:
         raise ValueError("the rows differ in length")
-    found = np.array(found, float)
-    if not found.size:
-        found = np.zeros([n or 0 for n in (len(rows), *shape[1:])])
-    found.flags.writeable = False
-    return found
+    entries = np.array(entries, float)
+    if not entries.size:
+        entries = np.zeros([n or 0 for n in (len(rows), *shape[1:])])
+    entries.flags.writeable = False
+    return entries
 
 
 def fraction(text):
@@ -217,7 +217,7 @@ def fraction(text):
         p, _, q = text.partition("/")
         denominator = fmpz(q or "1")
         if denominator:
-            found = fmpq(fmpz(p), denominator)
-            if str(found) == text:
-                return found
+            rational = fmpq(fmpz(p), denominator)
+            if str(rational) == text:
+                return rational
     raise ValueError(f"{str(text)[:40]!r} isn't a fraction in lowest terms")

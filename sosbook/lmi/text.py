@@ -71,28 +71,30 @@ class LMIText:
         if missing:
             raise ValueError(f"values has no {', '.join(missing)}")
         try:
-            found = self.write(values, number)
+            written = self.write(values, number)
         except TypeError as error:
             if number is not rationals:
                 raise
             raise ValueError(f"{_MIXED} ({error})") from None
-        if not isinstance(found, dict) or not found:
+        if not isinstance(written, dict) or not written:
             raise ValueError("write must return a dict from names to blocks")
-        for name, g in found.items():
+        for name, g in written.items():
             shape = getattr(g, "shape", None)
             if shape is None or len(shape) != 2 or shape[0] != shape[1]:
                 raise ValueError(f"block {name!r} must be a square matrix, got {shape}")
             if number is rationals and not _is_rational(g):
                 raise ValueError(f"block {name!r}: {_MIXED}")
-        return found
+        return written
 
     def in_unknowns(self, number=floats):
         """The blocks by name, as `Affine` expressions in the unknowns.
 
         ``number`` brings other data into an arithmetic.
         """
-        found = self.blocks({u.name: u for u in self.unknowns}, number)
-        return {n: g if isinstance(g, Affine) else Affine(g) for n, g in found.items()}
+        written = self.blocks({u.name: u for u in self.unknowns}, number)
+        return {
+            n: g if isinstance(g, Affine) else Affine(g) for n, g in written.items()
+        }
 
     @cached_property
     def expressions(self):

@@ -23,7 +23,7 @@ OPTION_HELP = {
 USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 
 
-def main(words=None):
+def main(argv=None):
     """The command; returns the `Deployment`."""
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.mip",
@@ -67,28 +67,28 @@ def main(words=None):
                 action=argparse.BooleanOptionalAction,
                 help=x.metadata["text"],
             )
-    given = {
+    options = {
         name: value
-        for name, value in vars(parser.parse_args(words)).items()
+        for name, value in vars(parser.parse_args(argv)).items()
         if value is not None
     }
-    paths, name = given.pop("paths"), given.pop("name")
-    changes = {x.name: given.pop(x.name) for x in fields(Robot) if x.name in given}
+    paths, name = options.pop("paths"), options.pop("name")
+    changes = {x.name: options.pop(x.name) for x in fields(Robot) if x.name in options}
     try:
         robot, body, wheels, folder = places(paths)
         if robot is None:  # the thesis's, with the weight of the book
-            given.setdefault("R", 20.0)
+            options.setdefault("R", 20.0)
         robot = described(robot, (body, wheels)).but(**changes)
         report = write_report(inspect(body, wheels, robot), folder)
         print(f"wrote {report}")
-        found = deploy(body, wheels, robot, **given)
-        for word, text in found.facts.items():
+        deployment = deploy(body, wheels, robot, **options)
+        for word, text in deployment.facts.items():
             print(f"{word}: {text}")
-        for path in found.write(folder, name):
+        for path in deployment.write(folder, name):
             print(f"wrote {path}")
     except (OSError, ValueError) as error:
         parser.exit(1, f"{error}\n")
-    return found
+    return deployment
 
 
 def places(paths):

@@ -50,13 +50,13 @@ def compiler():
     RuntimeError
         If there is none; it names the ways to get one.
     """
-    given = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
-    given = [word.strip('"') for word in given]
-    if given and shutil.which(given[0]):
-        return given
-    if given:
+    command = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
+    command = [word.strip('"') for word in command]
+    if command and shutil.which(command[0]):
+        return command
+    if command:
         raise RuntimeError(
-            f"CC is set to {given[0]!r}, which isn't there: {NO_COMPILER}"
+            f"CC is set to {command[0]!r}, which isn't there: {NO_COMPILER}"
         )
     for name in ("cc", "gcc", "clang"):
         if path := shutil.which(name):

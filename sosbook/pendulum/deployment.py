@@ -94,12 +94,12 @@ def recommend(
             f"{np.degrees(LEAST_TILT):.0f} degrees"
         )
     Q = np.eye(5) if Q is None else np.asarray(Q, float)
-    found = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q, R, peak)
-    delayed = prove(mip, robot, spread, found.certify().K, decay)
+    robust = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q, R, peak)
+    delayed = prove(mip, robot, spread, robust.certify().K, decay)
     return Deployment(
         mip,
         spread,
-        found,
+        robust,
         delayed,
         robot.T,
         robot.delay,
@@ -143,24 +143,26 @@ def deploy(body, wheels, robot=None, force=False, **asked):
     seen = inspect(body, wheels, robot)
     if refused(seen.findings) and (not force or seen.identified is None):
         raise ValueError(seen.refusal)
-    found = seen.identified
-    sd = widened(found)
+    identified = seen.identified
+    sd = widened(identified)
     data = {
         f"log of the {name}": f"{Path(path).name}, sha256 " + digest(path)
         for name, path in (("body", body), ("wheels", wheels))
     }
     data["identified"] = ", ".join(
         f"{name.replace('_', '/')} = {value:.5g} +- {1.96 * s:.2g}"
-        for (name, value), s in zip(found.ratios.items(), sd)
+        for (name, value), s in zip(identified.ratios.items(), sd)
     )
     data["the two logs"] = (
-        f"e/f by the wheels over e/f by the body: {found.contradiction:.4f}; "
+        f"e/f by the wheels over e/f by the body: {identified.contradiction:.4f}; "
         "the intervals hold this disagreement and that of the wheels"
     )
     for k, finding in enumerate(seen.findings, 1):
         forced = "FORCED, " * (finding.severity == "refused")
         data[f"warning {k}"] = forced + str(finding)
-    return recommend(found.mip, identified=found, data=data, robot=seen.robot, **asked)
+    return recommend(
+        identified.mip, identified=identified, data=data, robot=seen.robot, **asked
+    )
 
 
 def inspect(body, wheels, robot=None):

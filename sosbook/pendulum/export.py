@@ -72,7 +72,7 @@ def c_header(firmware, name="balance", precision="double"):
     >>> print(c_header(Firmware(law)).splitlines()[0])
     /* balance.h: a control law for a mobile inverted pendulum
     """
-    words = _words(firmware, name, precision)
+    values = _words(firmware, name, precision)
     order = firmware.law.order
     reason = {
         "running": "no fault",
@@ -95,7 +95,7 @@ def c_header(firmware, name="balance", precision="double"):
     state = f"    {C_TYPES[precision]} {x}/* the law's state */\n"
     return _fill(
         "law.h",
-        words,
+        values,
         faults="\n".join(faults).replace(
             f" = {len(FAULTS) - 1},", f" = {len(FAULTS) - 1} "
         ),
@@ -138,7 +138,7 @@ def c_source(firmware, name="balance", precision="double"):
     const double u =
         D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
     """
-    words = _words(firmware, name, precision)
+    values = _words(firmware, name, precision)
     law, real = firmware.law, C_TYPES[precision]
 
     def number(value):
@@ -171,7 +171,7 @@ def c_source(firmware, name="balance", precision="double"):
     mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
     return _fill(
         "law.c",
-        words,
+        values,
         mantissa=mantissa,
         digits=digits,
         constants="\n".join(constants),
@@ -217,7 +217,7 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     >>> "rc_mpu_set_dmp_callback(tick)" in rc_balance(Firmware(law))
     True
     """
-    words = _words(firmware, name, precision)
+    values = _words(firmware, name, precision)
     hertz = round(1 / firmware.law.T)
     if hertz not in DMP_RATES or not np.isclose(hertz * firmware.law.T, 1):
         raise ValueError(
@@ -230,7 +230,7 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     low, high = robot.battery
     return _fill(
         "rc_balance.c",
-        words,
+        values,
         hertz=hertz,
         reasons=reasons,
         mount=repr(robot.mount),
@@ -273,7 +273,7 @@ def pyctrl_script(firmware, robot=None):
     >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
-    words = _words(firmware, "balance", "double")
+    values = _words(firmware, "balance", "double")
     law, robot = firmware.law, _wired(robot)
     for word in ("motor_channels", "encoder_channels"):
         if getattr(robot, word) != PYCTRL_WIRING[word]:
@@ -304,11 +304,11 @@ def pyctrl_script(firmware, robot=None):
     ]
     after = "".join(f"\n            {row}," for row in spelling.following(law))
     start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
-    words["note"] = _note(firmware, "").replace("\\", "/")
-    words["note"] = words["note"].replace('"""', "'''")
+    values["note"] = _note(firmware, "").replace("\\", "/")
+    values["note"] = values["note"].replace('"""', "'''")
     return _fill(
         "pyctrl.txt",
-        words,
+        values,
         constants="\n".join(constants),
         faults=FAULTS,
         matrices="\n".join(matrices),
@@ -390,6 +390,6 @@ def _note(firmware, margin, precision="double"):
     return "\n".join((margin + line).rstrip() for line in wrapped)
 
 
-def _fill(template, words, **more):
+def _fill(template, values, **more):
     text = resources.files("sosbook.pendulum").joinpath("templates", template)
-    return Template(text.read_text("utf-8")).substitute(words, **more)
+    return Template(text.read_text("utf-8")).substitute(values, **more)

@@ -86,7 +86,7 @@ def output_error(model, y, start):
     y = np.asarray(y, dtype=float)
     guess = np.array(list(start.values()), dtype=float)
     try:
-        found = least_squares(
+        solution = least_squares(
             lambda x: model(*x) - y,
             guess,
             x_scale="jac",
@@ -101,7 +101,7 @@ def output_error(model, y, start):
             + ", ".join(start)
             + f" ran away from the log: {error}"
         ) from None
-    names, J, r = tuple(start), found.jac, -found.fun
+    names, J, r = tuple(start), solution.jac, -solution.fun
     scale = np.linalg.norm(J, axis=0)
     if not scale.all() or np.linalg.cond(J / scale) > 1e8:
         raise ValueError(
@@ -109,7 +109,7 @@ def output_error(model, y, start):
             + ", ".join(names)
             + ": it needs a voltage that excites the motion"
         )
-    return Fit(names, found.x, covariance(J, r), r)
+    return Fit(names, solution.x, covariance(J, r), r)
 
 
 def covariance(J, r):

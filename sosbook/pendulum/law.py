@@ -73,8 +73,8 @@ class SampledLaw:
             ("W", W, (N, 1)),
             ("start", start, (N, 1)),
         ):
-            found = matrix(name, value, shape)
-            object.__setattr__(self, name, found)
+            checked = matrix(name, value, shape)
+            object.__setattr__(self, name, checked)
         object.__setattr__(self, "start", self.start[:, 0])
         object.__setattr__(self, "T", positive("T", self.T))
 
@@ -196,16 +196,16 @@ class SampledLaw:
         (0.9048, array([[0.    , 0.    , 0.0952, 0.    ]]))
         """
         control = library("control")
-        given = control.ss(controller)
-        if (given.ninputs, given.noutputs) != (2, 1):
+        system = control.ss(controller)
+        if (system.ninputs, system.noutputs) != (2, 1):
             raise ValueError("controller must take [theta', phi'] and give one voltage")
-        held = given
-        if given.isctime(strict=True):
-            held = control.sample_system(given, positive("T", T), "zoh")
+        held = system
+        if system.isctime(strict=True):
+            held = control.sample_system(system, positive("T", T), "zoh")
         elif not (
-            given.dt is True or (given.dt is None and not given.nstates)
-        ) and not (given.dt and np.isclose(given.dt, T, atol=0)):
-            raise ValueError(f"controller is sampled with {given.dt}, not T")
+            system.dt is True or (system.dt is None and not system.nstates)
+        ) and not (system.dt and np.isclose(system.dt, T, atol=0)):
+            raise ValueError(f"controller is sampled with {system.dt}, not T")
         B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in (held.B, held.D))
         return cls(held.A, B, held.C, D, T, W, start)
 

@@ -127,8 +127,8 @@ class Log:
         with Path(path).open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.reader(file))
         names = [name.strip() for name in rows[0]] if rows else []
-        known = [x.name for x in fields(cls)]
-        unknown = [name for name in names if name not in known]
+        columns = [x.name for x in fields(cls)]
+        unknown = [name for name in names if name not in columns]
         lost = [name for name in ("t", "V") if name not in names]
         if unknown or lost or len(set(names)) < len(names):
             raise ValueError(

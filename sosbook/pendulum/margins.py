@@ -152,8 +152,8 @@ class SampledLoop:
     @property
     def poles(self):
         """Its eigenvalues, the largest first."""
-        found = np.linalg.eigvals(self.matrix)
-        return found[np.argsort(-np.abs(found))]
+        eigenvalues = np.linalg.eigvals(self.matrix)
+        return eigenvalues[np.argsort(-np.abs(eigenvalues))]
 
     @property
     def constants(self):
@@ -188,9 +188,9 @@ class SampledLoop:
             return np.abs(1 - self.loop_gain.at(np.exp(1j * angles))[:, 0, 0])
 
         angles = np.linspace(0, np.pi, 2001)[1:]
-        found = inverse(angles)
-        near = angles[found.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000
-        return float(1 / min(found.min(), inverse(near).min()))
+        coarse = inverse(angles)
+        fine = angles[coarse.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000
+        return float(1 / min(coarse.min(), inverse(fine).min()))
 
     @property
     def gain_margins(self):

@@ -79,8 +79,8 @@ class Mip:
     J: float = 0.0
 
     def __post_init__(self):
-        given = "abcdefJ" if self.I_w is None else [*"abcdefJ", "I_w"]
-        for name in given:
+        letters = "abcdefJ" if self.I_w is None else [*"abcdefJ", "I_w"]
+        for name in letters:
             object.__setattr__(self, name, number(name, getattr(self, name)))
         positive("a", self.a)
         positive("c", self.c)

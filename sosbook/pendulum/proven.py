@@ -86,7 +86,8 @@ class Deployment:
         )
         for name in "MDSB":
             first, *others = (
-                [getattr(v, name) for v in each.vertices] for each in plants
+                [getattr(v, name) for v in polytope_of_proof.vertices]
+                for polytope_of_proof in plants
             )
             if not all(np.array_equal(first, other) for other in others):
                 raise ValueError(
@@ -182,20 +183,20 @@ class Deployment:
     @cached_property
     def lacking(self):
         """The proofs that fail, in words; empty if all hold."""
-        found = []
+        failures = []
         for name, proof in (
             ("in continuous time", self.certificate),
             ("behind the hold", self.held),
         ):
             if not proof.proven:
-                found.append(f"{name}: {', '.join(proof.failed)}")
+                failures.append(f"{name}: {', '.join(proof.failed)}")
         for late, row in self.sampled.items():
-            words = {text for proof in row for text in proof.failed}
-            if words:
-                found.append(
-                    f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(words))
+            reasons = {text for proof in row for text in proof.failed}
+            if reasons:
+                failures.append(
+                    f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(reasons))
                 )
-        return tuple(found)
+        return tuple(failures)
 
     @property
     def proven(self):
@@ -208,7 +209,7 @@ class Deployment:
                 "With blend = 0 nothing corrects the estimate of theta: "
                 "take a blend above 0"
             )
-        if any("undecided" in words for words in self.lacking):
+        if any("undecided" in failure for failure in self.lacking):
             return "Where a proof is undecided, take more cells"
         return "Take a larger R, a smaller spread or delay"
 
@@ -344,15 +345,17 @@ class Deployment:
             )
         texts[f"{name}_stand.h"] = c_header(self.stand, f"{name}_stand")
         texts[f"{name}_stand.c"] = c_source(self.stand, f"{name}_stand")
-        for each, firmware in ((name, self.firmware), (f"{name}_stand", self.stand)):
+        for program, firmware in ((name, self.firmware), (f"{name}_stand", self.stand)):
             if self.robot.board == "beaglebone":
-                texts[f"rc_{each}.c"] = rc_balance(firmware, each, robot=self.robot)
+                texts[f"rc_{program}.c"] = rc_balance(
+                    firmware, program, robot=self.robot
+                )
                 if all(
                     getattr(self.robot, word) == pins
                     for word, pins in PYCTRL_WIRING.items()
                     if "channels" in word
                 ):
-                    texts[f"pyctrl_{each}.py"] = pyctrl_script(
+                    texts[f"pyctrl_{program}.py"] = pyctrl_script(
                         firmware, robot=self.robot
                     )
         texts |= self._proofs(name)

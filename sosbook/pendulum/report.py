@@ -36,23 +36,25 @@ def page(seen):
         if seen.findings
         else "<p>Nothing speaks against these logs.</p>"
     )
-    found = seen.identified
-    if found is None:
+    identified = seen.identified
+    if identified is None:
         parts += _raw("gyro (rad/s)", seen.body.t, seen.body.gyro)
         parts += _raw("encoder1 (counts)", seen.wheels.t, seen.wheels.encoder1)
     else:
         rows = "".join(
             f"<tr><td>{name.replace('_', '/')}</td><td>{value:.5g}</td>"
             f"<td>&plusmn; {1.96 * sd:.2g}</td></tr>"
-            for (name, value), sd in zip(found.ratios.items(), widened(found))
+            for (name, value), sd in zip(identified.ratios.items(), widened(identified))
         )
         parts.append(
             f"<h2>Ratios, at 95 %</h2><table>{rows}</table><p>e/f by the "
             "wheels over e/f by the body, one on one robot: "
-            f"{found.contradiction:.4f}</p>"
+            f"{identified.contradiction:.4f}</p>"
         )
-        parts += _residuals("log of the body: gyro", seen.body.t, found.body.residuals)
-        for k, fit in enumerate(found.wheels, 1):
+        parts += _residuals(
+            "log of the body: gyro", seen.body.t, identified.body.residuals
+        )
+        for k, fit in enumerate(identified.wheels, 1):
             parts += _residuals(
                 f"log of the wheels: speed by encoder{k}",
                 seen.wheels.t[1:],
@@ -85,10 +87,10 @@ def _residuals(label, t, r):
     power = float(centred @ centred) or 1.0
     lags = np.arange(1, min(100, len(r) // 2))
     related = np.array([centred[k:] @ centred[:-k] / power for k in lags])
-    size = float(np.sqrt(np.mean(r**2)))
+    rms = float(np.sqrt(np.mean(r**2)))
     return [
         f"<h2>{label}: measured minus modelled</h2>",
-        _curve(t, r, f"residuals in rad/s, {size:.3g} rms"),
+        _curve(t, r, f"residuals in rad/s, {rms:.3g} rms"),
         f"<p>Correlation with itself, 1 to {lags[-1]} samples later; noise "
         f"stays within &plusmn; {1.96 / len(r) ** 0.5:.2g}:</p>",
         _curve(lags, related, "autocorrelation", 1.0),

@@ -150,13 +150,13 @@ class Robot:
 
     def _check_board(self):
         """All keys of a known board, or none of them."""
-        given = [k for k in BOARD_KEYS if getattr(self, k) is not None]
-        if self.board == "other" and given:
+        present = [k for k in BOARD_KEYS if getattr(self, k) is not None]
+        if self.board == "other" and present:
             raise ValueError(
-                f'{", ".join(given)}: no program for board = "other" '
+                f'{", ".join(present)}: no program for board = "other" '
                 'takes this: leave it out, or set board = "beaglebone"'
             )
-        lost = [k for k in BOARD_KEYS if k not in given]
+        lost = [k for k in BOARD_KEYS if k not in present]
         if self.board != "other" and lost:
             raise ValueError(
                 f'{", ".join(lost)} must be given for board = "{self.board}"'
@@ -168,14 +168,14 @@ class Robot:
 
         Messages name the ``source`` of the description.
         """
-        known = {x.name: x for x in fields(cls)}
+        keys = {x.name: x for x in fields(cls)}
         for name in table:
-            if name not in known:
-                near = get_close_matches(name, known, 1)
+            if name not in keys:
+                near = get_close_matches(name, keys, 1)
                 hint = (
                     f"; do you mean {near[0]}?"
                     if near
-                    else (f": the keys are {', '.join(known)}")
+                    else (f": the keys are {', '.join(keys)}")
                 )
                 raise ValueError(f"{source}: unknown key {name}{hint}")
         lost = [

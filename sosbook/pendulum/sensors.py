@@ -155,8 +155,8 @@ class Readings:
 
     def bias(self):
         """The gyro's mean over readings at rest, in rad/s."""
-        rest = [self.sensors.gyro(self.zero, noise) for noise in self.still]
-        return np.mean(rest, axis=0)
+        readings = [self.sensors.gyro(self.zero, noise) for noise in self.still]
+        return np.mean(readings, axis=0)
 
     def first_tilt(self, theta):
         """theta as the controller is told it at the start, in rad."""

@@ -183,7 +183,7 @@ def simulate(
             ddz = fleet.acceleration(x, hold.V, _torques(push, now))
             seen[2] = readings.tilt(x, ddz, k)
         missed = np.broadcast_to(_missed(dropouts, k), runs)
-        seen = [np.where(missed, np.nan, each) for each in seen]
+        seen = [np.where(missed, np.nan, reading) for reading in seen]
         u = controller.step(*seen, *_wanted(target, now))
         if not np.isfinite(u).all():
             raise ValueError(
@@ -211,18 +211,18 @@ class _Hold:
 
     def send(self, when, V):
         """V will act; what it overtakes never does."""
-        self.coming = [each for each in self.coming if each[0] < when]
+        self.coming = [command for command in self.coming if command[0] < when]
         self.coming.append((when, V))
 
     def stops(self, now, then, edges):
         """Times at which something changes, up to then."""
         times = sorted([when for when, _ in self.coming] + edges)
-        found, last = [], now
+        changes, last = [], now
         for time in times:
             if last + self.tiny < time < then - self.tiny:
-                found.append(time)
+                changes.append(time)
                 last = time
-        return [*found, then]
+        return [*changes, then]
 
     def reach(self, now):
         """Let act what is due."""
@@ -248,10 +248,11 @@ def _line_up(robots, tilt, sensors):
         "tilt_error": sensors.tilt_error.size,
     }
     runs = max(sizes.values())
-    for name, size in sizes.items():
-        if size not in (1, runs):
+    for name, entries in sizes.items():
+        if entries not in (1, runs):
             raise ValueError(
-                f"{name} has {size} entries for {runs} runs: give one, or one for each"
+                f"{name} has {entries} entries for {runs} runs: "
+                "give one, or one for each"
             )
     if not (np.abs(tilt) <= np.pi / 2).all():
         raise ValueError("tilt must lie within a quarter turn of upright")

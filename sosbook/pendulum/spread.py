@@ -142,8 +142,8 @@ def reduced(mip, spread=0.04):
     (3, 4, 2)
     """
     E, A, B, B_w = [], [], [], []
-    for each in vertices(mip, spread):
-        plant, inertia = each.plant(), np.eye(3)
+    for robot in vertices(mip, spread):
+        plant, inertia = robot.plant(), np.eye(3)
         inertia[1:, 1:] = plant.M
         E.append(inertia)
         A.append(np.vstack([[0, 1, 0], np.hstack([-plant.S[:, :1], -plant.D])]))

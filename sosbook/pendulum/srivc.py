@@ -104,22 +104,22 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
         inputs = [_filtered(V, A, k, T, "zoh") for k in zeros]
         powers = range(order - 1, -1, -1)
         outputs = [-_filtered(y, A, k, T, "foh") for k in powers]
-        left = (
+        instruments = (
             [-_filtered(x, A, k, T, "foh") for k in powers]
             if (x is not None)
             else outputs
         )
         target = _filtered(y, A, order, T, "foh")
-        Z, W = np.array([*left, *inputs]), np.array([*outputs, *inputs])
+        Z, W = np.array([*instruments, *inputs]), np.array([*outputs, *inputs])
         try:
-            found = np.linalg.solve(Z @ W.T, Z @ target)
+            coefficients = np.linalg.solve(Z @ W.T, Z @ target)
         except np.linalg.LinAlgError:
             raise ValueError(
                 "the log has no motion, or no voltage that excites one"
             ) from None
-        new = _stable(np.append(1.0, found[:order]))
+        new = _stable(np.append(1.0, coefficients[:order]))
         still = np.allclose(new, A, rtol=1e-9)
-        A, B = new, found[order:]
+        A, B = new, coefficients[order:]
         if still:
             break
         x = sum(b * _filtered(V, A, k, T, "zoh") for b, k in zip(B, zeros))

@@ -39,7 +39,7 @@ def loops(robots, law, robot):
     """Rows of `SampledLoop` for no, half and all delay, by the delay."""
     return {
         late: tuple(
-            SampledLoop(each, law, late, "firmware", robot.blend) for each in robots
+            SampledLoop(mip, law, late, "firmware", robot.blend) for mip in robots
         )
         for late in (share * robot.delay for share in DELAY_SHARES)
     }
@@ -69,9 +69,9 @@ def reach(mip, limit):
         ]
     )
     B = np.vstack([np.zeros((2, 1)), np.linalg.solve(plant.M, plant.B)])
-    poles, left = np.linalg.eig(A.T)
+    poles, left_vectors = np.linalg.eig(A.T)
     k = poles.real.argmax()
-    w = left[:, k].real
+    w = left_vectors[:, k].real
     return float(abs(w @ B[:, 0] / w[0]) * limit / poles[k].real)
 
 
@@ -107,11 +107,11 @@ def design(mip, robot, spread, Q, R, peak):
     ]
     if not guess:
         raise ValueError(_too_slow(mip, robot, Q, peak))
-    found = {}
+    tried = {}
 
     def good(k):
-        found[k] = _designed(mip, spread, Q, WEIGHTS[k])
-        law = SampledLaw.of_gain(found[k].certify().K, robot.T)
+        tried[k] = _designed(mip, spread, Q, WEIGHTS[k])
+        law = SampledLaw.of_gain(tried[k].certify().K, robot.T)
         return peak_of((mip, *vertices(mip, spread)), law, robot) <= peak
 
     k = guess[0]
@@ -121,14 +121,14 @@ def design(mip, robot, spread, Q, R, peak):
             raise ValueError(_too_slow(mip, robot, Q, peak))
     while k == guess[0] and k > 0 and good(k - 1):
         k = guess[0] = k - 1
-    return found[k]
+    return tried[k]
 
 
 def _designed(mip, spread, Q, R):
-    found = design_lqr(polytope(mip, spread), Q, [[R]], U)
-    if found.status != "feasible":
-        raise ValueError(f"no design for R = {R:g}: {found.advice}")
-    return found
+    robust = design_lqr(polytope(mip, spread), Q, [[R]], U)
+    if robust.status != "feasible":
+        raise ValueError(f"no design for R = {R:g}: {robust.advice}")
+    return robust
 
 
 def _guessed(mip, robot, Q, R):
@@ -148,7 +148,7 @@ def _guessed(mip, robot, Q, R):
 
 def _too_slow(mip, robot, Q, peak):
     """What clock it takes, in words."""
-    words = (
+    sentence = (
         f"no R keeps the peak of the sensitivity at {peak:g} or below "
         f"with T = {1000 * robot.T:g} ms and a delay of "
         f"{1000 * robot.delay:g} ms: {_fastest(mip)}, which is too fast "
@@ -158,10 +158,10 @@ def _too_slow(mip, robot, Q, peak):
         clock = robot.but(T=robot.T * share, delay=robot.delay * share)
         if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
             return (
-                f"{words}. About {1 / clock.T:.0f} Hz and "
+                f"{sentence}. About {1 / clock.T:.0f} Hz and "
                 f"{1000 * clock.delay:.2g} ms would do"
             )
-    return f"{words}, and one of {1 / clock.T:.0f} Hz wouldn't do either"
+    return f"{sentence}, and one of {1 / clock.T:.0f} Hz wouldn't do either"
 
 
 def _fastest(mip):
@@ -212,10 +212,10 @@ def prove(mip, robot, spread, K, decay):
                 plants, U, half, half, delta=rate, method=method, gain=K
             )
             # a proof that there is none takes long: only of the last one
-            found = solve_delay(request, refuse=not rate)
-            if found.status == "feasible" and found.certify().proven:
-                return found
-            tried[method] = found.status
+            delayed = solve_delay(request, refuse=not rate)
+            if delayed.status == "feasible" and delayed.certify().proven:
+                return delayed
+            tried[method] = delayed.status
     raise ValueError(
         f"no decay rate is proven for delays from 0 to {2000 * half:g} ms, "
         "however they vary ("

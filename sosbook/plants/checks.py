@@ -86,14 +86,14 @@ def _floats(name, value):
     if value is None:
         raise ValueError(f"{name} is missing: give a matrix")
     try:
-        given = np.asarray(value)
-        if given.dtype.kind == "c":
+        raw = np.asarray(value)
+        if raw.dtype.kind == "c":
             raise TypeError("it has complex entries")
-        if given.dtype.kind in "US" or _holds(given, (str, bytes)):
+        if raw.dtype.kind in "US" or _holds(raw, (str, bytes)):
             raise TypeError("it holds text; write numbers without quotes")
-        if given.dtype.kind == "b" or _holds(given, bool):
+        if raw.dtype.kind == "b" or _holds(raw, bool):
             raise TypeError("it holds True or False; write 1 and 0")
-        return np.array(given, dtype=float)
+        return np.array(raw, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} must be a real matrix: {error}") from None
 
@@ -110,9 +110,9 @@ def rank_deficient(M, tolerance=1e-10):
     Repeated until the units of rows and columns don't matter.
     """
     for axis in 20 * (1, 0):
-        size = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
-        size[size == 0] = 1.0
-        M = M / size
-        if axis == 0 and abs(size - 1).max() < 0.1:
+        lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
+        lengths[lengths == 0] = 1.0
+        M = M / lengths
+        if axis == 0 and abs(lengths - 1).max() < 0.1:
             break
     return np.linalg.matrix_rank(M, tol=tolerance) < M.shape[0]

@@ -82,12 +82,12 @@ def fixed_part(E, A, B):
     for tried, p in enumerate(_primes()):
         if tried >= MOST_PRIMES:
             return None
-        found = _modulo(*whole, p)
-        if found is None:  # p divides det E
+        rows = _modulo(*whole, p)
+        if rows is None:  # p divides det E
             continue
-        if not found[1]:
+        if not rows[1]:
             return FixedPart(fmpq_mat(0, N), fmpq_mat(0, 0))
-        guess.add(p, *found)
+        guess.add(p, *rows)
         if guess.ready:
             part = _checked(guess.rational(), E, A, B, scale)
             if part is not None:
@@ -101,13 +101,13 @@ def matrix_of(x):
 
 def _row_denominators(*matrices):
     """For each row the least common multiple of its denominators."""
-    found = []
+    denominators = []
     for rows in zip(*(X.table() for X in matrices)):
         scale = fmpz(1)
         for entry in (e for row in rows for e in row):
             scale = scale.lcm(entry.q)
-        found.append(scale)
-    return found
+        denominators.append(scale)
+    return denominators
 
 
 def _scaled(X, scale):
@@ -134,10 +134,10 @@ def _modulo(E, A, B, p):
     N = E.nrows()
     E, A, B = (nmod_mat(X, p) for X in (E, A, B))
     try:
-        left = E.inv()
+        inverse_E = E.inv()
     except ZeroDivisionError:
         return None
-    step, reached = left * A, _basis((left * B).transpose())
+    step, reached = inverse_E * A, _basis((inverse_E * B).transpose())
     step = step.transpose()  # rows span what u reaches
     power = step
     while True:
@@ -150,7 +150,7 @@ def _modulo(E, A, B, p):
         reached, power = further, power * power
     null, k = reached.nullspace() if rank else (_identity(N, p), N)
     columns = [[int(null[i, j]) for i in range(N)] for j in range(k)]
-    V = nmod_mat(k, N, [e for row in columns for e in row], p) * left
+    V = nmod_mat(k, N, [e for row in columns for e in row], p) * inverse_E
     V, _ = V.rref()
     rows = [[int(e) for e in row] for row in V.table()]
     return tuple(next(j for j, e in enumerate(row) if e) for row in rows), rows
@@ -182,11 +182,11 @@ class _Lift:
     def add(self, p, pivots, rows):
         """Join another prime, unless it is known to be a bad one."""
         # a bad prime loses rank or moves a pivot to the right
-        rank, known = len(pivots), self.pivots
-        if known is None or (rank, pivots) < (len(known), known):
+        rank, current = len(pivots), self.pivots
+        if current is None or (rank, pivots) < (len(current), current):
             self.pivots, self.rows = pivots, [list(row) for row in rows]
             self.modulus, self.used = p, 1
-        elif pivots == known:
+        elif pivots == current:
             inverse = pow(self.modulus, -1, p)
             self.rows = [
                 [
@@ -204,15 +204,15 @@ class _Lift:
 
     def rational(self):
         """The rows as rationals, or None if an entry has none."""
-        limit, found = int(fmpz(self.modulus // 2).isqrt()), []
+        limit, rationals = int(fmpz(self.modulus // 2).isqrt()), []
         for row in self.rows:
-            found.append([])
+            rationals.append([])
             for entry in row:
                 value = _fraction(entry, self.modulus, limit)
                 if value is None:
                     return None
-                found[-1].append(value)
-        return found
+                rationals[-1].append(value)
+        return rationals
 
 
 def _fraction(entry, modulus, limit):
@@ -236,10 +236,10 @@ def _checked(rows, E, A, B, scale):
     V = fmpq_mat(len(rows), E.nrows(), entries)
     if any(e != 0 for e in (V * B).entries()):
         return None
-    left, right = V * E, V * A
-    columns = _pivot_columns(left)
-    dynamics = _columns(right, columns) * _columns(left, columns).inv()
-    return FixedPart(V, dynamics) if dynamics * left == right else None
+    VE, VA = V * E, V * A
+    columns = _pivot_columns(VE)
+    dynamics = _columns(VA, columns) * _columns(VE, columns).inv()
+    return FixedPart(V, dynamics) if dynamics * VE == VA else None
 
 
 def _pivot_columns(X):

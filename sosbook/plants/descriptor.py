@@ -184,10 +184,10 @@ class Coupled:
     def Theta(self):
         """½[(A_i P + B_i Y) E_jᵀ + (A_j P + B_j Y) E_iᵀ]."""
         i, j = self.i, self.j
-        left = (i.A @ self.P + i.Bu @ self.Y) @ j.E.T
+        half = (i.A @ self.P + i.Bu @ self.Y) @ j.E.T
         if i is j:
-            return left
-        return (left + (j.A @ self.P + j.Bu @ self.Y) @ i.E.T) / 2
+            return half
+        return (half + (j.A @ self.P + j.Bu @ self.Y) @ i.E.T) / 2
 
     @cached_property
     def EPE(self):
@@ -319,8 +319,8 @@ def twins(vertices):
     first = {}
 
     def entries(d):
-        found = (getattr(d, f.name) for f in fields(d))
-        return tuple(None if x is None else tuple(np.ravel(x)) for x in found)
+        matrices = (getattr(d, f.name) for f in fields(d))
+        return tuple(None if x is None else tuple(np.ravel(x)) for x in matrices)
 
     return [first.setdefault(entries(d), i) for i, d in enumerate(vertices)]
 

@@ -77,14 +77,14 @@ class DescriptorSystem(ReadOnly):
             )
         }
         count = max(map(len, lists.values()))
-        for name, found in lists.items():
-            if len(found) not in (1, count):
+        for name, matrices in lists.items():
+            if len(matrices) not in (1, count):
                 raise ValueError(
-                    f"{name} has {len(found)} vertices, needs {count} or one"
+                    f"{name} has {len(matrices)} vertices, needs {count} or one"
                 )
-            shape = N, N if name in "EA" else found[0].shape[1]
+            shape = N, N if name in "EA" else matrices[0].shape[1]
             lists[name] = [
-                matrix(name, x, shape) for x in found * (count // len(found))
+                matrix(name, x, shape) for x in matrices * (count // len(matrices))
             ]
         if any(rank_deficient(x, 1e-14) for x in lists["E"]):
             raise ValueError("E is singular at a vertex")
@@ -149,10 +149,10 @@ def _several(name, value):
         return [matrix(name, value)]
     if np.ndim(value) == 1 and not any(issparse(x) or np.ndim(x) for x in value):
         matrix(name, value)  # raises: it is a vector
-    found = [matrix(name, x) for x in value]
-    if not found:
+    matrices = [matrix(name, x) for x in value]
+    if not matrices:
         raise ValueError(f"{name} is an empty list")
-    return found
+    return matrices
 
 
 def _equal(a, b):

@@ -361,15 +361,15 @@ def _sizes(plant):
 
 def _mass_fault(M):
     """Why M is no mass matrix, in words; else empty."""
-    size = np.abs(M).max()
+    largest = np.abs(M).max()
     skew = np.abs(M - M.T).max()
-    if skew > 1e-9 * size:
+    if skew > 1e-9 * largest:
         return (
             "M isn't symmetric, as a mass matrix is: M and its transpose "
             f"differ by {skew:.3g}; is an entry missing?"
         )
     least = np.linalg.eigvalsh((M + M.T) / 2)[0]
-    if least < -1e-9 * size:
+    if least < -1e-9 * largest:
         return (
             f"M has the negative eigenvalue {least:.3g}, as no mass matrix "
             "has: is a sign wrong?"

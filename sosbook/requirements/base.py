@@ -199,15 +199,15 @@ class Requirement(ABC, ReadOnly):
 
     def data(self) -> dict:
         """What a proof file says of it: words, truths and decimals, by field."""
-        found = {"kind": self.kind, "name": self.name}
+        contents = {"kind": self.kind, "name": self.name}
         for field in fields(self):
             value = getattr(self, field.name)
-            found[field.name] = value
+            contents[field.name] = value
             if isinstance(value, np.ndarray):
-                found[field.name] = decimals(value)
+                contents[field.name] = decimals(value)
             elif isinstance(value, (int, float)) and not isinstance(value, bool):
-                found[field.name] = decimal(value)
-        return found
+                contents[field.name] = decimal(value)
+        return contents
 
     @staticmethod
     def read(data: dict) -> "Requirement":
@@ -310,19 +310,19 @@ class BlockTable:
     def named(self):
         """dict from `BlockName` to matrix, in the order of joining."""
         taken = {block for _, block, _ in self.matrices}
-        found = {}
+        labelled = {}
         for key, matrix in self.matrices.items():
             owner, block = self.owners[key], key[1]
             label = block or owner.name
             if not block and label in taken:  # a name that a user chose
                 label = f"{owner.kind} {label}"
             label += self._numbers(key[2])
-            if label in found:
+            if label in labelled:
                 label = f"{owner.name} {label}"
-            if label in found:
+            if label in labelled:
                 raise ValueError(f"two blocks are labelled {label!r}")
-            found[BlockName(label, *key)] = matrix
-        return found
+            labelled[BlockName(label, *key)] = matrix
+        return labelled
 
     def _numbers(self, vertices):
         if not self.many or not vertices:

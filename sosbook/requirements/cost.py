@@ -87,15 +87,15 @@ class QuadraticCost(Requirement):
 
     def factors(self) -> tuple:
         """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
-        rest, columns, sizes = exact(self.Q), [], []
-        for k in range(len(rest)):
-            pivot = rest[k, k]
+        remainder, columns, sizes = exact(self.Q), [], []
+        for k in range(len(remainder)):
+            pivot = remainder[k, k]
             if pivot > 0:
-                column = rest[:, k : k + 1] / pivot
-                rest = rest - pivot * (column @ column.T)
+                column = remainder[:, k : k + 1] / pivot
+                remainder = remainder - pivot * (column @ column.T)
                 columns.append(column)
                 sizes.append(1 / pivot)
-        L = np.hstack(columns) if columns else rest[:, :0]
+        L = np.hstack(columns) if columns else remainder[:, :0]
         W = exact(np.zeros((len(sizes), len(sizes))))
         W[range(len(sizes)), range(len(sizes))] = sizes
         return L, W, inverse(exact(self.R))

@@ -34,20 +34,20 @@ def asked_in_file(data: dict) -> dict:
     >>> asked_in_file({"region": {"sigma": 0.5}, "gamma": 2})["region"]
     PoleRegion(sigma=0.5, theta=None, rho=None)
     """
-    found = {}
+    keywords = {}
     for key, value in data.items():
         if key in VALUES:
-            found[key] = value
+            keywords[key] = value
             continue
         if key not in OBJECTS:
             raise ValueError(f"{key!r} isn't known: the keys are {', '.join(KEYS)}")
         if not isinstance(value, dict):
             raise ValueError(f'{key} must be an object, such as {{"name": value}}')
         try:
-            found[key] = OBJECTS[key](**value)
+            keywords[key] = OBJECTS[key](**value)
         except TypeError as error:
             text = str(error).split("__init__() ")[-1]
             raise ValueError(f"{key}: {text}") from None
         except ValueError as error:
             raise ValueError(f"{key}: {error}") from None
-    return found
+    return keywords

@@ -117,17 +117,17 @@ class Saturation(Requirement):
         n, m = problem.plant.n, problem.plant.m
         if problem.K_A is None or not self.acceleration:
             return [((), loop.row(np.zeros((m, problem.order), int)), eye(m))]
-        K_A, found = loop.number(np.array(problem.K_A, float)), []
+        K_A, signals = loop.number(np.array(problem.K_A, float)), []
         for i, d in enumerate(loop.plain):  # z'' = E2^-1 (.. x + B K x)
             answer = K_A @ inverse(d.E[n : 2 * n, n : 2 * n])
-            found.append(
+            signals.append(
                 (
                     (i,),
                     loop.row(answer @ d.A[n : 2 * n]),
                     answer @ d.Bu[n : 2 * n] + eye(m),
                 )
             )
-        return found
+        return signals
 
     def claim(self) -> str:
         u_max = decimal(self.u_max)

@@ -64,20 +64,20 @@ class Loop:
         size : scalar, optional
             Its P, V and Y are those of the loop, divided by it.
         """
-        other = copy(self)
+        loop = copy(self)
         if unit != 1.0:
             c = self.scalar(unit)
-            other.frame = self.frame.times(unit)
-            other.T, other.back = self.T * c, self.back / c
-            other.scale = self.scale * c
-            other.vertices = [
+            loop.frame = self.frame.times(unit)
+            loop.T, loop.back = self.T * c, self.back / c
+            loop.scale = self.scale * c
+            loop.vertices = [
                 replace(d, Bw=d.Bw / c, C=d.C * c, Du=_times(d.Du, c))
                 for d in self.vertices
             ]
         if size is not None:
-            other.P = _divided(self.P, size)
-            other.V, other.Y = _divided(self.V, size), _divided(self.Y, size)
-        return other
+            loop.P = _divided(self.P, size)
+            loop.V, loop.Y = _divided(self.V, size), _divided(self.Y, size)
+        return loop
 
     def scalar(self, value):
         """A float ``value`` in this arithmetic."""

@@ -148,8 +148,8 @@ class LMIRegion(Region, Requirement):
 
     def named(self, name: str) -> "LMIRegion":
         """The same region under another name."""
-        found = LMIRegion(self.alpha, self.beta, name, self.text)
-        return found._made(self._form, **self._sizes)
+        region = LMIRegion(self.alpha, self.beta, name, self.text)
+        return region._made(self._form, **self._sizes)
 
     def _made(self, form, **sizes):
         """Remember the constructor; proofs say its form in words."""
@@ -158,11 +158,11 @@ class LMIRegion(Region, Requirement):
         return self
 
     def data(self) -> dict:
-        found = {"kind": self.kind, "name": self.name, "form": self._form}
-        found |= {key: decimal(value) for key, value in self._sizes.items()}
+        contents = {"kind": self.kind, "name": self.name, "form": self._form}
+        contents |= {key: decimal(value) for key, value in self._sizes.items()}
         if self._form == "sector":
-            found["degrees"] = _degrees(*self.beta[0])
-        return found | {"alpha": decimals(self.alpha), "beta": decimals(self.beta)}
+            contents["degrees"] = _degrees(*self.beta[0])
+        return contents | {"alpha": decimals(self.alpha), "beta": decimals(self.beta)}
 
     @classmethod
     def of_data(cls, data: dict) -> "LMIRegion":
@@ -171,8 +171,8 @@ class LMIRegion(Region, Requirement):
             k = len(data["alpha"])
             sizes = [read_array(data[x], k, k) for x in ("alpha", "beta")]
             return cls(*sizes, data["name"])
-        given = ("kind", "name", "form", "degrees", "alpha", "beta")
-        sizes = {k: read_number(v) for k, v in data.items() if k not in given}
+        fixed = ("kind", "name", "form", "degrees", "alpha", "beta")
+        sizes = {k: read_number(v) for k, v in data.items() if k not in fixed}
         return make(**sizes, name=data["name"])
 
     @property
@@ -247,23 +247,23 @@ class LMIRegion(Region, Requirement):
         """The form in words, which the matrices imply, or the matrices."""
         form, sizes = self._form, {k: decimal(x) for k, x in self._sizes.items()}
         if form == "half-plane":
-            words = f"Re s < {decimal(-self._sizes['sigma'])}"
+            place = f"Re s < {decimal(-self._sizes['sigma'])}"
         elif form == "sector":
-            words = f"of half-angle {_degrees(*self.beta[0])} degrees"
+            place = f"of half-angle {_degrees(*self.beta[0])} degrees"
             if self._sizes["apex"]:
-                words += f" with apex {sizes['apex']}"
+                place += f" with apex {sizes['apex']}"
         elif form == "disk":
-            words = "of radius {rho} around {centre}".format(**sizes)
+            place = "of radius {rho} around {centre}".format(**sizes)
         elif form == "strip":
-            words = "{left} < Re s < {right}".format(**sizes)
+            place = "{left} < Re s < {right}".format(**sizes)
         elif form == "horizontal strip":
-            words = "|Im s| < {omega}".format(**sizes)
+            place = "|Im s| < {omega}".format(**sizes)
         elif form == "ellipse":
-            words = "of half axes {a} and {b} around {centre}".format(**sizes)
+            place = "of half axes {a} and {b} around {centre}".format(**sizes)
         else:
             form = "region alpha + beta s + beta' s* < 0,"
-            words = f"with alpha = {_rows(self.alpha)} and beta = {_rows(self.beta)}"
-        return f"its poles lie in the {form} {words}"
+            place = f"with alpha = {_rows(self.alpha)} and beta = {_rows(self.beta)}"
+        return f"its poles lie in the {form} {place}"
 
     def truth(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
@@ -305,10 +305,10 @@ class LMIRegion(Region, Requirement):
         """Re s < -sigma (2.18), under a name."""
         alpha = [[_at_least(2, number("sigma", sigma))]]
         text = f"{name} Re s < {_words(0.0 - sigma)}"
-        found = cls(alpha, [[1]], name, text)._movable(
+        region = cls(alpha, [[1]], name, text)._movable(
             SIGMA, float(sigma), partial(cls.half_plane, name=name), 10
         )
-        return found._made("half-plane", sigma=float(sigma))
+        return region._made("half-plane", sigma=float(sigma))
 
     @classmethod
     def sector(
@@ -338,10 +338,10 @@ class LMIRegion(Region, Requirement):
         text = f"{name} of half-angle {_degrees(sin, cos)} degrees"
         if apex:
             text += f" with apex {_words(apex)}"
-        found = cls(alpha * np.eye(2), beta, name, text)._movable(
+        region = cls(alpha * np.eye(2), beta, name, text)._movable(
             THETA, theta, partial(cls.sector, apex=apex, name=name), 11
         )
-        return found._made("sector", theta=theta, apex=apex)
+        return region._made("sector", theta=theta, apex=apex)
 
     @classmethod
     def disk(cls, rho: float, centre: float = 0.0, name: str = "disk") -> "LMIRegion":
@@ -350,10 +350,10 @@ class LMIRegion(Region, Requirement):
         centre = number("centre", centre)
         alpha = [[-rho, -centre], [-centre, -rho]]
         text = f"{name} of radius {_words(rho)} around {_words(centre)}"
-        found = cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
+        region = cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
             RHO, rho, partial(cls.disk, centre=centre, name=name), 12
         )
-        return found._made("disk", rho=rho, centre=centre)
+        return region._made("disk", rho=rho, centre=centre)
 
     @classmethod
     def strip(cls, left: float, right: float, name: str = "strip") -> "LMIRegion":
@@ -363,8 +363,8 @@ class LMIRegion(Region, Requirement):
             raise ValueError(f"left = {left} must be below right = {right}")
         alpha = np.diag([_at_least(2, left), _at_least(-2, right)])
         text = f"{name} {_words(left)} < Re s < {_words(right)}"
-        found = cls(alpha, np.diag([-1, 1]), name, text)
-        return found._made("strip", left=left, right=right)
+        region = cls(alpha, np.diag([-1, 1]), name, text)
+        return region._made("strip", left=left, right=right)
 
     @classmethod
     def horizontal_strip(
@@ -374,8 +374,8 @@ class LMIRegion(Region, Requirement):
         omega = positive("omega", omega)
         text = f"{name} |Im s| < {_words(omega)}"
         alpha = _at_least(-2, omega) * np.eye(2)
-        found = cls(alpha, [[0, 1], [-1, 0]], name, text)
-        return found._made("horizontal strip", omega=omega)
+        region = cls(alpha, [[0, 1], [-1, 0]], name, text)
+        return region._made("horizontal strip", omega=omega)
 
     @classmethod
     def ellipse(
@@ -401,8 +401,8 @@ class LMIRegion(Region, Requirement):
         text = (
             f"{name} of half axes {_words(a)} and {_words(b)} around {_words(centre)}"
         )
-        found = cls(alpha, [[0, plus], [minus, 0]], name, text)
-        return found._made("ellipse", centre=centre, a=a, b=b)
+        region = cls(alpha, [[0, plus], [minus, 0]], name, text)
+        return region._made("ellipse", centre=centre, a=a, b=b)
 
 
 FORMS = {
@@ -529,11 +529,11 @@ def _degrees(sin, cos):
 def _at_least(*factors):
     """A float that isn't below a product, as binary numbers and as decimals."""
     factors = [float(x) for x in factors]
-    found = float(np.prod(factors))
+    bound = float(np.prod(factors))
     for read in (Fraction, lambda x: Fraction(repr(x))):
-        while read(found) < prod(map(read, factors)):
-            found = float(np.nextafter(found, np.inf))
-    return found
+        while read(bound) < prod(map(read, factors)):
+            bound = float(np.nextafter(bound, np.inf))
+    return bound
 
 
 def _rows(x):

@@ -58,7 +58,7 @@ def collected(
         If an argument isn't what its name says, or two requirements of
         one kind have one name.
     """
-    found = []
+    chosen = []
     try:
         requirements = tuple(requirements)
     except TypeError:
@@ -68,28 +68,28 @@ def collected(
         ) from None
     for r in requirements:
         if isinstance(r, Region) and not isinstance(r, LMIRegion):
-            found.extend(r.parts)
+            chosen.extend(r.parts)
         elif isinstance(r, Requirement):
-            found.append(r)
+            chosen.append(r)
         else:
             raise ValueError(
                 f"requirements must hold Requirement objects, got {type(r).__name__}"
             )
     if mu is not NOT_GIVEN:
         mu = _size(mu)
-        found = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in found]
+        chosen = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in chosen]
     if region is not NOT_GIVEN:
         if not isinstance(region, (Region, type(None))):
             raise ValueError(
                 "region must be a PoleRegion or an LMIRegion, got "
                 f"{type(region).__name__}"
             )
-        _put(found, LMIRegion, () if region is None else region.parts)
+        _put(chosen, LMIRegion, () if region is None else region.parts)
     if gamma is not NOT_GIVEN:
         scale = mu
         if mu is NOT_GIVEN:
-            scale = next((r.mu for r in found if isinstance(r, HInfinity)), None)
-        _put(found, HInfinity, () if gamma is None else (HInfinity(gamma, scale),))
+            scale = next((r.mu for r in chosen if isinstance(r, HInfinity)), None)
+        _put(chosen, HInfinity, () if gamma is None else (HInfinity(gamma, scale),))
     for name, value, kind, call in (
         ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
         ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)"),
@@ -98,15 +98,15 @@ def collected(
             continue
         if not isinstance(value, (kind, type(None))):
             raise ValueError(f"{name} must be a {call}")
-        _put(found, kind, () if value is None else (value,))
-    keys = [r.key for r in found]
+        _put(chosen, kind, () if value is None else (value,))
+    keys = [r.key for r in chosen]
     for key in keys:
         if keys.count(key) > 1:
             raise ValueError(
                 f"two requirements are called {' '.join(dict.fromkeys(key))}: "
                 "give one of them another name"
             )
-    return tuple(found)
+    return tuple(chosen)
 
 
 def _size(mu):
@@ -116,28 +116,28 @@ def _size(mu):
     return None if isinstance(mu, str) else HInfinity(1.0, mu).mu
 
 
-def _put(found, kind, fresh):
+def _put(chosen, kind, fresh):
     """In the place of those of a kind, or where its rank belongs."""
-    places = [k for k, r in enumerate(found) if isinstance(r, kind)]
-    found[:] = [r for r in found if not isinstance(r, kind)]
+    places = [k for k, r in enumerate(chosen) if isinstance(r, kind)]
+    chosen[:] = [r for r in chosen if not isinstance(r, kind)]
     for shift, r in enumerate(fresh):
         if places:
-            found.insert(places[0] + shift, r)
+            chosen.insert(places[0] + shift, r)
         else:
-            _insert(found, r, kind if shift else None)
+            _insert(chosen, r, kind if shift else None)
 
 
-def _insert(found, fresh, kind=None):
+def _insert(chosen, fresh, kind=None):
     """Before the first one of higher rank; after those of its own kind."""
     place = next(
         (
             k
-            for k, r in enumerate(found)
+            for k, r in enumerate(chosen)
             if r.rank > fresh.rank and not (kind and isinstance(r, kind))
         ),
-        len(found),
+        len(chosen),
     )
-    found.insert(place, fresh)
+    chosen.insert(place, fresh)
 
 
 MAKERS = {
@@ -160,13 +160,13 @@ def parameter(name, requirements=()):
 
 def bounds(requirements):
     """The bounds of some requirements, by the names of what can be moved."""
-    found = {}
+    by_name = {}
     for r in requirements:
         if r.parameter is not None:
-            found.setdefault(r.parameter.key, []).append(r.bound)
+            by_name.setdefault(r.parameter.key, []).append(r.bound)
     return {
         name: values[0]
-        for name, values in found.items()
+        for name, values in by_name.items()
         if len(values) == 1 and values[0]
     }
 
@@ -181,11 +181,11 @@ def moved(requirements, values):
     values : dict
         From a parameter's name to its bound.
     """
-    found = list(requirements)
+    chosen = list(requirements)
     for name, value in values.items():
         places = [
             k
-            for k, r in enumerate(found)
+            for k, r in enumerate(chosen)
             if r.parameter is not None and r.parameter.key == name
         ]
         if len(places) > 1:
@@ -194,13 +194,13 @@ def moved(requirements, values):
                 "is meant isn't clear"
             )
         if places:
-            found[places[0]] = found[places[0]].with_bound(value)
+            chosen[places[0]] = chosen[places[0]].with_bound(value)
             continue
         which = parameter(name)
         if name not in MAKERS:
             raise ValueError(f"{name} needs {which.needs}")
-        _insert(found, MAKERS[name](value))
-    return tuple(found)
+        _insert(chosen, MAKERS[name](value))
+    return tuple(chosen)
 
 
 def contradictory(requirements):
@@ -227,14 +227,14 @@ class Shorthand:
     @property
     def gamma(self):
         """The bound of the H-infinity norm, or None."""
-        found = self._one(HInfinity)
-        return None if found is None else found.gamma
+        hinf = self._one(HInfinity)
+        return None if hinf is None else hinf.gamma
 
     @property
     def mu(self):
         """The scalar of Theorem 2.1 where it was given; None if it is free."""
-        found = self._one(HInfinity)
-        return None if found is None else found.mu
+        hinf = self._one(HInfinity)
+        return None if hinf is None else hinf.mu
 
     def mu_of(self, own):
         """The scalar of Theorem 2.1 that belongs to a solution.
@@ -249,12 +249,12 @@ class Shorthand:
         float
             1 where nothing else fixes the size of P.
         """
-        found = self._one(HInfinity)
-        if found is None:
+        hinf = self._one(HInfinity)
+        if hinf is None:
             return 1.0
-        if found.mu is not None:
-            return found.mu
-        size = (own or {}).get(found.size_name)
+        if hinf.mu is not None:
+            return hinf.mu
+        size = (own or {}).get(hinf.size_name)
         return 1.0 if size is None else 1 / np.asarray(size).item()
 
     @property

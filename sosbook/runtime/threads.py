@@ -81,14 +81,14 @@ def _controller():
 @functools.cache
 def _openblas():
     """(get, set) of the OpenBLAS that numpy's and scipy's wheels carry."""
-    found = []
+    functions = []
     for package in ("numpy", "scipy"):
         home = Path(find_spec(package).origin).parent
         folders = home.with_name(f"{package}.libs"), home / ".dylibs"
         for file in sorted(f for folder in folders for f in folder.glob("*openblas*")):
             with contextlib.suppress(OSError):
-                found += _functions(ctypes.CDLL(str(file)))
-    return found
+                functions += _functions(ctypes.CDLL(str(file)))
+    return functions
 
 
 def _functions(dll):

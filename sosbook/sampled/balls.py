@@ -17,18 +17,18 @@ def balls(x):
     x = np.asarray(x)
     if x.dtype != object:
         x = exact(x)
-    found = np.empty(x.shape, object)
-    found.flat = [arb(e) for e in x.flat]
-    return found
+    array = np.empty(x.shape, object)
+    array.flat = [arb(e) for e in x.flat]
+    return array
 
 
 def hull(matrices):
     """Balls that hold all mixtures of some matrices of rationals."""
     stack = np.array(matrices, object)
     pairs = zip(stack.min(axis=0).flat, stack.max(axis=0).flat)
-    found = np.empty(stack[0].shape, object)
-    found.flat = [arb(low).union(arb(high)) for low, high in pairs]
-    return found
+    array = np.empty(stack[0].shape, object)
+    array.flat = [arb(low).union(arb(high)) for low, high in pairs]
+    return array
 
 
 def _matrix(x):
@@ -37,9 +37,9 @@ def _matrix(x):
 
 def entries(x):
     """The entries of an arb_mat x, as an array."""
-    found = np.empty((x.nrows(), x.ncols()), object)
-    found.flat = x.entries()
-    return found
+    array = np.empty((x.nrows(), x.ncols()), object)
+    array.flat = x.entries()
+    return array
 
 
 def solve(A, B):

@@ -164,10 +164,10 @@ class SchurCertificate(ProofFile):
 
 def claim(name, rate):
     """What is proven of a loop, in words."""
-    words = f"{name} is stable"
+    sentence = f"{name} is stable"
     if rate != 1:
-        words += f": every motion decays at least as {rate!r}^k"
-    return words
+        sentence += f": every motion decays at least as {rate!r}^k"
+    return sentence
 
 
 def _examined(blocks, claims):
@@ -196,8 +196,8 @@ def _leaves(tree, many):
 def _controller_data(K):
     if not is_controller(K):
         return decimals(K)
-    found = {name: decimals(getattr(K, name)) for name in "ABCD"}
-    return found | {"dt": K.dt if K.dt in (None, True) else decimal(K.dt)}
+    contents = {name: decimals(getattr(K, name)) for name in "ABCD"}
+    return contents | {"dt": K.dt if K.dt in (None, True) else decimal(K.dt)}
 
 
 def _read_controller(data):
@@ -229,12 +229,12 @@ def _read_balls(rows):
     """The matrix of `balls_data`: balls that hold the given ones."""
     if not rows or any(len(row) != len(rows) for row in rows):
         raise ValueError("a matrix isn't square")
-    found = np.empty((len(rows), len(rows)), object)
+    matrix = np.empty((len(rows), len(rows)), object)
     for i, row in enumerate(rows):
         for j, e in enumerate(row):
             if isinstance(e, str):
-                found[i, j] = arb(exact(read_number(e)))
+                matrix[i, j] = arb(exact(read_number(e)))
             else:
                 mid, rad = map(fraction, e)
-                found[i, j] = arb(mid, rad)
-    return found
+                matrix[i, j] = arb(mid, rad)
+    return matrix

@@ -71,12 +71,12 @@ def c2d(plant, T, delay=0.0, U=None):
     array([[0.125, 0.5  , 1.   ]])
     """
     timing = SampleTiming.of(T, delay)
-    found = []
+    systems = []
     for d in input_vertices(plant, U):
         A, B = timing.held(d)
         outputs = np.eye(len(A)), np.zeros(B.shape)
-        found.append(library("control").ss(A, B, *outputs, dt=float(timing.T)))
-    return tuple(found)
+        systems.append(library("control").ss(A, B, *outputs, dt=float(timing.T)))
+    return tuple(systems)
 
 
 def sampled_loop(plant, K, T, delay=0.0, U=None):

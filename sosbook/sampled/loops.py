@@ -97,10 +97,10 @@ class SampledPolytope:
         for j, (E1, X1) in enumerate(edges):
             for k, (E2, X2) in enumerate(edges[: j + 1]):
                 X12 = solve(E, -(E1 @ X2 + E2 @ X1))
-                bent = self._step([X, X1, X2, X12])
-                bent = L[:, :N] @ (bent @ inner)
-                size = sum(e.abs_upper() ** 2 for e in bent.flat).sqrt()
-                total += size if j == k else 2 * size
+                curvature = self._step([X, X1, X2, X12])
+                curvature = L[:, :N] @ (curvature @ inner)
+                length = sum(e.abs_upper() ** 2 for e in curvature.flat).sqrt()
+                total += length if j == k else 2 * length
         return total / 8
 
     def _step(self, terms):

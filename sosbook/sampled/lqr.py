@@ -141,8 +141,8 @@ class SampledLQR(Result):
         return self.plant.per_vertex(values)
 
     def _eigenvalues(self):
-        found = np.linalg.eigvals(self.loop())
-        return found[np.argsort(-abs(found), kind="stable")]
+        eigenvalues = np.linalg.eigvals(self.loop())
+        return eigenvalues[np.argsort(-abs(eigenvalues), kind="stable")]
 
     @property
     def radius(self) -> float:
@@ -290,9 +290,9 @@ def _waiting(timing, R, N):
     """What the older inputs still cost: they were charged before."""
     late = timing.whole_samples * timing.T + timing.remainder
     spans = [min(timing.T, late - i * timing.T) for i in range(timing.n_past_inputs)]
-    found = np.zeros((N + len(R) * timing.n_past_inputs,) * 2)
-    found[N:, N:] = np.kron(np.diag([float(s) for s in spans]), R)
-    return found
+    weight = np.zeros((N + len(R) * timing.n_past_inputs,) * 2)
+    weight[N:, N:] = np.kron(np.diag([float(s) for s in spans]), R)
+    return weight
 
 
 def _integral(M, W, span):
@@ -302,8 +302,8 @@ def _integral(M, W, span):
     the minus M t would overflow where M has a fast stable mode.
     """
     n = len(M)
-    size = np.linalg.norm(M, 1) * span
-    halvings = int(np.ceil(np.log2(size))) if size > 1 else 0
+    length = np.linalg.norm(M, 1) * span
+    halvings = int(np.ceil(np.log2(length))) if length > 1 else 0
     both = expm(np.block([[-M.T, W], [np.zeros((n, n)), M]]) * (span / 2**halvings))
     flow = both[n:, n:]
     cost = flow.T @ both[:n, n:]

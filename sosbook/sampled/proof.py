@@ -54,12 +54,14 @@ def prove_schur(matrices, rate=1.0):
     rate, matrices = _rate(rate), list(matrices)
     if not matrices:
         raise ValueError("matrices is empty: there is nothing to prove")
-    failed, cells, found = [], [], []
+    failed, cells, contents = [], [], []
     with ctx.workprec(BALL_BITS):
-        for k, given in enumerate(matrices):
-            name, F = f"matrix {k + 1}", _given(f"matrices[{k}]", given)
-            found.append(
-                balls_data(F if isinstance(given, arb_mat) else np.array(given, float))
+        for k, matrix in enumerate(matrices):
+            name, F = f"matrix {k + 1}", _given(f"matrices[{k}]", matrix)
+            contents.append(
+                balls_data(
+                    F if isinstance(matrix, arb_mat) else np.array(matrix, float)
+                )
             )
             trouble = _too_slow(middle(F), rate)
             if not trouble:
@@ -70,7 +72,7 @@ def prove_schur(matrices, rate=1.0):
             if trouble:
                 failed.append(f"{name}: {trouble}")
         return SchurCertificate.of(
-            SchurCertificate.contents(found, rate, None if failed else cells, failed)
+            SchurCertificate.contents(contents, rate, None if failed else cells, failed)
         )
 
 
@@ -223,16 +225,16 @@ def _refined(L, loops, rate):
         P = solve_discrete_lyapunov(F.T, np.eye(len(F)))
     else:
 
-        def decay(values, number):
+        def decay(values, cast):
             P = values["P"]
             drops = [P * pace**2 - F.T @ P @ F for F in loops]
             return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
 
         problem = LMIProblem(decay, [Unknown("P", len(L), symmetric=True)])
-        found = problem.find(refute=False).values
-        if found is None:
+        solution = problem.find(refute=False).values
+        if solution is None:
             return L
-        P = found["P"]
+        P = solution["P"]
     try:
         return np.linalg.cholesky((P + P.T) / 2).T @ L
     except np.linalg.LinAlgError:  # too close to the rate
@@ -257,11 +259,11 @@ def _longest(weights, far):
 def _given(name, value):
     """A square matrix of balls; floats are read as decimals."""
     if isinstance(value, arb_mat):
-        found = entries(value)
+        array = entries(value)
     else:
-        found = balls(matrix(name, value))
-    if found.shape[0] != found.shape[1] or not found.size:
-        raise ValueError(f"{name} must be square, got {found.shape}")
-    if not all(x.is_finite() for x in found.flat):
+        array = balls(matrix(name, value))
+    if array.shape[0] != array.shape[1] or not array.size:
+        raise ValueError(f"{name} must be square, got {array.shape}")
+    if not all(x.is_finite() for x in array.flat):
         raise ValueError(f"{name} has a ball that isn't finite")
-    return found
+    return array

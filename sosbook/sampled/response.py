@@ -59,9 +59,9 @@ def simulate_sampled(d, K, timing, t, r=None, w=None, x0=None):
     t, r, x = times(t), steps(r, n), vector("x0", x0, N)
     on, off, sine, level = signal_parts("w", w, p, "F")
     A, B, Bw = d.state_space()
-    T, rest = float(timing.T), float(timing.remainder)
+    T, fraction = float(timing.T), float(timing.remainder)
     ticks = np.array([float(timing.T * k) for k in range(int(t[-1] / T) + 1)])
-    arrivals = ticks + rest
+    arrivals = ticks + fraction
     corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
     nodes = np.concatenate([t, ticks, arrivals[arrivals < t[-1]], corners])
     nodes = np.unique(nodes[nodes <= t[-1]])

@@ -108,8 +108,8 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
         raise ValueError(f"x0 has {len(saturation.x0)} entries, needs {K.shape[1]}")
     if max(poles(d, K).real.max() for d in vertices) >= 0:
         raise ValueError("K doesn't stabilise every vertex")
-    found = np.array([_walls(d, K, saturation) for d in vertices])
-    return GammaLowerBounds(*map(float, found.max(axis=0)))
+    bounds = np.array([_walls(d, K, saturation) for d in vertices])
+    return GammaLowerBounds(*map(float, bounds.max(axis=0)))
 
 
 def _walls(d, K, saturation):

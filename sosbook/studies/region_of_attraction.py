@@ -124,20 +124,20 @@ def region_of_attraction(
         return RegionOfAttraction(loop.status)
     request, frame = loop.request, Frame.of(loop.request)
     ray = frame.back @ start
-    size = np.linalg.norm(ray)
-    ray = ray / size
+    length = np.linalg.norm(ray)
+    ray = ray / length
 
-    def kept(values, number, frame=frame):
+    def kept(values, cast, frame=frame):
         P = values["P"]
-        found = dict(request.blocks_at({"P": P}, number, frame))
+        blocks = dict(request.blocks_at({"P": P}, cast, frame))
         if frame is not None:
-            return found | {"row": control_bound(P, row @ frame.T / bound @ P, 1.0)}
-        return found | {"row": control_bound(P, number(row) @ P, number(bound) ** 2)}
+            return blocks | {"row": control_bound(P, row @ frame.T / bound @ P, 1.0)}
+        return blocks | {"row": control_bound(P, cast(row) @ P, cast(bound) ** 2)}
 
-    def long(values, number):  # t > ray' P^-1 ray
+    def long(values, cast):  # t > ray' P^-1 ray
         t, P = values["t"], values["P"]
         column = ray[:, None]
-        return kept(values, number) | {"start": block([[t, column.T], [column, P]])}
+        return kept(values, cast) | {"start": block([[t, column.T], [column, P]])}
 
     unknowns = [Unknown("P", N, symmetric=True), Unknown("t", 1)]
     inside = frame.back @ loop.P @ frame.back.T
@@ -151,16 +151,16 @@ def region_of_attraction(
         return RegionOfAttraction("undecided")
     reach = (1 - backoff) / np.sqrt(best.values["t"].item())
 
-    def shorter(values, number):
-        return kept(values, number) | {"start": initial_state(values["P"], reach * ray)}
+    def shorter(values, cast):
+        return kept(values, cast) | {"start": initial_state(values["P"], reach * ray)}
 
     P = LMIProblem(shorter, unknowns[:1]).centre(best.values).values["P"]
     P = frame.T @ P @ frame.T.T
-    reach = float(f"{reach / size:.6g}")
+    reach = float(f"{reach / length:.6g}")
 
-    def plain(values, number):
-        x0 = number(start) * number(reach)
-        return kept(values, number, None) | {"start": initial_state(values["P"], x0)}
+    def plain(values, cast):
+        x0 = cast(start) * cast(reach)
+        return kept(values, cast, None) | {"start": initial_state(values["P"], x0)}
 
     proof = LMIProblem(plain, unknowns[:1]).prove({"P": (P + P.T) / 2})
     return RegionOfAttraction("feasible", reach, proof.values["P"], proof.proven)

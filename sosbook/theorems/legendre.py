@@ -95,8 +95,8 @@ def _pickers(N, parts):
 
 def _omega(k, x, x_tau, X, tau):
     """The integral of L_k x' by parts, in terms of x, x_tau and X."""
-    found = x - (-1) ** k * x_tau
+    total = x - (-1) ** k * x_tau
     for i in range(k):
         if (k + i) % 2:
-            found = found - 2 * (2 * i + 1) / tau * X[i]
-    return found
+            total = total - 2 * (2 * i + 1) / tau * X[i]
+    return total

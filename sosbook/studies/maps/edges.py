@@ -65,9 +65,9 @@ class Edge:
             for side in (self.feasible, self.infeasible)
         ]
         if None in (self.feasible, self.infeasible):
-            known = next((s for s in sides if s != "none"), None)
+            tried = next((s for s in sides if s != "none"), None)
             word = "feasible" if self.infeasible is None else "infeasible"
-            side = f"{self.name} = {known} is {word}" if known else f"no {self.name}"
+            side = f"{self.name} = {tried} is {word}" if tried else f"no {self.name}"
             return f"<Edge: {side}; {self.reason}>"
         return f"<Edge: {self.name} = {sides[0]} is feasible, {sides[1]} is not>"
 
@@ -112,9 +112,9 @@ class Edge:
             raise ValueError(f"the edge has one side only: {self.reason}")
         request, frame = self.excluded.request, self.excluded.frame
         x, Z = _least_violation(request, frame)
-        known = requirements(request)
-        step, found = 1e-4, {}
-        for name, value in known.items():
+        bounds = requirements(request)
+        step, contributions = 1e-4, {}
+        for name, value in bounds.items():
             high, low = (
                 Blocks.of(*_listed(near.in_unknowns(frame)))(x)
                 for near in (
@@ -122,13 +122,15 @@ class Edge:
                     for factor in (1 + step, 1 - step)
                 )
             )
-            found[name] = abs(sum(((h - k) * z).sum() for h, k, z in zip(high, low, Z)))
-        whole = sum(found.values())
-        return {name: float(x / whole) for name, x in found.items()}
+            contributions[name] = abs(
+                sum(((h - k) * z).sum() for h, k, z in zip(high, low, Z))
+            )
+        whole = sum(contributions.values())
+        return {name: float(x / whole) for name, x in contributions.items()}
 
 
-def _listed(found):
-    expressions, unknowns = found
+def _listed(named_blocks):
+    expressions, unknowns = named_blocks
     return list(expressions.values()), unknowns
 
 
@@ -215,8 +217,8 @@ class Frontier:
         return self._side("infeasible")
 
     def _side(self, side):
-        found = [getattr(e, side) for e in self.edges]
-        return np.array([np.nan if f is None else f for f in found])
+        values = [getattr(e, side) for e in self.edges]
+        return np.array([np.nan if f is None else f for f in values])
 
     def design(self, x, y):
         """The certified design that keeps x and y, or None.
@@ -387,7 +389,7 @@ def frontier(
     if len(set(values)) < 2 or min(values) <= 0:
         raise ValueError(f"values of {x} must be two or more, positive")
     values = list(dict.fromkeys(values))
-    last, known = len(values) - 1, {}
+    last, by_place = len(values) - 1, {}
 
     def solve(task):
         at, easier, harder = task
@@ -397,14 +399,14 @@ def frontier(
     tasks = [(0, None, None), (last, None, None)]
     with bar(len(values), progress=progress) as done:
         while tasks:
-            for place, found in finished(solve, tasks, n_jobs):
-                known[tasks[place][0]] = found
+            for place, edge in finished(solve, tasks, n_jobs):
+                by_place[tasks[place][0]] = edge
                 done.update()
-            ends = sorted(known)
+            ends = sorted(by_place)
             tasks = [
-                ((a + b) // 2, known[a], known[b])
+                ((a + b) // 2, by_place[a], by_place[b])
                 for a, b in pairwise(ends)
                 if b - a > 1
             ]
-    edges = tuple(known[k] for k in range(len(values)))
+    edges = tuple(by_place[k] for k in range(len(values)))
     return Frontier(x, y, tuple(values), edges, ask.request(), digits)

@@ -89,8 +89,8 @@ class FeasibilityMap:
 
         None where nothing decides it.
         """
-        for found, way in ((self.designs, -1), (self.refusals, 1)):
-            for cell, design in found.items():
+        for deciding, way in ((self.designs, -1), (self.refusals, 1)):
+            for cell, design in deciding.items():
                 if self._any([cell], way)[row, column]:
                     return design
         return None
@@ -113,13 +113,13 @@ class FeasibilityMap:
 
     def _any(self, cells, way):
         """The cells that ask for no less (way 1), no more (way -1)."""
-        found = np.zeros((len(self.y), len(self.x)), bool)
+        covered = np.zeros((len(self.y), len(self.x)), bool)
         across, up = self.ways
         y = way * up.harder * np.asarray(self.y)
         x = way * across.harder * np.asarray(self.x)
         for i, j in cells:
-            found |= (y >= y[i])[:, None] & (x >= x[j])
-        return found
+            covered |= (y >= y[i])[:, None] & (x >= x[j])
+        return covered
 
 
 def feasibility_map(
@@ -213,16 +213,16 @@ class _Cells:
         for line in reversed(lines):
             while k < len(line) and self.holds(line[k]):
                 k += 1
-        while (left := self.open()).any():
-            cells = (c for line in lines for c in line if left[c])
+        while (undecided := self.open()).any():
+            cells = (c for line in lines for c in line if undecided[c])
             self.holds(next(cells))
 
     def open(self):
         """The cells that are neither decided nor tried."""
-        found = self.map().status == "undecided"
+        cells = self.map().status == "undecided"
         for cell in self.tried:
-            found[cell] = False
-        return found
+            cells[cell] = False
+        return cells
 
     def holds(self, cell):
         """Whether a cell has a design."""
@@ -238,21 +238,21 @@ class _Cells:
             return True
         return False
 
-    def solve(self, known):
+    def solve(self, bounds):
         """A Design, or None where the region is empty."""
         last = self.last
-        if last is not None and not self.ask.empty(known):
-            request = replaced(last.request, known)
+        if last is not None and not self.ask.empty(bounds):
+            request = replaced(last.request, bounds)
             blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
             margins = {name: margin(g) for name, g in blocks.items()}
             if min(margins.values()) > REUSE_MARGIN:
                 return replace(last, request=request, margins=margins)
         self.solves += 1
-        return self.ask.solve(**known)
+        return self.ask.solve(**bounds)
 
     def map(self):
         """The map so far, from the cells that decide the others."""
-        found = FeasibilityMap(
+        whole = FeasibilityMap(
             self.across.key,
             self.up.key,
             (self.across, self.up),
@@ -263,20 +263,20 @@ class _Cells:
             self.solves,
         )
         return replace(
-            found,
-            designs=_fewest(found, self.designs, -1),
-            refusals=_fewest(found, self.refusals, 1),
+            whole,
+            designs=_fewest(whole, self.designs, -1),
+            refusals=_fewest(whole, self.refusals, 1),
         )
 
 
-def _fewest(found, known, way):
+def _fewest(whole, deciding, way):
     """Those that no other one makes superfluous."""
-    left = dict(known)
-    for cell in known:
-        rest = [other for other in left if other != cell]
-        if found._any(rest, way)[cell]:
-            del left[cell]
-    return left
+    needed = dict(deciding)
+    for cell in deciding:
+        others = [other for other in needed if other != cell]
+        if whole._any(others, way)[cell]:
+            del needed[cell]
+    return needed
 
 
 def _axis(side, axis, ask):
@@ -357,7 +357,7 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             )
 
     def solve(run):
-        found, last = [], {}  # by the shape of U
+        designs_of_run, last = [], {}  # by the shape of U
         for asked in run:
             key = str(asked.get("coupling")), np.shape(asked.get("U"))
             try:
@@ -365,11 +365,11 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             except Exception as error:
                 error.add_note(f"for the specification {asked!r}")
                 raise
-            found.append(design)
+            designs_of_run.append(design)
             # next to a refusal the next one is probably refused, too
             feasible = design.status == "feasible"
             last[key] = design if feasible else None
-        return found
+        return designs_of_run
 
     runs = [
         specifications[k : k + DESIGNS_PER_PROCESS]

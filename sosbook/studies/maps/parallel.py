@@ -63,12 +63,12 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
     [3, 2, 1]
     """
     points = list(points)
-    found = {}
+    values = {}
     with bar(len(points), progress=progress) as done:
         for place, value in finished(function, points, n_jobs, retries):
-            found[place] = value
+            values[place] = value
             done.update()
-    return [found[place] for place in range(len(points))]
+    return [values[place] for place in range(len(points))]
 
 
 def finished(function, points, n_jobs=None, retries=3):
@@ -78,13 +78,13 @@ def finished(function, points, n_jobs=None, retries=3):
             f"n_jobs = {n_jobs!r} must be a whole number: 1 or more "
             "workers, or -1 for one on each core"
         )
-    left, deaths, suspects = dict(enumerate(points)), 0, set()
-    while left:
+    waiting, deaths, suspects = dict(enumerate(points)), 0, set()
+    while waiting:
         alone = deaths >= retries
-        batch = list(left.items())[: 1 if alone else None]
+        batch = list(waiting.items())[: 1 if alone else None]
         try:
             for place, value in _run(function, batch, n_jobs):
-                del left[place]
+                del waiting[place]
                 yield place, value
         except Exception as error:
             if not _died(error):

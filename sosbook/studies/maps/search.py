@@ -64,11 +64,11 @@ class Ask:
 
     def at(self, **values):
         """The same with other ``values`` of its parameters."""
-        other = object.__new__(Ask)
-        other.__dict__.update(
+        ask = object.__new__(Ask)
+        ask.__dict__.update(
             self.__dict__, requirements=moved(self.requirements, values)
         )
-        return other
+        return ask
 
     def request(self):
         """The `Request` of it all."""
@@ -106,13 +106,13 @@ class Search:
 
     def __init__(self, ask, name, digits):
         self.parameter = parameter(name, ask.requirements)
-        known = ask.known.get(name)
-        ask.at(**{name: known or self.parameter.start}).request()  # refuses
+        bound = ask.known.get(name)
+        ask.at(**{name: bound or self.parameter.start}).request()  # refuses
         if not isinstance(digits, int) or not 1 <= digits <= 6:
             raise ValueError(f"digits = {digits!r} must be 1, 2, ... or 6")
         self.ask, self.name, self.digits = ask, name, digits
         self.sign = self.parameter.harder
-        self.start = self.parameter.shown(known or self.parameter.start)
+        self.start = self.parameter.shown(bound or self.parameter.start)
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
         self.seen = {}
@@ -179,9 +179,9 @@ class Search:
 
         The ``reason`` says why no more were.
         """
-        known = {k: d for k, d in self.seen.items() if d is not None}
-        good = [k for k, d in known.items() if d.status == "feasible" and certified(d)]
-        bad = [k for k, d in known.items() if d.status == "infeasible"]
+        tried = {k: d for k, d in self.seen.items() if d is not None}
+        good = [k for k, d in tried.items() if d.status == "feasible" and certified(d)]
+        bad = [k for k, d in tried.items() if d.status == "infeasible"]
         top, bottom = max(good, default=None), min(bad, default=None)
         return (*self.result(top, bottom)[:4], reason)
 
