@@ -206,7 +206,7 @@ def test_a_loop_that_falls_is_named():
         "idle one", "", reduced(Mip.printed()), 0 * regulator(), kalman()
     )
     loop.analyse()
-    assert "UNSTABLE at a vertex" in loop.words()
+    assert "UNSTABLE at a vertex" in loop.message()
     assert loop.status.startswith("not proven")
 
 

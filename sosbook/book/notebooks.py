@@ -132,7 +132,7 @@ def problems(notebook):
     >>> problems(v4.new_notebook(cells=[v4.new_code_cell("1 + 1")]))
     ['cell 0 has execution count None instead of 1: run the notebook']
     """
-    found = []
+    sentences = []
     count = 0
     for index, cell in enumerate(notebook.cells):
         faults = list(_text_faults(cell.source))
@@ -149,8 +149,8 @@ def problems(notebook):
             ]
         else:
             faults += _page_faults(cell.source)
-        found += [f"cell {index} {fault}" for fault in faults]
-    return found
+        sentences += [f"cell {index} {fault}" for fault in faults]
+    return sentences
 
 
 def read(path):
@@ -264,30 +264,32 @@ def _run(path):
 
 def _check(path):
     notebook = read(path)
-    found = problems(notebook)
+    sentences = problems(notebook)
     if text(canonical(notebook)) != path.read_text(encoding="utf-8"):
-        found.append("is not in canonical form: python -m sosbook.book.notebooks run")
-    return found
+        sentences.append(
+            "is not in canonical form: python -m sosbook.book.notebooks run"
+        )
+    return sentences
 
 
-def main(words=None):
+def main(argv=None):
     """Entry of ``python -m sosbook.book.notebooks``; returns the exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.book.notebooks", description=__doc__.split("\n")[0]
     )
     parser.add_argument("task", choices=["run", "check"])
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
-    arguments = parser.parse_args(words)
+    arguments = parser.parse_args(argv)
     os.environ.update(ONE_THREAD | WITHOUT_BARS)  # for the notebooks' processes
     task = _run if arguments.task == "run" else _check
     files = arguments.files or sorted(BOOK.glob("*.ipynb"))
     for path in files:
         if not path.is_file():
             parser.error(f"there is no notebook {path}")
-    found = [(path, fault) for path in files for fault in task(path)]
-    for path, fault in found:
+    listed = [(path, fault) for path in files for fault in task(path)]
+    for path, fault in listed:
         print(f"{path.name}: {fault}", file=sys.stderr)
-    return 1 if found else 0
+    return 1 if listed else 0
 
 
 if __name__ == "__main__":

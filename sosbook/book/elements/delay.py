@@ -278,7 +278,7 @@ def _steps(plant, horizon):
 
 def _window(records, delta):
     """[left, right, height] that holds the rightmost roots of them all."""
-    near = np.array(
+    rightmost = np.array(
         [
             pair
             for stored in records
@@ -287,8 +287,8 @@ def _window(records, delta):
             for pair in np.reshape(roots, (-1, 2))[:3]
         ]
     ).reshape(-1, 2)
-    left = min(near[:, 0].min(initial=-1.0), -2 * delta)
-    height = near[:, 1].max(initial=1.0)
+    left = min(rightmost[:, 0].min(initial=-1.0), -2 * delta)
+    height = rightmost[:, 1].max(initial=1.0)
     return [
         significant(1.1 * left, 2),
         significant(-0.15 * left, 2),

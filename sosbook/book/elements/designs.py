@@ -104,7 +104,7 @@ class Atlas(PageElement):
         self.title, self.sliders = title, tuple(sliders)
         self.designs, self.loop = dict(designs), dict(loop)
         sizes = [len(slider.values) for slider in self.sliders]
-        self.start = tuple(start or [size // 2 for size in sizes])
+        self.start = tuple(start or [length // 2 for length in sizes])
         places = list(product(*map(range, sizes)))
         missing = [place for place in places if place not in self.designs]
         if missing:

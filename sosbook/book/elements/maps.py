@@ -114,7 +114,7 @@ def _axis(which, values):
 
 def _steps(frontier, which):
     """Round numbers of y around the staircase, hardest last."""
-    known = [
+    bounds = [
         v
         for v in (
             *frontier.feasible,
@@ -123,7 +123,7 @@ def _steps(frontier, which):
         )
         if np.isfinite(v)
     ]
-    low, high = min(known) / 1.3, max(known) * 1.3
+    low, high = min(bounds) / 1.3, max(bounds) * 1.3
     steps = round_numbers(which, low, high, frontier.digits)
     thin = -(-len(steps) // 80)
     return steps[::thin]

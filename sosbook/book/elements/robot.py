@@ -141,26 +141,26 @@ def animation(
     return Animation(title, data | {"start": _start(data, start)})
 
 
-def _named(argument, given):
-    if not isinstance(given, dict) or not given:
+def _named(argument, values):
+    if not isinstance(values, dict) or not values:
         raise ValueError(
-            f"{argument} must be a dict with a name or more, got {given!r}"
+            f"{argument} must be a dict with a name or more, got {values!r}"
         )
-    return given
+    return values
 
 
 def _law(name, gains, T):
     """One law: its values of R, increasing, and the gain of each."""
     where = f"laws[{name!r}]"
-    found = {}
+    by_R = {}
     for R, K in _named(where, gains).items():
         try:
             SampledLaw.of_gain(K, T, TRACKING_TIME)
         except ValueError as error:
             raise ValueError(f"{where}[{R}]: {error}") from None
-        found[positive(f"R in {where}", R)] = np.ravel(K).tolist()
-    values = sorted(found)
-    return {"name": str(name), "R": values, "K": [found[R] for R in values]}
+        by_R[positive(f"R in {where}", R)] = np.ravel(K).tolist()
+    values = sorted(by_R)
+    return {"name": str(name), "R": values, "K": [by_R[R] for R in values]}
 
 
 def _robot(name, mip):

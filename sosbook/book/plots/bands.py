@@ -95,12 +95,12 @@ def branches(poles):
     rows = np.array(poles, complex)
     if rows.ndim != 2 or not rows.size:
         raise ValueError("poles must have a row for each parameter value")
-    size = np.abs(rows).max() or 1.0
+    largest = np.abs(rows).max() or 1.0
     for before, row in zip(rows, rows[1:]):
         x, y = before[:, None], row[None, :]
         # a pair that meets on the real axis could part either way
         tie = x.imag * y.real + x.real * y.imag
-        distance = np.abs(x - y) + 1e-6 * tie / size
+        distance = np.abs(x - y) + 1e-6 * tie / largest
         row[:] = row[linear_sum_assignment(distance)[1]]
     return rows
 

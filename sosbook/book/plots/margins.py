@@ -44,10 +44,10 @@ def margins(ax, margins, labels=None):
     )
     top = max(floor, np.max(sizes, initial=0.0)) * 30
     places = np.arange(len(keys))[::-1]
-    for place, size, good in zip(places, np.maximum(sizes, floor), held):
+    for place, length, good in zip(places, np.maximum(sizes, floor), held):
         ax.barh(
             place,
-            size - floor,
+            length - floor,
             left=floor,
             height=0.62,
             color=BLUE if good else "white",
@@ -56,9 +56,9 @@ def margins(ax, margins, labels=None):
             hatch=None if good else "////",
         )
         ax.text(
-            size * 1.15,
+            length * 1.15,
             place,
-            f"{size:.1e}" if good else f"violated by {size:.1e}",
+            f"{length:.1e}" if good else f"violated by {length:.1e}",
             va="center",
             fontsize=8,
         )

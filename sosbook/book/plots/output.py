@@ -95,21 +95,21 @@ def _inline(text, alt, caption):
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
     body = re.sub(
         r'(<path[^>]*? d=")([^"]*)"',
-        lambda found: found[1] + _short(found[2]) + '"',
+        lambda match: match[1] + _short(match[2]) + '"',
         body,
         flags=re.S,
     )
     body = re.sub(
         r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
-        lambda found: f'{found[1]}{_number(float(found[2]))}"',
+        lambda match: f'{match[1]}{_number(float(match[2]))}"',
         body,
     )
     body = re.sub(
-        r"translate\(([^)]*)\)", lambda found: f"translate({_short(found[1])})", body
+        r"translate\(([^)]*)\)", lambda match: f"translate({_short(match[1])})", body
     )
     body = re.sub(
         r'style="([^"]*)"',
-        lambda found: 'style="' + re.sub(r"([:;]) ", r"\1", found[1]) + '"',
+        lambda match: 'style="' + re.sub(r"([:;]) ", r"\1", match[1]) + '"',
         body,
     )
     body = _rename(body, _stem(alt + caption))
@@ -133,7 +133,7 @@ def _number(value, digits=2):
 
 def _short(path):
     """Path data with two decimals: a hundredth of a point can't be seen."""
-    path = re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda found: _number(float(found[0])), path)
+    path = re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda match: _number(float(match[0])), path)
     path = re.sub(r"\s+", " ", path).strip()
     return re.sub(r" ?([A-Za-z]) ?", r"\1", path)
 
@@ -156,11 +156,11 @@ def _rename(body, stem):
             names[name] = f"{stem}-{next(numbers)}"
     body = re.sub(
         r'\sid="([^"]+)"',
-        lambda found: f' id="{names[found[1]]}"' if found[1] in names else "",
+        lambda match: f' id="{names[match[1]]}"' if match[1] in names else "",
         body,
     )
     return re.sub(
         r'(href="#|url\(#)([^")]+)',
-        lambda found: found[1] + names.get(found[2], found[2]),
+        lambda match: match[1] + names.get(match[2], match[2]),
         body,
     )

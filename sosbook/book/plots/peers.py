@@ -316,11 +316,11 @@ def _axes_of_n(ax, records):
     ax.set_xscale("log")
     ax.set_yscale("log")
     sizes = sorted({r["n"] for r in records})
-    words = [
+    labels = [
         str(n) if n == small or n > 1.5 * small else ""
         for small, n in zip(sizes[:1] + sizes, sizes)
     ]
-    ax.set_xticks(sizes, words)
+    ax.set_xticks(sizes, labels)
     ax.minorticks_off()
     ax.margins(x=0.12)
     ax.set_xlabel("masses n")

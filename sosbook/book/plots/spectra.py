@@ -24,8 +24,8 @@ def singular_values(ax, systems, gamma=None, frequency=None):
     """
     systems = systems if isinstance(systems, (list, tuple)) else (systems,)
     if frequency is None:
-        size = np.abs(np.concatenate([system.poles() for system in systems]))
-        frequency = np.geomspace(max(size.min(), 1e-3) / 20, size.max() * 10, 120)
+        moduli = np.abs(np.concatenate([system.poles() for system in systems]))
+        frequency = np.geomspace(max(moduli.min(), 1e-3) / 20, moduli.max() * 10, 120)
     for k, system in enumerate(systems):
         values = largest_singular_value(
             system.A, system.B, system.C, system.D, frequency

@@ -37,8 +37,10 @@ def words(seconds):
     >>> [words(s) for s in (0.00231, 3, 754, 200_000)]
     ['2.3 ms', '3 s', '13 min', '2.3 d']
     """
-    size, unit = next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
-    return f"{two(seconds / size)} {unit}"
+    unit_in_seconds, unit = next(
+        (u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1]
+    )
+    return f"{two(seconds / unit_in_seconds)} {unit}"
 
 
 def two(number):

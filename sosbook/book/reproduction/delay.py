@@ -34,7 +34,7 @@ def rows():
 
 def _theorems():
     """A loop for each misprint: accepted, and unstable."""
-    for name, place, words in (
+    for name, place, misprinted in (
         ("sign", "(2.24), (A.20)", "+ in the Z block"),
         ("transpose", "(A.21)", "A F' + F A'"),
         ("alpha", "(A.20)", "the factor alpha in Gamma"),
@@ -49,7 +49,7 @@ def _theorems():
         rate, at = slowest_decay(loop.A, loop.A_d, low, high)
         yield Row(
             "20_delay_theorem",
-            f"the theorem with {words} proves decay",
+            f"the theorem with {misprinted} proves decay",
             place,
             "exponentially stable",
             ("accepts" if accepts else "refuses")
@@ -116,18 +116,18 @@ def _wing():
     )
     small = 0.005
     own = design_delay_pid(wing.plant, **wing.requirements | {"mu": small})
-    near = proven(
+    provable = proven(
         analyse_delay(wing.plant, wing.K, wing.U, wing.tau, small, wing.delta)
     )
     apart = np.linalg.norm(own.K - wing.K) / np.linalg.norm(wing.K)
-    verdict, words = solution(wing.K, own.K, 1e-3, near, proven(own))
+    verdict, reason = solution(wing.K, own.K, 1e-3, provable, proven(own))
     yield row(
         "K_P, K_D, K_I of the wing",
         "Example 1 with delay",
         format_gain(wing.K),
         format_gain(own.K),
         verdict,
-        f"published data, rate 0.6 and mu = {small} s: {words}, "
+        f"published data, rate 0.6 and mu = {small} s: {reason}, "
         f"{apart:.1%} apart. For the printed mu see the row above",
     )
     yield _tracks(wing, "Fig. 3.18", 40, "published data")
@@ -135,7 +135,7 @@ def _wing():
 
 def _misread(wrong, wing):
     """Can the printed gains be for the printed digits?"""
-    found = {}
+    abscissae = {}
     for D12 in (wrong.plant.D[0, 1], wing.plant.D[0, 1]):
         for S22 in (wrong.plant.S[1, 1], wing.plant.S[1, 1]):
             D, S = wing.plant.D.copy(), wing.plant.S.copy()
@@ -143,13 +143,13 @@ def _misread(wrong, wing):
             ex = replace(
                 wing, plant=SecondOrderSystem(wing.plant.M, D, S, wing.plant.B)
             )
-            found[float(D12), float(S22)] = spectral_abscissa(*_truth(ex), wing.tau)
+            abscissae[float(D12), float(S22)] = spectral_abscissa(*_truth(ex), wing.tau)
     for name, where, k in (("D", (0, 1), 0), ("S", (1, 1), 1)):
         printed, ours = (float(getattr(ex.plant, name)[where]) for ex in (wrong, wing))
         stable = [
             [
                 value < 0
-                for digits, value in found.items()
+                for digits, value in abscissae.items()
                 if digits[k] == x and digits[1 - k] == (2.7, 2.45)[k]
             ]
             for x in (printed, ours)
@@ -164,25 +164,26 @@ def _misread(wrong, wing):
             "printed gains stabilise the wing at the nominal delay, the "
             "other entry as published? Largest real part "
             + ", ".join(
-                f"{found[(x, 2.7) if k == 0 else (2.45, x)]:+.3f} with {x:g}"
+                f"{abscissae[(x, 2.7) if k == 0 else (2.45, x)]:+.3f} with {x:g}"
                 for x in (printed, ours)
             ),
         )
 
 
-def _tracks(ex, place, end, words):
+def _tracks(ex, place, end, circumstances):
     """Whether U e goes to zero for r = (1, ..., 1), nominal delay."""
-    given = analyse_delay(ex.plant, ex.K, ex.U, ex.tau)
-    run = given.simulate([0, end], ConstantDelay(ex.tau), r=np.ones(ex.plant.n))
-    left = abs((ex.U @ run.e[:, -1]).item())
-    rest = ", ".join(f"{z:.3f}" for z in run.z[:, -1])
+    design = analyse_delay(ex.plant, ex.K, ex.U, ex.tau)
+    run = design.simulate([0, end], ConstantDelay(ex.tau), r=np.ones(ex.plant.n))
+    error = abs((ex.U @ run.e[:, -1]).item())
+    positions = ", ".join(f"{z:.3f}" for z in run.z[:, -1])
     return row(
         "e_a goes to zero for a constant set-point",
         place,
         "tracked, (2.6)",
-        f"|e_a| {below(left, 1e-4)} after {end} s",
-        claim(left < 1e-4),
-        f"{words}, nominal delay, r = (1, ..., 1): then z = ({rest}), for U names z1",
+        f"|e_a| {below(error, 1e-4)} after {end} s",
+        claim(error < 1e-4),
+        f"{circumstances}, nominal delay, r = (1, ..., 1): then z = "
+        f"({positions}), for U names z1",
     )
 
 
@@ -214,13 +215,13 @@ def _masses():
         claim(proven(own)),
         "with the errata",
     )
-    verdict, words = solution(ex.K, own.K, 1e-3, proof, proven(own))
+    verdict, reason = solution(ex.K, own.K, 1e-3, proof, proven(own))
     yield row(
         "K_P, K_D, K_I of the two masses",
         "Example 2 with delay",
         format_gain(ex.K),
         format_gain(own.K),
         verdict,
-        f"{words}, in K_D {np.abs(ex.K_D - own.K_D).max():.2f}",
+        f"{reason}, in K_D {np.abs(ex.K_D - own.K_D).max():.2f}",
     )
     yield _tracks(ex, "Fig. 3.20", 60, "as printed")

@@ -33,17 +33,17 @@ def rows():
     gentle = {
         name: _runs(laws[name], START_TILT / 2) for name in (*PDS, *PIDS, "LQE 2")
     }
-    rest = _each(runs, lambda run: run.V[:, TICKS_AT_REST].std(axis=1).max())
-    yield from _noise(runs, rest)
-    yield from _limits(runs, gentle, rest)
+    volts_at_rest = _each(runs, lambda run: run.V[:, TICKS_AT_REST].std(axis=1).max())
+    yield from _noise(runs, volts_at_rest)
+    yield from _limits(runs, gentle, volts_at_rest)
     yield from _rests(runs)
     yield _drift()
 
 
-def _noise(runs, rest):
+def _noise(runs, volts_at_rest):
     """Does it matter? By a quarter, and by more than the SENSOR_VOLTS."""
     work = _each(runs, lambda run: np.square(run.V).mean())
-    wild = {name: volts > CHATTER_VOLTS for name, volts in rest.items()}
+    wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
     yield _row(
         "PD: noise and effort fall with R",
         "Fig. 4.8",
@@ -57,8 +57,8 @@ def _noise(runs, rest):
         ("PID: R = 5 is less noisy", "Fig. 4.9", "PID 2", "PID 5", True),
         ("R hardly matters to the observer", "Fig. 4.13", "LQE 1", "LQE 2", False),
     ):
-        quarter = rest[more] > 1.25 * rest[less]
-        volts = rest[more] - rest[less] > SENSOR_VOLTS
+        quarter = volts_at_rest[more] > 1.25 * volts_at_rest[less]
+        volts = volts_at_rest[more] - volts_at_rest[less] > SENSOR_VOLTS
         readings = [quarter.all(), volts.all()]
         if not effect:
             readings = [not quarter.any(), not volts.any()]
@@ -66,17 +66,20 @@ def _noise(runs, rest):
             item,
             where,
             "yes",
-            "V at rest: " + _words(rest, (more, less), wild=wild, digits=1),
+            "V at rest: " + _words(volts_at_rest, (more, less), wild=wild, digits=1),
             readings,
             f"two thresholds: a quarter, and {SENSOR_VOLTS:g} V; how noisy the "
             "real robot's sensors are isn't printed",
         )
 
 
-def _limits(runs, gentle, rest):
+def _limits(runs, gentle, volts_at_rest):
     """The start isn't printed: from START_TILT, and from half of it."""
-    wild = {name: volts > CHATTER_VOLTS for name, volts in rest.items()}
-    peaks = [_each(each, lambda run: run.peak_voltage.max()) for each in (runs, gentle)]
+    wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
+    peaks = [
+        _each(simulated, lambda run: run.peak_voltage.max())
+        for simulated in (runs, gentle)
+    ]
     for item, where, volts, names, law in (
         (
             f"V doesn't exceed {V_MAX} V",
@@ -212,9 +215,9 @@ def _reach(name, volts):
     return f"{np.degrees(volts / K[0, 0]):.1f}° ({name})"
 
 
-def _each(runs, number):
+def _each(runs, measure):
     """A number for each law and delay."""
-    return {n: np.array([number(run) for run in each]) for n, each in runs.items()}
+    return {n: np.array([measure(run) for run in row]) for n, row in runs.items()}
 
 
 def _laws():
@@ -229,7 +232,7 @@ def _laws():
     return laws
 
 
-def without_the_fast(given, edge=200):
+def without_the_fast(controller, edge=200):
     """(4.29) for (4.28): a controller without what is faster than the edge.
 
     Poles and zeros of the ``given`` controller beyond it are left out.
@@ -241,10 +244,10 @@ def without_the_fast(given, edge=200):
         values = np.sort(values.real[abs(values) < edge])
         return np.poly([float(f"{x:.4g}") for x in values])
 
-    den, B, D = kept(given.poles()), [], []
+    den, B, D = kept(controller.poles()), [], []
     for k in (0, 1):
-        num = kept(control.ss2tf(given[0, k]).zeros())
-        gain = given.dcgain()[0, k] * den[-1] / num[-1]
+        num = kept(control.ss2tf(controller[0, k]).zeros())
+        gain = controller.dcgain()[0, k] * den[-1] / num[-1]
         num = np.pad(float(f"{gain:.4g}") * num, (3 - len(num), 0))
         B.append(num[1:] - num[0] * den[1:])
         D.append(num[0])

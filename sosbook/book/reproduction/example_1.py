@@ -59,7 +59,7 @@ def numbers(ex):
 
 def _promises(ex):
     (d,) = descriptors(ex.plant, ex.U)
-    given = analyse_pid(ex.plant, ex.K, **ex.requirements)
+    printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
     smallest = design_pid(
         ex.plant,
@@ -79,7 +79,7 @@ def _promises(ex):
         claim(inside > 0),
         "for the printed gains",
     )
-    proof = proven(given, 7)
+    proof = proven(printed_design, 7)
     yield row(
         "the printed gains satisfy (2.15), (2.18)-(2.21)",
         "Example 1",
@@ -88,14 +88,14 @@ def _promises(ex):
         claim(proof),
         "a common P, checked in exact rational arithmetic",
     )
-    verdict, words = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
+    verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
     yield row(
         "K_P, K_D, K_I",
         "Example 1",
         format_gain(ex.K),
         format_gain(own.K),
         verdict,
-        words,
+        reason,
     )
     norm = hinf_norm(d, ex.K)
     yield row(
@@ -119,13 +119,13 @@ def _promises(ex):
     )
     t = np.linspace(0, ex.t_end, 3001)
     answer = simulate(d, ex.K, t, r=ex.set_point, w=ex.disturbance)
-    size = np.linalg.norm(answer.u, axis=0).max()
+    largest = np.linalg.norm(answer.u, axis=0).max()
     yield row(
         "u(t) stays below u_max in Fig. 3.3",
         "Fig. 3.3",
         f"<= {ex.saturation.u_max:g}",
-        f"{size:.1f}",
-        claim(size <= ex.saturation.u_max),
+        f"{largest:.1f}",
+        claim(largest <= ex.saturation.u_max),
         "from x(0) = 0, w on both channels; Lemma 2.2 says nothing about "
         "set points or disturbances, so this is luck, not a guarantee",
     )

@@ -20,14 +20,14 @@ def rows():
     masses = np.arange(70, 121)
     cars = [thesis.car_seat(m) for m in masses]
     loops = descriptors(Polytope(cars), ex.U)
-    given = analyse_pid(ex.plant, ex.K, **ex.requirements)
+    printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
 
     def row(item, place, printed, ours, verdict, why):
         return Row(chapter, item, place, printed, ours, verdict, why)
 
-    def inside(found):
-        return min(x.min() for x in ex.region.distances(found).values())
+    def inside(points):
+        return min(x.min() for x in ex.region.distances(points).values())
 
     gap = inside(np.array([poles(d, ex.K) for d in loops]))
     yield row(
@@ -38,7 +38,7 @@ def rows():
         claim(gap > 0),
         "for the printed gains, 51 masses",
     )
-    proof = proven(given, 7)
+    proof = proven(printed_design, 7)
     yield row(
         "the printed gains satisfy (2.15), (2.18)-(2.21)",
         "Example 2",
@@ -50,12 +50,12 @@ def rows():
     readings = {"k1 + k2": 4e4 + 5e3, "k1 + b2": 4e4 + 500}
     read = {name: thesis.car_seat(100, k) for name, k in readings.items()}
     shift = {name: car.S @ [1, 1] for name, car in read.items()}
-    other = analyse_pid(
+    misprinted = analyse_pid(
         Polytope([thesis.car_seat(m, 4e4 + 500) for m in (70, 120)]),
         ex.K,
         **ex.requirements,
     )
-    both = proof and proven(other, 7)
+    both = proof and proven(misprinted, 7)
     yield row(
         "lower right entry of S",
         "Example 2",
@@ -69,8 +69,8 @@ def rows():
         "are proven with "
         + ("either reading, so poles can't decide" if both else "one reading only"),
     )
-    verdict, words = solution(ex.K, own.K, 1, proof, proven(own, 7))
-    yield row("K_P, K_D, K_I", "Example 2", _gain(ex.K), _gain(own.K), verdict, words)
+    verdict, reason = solution(ex.K, own.K, 1, proof, proven(own, 7))
+    yield row("K_P, K_D, K_I", "Example 2", _gain(ex.K), _gain(own.K), verdict, reason)
     norm = max(hinf_norm(d, ex.K) for d in loops)
     yield row(
         "H-infinity norm from w to z below 0.1732",
@@ -94,8 +94,8 @@ def rows():
     def answers(w):
         return [simulate(d, ex.K, t, ex.set_point, w) for d in loops[::10]]
 
-    def largest(found):
-        return max(np.linalg.norm(a.u, axis=0).max() for a in found)
+    def largest(responses):
+        return max(np.linalg.norm(a.u, axis=0).max() for a in responses)
 
     printed = answers(ex.disturbance)
     runs = {}

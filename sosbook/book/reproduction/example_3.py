@@ -71,7 +71,7 @@ def numbers(ex):
 
 def _promises(ex):
     (d,) = descriptors(ex.plant, ex.U, ex.K_A)
-    given = analyse_pid(ex.plant, ex.K, **ex.requirements)
+    printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
     limit = ex.saturation.u_max
     inside = min(x.min() for x in ex.region.distances(poles(d, ex.K)).values())
@@ -83,7 +83,7 @@ def _promises(ex):
         claim(inside > 0),
         "for the printed gains",
     )
-    proof = proven(given, 7)
+    proof = proven(printed_design, 7)
     yield row(
         "the printed gains satisfy (2.15), (2.18)-(2.21)",
         "Example 3",
@@ -92,14 +92,14 @@ def _promises(ex):
         claim(proof),
         "a common P, checked in exact rational arithmetic",
     )
-    verdict, words = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
+    verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
     yield row(
         "K_P, K_D, K_I",
         "Example 3",
         format_gain(ex.K),
         format_gain(own.K),
         verdict,
-        f"for the printed K_A; {words}",
+        f"for the printed K_A; {reason}",
     )
     norm = hinf_norm(d, ex.K)
     yield row(
@@ -138,15 +138,15 @@ def _signals(ex):
     answer = simulate(d, ex.K, t, ex.set_point, ex.disturbance, K_A=ex.K_A)
     reference = np.concatenate([ex.set_point, np.zeros(d.E.shape[0] - 4)])
     partial = np.linalg.norm(ex.K @ (answer.x.T - reference).T, axis=0)
-    size = np.linalg.norm(answer.u, axis=0)
-    over = t[size > limit].max() if (size > limit).any() else 0.0
+    norms = np.linalg.norm(answer.u, axis=0)
+    over = t[norms > limit].max() if (norms > limit).any() else 0.0
     yield row(
         "u stays below u_max",
         "Fig. 3.12",
         f"<= {limit:g}",
         f"K x alone {partial.max():.1f}; with K_A e'', as (2.6) defines u, "
-        f"{size.max():.1f}, above {limit:g} until t = {over:.3f} s",
-        claim(partial.max() <= limit, size.max() <= limit),
+        f"{norms.max():.1f}, above {limit:g} until t = {over:.3f} s",
+        claim(partial.max() <= limit, norms.max() <= limit),
         "from x(0) = 0 with a unit set point. Which of the two signals the "
         "figure shows, and from which x(0), isn't said; Lemma 2.2 bounds "
         "K x alone, and no set point",

@@ -48,8 +48,10 @@ def _poles(ex, plant, U=None):
 
 def numbers(ex):
     """Rows that follow from the numbers that an example ``ex`` prints."""
-    other = matched(ex.closed_loop_poles[0], _poles(ex, ex.plant.vertices[0], [[1, 0]]))
-    wrong = np.abs(ex.closed_loop_poles[0] - other).max()
+    other_U = matched(
+        ex.closed_loop_poles[0], _poles(ex, ex.plant.vertices[0], [[1, 0]])
+    )
+    wrong = np.abs(ex.closed_loop_poles[0] - other_U).max()
     names = ("0", "± pi/2")
     for name, vertex, printed in zip(names, ex.plant.vertices, ex.open_loop_poles):
         computed = matched(printed, vertex.poles())
@@ -112,7 +114,7 @@ def numbers(ex):
 
 
 def _promises(ex):
-    given = analyse_pid(ex.plant, ex.K, ex.U, region=ex.region)
+    printed_design = analyse_pid(ex.plant, ex.K, ex.U, region=ex.region)
     own = design_pid(ex.plant, ex.U, region=ex.region)
 
     inside = min(
@@ -120,7 +122,7 @@ def _promises(ex):
         for vertex in ex.plant.vertices
         for x in ex.region.distances(_poles(ex, vertex)).values()
     )
-    proof = proven(given, 8)
+    proof = proven(printed_design, 8)
     yield row(
         "all closed-loop poles lie in the D-region",
         "Fig. 3.14",
@@ -131,19 +133,19 @@ def _promises(ex):
         claim(proof),
         "a common P in exact arithmetic; E is certain, so here the vertices do suffice",
     )
-    verdict, words = solution(ex.K, own.K, 1e-4, proof, proven(own, 8))
+    verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 8))
     yield row(
         "K_P, K_D, K_I",
         "Example 4",
         format_gain(ex.K),
         format_gain(own.K),
         verdict,
-        words,
+        reason,
     )
 
 
 def _motions(ex):
-    rest = region_of_attraction(
+    region = region_of_attraction(
         ex.plant,
         ex.K,
         ex.U,
@@ -156,9 +158,9 @@ def _motions(ex):
         "the swing stays in [-pi/2, pi/2]",
         "Example 4",
         "assumed",
-        f"{'proven' if rest.proven else 'not proven'} for a release from up "
-        f"to {np.degrees(rest.reach):.0f} degrees, with decay rate 3",
-        claim(rest.proven),
+        f"{'proven' if region.proven else 'not proven'} for a release from up "
+        f"to {np.degrees(region.reach):.0f} degrees, with decay rate 3",
+        claim(region.proven),
         "a condition on the start, not on the plant: the ellipsoid of "
         "one P, see the chapter",
     )

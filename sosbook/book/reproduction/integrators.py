@@ -40,15 +40,15 @@ def rows():
 
 
 def _example(number, example):
-    found = admissible_U(example.plant)
-    (theirs,) = (c for c in found if np.array_equal(c.U, example.U))
-    same = [c for c in found if c.a == theirs.a]
+    choices = admissible_U(example.plant)
+    (theirs,) = (c for c in choices if np.array_equal(c.U, example.U))
+    same = [c for c in choices if c.a == theirs.a]
     better = sum(c.distance > theirs.distance + 1e-9 for c in same)
     place = f"number {better + 1} of {len(same)} with a = {theirs.a}"
     if len(same) == 1:
         place = f"the only one with a = {theirs.a}"
     proven = theirs.certified is None or theirs.certified
-    good = sum(c.admissible for c in found)
+    good = sum(c.admissible for c in choices)
     more = {
         None: "",
         True: "; this one is proven for the whole polytope",
@@ -59,7 +59,7 @@ def _example(number, example):
         f"Example {number}: U, chosen at random, is controllable",
         "Section 5",
         "conditions for U: future work",
-        f"{good} of {len(found)} choices are admissible{more}",
+        f"{good} of {len(choices)} choices are admissible{more}",
         claim(theirs.admissible and proven),
         f"distance {theirs.distance:.3g}, {place}",
     )

@@ -45,14 +45,14 @@ def digits(values, form=".4g"):
 def _experiments(printed):
     b1, b0, f_c, d_c = printed.body
     ratios = printed.ratios
-    found = equal_peaks([b1, b0], [1, f_c, d_c])
+    gain = equal_peaks([b1, b0], [1, f_c, d_c])
     yield Row(
         DATA,
         "the gain after the zero is moved",
         "(4.19), (4.20)",
         f"{-ratios['e_c']:g}",
-        f"{found:.2f}",
-        compare(-ratios["e_c"], found, 0.005)[0],
+        f"{gain:.2f}",
+        compare(-ratios["e_c"], gain, 0.005)[0],
         "equal peaks of the magnitude; the poles stay",
     )
     used = [ratios[x] for x in ("f_c", "d_c", "e_a", "f_a")]
@@ -90,20 +90,20 @@ def _experiments(printed):
 
 def _identified(printed):
     """I_b, C_m, t_m and I_w: one M_b g l behind them?"""
-    known, q, ours = printed.constants, printed.ratios, printed.identified
+    constants, q, ours = printed.constants, printed.ratios, printed.identified
     torque = 2 * q["d_c"] * q["e_a"] / q["e_c"] * ours["I_w"]  # M_b g l
-    found = [
-        q["f_c"] * torque / (2 * known["R_g"] ** 2 * q["d_c"]),
-        torque * known["V_max"] * q["e_c"] / (2 * known["R_g"] * q["d_c"]),
+    implied = [
+        q["f_c"] * torque / (2 * constants["R_g"] ** 2 * q["d_c"]),
+        torque * constants["V_max"] * q["e_c"] / (2 * constants["R_g"] * q["d_c"]),
     ]
     theirs = [ours["C_m"], ours["t_m"]]
-    gaps = np.subtract(found, theirs)
+    gaps = np.subtract(implied, theirs)
     yield Row(
         DATA,
         "C_m and t_m follow from I_w and the ratios",
         "Section 4.2.2",
         digits(theirs),
-        digits(found),
+        digits(implied),
         compare(0, gaps / [0.5e-8, 0.5e-4], 1)[0],
         f"all three with M_b g l = {torque:.5f} N m; tolerance: half of the last digit",
     )
@@ -118,15 +118,15 @@ def _identified(printed):
         verdict,
         f"{100 * gap:.0f} % apart: two sets of constants were used",
     )
-    arm = torque / known["g"]
+    arm = torque / constants["g"]
     M_b = arm**2 / (torque / q["d_c"] - ours["I_b"])
     yield Row(
         MODEL,
         "M_b behind I_b, C_m, t_m and I_w",
         "Section 4.2.2",
-        f"M_b = {known['M_b']:g}, M_w = {known['M_w']:g}",
+        f"M_b = {constants['M_b']:g}, M_w = {constants['M_w']:g}",
         f"M_b = {M_b:.3f}",
-        misprint(*(abs(M_b / known[name] - 1) < 5e-3 for name in ("M_b", "M_w"))),
+        misprint(*(abs(M_b / constants[name] - 1) < 5e-3 for name in ("M_b", "M_w"))),
         f"I_w gives M_b l = {arm:.6f}, I_b then M_b l^2: so l = "
         f"{arm / M_b:.3f}, and M_b is what is printed for M_w",
     )

@@ -174,25 +174,25 @@ def _design(R):
 
 def _gains(printed, R):
     K, L = printed.lqe[R]
-    found = _design(R)
-    verdict, gap = relative(K, found.K, 2e-4)
+    observed = _design(R)
+    verdict, gap = relative(K, observed.K, 2e-4)
     yield Row(
         OBSERVER,
         f"K, R = {R}",
         "Table 4.3",
         format_gain(K),
-        format_gain(found.K),
+        format_gain(observed.K),
         verdict,
         f"the regulator (Q = I) of vertex 1 alone, to {gap:.0e}",
     )
-    gaps = (found.L - L) / (1e-3 * np.abs(L) + [[0.055], [0], [0]])
+    gaps = (observed.L - L) / (1e-3 * np.abs(L) + [[0.055], [0], [0]])
     verdict, _ = compare(0, gaps, 1)
     yield Row(
         OBSERVER,
         f"L, R = {R}",
         "Table 4.3",
         "; ".join(digits(row, ".1f") for row in L),
-        "; ".join(digits(row, ".3f") for row in found.L),
+        "; ".join(digits(row, ".3f") for row in observed.L),
         verdict,
         "Theorem 2.5, four vertices, with Q_F and R_F swapped; to 1e-3, and "
         "in the first row to half of the last digit, 0.05",
@@ -217,12 +217,12 @@ def _robust(printed, plant, R):
 
 
 def _controller(printed):
-    found = controller(2, "printed", printed)
+    computed = controller(2, "printed", printed)
     theirs = np.sort(printed.controller[2])
-    ours = np.sort(found.poles().real)
+    ours = np.sort(computed.poles().real)
     verdict, gap = relative(theirs, ours, 3e-4)
     natural = controller(2, printed=printed).poles().real
-    _, other = relative(theirs, np.sort(natural), 3e-4)
+    _, natural_gap = relative(theirs, np.sort(natural), 3e-4)
     yield Row(
         OBSERVER,
         "poles",
@@ -231,15 +231,15 @@ def _controller(printed):
         digits(ours, ".6g"),
         verdict,
         f"to {gap:.0e}, from the digits of (4.25) and of Table 4.3. With "
-        f"the means of the natural form they are {100 * other:.1f} % off: "
+        f"the means of the natural form they are {100 * natural_gap:.1f} % off: "
         "a mean depends on the form. (The rounding of L alone may move the "
         "slow ones by 0.6 %)",
     )
     for k, name in enumerate(("theta'", "phi'")):
         gain, zeros = printed.controller[k]
-        at = control.ss2tf(found[0, k]).zeros()
+        at = control.ss2tf(computed[0, k]).zeros()
         at = np.sort(at[np.abs(at) < 1e6].real)
-        ours = [-(found.C @ found.B)[0, k], *at]
+        ours = [-(computed.C @ computed.B)[0, k], *at]
         verdict, gap = relative([gain, *np.sort(zeros)], ours, 6e-3)
         yield Row(
             OBSERVER,

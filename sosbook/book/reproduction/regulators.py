@@ -107,7 +107,7 @@ def _as_printed():
 def _robust(printed, plants, law, R):
     _, name, U, N, _ = LAWS[law]
     K = getattr(printed, name)[R]
-    given = analyse_pid(
+    printed_design = analyse_pid(
         plants,
         K,
         U,
@@ -117,12 +117,12 @@ def _robust(printed, plants, law, R):
         cost=QuadraticCost(np.eye(N), [[R]]),
         backoff=1e-3,
     )
-    proof = proven(given)
+    proof = proven(printed_design)
     ours = "no proof found"
     if proof:
         ours = (
-            f"proven, cost below {given.request.cost.bound:.4g}; true "
-            f"worst of 54 plants {given.noise_cost(samples=50):.4g}"
+            f"proven, cost below {printed_design.request.cost.bound:.4g}; true "
+            f"worst of 54 plants {printed_design.noise_cost(samples=50):.4g}"
         )
     return Row(
         CONTROL,
@@ -137,8 +137,8 @@ def _robust(printed, plants, law, R):
 
 
 def _root(plants):
-    found = design_lqr(plants, np.eye(4), [[1]])
-    bound, cost = found.request.cost.bound, found.noise_cost()
+    robust = design_lqr(plants, np.eye(4), [[1]])
+    bound, cost = robust.request.cost.bound, robust.noise_cost()
     return Row(
         "23_lqr",
         "the root of tr J bounds the cost",
@@ -159,11 +159,11 @@ def _size_of_W():
         A -= (np.linalg.eigvals(A).real.max() + 1) * np.eye(2)
         W, psi = root @ root.T, solve_continuous_lyapunov(A.T, -np.eye(2))
         cost = np.trace(W @ psi)
-        for name, size in (
+        for name, factor in (
             ("norm", np.linalg.norm(W, 2)),
             ("determinant", np.linalg.det(W)),
         ):
-            holds[name] &= bool(cost <= size * np.trace(psi) * (1 + 1e-9))
+            holds[name] &= bool(cost <= factor * np.trace(psi) * (1 + 1e-9))
     return Row(
         "23_lqr",
         "|W| tr(...) bounds the cost",

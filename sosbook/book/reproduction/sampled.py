@@ -49,12 +49,12 @@ def rows():
         "with U, and x2 preset from the tilt, which the text lacks",
     )
     lost = {
-        words: [
+        way: [
             name
             for name, K in gains.items()
             if worst(law_of(K, T), ticks, sensing) >= 1
         ]
-        for words, law_of, ticks, sensing in WAYS
+        for way, law_of, ticks, sensing in WAYS
     }
     yield Row(
         SAMPLED,
@@ -63,7 +63,7 @@ def rows():
         "run on the robot",
         "unstable with "
         + "; ".join(
-            f"{words}: {', '.join(names) or 'none'}" for words, names in lost.items()
+            f"{way}: {', '.join(names) or 'none'}" for way, names in lost.items()
         ),
         claim(*(not names for names in lost.values())),
         "worst spectral radius of the middle and four vertices. How phi' is "

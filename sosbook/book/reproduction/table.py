@@ -142,13 +142,13 @@ def solution(printed, ours, tolerance, *proven):
     verdict, gap = compare(printed, ours, tolerance)
     if verdict != "reproduced" and all(proven):
         verdict = "another solution"
-    words = (
+    reason = (
         "both are proven to satisfy the LMIs"
         if all(proven)
         else "not both are proven to satisfy the LMIs"
     )
     return verdict, (
-        f"{words}; ours is their analytic centre; largest difference {gap:.2g}"
+        f"{reason}; ours is their analytic centre; largest difference {gap:.2g}"
     )
 
 
@@ -181,9 +181,12 @@ def matched(printed, computed):
 
     Where there are too few, infinity stands for the others.
     """
-    left = [*computed, *(len(printed) - len(computed)) * [np.inf]]
+    unmatched = [*computed, *(len(printed) - len(computed)) * [np.inf]]
     return np.array(
-        [left.pop(int(np.argmin([abs(p - q) for q in left]))) for p in printed]
+        [
+            unmatched.pop(int(np.argmin([abs(p - q) for q in unmatched])))
+            for p in printed
+        ]
     )
 
 

@@ -132,9 +132,9 @@ def _lqr(plants, P):
         )
         corners.append(np.linalg.eigvalsh(g)[-1] < 0)
     right = plants.mean.poles().real.max()
-    words = "holds" if all(corners) else "fails"
+    verb = "holds" if all(corners) else "fails"
     return (
-        f"(2.36) {words} at both vertices; the plant halfway has a pole "
+        f"(2.36) {verb} at both vertices; the plant halfway has a pole "
         f"near {right:+.2f}",
         right < 0 or not all(corners),
     )
@@ -145,10 +145,10 @@ def _equivalence():
     ends = [SecondOrderSystem([[1]], [[0.2]], [[k]], [[1]]) for k in (1, 100)]
     plants = Polytope(ends)
     right = max(plant.poles().real.max() for plant in sample_plants(plants, 101))
-    found = analyse_pid(plants, np.zeros((1, 2)), region=PoleRegion(0.05))
-    none = found.status == "infeasible" and found.infeasibility.proven
+    common = analyse_pid(plants, np.zeros((1, 2)), region=PoleRegion(0.05))
+    none = common.status == "infeasible" and common.infeasibility.proven
     return (
         f"rightmost pole {right:.2f} < -0.05 for each k; a common P is "
-        + ("proven not to exist" if none else found.status),
+        + ("proven not to exist" if none else common.status),
         not (right < -0.05 and none),
     )

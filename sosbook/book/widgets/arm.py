@@ -55,14 +55,14 @@ def explore_swing():
         arms = Polytope([thesis.arm(1.0), thesis.arm(float(low))])
         wanted = PoleRegion(sigma, np.radians(theta), rho)
         design = follow(arms, ex.U, region=wanted)
-        words = f"<strong>{design.status}</strong> for factors from {low:.3f} to 1. "
+        message = f"<strong>{design.status}</strong> for factors from {low:.3f} to 1. "
         if design.status != "feasible":
             chart = _poles(np.array([]), wanted, VERMILLION)
-            yield note(words) + page(chart)
-            yield note(words + page_text(design.advice)) + page(chart)
+            yield note(message) + page(chart)
+            yield note(message + page_text(design.advice)) + page(chart)
             return
         chart = _poles(design.poles(samples=15), wanted, GREEN)
-        yield note(words, BLUE) + page(chart, gains_table(design))
+        yield note(message, BLUE) + page(chart, gains_table(design))
         t, goal = np.linspace(0, 3, 241), np.full(2, top)
         if task == STEPS:
             asked = dict(r=goal)
@@ -73,11 +73,11 @@ def explore_swing():
         )
         swing = np.degrees(answer.z)
         reach = np.abs(swing[0]).max()
-        words += f"The arm swings to {reach:.0f} degrees"
+        message += f"The arm swings to {reach:.0f} degrees"
         if reach > phi_max * (1 + 1e-9):
-            words += ": BEYOND phi_max, where this polytope says nothing"
-        words += f"; peak torque {np.abs(answer.u).max():.3g} Nm."
-        yield note(words, BLUE) + page(
+            message += ": BEYOND phi_max, where this polytope says nothing"
+        message += f"; peak torque {np.abs(answer.u).max():.3g} Nm."
+        yield note(message, BLUE) + page(
             chart,
             _angles(t, swing, phi_max),
             _torque(t, answer.u[0]),

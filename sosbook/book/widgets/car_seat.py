@@ -70,15 +70,15 @@ def explore_mass_range():
             gamma=gamma,
             saturation=Saturation(u_max, ex.saturation.x0),
         )
-        words = f"One controller for {low:g} to {high:g} kg: "
-        words += f"<strong>{design.status}</strong>."
+        message = f"One controller for {low:g} to {high:g} kg: "
+        message += f"<strong>{design.status}</strong>."
         if design.status != "feasible":
-            yield note(words)
-            yield note(f"{words} {page_text(design.advice)}")
+            yield note(message)
+            yield note(f"{message} {page_text(design.advice)}")
             return
         masses = np.linspace(low, high, 21)
         loops = descriptors(Polytope([car_seat(m) for m in masses]), ex.U)
-        yield note(words, BLUE) + page(
+        yield note(message, BLUE) + page(
             _pole_chart(loops, design.K, region),
             _step_chart(loops, design.K, masses),
             gains_table(design),
@@ -89,8 +89,8 @@ def explore_mass_range():
 
 
 def _pole_chart(loops, K, region):
-    found = branches([poles(d, K) for d in loops])
-    window = window_of([found], region)
+    tracks = branches([poles(d, K) for d in loops])
+    window = window_of([tracks], region)
     chart = Chart(
         window[:2],
         (-window[2], window[2]),
@@ -101,10 +101,10 @@ def _pole_chart(loops, K, region):
     )
     outline = region_outline(region, window)
     chart.polygon(outline.real, outline.imag, GREEN)
-    for branch in found.T:
+    for branch in tracks.T:
         chart.line(branch.real, branch.imag, BLUE)
-    chart.marks(found[0].real, found[0].imag, INK, "circle")
-    chart.marks(found[-1].real, found[-1].imag, VERMILLION, "cross")
+    chart.marks(tracks[0].real, tracks[0].imag, INK, "circle")
+    chart.marks(tracks[-1].real, tracks[-1].imag, VERMILLION, "cross")
     return chart.svg()
 
 

@@ -47,7 +47,7 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
 
     def draw(spread):
         polytope = scale_polytope(plants, spread / 100 / full)
-        charts, words = {}, []
+        charts, verdicts = {}, []
         for order in (("vertices", "pairs"), ("slack",)):
             for name in order:
                 design = follow[name](
@@ -58,9 +58,9 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
                     **asked,
                 )
                 charts[name], verdict = _one(name, design, region, count)
-                words.append(f"{name}: {verdict}")
-            colour = VERMILLION if "<strong>" in str(words) else BLUE
-            yield note("; ".join(words) + ".", colour) + page(*charts.values())
+                verdicts.append(f"{name}: {verdict}")
+            colour = VERMILLION if "<strong>" in str(verdicts) else BLUE
+            yield note("; ".join(verdicts) + ".", colour) + page(*charts.values())
 
     return Explorer(sliders, draw)
 
@@ -74,13 +74,13 @@ def _one(name, design, region, count):
     """A chart of all poles, and the verdict in words."""
     plants = sample_plants(design.request.plant, count)
     if design.K is None:
-        found = np.concatenate([v.poles() for v in plants])
+        drawn = np.concatenate([v.poles() for v in plants])
         verdict, colour, mark = design.status, GREY, "circle"
     else:
-        found = _closed_loop(plants, design)
-        verdict, mark = _verdict(found, region), "cross"
+        drawn = _closed_loop(plants, design)
+        verdict, mark = _verdict(drawn, region), "cross"
         colour = BLUE if verdict == KEPT else VERMILLION
-    window = window_of([found], region)
+    window = window_of([drawn], region)
     chart = Chart(
         window[:2],
         (-window[2], window[2]),
@@ -93,7 +93,7 @@ def _one(name, design, region, count):
         outline = region_outline(region, window)
         chart.polygon(outline.real, outline.imag, GREEN)
     chart.line([0, 0], [-window[2], window[2]], GREY, True)
-    chart.marks(found.real, found.imag, colour, mark)
+    chart.marks(drawn.real, drawn.imag, colour, mark)
     chart.names.append((name, colour))
     return chart.svg(), verdict
 
@@ -104,9 +104,9 @@ def _closed_loop(plants, design):
     return np.concatenate([poles(d, design.K) for d in loops])
 
 
-def _verdict(found, region):
-    if found.real.max() >= 0:
+def _verdict(drawn, region):
+    if drawn.real.max() >= 0:
         return "<strong>feasible, and UNSTABLE inside</strong>"
-    if region is not None and not region.contains(found):
+    if region is not None and not region.contains(drawn):
         return "<strong>feasible, and a pole has LEFT the region</strong>"
     return KEPT

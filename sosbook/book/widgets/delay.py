@@ -100,9 +100,9 @@ def explore_delay(example=None):
         margins = design.margins and margins_table(design.margins)
         tables = gains_table(design) + (margins or "")
         yield note(verdict, colour) + page(roots, tables)
-        words = truth(design)
+        comparison = truth(design)
         answer = simulated(design, t, signal_of(kind, tau, request.mu), r)
-        yield note(verdict + words, colour) + page(
+        yield note(verdict + comparison, colour) + page(
             roots, output_figure(answer, ex.U), input_figure(answer), tables
         )
 
@@ -119,49 +119,51 @@ def _verdict(design):
     if request.mu:
         promise = f"{rate}, however the delay varies within [{low:.3g}, {high:.3g}] s"
     if design.status == "feasible":
-        words = f"a certificate of {promise}."
+        sentence = f"a certificate of {promise}."
     elif design.status == "undecided":
-        words = f"neither a certificate of {promise}, nor a proof that there is none."
+        sentence = (
+            f"neither a certificate of {promise}, nor a proof that there is none."
+        )
     elif request.gain is None:
-        words = (
+        sentence = (
             "with this alpha the corrected LMI has no solution, by exact "
             f"multipliers, for {promise}. Move delta, tau or mu down, or alpha."
         )
     else:
-        words = (
+        sentence = (
             f"no functional of this form certifies {promise}: that "
             "alone doesn't make the loop slower."
         )
-    return f"<strong>{design.status}</strong>: {words} "
+    return f"<strong>{design.status}</strong>: {sentence} "
 
 
 def truth(design):
     rate, delay = design.slowest_decay()
     if rate <= 0:
-        words = (
+        sentence = (
             f"<strong>unstable</strong> for the constant delay "
             f"{delay:.3g} s, where it grows at {-rate:.3g} 1/s"
         )
     else:
-        words = (
+        sentence = (
             f"its slowest rate over the constant delays is {rate:.3g} "
             f"1/s (at {delay:.3g} s)"
         )
-    return f"The true loop: {words}; asked: {design.request.delta:.3g} 1/s."
+    return f"The true loop: {sentence}; asked: {design.request.delta:.3g} 1/s."
 
 
 def _roots(design):
     """Of the loop for three constant delays, beside the line -delta."""
     tau, mu, delta = (getattr(design.request, name) for name in ("tau", "mu", "delta"))
-    found = (
+    root_sets = (
         []
         if design.K is None
         else [design.roots(d, count=8) for d in (tau - mu, tau, tau + mu)]
     )
-    near = np.concatenate([roots[:4] for roots in found] or [[-1 + 1j]])
-    left = min(1.15 * near.real.min(), -2 * delta)
-    right = max(near.real.max(), -0.2 * left)
-    height = 1.15 * max(abs(near.imag).max(), right - left)
+    rightmost = np.concatenate([roots[:4] for roots in root_sets] or [[-1 + 1j]])
+    left = min(1.15 * rightmost.real.min(), -2 * delta)
+    right = max(rightmost.real.max(), -0.2 * left)
+    height = 1.15 * max(abs(rightmost.imag).max(), right - left)
     chart = Chart(
         (left, 1.15 * right),
         (-height, height),
@@ -171,7 +173,7 @@ def _roots(design):
     )
     chart.line([0, 0], [-height, height], INK)
     chart.line([-delta, -delta], [-height, height], VERMILLION, True)
-    for roots, (name, colour, shape) in zip(found, DELAYS):
+    for roots, (name, colour, shape) in zip(root_sets, DELAYS):
         chart.marks(roots.real, roots.imag, colour, shape)
         chart.names.append((name, colour))
     return chart.svg()

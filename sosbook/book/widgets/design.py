@@ -107,11 +107,11 @@ def _design_page(design, region, advice=""):
         chart.polygon(outline.real, outline.imag, colour, not feasible)
     chart.marks(open_loop.real, open_loop.imag, GREY, "circle")
     chart.marks(np.real(poles), np.imag(poles), BLUE, "cross")
-    words = f"<strong>{design.status}</strong>. {page_text(advice)}"
+    message = f"<strong>{design.status}</strong>. {page_text(advice)}"
     if not feasible:
-        return note(words) + page(chart.svg())
-    words += f"Poles: {_poles(poles)}. Crosses: closed loop; circles: plant."
-    return note(words, BLUE) + page(
+        return note(message) + page(chart.svg())
+    message += f"Poles: {_poles(poles)}. Crosses: closed loop; circles: plant."
+    return note(message, BLUE) + page(
         chart.svg(),
         _step_chart(design, poles),
         gains_table(design),

@@ -135,12 +135,12 @@ def log(name, value, below, above):
     )
 
 
-def note(words, colour=VERMILLION):
+def note(message, colour=VERMILLION):
     """A note with these ``words`` of HTML, and a bar of this ``colour``."""
     return (
         f"<p role='status' style='margin:0;padding:.4em 1em;"
         f"border-left:5px solid {colour};background:#f6f8fa;"
-        f"color:{INK}'>{words}</p>"
+        f"color:{INK}'>{message}</p>"
     )
 
 

@@ -74,20 +74,20 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
         )
         if len(curve):
             chart.line(*curve.T, BLUE, name="LMI")
-        found = smallest(10**mu)
-        words = f"mu = {10**mu:.3g}: "
-        if found.status != "feasible":
-            words += f"<strong>{found.status}</strong>."
-            yield note(words) + page(chart.svg())
+        analysed = smallest(10**mu)
+        message = f"mu = {10**mu:.3g}: "
+        if analysed.status != "feasible":
+            message += f"<strong>{analysed.status}</strong>."
+            yield note(message) + page(chart.svg())
             return
-        chart.marks([mu], [np.log10(found.gamma)], BLUE, "circle")
-        words += (
-            f"gamma = <strong>{found.gamma:.3g}</strong>, "
-            f"{found.gamma / walls.norm:.1f} times the norm "
+        chart.marks([mu], [np.log10(analysed.gamma)], BLUE, "circle")
+        message += (
+            f"gamma = <strong>{analysed.gamma:.3g}</strong>, "
+            f"{analysed.gamma / walls.norm:.1f} times the norm "
             f"{walls.norm:.3g}. From rest |K x| stays below "
             f"{saturation.u_max:.4g} for every w of energy up to "
             f"{10**-mu:.3g}."
         )
-        yield note(words, BLUE) + page(chart.svg(), margins_table(found.margins))
+        yield note(message, BLUE) + page(chart.svg(), margins_table(analysed.margins))
 
     return Explorer(sliders, draw)

@@ -33,15 +33,15 @@ def explore_hinf(plant, K, U=None, gamma=None):
     norm = design.hinf()
     loop = design.closed_loop()
     p, n = plant.p, plant.n
-    size = np.abs(loop.poles())
-    grid = np.geomspace(size.min() / 30, size.max() * 30, 200)
+    moduli = np.abs(loop.poles())
+    grid = np.geomspace(moduli.min() / 30, moduli.max() * 30, 200)
     curve = largest_singular_value(
         loop.A, loop.B[:, :p], loop.C[:n], loop.D[:n, :p], grid
     )
     sliders = {"gamma": log("bound gamma", gamma or 2 * norm, 10, 10)}
 
     def draw(gamma):
-        found = analyse_pid(plant, K, U, gamma=gamma)
+        analysed = analyse_pid(plant, K, U, gamma=gamma)
         chart = Chart(
             np.log10(grid[[0, -1]]),
             np.log10([norm / 1e3, norm * 30]),
@@ -50,16 +50,16 @@ def explore_hinf(plant, K, U=None, gamma=None):
             "Gain from w to z over the frequency",
             log=True,
         )
-        feasible = found.status == "feasible"
+        feasible = analysed.status == "feasible"
         colour = GREEN if feasible else VERMILLION
         edge = np.log10(grid[[0, -1]])
         chart.line(np.log10(grid), np.log10(curve), BLUE, name="gain")
         chart.line(edge, np.log10([gamma] * 2), colour, True, "gamma")
-        words = (
-            f"The LMI is <strong>{found.status}</strong> at gamma = "
+        message = (
+            f"The LMI is <strong>{analysed.status}</strong> at gamma = "
             f"{gamma:.4g}. The norm is {norm:.4g}."
         )
-        margin = margins_table(found.margins) if feasible else ""
-        yield page(chart.svg(), f"<div><p>{words}</p>{margin}</div>")
+        margin = margins_table(analysed.margins) if feasible else ""
+        yield page(chart.svg(), f"<div><p>{message}</p>{margin}</div>")
 
     return Explorer(sliders, draw)

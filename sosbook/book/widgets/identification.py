@@ -59,8 +59,10 @@ def _draw(amplitude, noise, friction, encoder):
     fits.insert(1, ("pendulum", BLUE, "circle", fit_body(body)))
     every = [(fit, x) for *_, fit in fits for x in NAMES if x in fit.names]
     missed = [x for fit, x in every if not _inside(fit, x, rig.ratios)]
-    words = f"<strong>{len(missed)} of {len(every)}</strong> intervals miss the truth."
-    yield _page(rig, body, fits, words, VERMILLION if missed else BLUE)
+    message = (
+        f"<strong>{len(missed)} of {len(every)}</strong> intervals miss the truth."
+    )
+    yield _page(rig, body, fits, message, VERMILLION if missed else BLUE)
 
 
 @lru_cache(maxsize=8)
@@ -78,8 +80,8 @@ def _inside(fit, name, truth):
     return low < truth[name] < high
 
 
-def _page(rig, body, fits, words, colour):
-    return note(words, colour) + page(
+def _page(rig, body, fits, message, colour):
+    return note(message, colour) + page(
         _errors(rig, fits), _residuals(body, fits), _table(rig, fits)
     )
 
@@ -113,12 +115,12 @@ def _errors(rig, fits):
 def _residuals(body, fits, seconds=4.0):
     """What the body's fits leave of the log's first seconds."""
     n = round(seconds / body.T)
-    left = [
+    residuals = [
         (name, colour, np.rad2deg(fit.residuals[:n]))
         for name, colour, _, fit in fits
         if name != "wheels"
     ]
-    top = 1.1 * max(1.0, *(abs(r).max() for *_, r in left))
+    top = 1.1 * max(1.0, *(abs(r).max() for *_, r in residuals))
     chart = Chart(
         (0, seconds),
         (-top, top),
@@ -126,7 +128,7 @@ def _residuals(body, fits, seconds=4.0):
         "measured - model (deg/s)",
         "Residuals of the body",
     )
-    for name, colour, r in left:
+    for name, colour, r in residuals:
         chart.line(body.t[:n], r, colour, name=name)
     return chart.svg()
 

@@ -39,7 +39,7 @@ def explore_integrators(family, value, low, high, region=None, name="parameter")
     every = [_distances(family(x)) for x in grid]
     choices = {_name(channels): channels for channels in every[0]}
     curves = {
-        channels: np.array([found[channels] for found in every])
+        channels: np.array([distances[channels] for distances in every])
         for channels in choices.values()
     }
     sliders = {
@@ -72,17 +72,17 @@ def explore_integrators(family, value, low, high, region=None, name="parameter")
         try:
             design = follow[channels](plant, U, region=region)
         except ValueError as error:
-            words = f"<strong>inadmissible</strong>. {page_text(str(error))}"
-            yield note(words) + page(chart.svg())
+            message = f"<strong>inadmissible</strong>. {page_text(str(error))}"
+            yield note(message) + page(chart.svg())
             return
-        words = (
+        message = (
             f"<strong>admissible</strong>, distance "
             f"{choice.distance:.3g}; the design is {design.status}."
         )
         if design.status != "feasible":
-            yield note(words) + page(chart.svg())
+            yield note(message) + page(chart.svg())
             return
-        yield note(words, BLUE) + page(
+        yield note(message, BLUE) + page(
             chart.svg(), _answer(design, channels), gains_table(design)
         )
 

@@ -62,8 +62,8 @@ def _draw(R, q_theta, q_phi, spread, coupling):
     loops = descriptors(plants) + descriptors(Polytope(plants.sample(SAMPLES, 0)))
     K = _riccati(middle.plant(), cost)
     alone = "LQR of the middle", VERMILLION, K, _costs(loops, K, cost)
-    words = _worst(alone)
-    yield _page(loops, words, [alone])
+    message = _worst(alone)
+    yield _page(loops, message, [alone])
     design = design_lqr(
         plants,
         cost.Q,
@@ -74,18 +74,18 @@ def _draw(R, q_theta, q_phi, spread, coupling):
     if design.K is None:
         yield _page(
             loops,
-            f"Robust design: <strong>{design.status}</strong>. " + words,
+            f"Robust design: <strong>{design.status}</strong>. " + message,
             [alone],
             quick=False,
         )
         return
     bound = design.request.cost.bound
     robust = "robust", BLUE, design.K, _costs(loops, design.K, cost)
-    words = (
+    message = (
         f"Certified for all plants: cost &lt; "
-        f"<strong>{bound:.4g}</strong>. {_worst(robust)} {words}"
+        f"<strong>{bound:.4g}</strong>. {_worst(robust)} {message}"
     )
-    yield _page(loops, words, [alone, robust], bound, False)
+    yield _page(loops, message, [alone, robust], bound, False)
 
 
 def _riccati(plant, cost):
@@ -108,20 +108,20 @@ def _worst(design):
     return f"{name}: true worst cost {worst:.4g}."
 
 
-def _page(loops, words, designs, bound=None, quick=True):
+def _page(loops, message, designs, bound=None, quick=True):
     colour = GREY if quick else BLUE if bound else VERMILLION
-    return note(words, colour) + page(
+    return note(message, colour) + page(
         _poles(loops, designs), _bars(designs, bound), _gains(designs)
     )
 
 
 def _poles(loops, designs):
     """Of the four vertices; a fast pole or two lie beyond the window."""
-    found = [
+    pole_sets = [
         np.ravel([np.linalg.eigvals(loop_matrix(d, K)) for d in loops[:4]])
         for _, _, K, _ in designs
     ]
-    every = np.concatenate(found)
+    every = np.concatenate(pole_sets)
     every = every[every.real > WINDOW_LEFT]
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
@@ -134,7 +134,7 @@ def _poles(loops, designs):
     )
     chart.line([0, 0], [-high, high], GREY, True)
     shapes = "circle", "cross"
-    for poles, (_, colour, *_), shape in zip(found, designs, shapes):
+    for poles, (_, colour, *_), shape in zip(pole_sets, designs, shapes):
         chart.marks(poles.real, poles.imag, colour, shape)
     return chart.svg()
 
@@ -143,8 +143,8 @@ def _bars(designs, bound):
     """True costs, the plants in the order of the first design's."""
     order = np.argsort(designs[0][3], kind="stable")
     every = np.concatenate([costs for *_, costs in designs])
-    known = every[np.isfinite(every)]
-    top = 1.1 * max([bound or 0, *np.minimum(known, 4 * np.median(known))])
+    finite = every[np.isfinite(every)]
+    top = 1.1 * max([bound or 0, *np.minimum(finite, 4 * np.median(finite))])
     chart = Chart(
         (0, len(order) + 1),
         (0, top),

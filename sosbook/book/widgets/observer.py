@@ -66,18 +66,18 @@ def _draw(factor, gyro, wheels, R, spread):
     R_F = np.sqrt(np.diag([gyro, wheels]))
     filtered = Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, push, R_F))
     loops = [filtered]
-    yield note(filtered.words(), GREY) + _page(loops)
+    yield note(filtered.message(), GREY) + _page(loops)
     filtered.analyse()
     design = design_observer(plant, K, np.vstack([push, 0 * push]), R_F)
-    words = f"Theorem 2.5: <strong>{design.status}</strong> at the vertices"
+    message = f"Theorem 2.5: <strong>{design.status}</strong> at the vertices"
     if design.L is None:
-        words += ", no L. "
+        message += ", no L. "
     else:
-        words += f", tr J = {design.bound:.4g}. "
+        message += f", tr J = {design.bound:.4g}. "
         loops.append(Loop(THEOREM, BLUE, plant, K, design.L))
         loops[-1].analyse()
     colour = BLUE if loops[-1].status == PROVEN else VERMILLION
-    yield note(words + loops[-1].words(), colour) + _page(loops)
+    yield note(message + loops[-1].message(), colour) + _page(loops)
 
 
 def _kalman(d, push, R_F):
@@ -108,38 +108,38 @@ class Loop:
         """[e; x] at the vertices, (4, 6, times); x^ starts at zero."""
         x = np.zeros((6, 1))
         x[[0, 3]] = np.radians(START_TILT)
-        step, found = expm(self.matrices * TIMES[1]), [x + np.zeros((4, 6, 1))]
+        step, states = expm(self.matrices * TIMES[1]), [x + np.zeros((4, 6, 1))]
         for _ in TIMES[1:]:
-            found.append(step @ found[-1])
-        return np.concatenate(found, axis=2)
+            states.append(step @ states[-1])
+        return np.concatenate(states, axis=2)
 
     def analyse(self):
-        found = analyse_loop(self.system.E, self.system.A)
-        proven = found.status == "feasible" and found.certify().proven
-        self.status = PROVEN if proven else f"not proven ({found.status})"
+        analysed = analyse_loop(self.system.E, self.system.A)
+        proven = analysed.status == "feasible" and analysed.certify().proven
+        self.status = PROVEN if proven else f"not proven ({analysed.status})"
 
-    def words(self):
+    def message(self):
         half = np.pi * SAMPLING_RATE
-        words = f"With the L of the {self.name} "
+        message = f"With the L of the {self.name} "
         if self.poles.real.max() >= 0:
-            words += "the loop is UNSTABLE at a vertex. "
+            message += "the loop is UNSTABLE at a vertex. "
         elif self.status:
-            words += f"the whole polytope is <strong>{self.status}</strong>. "
+            message += f"the whole polytope is <strong>{self.status}</strong>. "
         else:
-            words += "the vertices are stable. "
+            message += "the vertices are stable. "
         side = "BEYOND" if self.fastest > half else "within"
-        words += (
+        message += (
             f"The controller's fastest pole, {self.fastest:.4g} rad/s, lies "
             f"{side} half the sampling rate of {SAMPLING_RATE} Hz, {half:.0f} rad/s."
         )
         if self.controller.real.max() >= 0:
-            words += " The controller alone is UNSTABLE."
-        return words
+            message += " The controller alone is UNSTABLE."
+        return message
 
 
 def _page(loops):
-    theta = [np.degrees(each.run[:, 3]) for each in loops]
-    error = [np.degrees(each.run[:, 0]) for each in loops]
+    theta = [np.degrees(loop.run[:, 3]) for loop in loops]
+    error = [np.degrees(loop.run[:, 0]) for loop in loops]
     return page(
         _poles(loops),
         _curves(loops, theta, "body angle"),
@@ -151,7 +151,7 @@ def _page(loops):
 
 def _poles(loops):
     """Of error and state; the fast ones lie beyond the window."""
-    every = np.concatenate([each.poles.ravel() for each in loops])
+    every = np.concatenate([loop.poles.ravel() for loop in loops])
     every = every[every.real > WINDOW_LEFT]
     high = 1.2 * max(5, *abs(every.imag))
     right = max(2, *(1.2 * every.real))
@@ -163,9 +163,9 @@ def _poles(loops):
         f"Poles of error and state at the vertices, Re s above {WINDOW_LEFT}",
     )
     chart.line([0, 0], [-high, high], GREY, True)
-    for each, shape in zip(loops, ("circle", "cross")):
-        poles = each.poles.ravel()
-        chart.marks(poles.real, poles.imag, each.colour, shape)
+    for loop, shape in zip(loops, ("circle", "cross")):
+        poles = loop.poles.ravel()
+        chart.marks(poles.real, poles.imag, loop.colour, shape)
     return chart.svg()
 
 
@@ -182,10 +182,10 @@ def _curves(loops, runs, name):
         f"The {name} at the four vertices",
     )
     chart.line([0, TIMES[-1]], [0, 0], GREY, True)
-    for each, run in zip(loops, runs):
+    for loop, run in zip(loops, runs):
         for k, row in enumerate(run):
             chart.line(
-                TIMES, row, each.colour, each is loops[0], "" if k else each.name
+                TIMES, row, loop.colour, loop is loops[0], "" if k else loop.name
             )
     return chart.svg()
 
@@ -194,15 +194,15 @@ def _gains(loops):
     """K, and the columns of each L."""
     cell = "style='padding:0 .6em;text-align:right'"
     heads = "".join(
-        f"<th scope='colgroup' colspan='2' style='color:{each.colour}'>"
-        f"L, {each.name}</th>"
-        for each in loops
+        f"<th scope='colgroup' colspan='2' style='color:{loop.colour}'>"
+        f"L, {loop.name}</th>"
+        for loop in loops
     )
     rows = "".join(
         f"<tr><th scope='row'>{name}</th>"
         + "".join(
             f"<td {cell}>{k:.4g}</td>"
-            for k in (loops[0].K[0, i], *(k for each in loops for k in each.L[i]))
+            for k in (loops[0].K[0, i], *(k for loop in loops for k in loop.L[i]))
         )
         + "</tr>"
         for i, name in enumerate(STATES)
@@ -225,13 +225,13 @@ def _facts(loops):
         )
     )
     rows = "".join(
-        f"<tr><th scope='row' style='color:{each.colour}'>{each.name}</th>"
-        f"<td>{each.status}</td>"
+        f"<tr><th scope='row' style='color:{loop.colour}'>{loop.name}</th>"
+        f"<td>{loop.status}</td>"
         + "".join(
             f"<td style='padding:0 .6em;text-align:right'>{x:.4g}</td>"
-            for x in (each.poles.real.max(), each.peak, each.fastest)
+            for x in (loop.poles.real.max(), loop.peak, loop.fastest)
         )
         + "</tr>"
-        for each in loops
+        for loop in loops
     )
     return f"<table class='facts'><tr><th></th>{heads}</tr>{rows}</table>"

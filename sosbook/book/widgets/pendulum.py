@@ -50,10 +50,10 @@ def explore_fall():
         true, line = falls(robots[rotors], np.radians(angle), V, t[1])
         true, line = np.degrees(true[:2]), np.degrees(line[:2])
         apart = np.abs(true[0] - line[0]) > 5
-        words = f"The two thetas stay within 5° for {END} s."
+        message = f"The two thetas stay within 5° for {END} s."
         if apart.any():
-            words = f"The thetas are 5° apart at {t[apart.argmax()]:.2f} s."
-        yield note(words, BLUE) + page(
+            message = f"The thetas are 5° apart at {t[apart.argmax()]:.2f} s."
+        yield note(message, BLUE) + page(
             _angles(t, true[0], line[0], "theta", "Body angle theta"),
             _angles(t, true[1], line[1], "phi", "Wheel angle phi"),
         )

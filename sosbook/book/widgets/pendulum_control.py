@@ -101,47 +101,49 @@ def recover(robots, K, angle, t, limit=V_MAX):
         fall = Mip.acceleration(fleet, x[:2], x[2:4], volts(x))
         return np.concatenate([x[2:4], fall, x[1:2]])[: len(x)]
 
-    found = [x]
+    states = [x]
     for _ in t[1:]:
         k1 = rate(x)
         k2 = rate(x + T / 2 * k1)
         k3 = rate(x + T / 2 * k2)
         k4 = rate(x + T * k3)
         x = x + T / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        found.append(x)
-    found = np.moveaxis(found, 0, 2)
-    return found, np.clip(np.einsum("i,ijk->jk", K[0], found), -limit, limit)
+        states.append(x)
+    states = np.moveaxis(states, 0, 2)
+    return states, np.clip(np.einsum("i,ijk->jk", K[0], states), -limit, limit)
 
 
 def _draw(R, spread, tilt, law, design):
     U = [[0, 1]] if law == PID else None
     robots = vertices(Mip.printed(), spread / 100)
     plants = polytope(Mip.printed(), spread / 100)
-    number = 3 if law == PID else 0
-    given = plants if design == ROBUST else robots[number].plant()
-    found = design_lqr(given, np.eye(5 if U else 4), [[R]], U)
-    if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
+    index = 3 if law == PID else 0
+    plant = plants if design == ROBUST else robots[index].plant()
+    regulator = design_lqr(plant, np.eye(5 if U else 4), [[R]], U)
+    if regulator.K is None:
+        yield note(
+            f"<strong>{regulator.status}</strong>. " + page_text(regulator.advice)
+        )
         return
-    loops = [loop_matrix(d, found.K) for d in descriptors(plants, U)]
+    loops = [loop_matrix(d, regulator.K) for d in descriptors(plants, U)]
     poles = np.array([np.sort_complex(np.linalg.eigvals(A)) for A in loops])
-    words = f"regulator of vertex {number + 1}. "
+    message = f"regulator of vertex {index + 1}. "
     if design == ROBUST:
-        words = (
+        message = (
             "Certified for all plants: cost &lt; <strong>"
-            f"{found.request.cost.bound:.4g}</strong>. "
+            f"{regulator.request.cost.bound:.4g}</strong>. "
         )
     t = np.arange(0, END + STEP / 2, STEP)
-    x, V = recover(robots, found.K, np.radians(tilt), t)
+    x, V = recover(robots, regulator.K, np.radians(tilt), t)
     stands = np.abs(x[0, :, -1]) < np.radians(max(tilt / 2, 1))
     peak = np.abs(V).max()
-    words += f"Rightmost pole {poles.real.max():.2f} 1/s. Peak voltage {peak:.3g} V"
-    words += ", the motors' LIMIT. " if peak >= V_MAX else ". "
+    message += f"Rightmost pole {poles.real.max():.2f} 1/s. Peak voltage {peak:.3g} V"
+    message += ", the motors' LIMIT. " if peak >= V_MAX else ". "
     good = poles.real.max() < 0 and stands.all()
     if not stands.all():
-        words += f"FALLS at {np.sum(~stands)} of 4 vertices."
-    yield note(words, BLUE if good else VERMILLION) + page(
-        _poles(poles), _tilt(t, np.degrees(x[0])), _volts(t, V), gains_table(found)
+        message += f"FALLS at {np.sum(~stands)} of 4 vertices."
+    yield note(message, BLUE if good else VERMILLION) + page(
+        _poles(poles), _tilt(t, np.degrees(x[0])), _volts(t, V), gains_table(regulator)
     )
 
 

@@ -58,10 +58,10 @@ def explore_region(A=None):
             f"{'inside' if d.min() > 0 else 'OUTSIDE'}</li>"
             for name, d in region.distances(poles).items()
         )
-        words = "inside" if region.contains(poles) else "not all inside"
+        verdict = "inside" if region.contains(poles) else "not all inside"
         yield page(
             chart.svg(),
-            f"<div><strong>The poles are {words}.</strong><ul>{rows}</ul></div>",
+            f"<div><strong>The poles are {verdict}.</strong><ul>{rows}</ul></div>",
         )
 
     return Explorer(sliders, draw)

@@ -41,23 +41,25 @@ def explore_regularization(plant, beta=0.1):
     before = np.concatenate([v.poles() for v in plant.vertices])
 
     def draw(beta, choose):
-        found = regularize(plant, beta, choose=choose)
-        if found.status != "feasible":
-            yield note(f"<strong>{found.status}</strong>.")
-            yield note(f"<strong>{found.status}</strong>. {page_text(found.advice)}")
+        regular = regularize(plant, beta, choose=choose)
+        if regular.status != "feasible":
+            yield note(f"<strong>{regular.status}</strong>.")
+            yield note(
+                f"<strong>{regular.status}</strong>. {page_text(regular.advice)}"
+            )
             return
-        loops = found.regular.vertices
+        loops = regular.regular.vertices
         poles = np.concatenate([v.poles() for v in loops])
-        words = (
+        message = (
             f"<strong>feasible</strong>. Asked for: above beta² = "
-            f"{beta**2:.3g}; reached: {found.bound:.3g}. Fastest pole of "
+            f"{beta**2:.3g}; reached: {regular.bound:.3g}. Fastest pole of "
             f"the plant with K_A: {np.abs(poles).max():.4g} rad/s. "
             "Circles: without K_A, crosses: with it."
         )
-        yield note(words, BLUE) + page(
+        yield note(message, BLUE) + page(
             _mass_chart(plant.vertices, loops, beta),
             _pole_chart(before, poles),
-            _gain_table(found.K_A),
+            _gain_table(regular.K_A),
         )
 
     return Explorer(sliders, draw)

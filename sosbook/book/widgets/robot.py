@@ -56,17 +56,21 @@ def explore_robot():
 
 def _draw(R, tilt, delay, noise, offset, law, design):
     robots = vertices(Mip.printed())
-    number, U, N = (3, [[0, 1]], 5) if law == PID else (0, None, 4)
-    given = polytope(Mip.printed()) if design == ROBUST else robots[number].plant()
-    found = design_lqr(given, np.eye(N), [[R]], U)
-    if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
+    index, U, N = (3, [[0, 1]], 5) if law == PID else (0, None, 4)
+    plant = polytope(Mip.printed()) if design == ROBUST else robots[index].plant()
+    regulator = design_lqr(plant, np.eye(N), [[R]], U)
+    if regulator.K is None:
+        yield note(
+            f"<strong>{regulator.status}</strong>. " + page_text(regulator.advice)
+        )
         return
-    yield _page(robots, found, tilt, delay, noise, offset)
+    yield _page(robots, regulator, tilt, delay, noise, offset)
 
 
-def _page(robots, found, tilt, delay, noise, offset):
-    firmware = Firmware(SampledLaw.of_gain(found.K, T), tip=1.5, stall=NEVER_STALLED)
+def _page(robots, regulator, tilt, delay, noise, offset):
+    firmware = Firmware(
+        SampledLaw.of_gain(regulator.K, T), tip=1.5, stall=NEVER_STALLED
+    )
     sensors = Sensors(noise=noise * Sensors.noise)
     bias = Sensors().offset - np.radians(offset)
     run = simulate(
@@ -79,10 +83,10 @@ def _page(robots, found, tilt, delay, noise, offset):
         bias=bias,
         substeps=4,
     )
-    words = _verdict(run)
-    good = run.settled.all() and "chatters" not in words
-    return note(words, BLUE if good else VERMILLION) + page(
-        _tilt(run), _volts(run), _wheels(run), gains_table(found)
+    message = _verdict(run)
+    good = run.settled.all() and "chatters" not in message
+    return note(message, BLUE if good else VERMILLION) + page(
+        _tilt(run), _volts(run), _wheels(run), gains_table(regulator)
     )
 
 
@@ -91,17 +95,17 @@ def _verdict(run):
     last = run.t > run.t[-1] - REST_TIME
     loud = run.V[:, last].std(axis=1).max()
     far = np.degrees(np.abs(run.x[1]).max())
-    words = (
+    message = (
         f"Peak voltage {run.peak_voltage.max():.1f} V; at rest "
         f"{loud:.2f} V of noise; wheels turn {far:.0f}°. "
     )
     if run.fell.any():
-        return words + f"FALLS at {run.fell.sum()} of 4 vertices."
+        return message + f"FALLS at {run.fell.sum()} of 4 vertices."
     if loud > CHATTER_VOLTS:
-        return words + "It <strong>chatters</strong>."
+        return message + "It <strong>chatters</strong>."
     if not run.settled.all():
-        return words + "It sways by more than 3°."
-    return words + "All four vertices <strong>stand</strong>."
+        return message + "It sways by more than 3°."
+    return message + "All four vertices <strong>stand</strong>."
 
 
 def _tilt(run):

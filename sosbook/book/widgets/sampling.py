@@ -86,51 +86,55 @@ def kick(loop, rate, count):
     """
     F = loop.matrix
     x = np.zeros(len(F))
-    x[2], found = rate, []
+    x[2], states = rate, []
     for _ in range(count):
-        found.append(x[:4])
+        states.append(x[:4])
         x = F @ x
-    return np.array(found).T
+    return np.array(states).T
 
 
 @lru_cache(maxsize=64)
 def _design(R, law, design):
-    number, order = (3, 5) if law == PID else (0, 4)
+    index, order = (3, 5) if law == PID else (0, 4)
     U = [[0, 1]] if law == PID else None
-    given = polytope(Mip.printed())
+    plant = polytope(Mip.printed())
     if design == SINGLE:
-        given = given.vertices[number]
-    return design_lqr(given, np.eye(order), [[R]], U)
+        plant = plant.vertices[index]
+    return design_lqr(plant, np.eye(order), [[R]], U)
 
 
 def _draw(R, T, ticks, sensing, law, design):
-    found = _design(R, law, design)
-    if found.K is None:
-        yield note(f"<strong>{found.status}</strong>. " + page_text(found.advice))
+    regulator = _design(R, law, design)
+    if regulator.K is None:
+        yield note(
+            f"<strong>{regulator.status}</strong>. " + page_text(regulator.advice)
+        )
         return
     T = positive("T", T) / 1000
-    runs = SampledLaw.of_gain(found.K, T)
+    runs = SampledLaw.of_gain(regulator.K, T)
     loops = [
         SampledLoop(robot, runs, ticks * T, sensing)
         for robot in vertices(Mip.printed())
     ]
     radius = max(loop.radius for loop in loops)
-    words = f"{1 / T:.0f} Hz. Radius {radius:.4f}: "
+    message = f"{1 / T:.0f} Hz. Radius {radius:.4f}: "
     yield note(
-        words + ("stable at all four vertices." if radius < 1 else "UNSTABLE."),
+        message + ("stable at all four vertices." if radius < 1 else "UNSTABLE."),
         BLUE if radius < 1 else VERMILLION,
-    ) + page(_poles(loops), _nyquist(loops), _tilt(loops), gains_table(found))
+    ) + page(_poles(loops), _nyquist(loops), _tilt(loops), gains_table(regulator))
     peak = max(loop.sensitivity for loop in loops)
     if radius < 1:
-        words += (
+        message += (
             f"stable at all four vertices. Peak of the sensitivity "
             f"<strong>{peak:.2f}</strong>: Nyquist's curve keeps "
             f"{1 / peak:.2f} away from the critical point."
         )
     else:
-        words += f"UNSTABLE at {sum(loop.radius >= 1 for loop in loops)} of 4 vertices."
-    yield note(words, BLUE if peak < WARNING_PEAK else VERMILLION) + page(
-        _poles(loops), _nyquist(loops), _tilt(loops), gains_table(found)
+        message += (
+            f"UNSTABLE at {sum(loop.radius >= 1 for loop in loops)} of 4 vertices."
+        )
+    yield note(message, BLUE if peak < WARNING_PEAK else VERMILLION) + page(
+        _poles(loops), _nyquist(loops), _tilt(loops), gains_table(regulator)
     )
 
 

@@ -39,9 +39,9 @@ def explore_saturation(plant, U, region, saturation, gamma=None):
         bound = Saturation(u_max, scale * saturation.x0)
         design = follow(plant, U, region=region, gamma=gamma, saturation=bound)
         if design.status != "feasible":
-            words = f"<strong>{design.status}</strong>."
-            yield note(words)
-            yield note(f"{words} {page_text(design.advice)}")
+            message = f"<strong>{design.status}</strong>."
+            yield note(message)
+            yield note(f"{message} {page_text(design.advice)}")
             return
         n = plant.n
         slowest = -design.poles().real.max()

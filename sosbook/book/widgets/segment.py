@@ -49,11 +49,11 @@ def explore_segment(plants, P):
         chart.line([0, 0], [-window[2], window[2]], GREY, True)
         chart.marks(every.real, every.imag, GREY, "circle")
         chart.marks(poles.real, poles.imag, BLUE, "cross")
-        words = "stable" if poles.real.max() < 0 else "UNSTABLE"
+        verdict = "stable" if poles.real.max() < 0 else "UNSTABLE"
         yield page(
             chart.svg(),
             (
-                f"<div><p>The plant is <strong>{words}</strong>: largest real "
+                f"<div><p>The plant is <strong>{verdict}</strong>: largest real "
                 f"part {poles.real.max():+.2f}.</p><p>Largest eigenvalue of "
                 f"the stability LMI with this P: {top:+.2f}.</p></div>"
             ),

@@ -73,11 +73,11 @@ class _Steps(Explorer):
             return watch
 
         yield show()
-        found = phase_one(blocks, watch=drawn(raised))
-        if found.x is None:
-            yield show(f"{found.verdict}: no centre to walk to")
+        phase = phase_one(blocks, watch=drawn(raised))
+        if phase.x is None:
+            yield show(f"{phase.verdict}: no centre to walk to")
             return
-        centre(blocks, found.x, watch=drawn(walked))
+        centre(blocks, phase.x, watch=drawn(walked))
         yield show("at the centre")
 
 
@@ -116,11 +116,11 @@ def _page(variables, raised, walked, end):
         if any(products)
         else "a dense matrix, no conjugate gradients"
     )
-    words = (
+    message = (
         f"<strong>{variables}</strong> variables. Phase one: "
         f"<strong>{len(raised)}</strong> steps, then "
         f"<strong>{len(walked)}</strong> towards the centre"
         + (f", with {way}" if walked else "")
         + f". {end}"
     )
-    return page(fall.svg(), work.svg(), f"<p>{words}</p>")
+    return page(fall.svg(), work.svg(), f"<p>{message}</p>")
