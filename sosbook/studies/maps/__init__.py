@@ -5,7 +5,8 @@ grid of them. `designs` solves many specifications, each from the last;
 `sweep` runs any function over many points in parallel.
 """
 
-from .edges import Edge, Frontier, edge, frontier, request
+from .edges import Edge, edge, request
+from .frontiers import Frontier, frontier
 from .grid import FeasibilityMap, designs, feasibility_map
 from .parallel import sweep
 from .search import requirements, shown

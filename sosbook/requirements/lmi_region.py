@@ -1,0 +1,290 @@
+"""LMI regions of the complex plane, as requirements on closed-loop poles."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
+
+from ..analysis.linear import poles
+from ..lmi.rational import decimal, decimals, exact, read_array, read_number
+from ..plants.checks import matrix
+from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..theorems import pole_region, slack_pole_region
+from .base import Requirement, sane_name
+from .loop import Loop
+from .region_forms import RegionForms, degrees
+from .vocabulary import SIGMA
+
+__all__ = ["LMIRegion", "Region"]
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """An intersection of LMI regions.
+
+    Parameters
+    ----------
+    parts : tuple of LMIRegion
+        The regions that are intersected. A name that comes twice gets
+        a number: "disk", "disk#2".
+
+    Raises
+    ------
+    ValueError
+        If there is no part, or one of them isn't an LMIRegion.
+    """
+
+    parts: tuple
+
+    def __post_init__(self):
+        parts, names = [], set()
+        for part in self.parts:
+            if not isinstance(part, LMIRegion):
+                raise ValueError(
+                    f"parts must be LMIRegion objects, got {type(part).__name__}"
+                )
+            name, count = part.name, 1
+            while name in names:
+                count += 1
+                name = f"{part.name}#{count}"
+            names.add(name)
+            if count > 1:
+                part = part.named(name)
+            parts.append(part)
+        if not parts:
+            raise ValueError("parts is empty: a region needs an LMIRegion")
+        object.__setattr__(self, "parts", tuple(parts))
+
+    def __and__(self, other):
+        if not isinstance(other, Region):
+            return NotImplemented
+        return Region(self.parts + other.parts)
+
+    def distances(self, poles: ArrayLike) -> dict[str, np.ndarray]:
+        """How far inside each part the poles lie.
+
+        Parameters
+        ----------
+        poles : array_like of complex
+            In rad/s.
+
+        Returns
+        -------
+        dict
+            From a part's name to an array of the shape of ``poles``:
+            positive inside. For half-plane, sector and disk it is the
+            distance to the boundary, in rad/s; for other regions a
+            lower bound of it.
+        """
+        return {part.name: part.distance(poles) for part in self.parts}
+
+    def contains(self, poles: ArrayLike) -> bool:
+        """Whether all poles lie strictly inside."""
+        return all((d > 0).all() for d in self.distances(poles).values())
+
+
+class LMIRegion(RegionForms, Region, Requirement):
+    r"""The region :math:`\alpha + \beta s + \beta^\top \bar s < 0`.
+
+    Parameters
+    ----------
+    alpha : (k, k) array_like
+        Symmetric.
+    beta : (k, k) array_like
+        Any real matrix.
+    name : str
+        Names the LMI block that demands it: letters, digits, spaces and
+        hyphens.
+    text : str, optional
+        The region in words, for messages. Proofs state the matrices of a
+        region that none of the constructors below makes.
+
+    Notes
+    -----
+    Source: Chilali and Gahinet (1996); thesis (A.7), (A.8).
+
+    Examples
+    --------
+    >>> strip = LMIRegion.strip(-5, -1)
+    >>> strip.contains([-2 + 3j, -2 - 3j]), strip.contains([-6])
+    (True, False)
+    """
+
+    kind, promise, rank, bound = "region", "poles", 12, None
+    alpha: np.ndarray
+    beta: np.ndarray
+    text: str
+    of_poles = True
+
+    def __init__(
+        self, alpha: ArrayLike, beta: ArrayLike, name: str, text: str | None = None
+    ) -> None:
+        alpha = matrix("alpha", alpha)
+        k = alpha.shape[0]
+        if alpha.shape != (k, k) or not np.array_equal(alpha, alpha.T):
+            raise ValueError("alpha must be symmetric")
+        beta = matrix("beta", beta, (k, k))
+        if not beta.any():
+            raise ValueError("beta is zero: the region has no boundary")
+        sane_name(name)
+        object.__setattr__(self, "alpha", alpha)
+        object.__setattr__(self, "beta", beta)
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "text", text or name)
+        object.__setattr__(self, "parts", (self,))
+
+    def __repr__(self):
+        alpha, beta = self.alpha.tolist(), self.beta.tolist()
+        return f"LMIRegion({alpha}, {beta}, {self.name!r})"
+
+    def named(self, name: str) -> "LMIRegion":
+        """The same region under another name."""
+        region = LMIRegion(self.alpha, self.beta, name, self.text)
+        return region._made(self._form, **self._sizes)
+
+    def data(self) -> dict:
+        contents = {"kind": self.kind, "name": self.name, "form": self._form}
+        contents |= {key: decimal(value) for key, value in self._sizes.items()}
+        if self._form == "sector":
+            contents["degrees"] = degrees(*self.beta[0])
+        return contents | {"alpha": decimals(self.alpha), "beta": decimals(self.beta)}
+
+    @classmethod
+    def of_data(cls, data: dict) -> "LMIRegion":
+        make = FORMS.get(data["form"])
+        if make is None:
+            k = len(data["alpha"])
+            sizes = [read_array(data[x], k, k) for x in ("alpha", "beta")]
+            return cls(*sizes, data["name"])
+        fixed = ("kind", "name", "form", "degrees", "alpha", "beta")
+        sizes = {k: read_number(v) for k, v in data.items() if k not in fixed}
+        return make(**sizes, name=data["name"])
+
+    @property
+    def implies_stability(self) -> bool:
+        """Whether one scalar of it says Re s < -c with c >= 0."""
+        return (
+            self.alpha.shape == (1, 1) and self.alpha[0, 0] >= 0 and self.beta[0, 0] > 0
+        )
+
+    @property
+    def words(self) -> str:
+        """The parameter's words, unless it has a name of its own."""
+        named = self.name not in ("half-plane", "sector", "disk")
+        return self.name if named or not self.parameter else super().words
+
+    @property
+    def titles(self) -> dict:
+        symbol = "" if self.words == self.name else f" {self.parameter.symbol}"
+        return {"": self.name + symbol}
+
+    def with_bound(self, bound: float) -> "Requirement":
+        if self._again is None:
+            return super().with_bound(bound)
+        return self._again(bound)
+
+    def repeats(self, other: Any) -> bool:
+        """Whether its blocks are those of an ``other`` requirement."""
+        if not isinstance(other, LMIRegion) or other.alpha.shape != self.alpha.shape:
+            return False
+        return all(
+            np.array_equal(one, two)
+            for one, two in zip(_of_size_one(self), _of_size_one(other))
+        )
+
+    def contradicts(self, other: Any) -> bool:
+        """Whether an ``other`` region lies apart at sight.
+
+        A disk that lies right of a half-plane holds no pole of it.
+        """
+        if not (
+            self._is_disk and isinstance(other, LMIRegion) and other.parameter is SIGMA
+        ):
+            return False
+        rho, shift = -self.alpha[0]
+        return rho <= other.bound + shift
+
+    def holds_at(self, root: Any) -> bool | None:
+        return root.inside(exact(self.alpha), exact(self.beta))
+
+    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+        yield "", pole_region(c, loop.number(self.alpha), loop.number(self.beta))
+
+    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+        yield (
+            "",
+            slack_pole_region(
+                c, loop.number(self.alpha), loop.number(self.beta), loop.epsilon
+            ),
+        )
+
+    def truth(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
+        """How far inside the worst pole lies, in rad/s: see `distances`.
+
+        The poles are those of all ``loops`` under K and K_A.
+        """
+        spectra = np.array([poles(d, K) for d in loops])
+        return self.distance(spectra).min()
+
+    def kept(self, truth: float) -> float:
+        return truth
+
+    def rate(self) -> tuple | None:
+        if self._is_disk:
+            rho, shift = -self.alpha[0]
+            return 0, rho / 2 + abs(shift)
+        if self.implies_stability and self.alpha[0, 0] > 0:
+            return 1, 2 * self.alpha[0, 0] / self.beta[0, 0]
+        return None
+
+    @property
+    def _is_disk(self):
+        return np.array_equal(self.beta, [[0, 1], [0, 0]])
+
+    def characteristic(self, s: ArrayLike) -> np.ndarray:
+        """The Hermitian matrices f(s) of (A.8), one for each pole."""
+        s = np.asarray(s, complex)[..., None, None]
+        return self.alpha + self.beta * s + self.beta.T * s.conj()
+
+    def distance(self, poles: ArrayLike) -> np.ndarray:
+        """How far inside each of some poles lies; see `Region.distances`."""
+        top = np.linalg.eigvalsh(self.characteristic(poles))[..., -1]
+        return -top / (2 * _numerical_radius(self.beta))
+
+
+FORMS = {
+    "half-plane": LMIRegion.half_plane,
+    "sector": LMIRegion.sector,
+    "disk": LMIRegion.disk,
+    "strip": LMIRegion.strip,
+    "horizontal strip": LMIRegion.horizontal_strip,
+    "ellipse": LMIRegion.ellipse,
+}
+
+
+def _of_size_one(part):
+    size = max(np.abs(part.alpha).max(), np.abs(part.beta).max())
+    return part.alpha / size, part.beta / size
+
+
+def _numerical_radius(beta):
+    """The largest |x* beta x| over unit vectors x."""
+
+    def height(angle):
+        turned = np.exp(1j * angle) * beta
+        return np.linalg.eigvalsh(turned + turned.conj().T)[-1] / 2
+
+    grid = np.linspace(0, 2 * np.pi, 25)
+    best = grid[np.argmax([height(a) for a in grid])]
+    near = minimize_scalar(
+        lambda a: -height(a),
+        bounds=(best - 0.3, best + 0.3),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(height(best), -near.fun)

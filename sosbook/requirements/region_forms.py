@@ -1,0 +1,187 @@
+"""The well-known regions: how they are made, and what they are called.
+
+A region is made of floats, while its claim is read as decimals. Both are
+rounded inwards: the region that is proven lies inside the one that is named.
+"""
+
+from fractions import Fraction
+from functools import partial
+from math import prod
+from typing import Self
+
+import numpy as np
+from flint import arb
+
+from ..lmi.rational import decimal, decimals, exact
+from ..plants.checks import number, positive
+from .vocabulary import RHO, SIGMA, THETA
+
+__all__ = ["RegionForms", "degrees"]
+
+
+class RegionForms:
+    """Constructors of an `LMIRegion`, which remembers its form."""
+
+    _again = None  # makes the same region with another bound
+    _form = "matrices"  # which constructor made it, of what
+    _sizes: dict[str, float] = {}
+
+    @classmethod
+    def half_plane(cls, sigma: float, name: str = "half-plane") -> Self:
+        """Re s < -sigma (2.18), under a name."""
+        alpha = [[at_least(2, number("sigma", sigma))]]
+        text = f"{name} Re s < {plain(0.0 - sigma)}"
+        region = cls(alpha, [[1]], name, text)._movable(
+            SIGMA, float(sigma), partial(cls.half_plane, name=name), 10
+        )
+        return region._made("half-plane", sigma=float(sigma))
+
+    @classmethod
+    def sector(cls, theta: float, apex: float = 0.0, name: str = "sector") -> Self:
+        """The cone with Im s between ± (apex - Re s) tan(theta) (2.20), (A.15).
+
+        Messages know it by its name.
+
+        ``theta`` is HALF the opening angle, in radians, and ``name`` tells
+        the sector from others. The float pair
+        (sin, cos) and the apex are rounded inwards: the region that is
+        proven lies inside the region that is named.
+        """
+        theta = number("theta", theta)
+        if not 0 < theta <= np.pi / 2:
+            raise ValueError(
+                f"theta = {theta} is outside (0, pi/2]: it is the "
+                "half-angle of the sector, in radians; PoleRegion takes "
+                "degrees as theta_deg=..."
+            )
+        sin = np.sin(theta) * (1 - 4 * np.finfo(float).eps)
+        cos = np.cos(theta) * (1 + 4 * np.finfo(float).eps)
+        beta = np.array([[sin, cos], [-cos, sin]])
+        apex = number("apex", apex)
+        alpha = at_least(-2, sin, apex)
+        text = f"{name} of half-angle {degrees(sin, cos)} degrees"
+        if apex:
+            text += f" with apex {plain(apex)}"
+        region = cls(alpha * np.eye(2), beta, name, text)._movable(
+            THETA, theta, partial(cls.sector, apex=apex, name=name), 11
+        )
+        return region._made("sector", theta=theta, apex=apex)
+
+    @classmethod
+    def disk(cls, rho: float, centre: float = 0.0, name: str = "disk") -> Self:
+        """|s - centre| < rho (2.19), (A.11), under a name."""
+        rho = positive("rho", rho)
+        centre = number("centre", centre)
+        alpha = [[-rho, -centre], [-centre, -rho]]
+        text = f"{name} of radius {plain(rho)} around {plain(centre)}"
+        region = cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
+            RHO, rho, partial(cls.disk, centre=centre, name=name), 12
+        )
+        return region._made("disk", rho=rho, centre=centre)
+
+    @classmethod
+    def strip(cls, left: float, right: float, name: str = "strip") -> Self:
+        """left < Re s < right, under a name."""
+        left, right = number("left", left), number("right", right)
+        if left >= right:
+            raise ValueError(f"left = {left} must be below right = {right}")
+        alpha = np.diag([at_least(2, left), at_least(-2, right)])
+        text = f"{name} {plain(left)} < Re s < {plain(right)}"
+        region = cls(alpha, np.diag([-1, 1]), name, text)
+        return region._made("strip", left=left, right=right)
+
+    @classmethod
+    def horizontal_strip(cls, omega: float, name: str = "horizontal strip") -> Self:
+        """-omega < Im s < omega, under a name."""
+        omega = positive("omega", omega)
+        text = f"{name} |Im s| < {plain(omega)}"
+        alpha = at_least(-2, omega) * np.eye(2)
+        region = cls(alpha, [[0, 1], [-1, 0]], name, text)
+        return region._made("horizontal strip", omega=omega)
+
+    @classmethod
+    def ellipse(cls, centre: float, a: float, b: float, name: str = "ellipse") -> Self:
+        """((Re s - centre) / a)^2 + (Im s / b)^2 < 1, under a name.
+
+        The right-hand side is rounded down by more than the quotients
+        on the left can be wrong, so that the region that is proven
+        lies inside the region that is named.
+        """
+        centre = number("centre", centre)
+        a, b = positive("a", a), positive("b", b)
+        plus, minus = (1 / a + 1 / b) / 2, (1 / a - 1 / b) / 2
+        error = 4 * np.finfo(float).eps * (1 + (1 / a + 1 / b) * (abs(centre) + a + b))
+        if error > 1e-6:
+            raise ValueError(
+                f"the ellipse with half axes a = {a} and b = {b} around "
+                f"centre = {centre} is too thin, or too small so far out, "
+                "for floating point; take a disk or a strip"
+            )
+        alpha = [[error - 1, -centre / a], [-centre / a, error - 1]]
+        text = f"{name} of half axes {plain(a)} and {plain(b)} around {plain(centre)}"
+        region = cls(alpha, [[0, plus], [minus, 0]], name, text)
+        return region._made("ellipse", centre=centre, a=a, b=b)
+
+    def _made(self, form, **sizes):
+        """Remember the constructor; proofs say its form in words."""
+        object.__setattr__(self, "_form", form)
+        object.__setattr__(self, "_sizes", sizes)
+        return self
+
+    def _movable(self, parameter, bound, again, rank):
+        for name, value in (
+            ("parameter", parameter),
+            ("bound", bound),
+            ("_again", again),
+            ("rank", rank),
+        ):
+            object.__setattr__(self, name, value)
+        return self
+
+    def claim(self) -> str:
+        """The form in words, which the matrices imply, or the matrices."""
+        form, sizes = self._form, {k: decimal(x) for k, x in self._sizes.items()}
+        if form == "half-plane":
+            place = f"Re s < {decimal(-self._sizes['sigma'])}"
+        elif form == "sector":
+            place = f"of half-angle {degrees(*self.beta[0])} degrees"
+            if self._sizes["apex"]:
+                place += f" with apex {sizes['apex']}"
+        elif form == "disk":
+            place = "of radius {rho} around {centre}".format(**sizes)
+        elif form == "strip":
+            place = "{left} < Re s < {right}".format(**sizes)
+        elif form == "horizontal strip":
+            place = "|Im s| < {omega}".format(**sizes)
+        elif form == "ellipse":
+            place = "of half axes {a} and {b} around {centre}".format(**sizes)
+        else:
+            form = "region alpha + beta s + beta' s* < 0,"
+            place = f"with alpha = {_rows(self.alpha)} and beta = {_rows(self.beta)}"
+        return f"its poles lie in the {form} {place}"
+
+
+def plain(x):
+    """A float with all its digits, but 5 instead of 5.0."""
+    return repr(float(x)).removesuffix(".0")
+
+
+def degrees(sin, cos):
+    """The angle that is proven, to a hundredth of a degree, rounded up."""
+    angle = (arb(exact(float(sin))) / arb(exact(float(cos)))).atan()
+    hundredths = int((angle * 18000 / arb.pi()).upper().ceil().unique_fmpz())
+    return plain(hundredths / 100)
+
+
+def at_least(*factors):
+    """A float that isn't below a product, as binary numbers and as decimals."""
+    factors = [float(x) for x in factors]
+    bound = float(np.prod(factors))
+    for read in (Fraction, lambda x: Fraction(repr(x))):
+        while read(bound) < prod(map(read, factors)):
+            bound = float(np.nextafter(bound, np.inf))
+    return bound
+
+
+def _rows(x):
+    return "[" + ", ".join("[" + ", ".join(r) + "]" for r in decimals(x)) + "]"
