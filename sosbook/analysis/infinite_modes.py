@@ -64,10 +64,10 @@ def infinite_modes(
 
     Notes
     -----
-    The plant is free of impulses if and only if L' D R is regular, the
-    columns of L and R being bases of the left and right null space of
-    M: thesis (A.3)-(A.5) for E = diag(I, M), where A22 = -L' D R.
-    Counted by the Wong sequence, ranks to ten digits after scaling.
+    The plant is free of impulses if and only if L' D R is regular, the columns
+    of L and R being bases of the left and right null space of M: thesis
+    (A.3)-(A.5) for E = diag(I, M), where A22 = -L' D R. The modes are counted
+    by the Wong sequence, with ranks to ten digits after scaling.
 
     Examples
     --------

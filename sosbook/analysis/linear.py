@@ -26,7 +26,8 @@ def loop_matrix(d, K):
 def poles(d, K):
     """Closed-loop poles of one vertex d under u = K x, in rad/s, sorted.
 
-    From rational arithmetic where floats are too coarse: see `sensitive`.
+    They come from rational arithmetic where floats are too coarse: see
+    `sensitive`.
     """
     if sensitive(d, K) and ExactLoop.fits(d):
         return sort_poles(ExactLoop(d, K).poles())
@@ -160,11 +161,10 @@ def hinf_norm(d, K):
 def peak_input(d, K, x0, K_A=None):
     """The largest |K x(t)| of the free response of d from x0.
 
-    With K_A the largest |K x(t) + K_A z''(t)|, the whole signal.
-    Infinite for an unstable loop. Looks at times close enough for the
-    fastest mode that is still alive, until a Lyapunov function x'Xx
-    excludes a later peak. A loop too sensitive for floats is left to
-    `ExactLoop`.
+    With K_A the largest |K x(t) + K_A z''(t)|, the whole signal. It is
+    infinite for an unstable loop. The motion is sampled closely enough for the
+    fastest mode that hasn't died out, until a Lyapunov function x'Xx excludes
+    a later peak. A loop too sensitive for floats is left to `ExactLoop`.
     """
     if K_A is None and sensitive(d, K) and ExactLoop.fits(d):
         peak = ExactLoop(d, K).peak_input(x0)

@@ -169,7 +169,7 @@ def simulate_nonlinear(
 
 
 def _far(now, x):
-    """Turns negative where a motion runs away."""
+    """A number that turns negative where a motion runs away."""
     return 1e30 - np.abs(x).max()
 
 

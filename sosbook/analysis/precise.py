@@ -102,7 +102,8 @@ class ExactLoop:
     def hinf_norm(self):
         """The largest gain from w to the output on the imaginary axis.
 
-        From a grid of frequencies, refined where it is largest.
+        It is searched on a grid of frequencies, which is refined where it is
+        largest.
         """
         poles = self.poles()
         if poles.real.max() >= 0:
@@ -130,7 +131,7 @@ class ExactLoop:
     def peak_input(self, x0):
         """The largest |K x(t)| of the free response from x0.
 
-        None where a pole is a double one.
+        It is None where a pole is double.
         """
         poles = self.poles()
         if poles.real.max() >= 0:
@@ -156,7 +157,7 @@ class ExactLoop:
         return float(max(now, _highest(size, grid)))
 
     def _numerators(self, C, B):
-        """Of C (s - A)^-1 B: acb polynomials, in rows and columns."""
+        """The numerators of C (s - A)^-1 B: acb polynomials, in rows and columns."""
         N, power, markov = self.A.nrows(), B, []
         for _ in range(N):
             markov.append((C * power).table())

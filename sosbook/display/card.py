@@ -41,10 +41,10 @@ def card(
         Matrices and their names.
     margins : dict, optional
         The smallest eigenvalue of each block, by its name.
-    words : sequence of str
+    sentences : sequence of str
         Paragraphs at the end.
     axis : str
-        Below the picture.
+        What stands below the picture.
 
     Returns
     -------

@@ -20,14 +20,15 @@ def pole_map(rows, region=None, label="poles, rad/s"):
     rows : sequence of (k,) array_like
         The poles, in rad/s, of each vertex.
     region : Region, optional
-        It is shaded.
+        The region to shade.
     label : str
-        Below the axes.
+        What stands below the axes.
 
     Returns
     -------
     str
-        Inks are the classes ``sos-region``, ``sos-axis``, ``sos-pole``.
+        The text of an SVG element. Its colours are the classes ``sos-region``,
+        ``sos-axis``, ``sos-pole``.
 
     Examples
     --------

@@ -78,7 +78,7 @@ def bounded(blocks, unknowns, x, r=16.0):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r. It grows until
+    block is homogeneous the gain doesn't depend on r, which grows until
     there is a point inside, which is returned too: x if that will do.
     """
     P = [u for u in unknowns if u.symmetric]

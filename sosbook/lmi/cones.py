@@ -1,6 +1,7 @@
 """The same blocks for general solvers: Clarabel cones and cvxpy.
 
-Cross-checks, and the ecosystem's path; designs go through `centre`.
+They serve as cross-checks and for those who use other solvers; designs go
+through `centre`.
 """
 
 import numpy as np

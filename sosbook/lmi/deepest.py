@@ -38,7 +38,8 @@ class Deepest:
     x : (k,) array
         The best point, in the normalisation of the module's head.
     depth : float
-        Its t. Where this is positive, x satisfies all blocks.
+        The t of the module's head. Where it is positive, x satisfies all
+        blocks.
     gap : float
         No point is deeper than depth + gap, up to rounding errors.
     Z : list of arrays
@@ -103,7 +104,7 @@ def _size(blocks):
             for t in g.terms
             if t.unknown is u
         )
-        if np.ndim(weight) == 0:  # an unknown of no block
+        if np.ndim(weight) == 0:  # this unknown occurs in no block
             continue
         one = np.eye(len(weight))
         terms += [

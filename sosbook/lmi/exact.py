@@ -254,7 +254,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     )
     free = slice(None) if free is None else free
     white = white[free]
-    held = (white != 0).any(axis=1)  # variables that a block holds
+    held = (white != 0).any(axis=1)  # variables that occur in a block
     white = white[held]
     white /= np.linalg.norm(white, axis=1)[:, None]
     lengths, order = qr(white.T, mode="r", pivoting=True)

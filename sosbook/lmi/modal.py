@@ -99,7 +99,7 @@ class Modal:
         columns += [R.conj().T @ U for _, _, R in factors]
         weighted = [w @ v for v in columns]
         G = np.array([[(v.conj() * h).sum(axis=0) for h in weighted] for v in columns])
-        swapped = np.roll(np.arange(2 * T), T)  # L for R and R for L
+        swapped = np.roll(np.arange(2 * T), T)  # L and R change their places
         self.dX += weight * np.einsum("ija,jib->ab", G, G[swapped][:, swapped]).real
         for s, (_, left_s, _) in enumerate(factors):
             for t, (_, left_t, _) in enumerate(factors):

@@ -29,7 +29,7 @@ from .stacks import gram, transposed
 __all__ = ["interior_steps", "maximize_t", "minimize_linear", "positive"]
 
 STEP_FRACTION = 0.95  # of the longest step that stays inside
-SHORTEST_STEP = 1e-8  # below it nothing moves any more
+SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
 DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 
@@ -169,7 +169,7 @@ def interior_steps(newton, x, cost, weight, most):
     cost : (k,) array
         The linear objective.
     weight : float
-        Of the cost.
+        The weight of the cost at the start.
     most : int
         The largest number of steps.
 

@@ -208,8 +208,8 @@ class LMIProblem(LMIText):
             What that proves, in words. They are yours: nobody checks
             that the blocks mean it.
         digits : int, optional
-            To so many significant digits the values are rounded;
-            without it 12, or 17 where 12 won't do.
+            Significant digits to which the values are rounded; without it 12,
+            or 17 where 12 won't do.
 
         Returns
         -------
@@ -247,7 +247,7 @@ class LMIProblem(LMIText):
         return refute(self.in_unknowns(rationals), self.unknowns, Z)
 
     def excluded_radius(self, Z):
-        """No point is shorter than this, prove multipliers that aren't exact.
+        """The length of the shortest point that inexact multipliers don't exclude.
 
         Parameters
         ----------
@@ -329,7 +329,7 @@ class LMIProblem(LMIText):
         return x
 
     def _cost(self, weights):
-        """Of the sum of <weight, unknown>: its gradient."""
+        """The gradient of the sum of <weight, unknown>."""
         names = {u.name for u in self.unknowns}
         if not weights or not set(weights) <= names:
             raise ValueError(

@@ -26,7 +26,7 @@ class Rational(np.ndarray):
     Made by `exact`; the constructor's shape, buffer, offset, strides and order
     are those of numpy's ndarray.
 
-    Made by `exact`. Everything else is numpy's, entry by entry.
+    Everything else is numpy's, entry by entry.
 
     Examples
     --------

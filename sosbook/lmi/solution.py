@@ -23,7 +23,7 @@ class LMIProof(Proof):
     values : dict
         The point that was checked, as floats to be read as decimals.
     digits : int
-        To so many significant digits it was rounded.
+        Significant digits to which it was rounded.
     """
 
     values: dict | None = None
@@ -43,7 +43,7 @@ class LMISolution:
     multipliers : list of arrays or None
         In floats, one for each block, where no point was found.
     verdict : str
-        The solver's word in floats where it found no point.
+        What the solver says in floats where it found no point.
     near : dict or None
         Where no point was found: where the search ended, by name.
     reach : float
@@ -86,10 +86,10 @@ class LMISolution:
 
     @cached_property
     def excluded(self):
-        """No point is shorter than this: see `LMIProblem.excluded_radius`.
+        """A length that no point falls below: see `LMIProblem.excluded_radius`.
 
-        Exact; infinite where there is a proof that none exists, and 0
-        where nothing is known.
+        It is exact: infinite where there is a proof that no point exists, and
+        0 where nothing is known.
         """
         if self.multipliers is None:
             return 0.0
@@ -114,7 +114,7 @@ class LMISolution:
 
     @property
     def reason(self):
-        """Why it is no finished answer, in words; else empty."""
+        """Why the answer isn't finished, in words; empty if it is."""
         if self.note or self.status != "undecided":
             return self.note
         if self.values is not None:
@@ -136,8 +136,8 @@ class LMISolution:
             What that proves, in words: see `LMIProblem.prove`. Without
             them: that the blocks are positive definite.
         digits : int, optional
-            To so many significant digits the values are rounded;
-            without it 12, or 17 where 12 won't do.
+            Significant digits to which the values are rounded; without it 12,
+            or 17 where 12 won't do.
 
         Raises
         ------

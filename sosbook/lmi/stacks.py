@@ -37,7 +37,7 @@ class Stacked:
     Attributes
     ----------
     layouts : list of UnknownLayout
-        Of the unknown matrices.
+        The layouts of the unknown matrices.
     scalars : (s,) array
         Indices of the scalar variables.
     stacks : list

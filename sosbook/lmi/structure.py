@@ -139,7 +139,7 @@ class StructuredBlock:
         Parameters
         ----------
         layouts : list of UnknownLayout
-            Of the unknown matrices.
+            The layouts of the unknown matrices.
 
         Returns
         -------

@@ -18,7 +18,7 @@ from .spelling import FLOAT_TYPES
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
 
-#: C99 to the letter: no warning, no fused operation.
+#: Flags of the compiler: strict C99, without warnings or fused operations.
 FLAGS = (
     "-std=c99",
     "-O2",
@@ -77,10 +77,10 @@ class Compiled:
         The law, its limits and its faults.
     precision : {"double", "single"}
     folder : path_like, optional
-        For balance.h, balance.c and the compiled library. Without it a
-        temporary one, which goes with this object.
+        Where balance.h, balance.c and the compiled library go. Without it a
+        temporary folder, which goes with this object.
     flags : sequence of str
-        For the compiler.
+        The compiler's flags.
     runs : int
         How many robots stand side by side.
 

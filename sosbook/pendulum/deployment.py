@@ -41,7 +41,7 @@ def recommend(
     Parameters
     ----------
     mip : Mip
-        With I_w.
+        The pendulum, with its I_w.
     R : float or None
         Weight of the voltage. None searches the smallest of 1, 2, 5,
         10, ... with which no sampled loop's sensitivity exceeds
@@ -58,10 +58,10 @@ def recommend(
         Weight of [theta, phi, theta', phi', x3], or its diagonal; the
         identity without it.
     decay : float
-        Behind the hold, in 1/s, if it can be proven; else the largest
-        of some shares of it that can.
+        The decay rate behind the hold, in 1/s, if it can be proven; else the
+        largest of some shares of it that can.
     peak : float
-        Of the sensitivity; above it nothing is written.
+        The largest peak of the sensitivity; above it nothing is written.
     **more
         cells, identified and data of `Deployment`.
 

@@ -23,7 +23,7 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     first, last : float
         Frequencies in Hz. The frequency changes linearly.
     seconds : float
-        Length of either way.
+        How long the sweep takes, either way.
     rate : float
         Samples per second.
     amplitude : float
@@ -89,7 +89,7 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     Returns
     -------
     q, w : (N,) arrays
-        Before V[k] acts.
+        Angle and speed before V[k] acts.
 
     Raises
     ------

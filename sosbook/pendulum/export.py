@@ -50,14 +50,14 @@ def c_header(firmware, name="balance", precision="double"):
     firmware : Firmware
         The law, its limits and its faults.
     name : str
-        Of the files and in front of every identifier.
+        The name of the files, which also stands in front of every identifier.
     precision : {"double", "single"}
-        Of all arithmetic.
+        The precision of all arithmetic.
 
     Returns
     -------
     str
-        Goes into <name>.h.
+        The text of <name>.h.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def c_source(firmware, name="balance", precision="double"):
     Returns
     -------
     str
-        Goes into <name>.c, beside <name>.h.
+        The text of <name>.c, which stands beside <name>.h.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     Returns
     -------
     str
-        Goes into rc_<name>.c, beside <name>.h and <name>.c.
+        The text of rc_<name>.c, which stands beside <name>.h and <name>.c.
 
     Raises
     ------

@@ -16,8 +16,8 @@ __all__ = ["COUNTERS", "FAULTS", "Controller", "Firmware"]
 
 #: Why the motors are off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "fall", "stall", "command")
-#: Of ticks in a row, as the state has them: the gyro's bad readings, the
-#: encoders', equal ones of the gyro, equal ones of the encoders under
+#: Counters of ticks in a row, as the state has them: the gyro's bad readings,
+#: the encoders', equal ones of the gyro, equal ones of the encoders under
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
@@ -33,7 +33,7 @@ class Firmware:
     law : SampledLaw
         The control law, which sees samples and gives a voltage.
     limit : float
-        Of the voltage, in V.
+        The largest voltage, in V.
     tip : float
         Beyond this tilt the motors go off for good, in rad.
     blend : float
@@ -43,8 +43,8 @@ class Firmware:
         So many ticks in a row without a good reading of the gyro, or of
         the encoders, are bridged; each sensor has its own count.
     frozen : int
-        So many ticks in a row may the gyro repeat itself to the last
-        bit: a living one is noisy. Zero doesn't look.
+        For so many ticks in a row the gyro may repeat itself to the last bit,
+        which the noise of a working one prevents. With zero it isn't checked.
     stall : int
         After so many ticks in a row at the voltage's limit, of either
         sign, the motors go off.
@@ -52,10 +52,11 @@ class Firmware:
         The wheels never turn faster against the body, in rad/s: a
         reading beyond it is a bad one.
     gyro_range : float
-        Likewise of the gyro; at its full scale it says nothing.
+        The gyro's full scale, in rad/s: a reading at it or beyond is a bad
+        one.
     deaf : int
-        So many ticks in a row may the encoders say the same while the
-        motors get a quarter of the limit. Zero doesn't look.
+        For so many ticks in a row the encoders may read the same while the
+        motors get a quarter of the limit. With zero it isn't checked.
     note : tuple of str
         Where the law comes from; the C program's header carries it.
 
@@ -162,12 +163,13 @@ class Controller:
         Parameters
         ----------
         gyro : float or (runs,) array
-            In rad/s. Not a number, or out of range: a bad reading.
+            The gyro's reading, in rad/s. One that isn't a number, or is out of
+            range, is a bad one.
         wheels : float or (runs,) array
-            The encoders' mean angle, in rad; likewise.
+            The encoders' mean angle, in rad; it may be bad likewise.
         tilt : float or (runs,) array
-            Of the accelerometers, in rad; not a number where there is
-            none, which is no fault.
+            The accelerometers' tilt, in rad; not a number where there is none,
+            which is no fault.
         target, rate : float or (runs,) array
             Set point of phi since the start and of phi', in rad and
             rad/s.

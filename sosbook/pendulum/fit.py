@@ -49,13 +49,13 @@ class Fit:
 
     @property
     def rms(self):
-        """Of the residuals, in the output's unit."""
+        """The root mean square of the residuals, in the output's unit."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     def interval(self, name, level=0.95):
         """The interval that holds the parameter ``name`` with confidence ``level``.
 
-        True only of a model that can be true: a bias isn't in it.
+        It holds for a model that can be true: a bias isn't part of it.
         """
         half = norm.ppf((1 + level) / 2) * self.sd[self.names.index(name)]
         return float(self[name] - half), float(self[name] + half)

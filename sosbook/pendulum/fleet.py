@@ -17,11 +17,11 @@ class Push:
     Parameters
     ----------
     at, length : float
-        From t = at on for so long, in s.
+        When the torques begin and how long they last, in s.
     body, wheels : float
-        On the equations of theta and phi, in N m. A horizontal force F
-        at the height h above the axle is body = h F cos(theta),
-        wheels = r F, and makes theta and phi grow.
+        The torques on the equations of theta and phi, in N m. A horizontal
+        force F at the height h above the axle is body = h F cos(theta), wheels
+        = r F, and makes theta and phi grow.
 
     Examples
     --------
@@ -40,7 +40,7 @@ class Push:
             number(name, getattr(self, name))
 
     def torques(self, t):
-        """On theta and phi at the time t."""
+        """The torques on theta and phi at the time t."""
         on = self.at <= t < self.at + self.length
         return (self.body, self.wheels) if on else (0.0, 0.0)
 
@@ -51,7 +51,7 @@ class Fleet:
     Parameters
     ----------
     robots : sequence of Mip
-        One for all runs, or one for each.
+        One pendulum for all runs, or one for each.
     """
 
     def __init__(self, robots):
@@ -72,7 +72,8 @@ class Fleet:
     def advance(self, x, V, torques, time, steps):
         """The states x after some ``time`` under a constant V, in ``steps`` steps.
 
-        The torques act on theta and phi. A robot that tips over lies there.
+        The torques act on theta and phi. A robot that has tipped over stays on
+        the ground.
         """
         h = time / steps
 

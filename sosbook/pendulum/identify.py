@@ -30,7 +30,7 @@ def fit_body(log, model="pendulum", friction=False):
     Parameters
     ----------
     log : Log
-        With gyro, from a body that hangs at rest at first.
+        A log with the gyro, of a body that hangs at rest at first.
     model : {"pendulum", "linear", "free zero"}
         The pendulum (4.16) with its sine; its linearisation (4.18);
         or (4.19), a linear one with one more parameter, "zero":
@@ -41,8 +41,8 @@ def fit_body(log, model="pendulum", friction=False):
     Returns
     -------
     Fit
-        Of e_c, f_c, d_c (, zero or friction) and offset, what the gyro
-        says at rest, in rad/s.
+        Its parameters are e_c, f_c, d_c (, zero or friction) and offset, what
+        the gyro says at rest, in rad/s.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def fit_wheel(
     Parameters
     ----------
     log : Log
-        With the wheel's encoder.
+        A log with the wheel's encoder.
     wheel : {1, 2}
     differencing : {"modelled", "plain"}
         A difference of counts is the mean speed of one period, and so
@@ -141,7 +141,7 @@ def fit_wheel(
     Returns
     -------
     Fit
-        Of e_a, f_a (, friction).
+        Its parameters are e_a, f_a (, friction).
 
     Raises
     ------
@@ -277,7 +277,8 @@ class Identified:
     ratios : dict
         e_c, f_c, d_c of the body, e_a, f_a of the wheels: their mean.
     covariance : (5, 5) array
-        Of the ratios, in their order. The two logs are independent.
+        The covariance of the ratios, in their order. The two logs are
+        independent.
     mip : Mip
         The pendulum that fits the ratios best.
     body : Fit
@@ -313,9 +314,10 @@ def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **rob
     Parameters
     ----------
     log_body : Log
-        With gyro: held by its wheels, upside down.
+        A log with the gyro, of a robot that is held by its wheels, upside
+        down.
     log_wheels : Log
-        With encoder1 or both encoders: on its back.
+        A log with encoder1 or both encoders, of a robot that lies on its back.
     counts : float
         Counts per turn of a wheel.
     friction : bool

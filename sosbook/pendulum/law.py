@@ -28,11 +28,11 @@ class SampledLaw:
     C : (1, N) array_like
         How the state acts on the voltage.
     D : (1, 4) array_like
-        In V per rad and V per rad/s.
+        How the samples act on the voltage, in V per rad and V per rad/s.
     T : float
         Time between samples, in s.
     W : (N, 1) array_like, optional
-        Against windup: what the limit withheld acts on the state.
+        Anti-windup: how what the limit withheld acts on the state.
         Without it the state knows nothing of the limit.
     start : (N,) array_like, optional
         The state at the start, per rad of tilt; zero without it.
@@ -92,7 +92,7 @@ class SampledLaw:
         K : (1, 4) or (1, 5) array_like
             [K_P K_D] or [K_P K_D K_I]; x3 sums T phi.
         T : float
-            In s.
+            Time between samples, in s.
         unwind : float
             While the voltage is at its limit, K_I x3 follows what is
             withheld with this time constant, in s.
@@ -128,17 +128,17 @@ class SampledLaw:
     def appendix_b(cls, K, T):
         """The thesis's realisation: both rates, summed by Euler's rule.
 
-        The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the
-        two rates; neither angle is measured. Print lacks U and names
-        two signals wrongly. ``start`` presets x2, without which the
-        law doesn't know at which tilt it begins.
+        The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the two
+        rates; neither angle is measured. The thesis lacks U and names two
+        signals wrongly. ``start`` presets x2, without which the law doesn't
+        know at which tilt it begins.
 
         Parameters
         ----------
         K : (1, 4) or (1, 5) array_like
             The gain, [K_P K_D] or [K_P K_D K_I].
         T : float
-            In s.
+            Time between samples, in s.
 
         Returns
         -------
@@ -175,7 +175,7 @@ class SampledLaw:
             From [theta', phi'] to V, in continuous time, or already
             sampled with this T.
         T : float
-            In s.
+            Time between samples, in s.
         W, start : array_like, optional
             As in `SampledLaw`.
 

@@ -8,10 +8,10 @@ __all__ = ["check_log"]
 
 SPIKE_STEPS = 12.0  # times the usual step away from both neighbours
 CLIPPED_SAMPLES = 4  # samples in a row at the very largest value
-SAMPLES_AT_REST = 10  # samples
+SAMPLES_AT_REST = 10  # at the beginning of a log
 FASTEST_RATE = 60.0  # rad/s, 573 rpm at the wheel or 3400 deg/s of a body
 PLAUSIBLE_VOLTS = 0.2, 60.0  # of a plausible chirp
-PLAUSIBLE_T = 1e-3, 0.1  # s
+PLAUSIBLE_T = 1e-3, 0.1  # s, between two samples
 
 
 def check_log(name, log, robot=None):

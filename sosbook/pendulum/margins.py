@@ -37,7 +37,7 @@ def sensing(kind, T, blend=0.0):
     Returns
     -------
     SampledSystem
-        Of four inputs and four outputs, sampled with T.
+        A system with four inputs and four outputs, sampled with T.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class SampledLoop:
     law : SampledLaw
         The control law, which sees samples and gives a voltage.
     delay : float
-        From the sample to the voltage that follows from it, in s.
+        The time from the sample to the voltage that follows from it, in s.
     sensing : str
         As in `sensing`.
     blend : float
@@ -145,7 +145,7 @@ class SampledLoop:
 
     @property
     def matrix(self):
-        """Of the closed loop, from one tick to the next."""
+        """The matrix of the closed loop, from one tick to the next."""
         L = self.loop_gain
         return L.A + L.B @ L.C
 
@@ -204,7 +204,7 @@ class SampledLoop:
         return self._end(1e-3), self._end(1e3)
 
     def _end(self, far):
-        """Between one and the gain ``far``, where stability ends."""
+        """The gain between one and ``far`` at which stability ends."""
         L = self.loop_gain
 
         def stable(gain):
@@ -246,13 +246,13 @@ def lowest_rate(
     sensing : str
         As in `sensing`.
     rates : sequence of float
-        In Hz, from the fastest down; the answer is the last one before
+        Rates in Hz, from the fastest down; the answer is the last one before
         the first that fails. A slower one may be stable again.
 
     Returns
     -------
     float
-        In Hz; infinite if the first fails.
+        The rate in Hz; infinite if the first fails.
 
     Examples
     --------

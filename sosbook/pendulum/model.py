@@ -170,7 +170,7 @@ class Mip:
         Notes
         -----
         Source: thesis (4.20), (4.23). The masses and lengths that give
-        the printed digits are `from_ratios`'s; print has others.
+        the printed digits are `from_ratios`'s; the thesis prints others.
         """
         return cls.from_ratios(30.52, 7.133, 110.6, 208.8)
 
@@ -214,7 +214,7 @@ class Mip:
         """The same plant as (4.15) writes it, M = (a c - b^2) I.
 
         It is `plant` times the adjugate of its M, so it has the same
-        poles and the same responses. Print reverses B's sign; (4.25)
+        poles and the same responses. The thesis reverses B's sign; (4.25)
         and (4.27) print -D and -S.
 
         Parameters

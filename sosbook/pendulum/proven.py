@@ -167,9 +167,8 @@ class Deployment:
     def sampled(self):
         """Proofs of `loops` for every plant of the polytope.
 
-        A dict from the delay in s to two `SampledCertificate`, one for
-        each of `triangles`. What they say of the estimate of theta
-        takes the accelerometers by their word.
+        A dict from the delay in s to two `SampledCertificate`, one for each of
+        `triangles`. They presume accelerometers that measure theta exactly.
         """
         parts = triangles(self.mip, self.spread)
         return {
@@ -266,7 +265,7 @@ class Deployment:
         return self._firmware(self.law, self.robot.limit, note)
 
     def _firmware(self, law, limit, note):
-        """With what the description says of faults."""
+        """A `Firmware` with what the description says of faults."""
         robot = self.robot
         return Firmware(
             law,
@@ -306,7 +305,7 @@ class Deployment:
         folder : str or Path
             Made if it doesn't exist.
         name : str
-            Of the C functions and files.
+            The name of the C functions and files.
 
         Returns
         -------

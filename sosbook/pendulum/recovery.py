@@ -18,9 +18,9 @@ def recovered(robots, controller, tilts, t_end=3.0, **options):
     controller : Firmware
         What drives them.
     tilts : (m,) array_like
-        In rad.
+        The tilts at the start, in rad.
     t_end : float
-        In s.
+        How long each run lasts, in s.
     **options
         As for `simulate`.
 
@@ -55,7 +55,7 @@ def largest_tilt(
     controller : Firmware
         What drives them.
     t_end : float
-        In s.
+        How long each run lasts, in s.
     high : float
         No robot is let go beyond this tilt, in rad.
     points : int

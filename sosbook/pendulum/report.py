@@ -82,7 +82,7 @@ def _raw(label, t, y):
 
 
 def _residuals(label, t, r):
-    """Residuals over time, and how they hang together."""
+    """Residuals over time, and their correlation."""
     centred = r - r.mean()
     power = float(centred @ centred) or 1.0
     lags = np.arange(1, min(100, len(r) // 2))

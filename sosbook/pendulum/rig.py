@@ -43,11 +43,11 @@ class Rig:
         The second wheel's e and f, relative to the first one's. The
         default is the thesis's: (4.24) over (4.23).
     amplitude : float
-        Of the chirps, in V.
+        The amplitude of the chirps, in V.
     ideal : bool
         The sensors say the truth: no noise, offset or rounding.
     seed : int
-        Of the noise.
+        The seed of the noise.
 
     Raises
     ------

@@ -42,11 +42,11 @@ class Robot:
     Parameters
     ----------
     name : str
-        In a few words.
+        What the robot is called, in a few words.
     M_b, l, r, M_w, g : float
         As for `Mip.from_ratios`, in SI units.
     counts : float
-        Of an encoder, per turn of a wheel against the body.
+        An encoder's counts per turn of a wheel against the body.
     gyro_range : float
         The gyro's full scale, in rad/s.
     limit : float
@@ -54,8 +54,8 @@ class Robot:
     rotors, friction : bool
         As for `identify`.
     T, delay, jitter : float
-        Time between samples; from the sample to the voltage, at most;
-        by which a tick may come late; in s.
+        Time between samples, the longest time from a sample to its voltage,
+        and the longest by which a tick may come late; in s.
     blend : float, optional
         As in `Firmware`; T / (2 s) without it.
     tip : float
@@ -69,11 +69,11 @@ class Robot:
     nominal : float
         Voltage of a battery that isn't measured, in V.
     battery : (float, float)
-        A measured battery lies between, in V.
+        Between these voltages a measured battery lies, in V.
     motor_channels, motor_polarities : (int, int)
         Channels of the left and the right motor; 1 or -1.
     encoder_channels, encoder_polarities : (int, int)
-        Likewise of the encoders.
+        Channels of the left and the right encoder; 1 or -1.
 
     Raises
     ------

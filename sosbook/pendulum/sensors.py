@@ -23,19 +23,19 @@ class Sensors:
     offset : float or (runs,) array_like
         What the gyro says at rest, in rad/s.
     counts : float
-        Of the encoders, per turn of a wheel against the body.
+        The encoders' counts per turn of a wheel against the body.
     gyro_step : float
-        Of the gyro's 16 bits, in rad/s.
+        The step of the gyro's 16 bits, in rad/s.
     tilt_error : float or (runs,) array_like
-        Of the tilt at the start, in rad.
+        The error of the tilt at the start, in rad.
     accelerometer : float, optional
         Standard deviation of each accelerometer's noise, in m/s^2.
         Without it there are none.
     height, r, g : float
-        Of the accelerometers above the axle and of the wheels' radius,
+        The height of the accelerometers above the axle and the wheels' radius,
         in m; gravity, in m/s^2.
     ideal : bool
-        They say the truth: no noise, offset, rounding or error. The
+        The sensors say the truth: no noise, offset, rounding or error. The
         accelerometers still feel how the robot accelerates.
 
     Raises
@@ -45,9 +45,9 @@ class Sensors:
 
     Notes
     -----
-    About upright, accelerometers at the height r (b + c) / (a + b),
-    51 mm for the thesis's robot, don't feel the motors: what the axle
-    gains there, the body's turning takes away.
+    About upright, accelerometers at the height r (b + c) / (a + b), 51 mm for
+    the thesis's robot, don't feel the motors: there the accelerations of the
+    axle and of the turning body cancel.
 
     Examples
     --------
@@ -98,7 +98,7 @@ class Sensors:
         return one * (np.floor(angle / one + part) + 0.0)
 
     def tilt(self, x, ddz, noise=(0.0, 0.0)):
-        r"""The accelerometers' word for theta, in rad.
+        r"""The theta that the accelerometers measure, in rad.
 
         They feel the specific force at (-r phi - h sin theta,
         h cos theta), and don't know gravity from acceleration:
@@ -115,7 +115,7 @@ class Sensors:
         ddz : (2, runs) array_like
             [theta''; phi''].
         noise : (2, runs) array_like
-            Of variance 1.
+            Noise of variance 1.
 
         Examples
         --------
@@ -138,9 +138,9 @@ class Readings:
     Parameters
     ----------
     sensors : Sensors
-        The kind of sensors.
+        The sensors that each run has.
     runs, count : int
-        So many runs and ticks.
+        How many runs and ticks there are.
     seed : int
         Run i draws from ``default_rng(seed + i)``, whatever runs
         beside it and for how long.

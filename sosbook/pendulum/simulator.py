@@ -36,7 +36,7 @@ class Run:
     fault : (runs, k) array of int
         The index in `FAULTS`; zero if the controller doesn't say.
     limit : float
-        Of the voltage, in V.
+        The largest voltage, in V.
     """
 
     t: np.ndarray
@@ -108,7 +108,7 @@ def simulate(
     t_end : float
         In s.
     delay : float or (k,) array_like
-        From the reading to the voltage, in s; or one for each tick. A
+        The time from the reading to the voltage, in s; or one for each tick. A
         voltage that is overtaken by a later one never acts.
     sensors : Sensors
         What the controller is told of the state.
@@ -134,7 +134,7 @@ def simulate(
     Returns
     -------
     Run
-        A robot that tips by 90 degrees lies there from then on.
+        A robot that tips by 90 degrees stays on the ground from then on.
 
     Raises
     ------
@@ -210,7 +210,7 @@ class _Hold:
         self.V, self.tiny, self.coming = V, 1e-9 * T, []
 
     def send(self, when, V):
-        """V will act; what it overtakes never does."""
+        """Let V act from a time on; voltages that it overtakes never do."""
         self.coming = [command for command in self.coming if command[0] < when]
         self.coming.append((when, V))
 
@@ -225,7 +225,7 @@ class _Hold:
         return [*changes, then]
 
     def reach(self, now):
-        """Let act what is due."""
+        """Let the voltage act that is due."""
         while self.coming and self.coming[0][0] <= now + self.tiny:
             self.V = self.coming.pop(0)[1]
 
@@ -261,7 +261,7 @@ def _line_up(robots, tilt, sensors):
 
 
 def _pace(controller, runs):
-    """T and the voltage's limit of a controller for so many runs."""
+    """The T of a controller for so many runs, and the limit of its voltage."""
     if getattr(controller, "runs", runs) != runs:
         raise ValueError(
             f"controller is for {controller.runs} runs, but there are {runs}"

@@ -20,7 +20,7 @@ def vertices(mip, spread=0.04):
     mip : Mip
         The one in the middle, with I_w.
     spread : float
-        Relative, between 0 and 1.
+        The relative spread, between 0 and 1.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def vertices(mip, spread=0.04):
 
 
 def _scaled(mip, body, wheels):
-    """With e/c and e/a times so much; J, if any, moves with 2 I_w."""
+    """A pendulum with e/c and e/a times so much; J, if any, moves with 2 I_w."""
     I_w = mip.I_w * body / wheels
     more = 2 * (I_w - mip.I_w)
     J = mip.J + more if mip.J else 0.0
@@ -101,7 +101,7 @@ def triangles(mip, spread=0.04):
     Returns
     -------
     tuple of Polytope
-        Of the vertices 1, 4, 2 and 1, 4, 3.
+        The triangles of the vertices 1, 4, 2 and 1, 4, 3.
 
     Examples
     --------
@@ -127,7 +127,7 @@ def reduced(mip, spread=0.04):
     Returns
     -------
     DescriptorSystem
-        With a vertex for each of `vertices`; the state is [theta;
+        It has a vertex for each of `vertices`; the state is [theta;
         theta'; phi'], the outputs are theta' and phi', and w is one
         torque on both equations of motion, as in `Mip.plant`.
 

@@ -37,7 +37,7 @@ def respond(numerator, denominator, V, T):
 
 
 def sampled(numerator, denominator, signal, T, hold):
-    """The same for a signal that is held ("zoh") or joined ("foh")."""
+    """The response to a signal that is held ("zoh") or joined by lines ("foh")."""
     a = np.asarray(denominator, dtype=float)
     a = a / a[0]
     b = np.zeros(len(a))
@@ -67,9 +67,9 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
     zeros : sequence of int
         The powers of s in B.
     order : int
-        Of A.
+        The order of A.
     cutoff : float
-        In rad/s; the first filter is (s + cutoff)^-order.
+        A frequency in rad/s; the first filter is (s + cutoff)^-order.
     rounds : int
         How often the filter is made anew.
 

@@ -21,7 +21,7 @@ def equal_peaks(numerator, denominator):
     Returns
     -------
     float
-        With b1's sign.
+        The gain, with b1's sign.
 
     Notes
     -----
@@ -54,7 +54,7 @@ def constrained(numerator, denominator, V, T):
     Parameters
     ----------
     numerator, denominator : sequences
-        Of the other model, such as (4.19).
+        Those of the other model, such as (4.19).
     V : (N,) array_like
         Voltage, such as the experiment's.
     T : float
@@ -63,7 +63,7 @@ def constrained(numerator, denominator, V, T):
     Returns
     -------
     Fit
-        Of e_c, f_c, d_c.
+        Its parameters are e_c, f_c and d_c.
 
     Examples
     --------
@@ -87,14 +87,14 @@ def bode_band(numerator, denominator, omega, spread=0.04):
     numerator, denominator : sequences
         Coefficients, highest power of s first.
     omega : (N,) array_like
-        In rad/s.
+        Angular frequencies, in rad/s.
     spread : float
-        Relative.
+        The relative uncertainty of the gain.
 
     Returns
     -------
     (3, N) array
-        In dB: with the gain low, as given, and high.
+        Magnitudes in dB, with the gain low, as given, and high.
 
     Notes
     -----

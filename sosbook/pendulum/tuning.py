@@ -58,8 +58,8 @@ def peak_of(robots, law, robot):
 def reach(mip, limit):
     """The largest tilt of a ``mip`` at rest that a voltage brings back, in rad.
 
-    Of the linear plant: an input bounded by ``limit`` can't stop the
-    unstable mode w'x' = p w'x + w'B V from beyond |w'B| limit / p.
+    It is that of the linear plant: an input bounded by ``limit`` can't stop
+    the unstable mode w'x' = p w'x + w'B V from beyond |w'B| limit / p.
     """
     plant = mip.plant()
     A = np.block(
@@ -83,7 +83,7 @@ def design(mip, robot, spread, Q, R, peak):
     mip : Mip
         The pendulum in the middle.
     robot : Robot
-        Its T, delay and blend.
+        The robot, whose T, delay and blend are used.
     spread : float
         The relative spread of e/c and e/a.
     Q : (5, 5) array
@@ -184,7 +184,7 @@ def prove(mip, robot, spread, K, decay):
     The pendulums are those around ``mip`` within the ``spread``; the robot
     gives the times.
 
-    At most ``decay``, by either theorem; then smaller ones. What is
+    It tries ``decay`` by either theorem, then smaller ones. What is
     proven is a decay for every delay from 0 to `largest_hold`, however
     it varies.
 

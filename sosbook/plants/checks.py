@@ -107,7 +107,7 @@ def rank_deficient(M, tolerance=1e-10):
 
     Singular values below the ``tolerance`` count as zero.
 
-    Repeated until the units of rows and columns don't matter.
+    The scaling is repeated until the units of rows and columns don't matter.
     """
     for axis in 20 * (1, 0):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))

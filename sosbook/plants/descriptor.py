@@ -65,7 +65,7 @@ class Descriptor(ReadOnly):
         return self.C if self.Du is None else self.C + self.Du @ K
 
     def change(self, left, T, scale=1):
-        """In coordinates x = T xi, u = scale v, rows times ``left``."""
+        """The system in coordinates x = T xi, u = scale v, its rows times ``left``."""
         return Descriptor(
             left @ self.E @ T,
             left @ self.A @ T,
@@ -228,11 +228,14 @@ class SlackVertex:
     i : Descriptor
         The vertex.
     E0 : (N, N) array
-        Any nonsingular matrix; near the E_i, P_i and V come out alike.
+        Any nonsingular matrix. With one near the E_i, P_i and V come out
+        alike.
     P : (N, N) matrix-like
-        The vertex's own: x' V^-1 P V'^-1 x is its Lyapunov function.
+        The vertex has this P of its own, and the Lyapunov function x' V^-1 P
+        V'^-1 x.
     V : (N, N) matrix-like
-        Common to all vertices and requirements; not symmetric.
+        The slack matrix, common to all vertices and requirements; it isn't
+        symmetric.
     Y : (m, N) matrix-like
         ``K V'``.
     """

@@ -167,7 +167,7 @@ class SecondOrderSystem(_Plant, ReadOnly):
         self._warn()
 
     def _warn(self):
-        """Of a strange M, unless this package itself has made the plant."""
+        """Warn of a strange M, unless this package itself has made the plant."""
         caller = sys._getframe(3).f_globals.get("__name__", "")  # of __init__
         if caller.split(".")[0] != __package__.split(".")[0]:
             if fault := _mass_fault(self.M):
@@ -342,7 +342,7 @@ class Polytope(_Plant, ReadOnly):
         count : int
             How many.
         seed : int
-            For numpy's generator: the same seed gives the same plants.
+            The seed of numpy's generator: the same seed gives the same plants.
         """
         rng = np.random.default_rng(whole("seed", seed))
         weights = rng.dirichlet(np.ones(self.N), size=whole("count", count))
@@ -384,7 +384,7 @@ def _finite(A, E):
 
 
 def sort_poles(poles):
-    """Sorted by real part, then imaginary part; real if they all are."""
+    """The poles sorted by real part, then imaginary part; floats if all are real."""
     poles = np.asarray(poles)
     if np.abs(np.imag(poles)).max(initial=0) == 0:
         return np.sort(poles.real)

@@ -152,7 +152,7 @@ def signal_parts(name, signal, size, column):
     Parameters
     ----------
     name : str
-        Of the argument, for messages.
+        The argument's name, for messages.
     signal : Sine or Step, or None
         What acts on the plant; None is zero.
     size : int

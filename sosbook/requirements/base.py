@@ -36,7 +36,10 @@ class Requirement(ABC, ReadOnly):
         What its bound is called and which way it tightens; None where
         nothing can be moved.
     bound : float or None
-    tied: str = ""
+        The bound that is asked for; None without one.
+    tied : str
+        What holds its P to a given multiple of the others', in words, such
+        as "mu = 1"; empty if nothing does.
     implies_stability : bool
         Whether its blocks demand Re s < 0, so that no other need do so.
     needs_disturbance : bool
@@ -269,7 +272,7 @@ class BlockName(str):
     block : str
         The requirement's own name of the block.
     vertices : tuple of int
-        Of the vertex or the pair; empty for what is demanded once.
+        Numbers of the vertex or of the pair; empty for what is demanded once.
     """
 
     def __new__(cls, label, requirement, block, vertices):

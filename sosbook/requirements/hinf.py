@@ -21,11 +21,11 @@ class HInfinity(Requirement):
     Parameters
     ----------
     gamma : float or None
-        None where it is to be minimised.
+        The bound; None where it is to be minimised.
     mu : float, optional
         The P of the theorem is mu times the P of the other requirements.
         Any positive value keeps the theorem true; 1 is the printed one.
-        Free without it: where another requirement fixes the size of P,
+        Without it mu is free: where another requirement fixes the size of P,
         mu is one more unknown.
     """
 

@@ -92,9 +92,9 @@ class LMIRegion(RegionForms, Region, Requirement):
     Parameters
     ----------
     alpha : (k, k) array_like
-        Symmetric.
+        A symmetric matrix.
     beta : (k, k) array_like
-        Any real matrix.
+        Any real matrix but zero.
     name : str
         Names the LMI block that demands it: letters, digits, spaces and
         hyphens.

@@ -24,7 +24,7 @@ class Loop:
     plain, vertices : tuple of Descriptor
         The vertices in the plant's own coordinates and in these.
     epsilon : scalar or None
-        Of the slack LMIs; None without a slack matrix.
+        The scalar of the slack LMIs; None without a slack matrix.
     problem, frame
         The `Request` and the `Frame` (None for the plant's own coordinates).
     """

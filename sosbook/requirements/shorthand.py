@@ -117,7 +117,7 @@ def _size(mu):
 
 
 def _put(chosen, kind, fresh):
-    """In the place of those of a kind, or where its rank belongs."""
+    """Put requirements in the place of those of a kind, or where their rank belongs."""
     places = [k for k, r in enumerate(chosen) if isinstance(r, kind)]
     chosen[:] = [r for r in chosen if not isinstance(r, kind)]
     for shift, r in enumerate(fresh):
@@ -128,7 +128,7 @@ def _put(chosen, kind, fresh):
 
 
 def _insert(chosen, fresh, kind=None):
-    """Before the first one of higher rank; after those of its own kind."""
+    """Insert a requirement before those of higher rank, after those of its kind."""
     place = next(
         (
             k

@@ -16,9 +16,9 @@ class Parameter:
     key : str
         The keyword: "sigma", "gamma", ...
     words : str
-        In messages: "decay rate sigma".
+        What messages call it: "decay rate sigma".
     label, symbol, unit : str
-        In pages.
+        What pages call it.
     harder : {1, -1}
         Which way the bound asks for more.
     power : {None, 1, 2}
@@ -27,7 +27,7 @@ class Parameter:
     start : float
         Where a search begins if the bound isn't given.
     limits : tuple of float, optional
-        Between which a search stays, in the unit shown.
+        The ends between which a search stays, in the unit shown.
     degrees : bool
         Whether pages show it in degrees; its value is in radians.
     needs : str

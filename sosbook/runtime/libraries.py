@@ -25,7 +25,7 @@ def library(name):
     Parameters
     ----------
     name : str
-        Of a module, such as "matplotlib.pyplot".
+        The module's name, such as "matplotlib.pyplot".
 
     Returns
     -------

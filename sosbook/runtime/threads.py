@@ -64,7 +64,7 @@ def _limit():
 
 @functools.cache
 def _controller():
-    """Of threadpoolctl, which knows other kinds of BLAS too; or None.
+    """The controller of threadpoolctl, which knows other kinds of BLAS too; or None.
 
     It lets one thread of the program set limits at a time, and ignores
     the others; that is why OpenBLAS itself is asked first.

@@ -107,7 +107,7 @@ class SchurCertificate(ProofFile):
 
     ``text`` is that of the file.
 
-    One Lyapunov function |L x|^2 for each of them.
+    It has one Lyapunov function |L x|^2 for each of them.
     """
 
     kind = "schur"

@@ -35,7 +35,7 @@ def c2d(plant, T, delay=0.0, U=None):
     T : float
         Time between samples, in s.
     delay : float
-        From sample to actuator, in s; of any length.
+        The time from sample to actuator, in s; it may have any length.
     U : (a, n) array_like, optional
         Which errors are integrated, in continuous time.
 

@@ -48,7 +48,7 @@ class SampledPolytope:
         last : int
             The corner from which `bulge` measures.
         rate : float
-            What motions shall decay at.
+            The rate at which motions shall decay.
         """
         order = [*(k for k in range(len(weights)) if k != last), last]
         try:

@@ -213,7 +213,7 @@ def design_sampled_lqr(
     R : (m, m) array_like
         Weight of the input, symmetric and positive definite.
     T, delay, U
-        As for `hold`.
+        As for `c2d`.
 
     Returns
     -------

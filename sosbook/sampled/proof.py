@@ -109,8 +109,8 @@ def certify_sampled(
     Returns
     -------
     SampledCertificate
-        Of constant plants: a plant that changes from sample to sample
-        isn't covered. Not proven doesn't mean unstable: ``failed`` says
+        The proof is about constant plants: a plant that changes from sample to
+        sample isn't covered. Not proven doesn't mean unstable: ``failed`` says
         whether a plant was found that is.
 
     Notes
@@ -121,7 +121,7 @@ def certify_sampled(
     series enclose for the whole simplex. In the norm |L x| no mixture
     is larger than the largest F_i; so it is enough that the corners
     leave room for the difference.
-    Made for a few vertices: with many there are too many halves.
+    The method is made for a few vertices: with many there are too many halves.
 
     Examples
     --------
@@ -195,7 +195,7 @@ def _cover(family, rate, budget):
 
 
 def _too_slow(F, rate):
-    """In words, that floats don't see the radius below the rate."""
+    """What to say where floats don't see the radius below the rate; else empty."""
     radius = abs(np.linalg.eigvals(F)).max()
     if radius < rate * (1 - 1e-9):
         return ""

@@ -57,12 +57,12 @@ class GammaLowerBounds:
 
 
 def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
-    """The walls of a stable loop, the worst of its vertices.
+    """Lower bounds of gamma for a stable loop, the largest over its vertices.
 
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
-        With ``F``.
+        The plant, with its ``F``.
     K : (m, N) array_like
         The gain that is analysed.
     U

@@ -80,7 +80,7 @@ def sample_plants(plants, count=20, seed=0):
         Steps along each segment between two vertices, ends included;
         with more than two vertices also so many random plants.
     seed : int
-        Of the random plants.
+        The seed of the random plants.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def verify_on_samples(design, count=20, seed=0):
     Parameters
     ----------
     design : Design
-        Of a Polytope, with a gain.
+        A design for a Polytope, with a gain.
     count, seed : int
         As in `sample_plants`.
 
@@ -258,7 +258,7 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
 
 
 def _standard_forms(plants, U, K_A):
-    """Columns: the entries of E^-1 [A B_u B_w], a column per vertex."""
+    """A matrix with the entries of E^-1 [A B_u B_w], one column a vertex."""
     return np.array(
         [np.hstack(d.state_space()).ravel() for d in descriptors(plants, U, K_A)]
     ).T

@@ -109,7 +109,7 @@ def delay_decay(E, A, Ad, v, F, G, t, misprints=(), alpha=1):
         lower right block Z / epsilon2, "transpose": A F' + F A' in
         (A.21), "alpha": the factor ``alpha`` in Gamma.
     alpha : scalar
-        Of the misprint.
+        The factor of the misprint "alpha".
 
     Returns
     -------
@@ -145,9 +145,9 @@ def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
     d : Descriptor
         A vertex.
     v : Functional
-        With a bar in print.
+        The matrices of the functional, which the thesis writes with a bar.
     F : (N, N) matrix-like
-        In print :math:`E\bar F`.
+        The slack matrix, :math:`E\bar F` in the thesis.
     X : (m, N) matrix-like
         ``K F'``.
     t : Times

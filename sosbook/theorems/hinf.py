@@ -13,7 +13,7 @@ def bounded_real(c, gamma2, mu=1):
     gamma2 : scalar or 1 x 1 matrix-like
         Square of the bound :math:`\gamma`.
     mu : scalar
-        Any positive number; 1 in print. 1 / sqrt(mu) is the unit in
+        Any positive number; the thesis has 1. 1 / sqrt(mu) is the unit in
         which w is measured.
 
     Returns

@@ -56,7 +56,7 @@ def interval_kernel(R2, T, order):
     Parameters
     ----------
     R2 : (N, N) matrix-like
-        Of the functional.
+        The matrix of the functional's last integral.
     T : ((1 + order) N, (1 + order) N) matrix-like
         A free matrix of the bound.
     order : {0, 1}

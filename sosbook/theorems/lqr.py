@@ -17,7 +17,7 @@ def lqr_cost(EPE, noise, J):
         P itself for noise that enters x'. With a slack matrix
         E V' E0' + E0 V E' - E0 P E0', a lower bound of that.
     noise : (N, q) matrix-like
-        Where the noise enters: B_w in print.
+        Where the noise enters: B_w in the thesis.
     J : (q, q) matrix-like
         With white noise of intensity W the cost is at most
         lambda_max(W) tr J.

@@ -33,9 +33,9 @@ def control_bound(P, Y, u_max2):
 
     Notes
     -----
-    Source: thesis (2.21). The lemma needs, for the same P, an LMI that
-    keeps the ellipsoid invariant: `stability` or `bounded_real`. It
-    bounds K x, not the acceleration term K_A e''; from x(0) only, with
-    r = 0 and w = 0.
+    Source: thesis (2.21). The lemma needs, for the same P, an LMI that keeps
+    the ellipsoid invariant: `stability` or `bounded_real`. It bounds K x
+    without the acceleration term K_A e'', and only for the motion from x(0)
+    with r = 0 and w = 0.
     """
     return block([[P, Y.T], [Y, u_max2 * eye(Y.shape[0])]])

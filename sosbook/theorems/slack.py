@@ -29,7 +29,7 @@ def slack_pole_region(c, alpha, beta, epsilon):
     alpha, beta : (k, k) array
         The matrices of the region.
     epsilon : scalar
-        Positive, in seconds. A disk doesn't use it.
+        A positive scalar, in seconds. A disk doesn't use it.
 
     Returns
     -------

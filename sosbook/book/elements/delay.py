@@ -265,7 +265,7 @@ def request_of(example, tau, ratio, delta, alpha=None):
 
 
 def _steps(plant, horizon):
-    """Of the page's Runge-Kutta method: a quarter of the fastest rate."""
+    """Steps of the page's Runge-Kutta method: a quarter of the fastest rate."""
     turns = horizon * max(abs(plant.poles())) / 0.25
     steps = LINE_POINTS * max(4, int(np.ceil(turns / LINE_POINTS)))
     if steps > 20 * LINE_POINTS:

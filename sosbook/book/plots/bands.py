@@ -26,7 +26,7 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     signals : (plants, k) array_like
         The signal of each plant.
     name : str
-        In the legend.
+        What the legend calls it.
     middle : int, optional
         Row that is drawn as a line inside the band.
     colour : str
@@ -121,7 +121,7 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
     window : (left, right, height), optional
         The part of the plane shown; chosen to fit if left out.
     name : str
-        Of the parameter, in the legend.
+        The parameter's name, in the legend.
     start : int
         Which of the book's colours come first: for a second cloud.
 

@@ -27,8 +27,8 @@ def robot_run(run, names=None, panels=("theta", "V"), figsize=None):
     run : sosbook.pendulum.simulator.Run
         The simulated run.
     names : sequence of str, optional
-        Of the robots, for the legend; numbers without it, and no
-        legend for a single robot.
+        Names of the robots, for the legend; numbers without it, and no legend
+        for a single robot.
     panels : sequence of {"theta", "phi", "rate", "V", "error"}
         "error" is the estimated tilt less the true one. The voltage
         is a staircase, between its limits.

@@ -134,7 +134,7 @@ def _wing():
 
 
 def _misread(wrong, wing):
-    """Can the printed gains be for the printed digits?"""
+    """Whether the printed gains can belong to the printed digits."""
     abscissae = {}
     for D12 in (wrong.plant.D[0, 1], wing.plant.D[0, 1]):
         for S22 in (wrong.plant.S[1, 1], wing.plant.S[1, 1]):

@@ -41,7 +41,7 @@ def rows():
 
 
 def _noise(runs, volts_at_rest):
-    """Does it matter? By a quarter, and by more than the SENSOR_VOLTS."""
+    """Whether it matters: by a quarter, and by more than `SENSOR_VOLTS`."""
     work = _each(runs, lambda run: np.square(run.V).mean())
     wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
     yield _row(
@@ -235,7 +235,7 @@ def _laws():
 def without_the_fast(controller, edge=200):
     """(4.29) for (4.28): a controller without what is faster than the edge.
 
-    Poles and zeros of the ``given`` controller beyond it are left out.
+    Poles and zeros of the ``controller`` beyond the ``edge`` are left out.
 
     The gains at s = 0 are kept, and four digits of everything.
     """

@@ -89,7 +89,7 @@ def _experiments(printed):
 
 
 def _identified(printed):
-    """I_b, C_m, t_m and I_w: one M_b g l behind them?"""
+    """Whether one M_b g l stands behind I_b, C_m, t_m and I_w."""
     constants, q, ours = printed.constants, printed.ratios, printed.identified
     torque = 2 * q["d_c"] * q["e_a"] / q["e_c"] * ours["I_w"]  # M_b g l
     implied = [

@@ -94,7 +94,7 @@ def _rank(A, C):
 
 
 def _observable(printed):
-    """From both rates: (4.25) not, (4.27) is."""
+    """From both rates (4.27) is observable, and (4.25) isn't."""
     A = np.zeros((4, 4))
     A[:2, 2:] = np.eye(2)
     A[2:] = np.hstack([printed.S[0], printed.D[0]]) / printed.M[0, 0, 0]
@@ -113,7 +113,7 @@ def _observable(printed):
 
 
 def _weights(printed):
-    """Which of two printed weights fits where (2.45) has them?"""
+    """Which of two printed weights fits its place in (2.45)."""
     states, outputs = 2 * len(printed.C[0]), len(printed.C)
     push, root = (states, 1), (outputs, outputs)  # R_F, Q_F as printed
 

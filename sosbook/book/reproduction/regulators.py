@@ -61,7 +61,7 @@ def _of_one_vertex(law, R):
 
 
 def _values_of_R(printed):
-    """The gain of phi is 1 / sqrt(R): what were the values of R?"""
+    """The values of R that the gain of phi, 1 / sqrt(R), tells."""
     gains = [K[0, 1] for K in printed.pd.values()]
 
     def fits(values):
@@ -152,7 +152,7 @@ def _root(plants):
 
 
 def _size_of_W():
-    """tr(W Omega' Psi Omega) <= |W| tr(Omega' Psi Omega), or not?"""
+    """Whether tr(W Omega' Psi Omega) <= |W| tr(Omega' Psi Omega)."""
     rng, holds = np.random.default_rng(0), {"norm": True, "determinant": True}
     for _ in range(100):
         root, A = rng.normal(size=(2, 2)), rng.normal(size=(2, 2))

@@ -85,7 +85,7 @@ def rows():
 
 
 def _gap(K, rates):
-    """Between (4.26), mended, and a PID of Euler sums."""
+    """The difference between (4.26), mended, and a PID of Euler sums."""
     law, z, s = SampledLaw.appendix_b(K, T), np.array([0.1, 0.0]), 0.0
     x, gap = law.start * z[0], 0.0
     for e in rates:

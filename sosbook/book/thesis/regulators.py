@@ -245,9 +245,9 @@ def arm(factor):
 def example_4():
     """Example 4, a flexible rotor with an arm: phi1 in [-pi/2, pi/2].
 
-    The vertices are those of (3.3): factor 1 and 2 / pi. Print rounds
-    the second S11 to 50.64 and tabulates the poles for 50 + 2 / pi. U
-    isn't printed: integrating the motor's angle phi2 gives Table 3.3.
+    The vertices are those of (3.3): factor 1 and 2 / pi. The thesis rounds the
+    second S11 to 50.64 and tabulates the poles for 50 + 2 / pi. U isn't
+    printed: integrating the motor's angle phi2 gives Table 3.3.
 
     Examples
     --------

@@ -28,7 +28,7 @@ def explore_coupling(plants, region=None, count=11, slack=None, **asked):
     count : int
         Steps between two vertices at which the poles are drawn.
     slack : float, optional
-        Of the slack matrix; without it every move is a line search.
+        The scalar of the slack matrix; without it every move is a line search.
     **asked
         Further keywords of `design_pid`.
 

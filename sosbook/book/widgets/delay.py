@@ -153,7 +153,7 @@ def truth(design):
 
 
 def _roots(design):
-    """Of the loop for three constant delays, beside the line -delta."""
+    """Roots of the loop for three constant delays, beside the line -delta."""
     tau, mu, delta = (getattr(design.request, name) for name in ("tau", "mu", "delta"))
     root_sets = (
         []
@@ -222,7 +222,7 @@ def input_figure(answer):
 
 
 def _chart(t, values, window, label, title):
-    """Holds the values, but no more than the window."""
+    """A chart that holds the values, but no more than the window."""
     low, high = np.clip([values.min(), values.max()], *window)
     if low == high:
         low, high = low - 0.5, high + 0.5

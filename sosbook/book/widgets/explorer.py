@@ -136,7 +136,7 @@ def log(name, value, below, above):
 
 
 def note(message, colour=VERMILLION):
-    """A note with these ``words`` of HTML, and a bar of this ``colour``."""
+    """A note with a ``message`` in HTML, and a bar of this ``colour``."""
     return (
         f"<p role='status' style='margin:0;padding:.4em 1em;"
         f"border-left:5px solid {colour};background:#f6f8fa;"

@@ -12,12 +12,12 @@ __all__ = ["explore_mu"]
 
 
 def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
-    """Move mu: the smallest joint gamma, and the walls below it.
+    """Move mu; see the smallest joint gamma and its lower bounds.
 
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
-        With ``F``.
+        The plant, with its ``F``.
     K : (m, N) array_like
         The gain that is analysed.
     U, region

@@ -16,7 +16,7 @@ def explore_hinf(plant, K, U=None, gamma=None):
     Parameters
     ----------
     plant : SecondOrderSystem
-        With ``F``.
+        The plant, with its ``F``.
     K : (m, N) array_like
         The gain that is analysed.
     U : (a, n) array_like, optional

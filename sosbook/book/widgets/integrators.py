@@ -27,7 +27,7 @@ def explore_integrators(family, value, low, high, region=None, name="parameter")
     region : PoleRegion, optional
         What each design is asked for.
     name : str
-        Of the parameter, with its unit.
+        The parameter's name, with its unit.
 
     Returns
     -------

@@ -116,7 +116,7 @@ def _page(loops, message, designs, bound=None, quick=True):
 
 
 def _poles(loops, designs):
-    """Of the four vertices; a fast pole or two lie beyond the window."""
+    """Poles at the four vertices; a fast one or two lie beyond the window."""
     pole_sets = [
         np.ravel([np.linalg.eigvals(loop_matrix(d, K)) for d in loops[:4]])
         for _, _, K, _ in designs

@@ -150,7 +150,7 @@ def _page(loops):
 
 
 def _poles(loops):
-    """Of error and state; the fast ones lie beyond the window."""
+    """Poles of error and state; the fast ones lie beyond the window."""
     every = np.concatenate([loop.poles.ravel() for loop in loops])
     every = every[every.real > WINDOW_LEFT]
     high = 1.2 * max(5, *abs(every.imag))

@@ -139,7 +139,7 @@ def _draw(R, T, ticks, sensing, law, design):
 
 
 def _poles(loops):
-    """In the z-plane, with the unit circle."""
+    """The poles in the z-plane, with the unit circle."""
     poles = [loop.poles for loop in loops]
     far = np.clip(max(abs(p).max() for p in poles), 1.15, 3)
     chart = Chart(
@@ -159,7 +159,7 @@ def _poles(loops):
 
 
 def _nyquist(loops):
-    """From 2 Hz, or the slowest there is, to half the sampling rate."""
+    """Nyquist's curve from 2 Hz, or the slowest there is, to half the rate."""
     T = loops[0].law.T
     angles = np.geomspace(min(4 * np.pi * T, 1), np.pi, 90)
     chart = Chart(

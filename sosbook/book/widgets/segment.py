@@ -16,7 +16,7 @@ def explore_segment(plants, P):
     Parameters
     ----------
     plants : Polytope
-        Of two vertices.
+        A polytope of two vertices.
     P : (2n, 2n) array
         Satisfies the stability LMI at both.
 

@@ -24,10 +24,10 @@ def explore_steps(build, sizes):
     Parameters
     ----------
     build : callable
-        Of a size; gives a plant and a dict of requirements, as keywords
-        of `design_pid`, for which there is a design.
+        A function of a size that gives a plant and a dict of requirements, as
+        keywords of `design_pid`, for which there is a design.
     sizes : sequence of int
-        Two or more.
+        The sizes to choose from, two or more.
 
     Returns
     -------

@@ -33,7 +33,7 @@ class Edge:
     Parameters
     ----------
     name : str
-        Of the parameter.
+        The parameter's name.
     feasible : float or None
         The most that a certified design keeps (theta in radians); None
         where no value gave a design.
@@ -186,7 +186,7 @@ def edge(
     Parameters
     ----------
     name : {"sigma", "theta", "rho", "gamma", "u_max", "cost"}
-        Or the parameter of a requirement of your own.
+        The parameter to push, or that of a requirement of your own.
     plant, U, region, gamma, saturation
         As in `design_pid`. Only parts of a `PoleRegion`, half-planes,
         sectors and disks can be moved.

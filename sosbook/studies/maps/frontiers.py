@@ -24,13 +24,13 @@ class Frontier:
     x, y : str
         Names of the requirements.
     values : tuple of float
-        Of x, from the least demanding.
+        Values of x, from the least demanding.
     edges : tuple of Edge
-        Of y, one for each value of x.
+        The edge of y at each value of x.
     request : Request
-        What was given.
+        What was asked for.
     digits : int
-        Of the values of y.
+        Significant digits of the values of y.
     """
 
     x: str
@@ -66,7 +66,7 @@ class Frontier:
     def design(self, x, y):
         """The certified design that keeps x and y, or None.
 
-        Of those that do it is the one that asks for least.
+        Of those that do, it is the one that asks for least.
         """
         for value, e in zip(self.values, self.edges):
             if (

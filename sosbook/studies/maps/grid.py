@@ -198,11 +198,12 @@ class _Cells:
         self.last, self.solves, self.tried = None, 0, set()
 
     def walk(self):
-        """Along the staircase, then what it left open.
+        """Walk along the staircase, then solve what it left open.
 
-        Starts where the longer axis asks for least and the shorter one
-        for most. A feasible cell decides all easier ones: on along the
-        longer axis. One that isn't: back along the shorter axis.
+        The walk starts where the longer axis asks for least and the shorter
+        one for most. A feasible cell decides all easier ones, so the walk goes
+        on along the longer axis; from a cell that isn't feasible it goes back
+        along the shorter one.
         """
         rows = np.argsort(self.up.harder * self.y)
         columns = np.argsort(self.across.harder * self.x)
@@ -270,7 +271,7 @@ class _Cells:
 
 
 def _fewest(whole, deciding, way):
-    """Those that no other one makes superfluous."""
+    """The deciding cells that no other one makes superfluous."""
     needed = dict(deciding)
     for cell in deciding:
         others = [other for other in needed if other != cell]
@@ -297,7 +298,7 @@ def _axis(side, axis, ask):
 
 
 def _certified(design):
-    """Itself, or solved again in its own coordinates: they are sharper."""
+    """Whether a design has a proof, if need be in its own, sharper coordinates."""
     if certified(design):
         return True
     better = design.V is None and again(design.request, design)
@@ -305,7 +306,7 @@ def _certified(design):
 
 
 def _refuted(refusal, designs):
-    """By its multipliers, or by those in coordinates of some design."""
+    """Whether a refusal is proven, if need be in coordinates of some design."""
     if refuted(refusal):
         return True
     near = next(iter(designs), None)

@@ -24,7 +24,8 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
     Parameters
     ----------
     function : callable
-        Of one point. Without side effects: a point may run again.
+        A function of one point, without side effects, for a point may run
+        again.
     points : iterable
         Where the function is called.
     n_jobs : int, optional

@@ -100,8 +100,8 @@ class Ask:
 class Search:
     """Bisection over round numbers of one parameter of an `Ask`, by its name.
 
-    What is held stands in ``ask``. Numbers with so many digits are counted: a
-    larger place asks for more.
+    The other requirements stand in ``ask``. The numbers with so many digits
+    are counted, and a larger count, or place, asks for more.
     """
 
     def __init__(self, ask, name, digits):
@@ -276,7 +276,7 @@ class Search:
 
 
 def _rank(value, digits):
-    """Of the nearest number with so many digits, among all of them."""
+    """The place of the nearest number with so many digits among all of them."""
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     base = 10 ** (digits - 1)
     return int(exponent) * 9 * base + round(float(mantissa) * base) - base
