@@ -167,7 +167,20 @@ def plain(x):
 
 
 def degrees(sin, cos):
-    """The angle that is proven, to a hundredth of a degree, rounded up."""
+    """The angle whose sine and cosine these floats are, in degrees, as text.
+
+    It is rounded up to a hundredth: the words never promise more than is proven.
+
+    Parameters
+    ----------
+    sin, cos : float
+        Of an angle between 0 and 90 degrees, rounded inwards.
+
+    Examples
+    --------
+    >>> degrees(0.6, 0.8)
+    '36.87'
+    """
     angle = (arb(exact(float(sin))) / arb(exact(float(cos)))).atan()
     hundredths = int((angle * 18000 / arb.pi()).upper().ceil().unique_fmpz())
     return plain(hundredths / 100)
