@@ -3,15 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
-from flint import fmpq, fmpz_mat
+from flint import fmpq, fmpz, fmpz_mat
 from scipy.linalg import qr, solve_triangular
 from scipy.linalg.lapack import dpotrf
 
+from .adjoint import adjoint, slope
 from .blocks import Blocks
 from .centre import refine
 from .expression import Affine
 from .rational import Rational, _matrix, exact, inverse, round_digits
-from .time_limit import check_time
 
 __all__ = [
     "Rational",
@@ -51,17 +51,20 @@ def pivots(x):
     >>> pivots(exact(np.array([[1.0, 2.0], [2.0, 1.0]])))
     [1, -3]
     """
-    rows = _symmetric(x).table()
-    heads = []
-    while rows:
-        head = rows[0]
-        heads.append(head[0])
-        if head[0] <= 0:
+    integers, denominator = _symmetric(x).numer_denom()
+    rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
+    heads, last = [], fmpz(1)
+    while rows:  # Bareiss: the divisions leave no remainder
+        head, *rest = rows
+        lead = head[0]
+        heads.append(fmpq(lead, last * denominator))
+        if lead <= 0:
             break
         rows = [
-            [r[j] - r[0] / head[0] * head[j] for j in range(1, len(r))]
-            for r in rows[1:]
+            [(lead * e - first * h) // last for e, h in zip(row, head[k:])]
+            for k, (first, row) in enumerate(zip(head[1:], rest), 1)
         ]
+        last = lead
     return heads
 
 
@@ -263,7 +266,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     few = qr(white[order[: len(lead)]], mode="economic", pivoting=True)[2]
     few = [entries[e] for e in few[: len(lead)]]
     slopes = np.array(
-        [_slope(expressions[k], unknowns, i, j)[free] for k, i, j in few]
+        [slope(expressions[k], unknowns, i, j)[free] for k, i, j in few]
     ).T
     residual = adjoint(expressions, unknowns, Z)[free, None]
     try:
@@ -290,42 +293,6 @@ def _in_floats(g):
             for t in g.terms
         ],
     )
-
-
-def adjoint(expressions, unknowns, Z):
-    """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.
-
-    G_k are the ``expressions``, and Z has a matrix for each of them.
-    """
-    return sum(
-        _gradient(g, unknowns, lambda t, z=z: t.left.T @ z @ t.right.T)
-        for g, z in zip(expressions, Z)
-    )
-
-
-def _slope(g, unknowns, i, j):
-    """<G_a, Z> for each variable a if Z has ones at i, j and j, i only."""
-    check_time()
-    weight = 1 if i == j else 2
-    return weight * _gradient(g, unknowns, lambda t: np.outer(t.left[i], t.right[:, j]))
-
-
-def _gradient(g, unknowns, of_term):
-    """Derivatives by the unknowns' entries of <g, Z>.
-
-    ``of_term`` gives L' Z R' for the term L X R.
-    """
-    derivatives = []
-    for u in unknowns:
-        total = np.zeros(u.shape, object)
-        for t in g.terms:
-            if t.unknown is u:
-                change = of_term(t)
-                total = total + (change.T if t.transposed else change)
-        if u.symmetric:
-            total = total + np.tril(total.T, -1)
-        derivatives.append(u.pack(total))
-    return np.concatenate(derivatives)
 
 
 def _stays_positive(near, far):

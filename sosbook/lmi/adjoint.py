@@ -1,0 +1,143 @@
+"""Derivatives of <G, Z> by the unknowns of G, in exact arithmetic."""
+
+import numpy as np
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
+
+from .time_limit import check_time
+
+__all__ = ["adjoint", "slope"]
+
+
+def adjoint(expressions, unknowns, Z):
+    """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.
+
+    Parameters
+    ----------
+    expressions : list of Affine
+        The blocks G_k, with arrays of rationals, integers or balls.
+    unknowns : list of Unknown
+        What the blocks are affine in.
+    Z : list of arrays
+        A symmetric matrix for each block.
+
+    Returns
+    -------
+    array
+        Rationals; balls if there is a ball among the entries.
+
+    Raises
+    ------
+    TypeError
+        If an array has floats.
+
+    Notes
+    -----
+    A term L X R contributes L' Z R' to the derivative by X. With one
+    denominator for all terms the sums are sums of integers.
+
+    Examples
+    --------
+    >>> from sosbook.lmi.exact import exact
+    >>> from sosbook.lmi.expression import Unknown, he
+    >>> A, P = exact(np.array([[0, 1], [-2, -0.3]])), Unknown("P", 2, symmetric=True)
+    >>> adjoint([he(A @ P)], [P], [exact(np.eye(2))])
+    array([0, -2, -3/5], dtype=object)
+    """
+    try:
+        products = [_integers(t, z) for t, z in _terms(expressions, Z, _cleared)]
+    except TypeError:  # a ball
+        products = [_balls(t, z) for t, z in _terms(expressions, Z, _arb_mat)]
+        return _packed(products, unknowns, arb_mat, arb(1))
+    common = fmpz(1)
+    for _, _, denominator in products:
+        common = common.lcm(denominator)
+    products = [(t, x * (common // d)) for t, x, d in products]
+    return _packed(products, unknowns, fmpz_mat, fmpq(1, common))
+
+
+def _terms(expressions, Z, convert):
+    """(term, converted Z) of all terms."""
+    pairs = [(g, convert(z)) for g, z in zip(expressions, Z)]
+    return [(t, z) for g, z in pairs for t in g.terms]
+
+
+def _cleared(x):
+    """(integers, denominator); TypeError unless x has rationals or integers."""
+    return fmpq_mat(*x.shape, x.ravel().tolist()).numer_denom()
+
+
+def _integers(t, z):
+    """(term, L' Z R' without its denominator, denominator)."""
+    (left, l), (z, d), (right, r) = _cleared(t.left), z, _cleared(t.right)
+    return t, left.transpose() * z * right.transpose(), l * d * r
+
+
+def _arb_mat(x):
+    if x.dtype.kind == "f":
+        raise TypeError("a float is no exact number: read it by `exact`")
+    return arb_mat(*x.shape, [arb(e) for e in x.ravel().tolist()])
+
+
+def _balls(t, z):
+    """(term, L' Z R')."""
+    return t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose()
+
+
+def _packed(products, unknowns, matrix, unit):
+    """The sums of (term, product), packed as the unknowns' free entries."""
+    packed = []
+    for u in unknowns:
+        total = matrix(*u.shape)
+        for t, product in products:
+            if t.unknown is u:
+                total += product.transpose() if t.transposed else product
+        entries = np.empty(u.shape, object)
+        entries.flat = total.entries()
+        if u.symmetric:
+            entries = entries + np.tril(entries.T, -1)
+        packed.append(u.pack(entries))
+    return np.concatenate(packed) * unit
+
+
+def slope(g, unknowns, i, j):
+    """<G_a, Z> for each variable a if Z has ones at i, j and j, i only.
+
+    Parameters
+    ----------
+    g : Affine
+        A symmetric block.
+    unknowns : list of Unknown
+        What it is affine in.
+    i, j : int
+        Row and column.
+
+    Returns
+    -------
+    array
+        Rationals; integers where nothing is added.
+    """
+    check_time()
+    starts = np.cumsum([0, *(u.size for u in unknowns)])
+    start = {id(u): int(k) for u, k in zip(unknowns, starts)}
+    derivatives = np.zeros(starts[-1], object)
+    weight = 1 if i == j else 2
+    for t in g.terms:
+        if id(t.unknown) not in start:
+            continue
+        left, right = t.left[i].tolist(), t.right[:, j].tolist()
+        columns = [(q, weight * e) for q, e in enumerate(right) if e != 0]
+        for p, e in enumerate(left):
+            if e == 0:
+                continue
+            for q, f in columns:
+                place = _place(t.unknown, *((q, p) if t.transposed else (p, q)))
+                derivatives[start[id(t.unknown)] + place] += e * f
+    return derivatives
+
+
+def _place(u, row, column):
+    """Where an unknown's entry is among its free ones."""
+    if not u.symmetric:
+        return row * u.shape[1] + column
+    low, high = sorted((row, column))
+    return high * (high + 1) // 2 + low
