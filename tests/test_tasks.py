@@ -279,6 +279,16 @@ def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
     assert tasks.call(sys.executable, "-c", "raise SystemExit(3)") == 3
 
 
+def test_what_is_compiled_once_is_kept_outside_the_sources(monkeypatch, tmp_path):
+    monkeypatch.setattr(tasks, "BYTECODE", tmp_path / "bytecode")
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    (tmp_path / "module.py").write_text("x = 1", "utf-8")
+    words, path = (sys.executable, "-c", "import module"), str(tmp_path)
+    assert tasks.call(*words, PYTHONPATH=path) == 0
+    assert [p.name for p in tmp_path.iterdir() if p.name != "bytecode"] == ["module.py"]
+    assert len([*(tmp_path / "bytecode").rglob("module.*.pyc")]) == 1
+
+
 # Tools on other systems
 
 
