@@ -8,8 +8,8 @@ parameter moves.
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from .regions import shade_region, window_of
-from .style import BLUE, COLOURS, GREY, VERMILLION
+from .regions import draw_axes, frame_plane, window_of
+from .style import BLUE, COLOURS, VERMILLION
 
 __all__ = ["band", "branches", "pole_cloud"]
 
@@ -151,11 +151,7 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
             f"{len(rows)} rows of poles"
         )
     window = window or window_of([rows], region)
-    left, right, height = window
-    if region is not None:
-        shade_region(ax, region, window)
-    ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
-    ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    draw_axes(ax, region, window)
     colour = COLOURS[start % 6]
     for branch in rows.T:
         ax.plot(
@@ -181,11 +177,7 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
             zorder=3,
             label=f"{name} = {values[k]:g}",
         )
-    ax.set_xlim(left, right)
-    ax.set_ylim(-height, height)
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("Re s (1/s)")
-    ax.set_ylabel("Im s (rad/s)")
+    frame_plane(ax, window)
     ax.legend(
         loc="lower left",
         bbox_to_anchor=(0, 1.0),

@@ -40,6 +40,24 @@ def shade_region(ax, region, window, colour=GREEN, label="D-region"):
     return ax
 
 
+def draw_axes(ax, region, window):
+    """Draw both axes of the complex plane on ax, over a shaded region, if any."""
+    if region is not None:
+        shade_region(ax, region, window)
+    ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+
+
+def frame_plane(ax, window):
+    """Limit ax to a window (left, right, height) of the complex plane; label it."""
+    left, right, height = window
+    ax.set_xlim(left, right)
+    ax.set_ylim(-height, height)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("Re s (1/s)")
+    ax.set_ylabel("Im s (rad/s)")
+
+
 def poles(ax, poles, region=None, window=None, label="closed loop"):
     """Poles in the complex plane, over the shaded D-region.
 
@@ -63,11 +81,7 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
     """
     sets = dict(poles) if isinstance(poles, dict) else {label: poles}
     window = window or window_of(list(sets.values()), region)
-    left, right, height = window
-    if region is not None:
-        shade_region(ax, region, window)
-    ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
-    ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    draw_axes(ax, region, window)
     order = (1, 0) if len(sets) == 2 else range(len(sets))
     for (name, values), k in zip(sets.items(), order):
         values = np.ravel(np.asarray(values, complex))
@@ -85,11 +99,7 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
             zorder=3,
             **hollow,
         )
-    ax.set_xlim(left, right)
-    ax.set_ylim(-height, height)
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("Re s (1/s)")
-    ax.set_ylabel("Im s (rad/s)")
+    frame_plane(ax, window)
     legend_above(ax, len(sets) + (region is not None))
     return ax
 

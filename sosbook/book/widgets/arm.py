@@ -9,7 +9,8 @@ from ...requirements.pole_region import PoleRegion
 from ...runtime.libraries import library
 from .. import thesis
 from ..elements.chart import Chart
-from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
+from ..plots import BLUE, GREEN, GREY, VERMILLION, window_of
+from .charts import plane
 from .explorer import Explorer, Follower, gains_table, linear, note, page
 
 ToggleButtons = library("ipywidgets").ToggleButtons
@@ -89,16 +90,7 @@ def explore_swing():
 
 def _poles(poles, region, colour):
     window = window_of([np.append(poles, -region.rho)], region)
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        "Poles for frozen factors",
-        square=True,
-    )
-    outline = region_outline(region, window)
-    chart.polygon(outline.real, outline.imag, colour, colour != GREEN)
+    chart = plane(window, "Poles for frozen factors", region, colour, colour != GREEN)
     inner = np.ravel(poles[2:])
     chart.marks(inner.real, inner.imag, GREY, "circle")
     ends = np.ravel(poles[:2])

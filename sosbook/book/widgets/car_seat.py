@@ -10,17 +10,9 @@ from ...plants.second_order import Polytope
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ..elements.chart import Chart
-from ..plots import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    VERMILLION,
-    branches,
-    region_outline,
-    window_of,
-)
+from ..plots import BLUE, GREY, INK, VERMILLION, branches, window_of
 from ..thesis import car_seat, example_2
+from .charts import plane
 from .explorer import (
     Explorer,
     Follower,
@@ -91,16 +83,9 @@ def explore_mass_range():
 def _pole_chart(loops, K, region):
     tracks = branches([poles(d, K) for d in loops])
     window = window_of([tracks], region)
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        "Poles for all masses; circles: lightest, crosses: heaviest",
-        square=True,
+    chart = plane(
+        window, "Poles for all masses; circles: lightest, crosses: heaviest", region
     )
-    outline = region_outline(region, window)
-    chart.polygon(outline.real, outline.imag, GREEN)
     for branch in tracks.T:
         chart.line(branch.real, branch.imag, BLUE)
     chart.marks(tracks[0].real, tracks[0].imag, INK, "circle")

@@ -6,8 +6,8 @@ from ...analysis.linear import poles
 from ...plants.descriptor import COUPLINGS, descriptors
 from ...plants.second_order import Polytope
 from ...studies.polytopes import sample_plants, scale_polytope
-from ..elements.chart import Chart
-from ..plots import BLUE, GREEN, GREY, VERMILLION, region_outline, window_of
+from ..plots import BLUE, GREY, VERMILLION, window_of
+from .charts import plane
 from .explorer import Explorer, Follower, linear, note, page
 
 __all__ = ["explore_coupling"]
@@ -81,18 +81,7 @@ def _one(name, design, region, count):
         verdict, mark = _verdict(drawn, region), "cross"
         colour = BLUE if verdict == KEPT else VERMILLION
     window = window_of([drawn], region)
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        f"Poles of all plants, coupling {name}",
-        square=True,
-    )
-    if region is not None:
-        outline = region_outline(region, window)
-        chart.polygon(outline.real, outline.imag, GREEN)
-    chart.line([0, 0], [-window[2], window[2]], GREY, True)
+    chart = plane(window, f"Poles of all plants, coupling {name}", region, axis=True)
     chart.marks(drawn.real, drawn.imag, colour, mark)
     chart.names.append((name, colour))
     return chart.svg(), verdict

@@ -5,8 +5,8 @@ import numpy as np
 from ...display.escape import page_text
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
-from ..elements.chart import Chart
-from ..plots import BLUE, COLOURS, GREEN, GREY, VERMILLION, region_outline, window_of
+from ..plots import BLUE, COLOURS, GREEN, GREY, VERMILLION, window_of
+from .charts import plane, set_point_chart
 from .explorer import (
     Explorer,
     Follower,
@@ -93,18 +93,13 @@ def _design_page(design, region, advice=""):
     open_loop = np.concatenate([v.poles() for v in plant.vertices])
     poles = np.ravel(design.poles()) if feasible else np.array([])
     window = window_of([poles if feasible else open_loop], region)
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
+    chart = plane(
+        window,
         "Poles in the complex plane",
-        square=True,
+        region,
+        GREEN if feasible else VERMILLION,
+        not feasible,
     )
-    if region is not None:
-        outline = region_outline(region, window)
-        colour = GREEN if feasible else VERMILLION
-        chart.polygon(outline.real, outline.imag, colour, not feasible)
     chart.marks(open_loop.real, open_loop.imag, GREY, "circle")
     chart.marks(np.real(poles), np.imag(poles), BLUE, "cross")
     message = f"<strong>{design.status}</strong>. {page_text(advice)}"
@@ -132,16 +127,7 @@ def _step_chart(design, poles):
     answer = design.simulate(t, r=np.ones(design.request.plant.n))
     answers = answer if isinstance(answer, list) else [answer]
     z = np.stack([answer.z for answer in answers])
-    low, high = min(z.min(), 0.0), max(z.max(), 1.0)
-    room = 0.06 * (high - low)
-    chart = Chart(
-        (0, end),
-        (low - room, high + room),
-        "t (s)",
-        "z",
-        "Response to a unit set point",
-    )
-    chart.line([0, end], [1, 1], GREY, dashed=True)
+    chart = set_point_chart(end, z)
     for k in range(z.shape[1]):
         for j, vertex in enumerate(z):
             chart.line(

@@ -6,7 +6,8 @@ from ...display.escape import page_text
 from ...runtime.libraries import library
 from ...synthesis.integrators import admissible_U
 from ..elements.chart import Chart
-from ..plots import BLUE, COLOURS, GREY, VERMILLION
+from ..plots import BLUE, COLOURS, VERMILLION
+from .charts import set_point_chart
 from .explorer import Explorer, Follower, gains_table, linear, note, page
 
 ipywidgets = library("ipywidgets")
@@ -110,16 +111,7 @@ def _answer(design, channels):
     end = float(f"{min(10 / -design.poles().real.max(), 60):.1g}")
     t = np.linspace(0, end, 161)
     z = design.simulate(t, r=r).z
-    low, high = min(z.min(), 0.0), max(z.max(), 1.0)
-    room = 0.06 * (high - low)
-    chart = Chart(
-        (0, end),
-        (low - room, high + room),
-        "t (s)",
-        "z",
-        "Response to a unit set point",
-    )
-    chart.line([0, end], [1, 1], GREY, dashed=True)
+    chart = set_point_chart(end, z)
     for k, row in enumerate(z):
         chart.line(t, row, COLOURS[k % len(COLOURS)], k not in channels, f"z{k + 1}")
     return chart.svg()

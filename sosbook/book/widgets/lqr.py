@@ -12,6 +12,7 @@ from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, GREY, VERMILLION
+from .charts import pole_chart
 from .explorer import Explorer, linear, log, note, page
 
 ToggleButtons = library("ipywidgets").ToggleButtons
@@ -121,22 +122,9 @@ def _poles(loops, designs):
         np.ravel([np.linalg.eigvals(loop_matrix(d, K)) for d in loops[:4]])
         for _, _, K, _ in designs
     ]
-    every = np.concatenate(pole_sets)
-    every = every[every.real > WINDOW_LEFT]
-    high = 1.2 * max(5, *abs(every.imag))
-    right = max(2, *(1.2 * every.real))
-    chart = Chart(
-        (WINDOW_LEFT, right),
-        (-high, high),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        f"Poles at the four vertices with Re s above {WINDOW_LEFT}",
-    )
-    chart.line([0, 0], [-high, high], GREY, True)
-    shapes = "circle", "cross"
-    for poles, (_, colour, *_), shape in zip(pole_sets, designs, shapes):
-        chart.marks(poles.real, poles.imag, colour, shape)
-    return chart.svg()
+    colours = [colour for _, colour, *_ in designs]
+    title = f"Poles at the four vertices with Re s above {WINDOW_LEFT}"
+    return pole_chart(pole_sets, colours, WINDOW_LEFT, title)
 
 
 def _bars(designs, bound):

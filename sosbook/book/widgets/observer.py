@@ -12,6 +12,7 @@ from ...synthesis.observer import design_observer
 from ...synthesis.pid import analyse_loop
 from ..elements.chart import Chart
 from ..plots import BLUE, GREY, VERMILLION
+from .charts import pole_chart
 from .explorer import Explorer, linear, log, note, page
 
 __all__ = ["explore_observer"]
@@ -151,22 +152,9 @@ def _page(loops):
 
 def _poles(loops):
     """Poles of error and state; the fast ones lie beyond the window."""
-    every = np.concatenate([loop.poles.ravel() for loop in loops])
-    every = every[every.real > WINDOW_LEFT]
-    high = 1.2 * max(5, *abs(every.imag))
-    right = max(2, *(1.2 * every.real))
-    chart = Chart(
-        (WINDOW_LEFT, right),
-        (-high, high),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        f"Poles of error and state at the vertices, Re s above {WINDOW_LEFT}",
-    )
-    chart.line([0, 0], [-high, high], GREY, True)
-    for loop, shape in zip(loops, ("circle", "cross")):
-        poles = loop.poles.ravel()
-        chart.marks(poles.real, poles.imag, loop.colour, shape)
-    return chart.svg()
+    title = f"Poles of error and state at the vertices, Re s above {WINDOW_LEFT}"
+    pole_sets = [loop.poles.ravel() for loop in loops]
+    return pole_chart(pole_sets, [loop.colour for loop in loops], WINDOW_LEFT, title)
 
 
 def _curves(loops, runs, name):

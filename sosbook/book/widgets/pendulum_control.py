@@ -12,6 +12,7 @@ from ...runtime.libraries import library
 from ...synthesis.lqr import design_lqr
 from ..elements.chart import Chart
 from ..plots import BLUE, COLOURS, GREY, VERMILLION, window_of
+from .charts import plane
 from .explorer import Explorer, gains_table, linear, log, note, page
 
 ToggleButtons = library("ipywidgets").ToggleButtons
@@ -151,15 +152,7 @@ def _poles(poles):
     """All but the fastest of each loop, which lies far left."""
     slow = poles[:, 1:]
     window = window_of([np.append(slow, 1)])
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        "Slow poles at the four vertices",
-        square=True,
-    )
-    chart.line([0, 0], [-window[2], window[2]], GREY, True)
+    chart = plane(window, "Slow poles at the four vertices", axis=True)
     for row, colour in zip(slow, COLOURS):
         chart.marks(row.real, row.imag, colour, "cross")
     return chart.svg()

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...requirements.pole_region import LMIRegion
-from ..elements.chart import Chart
-from ..plots import BLUE, GREEN, region_outline
+from ..plots import BLUE
+from .charts import plane
 from .explorer import Explorer, linear, page
 
 __all__ = ["explore_region"]
@@ -42,16 +42,7 @@ def explore_region(A=None):
             & LMIRegion.disk(rho, centre)
         )
         window = (-9.0, 2.0, 6.0)
-        chart = Chart(
-            window[:2],
-            (-6, 6),
-            "Re s (1/s)",
-            "Im s (rad/s)",
-            "Poles and the region",
-            square=True,
-        )
-        outline = region_outline(region, window)
-        chart.polygon(outline.real, outline.imag, GREEN)
+        chart = plane(window, "Poles and the region", region)
         chart.marks(poles.real, poles.imag, BLUE, "cross")
         rows = "".join(
             f"<li>{name}: {d.min():+.2f} rad/s "

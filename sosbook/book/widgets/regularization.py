@@ -7,6 +7,7 @@ from ...runtime.libraries import library
 from ...synthesis.regularization import regularize
 from ..elements.chart import Chart
 from ..plots import BLUE, GREEN, GREY, window_of
+from .charts import plane
 from .explorer import Explorer, log, note, page
 
 ipywidgets = library("ipywidgets")
@@ -95,15 +96,7 @@ def _pole_chart(before, poles):
     near = poles[np.abs(poles) <= far]
     before = before[np.abs(before) <= far]
     window = window_of([before, near])
-    chart = Chart(
-        window[:2],
-        (-window[2], window[2]),
-        "Re s (1/s)",
-        "Im s (rad/s)",
-        "Poles of the plant without and with K_A",
-        square=True,
-    )
-    chart.line([0, 0], [-window[2], window[2]], GREY, True)
+    chart = plane(window, "Poles of the plant without and with K_A", axis=True)
     chart.marks(before.real, before.imag, GREY, "circle")
     chart.marks(near.real, near.imag, BLUE, "cross")
     return chart.svg()

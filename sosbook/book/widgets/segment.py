@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...plants.descriptor import descriptors
-from ..elements.chart import Chart
 from ..plots import BLUE, GREY, window_of
+from .charts import plane
 from .explorer import Explorer, linear, page
 
 __all__ = ["explore_segment"]
@@ -38,15 +38,7 @@ def explore_segment(plants, P):
         (d,) = descriptors(plant)
         lyapunov = d.A @ P @ d.E.T
         top = np.linalg.eigvalsh(lyapunov + lyapunov.T)[-1]
-        chart = Chart(
-            window[:2],
-            (-window[2], window[2]),
-            "Re s (1/s)",
-            "Im s (rad/s)",
-            "Poles between the vertices",
-            square=True,
-        )
-        chart.line([0, 0], [-window[2], window[2]], GREY, True)
+        chart = plane(window, "Poles between the vertices", axis=True)
         chart.marks(every.real, every.imag, GREY, "circle")
         chart.marks(poles.real, poles.imag, BLUE, "cross")
         verdict = "stable" if poles.real.max() < 0 else "UNSTABLE"
