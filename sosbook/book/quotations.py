@@ -32,6 +32,7 @@ QUOTATIONS = {
     "nonlinear effect induced by the significant excursion range beyond the "
     "original rest positioning": "Example 4",
     "the friction between the wheels and the ground is zero": "section 4.1",
+    "is a stable equilibrium, which is reached without any control": "section 4.1.1",
     "obtain only an approximation": "section 4.2.1",
     "by varying R, noise and control effort decrease": "section 4.3.1",
     "the response is less noisy": "section 4.3.1",
@@ -51,6 +52,7 @@ QUOTATIONS = {
     "7.4V limit": "section 4.3.2",
     "integral and acceleration gains bring no relevant drawback with respect "
     "to design complexity": "chapter 5",
+    "the number of optimization variables is divided by four": "section A.2",
     "The choice of the U matrix in the examples in Chapter 3 and in the "
     "experiments in Chapter 4 was made randomly, taking into account only the "
     "controllability of the system": "chapter 5",
