@@ -78,13 +78,13 @@ def _experiments(printed):
     body, wheels = (ratios["e_c"] / ratios["f_c"], ratios["e_a"] / ratios["f_a"])
     yield Row(
         DATA,
-        "4 % covers what both experiments say of the motors",
+        "both experiments describe one robot",
         "Section 4.2.2",
-        "an uncertainty of ±4 %",
+        "one pair of motors, ±4 % on e/c and e/a",
         f"e/f = {body:.2f} from the body, {wheels:.2f} from the wheels: "
         f"{100 * (wheels / body - 1):.0f} % apart",
         claim(wheels / body < (1 + printed.spread) / (1 - printed.spread)),
-        "the same motors; f/a = 33.02 is printed but not used afterwards",
+        "threshold: 1.04 / 0.96. f/a = 33.02 is printed but not used afterwards",
     )
 
 
@@ -280,13 +280,19 @@ def _claims(printed):
     )
     poles = down.poles()
     poles = poles[abs(poles) > 1e-6]  # nothing holds the wheels' angle
+    held = np.roots([robot.c, robot.f, robot.d])
     yield Row(
         MODEL,
         "upright is unstable, hanging is stable",
         "Section 4.1.1",
         "equilibria 1 and 2",
         f"rightmost poles {up.poles().real.max():+.2f} and "
-        f"{poles.real.max():+.2f} rad/s",
-        claim(up.poles().real.max() > 1e-6 and poles.real.max() < 0),
+        f"{poles.real.max():+.2f} rad/s; with the wheels held, (4.17), "
+        f"{held[0].real:.2f} ± {abs(held[0].imag):.1f}j",
+        claim(
+            up.poles().real.max() > 1e-6
+            and poles.real.max() < 0
+            and held.real.max() < 0
+        ),
         "linearised, without voltage; but for the pole at 0 of the wheels' angle",
     )
