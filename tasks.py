@@ -34,6 +34,7 @@ SITE = BUILD / "html"
 BYTECODE = BUILD / "bytecode"
 QUICK = "not slow and not book and not browser and not live and not compiler"
 UNIT = "not book and not browser and not live"
+WITHOUT_NBVAL = ("-p", "no:nbval")  # its import takes seconds, in each process
 
 #: The program jupyter-book, whatever the system calls its file.
 JUPYTER_BOOK = ("-c", "from jupyter_book.cli.main import main; main()")
@@ -74,7 +75,7 @@ def test(words):
     """Run every test and every notebook while the book is built; or `quick`."""
     prepare()
     if words[:1] == ["quick"]:
-        return pytest("-m", QUICK, "tests", "sosbook", *words[1:])
+        return pytest(*WITHOUT_NBVAL, "-m", QUICK, "tests", "sosbook", *words[1:])
     chromium = browser.ensure(str(PYTHON))
     cc = compiler.ensure(str(PYTHON))
     missing = "\n".join(
@@ -115,6 +116,7 @@ def coverage(words):
     """Measure the package's tests, without pages and notebooks."""
     prepare()
     return pytest(
+        *WITHOUT_NBVAL,
         "-m",
         UNIT,
         "--cov",

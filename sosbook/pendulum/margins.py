@@ -1,6 +1,7 @@
 """The sampled loop of a pendulum and a law, about upright."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -83,6 +84,14 @@ def _firmware(T, blend):
     )
 
 
+@lru_cache(maxsize=1000)
+def _held(robot, T, delay):
+    """From the voltage to [theta, phi, theta', phi'], at the ticks."""
+    (vertex,) = input_vertices(robot.plant(), None)
+    A, B = SampleTiming.of(T, delay).held(vertex)
+    return SampledSystem(A, B, np.eye(4, len(A)), np.zeros((4, 1)), T)
+
+
 @dataclass(frozen=True, eq=False)
 class SampledLoop:
     """A pendulum about upright with a sampled law.
@@ -123,11 +132,7 @@ class SampledLoop:
     blend: float = 0.0
 
     def __post_init__(self):
-        law = self.law
-        T = law.T
-        (vertex,) = input_vertices(self.robot.plant(), None)
-        A, B = SampleTiming.of(T, self.delay).held(vertex)
-        truth = SampledSystem(A, B, np.eye(4, len(A)), np.zeros((4, 1)), T)
+        truth = _held(self.robot, self.law.T, self.delay)
         object.__setattr__(self, "loop_gain", truth.then(self.controller))
 
     @property
