@@ -361,9 +361,9 @@ def test_many_pairs_are_cut_with_and_without_an_objective():
     # the same optimum without cuts
     whole = sos.design_pid(corners(3), minimize="gamma", **asked)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(objectives, "MANY", 3)
-        patch.setattr(feasibility, "MANY", 3)
-        patch.setattr(feasibility, "EVERY", 3)
+        patch.setattr(objectives, "CUTTING_PLANE_ABOVE_PAIRS", 3)
+        patch.setattr(feasibility, "CUTTING_PLANE_ABOVE_PAIRS", 3)
+        patch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 3)
         cut = sos.design_pid(corners(3), minimize="gamma", **asked)
     assert cut.gamma == whole.gamma and min(cut.margins.values()) > 0
 

@@ -136,7 +136,7 @@ def many(gamma):
 def test_a_cutting_plane_over_vertices_changes_nothing(monkeypatch):
     plant, asked = many(0.5)
     found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr(phases, "MANY", 10**6)
+    monkeypatch.setattr(phases, "CUTTING_PLANE_ABOVE_PAIRS", 10**6)
     wanted = sos.design_pid(plant, **asked)
     assert found.status == wanted.status == "feasible"
     assert len(found.margins) == len(wanted.margins)

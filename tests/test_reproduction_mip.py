@@ -50,11 +50,7 @@ def test_the_claims_of_robustness_are_proven(rows):
     "item, place, verdict",
     [
         ("the gain after the zero is moved", "(4.19)", "reproduced"),
-        (
-            "both experiments describe one robot",
-            "4.2.2",
-            "claim refuted",
-        ),
+        ("both experiments describe one robot", "4.2.2", "claim refuted"),
         ("C_m and t_m follow from I_w and the ratios", "4.2.2", "reproduced"),
         ("one M_b g l behind all constants", "4.2.2", "claim refuted"),
         ("M_b behind I_b, C_m, t_m and I_w", "4.2.2", "misprint"),

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 from sosbook.mip import Mip, polytope
-from sosbook.widgets.lqr import EPSILON, SLACK, explore_lqr
+from sosbook.widgets.lqr import SLACK, SLACK_EPSILON, explore_lqr
 
 import sosbook as sos
 
@@ -72,7 +72,7 @@ def test_the_spread_and_the_coupling_design_again(explorer):
     explorer.sliders["spread"].value = 40.0
     assert rows(explorer)[1:] == as_shown(robust(40.0).K)
     explorer.sliders["coupling"].value = SLACK
-    slack = robust(40.0, coupling=SLACK, slack=EPSILON)
+    slack = robust(40.0, coupling=SLACK, slack=SLACK_EPSILON)
     assert rows(explorer)[1:] == as_shown(slack.K)
 
 

@@ -161,7 +161,7 @@ def test_the_curves_are_the_motions_of_plant_and_observer():
         x = odeint(
             lambda x, t: F @ x,
             start,
-            widget.TIMES,
+            widget.RELEASE_TIMES,
             Dfun=lambda x, t: F,
             rtol=1e-8,
             atol=1e-10,

@@ -38,8 +38,8 @@ from ..theorems import Functional, Times, delay_functional, delay_stabilization
 
 __all__ = ["LargestMargin", "delay_margin", "largest_margin", "region_margin"]
 
-AGREE = 1e-6  # relative: two rounds give the same point
-ROUNDS = 8
+AGREEMENT_TOLERANCE = 1e-6  # relative: two rounds give the same point
+MOST_ROUNDS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +110,9 @@ def largest_margin(expressions, unknowns):
     x = _inside(blocks, start.x)
     if x is None:
         raise ValueError("no point is inside the blocks: is the request feasible?")
-    for _ in range(ROUNDS):
+    for _ in range(MOST_ROUNDS):
         before, x = x, _shortest(blocks, x)
-        if np.linalg.norm(x - before) < AGREE * np.linalg.norm(x):
+        if np.linalg.norm(x - before) < AGREEMENT_TOLERANCE * np.linalg.norm(x):
             break
     else:
         raise RuntimeError("the rounds don't agree: the optimum is known to no digit")

@@ -31,7 +31,7 @@ CellExecutionError = library("nbclient.exceptions").CellExecutionError
 BOOK = Path(__file__).resolve().parents[2] / "book"
 LINE_LENGTH = 72
 CELL_LENGTH = 25
-TIMEOUT = 600  # seconds for one cell
+CELL_TIMEOUT = 600  # seconds for one cell
 
 #: A cell with a live widget carries both tags, and no other cell does: its
 #: output depends on the reader, so it is neither stored, compared nor shown.
@@ -112,7 +112,7 @@ def execute(notebook, folder=BOOK):
     canonical(notebook)
     NotebookClient(
         notebook,
-        timeout=TIMEOUT,
+        timeout=CELL_TIMEOUT,
         kernel_name="python3",
         record_timing=False,
         store_widget_state=False,

@@ -10,7 +10,7 @@ from scipy.linalg import eigvals, matrix_balance
 
 __all__ = ["EPS", "balanced", "rank_factors", "rightmost_roots", "root_radius"]
 
-LARGEST = 1000  # order of the largest eigenvalue problem
+LARGEST_ORDER = 1000  # of an eigenvalue problem that is solved
 EPS = np.finfo(float).eps
 
 
@@ -37,10 +37,10 @@ def rightmost_roots(A, A_d, delay, count):
     nodes, enough = 20, max(160, 4 * count)
     while True:
         order = len(A) + len(right) * nodes
-        if order > LARGEST:
+        if order > LARGEST_ORDER:
             raise ValueError(
                 f"delay is too long for this loop: {order} unknowns are "
-                f"needed to resolve its roots, {LARGEST} are allowed; "
+                f"needed to resolve its roots, {LARGEST_ORDER} are allowed; "
                 "shorten it or leave out the loop's fast modes"
             )
         starts = eigvals(_generator(A, left, right, nodes))

@@ -10,11 +10,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 __all__ = ["lyapunov_values"]
 
-GAUSS, WEIGHTS = np.polynomial.legendre.leggauss(3)
-GAUSS, WEIGHTS = (1 + GAUSS) / 2, WEIGHTS / 2
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+GAUSS_POINTS, GAUSS_WEIGHTS = (1 + GAUSS_POINTS) / 2, GAUSS_WEIGHTS / 2
 # rows: what the parabola through the Gauss points makes of them, at the
 # ends of a cell
-ENDS = np.vander([0.0, 1.0], 3) @ np.linalg.inv(np.vander(GAUSS))
+ENDS = np.vander([0.0, 1.0], 3) @ np.linalg.inv(np.vander(GAUSS_POINTS))
 MATRICES = ("P", "Q", "S", "R1", "R2", "R3", "Z")
 
 
@@ -150,10 +150,10 @@ class _Cells:
     def __init__(self, t, x, dx):
         self.t, self.h = t, np.diff(t)[:, None]
         bend = np.diff(x, axis=0) / self.h - dx[:-1]  # h x'' / 2
-        part = self.h * GAUSS
+        part = self.h * GAUSS_POINTS
         self.s = t[:-1, None] + part
         part = part[..., None]
-        ratio = GAUSS[:, None]
+        ratio = GAUSS_POINTS[:, None]
         self.x = x[:-1, None] + part * (dx[:-1, None] + ratio * bend[:, None])
         self.dx = dx[:-1, None] + 2 * ratio * bend[:, None]
 
@@ -170,8 +170,8 @@ class _Cells:
         two functions of the time
         """
         h = self.h.reshape(-1, *(1,) * (g.ndim - 2))
-        once = _sums(h * np.tensordot(WEIGHTS, g, (0, 1)))
-        left = np.tensordot(WEIGHTS * (1 - GAUSS), g, (0, 1))
+        once = _sums(h * np.tensordot(GAUSS_WEIGHTS, g, (0, 1)))
+        left = np.tensordot(GAUSS_WEIGHTS * (1 - GAUSS_POINTS), g, (0, 1))
         twice = _sums(h * (once[:-1] + h * left))
         first, last = (np.tensordot(ends, g, (0, 1)) for ends in ENDS)
         slopes = np.concatenate([first, last[-1:]])

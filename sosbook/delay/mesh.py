@@ -4,7 +4,7 @@ import numpy as np
 
 __all__ = ["step_kinds", "time_mesh"]
 
-STEPS = 1_000_000
+MOST_STEPS = 1_000_000  # of one simulation
 
 
 def time_mesh(t, delay, switches, step, tolerance):
@@ -20,7 +20,7 @@ def time_mesh(t, delay, switches, step, tolerance):
     if not np.isreal(step) or not np.isfinite(step) or step <= 0:
         raise ValueError(f"step must be a positive time, got {step!r}")
     end = t[-1]
-    if end / step > STEPS:
+    if end / step > MOST_STEPS:
         raise ValueError(
             f"t would take {end / step:.0f} steps: end it earlier, or give "
             "a longer step"

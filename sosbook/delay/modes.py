@@ -19,7 +19,7 @@ from ..plants.descriptor_system import DescriptorSystem
 
 __all__ = ["Modes", "slow_modes"]
 
-BITS = 256  # of the balls
+BALL_BITS = 256  # of the balls' midpoints; a double has 53
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class Modes:
         expressions, unknowns = request.in_unknowns()
         slopes = Blocks.of(expressions.values(), unknowns).slopes
         floats = [z.astype(float) for z in multipliers]
-        with ctx.workprec(BITS):
+        with ctx.workprec(BALL_BITS):
             balls, unknowns = request.in_unknowns(_plain, (self._vertex(),))
             balls = list(balls.values())
             changes = [
@@ -120,7 +120,7 @@ def slow_modes(vertex, rate):
     E, A, B = (exact(x) for x in (vertex.E, vertex.A, vertex.Bu))
     back = inverse(E)
     A, B = back @ A, back @ B
-    with ctx.workprec(BITS):
+    with ctx.workprec(BALL_BITS):
         try:
             roots = acb_mat(_arb_mat(A)).eig()
         except ValueError:  # a multiple eigenvalue
@@ -133,7 +133,7 @@ def slow_modes(vertex, rate):
     if len(slow) > 1:
         chosen.append(slow)
     for some in chosen:
-        with ctx.workprec(BITS):
+        with ctx.workprec(BALL_BITS):
             found = _of(A, B, [*some, *idle])
         if found is not None:
             yield found

@@ -20,7 +20,7 @@ __all__ = [
     "SwitchingDelay",
 ]
 
-JUMPS = 100_000
+MOST_JUMPS = 100_000  # of one delay signal
 
 
 def _number(name, value, positive=False):
@@ -51,7 +51,7 @@ def _tick(t, start, period):
 def _ticks(start, period, end):
     """The times start + k period inside (0, end), k = 0, 1, ..."""
     count = max(0, int(np.ceil((end - start) / period)))
-    if count > JUMPS:
+    if count > MOST_JUMPS:
         raise ValueError(
             f"the delay jumps {count} times in {end} s: end earlier, or "
             "let each value last longer"

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-__all__ = ["GAUSS", "PARABOLAS", "Record"]
+__all__ = ["GAUSS_POINTS", "PARABOLAS", "Record"]
 
-GAUSS = (1 + np.sqrt(3 / 5) * np.array([-1, 0, 1])) / 2
-# column j: coefficients in 1, s, s^2 of the parabola that is 1 at GAUSS[j]
-PARABOLAS = np.linalg.inv(np.vander(GAUSS, increasing=True))
+GAUSS_POINTS = (1 + np.sqrt(3 / 5) * np.array([-1, 0, 1])) / 2
+# column j: coefficients in 1, s, s^2 of the parabola that is 1 at GAUSS_POINTS[j]
+PARABOLAS = np.linalg.inv(np.vander(GAUSS_POINTS, increasing=True))
 ENDS = np.vander([0.0, 1.0], 3, increasing=True) @ PARABOLAS
 
 
@@ -77,7 +77,7 @@ class Record:
         the input and the disturbance do in a step, ``outside`` what isn't fed
         back in x'.
         """
-        K, table, points = self.K, self.table, len(GAUSS)
+        K, table, points = self.K, self.table, len(GAUSS_POINTS)
         (N, m), count = B.shape, len(h)
         row, cubic, fixed = self.look_up(asked, np.repeat(late[:, None], points, 1))
         own = np.arange(count)

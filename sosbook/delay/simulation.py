@@ -9,11 +9,11 @@ from ..plants.checks import matrix
 from ..plants.response import times, vector
 from ..plants.signals import signal_parts
 from .mesh import step_kinds, time_mesh
-from .record import GAUSS, PARABOLAS, Record
+from .record import GAUSS_POINTS, PARABOLAS, Record
 
 __all__ = ["DelayedResponse", "simulate_delay"]
 
-FINE = 0.04  # default step, as a part of the shortest time scale
+STEP_FRACTION = 0.04  # the default step, as a part of the shortest time scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
         1,
     )
 
-    arrival = nodes[:-1, None] + h[:, None] * GAUSS
+    arrival = nodes[:-1, None] + h[:, None] * GAUSS_POINTS
     asked = arrival - delay(arrival)
     if not (asked <= arrival + tolerance).all():
         raise ValueError("delay must be a number >= 0 at all times")
@@ -212,7 +212,7 @@ def _default_step(A, BK, delay, omega, end):
     rate = max(np.abs(spectra).max(), abs(omega))
     own = getattr(delay, "rate", 0.0)
     rate = rate * (1 + own * (delay.high - delay.low) / 2) + own
-    return min(FINE / rate, end) if rate > 0 else end
+    return min(STEP_FRACTION / rate, end) if rate > 0 else end
 
 
 def _exponentials(A, B, columns, omega, h):

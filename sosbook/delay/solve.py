@@ -17,10 +17,10 @@ from .certificates import prove_delay
 from .design import DelayDesign
 from .refutation import refuted
 
-__all__ = ["ALPHAS", "first_design", "solve_delay"]
+__all__ = ["ALPHA_RATIOS", "first_design", "solve_delay"]
 
 # alpha in units of tau, in the order of trial
-ALPHAS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
+ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 
 
 @one_thread
@@ -154,7 +154,7 @@ def first_design(request, refuse=True, time_limit=None, centred=True):
 
 
 def _first_alpha(request, centred):
-    tried = [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHAS]
+    tried = [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHA_RATIOS]
     for alpha in tried:
         found = solve_delay(request.at(alpha=alpha), False, centred=centred)
         if found.status == "feasible":

@@ -7,7 +7,7 @@ from .expression import block, eye
 
 __all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]
 
-LIMITS = 1e5, 1e7  # of the unknowns, where a minimum has to be the same
+MINIMUM_BOUNDS = 1e5, 1e7  # of the unknowns, between which a minimum has to be the same
 
 
 def unpacked(unknowns, x):
@@ -67,7 +67,9 @@ def any_minimum(blocks, unknowns, cost, x, gap):
     except Unbounded:  # perhaps in a direction that costs nothing
         near, far = (
             minimize(joined, cost, inside, gap)[0]
-            for joined, inside in (bounded(blocks, unknowns, x, r) for r in LIMITS)
+            for joined, inside in (
+                bounded(blocks, unknowns, x, r) for r in MINIMUM_BOUNDS
+            )
         )
     if cost @ far < 0.99 * (cost @ near):
         raise Unbounded("the infimum is zero or isn't attained")

@@ -5,11 +5,12 @@ import numpy as np
 from ..lmi.newton import newton_of
 from ..lmi.time_limit import check_time
 
-__all__ = ["EVERY", "MANY", "Cuts"]
+__all__ = ["CENTRE_UP_TO_PAIRS", "CUTTING_PLANE_ABOVE_PAIRS", "Cuts"]
 
-MANY = 24  # from so many pairs of vertices on, a cutting plane is faster
-EVERY = 1000  # up to so many pairs the centre is that of all blocks
-MORE = 4  # pairs that join at a time
+# pairs of vertices
+CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at once
+CENTRE_UP_TO_PAIRS = 1000  # up to here the centre is that of all blocks
+PAIRS_PER_CUT = 4  # how many join at a time
 
 
 class Cuts:
@@ -54,7 +55,7 @@ class Cuts:
         least = self.newton.least(x)
         order = np.argsort(least)[: (least <= 0).sum() if violated else None]
         fresh = [o for o in dict.fromkeys(self.owners[order]) if o not in self.chosen]
-        self.chosen.update(dict.fromkeys(fresh[:MORE]))
+        self.chosen.update(dict.fromkeys(fresh[:PAIRS_PER_CUT]))
         return bool(fresh)
 
     def solve(self, x, work):

@@ -19,9 +19,9 @@ __all__ = [
     "why_refused",
 ]
 
-LARGEST = 20  # states up to which it pays to prove how far multipliers reach
-LEAST = 10.0  # a shorter radius excludes nothing worth a word
-MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
+MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
+LEAST_RADIUS = 10.0  # of the gains in natural units; a shorter one isn't worth a word
+MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def excluding_mass(request):
     signs = [E.det() > 0 for E in exactly]
     if len(set(signs)) > 1:
         return SingularMassCertificate(True, (signs.index(True), signs.index(False)))
-    for i, j in islice(combinations(range(len(exactly)), 2), MIDPOINTS):
+    for i, j in islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS):
         if (exactly[i] + exactly[j]).det() == 0:
             return SingularMassCertificate(True, (i, j))
     return None
@@ -100,7 +100,7 @@ def _parts(request):
     places = [(k, k) for k in range(len(vertices))]
     if request.coupling != "vertices":
         pairs = combinations(range(len(vertices)), 2)
-        places += list(islice(pairs, MIDPOINTS))
+        places += list(islice(pairs, MOST_MIDPOINTS))
     half = exact(0.5)
     for i, j in places:
         E, A, B = (
@@ -159,7 +159,7 @@ def _point(x):
 
 def _proven_reach(first):
     """No point is shorter than this; exact, 0 if unknown."""
-    if first.multipliers is None or first.problem.request.order > LARGEST:
+    if first.multipliers is None or first.problem.request.order > MOST_STATES:
         return 0.0
     return first.problem.excluded_radius(first.multipliers)
 
@@ -190,7 +190,7 @@ def why_refused(first):
     if request.coupling == "slack":
         unknowns = unknowns.replace("P", "P_i, V", 1)
     reach, known = _proven_reach(first), solvable(request)
-    if reach > LEAST:
+    if reach > LEAST_RADIUS:
         text = (
             f"Exact multipliers exclude all {unknowns} shorter than "
             f"{_rounded_down(reach)} in the solver's coordinates"

@@ -12,7 +12,7 @@ from ..lmi.newton import newton_of
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
-from .cutting import EVERY, MANY, Cuts
+from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -20,9 +20,9 @@ from .solution import Solution
 
 __all__ = ["answer", "finish", "follow", "guarded", "refused", "refused_by", "search"]
 
-ROUNDING = 1e-6  # a margin below minus that is no rounding error
-FAR = 1e3  # unknowns beyond it are measured in a bad unit
-LARGE = 20  # from so many states on, looking for fixed modes first is cheap
+ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
+LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
+MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
 
 def guarded(request, seconds, work):
@@ -78,7 +78,7 @@ def search(request, free=()):
     """
     names = tuple(r.parameter.key for r in free)
     lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
-    if len(request.pairs) > MANY:
+    if len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS:
         point = _cutting_plane(lmis)
         if point is not None:
             return LMISolution(lmis, point)
@@ -146,7 +146,7 @@ def closer(lmis, near):
 
 def answer(request):
     """The Solution of a request that leaves nothing open."""
-    if request.order > LARGE:  # sooner known than phase one begins
+    if request.order > MODES_FIRST_ABOVE_STATES:  # sooner known than phase one begins
         mode = excluding_mode(request)
         if mode is not None:
             return refused_by(request, mode)
@@ -162,7 +162,7 @@ def answer(request):
     if solution.status == "feasible":
         return solution
     reason = _too_thin(solution)
-    if min(solution.margins.values()) < -ROUNDING:  # no point at all
+    if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
     return replace(solution, reason=reason)
 
@@ -272,9 +272,11 @@ def finish(lmis, values):
     of their blocks, those that a cutting plane needs.
     """
     x = lmis.packed(values)
-    if np.abs(x).max() > FAR and lmis.request.followers(lmis.request.leader()):
+    if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
+        lmis.request.leader()
+    ):
         lmis, x = _nearer(lmis, x)
-    if len(lmis.request.pairs) > EVERY:
+    if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         cuts = Cuts(lmis.compiled, lmis.names)
         x = cuts.solve(x, lambda some, x: any_centre(some, lmis.unknowns, x))
     else:

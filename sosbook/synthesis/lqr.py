@@ -20,8 +20,9 @@ from .slack import with_slack, without_slack
 
 __all__ = ["design_lqr"]
 
-GAPS = 1e-10, 1e-8, 1e-6  # to which the optimum is known; the first that succeeds
-BACKOFF = 1e-4  # the proven bound exceeds the optimum by this
+# relative accuracies to which the optimum is sought; the first that is reached
+OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6
+BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 
 
 @named_after(4)
@@ -105,7 +106,7 @@ def _least(request, name):
     if bounds is None:
         return without_optimum(request, objective)
     gain = best.problem.gain(best.values)
-    bound = float(f"{bounds[name] * (1 + BACKOFF):.5e}")
+    bound = float(f"{bounds[name] * (1 + BOUND_BACKOFF):.5e}")
     asked = request.with_bounds({name: bound})
     found = answer(replace(asked, gain=gain))
     if found.status != "feasible":
@@ -114,13 +115,13 @@ def _least(request, name):
 
 
 def _first_optimum(request, objective):
-    for gap in GAPS[:-1]:
+    for gap in OPTIMUM_GAPS[:-1]:
         try:
             return optimum(request, objective, gap)
         except ValueError:  # not to be had in floats
             pass
     try:
-        return optimum(request, objective, GAPS[-1])
+        return optimum(request, objective, OPTIMUM_GAPS[-1])
     except ValueError:
         raise ValueError(
             "Q: the least cost is zero or isn't attained; give the states that "

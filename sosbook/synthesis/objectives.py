@@ -9,7 +9,7 @@ from ..lmi.centre import Unbounded
 from ..lmi.exact import round_digits
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
-from .cutting import MANY, Cuts
+from .cutting import CUTTING_PLANE_ABOVE_PAIRS, Cuts
 from .feasibility import answer, finish, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
@@ -111,7 +111,7 @@ def _least(lmis, objective, values, gap):
             names = " and ".join(objective)
             raise ValueError(NO_MINIMUM.format(names)) from None
 
-    if len(lmis.request.pairs) <= MANY:
+    if len(lmis.request.pairs) <= CUTTING_PLANE_ABOVE_PAIRS:
         x = work(lmis.compiled, x)
     else:
         x = Cuts(lmis.compiled, lmis.names).solve(x, work)

@@ -23,8 +23,8 @@ from .observer_design import ObserverDesign
 
 __all__ = ["design_observer"]
 
-GAP = 1e-8  # to which the optimum is known, relative
-BACKOFF = 1e-4  # the proven bound exceeds the optimum by this
+OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
+BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 
 
 @named_after(4)
@@ -213,7 +213,7 @@ class ObserverProblem:
 
     def solve(self, plant):
         channels = self.noises[0].shape[1]
-        found = self.open().minimize({"J": np.eye(channels)}, GAP)
+        found = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
         if found.values is None:
             return ObserverDesign(
                 plant,
@@ -227,7 +227,7 @@ class ObserverProblem:
         T1 = self.T[0]
         L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
         least = float(np.trace(known["J"])) * self.unit**2
-        bound = float(f"{least * (1 + BACKOFF):.5e}")
+        bound = float(f"{least * (1 + BOUND_BACKOFF):.5e}")
         return self.certain(plant, L, bound)
 
     def certain(self, plant, L, bound):

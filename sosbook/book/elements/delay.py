@@ -40,7 +40,7 @@ SCALARS = {
     "delta": ("Decay rate δ", "δ", " 1/s"),
     "alpha": ("Scalar α", "α", " s"),
 }
-SINE, DWELL, SEED = 10, 2, 0  # period and dwell in units of tau
+SINE_PERIOD, DWELL_TIME, SEED = 10, 2, 0  # period and dwell in units of tau
 LINE_POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
 
 
@@ -76,10 +76,10 @@ def signal_of(kind, tau, mu):
         return ConstantDelay(tau)
     low, high = tau - mu, tau + mu
     return {
-        DELAY_KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE * tau)),
+        DELAY_KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE_PERIOD * tau)),
         DELAY_KINDS[2]: lambda: SawtoothDelay(low, high),
-        DELAY_KINDS[3]: lambda: SwitchingDelay(low, high, DWELL * tau),
-        DELAY_KINDS[4]: lambda: RandomDelay(low, high, DWELL * tau, SEED),
+        DELAY_KINDS[3]: lambda: SwitchingDelay(low, high, DWELL_TIME * tau),
+        DELAY_KINDS[4]: lambda: RandomDelay(low, high, DWELL_TIME * tau, SEED),
     }[kind]()
 
 
@@ -228,7 +228,7 @@ def delay_atlas(
     for at in each(places, "design", progress):
         values = {s.key: s.values[k] for s, k in zip(sliders, at)}
         designs[at] = delay_record(solve_delay(request_of(example, **values)))
-    count = int(loop["horizon"] / (DWELL * min(taus))) + 2
+    count = int(loop["horizon"] / (DWELL_TIME * min(taus))) + 2
     loop |= {
         "also": [f"α = {example.alpha:.4g} s"] if alphas is None else [],
         "output": output_name(example.U),
@@ -238,8 +238,8 @@ def delay_atlas(
         "kinds": DELAY_KINDS,
         "U": [[significant(x, 12) for x in row] for row in example.U],
         "varying": [
-            SINE,
-            DWELL,
+            SINE_PERIOD,
+            DWELL_TIME,
             [
                 significant(x, 4)
                 for x in RandomDelay(0.0, 1.0, 1.0, SEED)(np.arange(count))

@@ -16,7 +16,7 @@ control = library("control")
 __all__ = ["observer_controller", "rows", "without_the_fast"]
 
 DESK = "29_on_the_desk"
-T, START_TILT, END = 0.01, np.deg2rad(10), 2.5
+T, START_TILT, END_TIME = 0.01, np.deg2rad(10), 2.5
 DELAYS = (0.0, T / 2, T)  # s
 NEVER_STALLED = 10**6  # ticks: no stall protection, so that chatter is seen
 SENSOR_VOLTS = 0.1  # V, standard deviation: a robot's sensors make as much
@@ -257,4 +257,6 @@ def without_the_fast(controller, edge=200):
 def _runs(law, tilt=START_TILT):
     """The four vertices at each delay, in one go."""
     robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER_STALLED)
-    return [simulate(robots, firmware, tilt, END, late, substeps=2) for late in DELAYS]
+    return [
+        simulate(robots, firmware, tilt, END_TIME, late, substeps=2) for late in DELAYS
+    ]

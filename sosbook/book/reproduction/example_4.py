@@ -26,7 +26,7 @@ from .table import (
 
 __all__ = ["numbers", "rows"]
 
-STEPS = np.radians([30, 60, 10, -30, 0])  # three seconds each
+SET_POINTS = np.radians([30, 60, 10, -30, 0])  # rad, three seconds each
 
 
 def rows():
@@ -167,14 +167,14 @@ def _motions(ex):
     every = Polytope([thesis.arm(-1.0), thesis.arm(1.0)])
     slow = proven(analyse_pid(every, ex.K, ex.U, region=PoleRegion(sigma=2.0)), 8)
     t = np.linspace(0, 15, 1501)
-    times = [3.0 * k for k in range(len(STEPS))]
+    times = [3.0 * k for k in range(len(SET_POINTS))]
     run = simulate_nonlinear(
         thesis.arm(0.0),
         arm_gravity,
         ex.K,
         t,
         ex.U,
-        Steps(times, np.stack([STEPS, STEPS], axis=1)),
+        Steps(times, np.stack([SET_POINTS, SET_POINTS], axis=1)),
     )
     ends = [np.abs(run.e[1, k + 299]) for k in range(0, 1500, 300)]
     widest = np.abs(run.z[0]).max()

@@ -17,7 +17,7 @@ ToggleButtons = library("ipywidgets").ToggleButtons
 
 __all__ = ["explore_identification"]
 
-SECONDS = 30  # the way up, of each sweep
+SWEEP_SECONDS = 30  # the way up, of each sweep
 NAMES = {"e_c": "e/c", "f_c": "f/c", "d_c": "d/c", "e_a": "e/a", "f_a": "f/a"}
 
 
@@ -71,7 +71,7 @@ def _wheels(amplitude, friction):
 
 
 def _head(log):
-    n = round(SECONDS / log.T)
+    n = round(SWEEP_SECONDS / log.T)
     return Log(**{name: None if x is None else x[:n] for name, x in vars(log).items()})
 
 

@@ -21,8 +21,8 @@ ToggleButtons = library("ipywidgets").ToggleButtons
 __all__ = ["explore_lqr"]
 
 PAIRS, SLACK = "pairs", "slack"
-EPSILON = 0.003  # s, of the slack matrix: near the best for all positions
-SAMPLES = 30  # plants between the vertices
+SLACK_EPSILON = 0.003  # s, of the slack matrix: near the best for all positions
+SAMPLED_PLANTS = 30  # plants between the vertices
 WINDOW_LEFT = -25  # 1/s, end of the window of poles
 
 
@@ -60,7 +60,9 @@ def _draw(R, q_theta, q_phi, spread, coupling):
     middle = Mip.printed()
     plants = polytope(middle, spread / 100)
     cost = QuadraticCost(np.diag([q_theta, q_phi, 1, 1]), [[R]])
-    loops = descriptors(plants) + descriptors(Polytope(plants.sample(SAMPLES, 0)))
+    loops = descriptors(plants) + descriptors(
+        Polytope(plants.sample(SAMPLED_PLANTS, 0))
+    )
     K = _riccati(middle.plant(), cost)
     alone = "LQR of the middle", VERMILLION, K, _costs(loops, K, cost)
     message = _worst(alone)
@@ -70,7 +72,7 @@ def _draw(R, q_theta, q_phi, spread, coupling):
         cost.Q,
         cost.R,
         coupling=coupling,
-        slack=EPSILON if coupling == SLACK else None,
+        slack=SLACK_EPSILON if coupling == SLACK else None,
     )
     if design.K is None:
         yield _page(

@@ -20,7 +20,7 @@ __all__ = ["explore_observer"]
 START_TILT = 5  # degrees, at the start
 WINDOW_LEFT = -40  # 1/s, end of the window of poles
 SAMPLING_RATE = 100  # Hz, of the robot's processor
-TIMES = np.linspace(0, 1.5, 151)  # s
+RELEASE_TIMES = np.linspace(0, 1.5, 151)  # s, since the pendulum was let go
 KALMAN, THEOREM = "Kalman filter", "theorem"
 PROVEN = "proven stable"
 STATES = "theta", "theta'", "phi'"
@@ -109,8 +109,8 @@ class Loop:
         """[e; x] at the vertices, (4, 6, times); x^ starts at zero."""
         x = np.zeros((6, 1))
         x[[0, 3]] = np.radians(START_TILT)
-        step, states = expm(self.matrices * TIMES[1]), [x + np.zeros((4, 6, 1))]
-        for _ in TIMES[1:]:
+        step, states = expm(self.matrices * RELEASE_TIMES[1]), [x + np.zeros((4, 6, 1))]
+        for _ in RELEASE_TIMES[1:]:
             states.append(step @ states[-1])
         return np.concatenate(states, axis=2)
 
@@ -163,17 +163,21 @@ def _curves(loops, runs, name):
     low, high = np.min(runs), np.max(runs)
     room = 0.06 * (high - low)
     chart = Chart(
-        (0, TIMES[-1]),
+        (0, RELEASE_TIMES[-1]),
         (low - room, high + room),
         "t (s)",
         f"{name} (degrees)",
         f"The {name} at the four vertices",
     )
-    chart.line([0, TIMES[-1]], [0, 0], GREY, True)
+    chart.line([0, RELEASE_TIMES[-1]], [0, 0], GREY, True)
     for loop, run in zip(loops, runs):
         for k, row in enumerate(run):
             chart.line(
-                TIMES, row, loop.colour, loop is loops[0], "" if k else loop.name
+                RELEASE_TIMES,
+                row,
+                loop.colour,
+                loop is loops[0],
+                "" if k else loop.name,
             )
     return chart.svg()
 

@@ -15,7 +15,7 @@ ToggleButtons = library("ipywidgets").ToggleButtons
 __all__ = ["explore_fall", "falls"]
 
 NONE, FULL = "J = 0", "rotors' inertia on the body"
-END, STEPS = 0.8, 160
+END_TIME, TIME_STEPS = 0.8, 160
 
 
 def explore_fall():
@@ -45,12 +45,12 @@ def explore_fall():
     }
 
     def draw(angle, volts, pulse, rotors):
-        t = np.linspace(0, END, STEPS + 1)
+        t = np.linspace(0, END_TIME, TIME_STEPS + 1)
         V = np.where(t[:-1] < pulse - 1e-9, volts, 0.0)
         true, line = falls(robots[rotors], np.radians(angle), V, t[1])
         true, line = np.degrees(true[:2]), np.degrees(line[:2])
         apart = np.abs(true[0] - line[0]) > 5
-        message = f"The two thetas stay within 5° for {END} s."
+        message = f"The two thetas stay within 5° for {END_TIME} s."
         if apart.any():
             message = f"The thetas are 5° apart at {t[apart.argmax()]:.2f} s."
         yield note(message, BLUE) + page(

@@ -22,7 +22,7 @@ __all__ = ["explore_pendulum_control", "recover"]
 
 PD, PID = "PD", "PID"
 SINGLE, ROBUST = "one vertex", "all vertices"
-END, STEP = 1.5, 0.0025  # s
+END_TIME, TIME_STEP = 1.5, 0.0025  # s
 
 
 def explore_pendulum_control():
@@ -134,7 +134,7 @@ def _draw(R, spread, tilt, law, design):
             "Certified for all plants: cost &lt; <strong>"
             f"{regulator.request.cost.bound:.4g}</strong>. "
         )
-    t = np.arange(0, END + STEP / 2, STEP)
+    t = np.arange(0, END_TIME + TIME_STEP / 2, TIME_STEP)
     x, V = recover(robots, regulator.K, np.radians(tilt), t)
     stands = np.abs(x[0, :, -1]) < np.radians(max(tilt / 2, 1))
     peak = np.abs(V).max()

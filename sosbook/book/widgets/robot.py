@@ -18,7 +18,7 @@ __all__ = ["explore_robot"]
 
 PD, PID = "PD", "PID"
 SINGLE, ROBUST = "one vertex", "all vertices"
-END, T, REST_TIME = 2.0, 0.01, 0.5  # s
+END_TIME, T, REST_TIME = 2.0, 0.01, 0.5  # s
 CHATTER_VOLTS = 3.0  # V; a robot at rest with more than this chatters
 NEVER_STALLED = 10**6  # ticks: no stall protection, so that chatter is seen
 
@@ -77,7 +77,7 @@ def _page(robots, regulator, tilt, delay, noise, offset):
         robots,
         firmware,
         np.radians(tilt),
-        END,
+        END_TIME,
         delay / 1000,
         sensors,
         bias=bias,
@@ -111,23 +111,27 @@ def _verdict(run):
 def _tilt(run):
     theta = np.degrees(run.x[0])
     chart = Chart(
-        (0, END), _range(theta), "t (s)", "degrees", "Tilt of the four vertices"
+        (0, END_TIME), _range(theta), "t (s)", "degrees", "Tilt of the four vertices"
     )
     return _lines(chart, run, theta, True)
 
 
 def _volts(run):
     chart = Chart(
-        (0, END), (-1.1 * V_MAX, 1.1 * V_MAX), "t (s)", "V", "Voltage of the motors"
+        (0, END_TIME),
+        (-1.1 * V_MAX, 1.1 * V_MAX),
+        "t (s)",
+        "V",
+        "Voltage of the motors",
     )
     for side in (-V_MAX, V_MAX):
-        chart.line([0, END], [side, side], VERMILLION, True)
+        chart.line([0, END_TIME], [side, side], VERMILLION, True)
     return _lines(chart, run, run.V)
 
 
 def _wheels(run):
     phi = np.degrees(run.x[1])
-    chart = Chart((0, END), _range(phi), "t (s)", "degrees", "Angle of the wheels")
+    chart = Chart((0, END_TIME), _range(phi), "t (s)", "degrees", "Angle of the wheels")
     return _lines(chart, run, phi)
 
 
@@ -138,7 +142,7 @@ def _range(values):
 
 
 def _lines(chart, run, rows, named=False):
-    chart.line([0, END], [0, 0], GREY, True)
+    chart.line([0, END_TIME], [0, 0], GREY, True)
     for k, row in enumerate(rows):
         chart.line(run.t, row, COLOURS[k], k > 0, f"{k + 1}" if named else "")
     return chart.svg()

@@ -20,7 +20,7 @@ ToggleButtons = library("ipywidgets").ToggleButtons
 
 __all__ = ["explore_sampling", "kick"]
 
-END, KICK = 1.0, 0.5  # s, rad/s
+END_TIME, KICK_RATE = 1.0, 0.5  # s, rad/s
 WARNING_PEAK = 3.0  # of the sensitivity: it leaves little room
 
 
@@ -180,19 +180,19 @@ def _nyquist(loops):
 
 def _tilt(loops):
     T = loops[0].law.T
-    count = round(END / T) + 1
-    runs = [np.degrees(kick(loop, KICK, count)[0]) for loop in loops]
+    count = round(END_TIME / T) + 1
+    runs = [np.degrees(kick(loop, KICK_RATE, count)[0]) for loop in loops]
     runs = np.clip(runs, -20, 20)
     low, high = min(runs.min(), -1), max(runs.max(), 1)
     room = 0.08 * (high - low)
     chart = Chart(
-        (0, END),
+        (0, END_TIME),
         (low - room, high + room),
         "t (s)",
         "degrees",
-        f"Tilt after a kick of {KICK} rad/s",
+        f"Tilt after a kick of {KICK_RATE} rad/s",
     )
-    chart.line([0, END], [0, 0], GREY, True)
+    chart.line([0, END_TIME], [0, 0], GREY, True)
     for k, row in enumerate(runs):
         chart.line(T * np.arange(count), row, COLOURS[k], k > 0, f"{k + 1}")
     return chart.svg()
