@@ -12,6 +12,7 @@ MODULES = [
     ("sosbook.lmi.newton", "DENSE", "CG_ABOVE_VARIABLES"),
     ("sosbook.pendulum.rig", "COUNTS", "COUNTS_PER_TURN"),
     ("sosbook.pendulum.tuning", "DELAYS", "DELAY_SHARES"),
+    ("sosbook.plants.checks", "number", "finite"),
     ("sosbook.sampled", "hold", "c2d"),
     ("sosbook.sampled.discretize", "Clock", "SampleTiming"),
     ("sosbook.sampled.discretize", "hold", "c2d"),

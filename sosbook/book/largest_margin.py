@@ -29,7 +29,7 @@ from ..lmi import Unknown
 from ..lmi.blocks import Blocks
 from ..lmi.bounded import unpacked
 from ..lmi.deepest import deepest
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.libraries import library
@@ -182,7 +182,7 @@ def delay_margin(example, mu=None, second=1.0, misprints=()):
     RuntimeError
         As `largest_margin`.
     """
-    mu = example.mu if mu is None else number("mu", mu)
+    mu = example.mu if mu is None else finite("mu", mu)
     second = positive("second", second)
     vertices, units = _in_time(example, second)
     tau, mu, alpha = (second * x for x in (example.tau, mu, example.alpha))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..lmi.exact import exact, inverse
 from ..lmi.read_only import ReadOnly
-from ..plants.checks import matrix, number, positive
+from ..plants.checks import finite, matrix, positive
 from ..plants.descriptor import Descriptor
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
@@ -95,7 +95,7 @@ class DelayRequest(ReadOnly):
             raise ValueError("tau is missing: give the nominal delay")
         put(self, "tau", positive("tau", self.tau))
         for name in ("mu", "delta"):
-            value = number(name, getattr(self, name))
+            value = finite(name, getattr(self, name))
             if value < 0:
                 raise ValueError(f"{name} must not be negative, got {value!r}")
             put(self, name, value)

@@ -8,7 +8,7 @@ Its roots are the zeros of det(s I - A - A_d e^(-s h)).
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..plants.checks import matrix, number
+from ..plants.checks import finite, matrix
 from .collocation import balanced, rightmost_roots, root_radius
 
 __all__ = [
@@ -199,7 +199,7 @@ def checked_pair(A, A_d):
 
 def not_negative(name, value):
     """The value of the argument ``name`` as a float, or a ValueError."""
-    if number(name, value) < 0:
+    if finite(name, value) < 0:
         raise ValueError(f"{name} must not be negative, got {value!r}")
     return float(value)
 

@@ -32,17 +32,17 @@ class Phase:
     Z : list of arrays or None
         Multipliers of an infeasibility proof: Z_k > 0,
         sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
-    near : array or None
+    last_iterate : array or None
         The last iterate, where no feasible point was found.
-    reach : float
+    excluded_radius : float
         No feasible x has a smaller 2-norm than this.
     """
 
     verdict: str
     x: np.ndarray | None = None
     Z: list | None = None
-    near: np.ndarray | None = None
-    reach: float = 0.0
+    last_iterate: np.ndarray | None = None
+    excluded_radius: float = 0.0
 
 
 @one_thread
@@ -55,7 +55,7 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     homogeneous the first one, X > 0, is read as X > I, which changes nothing
     but excludes x = 0. Where only the ball stands in the way, the larger
     ball ``wide`` is tried. "infeasible" says that no solution is shorter than
-    ``reach``, half the radius or more, and that none was found beyond.
+    ``excluded_radius``, half the radius or more, and that none was found beyond.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     if verdict == "feasible":
         return Phase("feasible", x=last[:-1])
     if not multipliers:
-        return Phase("undecided", near=last[:-1])
+        return Phase("undecided", last_iterate=last[:-1])
     weight = 1.0
     if verdict == "infeasible":
         last[-1] *= 2
@@ -131,23 +131,23 @@ def _central_path(asked, blocks, newton, x, weight, radius, wide):
             if decrement < 0.1:
                 break
         else:
-            return Phase("undecided", near=x[:-1])
+            return Phase("undecided", last_iterate=x[:-1])
         # at a centre, t* <= t + (degree + ball) / weight
         if x[-1] + 2 * (blocks.degree + 1) / weight < 0:
             x = barrier.descend(x, weight * cost, 1e-9, 20)
             Z = [z / weight for z in barrier.multipliers(x)]
-            reach = _excluded_radius(blocks, Z)
-            if reach < LONGEST_SOLUTION:
+            excluded = _excluded_radius(blocks, Z)
+            if excluded < LONGEST_SOLUTION:
                 Z = refine(blocks, Z)
-                reach = _excluded_radius(blocks, Z)
-            verdict = "infeasible" if reach >= radius / 2 else "undecided"
-            if reach < wide / 2 and radius < wide:
+                excluded = _excluded_radius(blocks, Z)
+            verdict = "infeasible" if excluded >= radius / 2 else "undecided"
+            if excluded < wide / 2 and radius < wide:
                 further = phase_one(asked, wide)
                 if further.x is not None or verdict == "undecided":
                     return further
-            return Phase(verdict, Z=Z, near=x[:-1], reach=reach)
+            return Phase(verdict, Z=Z, last_iterate=x[:-1], excluded_radius=excluded)
         weight *= 8
-    return Phase("undecided", near=x[:-1])
+    return Phase("undecided", last_iterate=x[:-1])
 
 
 def _excluded_radius(blocks, Z):

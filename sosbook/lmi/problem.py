@@ -308,8 +308,8 @@ class LMIProblem(LMIText):
             self,
             multipliers=phase.Z,
             verdict=phase.verdict,
-            near=unpacked(self.unknowns, phase.near),
-            reach=phase.reach,
+            last_iterate=unpacked(self.unknowns, phase.last_iterate),
+            excluded_radius=phase.excluded_radius,
         )
 
     def _at(self, x, bound=None):

@@ -44,9 +44,9 @@ class LMISolution:
         In floats, one for each block, where no point was found.
     verdict : str
         What the solver says in floats where it found no point.
-    near : dict or None
+    last_iterate : dict or None
         Where no point was found: where the search ended, by name.
-    reach : float
+    excluded_radius : float
         Without a point: in floats, none is shorter than this.
     bound : float or None
         Of a minimum: no point has a smaller sum (in floats).
@@ -58,8 +58,8 @@ class LMISolution:
     values: dict | None = None
     multipliers: list | None = None
     verdict: str = "undecided"
-    near: dict | None = None
-    reach: float = 0.0
+    last_iterate: dict | None = None
+    excluded_radius: float = 0.0
     bound: float | None = None
     note: str = ""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from .gate import Inspection, refused, widened
 from .log import Log
 from .proven import LARGEST_PEAK, Deployment
@@ -83,7 +83,7 @@ def recommend(
         positive("R", R)
     if positive("peak", peak) <= 1:
         raise ValueError(f"peak must be above 1, got {peak!r}")
-    if number("decay", decay) < 0:
+    if finite("decay", decay) < 0:
         raise ValueError(f"decay must be 0 or more, in 1/s, got {decay!r}")
     tilt = reach(mip, robot.limit)
     if tilt < LEAST_TILT:

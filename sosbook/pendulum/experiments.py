@@ -8,7 +8,7 @@ from math import sin, tanh
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 
 __all__ = ["chirp", "motion"]
 
@@ -108,12 +108,12 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     >>> round(float(np.sin(q[-1]) * 110.6), 2)
     -30.52
     """
-    e, f, d = number("e", e), number("f", f), number("d", d)
+    e, f, d = finite("e", e), finite("f", f), finite("d", d)
     V = np.asarray(V, dtype=float)
     spans = np.broadcast_to(np.asarray(T, float), V.shape)
     positive("T", float(spans.min()))
     spans = (spans / positive("steps", steps)).tolist()
-    held = abs(e) * number("friction", friction)
+    held = abs(e) * finite("friction", friction)
 
     def push(q, w):
         pull = held * tanh(w / stick) if held else 0.0

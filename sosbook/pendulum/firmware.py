@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from .law import SampledLaw
 from .model import V_MAX
 
@@ -253,7 +253,7 @@ class Controller:
 
 def share(name, value):
     """A number from 0 to 1, or a ValueError that names it."""
-    if not 0 <= number(name, value) <= 1:
+    if not 0 <= finite(name, value) <= 1:
         raise ValueError(f"{name} must lie in [0, 1], got {value!r}")
     return value
 

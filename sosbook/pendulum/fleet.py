@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from .model import Mip
 
 __all__ = ["Fleet", "Push"]
@@ -37,7 +37,7 @@ class Push:
     def __post_init__(self):
         positive("length", self.length)
         for name in ("at", "body", "wheels"):
-            number(name, getattr(self, name))
+            finite(name, getattr(self, name))
 
     def torques(self, t):
         """The torques on theta and phi at the time t."""

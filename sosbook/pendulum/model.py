@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from ..plants.second_order import SecondOrderSystem
 
 __all__ = ["R_G", "V_MAX", "Mip"]
@@ -81,7 +81,7 @@ class Mip:
     def __post_init__(self):
         letters = "abcdefJ" if self.I_w is None else [*"abcdefJ", "I_w"]
         for name in letters:
-            object.__setattr__(self, name, number(name, getattr(self, name)))
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
         positive("a", self.a)
         positive("c", self.c)
         worst = abs(self.b) + abs(self.J)

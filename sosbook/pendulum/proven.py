@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from ..proofs import CHECKER
 from ..sampled import certify_sampled
 from .export import PYCTRL_WIRING, c_header, c_source, pyctrl_script, rc_balance
@@ -98,7 +98,7 @@ class Deployment:
                 "delayed isn't about the design's gain, rounded to six digits"
             )
         positive("T", self.T)
-        if number("delay", self.delay) < 0:
+        if finite("delay", self.delay) < 0:
             raise ValueError(f"delay must be 0 or more, in s, got {self.delay!r}")
         share("blend", self.blend)
         robot = self.robot or Robot.shipped("thesis")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from .rig import COUNTS_PER_TURN, GYRO_STEP
 
 __all__ = ["Readings", "Sensors"]
@@ -71,9 +71,9 @@ class Sensors:
             positive(name, getattr(self, name))
         for name in ("noise", "accelerometer"):
             value = getattr(self, name)
-            if value is not None and number(name, value) < 0:
+            if value is not None and finite(name, value) < 0:
                 raise ValueError(f"{name} can't be negative, got {value!r}")
-        number("height", self.height)
+        finite("height", self.height)
         for name in ("offset", "tilt_error"):
             value = np.array(getattr(self, name), float)
             if value.ndim > 1 or not np.isfinite(value).all():

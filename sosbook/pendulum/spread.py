@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..plants.checks import number
+from ..plants.checks import finite
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import Polytope
 from .model import Mip  # noqa: F401 (for the examples)
@@ -40,7 +40,7 @@ def vertices(mip, spread=0.04):
     """
     if mip.I_w is None:
         raise ValueError("mip has no I_w: say which part of a is geared")
-    if not 0 <= number("spread", spread) < 1:
+    if not 0 <= finite("spread", spread) < 1:
         raise ValueError(f"spread must lie in [0, 1), got {spread!r}")
     return tuple(
         _scaled(mip, body, wheels)

@@ -3,12 +3,16 @@
 import numpy as np
 from scipy.sparse import issparse
 
-__all__ = ["count", "matrix", "number", "positive", "rank_deficient"]
+from ..deprecation import renamed
+
+__all__ = ["count", "finite", "matrix", "positive", "rank_deficient"]
+
+__getattr__ = renamed(__name__, number="finite")
 
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 
-def number(name, value):
+def finite(name, value):
     """A value as a finite float, or a ValueError that has the argument's name."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
@@ -45,7 +49,7 @@ def count(name, value, least=0):
 
 def positive(name, value):
     """A value as a positive float, or a ValueError that has the argument's name."""
-    if number(name, value) <= 0:
+    if finite(name, value) <= 0:
         raise ValueError(f"{name} must be positive, got {value!r}")
     return float(value)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..plants.checks import number
+from ..plants.checks import finite
 from .lmi_region import LMIRegion, Region
 
 __all__ = ["LMIRegion", "PoleRegion", "Region"]
@@ -53,7 +53,7 @@ class PoleRegion(Region):
         if theta_deg is not None:
             if theta is not None:
                 raise ValueError("give theta (in radians) or theta_deg, not both")
-            theta = float(np.radians(number("theta_deg", theta_deg)))
+            theta = float(np.radians(finite("theta_deg", theta_deg)))
             if not 0 < theta <= np.pi / 2:
                 raise ValueError(
                     f"theta_deg = {theta_deg} is outside (0, 90]: it is the "
@@ -61,7 +61,7 @@ class PoleRegion(Region):
                 )
         parts = []
         if sigma is not None:
-            if number("sigma", sigma) < 0:
+            if finite("sigma", sigma) < 0:
                 raise ValueError(
                     f"sigma = {sigma} is negative; for a region that "
                     "reaches right of the imaginary axis use "

@@ -13,7 +13,7 @@ import numpy as np
 from flint import arb
 
 from ..lmi.rational import decimal, decimals, exact
-from ..plants.checks import number, positive
+from ..plants.checks import finite, positive
 from .vocabulary import RHO, SIGMA, THETA
 
 __all__ = ["RegionForms", "degrees"]
@@ -29,7 +29,7 @@ class RegionForms:
     @classmethod
     def half_plane(cls, sigma: float, name: str = "half-plane") -> Self:
         """Re s < -sigma (2.18), under a name."""
-        alpha = [[at_least(2, number("sigma", sigma))]]
+        alpha = [[at_least(2, finite("sigma", sigma))]]
         text = f"{name} Re s < {plain(0.0 - sigma)}"
         region = cls(alpha, [[1]], name, text)._movable(
             SIGMA, float(sigma), partial(cls.half_plane, name=name), 10
@@ -47,7 +47,7 @@ class RegionForms:
         (sin, cos) and the apex are rounded inwards: the region that is
         proven lies inside the region that is named.
         """
-        theta = number("theta", theta)
+        theta = finite("theta", theta)
         if not 0 < theta <= np.pi / 2:
             raise ValueError(
                 f"theta = {theta} is outside (0, pi/2]: it is the "
@@ -57,7 +57,7 @@ class RegionForms:
         sin = np.sin(theta) * (1 - 4 * np.finfo(float).eps)
         cos = np.cos(theta) * (1 + 4 * np.finfo(float).eps)
         beta = np.array([[sin, cos], [-cos, sin]])
-        apex = number("apex", apex)
+        apex = finite("apex", apex)
         alpha = at_least(-2, sin, apex)
         text = f"{name} of half-angle {degrees(sin, cos)} degrees"
         if apex:
@@ -71,7 +71,7 @@ class RegionForms:
     def disk(cls, rho: float, centre: float = 0.0, name: str = "disk") -> Self:
         """|s - centre| < rho (2.19), (A.11), under a name."""
         rho = positive("rho", rho)
-        centre = number("centre", centre)
+        centre = finite("centre", centre)
         alpha = [[-rho, -centre], [-centre, -rho]]
         text = f"{name} of radius {plain(rho)} around {plain(centre)}"
         region = cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
@@ -82,7 +82,7 @@ class RegionForms:
     @classmethod
     def strip(cls, left: float, right: float, name: str = "strip") -> Self:
         """left < Re s < right, under a name."""
-        left, right = number("left", left), number("right", right)
+        left, right = finite("left", left), finite("right", right)
         if left >= right:
             raise ValueError(f"left = {left} must be below right = {right}")
         alpha = np.diag([at_least(2, left), at_least(-2, right)])
@@ -107,7 +107,7 @@ class RegionForms:
         on the left can be wrong, so that the region that is proven
         lies inside the region that is named.
         """
-        centre = number("centre", centre)
+        centre = finite("centre", centre)
         a, b = positive("a", a), positive("b", b)
         plus, minus = (1 / a + 1 / b) / 2, (1 / a - 1 / b) / 2
         error = 4 * np.finfo(float).eps * (1 + (1 / a + 1 / b) * (abs(centre) + a + b))

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 from ..deprecation import renamed
 from ..lmi.exact import exact
-from ..plants.checks import matrix, number, positive
+from ..plants.checks import finite, matrix, positive
 from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
 from ..synthesis.problem import Request
@@ -138,7 +138,7 @@ class SampleTiming:
 
         Raises ValueError if they are bad.
         """
-        T, late = exact(positive("T", T)), exact(number("delay", delay))
+        T, late = exact(positive("T", T)), exact(finite("delay", delay))
         if late < 0:
             raise ValueError(f"delay must not be negative, got {delay!r}")
         if late > LONGEST_DELAY_IN_SAMPLES * T:

@@ -92,8 +92,8 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
     --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_1()
-    >>> walls = gamma_lower_bounds(ex.plant, ex.K, ex.U, ex.saturation)
-    >>> round(walls.norm, 4), round(walls.gamma(1.0), 3)
+    >>> lower = gamma_lower_bounds(ex.plant, ex.K, ex.U, ex.saturation)
+    >>> round(lower.norm, 4), round(lower.gamma(1.0), 3)
     (0.0113, 0.306)
     """
     if not isinstance(saturation, Saturation) or saturation.acceleration:
@@ -108,11 +108,11 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
         raise ValueError(f"x0 has {len(saturation.x0)} entries, needs {K.shape[1]}")
     if max(poles(d, K).real.max() for d in vertices) >= 0:
         raise ValueError("K doesn't stabilise every vertex")
-    bounds = np.array([_walls(d, K, saturation) for d in vertices])
+    bounds = np.array([_lower_bounds(d, K, saturation) for d in vertices])
     return GammaLowerBounds(*map(float, bounds.max(axis=0)))
 
 
-def _walls(d, K, saturation):
+def _lower_bounds(d, K, saturation):
     A, (_, _, B) = loop_matrix(d, K), d.state_space()
     x0 = saturation.x0
     seen = solve_continuous_lyapunov(A.T, -d.C.T @ d.C)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..deprecation import renamed
-from ..plants.checks import number
+from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS, descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
@@ -54,7 +54,7 @@ def scale_polytope(plants, factor):
     >>> [v.M.item() for v in scale_polytope(pair, 0.5).vertices]
     [1.5, 2.5]
     """
-    number("factor", factor)
+    finite("factor", factor)
     mean = plants.mean
     return Polytope(
         [

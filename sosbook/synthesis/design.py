@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..analysis import linear
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from ..lmi.refutation import InfeasibilityCertificate
-from ..plants.checks import count, number
+from ..plants.checks import count, finite
 from ..plants.descriptor import descriptors
 from ..plants.response import Response, simulate, vector
 from ..plants.second_order import Polytope
@@ -327,7 +327,7 @@ class Design(Gains, Solution):
             if saturation is None:
                 raise ValueError("x0 is missing: the design has no saturation")
             x0 = saturation.x0
-        x0, energy = vector("x0", x0, K.shape[1]), number("energy", energy)
+        x0, energy = vector("x0", x0, K.shape[1]), finite("energy", energy)
         if energy < 0 or (energy and self.gamma is None):
             raise ValueError(
                 "energy must not be negative, and only a design with gamma bears "

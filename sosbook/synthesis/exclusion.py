@@ -198,7 +198,11 @@ def why_refused(first):
         if not known:
             text += "; no exact proof was found that there is none at all"
     elif first.verdict == "infeasible":
-        size = "however large" if np.isinf(first.reach) else f"up to {first.reach:.0e}"
+        size = (
+            "however large"
+            if np.isinf(first.excluded_radius)
+            else f"up to {first.excluded_radius:.0e}"
+        )
         text = (
             f"No {unknowns} {size} in the solver's coordinates, by multipliers "
             "in floating point; no exact proof was found"

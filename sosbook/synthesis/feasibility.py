@@ -88,13 +88,13 @@ def search(request, free=()):
         if first.values is not None:
             return first
         tried.append(first)
-        if first.reach > LONGEST_SOLUTION:
+        if first.excluded_radius > LONGEST_SOLUTION:
             break
-        lmis = ScaledLMIs(request, closer(lmis, first.near), free)
+        lmis = ScaledLMIs(request, closer(lmis, first.last_iterate), free)
     refusals = [t for t in tried if t.verdict == "infeasible"] or tried
-    best = min(max(t.reach for t in refusals), LONGEST_SOLUTION)
+    best = min(max(t.excluded_radius for t in refusals), LONGEST_SOLUTION)
     # beyond that, rounding errors decide which frame reaches further
-    return next(t for t in refusals if t.reach >= best / 10)
+    return next(t for t in refusals if t.excluded_radius >= best / 10)
 
 
 def _cutting_plane(lmis):

@@ -32,9 +32,9 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
     Explorer
         ``sliders["mu"]`` is the decimal logarithm of mu.
     """
-    walls = gamma_lower_bounds(plant, K, U, saturation, K_A)
-    low = np.log10(walls.mu) - 0.5
-    high = max(0.0, np.log10(walls.corner)) + 1.0
+    lower = gamma_lower_bounds(plant, K, U, saturation, K_A)
+    low = np.log10(lower.mu) - 0.5
+    high = max(0.0, np.log10(lower.corner)) + 1.0
     ticks = np.linspace(low, high, 13)
 
     def smallest(mu):
@@ -54,7 +54,7 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
     curve = [(x, smallest(10**x).gamma) for x in ticks]
     curve = np.array([(x, np.log10(g)) for x, g in curve if g is not None])
     sliders = {"mu": linear("log10 of mu", 0.0, low, high, ".2f")}
-    floor = np.log10(walls.norm)
+    floor = np.log10(lower.norm)
     ceiling = max(curve[:, 1].max() if len(curve) else 0, floor) + 0.3
 
     def draw(mu):
@@ -67,10 +67,10 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
             log=True,
         )
         chart.line([low, high], [floor] * 2, GREEN, True, "norm")
-        rising = (np.array([low, high]) + np.log10(walls.energy)) / 2
+        rising = (np.array([low, high]) + np.log10(lower.energy)) / 2
         chart.line([low, high], rising, ORANGE, True, "x(0)")
         chart.line(
-            [np.log10(walls.mu)] * 2, [floor - 0.4, ceiling], VERMILLION, True, "u_max"
+            [np.log10(lower.mu)] * 2, [floor - 0.4, ceiling], VERMILLION, True, "u_max"
         )
         if len(curve):
             chart.line(*curve.T, BLUE, name="LMI")
@@ -83,8 +83,8 @@ def explore_mu(plant, K, U=None, region=None, saturation=None, K_A=None):
         chart.marks([mu], [np.log10(analysed.gamma)], BLUE, "circle")
         message += (
             f"gamma = <strong>{analysed.gamma:.3g}</strong>, "
-            f"{analysed.gamma / walls.norm:.1f} times the norm "
-            f"{walls.norm:.3g}. From rest |K x| stays below "
+            f"{analysed.gamma / lower.norm:.1f} times the norm "
+            f"{lower.norm:.3g}. From rest |K x| stays below "
             f"{saturation.u_max:.4g} for every w of energy up to "
             f"{10**-mu:.3g}."
         )
