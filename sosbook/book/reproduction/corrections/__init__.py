@@ -6,11 +6,11 @@ the kind of a single character, for it may be the copy's.
 
 from functools import cache
 
-from .delay import delay
-from .design import design
+from .delay import DELAY_ERRATA
+from .design import DESIGN_ERRATA
 from .pendulum import pendulum
-from .regulators import regulators
-from .right import checked
+from .regulators import REGULATOR_ERRATA
+from .right import CHECKED
 
 __all__ = ["checked", "errata"]
 
@@ -18,4 +18,9 @@ __all__ = ["checked", "errata"]
 @cache
 def errata():
     """Corrections to the text that this edition relies on."""
-    return (*design(), *delay(), *regulators(), *pendulum())
+    return (*DESIGN_ERRATA, *DELAY_ERRATA, *REGULATOR_ERRATA, *pendulum())
+
+
+def checked():
+    """Formulas of the thesis that were checked and found right."""
+    return CHECKED
