@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from sosbook.plots import band, branches, pole_cloud
+from sosbook.plots import envelope, pole_cloud, track_poles
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
@@ -29,7 +29,7 @@ def seats():
 def test_band_is_the_envelope(ax):
     t = np.linspace(0, 1, 11)
     signals = np.array([t, 1 - t, 0.5 + 0 * t])
-    band(ax, t, signals, "z")
+    envelope(ax, t, signals, "z")
     corners = ax.collections[0].get_paths()[0].vertices
     for at, low, high in zip(t, signals.min(0), signals.max(0)):
         heights = corners[np.isclose(corners[:, 0], at), 1]
@@ -40,7 +40,7 @@ def test_band_is_the_envelope(ax):
 def test_band_draws_the_named_plant_and_keeps_the_last_time(ax):
     t = np.linspace(0, 3, 1001)
     signals = np.array([np.sin(t), 2 * np.sin(t), 3 * np.sin(t)])
-    band(ax, t, signals, middle=1, points=50)
+    envelope(ax, t, signals, middle=1, points=50)
     x, y = ax.lines[0].get_data()
     assert len(x) <= 52 and x[-1] == 3
     assert np.allclose(y, 2 * np.sin(x))
@@ -51,14 +51,14 @@ def test_band_draws_the_named_plant_and_keeps_the_last_time(ax):
 )
 def test_band_refuses_what_does_not_fit(ax, signals):
     with pytest.raises(ValueError, match="needs a row for each plant"):
-        band(ax, [0, 1, 2], signals)
+        envelope(ax, [0, 1, 2], signals)
 
 
 def test_branches_permute_rows_and_move_little(seats):
     _, found, _ = seats
     rng = np.random.default_rng(1)
     shuffled = np.array([rng.permutation(row) for row in found])
-    followed = branches(shuffled)
+    followed = track_poles(shuffled)
     for row, kept in zip(shuffled, followed):
         assert np.array_equal(np.sort_complex(row), np.sort_complex(kept))
     jumps = np.abs(np.diff(followed, axis=0))
@@ -75,13 +75,13 @@ def test_a_pair_that_meets_parts_the_same_way_whatever_the_order():
                 np.array(rows[1])[::flip] + noise,
                 np.array(rows[2])[::flip],
             ]
-            upper = branches(shaken)[:, 0]
+            upper = track_poles(shaken)[:, 0]
             assert np.allclose(upper, [-2 + 1j, -2.5, -1.8 + 1j])
 
 
 def test_branches_leave_the_argument_alone():
     poles = np.array([[-1.0, -3], [-3, -1]])
-    branches(poles)
+    track_poles(poles)
     assert poles[1, 0] == -3
 
 

@@ -9,6 +9,8 @@ from sosbook.deprecation import renamed, renamed_arguments, renamed_attribute
 
 #: Module, former name, and where it is now.
 MODULES = [
+    ("sosbook.book.plots", "band", "envelope"),
+    ("sosbook.book.plots", "branches", "track_poles"),
     ("sosbook.lmi.newton", "DENSE", "CG_ABOVE_VARIABLES"),
     ("sosbook.pendulum.rig", "COUNTS", "COUNTS_PER_TURN"),
     ("sosbook.pendulum.tuning", "DELAYS", "DELAY_SHARES"),

@@ -5,8 +5,9 @@ an alternative text and a caption. Colours are Okabe and Ito's, which stay
 apart for colour-blind readers; marks and dashes differ too.
 """
 
+from ...deprecation import renamed
 from . import sketches
-from .bands import band, branches, pole_cloud
+from .bands import envelope, pole_cloud, track_poles
 from .delay import decay_curve, delay_signal, root_map
 from .ellipsoids import ellipse_outline, ellipsoid
 from .margins import margins, smallest_of_each
@@ -50,12 +51,11 @@ __all__ = [
     "SKY",
     "VERMILLION",
     "Figure",
-    "band",
-    "branches",
     "decay_curve",
     "delay_signal",
     "ellipse_outline",
     "ellipsoid",
+    "envelope",
     "input_limit",
     "largest_singular_value",
     "margins",
@@ -73,6 +73,9 @@ __all__ = [
     "singular_values",
     "sketches",
     "smallest_of_each",
+    "track_poles",
     "use_book_style",
     "window_of",
 ]
+
+__getattr__ = renamed(__name__, band="envelope", branches="track_poles")

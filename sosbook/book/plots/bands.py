@@ -1,6 +1,6 @@
-"""Figures over a set of plants: envelopes of signals, branches of poles.
+"""Figures over a set of plants: envelopes of signals, tracks of poles.
 
-A polytope isn't a curve but a bundle of them. `band` shades what a signal
+A polytope isn't a curve but a bundle of them. `envelope` shades what a signal
 can do from one plant to the next, `pole_cloud` follows each pole while a
 parameter moves.
 """
@@ -11,10 +11,10 @@ from scipy.optimize import linear_sum_assignment
 from .regions import draw_axes, frame_plane, window_of
 from .style import BLUE, COLOURS, VERMILLION
 
-__all__ = ["band", "branches", "pole_cloud"]
+__all__ = ["envelope", "pole_cloud", "track_poles"]
 
 
-def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
+def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     """Shade the envelope of one signal over several plants.
 
     Parameters
@@ -48,7 +48,7 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
-    >>> ax = band(ax, [0, 1, 2], [[0, 1, 1], [0, 2, 1]], "z")
+    >>> ax = envelope(ax, [0, 1, 2], [[0, 1, 1], [0, 2, 1]], "z")
     >>> ax.collections[0].get_datalim(ax.transData).intervaly
     array([0., 2.])
     >>> plt.close(figure)
@@ -73,7 +73,7 @@ def band(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     return ax
 
 
-def branches(poles):
+def track_poles(poles):
     """Order each row of poles so that a column follows one pole.
 
     Parameters
@@ -88,7 +88,7 @@ def branches(poles):
 
     Examples
     --------
-    >>> branches([[-1, -3], [-2.9, -1.1]]).real
+    >>> track_poles([[-1, -3], [-2.9, -1.1]]).real
     array([[-1. , -3. ],
            [-1.1, -2.9]])
     """
@@ -144,7 +144,7 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
     ['m = 70', 'm = 120']
     >>> plt.close(figure)
     """
-    rows, values = branches(poles), np.asarray(values, float)
+    rows, values = track_poles(poles), np.asarray(values, float)
     if values.shape != (len(rows),):
         raise ValueError(
             f"values has shape {values.shape}, needs one for each of the "

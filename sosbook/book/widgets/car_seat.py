@@ -10,7 +10,7 @@ from ...plants.second_order import Polytope
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ..elements.chart import Chart
-from ..plots import BLUE, GREY, INK, VERMILLION, branches, window_of
+from ..plots import BLUE, GREY, INK, VERMILLION, track_poles, window_of
 from ..thesis import car_seat, example_2
 from .charts import plane
 from .explorer import (
@@ -81,7 +81,7 @@ def explore_mass_range():
 
 
 def _pole_chart(loops, K, region):
-    tracks = branches([poles(d, K) for d in loops])
+    tracks = track_poles([poles(d, K) for d in loops])
     window = window_of([tracks], region)
     chart = plane(
         window, "Poles for all masses; circles: lightest, crosses: heaviest", region
