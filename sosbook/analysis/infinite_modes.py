@@ -26,7 +26,7 @@ class InfiniteModes:
         How many of the infinite ones are impulsive modes: the others
         are algebraic equations.
     index : int
-        Of the descriptor system: 0 if M is regular, 1 if there are
+        The index of the descriptor system: 0 if M is regular, 1 if there are
         only algebraic equations, 2 or more with impulses.
     """
 

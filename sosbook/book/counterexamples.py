@@ -35,8 +35,8 @@ def misprint(name):
     Returns
     -------
     DelayRequest
-        Of a loop with a root in the right half-plane for its longest
-        delay; `sosbook.delay.solve_delay` finds its LMIs feasible.
+        The request for a loop with a root in the right half-plane for its
+        longest delay; `sosbook.delay.solve_delay` finds its LMIs feasible.
 
     Examples
     --------
@@ -151,7 +151,7 @@ def actuated():
     Returns
     -------
     Polytope
-        With B = F = I. It can be stabilised as a whole, yet a design at
+        It has B = F = I. It can be stabilised as a whole, yet a design at
         the vertices may miss the plants between.
 
     Examples
@@ -212,7 +212,7 @@ def random_chain(seed, masses=2, spread=0.3, box=True):
     spread : float
         Each mass lies within its nominal value times 1 -+ spread.
     box : bool
-        With all 2^masses corners of that box; without it only two, the
+        Whether to take all 2^masses corners of that box; if not, only two, the
         odd masses light while the even ones are heavy and the converse.
 
     Returns
@@ -266,7 +266,7 @@ def random_pair(seed, ratio=16.0):
     seed : int
         It says which pair is drawn.
     ratio : float
-        Between the principal masses of each plant, in a random frame.
+        The ratio of the principal masses of each plant, in a random frame.
 
     Returns
     -------

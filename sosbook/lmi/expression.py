@@ -128,7 +128,7 @@ class Affine:
         Parameters
         ----------
         values : dict
-            From `Unknown` to its array.
+            The array of each `Unknown`.
         """
         total = self.constant
         for t in self.terms:

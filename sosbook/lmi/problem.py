@@ -157,8 +157,8 @@ class LMIProblem(LMIText):
         Parameters
         ----------
         weights : dict
-            From an unknown's name to a matrix of its shape, or a number
-            for an unknown of one entry.
+            For an unknown's name a matrix of its shape, or a number for an
+            unknown of one entry.
         gap : float
             Relative accuracy of the sum.
         start : dict, optional
@@ -274,7 +274,7 @@ class LMIProblem(LMIText):
         constraints : list
             The constraints, and the variables by name.
         variables : dict
-            From an unknown's name to its ``cvxpy.Variable``.
+            The ``cvxpy.Variable`` for each unknown's name.
         """
         cvxpy = library("cvxpy")
         variables = {

@@ -47,9 +47,9 @@ class LMISolution:
     last_iterate : dict or None
         Where no point was found: where the search ended, by name.
     excluded_radius : float
-        Without a point: in floats, none is shorter than this.
+        Where there is no point: in floats, none is shorter than this.
     bound : float or None
-        Of a minimum: no point has a smaller sum (in floats).
+        The bound of a minimum: no point has a smaller sum (in floats).
     note : str
         What kept the solver from finishing; empty if nothing did.
     """
@@ -71,7 +71,7 @@ class LMISolution:
 
     @cached_property
     def margins(self):
-        """By block: the smallest eigenvalue, the diagonal scaled to one.
+        """The smallest eigenvalue of each block, its diagonal scaled to one.
 
         None where there is no point.
         """

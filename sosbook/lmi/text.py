@@ -53,14 +53,14 @@ class LMIText:
         Parameters
         ----------
         values : dict
-            From an unknown's name to a matrix-like.
+            A matrix-like for each unknown's name.
         number : callable
             Brings data into the values' arithmetic.
 
         Returns
         -------
         dict
-            From a block's name to a square matrix-like.
+            A square matrix-like for each block's name.
 
         Raises
         ------

@@ -27,7 +27,8 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     rate : float
         Samples per second.
     amplitude : float
-        In V. A quarter of 7.4 V, as in the thesis, is 1.85 V.
+        The largest voltage, in V. A quarter of 7.4 V, as in the thesis, is
+        1.85 V.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     steps : int
         Runge-Kutta steps per sample.
     stick : float
-        In rad/s, the speed below which the friction fades.
+        The speed in rad/s below which the friction fades.
 
     Returns
     -------

@@ -22,7 +22,8 @@ class Fit:
     values : (p,) array
         Their values, in this order.
     covariance : (p, p) array
-        From the Jacobian, for residuals that may be coloured.
+        Their covariance, from the Jacobian, for residuals that may be
+        coloured.
     residuals : (N,) array
         Measured minus modelled.
 

@@ -111,7 +111,7 @@ def speed(log, wheel=1, counts=COUNTS_PER_TURN):
     Returns
     -------
     (N - 1,) array
-        Between t[0] and t[1], and so on.
+        The speed between t[0] and t[1], and so on.
     """
     if wheel not in (1, 2):
         raise ValueError(f"wheel must be 1 or 2, got {wheel!r}")

@@ -172,8 +172,8 @@ class SampledLaw:
         Parameters
         ----------
         controller : control.StateSpace or control.TransferFunction
-            From [theta', phi'] to V, in continuous time, or already
-            sampled with this T.
+            A controller from [theta', phi'] to V, in continuous time, or
+            already sampled with this T.
         T : float
             Time between samples, in s.
         W, start : array_like, optional

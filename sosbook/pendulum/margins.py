@@ -20,7 +20,7 @@ INTEGRATION_TOLERANCE = 1e-9  # from one: a nearer eigenvalue counts as one
 
 
 def sensing(kind, T, blend=0.0):
-    """From the true [theta, phi, theta', phi'] to what the law is given.
+    """The system from the true [theta, phi, theta', phi'] to what the law is given.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def sensing(kind, T, blend=0.0):
         and phi'. "firmware": as `Firmware` does it, theta by the
         trapezoidal rule and phi' as the difference of absolute angles.
     T : float
-        In s.
+        Time between samples, in s.
     blend : float
         As in `Firmware`, with accelerometers that say the truth.
 
@@ -137,7 +137,7 @@ class SampledLoop:
 
     @property
     def controller(self):
-        """From the true [theta, phi, theta', phi'] to the voltage."""
+        """The system from the true [theta, phi, theta', phi'] to the voltage."""
         law = self.law
         return sensing(self.sensing, law.T, self.blend).then(
             SampledSystem(law.A, law.B, law.C, law.D, law.T)
@@ -145,7 +145,7 @@ class SampledLoop:
 
     @property
     def open_loop(self):
-        """From the voltage to the law's, as python-control's StateSpace."""
+        """The system from the voltage to the law's, as python-control's StateSpace."""
         return self.loop_gain.to_control()
 
     @property
@@ -245,7 +245,7 @@ def lowest_rate(
     robots : sequence of Mip
         The pendulums, all of which shall be stable.
     law_of : callable
-        From T, in s, to a `SampledLaw`.
+        Makes a `SampledLaw` of T, in s.
     ticks : float
         The delay, in units of T.
     sensing : str

@@ -43,7 +43,7 @@ class Deployment:
         The same plants and gain behind any delay from zero to T +
         delay: the hold, and a computer that takes ``delay``.
     T, delay : float
-        In s.
+        Time between samples, and from a sample to its voltage, in s.
     blend : float
         As in `Firmware`.
     cells : int

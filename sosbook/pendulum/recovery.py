@@ -69,8 +69,8 @@ def largest_tilt(
     Returns
     -------
     (len(robots),) array
-        In rad, to high / points^rounds: the last tilt tried from which
-        it stands up, and it does from all smaller ones tried.
+        The tilt in rad, to high / points^rounds: the last tilt tried from
+        which it stands up, and it does from all smaller ones tried.
 
     Examples
     --------

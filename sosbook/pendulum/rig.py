@@ -105,7 +105,7 @@ class Rig:
         Returns
         -------
         Log
-            With t, V, gyro.
+            A log with t, V and gyro.
         """
         t, V = chirp(1, 20, amplitude=self.amplitude)
         x = self.ratios
@@ -125,7 +125,7 @@ class Rig:
         Returns
         -------
         Log
-            With t, V, encoder1, encoder2.
+            A log with t, V, encoder1 and encoder2.
         """
         t, V = chirp(0.3, 30, amplitude=self.amplitude)
         x, random = self.ratios, np.random.default_rng(self.seed + 1)

@@ -26,7 +26,7 @@ class Run:
     Parameters
     ----------
     t : (k,) array
-        In s.
+        The times of the ticks, in s.
     x : (4, runs, k) array
         [theta; phi; theta'; phi'] at the ticks.
     V : (runs, k) array
@@ -106,7 +106,7 @@ def simulate(
     tilt : float or (runs,) array_like
         theta at the start, in rad.
     t_end : float
-        In s.
+        How long the run lasts, in s.
     delay : float or (k,) array_like
         The time from the reading to the voltage, in s; or one for each tick. A
         voltage that is overtaken by a later one never acts.

@@ -78,7 +78,7 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
     B : array
         A coefficient for each of ``zeros``.
     A : (order,) array
-        Without the leading one, highest power first.
+        The coefficients but the leading one, highest power first.
 
     Raises
     ------

@@ -56,8 +56,8 @@ def fixed_part(E, A, B):
     Returns
     -------
     FixedPart or None
-        Without rows if the plant is controllable. None where the rows
-        have too many digits to be found.
+        The part, without rows if the plant is controllable. None where the
+        rows have too many digits to be found.
 
     Examples
     --------

@@ -61,7 +61,7 @@ class Descriptor(ReadOnly):
         return Descriptor(*(x if x is None else function(x) for x in parts))
 
     def output(self, K):
-        """From x to y in the loop u = K x: C + Du K."""
+        """The matrix from x to y in the loop u = K x: C + Du K."""
         return self.C if self.Du is None else self.C + self.Du @ K
 
     def change(self, left, T, scale=1):

@@ -54,8 +54,8 @@ class _Plant:
         Returns
         -------
         Response
-            With r = 0 and x = [z; z']; a list of them, one for each
-            vertex, for a Polytope.
+            The response with r = 0 and x = [z; z']; a list of them, one for
+            each vertex, for a Polytope.
 
         Raises
         ------

@@ -34,9 +34,9 @@ class Sine(Signal):
     omega : float
         The angular frequency, in rad/s.
     offset : float or (p,) array_like
-        Likewise.
+        A constant that is added, one number or one for each channel.
     start, stop : float
-        In seconds.
+        When it begins and ends, in seconds.
     """
 
     amplitude: float
@@ -55,7 +55,7 @@ class Step(Signal):
     height : float or (p,) array_like
         One number acts on every channel.
     start, stop : float
-        In seconds.
+        When it begins and ends, in seconds.
 
     Examples
     --------

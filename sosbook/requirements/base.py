@@ -51,7 +51,7 @@ class Requirement(ABC, ReadOnly):
     promise : str
         Name of the promise that `truth` is compared with.
     titles : dict
-        From a block's name to its words in tables and pages.
+        What tables and pages call a block, by its name.
     """
 
     kind = name = promise = ""

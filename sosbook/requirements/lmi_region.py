@@ -69,7 +69,7 @@ class Region:
         Parameters
         ----------
         poles : array_like of complex
-            In rad/s.
+            Points of the plane, in rad/s.
 
         Returns
         -------

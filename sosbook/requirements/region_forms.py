@@ -174,7 +174,7 @@ def degrees(sin, cos):
     Parameters
     ----------
     sin, cos : float
-        Of an angle between 0 and 90 degrees, rounded inwards.
+        Those of an angle between 0 and 90 degrees, rounded inwards.
 
     Examples
     --------

@@ -179,7 +179,7 @@ def moved(requirements, values):
     requirements : tuple of Requirement
         What is asked.
     values : dict
-        From a parameter's name to its bound.
+        The bound for each parameter's name.
     """
     chosen = list(requirements)
     for name, value in values.items():

@@ -242,7 +242,7 @@ def _refined(L, loops, rate):
 
 
 def _distances(loops, L):
-    """From each loop to each other, in the norm of |L x|."""
+    """The distances of the loops from each other, in the norm of |L x|."""
     inside = [L @ F @ np.linalg.inv(L) for F in loops]
     return np.array([[np.linalg.norm(F - G, 2) for G in inside] for F in inside])
 

@@ -149,7 +149,7 @@ def compare(plant, couplings=COUPLINGS, **asked):
     Returns
     -------
     dict
-        From the coupling's name to its `Design`.
+        The `Design` for each coupling's name.
 
     Examples
     --------
@@ -186,7 +186,7 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     Returns
     -------
     dict
-        From the coupling's name to an array: for each polytope the
+        An array for each coupling's name: for each polytope the
         smallest of `verify_on_samples`, or NaN where there is no design.
 
     Examples

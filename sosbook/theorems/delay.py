@@ -96,8 +96,8 @@ def delay_decay(E, A, Ad, v, F, G, t, misprints=(), alpha=1):
     Parameters
     ----------
     E, A, Ad : (N, N) matrix-like
-        Of the loop :math:`E\dot x = A x + A_d x(t - d(t))`; E = I in
-        print.
+        The matrices of the loop :math:`E\dot x = A x + A_d x(t - d(t))`; the
+        thesis has E = I.
     v : Functional
         The matrices of the functional.
     F, G : (N, N) matrix-like
@@ -153,8 +153,8 @@ def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
     t : Times
         The interval of the delay, and the decay rate.
     alpha : scalar
-        In seconds: weighs the velocity among the multipliers, G =
-        alpha F in Theorem A.3.
+        A scalar in seconds, which weighs the velocity among the multipliers, G
+        = alpha F in Theorem A.3.
     misprints : collection of {"sign"}
         As in `delay_decay`.
 

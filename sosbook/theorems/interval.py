@@ -33,7 +33,7 @@ def interval_functional(P, Q1, Q2, order, t):
     Q1, Q2 : (N, N) matrix-like, or None
         None where its interval is empty.
     order : {0, 1}
-        Of Bessel's inequality.
+        The order of Bessel's inequality.
     t : Times
         The delay's interval.
     """
@@ -60,7 +60,7 @@ def interval_kernel(R2, T, order):
     T : ((1 + order) N, (1 + order) N) matrix-like
         A free matrix of the bound.
     order : {0, 1}
-        Of Bessel's inequality.
+        The order of Bessel's inequality.
     """
     if order == 0:
         return block([[R2, T], [T.T, R2]])
@@ -75,11 +75,11 @@ def interval_decay(A, Ad, P, Q1, Q2, R1, R2, T, order, t, late):
     Parameters
     ----------
     A, Ad : (N, N) matrix-like
-        Of the loop :math:`\dot x = A x + A_d x(t - d(t))`.
+        The matrices of the loop :math:`\dot x = A x + A_d x(t - d(t))`.
     P, Q1, Q2, R1, R2, T : matrix-like
         Q1, R1 are None for mu = tau, Q2, R2, T for mu = 0.
     order : {0, 1}
-        Of Bessel's inequality.
+        The order of Bessel's inequality.
     t : Times
         ``delta`` isn't used: shift the loop instead.
     late : {0, 1}

@@ -50,7 +50,7 @@ def legendre_decay(A, Ad, P, S, R, Z, order, t):
     Parameters
     ----------
     A, Ad : (N, N) matrix-like
-        Of the loop :math:`\dot x = A x + A_d x(t - d(t))`.
+        The matrices of the loop :math:`\dot x = A x + A_d x(t - d(t))`.
     P, S, R, Z : matrix-like
         The matrices of the functional.
     order : int

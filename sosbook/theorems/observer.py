@@ -28,8 +28,8 @@ def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
     Parameters
     ----------
     A : (2N, 2N) array
-        Of the error and the state without L at a vertex, its inertia
-        divided out: the inverse of E-bar times A-tilde of (2.41).
+        The matrix of the error and the state without L at a vertex, its
+        inertia divided out: the inverse of E-bar times A-tilde of (2.41).
     C : (q, N) array
         The output matrix.
     P1, P2 : (N, N) matrix-like

@@ -52,7 +52,8 @@ def signal_of(kind, tau, mu):
     kind : str
         One of `DELAY_KINDS`.
     tau, mu : float
-        In seconds, mu <= tau. With mu = 0 every kind is constant.
+        The delay's middle and variation, in seconds, mu <= tau. With mu = 0
+        every kind is constant.
 
     Returns
     -------
@@ -178,7 +179,8 @@ def delay_atlas(
     deltas : sequence of float
         Decay rates, in 1/s.
     alphas : sequence of float, optional
-        In seconds. Without it the example's alpha for every point.
+        The scalars, in seconds. Without it the example's alpha for every
+        point.
     horizon : float, optional
         Seconds shown of the responses.
     start : dict, optional

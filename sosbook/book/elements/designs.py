@@ -88,7 +88,7 @@ class Atlas(PageElement):
     sliders : sequence of Slider
         What can be moved, and to which values.
     designs : dict
-        From a tuple of indices, one a slider, to 0 (infeasible),
+        The record by a tuple of indices, one a slider: 0 (infeasible),
         1 (undecided) or what `record` returns.
     loop : dict
         The plant for the page: shape, vertices, r, horizon, window, fixed
@@ -189,7 +189,7 @@ def design_atlas(
     requirements : sequence of Requirement, optional
         More of what is asked: regions, a cost, one of your own.
     slide : dict, optional
-        From the parameters of those to a number or a sequence, as for sigma.
+        A number or a sequence, as for sigma, by the parameters of those.
     mu : float, optional
         As in `design_pid`.
 

@@ -19,7 +19,7 @@ class MapAtlas(PageElement):
     Parameters
     ----------
     frontiers : dict
-        From a heading, as "Example 1", to its `Frontier` objects.
+        The `Frontier` objects by their heading, such as "Example 1".
     title : str
         The heading of the element.
 

@@ -72,10 +72,10 @@ def animation(
     Parameters
     ----------
     laws : dict
-        From a name to a dict from R to K: (1, 4) or (1, 5) array_like.
+        For each name a dict from R to K, (1, 4) or (1, 5) array_like.
         The slider for R stops at these values only.
     robots : dict, optional
-        From a name to a `Mip`. Without it the printed one and its four
+        A `Mip` for each name. Without it the printed one and its four
         `vertices`.
     T : float
         Time between ticks, in s.

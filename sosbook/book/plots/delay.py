@@ -25,7 +25,7 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     ax : matplotlib Axes
         The axes to draw on.
     roots : array of complex
-        In rad/s, such as `characteristic_roots` returns.
+        The roots in rad/s, such as `characteristic_roots` returns.
     delta : float, optional
         Draws the line Re s = -delta (1/s), left of which the roots of a
         loop with that decay rate lie.
@@ -152,7 +152,7 @@ def delay_signal(ax, delay, t_end):
     delay : delay signal
         Such as `SawtoothDelay`.
     t_end : float
-        In seconds, > 0.
+        The last time, in seconds, > 0.
 
     Returns
     -------

@@ -37,7 +37,7 @@ def pick(records, **wanted):
     Parameters
     ----------
     records : list of dict
-        Of benchmarks/results.json.
+        The records of benchmarks/results.json.
     **wanted
         A value, or a tuple of values, for each field.
 
@@ -75,7 +75,7 @@ def ratios(ax, records, clock):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        Of benchmarks/results.json.
+        The records of benchmarks/results.json.
     clock : {"end to end", "solve only"}
         What was timed.
 
@@ -152,7 +152,7 @@ def growth(ax, records, clock):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        Of benchmarks/results.json.
+        The records of benchmarks/results.json.
     clock : {"end to end", "solve only"}
         What was timed.
 
@@ -194,7 +194,7 @@ def memory(ax, records):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        Of benchmarks/results.json.
+        The records of benchmarks/results.json.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def legend(where, records, columns=3, **placed):
     where : matplotlib Figure or Axes
         What the legend belongs to.
     records : list of dict
-        Of benchmarks/results.json: those that were drawn.
+        Those of benchmarks/results.json that were drawn.
     columns : int
         How many columns the legend has.
     **placed

@@ -20,7 +20,7 @@ def singular_values(ax, systems, gamma=None, frequency=None):
     gamma : float, optional
         The bound asked for, drawn as a line.
     frequency : array, optional
-        In rad/s; chosen from the poles if left out.
+        Frequencies in rad/s; chosen from the poles if left out.
     """
     systems = systems if isinstance(systems, (list, tuple)) else (systems,)
     if frequency is None:

@@ -64,7 +64,7 @@ def seconds(ax, records, label="competitor"):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        Of benchmarks/results.json, one a row.
+        The records of benchmarks/results.json, one a row.
     label : str
         The field that names a row.
 
@@ -124,7 +124,7 @@ def shares(ax, records, limit=0.025):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        Of benchmarks/results.json.
+        The records of benchmarks/results.json.
     limit : float
         Seconds; a dashed line.
 
@@ -172,7 +172,7 @@ def verdicts(ax, counts):
     ax : matplotlib Axes
         The axes to draw on.
     counts : dict
-        From "kind, known verdict: answer" to how many.
+        How many there are of each "kind, known verdict: answer".
 
     Returns
     -------

@@ -36,7 +36,8 @@ def explore_design(
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
-        Of a polytope, the poles and the response of every vertex are drawn.
+        The plant; of a polytope, the poles and the response of every vertex
+        are drawn.
     U, region, gamma, saturation, K_A, coupling, mu
         As in `design_pid`; ``region`` is a `PoleRegion`. Each
         requirement that is given gets its slider.

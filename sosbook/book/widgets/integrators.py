@@ -22,7 +22,7 @@ def explore_integrators(family, value, low, high, region=None, name="parameter")
     Parameters
     ----------
     family : callable
-        From a number to a SecondOrderSystem.
+        Makes a SecondOrderSystem of a number.
     value, low, high : float
         Where the slider starts, and its range.
     region : PoleRegion, optional

@@ -73,7 +73,8 @@ def falls(mip, angle, V, T):
     V : (N,) array_like
         Voltages, each held for T seconds.
     T : float
-        In s. A Runge-Kutta step for the nonlinear model.
+        Time step in s, also that of Runge and Kutta's method for the nonlinear
+        model.
 
     Returns
     -------

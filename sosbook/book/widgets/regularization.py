@@ -22,7 +22,7 @@ def explore_regularization(plant, beta=0.1):
     Parameters
     ----------
     plant : SecondOrderSystem or Polytope
-        Of a polytope, every vertex is drawn.
+        The plant; of a polytope, every vertex is drawn.
     beta : float
         Where the slider starts.
 

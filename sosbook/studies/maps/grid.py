@@ -40,10 +40,10 @@ class FeasibilityMap:
     x, y : (columns,), (rows,) arrays
         Their values.
     designs : dict
-        From (row, column) to a `Design` of that cell: those that ask for
-        most. Each serves every cell that asks for no more.
+        The `Design` of a cell (row, column): those that ask for most. Each
+        serves every cell that asks for no more.
     refusals : dict
-        Likewise, those with status "infeasible" that ask for least; None
+        Those with status "infeasible" that ask for least; None
         where the region itself is empty. Each excludes every cell that
         asks for no less.
     solves : int
