@@ -84,6 +84,7 @@ def test_a_hull_that_holds_a_zero_mass():
 SIZES = st.sampled_from([0.0, 1e-99, 1e-30, 1e-9, 1.0, 3.7, 1e9, 1e30, 1e99, -1.0])
 
 
+@pytest.mark.slow
 @settings(
     max_examples=25,
     deadline=None,

@@ -226,6 +226,7 @@ def test_workers_change_nothing(force, robot):
         assert np.array_equal(one.design.K, two.design.K)
 
 
+@pytest.mark.slow
 def test_status_is_what_the_proofs_say(force, robot):
     seen = set()
     for gamma in (0.5, 0.7, 1.0, 1.5, 3.0):

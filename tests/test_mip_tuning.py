@@ -110,6 +110,7 @@ def test_bad_input(asked, words):
         recommend(Mip.printed(), **asked)
 
 
+@pytest.mark.slow
 def test_a_thin_margin_is_not_written(tmp_path):
     found = recommend(Mip.printed(), R=10.0)
     object.__setattr__(found, "lacking", ())
@@ -120,6 +121,7 @@ def test_a_thin_margin_is_not_written(tmp_path):
     assert found.write(tmp_path)
 
 
+@pytest.mark.slow
 def test_other_weights_are_said():
     found = recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5])
     assert "Q = diag(2, 1, 1, 1, 0.5), R = 20" in (found.facts["specification"])

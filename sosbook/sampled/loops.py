@@ -50,6 +50,7 @@ class SampledPolytope:
         rate : float
             The rate at which motions shall decay.
         """
+        L = balls(L)  # once for all corners
         order = [*(k for k in range(len(weights)) if k != last), last]
         try:
             pace = arb(exact(rate)) - self.bulge(weights[order], L)
@@ -107,12 +108,12 @@ class SampledPolytope:
         """The last term of the series of [x; first; second] to next x."""
         N, m = self.vertices[0].Bu.shape
         pieces = zip(*(self.timing.segments(x[:, :N], x[:, N:]) for x in terms))
-        flow = None
+        flow = None  # its last columns, of which the first rows are wanted
         for piece in pieces:
             span = balls(np.array([piece[0][1]]))[0]
             step = exponential(series([M for M, _ in piece]) * span)
-            flow = step if flow is None else step @ flow
-        return flow[:N, -(N + 2 * m) :]
+            flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
+        return flow[:N]
 
 
 def pivot(F, L, pace):
@@ -134,7 +135,8 @@ def pivot(F, L, pace):
         root = np.linalg.cholesky(middle(S))
     except np.linalg.LinAlgError:
         return -np.inf
-    W = balls(solve_triangular(root, np.eye(len(root)), lower=True))
+    W = solve_triangular(root, np.eye(len(root)), lower=True)
+    W = np.array([[arb(e) for e in row] for row in W.tolist()], object)  # any will do
     S = W @ S @ W.T
     if not all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(S)):
         return -np.inf
