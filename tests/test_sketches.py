@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from sosbook.plots import sketches
+from sosbook.plots import mechanisms, sketches
 
 
 @pytest.fixture
@@ -60,3 +60,51 @@ def test_a_wall_is_hatched_on_one_side(ax):
     _, hatch = ax.lines
     assert np.nanmax(hatch.get_ydata()) <= 1
     assert np.nanmin(hatch.get_ydata()) < 1
+
+
+def test_an_angle_runs_between_its_directions(ax):
+    sketches.angle(ax, (1, 1), 0.5, (0, 90), "θ")
+    x, y = ax.lines[0].get_data()
+    assert np.allclose(np.hypot(x - 1, y - 1), 0.5)
+    assert np.allclose([x[0], y[0]], (1.5, 1))
+    assert np.allclose(ax.texts[0].xy, (1, 1.5))
+
+
+def test_rings_have_their_radius_and_no_dashes(ax):
+    for part in (sketches.joint, sketches.wheel, sketches.wheel):
+        part(ax, (2, 1), 0.3)
+    for ring in ax.patches:
+        assert np.allclose(np.hypot(*(ring.get_xy() - (2, 1)).T), 0.3)
+        assert ring.get_linestyle() in ("-", "solid")
+
+
+@pytest.mark.parametrize("right_wall", [False, True])
+def test_links_of_a_row_join_its_bodies(ax, right_wall):
+    links = [("k", "b")] * (2 + right_wall)
+    mechanisms.row(ax, ["1", "2"], links, right_wall=right_wall)
+    sides = [patch.get_xy()[:, 0] for patch in ax.patches]
+    walls = 1 + right_wall
+    parts = [line.get_xdata() for line in ax.lines[2 * walls :]]
+    assert len(parts) == 2 * len(links)
+    for start, end in ((x[0], x[-1]) for x in parts[2:4]):
+        assert np.isclose(start, sides[0].max())
+        assert np.isclose(end, sides[1].min())
+    assert ax.get_xlim()[1] > max(x.max() for x in (*sides, *parts[-1:]))
+
+
+def test_a_row_wants_a_link_for_each_body(ax):
+    with pytest.raises(ValueError, match="one for each body"):
+        mechanisms.row(ax, ["1", "2"], [("k", None)])
+
+
+@pytest.mark.parametrize("draw", [mechanisms.hand, mechanisms.cart_pendulum])
+def test_a_drawing_stays_on_its_canvas(ax, draw):
+    draw(ax)
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    for patch in ax.patches:
+        x, y = patch.get_xy().T
+        assert left < x.min() and x.max() < right
+        assert low < y.min() and y.max() < high
+    for text in ax.texts:
+        x, y = text.xy if hasattr(text, "xy") else text.get_position()
+        assert left < x < right and low < y < high

@@ -6,7 +6,7 @@ apart for colour-blind readers; marks and dashes differ too.
 """
 
 from ...deprecation import renamed
-from . import sketches
+from . import mechanisms, sketches
 from .bands import envelope, pole_cloud, track_poles
 from .delay import decay_curve, delay_signal, root_map
 from .ellipsoids import ellipse_outline, ellipsoid
@@ -59,6 +59,7 @@ __all__ = [
     "input_limit",
     "largest_singular_value",
     "margins",
+    "mechanisms",
     "pole_cloud",
     "pole_map",
     "poles",

@@ -1,4 +1,4 @@
-"""Parts of a mechanism's drawing: masses, springs, dampers, forces.
+"""Parts of a mechanism's drawing: masses, springs, dampers, joints, forces.
 
 Each function draws one part into equal Axes; a chapter joins them.
 """
@@ -7,7 +7,19 @@ import numpy as np
 
 from .style import BLUE, GREY, INK, SKY, VERMILLION
 
-__all__ = ["canvas", "damper", "displacement", "force", "mass", "spring", "wall"]
+__all__ = [
+    "angle",
+    "canvas",
+    "damper",
+    "displacement",
+    "force",
+    "joint",
+    "mass",
+    "rod",
+    "spring",
+    "wall",
+    "wheel",
+]
 
 
 def canvas(ax, width, height):
@@ -124,3 +136,58 @@ def _label(ax, start, end, text, width):
     normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     middle = np.add(start, end) / 2 + normal * (width + 0.22)
     ax.text(*middle, text, ha="center", va="center")
+
+
+def joint(ax, centre, radius=0.12):
+    """A hinge: a ring of a radius around ``centre`` on ax."""
+    x, y = _circle(centre, radius)
+    disc = {"facecolor": "white", "edgecolor": INK, "linestyle": "-"}
+    ax.fill(x, y, **disc, linewidth=1.2, zorder=4)
+
+
+def wheel(ax, centre, radius=0.22):
+    """A wheel of a radius around ``centre`` on ax, with its axle."""
+    x, y = _circle(centre, radius)
+    disc = {"facecolor": "white", "edgecolor": INK, "linestyle": "-"}
+    ax.fill(x, y, **disc, linewidth=1.2, zorder=3)
+    ax.plot(*centre, ".", color=INK, markersize=3, zorder=4)
+
+
+def rod(ax, start, end, width=5):
+    """A stiff link on ax from ``start`` to ``end``, of a line width in points."""
+    ax.plot(
+        *np.transpose([start, end]),
+        color=GREY,
+        linestyle="-",
+        linewidth=width,
+        solid_capstyle="round",
+        zorder=2,
+    )
+
+
+def angle(ax, centre, radius, between, text, colour=BLUE):
+    """A bent arrow on ax around ``centre``: an angle, or a turning force.
+
+    It has a radius and runs ``between`` two directions in degrees,
+    counterclockwise if the second one is larger; its text and colour are given.
+    """
+    turn = np.radians(np.linspace(*between, 40))
+    x, y = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
+    ax.plot(x[:-3], y[:-3], color=colour, linestyle="-", linewidth=1.2, zorder=4)
+    head = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", (x[-1], y[-1]), (x[-4], y[-4]), zorder=4, arrowprops=head)
+    far = 1 + 0.25 / radius
+    middle = np.radians(np.mean(between))
+    ax.text(
+        centre[0] + far * radius * np.cos(middle),
+        centre[1] + far * radius * np.sin(middle),
+        text,
+        color=colour,
+        ha="center",
+        va="center",
+    )
+
+
+def _circle(centre, radius):
+    turn = np.linspace(0, 2 * np.pi, 41)
+    return centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
