@@ -25,7 +25,7 @@ _REFERENCE = re.compile(
     | \b\d\.\d\.\d\b
     | ^\|\s(?:[\dA-Z]\.\d(?:\.\d)?(?:,\s|\s(?=[A-Za-z])))+  # a table of contents
     | \b(?-i:[A-Z])\.\d+(?:\.\d+)*
-    | \b(?:19|20)\d\d\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
+    | \b(?:18|19|20)\d\ds?\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
     | \b\d+(?:st|nd|rd|th)\b
     | ^\s*\d+\.\s        # a numbered list
     | ^\*★+\s·\s\d+\smin\*$  # an exercise's level and time
@@ -74,6 +74,7 @@ def split(text):
         flags=re.MULTILINE,
     )
     text = re.sub(r"\{[\w:-]+\}`[^`]*`", blank, text)
+    text = re.sub(r"\*★+, [^*\n]*\*|\*\*Time:\*\*[^\n]*", blank, text)
     text = re.sub(r"\[T [^\[\]\n]+\]", blank, text)
     text = re.sub(r"\]\([^)\s]*\)|<https?://[^>]*>|https?://\S+", blank, text)
     text = re.sub(r"</?[a-z][^>\n]*>", blank, text)
