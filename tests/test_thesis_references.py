@@ -22,7 +22,7 @@ PAGES = sorted([*BOOK.glob("*.ipynb"), *BOOK.glob("*.md")])
 #: Pages whose numbers have another form: tables that the package makes.
 TABLES = {"errata", "reproduction", "thesis_references"}
 #: Pages whose numbers have no T yet.
-NOT_YET = ("bibliography", "intro")
+NOT_YET = ("bibliography",)
 KIND = r"(?:Theorem|Lemma|Procedure|Definition|Table|Figs?\.?|[Ss]ection)"
 BARE = re.compile(
     rf"(?<!\w)\((?:[1-5]|[AB])\.\d+(?:\.\d)?\)|{KIND}\s(?:[2-4]|[AB])\.\d+(?:\.\d)?"
