@@ -14,6 +14,7 @@ MODULES = [
     ("sosbook.lmi.newton", "DENSE", "CG_ABOVE_VARIABLES"),
     ("sosbook.pendulum.rig", "COUNTS", "COUNTS_PER_TURN"),
     ("sosbook.pendulum.tuning", "DELAYS", "DELAY_SHARES"),
+    ("sosbook.pendulum.tuning", "reach", "recoverable_tilt"),
     ("sosbook.plants.checks", "number", "finite"),
     ("sosbook.sampled", "hold", "c2d"),
     ("sosbook.sampled.discretize", "Clock", "SampleTiming"),

@@ -114,9 +114,9 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
     """In the air the wheels' gains are positive feedback, its aren't."""
     robot = found.mip
     assert found.law.D[0, 3] * robot.e / robot.f > 1  # V to speed to V
-    assert found.stand.law.D[0, [1, 3]].tolist() == [0, 0]
-    assert np.array_equal(found.stand.law.D[0, [0, 2]], found.law.D[0, [0, 2]])
-    assert found.stand.limit == 2.0
+    assert found.bench_firmware.law.D[0, [1, 3]].tolist() == [0, 0]
+    assert np.array_equal(found.bench_firmware.law.D[0, [0, 2]], found.law.D[0, [0, 2]])
+    assert found.bench_firmware.limit == 2.0
     header = (folder / "balance_stand.h").read_text("utf-8")
     assert "It doesn't balance" in header
     assert "balance_stand_step" in (folder / "rc_balance_stand.c").read_text("utf-8")

@@ -69,7 +69,7 @@ def test_the_voltage_is_limited():
 
 
 def test_the_integral_stops_winding_up():
-    wound = started(0.0, law=SampledLaw.of_gain(K, T, unwind=1e9), stall=999)
+    wound = started(0.0, law=SampledLaw.of_gain(K, T, tracking_time=1e9), stall=999)
     held = started(0.0, stall=999)
     for controller in (wound, held):
         for _ in range(300):

@@ -68,7 +68,7 @@ def test_the_printed_discrete_controller_is_the_hold_of_4_29():
 
 
 def test_back_calculation_unwinds_the_integral_with_its_time_constant():
-    law = SampledLaw.of_gain([[0, 0, 0, 0, 2.0]], 0.001, unwind=0.1)
+    law = SampledLaw.of_gain([[0, 0, 0, 0, 2.0]], 0.001, tracking_time=0.1)
     x, limit = np.array([10.0]), 5.0
     for _ in range(100):
         u = law.output(x, np.zeros(4))
@@ -91,7 +91,10 @@ def test_combine_skips_zeros_and_keeps_the_precision():
         (lambda: SampledLaw.of_gain([[1, 2, 3, np.nan]], T), "K"),
         (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 0]], T), "leave it out"),
         (lambda: SampledLaw.of_gain([[1, 2, 3, 4]], 0), "T"),
-        (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 5]], T, unwind=-1), "unwind"),
+        (
+            lambda: SampledLaw.of_gain([[1, 2, 3, 4, 5]], T, tracking_time=-1),
+            "tracking_time",
+        ),
         (lambda: SampledLaw([[1]], [[1]], [[1]], [[1]], T), "B"),
         (lambda: SampledLaw([1], [[1]], [[1]], [[1]], T), "A must be a matrix"),
         (lambda: SampledLaw.of_controller(control.ss([], [], [], [[1]]), T), "theta'"),
@@ -104,3 +107,10 @@ def test_combine_skips_zeros_and_keeps_the_precision():
 def test_bad_input_is_named(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_the_former_name_of_the_tracking_time_warns_and_works():
+    K = [[1.0, 2, 3, 4, 5]]
+    with pytest.warns(DeprecationWarning, match="unwind is now called tracking_time"):
+        former = SampledLaw.of_gain(K, 0.01, unwind=0.3)
+    assert np.array_equal(former.W, SampledLaw.of_gain(K, 0.01, tracking_time=0.3).W)

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from sosbook.mip import Mip, Robot, SampledLaw, polytope, tuning, vertices
 from sosbook.mip.deployment import recommend
-from sosbook.mip.tuning import WEIGHTS, design, largest_hold, peak_of, prove, reach
+from sosbook.mip.tuning import (
+    WEIGHTS,
+    design,
+    largest_hold,
+    peak_of,
+    prove,
+    recoverable_tilt,
+)
 
 from sosbook.delay import analyse_delay
 from tests.test_mip_robot import GEARS, THESIS, truth
@@ -91,7 +98,7 @@ def test_the_reach_is_where_the_unstable_mode_gets_away():
                 break
         return np.sign(z[0])
 
-    edge = reach(mip, limit)
+    edge = recoverable_tilt(mip, limit)
     assert mode(1.005 * edge) == 1 and mode(0.995 * edge) == -1
 
 

@@ -15,7 +15,7 @@ from .log import Log
 from .proven import LARGEST_PEAK, Deployment
 from .rig import DATA
 from .robot import Robot
-from .tuning import design, prove, reach
+from .tuning import design, prove, recoverable_tilt
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
 
@@ -85,7 +85,7 @@ def recommend(
         raise ValueError(f"peak must be above 1, got {peak!r}")
     if finite("decay", decay) < 0:
         raise ValueError(f"decay must be 0 or more, in 1/s, got {decay!r}")
-    tilt = reach(mip, robot.limit)
+    tilt = recoverable_tilt(mip, robot.limit)
     if tilt < LEAST_TILT:
         raise ValueError(
             f"the motors are too weak: {robot.limit:g} V can bring the robot "

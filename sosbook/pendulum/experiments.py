@@ -116,7 +116,7 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     spans = (spans / positive("steps", steps)).tolist()
     held = abs(e) * finite("friction", friction)
 
-    def push(q, w):
+    def acceleration(q, w):
         pull = held * tanh(w / stick) if held else 0.0
         return force - f * w - d * sin(q) - pull
 
@@ -126,13 +126,13 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
         path.append((q, w))
         force = e * volt
         for _ in range(steps):
-            a1 = push(q, w)
+            a1 = acceleration(q, w)
             w2 = w + h / 2 * a1
-            a2 = push(q + h / 2 * w, w2)
+            a2 = acceleration(q + h / 2 * w, w2)
             w3 = w + h / 2 * a2
-            a3 = push(q + h / 2 * w2, w3)
+            a3 = acceleration(q + h / 2 * w2, w3)
             w4 = w + h * a3
-            a4 = push(q + h * w3, w4)
+            a4 = acceleration(q + h * w3, w4)
             q += h / 6 * (w + 2 * w2 + 2 * w3 + w4)
             w += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
     q, w = np.array(path).T

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..deprecation import renamed_arguments
 from ..plants.checks import matrix, positive
 from ..runtime.libraries import library
 
@@ -84,7 +85,8 @@ class SampledLaw:
         return len(self.A)
 
     @classmethod
-    def of_gain(cls, K, T, unwind=0.5):
+    @renamed_arguments(unwind="tracking_time")
+    def of_gain(cls, K, T, tracking_time=0.5):
         """V = K [theta, phi, theta', phi', x3] of measured states.
 
         Parameters
@@ -93,7 +95,7 @@ class SampledLaw:
             [K_P K_D] or [K_P K_D K_I]; x3 sums T phi.
         T : float
             Time between samples, in s.
-        unwind : float
+        tracking_time : float
             While the voltage is at its limit, K_I x3 follows what is
             withheld with this time constant, in s.
 
@@ -113,7 +115,7 @@ class SampledLaw:
         array([[0.05]])
         """
         K = _gain(K)
-        T, unwind = positive("T", T), positive("unwind", unwind)
+        T, tracking_time = positive("T", T), positive("tracking_time", tracking_time)
         if K.shape[1] == 4:
             none = np.zeros((0, 4))
             return cls(none[:, :0], none, none[:, :1].T, K, T)
@@ -121,7 +123,12 @@ class SampledLaw:
         if K_I == 0:
             raise ValueError("K's last entry, K_I, is zero: leave it out")
         return cls(
-            [[1]], [[0, T, 0, 0]], K[:, 4:], K[:, :4], T, W=[[T / (unwind * K_I)]]
+            [[1]],
+            [[0, T, 0, 0]],
+            K[:, 4:],
+            K[:, :4],
+            T,
+            W=[[T / (tracking_time * K_I)]],
         )
 
     @classmethod

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..deprecation import renamed_attribute
 from ..plants.checks import finite, positive
 from ..proofs import CHECKER
 from ..sampled import certify_sampled
@@ -18,7 +19,7 @@ from .law import SampledLaw
 from .model import Mip
 from .robot import Robot
 from .spread import polytope, triangles, vertices
-from .tuning import U, loops, reach
+from .tuning import U, loops, recoverable_tilt
 
 __all__ = ["Deployment"]
 
@@ -217,6 +218,7 @@ class Deployment:
         """What the C program's header says, from a word to a sentence."""
         mip, T = self.mip, self.law.T
         letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
+        tilt = np.degrees(recoverable_tilt(mip, self.robot.limit))
         return {
             **self.data,
             "robot": self.robot.words,
@@ -237,7 +239,7 @@ class Deployment:
             f"sensitivity {self.sensitivity:.3f}, worst of "
             f"{len(self.robots)} robots and {len(self.loops)} delays",
             "reach": "from a tilt at rest of at most "
-            f"{np.degrees(reach(mip, self.robot.limit)):.0f} degrees, by the "
+            f"{tilt:.0f} degrees, by the "
             f"linear plant and {self.robot.limit:g} V",
             "written by": f"sosbook {version('sosbook')}",
         }
@@ -281,7 +283,7 @@ class Deployment:
         )
 
     @property
-    def stand(self):
+    def bench_firmware(self):
         """A `Firmware` to check signs, wheels in the air.
 
         It has the gains of theta and theta' alone and 2 V at most: in
@@ -296,6 +298,8 @@ class Deployment:
                 f"robot: {self.robot.words}",
             ),
         )
+
+    stand = renamed_attribute("stand", "bench_firmware")
 
     def write(self, folder, name="balance"):
         """Write the programs, their provenance and their proofs.
@@ -342,9 +346,12 @@ class Deployment:
             texts[f"{name}{suffix}.c"] = c_source(
                 self.firmware, f"{name}{suffix}", precision
             )
-        texts[f"{name}_stand.h"] = c_header(self.stand, f"{name}_stand")
-        texts[f"{name}_stand.c"] = c_source(self.stand, f"{name}_stand")
-        for program, firmware in ((name, self.firmware), (f"{name}_stand", self.stand)):
+        texts[f"{name}_stand.h"] = c_header(self.bench_firmware, f"{name}_stand")
+        texts[f"{name}_stand.c"] = c_source(self.bench_firmware, f"{name}_stand")
+        for program, firmware in (
+            (name, self.firmware),
+            (f"{name}_stand", self.bench_firmware),
+        ):
             if self.robot.board == "beaglebone":
                 texts[f"rc_{program}.c"] = rc_balance(
                     firmware, program, robot=self.robot

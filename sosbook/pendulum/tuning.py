@@ -15,9 +15,16 @@ from .law import SampledLaw
 from .margins import SampledLoop
 from .spread import polytope, vertices
 
-__all__ = ["DELAY_SHARES", "design", "largest_hold", "peak_of", "prove", "reach"]
+__all__ = [
+    "DELAY_SHARES",
+    "design",
+    "largest_hold",
+    "peak_of",
+    "prove",
+    "recoverable_tilt",
+]
 
-__getattr__ = renamed(__name__, DELAYS="DELAY_SHARES")
+__getattr__ = renamed(__name__, DELAYS="DELAY_SHARES", reach="recoverable_tilt")
 
 U = [[0, 1]]  # integrate phi
 DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looked at
@@ -55,7 +62,7 @@ def peak_of(robots, law, robot):
     )
 
 
-def reach(mip, limit):
+def recoverable_tilt(mip, limit):
     """The largest tilt of a ``mip`` at rest that a voltage brings back, in rad.
 
     It is that of the linear plant: an input bounded by ``limit`` can't stop

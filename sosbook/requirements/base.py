@@ -238,7 +238,7 @@ class Requirement(ABC, ReadOnly):
     def riccati(self) -> Any:
         """(Q, R) of the Riccati equation that it is about, or None."""
 
-    def reach(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
+    def size_of_P(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
         """How large P must be in coordinates x = T xi, roughly.
 
         ``Bw`` is how w acts on x', and ``omega`` a typical angular frequency.

@@ -209,5 +209,5 @@ def noise_cost(d, K, cost):
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
     X = solve_continuous_lyapunov(A.T, -(cost.Q + K.T @ cost.R @ K))
-    push = noise_input(d, cost)
-    return float(np.trace(push.T @ X @ push))
+    noise = noise_input(d, cost)
+    return float(np.trace(noise.T @ X @ noise))

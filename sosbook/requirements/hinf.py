@@ -73,7 +73,6 @@ class HInfinity(Requirement):
     def truth(self, loops, K, K_A=None):
         return max(hinf_norm(d, K) for d in loops)
 
-    def reach(self, T, Bw, omega):
-        push = np.linalg.solve(T, Bw)
-        push = np.linalg.norm(push, 2) ** 2 / self._mu
-        return push / omega
+    def size_of_P(self, T, Bw, omega):
+        noise = np.linalg.norm(np.linalg.solve(T, Bw), 2) ** 2
+        return noise / self._mu / omega

@@ -140,6 +140,6 @@ class Saturation(Requirement):
         K_A = K_A if self.acceleration else None
         return max(peak_input(d, K, self.x0, K_A) for d in loops)
 
-    def reach(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
+    def size_of_P(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
         start = np.linalg.solve(T, self.x0)
         return 2 * start @ start

@@ -321,10 +321,10 @@ def _weights(Q, R, d):
 def _check_stabilisable(d, timing):
     """Hautus's test; the delay has no part in it."""
     A, B, _ = d.state_space()
-    step, push = SampleTiming(timing.T, 0, fmpq(0)).held(d)
+    flow, inputs = SampleTiming(timing.T, 0, fmpq(0)).held(d)
     scale = matrix_balance(A, permute=False, separate=True)[1][0]
-    for z in np.linalg.eigvals(step):
-        if abs(z) < 1 - 1e-9 or not _hidden(step, push, z, scale):
+    for z in np.linalg.eigvals(flow):
+        if abs(z) < 1 - 1e-9 or not _hidden(flow, inputs, z, scale):
             continue
         fixed = any(
             _hidden(A, B, s, scale)

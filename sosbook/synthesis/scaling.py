@@ -189,7 +189,7 @@ class Frame(ReadOnly):
 def _reaches(request, T):
     """How large each requirement's P must be in coordinates T, roughly."""
     Bw, omega = request.mean.state_space()[2], typical_rate(request)
-    return {r: r.reach(T, Bw, omega) or 1.0 for r in request.sized}
+    return {r: r.size_of_P(T, Bw, omega) or 1.0 for r in request.sized}
 
 
 def _size(request, T, levels):

@@ -50,10 +50,10 @@ def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
     P = block([[P1, 0], [0, P2]])
     feed = block([[C.T @ Y, 0], [0, 0 * P2]])
     weighted = Y.T @ R_F
-    push = block([[weighted], [0 * eye(N)[:, :R_F.shape[1]]]])
+    noise = block([[weighted], [0 * eye(N)[:, :R_F.shape[1]]]])
     PQ = P @ Q_F
     return -block([
-        [he(A.T @ P + feed), PQ, push],
+        [he(A.T @ P + feed), PQ, noise],
         [PQ.T, -eye(Q_F.shape[1]), 0],
-        [push.T, 0, -eye(R_F.shape[1])],
+        [noise.T, 0, -eye(R_F.shape[1])],
     ])

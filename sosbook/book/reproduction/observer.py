@@ -116,7 +116,7 @@ def _observable(printed):
 def _weights(printed):
     """Which of two printed weights fits its place in (2.45)."""
     states, outputs = 2 * len(printed.C[0]), len(printed.C)
-    push, root = (states, 1), (outputs, outputs)  # R_F, Q_F as printed
+    stacked, square = (states, 1), (outputs, outputs)  # R_F, Q_F as printed
 
     def fits(Q_F, R_F):
         return Q_F[0] == states and R_F[0] == outputs
@@ -127,7 +127,7 @@ def _weights(printed):
         "Section 4.3.2",
         "Q_F = sqrt(diag(0.01, 0.1)), R_F = [2 E^-1 B; 0]",
         "swapped",
-        misprint(fits(root, push), fits(push, root)),
+        misprint(fits(square, stacked), fits(stacked, square)),
         f"P Q_F of (2.45) needs {states} rows, R_F^T Y {outputs}",
     )
 
@@ -164,11 +164,11 @@ def _design(R):
     plant = reduced(Mip.printed())
     first, mean = plant.vertices[0], mean_descriptor(plant.vertices)
     alone = DescriptorSystem(first.E, first.A, first.Bu)
-    push = 2 * np.linalg.solve(mean.E, mean.Bu)
+    noise = 2 * np.linalg.solve(mean.E, mean.Bu)
     return design_observer(
         plant,
         design_lqr(alone, np.eye(3), [[R]]).K,
-        np.vstack([push, 0 * push]),
+        np.vstack([noise, 0 * noise]),
         np.sqrt(np.diag([0.01, 0.1])),
     )
 

@@ -63,13 +63,13 @@ def _draw(factor, gyro, wheels, R, spread):
     mean = mean_descriptor(plant.vertices)
     first = plant.vertices[0]
     K = design_lqr(DescriptorSystem(first.E, first.A, first.Bu), np.eye(3), [[R]]).K
-    push = 2 * factor * np.linalg.solve(mean.E, mean.Bu)
+    input_noise = 2 * factor * np.linalg.solve(mean.E, mean.Bu)
     R_F = np.sqrt(np.diag([gyro, wheels]))
-    filtered = Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, push, R_F))
+    filtered = Loop(KALMAN, VERMILLION, plant, K, _kalman(mean, input_noise, R_F))
     loops = [filtered]
     yield note(filtered.message(), GREY) + _page(loops)
     filtered.analyse()
-    design = design_observer(plant, K, np.vstack([push, 0 * push]), R_F)
+    design = design_observer(plant, K, np.vstack([input_noise, 0 * input_noise]), R_F)
     message = f"Theorem 2.5: <strong>{design.status}</strong> at the vertices"
     if design.L is None:
         message += ", no L. "
@@ -81,9 +81,9 @@ def _draw(factor, gyro, wheels, R, spread):
     yield note(message + loops[-1].message(), colour) + _page(loops)
 
 
-def _kalman(d, push, R_F):
+def _kalman(d, input_noise, R_F):
     A, C, R = d.state_space()[0], d.C, R_F @ R_F.T
-    X = solve_continuous_are(A.T, C.T, push @ push.T, R)
+    X = solve_continuous_are(A.T, C.T, input_noise @ input_noise.T, R)
     return -np.linalg.solve(R, C @ X).T
 
 
