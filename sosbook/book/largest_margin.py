@@ -149,9 +149,9 @@ def region_margin(example):
             "bound the margin whatever the length; ask for a region alone"
         )
     expressions, unknowns = request.in_unknowns(None)
-    found = largest_margin(expressions.values(), unknowns)
-    P, Y = found.values["P"], found.values["Y"]
-    return replace(found, K=np.linalg.solve(P, Y.T).T)
+    deepest = largest_margin(expressions.values(), unknowns)
+    P, Y = deepest.values["P"], deepest.values["Y"]
+    return replace(deepest, K=np.linalg.solve(P, Y.T).T)
 
 
 def delay_margin(example, mu=None, second=1.0, misprints=()):
@@ -203,9 +203,9 @@ def delay_margin(example, mu=None, second=1.0, misprints=()):
         I = np.eye(N)  # block 5 comes divided by mu from both sides
         T = block_diag(*([d.E, d.E, I, I, mu * I][: 5 if mu else 4]))
         expressions.append(T @ g @ T.T)
-    found = largest_margin(expressions, [*symmetric.values(), Q, R2, F, X])
-    gain = np.linalg.solve(found.values["F"], found.values["X"].T).T / units
-    return replace(found, K=gain)
+    deepest = largest_margin(expressions, [*symmetric.values(), Q, R2, F, X])
+    gain = np.linalg.solve(deepest.values["F"], deepest.values["X"].T).T / units
+    return replace(deepest, K=gain)
 
 
 def _in_time(example, second):
@@ -249,7 +249,7 @@ def _shortest(blocks, x):
     with warnings.catch_warnings():  # the rounds tell how accurate it is
         warnings.simplefilter("ignore")
         problem.solve(solver="CLARABEL")
-    found = _inside(blocks, back.T @ y.value)
-    if found is None:
+    inside = _inside(blocks, back.T @ y.value)
+    if inside is None:
         raise RuntimeError("Clarabel's point violates a block")
-    return found
+    return inside

@@ -9,7 +9,7 @@ from .ticks import round_ticks
 __all__ = ["pole_map"]
 
 AXES_HEIGHT = 230.0  # in pixels
-LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0
+LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0  # room around the axes, in pixels
 
 
 def pole_map(rows, region=None, label="poles, rad/s"):

@@ -55,14 +55,14 @@ def pivots(x):
     rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
     heads, last = [], fmpz(1)
     while rows:  # Bareiss: the divisions leave no remainder
-        head, *rest = rows
+        head, *below = rows
         lead = head[0]
         heads.append(fmpq(lead, last * denominator))
         if lead <= 0:
             break
         rows = [
             [(lead * e - first * h) // last for e, h in zip(row, head[k:])]
-            for k, (first, row) in enumerate(zip(head[1:], rest), 1)
+            for k, (first, row) in enumerate(zip(head[1:], below), 1)
         ]
         last = lead
     return heads

@@ -312,7 +312,7 @@ def _compared(printed):
 
     def ratios(s):
         """(4.29) over (4.28), from either rate."""
-        found = []
+        quotients = []
         for full, less in zip(printed.controller[:2], printed.reduced[:2]):
             values = [
                 gain * np.prod(s - np.array(zeros)) / np.prod(s - np.array(poles))
@@ -321,8 +321,8 @@ def _compared(printed):
                     (less, printed.reduced[2]),
                 )
             ]
-            found.append(values[1] / values[0])
-        return np.array(found)
+            quotients.append(values[1] / values[0])
+        return np.array(quotients)
 
     def apart(w):
         H = ratios(1j * w)
