@@ -3,10 +3,13 @@
 ``python -m benchmarks.robustness [count] [first] [largest]`` solves
 ``count`` (1000) of the requests of ``tests.random_plants``, from the
 seed ``first`` (0) on, with up to ``largest`` (8) degrees of freedom, each
-of them in five systems of units. To every fifth one comes an attack: a
-controllable plant, of which only the place of its poles is asked, with a
-gain that puts them there exactly. What came out goes into
-``robustness.json`` next to this file.
+of them in five systems of units, with a few seconds for each. To every
+fifth one comes an attack: a controllable plant, of which only the place
+of its poles is asked, with a gain that puts them there exactly. Each gain
+is checked by the interval arithmetic of `benchmarks.truth`, each refusal
+needs an exact proof. What came out goes into ``robustness.json`` next to
+this file; ``_build/robustness.jsonl`` keeps what was judged already, and a
+run that is cut off goes on from there.
 """
 
 import json
@@ -21,7 +24,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -35,10 +38,14 @@ from sosbook.synthesis.scaling import Frame
 from tests.attacks import attack
 from tests.random_plants import Units, float_blocks, random_case, scaled
 
+from .truth import broken
+
 __all__ = ["Row", "judge", "summary"]
 
 TARGET = Path(__file__).with_name("robustness.json")
+ROWS = TARGET.parents[1] / "_build" / "robustness.jsonl"
 SLOW = 2.0  # seconds
+TIME = 10.0  # seconds that a request is given
 LIMIT = 60  # seconds, after which a request counts as an error
 ATTACKED = 5  # an attack to every fifth request
 CROSS_CHECK = 5  # every fifth request goes to Clarabel, too
@@ -66,9 +73,11 @@ class Row:
         multipliers", "uncontrollable mode", "singular mass". Otherwise
         "none".
     seconds : float
-        Time of `design_pid` alone.
+        CPU time of `design_pid` alone.
     elsewhere : tuple of str
         The verdicts in other units.
+    faults : tuple of str
+        What a gain breaks, and refusals without a proof, in all units.
     clarabel : float or None
         Clarabel's largest t with all blocks >= t I; None where it was
         not asked or failed.
@@ -86,6 +95,7 @@ class Row:
     seconds: float
     clarabel: float = None
     elsewhere: tuple = ()
+    faults: tuple = ()
 
     @property
     def wrong(self):
@@ -136,18 +146,15 @@ def judge(case, ask_clarabel=False, systems=()):
     Row
     """
     plant, asked = case.plant, case.requirements
-    start = time.perf_counter()
-    try:
-        with at_most(LIMIT):
-            design = sos.design_pid(plant, **asked)
-        verdict, backing = design.status, None
-    except Exception as error:  # whatever it is, it is a failure
-        verdict = f"error: {type(error).__name__}: {error}"[:200]
-        backing = "none"
-    seconds = time.perf_counter() - start
+    verdict, backing, faults, seconds = _answer(plant, asked)
     t = None
-    if ask_clarabel and plant.n <= 3 and backing is None:
+    if ask_clarabel and plant.n <= 3 and not verdict.startswith("error"):
         t = _clarabel(Request(plant, **asked))
+    elsewhere = []
+    for name in systems:
+        there, _, more, _ = _answer(*in_units(case, *SYSTEMS[name]))
+        elsewhere.append(there)
+        faults += [f"{name}: {fault}" for fault in more]
     return Row(
         case.seed,
         case.kind,
@@ -157,19 +164,30 @@ def judge(case, ask_clarabel=False, systems=()):
         plant.m,
         len(plant.vertices),
         verdict,
-        backing or _backing(design),
+        backing,
         round(seconds, 3),
         t,
-        tuple(_verdict(*in_units(case, *SYSTEMS[name])) for name in systems),
+        tuple(elsewhere),
+        tuple(faults),
     )
 
 
-def _verdict(plant, asked):
+def _answer(plant, asked):
+    """Verdict, backing, faults and CPU seconds of one request."""
+    start = time.process_time()
     try:
         with at_most(LIMIT):
-            return sos.design_pid(plant, **asked).status
-    except Exception as error:
-        return f"error: {type(error).__name__}"
+            design = sos.design_pid(plant, **asked, time_limit=TIME)
+    except Exception as error:  # whatever it is, it is a failure
+        text = f"error: {type(error).__name__}: {error}"[:200]
+        return text, "none", [text], time.process_time() - start
+    seconds = time.process_time() - start
+    backing, faults = _backing(design), []
+    if design.status == "feasible":
+        faults = broken(plant, asked, design.K)
+    if design.status == "infeasible" and backing == "none":
+        faults = ["a refusal without proof"]
+    return design.status, backing, faults, seconds
 
 
 @contextmanager
@@ -255,6 +273,7 @@ def summary(rows):
             "feasible here, infeasible there": seeds(lambda r: r.contradicted),
             "another verdict": seeds(lambda r: bool(set(r.elsewhere) - {r.verdict})),
         },
+        "faults": {str(r.seed): r.faults for r in rows if r.faults},
         "known verdict disproven": seeds(lambda r: r.wrong and r.proven),
         "undecided": seeds(lambda r: r.verdict == "undecided"),
         "errors": {
@@ -292,15 +311,41 @@ def summary(rows):
 
 
 def main(count=1000, first=0, largest=8):
+    known = {(r.seed, r.kind): r for r in _stored(largest)}
     rows = []
+
+    def add(seed, make, **more):
+        case = make()
+        row = known.get((seed, case.kind))
+        if row is None:
+            row = judge(case, systems=SYSTEMS, **more)
+            _store(row, largest)
+        rows.append(row)
+
     for seed in tqdm(range(first, first + count), unit="request"):
-        case = random_case(seed, largest)
-        rows.append(judge(case, seed % CROSS_CHECK == 0, SYSTEMS))
+        asked = seed % CROSS_CHECK == 0
+        add(seed, lambda s=seed: random_case(s, largest), ask_clarabel=asked)
         if seed % ATTACKED == 0:
-            rows.append(judge(attack(seed), systems=SYSTEMS))
+            add(seed, lambda s=seed: attack(s))
     found = {"first seed": first, "largest n": largest} | summary(rows)
     TARGET.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
     print(json.dumps(found, indent=1))
+
+
+def _stored(largest):
+    """The rows of earlier runs."""
+    if not ROWS.exists():
+        return
+    for line in ROWS.read_text("utf-8").splitlines():
+        fields = json.loads(line)
+        if fields.pop("largest") == largest:
+            yield Row(**fields)
+
+
+def _store(row, largest):
+    ROWS.parent.mkdir(exist_ok=True)
+    with ROWS.open("a", encoding="utf-8") as file:
+        file.write(json.dumps({"largest": largest} | asdict(row)) + "\n")
 
 
 if __name__ == "__main__":

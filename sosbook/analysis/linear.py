@@ -1,7 +1,7 @@
 """What a closed loop really does: poles, norms, peaks."""
 
 import numpy as np
-from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from ..plants.second_order import sort_poles
@@ -9,6 +9,7 @@ from ..runtime.libraries import library
 from .precise import ExactLoop, sensitive
 
 __all__ = [
+    "balancing",
     "closed_loop",
     "hinf_norm",
     "loop_matrix",
@@ -21,6 +22,35 @@ __all__ = [
 def loop_matrix(d, K):
     """E^-1 (A + B_u K) of one vertex d."""
     return np.linalg.solve(d.E, d.A + d.Bu @ K)
+
+
+def balancing(A):
+    """Units of the states, powers of two, in which A has rows like its columns.
+
+    Parameters
+    ----------
+    A : (N, N) array
+        In x' = A x.
+
+    Returns
+    -------
+    (N,) array
+        The units: ``A / units[:, None] * units`` is balanced. It hardly
+        depends on the units in which A was given.
+
+    Notes
+    -----
+    Source: B. N. Parlett and C. Reinsch, Numer. Math. 13, 1969.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> balancing(np.array([[0, 1.0], [-(2.0**-40), -(2.0**-20)]]))
+    array([1.048576e+06, 1.000000e+00])
+    """
+    with np.errstate(all="ignore"):
+        _, (units, _) = matrix_balance(A, permute=False, separate=True)
+    return units
 
 
 def poles(d, K):

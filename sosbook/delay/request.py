@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..lmi.exact import exact, inverse
 from ..lmi.read_only import ReadOnly
 from ..plants.checks import finite, matrix, positive
-from ..plants.descriptor import Descriptor
+from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
 from ..synthesis.problem import Request
@@ -253,6 +253,8 @@ class DelayRequest(ReadOnly):
     def loops(self, number, vertices=None):
         """(tag, Descriptor) in the frame; with the shift, per factor.
 
+        A vertex that repeats an earlier one has no loop of its own.
+
         ``number`` brings the data into an arithmetic; ``vertices`` stand for
         those of the plant.
         """
@@ -268,8 +270,8 @@ class DelayRequest(ReadOnly):
         )
         scale, tau, delta = scale.item(), tau.item(), delta.item()
         vertices = self.vertices if vertices is None else vertices
-        for i, vertex in enumerate(vertices):
-            d = vertex.map(number).change(left, T, scale)
+        for i in sorted(set(twins(vertices))):
+            d = vertices[i].map(number).change(left, T, scale)
             E, A, Bu = d.E, tau * d.A, tau * d.Bu
             if FORMS[self.method].shifted:
                 A = A + tau * delta * E

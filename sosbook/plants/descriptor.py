@@ -329,7 +329,11 @@ def twins(vertices):
 
 
 def mean_descriptor(vertices):
-    """The mean of some vertices; the first one if the mean isn't regular."""
+    """The mean of some vertices; the first one if the mean isn't regular.
+
+    A vertex that repeats an earlier one doesn't count again.
+    """
+    vertices = [vertices[i] for i in sorted(set(twins(vertices)))]
     mean = Descriptor(
         **{
             name: sum(getattr(d, name) for d in vertices) / len(vertices)

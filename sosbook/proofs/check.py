@@ -690,6 +690,8 @@ class Delay:
             ends = [(" shortest", low), (" longest", high)]
         self.loops = []
         for i, d in enumerate(plain):
+            if any(vars(d) == vars(before) for before in plain[:i]):
+                continue  # it repeats an earlier one
             d, index = d.changed(c), f" {i + 1}" if self.many > 1 else ""
             shift = self.delta if file["method"] == "shift" else 0
             A, B = tau * d.A + shift * d.E, tau * d.B

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
 
-from ..analysis.linear import hinf_norm, loop_matrix, poles
+from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
 from ..deprecation import renamed
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
@@ -114,8 +114,10 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
 
 def _lower_bounds(d, K, saturation):
     A, (_, _, B) = loop_matrix(d, K), d.state_space()
-    x0 = saturation.x0
-    seen = solve_continuous_lyapunov(A.T, -d.C.T @ d.C)
+    units = balancing(A)  # x = units xi
+    A, B, C = A / units[:, None] * units, B / units[:, None], d.C * units
+    x0, drive = saturation.x0 / units, K * units
+    seen = solve_continuous_lyapunov(A.T, -C.T @ C)
     reached = solve_continuous_lyapunov(A, -B @ B.T)
-    drive = np.linalg.eigvalsh(K @ reached @ K.T)[-1]
-    return hinf_norm(d, K), x0 @ seen @ x0, drive / saturation.u_max**2
+    force = np.linalg.eigvalsh(drive @ reached @ drive.T)[-1]
+    return hinf_norm(d, K), x0 @ seen @ x0, force / saturation.u_max**2

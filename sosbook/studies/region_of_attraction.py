@@ -13,6 +13,7 @@ import numpy as np
 from ..deprecation import renamed
 from ..lmi import Unknown, block
 from ..lmi.centre import Unbounded
+from ..lmi.exact import round_digits
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
 from ..requirements.pole_region import PoleRegion
@@ -123,6 +124,8 @@ def region_of_attraction(
     if loop.status != "feasible":
         return RegionOfAttraction(loop.status)
     request, frame = loop.request, Frame.of(loop.request)
+    size = bound / np.linalg.norm(row @ frame.T)
+    frame = frame.times(float(round_digits(size, 2)))  # P of the size of I
     ray = frame.back @ start
     length = np.linalg.norm(ray)
     ray = ray / length

@@ -290,7 +290,7 @@ def _proven(weights, corners, scaled, rows, columns):
         return LMIProblem(write, [Unknown("X", len(columns), len(rows))])
 
     def holds(X):
-        X = columns[:, None] * X * rows
+        X = columns[:, None] * X / rows  # a congruence of R X + X'R'
         return ranks(mixtures).prove({"X": X}, digits=12).proven
 
     if holds(np.linalg.pinv(scaled.mean(axis=0))):

@@ -1,18 +1,20 @@
 """Procedure 2.5: an observer for a known state feedback."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_continuous_are, solve_continuous_lyapunov
 
+from ..analysis.linear import balancing
 from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
 from ..lmi.problem import LMIProblem
 from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..plants.checks import matrix
-from ..plants.descriptor import mean_descriptor
+from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
 from ..runtime.threads import one_thread
@@ -114,7 +116,10 @@ class ObserverProblem:
         mean = mean_descriptor(vertices)
         A, B, _ = mean.state_space()
         N = len(A)
-        source = Q_F[:N] @ Q_F[:N].T
+        units = balancing(A + B @ K)  # x = units xi
+        A, B = A / units[:, None] * units, B / units[:, None]
+        K, C = K * units, C * units
+        source = Q_F[:N] @ Q_F[:N].T / np.outer(units, units)
         small = 1e-6 * (np.trace(source) / N or 1.0) * np.eye(N)
         if np.linalg.eigvals(A + B @ K).real.max() >= 0:
             raise ValueError("K doesn't stabilise the mean plant: design it first")
@@ -130,7 +135,8 @@ class ObserverProblem:
             ) from None
         rest = solve_continuous_lyapunov(A + B @ K, -X)
         self.T = [
-            round_digits(np.linalg.inv(cholesky(x, lower=True)).T, 6) for x in (X, rest)
+            round_digits(np.linalg.inv(cholesky(x, lower=True)).T / units[:, None], 6)
+            for x in (X, rest)
         ]
         self.left = round_digits(np.linalg.inv(mean.E @ self.T[0]), 6)
         self.unit = float(
@@ -199,8 +205,10 @@ class ObserverProblem:
             found["trace"] = trace_bound(J, limit)
         mean = mean_descriptor(self.vertices).map(number)
         gain = number(self.K)
-        for i, (vertex, noise) in enumerate(zip(self.vertices, self.noises), 1):
-            d = vertex.map(number)
+        noisy = [replace(d, Bw=w) for d, w in zip(self.vertices, self.noises)]
+        for k in sorted(set(twins(noisy))):  # repetitions count once
+            i, noise = k + 1, self.noises[k]
+            d = self.vertices[k].map(number)
             E, A = error_loop(d, mean, gain)
             loop = T.T @ (inverse(E) @ A) @ back
             found[f"decay {i}"] = observer_decay(
