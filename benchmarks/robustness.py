@@ -127,7 +127,11 @@ SYSTEMS = {
 
 def in_units(case, time, length, force):
     """The plant and the requirements of a case in other units."""
-    plant, asked = case.plant, case.requirements
+    return asked_in_units(case.plant, case.requirements, time, length, force)
+
+
+def asked_in_units(plant, asked, time, length, force):
+    """A plant and the arguments of `design_pid` in other units."""
     units = Units(
         time,
         length * np.eye(plant.n),

@@ -10,9 +10,12 @@ import sosbook as sos
 from benchmarks import maps, run
 from benchmarks.cases import CASES, many_vertices
 from benchmarks.cones import Task, compiled
+from benchmarks.foreign import foreign
 from benchmarks.lqr import LqrTask, pendulum
 from benchmarks.measure import FIELDS, Job, record, status, summary, trial
 from benchmarks.peers import PEERS
+from benchmarks.robustness import SYSTEMS, asked_in_units
+from benchmarks.truth import broken, loop, poles
 
 RESULTS = Path(run.__file__).with_name("results.json")
 ROBOT = CASES["example 1"].build()
@@ -190,3 +193,27 @@ def test_the_stored_results_are_consistent():
             assert r["margin"] > 0
         else:
             assert r["family"] in ("map", "designs", "slider", "answers")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(foreign()))
+def test_foreign_plants_are_answered_in_all_units(name):
+    """The gain is proven, and does in interval arithmetic what was asked."""
+    plant, asked = foreign()[name]
+    design = sos.design_pid(plant, **asked)
+    assert design.status == "feasible" and design.certify().proven
+    assert broken(plant, asked, design.K) == []
+    assert broken(plant, asked, -design.K)
+    there, other = asked_in_units(plant, asked, *SYSTEMS["uN, mm, ms"])
+    assert sos.design_pid(there, **other).status == "feasible"
+
+
+def test_a_loop_is_written_down_twice():
+    """The poles of `benchmarks.truth` are those of the package."""
+    plant, asked = foreign()["quadrotor"]
+    K = sos.design_pid(plant, **asked).K
+    A, _ = loop([getattr(plant, name) for name in "MDSBF"], K, asked["U"])
+    found = np.array([complex(s.mid()) for s in poles(A)])
+    wanted = sos.analyse_pid(plant, K, asked["U"]).poles()
+    for s in wanted:
+        assert abs(found - s).min() < 1e-9 * abs(s)

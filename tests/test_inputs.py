@@ -12,6 +12,7 @@ from sosbook.plants.second_order import MassWarning
 
 ONE = dict(M=2, D=0.1, S=3, B=1)
 ROBOT = sos.thesis.example_1()
+DESIGN = sos.design_pid(ROBOT.plant, ROBOT.U, region=ROBOT.region)
 
 
 def test_numbers_stand_for_one_degree_of_freedom():
@@ -67,6 +68,11 @@ def test_a_sparse_acceleration_gain_is_taken():
         (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[10**400]])), "S must be a"),
         (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[1j]])), "S .* complex"),
         (lambda: sos.SecondOrderSystem(2, np.eye(2), np.eye(2), np.eye(2)), "M must"),
+        (lambda: sos.SecondOrderSystem([[1, 2], [3]], 1, 1, 1), "M .* different len"),
+        (lambda: DESIGN.certify(True), "digits must be 1 or more, got True"),
+        (lambda: DESIGN.certify(6.0), "digits must be 1 or more, got 6.0"),
+        (lambda: sos.maps.edge("rho", ROBOT.plant, digits=True), "digits must be 1"),
+        (lambda: sos.maps.edge("u_max", ROBOT.plant), "u_max needs .* x0"),
         (lambda: sos.PoleRegion(sigma=True), "sigma must be a finite number"),
         (lambda: sos.PoleRegion(sigma=10**400), "sigma must be a finite number"),
         (lambda: sos.PoleRegion(theta=45), "theta_deg"),
@@ -211,3 +217,16 @@ def test_a_regularization_brings_its_gain():
     light = sos.SecondOrderSystem(np.diag([1e-4, 1]), np.eye(2), np.eye(2), [[0], [1]])
     with pytest.raises(ValueError, match="infeasible: there is no gain"):
         sos.design_pid(sos.regularize(light, 1.0))
+
+
+def test_a_number_of_digits_may_be_numpys():
+    digits = np.int64(7)
+    assert DESIGN.certify(digits).proven == DESIGN.certify(7).proven is True
+    region = sos.PoleRegion(sigma=0.3, rho=5)
+    edge = sos.maps.edge("sigma", ROBOT.plant, region=region, digits=np.int64(1))
+    assert edge.feasible == 4
+
+
+def test_an_edge_says_which_way_it_looked():
+    none = sos.maps.edge("gamma", ROBOT.plant, digits=1)
+    assert none.infeasible is None and "down to gamma = 0.001" in none.reason

@@ -305,20 +305,36 @@ def test_what_is_proven_holds_at_sampled_plants(seed):
 
 def test_halving_proves_what_one_matrix_cannot(monkeypatch):
     stiffness = [
-        [[0, -2, 0], [1, 0, 0], [1, 1, -1]],
-        [[1, -2, -1], [2, -2, -1], [-1, 1, 1]],
-        [[-1, -2, 1], [-2, 0, -2], [1, 0, 1]],
+        [[-1, -2, -2, 0], [-2, 1, 0, -2], [-1, 1, 0, 1], [0, 1, 2, 2]],
+        [[0, -1, -1, 1], [-1, -1, 2, 0], [2, 2, 1, -2], [0, -1, 1, 1]],
+        [[-2, 2, -2, -1], [0, 1, -1, 0], [1, 2, 0, 2], [0, -2, 0, 0]],
+        [[-2, 1, 2, 2], [0, -1, 1, 2], [2, 0, 2, 0], [1, -1, -2, 0]],
     ]
-    inputs = [[[0], [1], [0]], [[1], [0], [-1]], [[0], [-1], [-1]]]
+    inputs = [[1, 0, 0, 0], [1, 1, -1, 1], [0, 1, 0, 1], [0, 1, 1, -1]]
     plants = sos.Polytope(
         [
-            sos.SecondOrderSystem(np.eye(3), np.eye(3), S, B)
+            sos.SecondOrderSystem(np.eye(4), np.eye(4), S, np.array([B]).T)
             for S, B in zip(stiffness, inputs)
         ]
     )
-    assert proven_everywhere(plants, [[1, 0, 0]])
+    U = [[1, 0, 0, 0]]
+    assert proven_everywhere(plants, U)
     monkeypatch.setattr(integrators, "MOST_PIECES", 1)
-    assert not proven_everywhere(plants, [[1, 0, 0]])
+    assert not proven_everywhere(plants, U)
+
+
+def test_a_proof_of_integrators_knows_no_units():
+    """In newtons or meganewtons, one X shows the rank everywhere."""
+    S = [[[0, -2, 0], [1, 0, 0], [1, 1, -1]], [[1, -2, -1], [2, -2, -1], [-1, 1, 1]]]
+    inputs = [[[0], [1], [0]], [[1], [0], [-1]]]
+    for force in (1e-9, 1, 1e9):
+        plants = sos.Polytope(
+            [
+                sos.SecondOrderSystem(np.eye(3), np.eye(3), np.array(s) * force, B)
+                for s, B in zip(S, inputs)
+            ]
+        )
+        assert proven_everywhere(plants, [[1, 0, 0]])
 
 
 def test_a_design_for_the_polytope_is_a_proof_too():

@@ -118,7 +118,7 @@ def test_no_design_is_said_too(robot):
     edge = maps.edge("rho", robot.plant, **asked, digits=1)
     assert edge.feasible is None and edge.design is None
     assert edge.excluded.infeasibility.proven
-    assert edge.reason == "no design down to rho = 5000"
+    assert edge.reason == "no design up to rho = 5000"
 
 
 @pytest.mark.slow

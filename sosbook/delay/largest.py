@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from ..lmi.exact import round_digits
+from ..lmi.rational import digit_count
 from ..lmi.time_limit import OutOfTime
 from ..lmi.time_limit import time_limit as limited
 from ..runtime.threads import one_thread
@@ -118,8 +119,7 @@ def largest(
     """
     if name not in ("tau", "mu", "delta"):
         raise ValueError(f'name must be "tau", "mu" or "delta", got {name!r}')
-    if not isinstance(digits, int) or isinstance(digits, bool) or digits < 1:
-        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    digits = digit_count(digits)
     check_loop(plant, K, U)
     given = DelayRequest(plant, U, tau, mu, delta, alpha, method, order, gain=K)
     return _Search(name, given, digits, time_limit).run(refuse)

@@ -253,7 +253,7 @@ class DelayRequest(ReadOnly):
     def loops(self, number, vertices=None):
         """(tag, Descriptor) in the frame; with the shift, per factor.
 
-        A vertex that repeats an earlier one has no loop of its own.
+        A vertex of the plant that repeats an earlier one has no loop.
 
         ``number`` brings the data into an arithmetic; ``vertices`` stand for
         those of the plant.
@@ -269,8 +269,12 @@ class DelayRequest(ReadOnly):
             )
         )
         scale, tau, delta = scale.item(), tau.item(), delta.item()
-        vertices = self.vertices if vertices is None else vertices
-        for i in sorted(set(twins(vertices))):
+        if vertices is None:
+            vertices = self.vertices
+            few = sorted(set(twins(vertices)))
+        else:
+            few = range(len(vertices))
+        for i in few:
             d = vertices[i].map(number).change(left, T, scale)
             E, A, Bu = d.E, tau * d.A, tau * d.Bu
             if FORMS[self.method].shifted:

@@ -12,6 +12,7 @@ import numpy as np
 
 from .exact import definite
 from .proof_text import parse, same, written
+from .rational import digit_count
 
 __all__ = ["DIGITS", "Examined", "Proof", "ProofFile", "first_proven", "kinds", "load"]
 
@@ -32,9 +33,7 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
         What else is tried.
     """
     if digits is not None:
-        if not isinstance(digits, (int, np.integer)) or digits < 1:
-            raise ValueError(f"digits must be 1 or more, got {digits!r}")
-        tries = (int(digits),)
+        tries = (digit_count(digits),)
     for each in tries:
         for other in places:
             found = attempt(each, other)

@@ -9,6 +9,7 @@ __all__ = [
     "Rational",
     "decimal",
     "decimals",
+    "digit_count",
     "exact",
     "expanded",
     "fraction",
@@ -107,6 +108,14 @@ def exact(x):
     return fmpq(digits * 10**power) if power >= 0 else fmpq(digits, 10**-power)
 
 
+def digit_count(digits):
+    """A number of digits as an int, or a ValueError."""
+    whole = isinstance(digits, (int, np.integer)) and not isinstance(digits, bool)
+    if not whole or digits < 1:
+        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    return int(digits)
+
+
 def round_digits(x, digits):
     """Round the numbers x to so many significant digits.
 
@@ -120,8 +129,7 @@ def round_digits(x, digits):
     >>> round_digits(np.array([123.456, 0.00123456]), 4)
     array([1.235e+02, 1.235e-03])
     """
-    if not isinstance(digits, (int, np.integer)) or digits < 1:
-        raise ValueError(f"digits must be 1 or more, got {digits!r}")
+    digits = digit_count(digits)
     x = np.asarray(x, float)
     return np.array([float(f"{v:.{digits - 1}e}") for v in x.flat]).reshape(x.shape)
 

@@ -90,6 +90,8 @@ def _floats(name, value):
     if value is None:
         raise ValueError(f"{name} is missing: give a matrix")
     try:
+        if isinstance(value, (list, tuple)) and _ragged(value):
+            raise TypeError("its rows have different lengths")
         raw = np.asarray(value)
         if raw.dtype.kind == "c":
             raise TypeError("it has complex entries")
@@ -100,6 +102,11 @@ def _floats(name, value):
         return np.array(raw, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{name} must be a real matrix: {error}") from None
+
+
+def _ragged(rows):
+    """Whether lists or tuples, the rows of a list, differ in length."""
+    return len({len(x) for x in rows if isinstance(x, (list, tuple))}) > 1
 
 
 def _holds(array, kinds):

@@ -208,12 +208,13 @@ def edge(
     Raises
     ------
     ValueError
-        If the name is unknown, or what it needs isn't given.
+        If the name is unknown, or what it needs isn't given: x0 for "u_max",
+        the weights for "cost", F for "gamma".
 
     Notes
     -----
-    Tried are values up to a thousand times the one given, and angles
-    from 1 to 90 degrees.
+    Tried are values from a thousandth to a thousand times the one given (one
+    without it), and angles from 1 to 90 degrees.
 
     Examples
     --------

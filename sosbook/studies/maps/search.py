@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...bisection import narrowed
+from ...plants.checks import count
 from ...requirements.shorthand import (
     KEYWORDS,
     bounds,
@@ -108,7 +109,7 @@ class Search:
         self.parameter = parameter(name, ask.requirements)
         bound = ask.known.get(name)
         ask.at(**{name: bound or self.parameter.start}).request()  # refuses
-        if not isinstance(digits, int) or not 1 <= digits <= 6:
+        if count("digits", digits, 1) > 6:
             raise ValueError(f"digits = {digits!r} must be 1, 2, ... or 6")
         self.ask, self.name, self.digits = ask, name, digits
         self.sign = self.parameter.harder
@@ -257,11 +258,13 @@ class Search:
     def result(self, top, bottom):
         """The values and designs at ``top`` and ``bottom``, and the reason."""
         reason = ""
+        on, back = ("up", "down") if self.sign > 0 else ("down", "up")
         if top is None:
-            reason = f"no design down to {self.name} = {self.number(self.ends[0]):.6g}"
+            least = self.number(self.ends[0])
+            reason = f"no design {back} to {self.name} = {least:.6g}"
         elif bottom is None:
             reason = (
-                f"nothing is proven infeasible up to {self.name} = "
+                f"nothing is proven infeasible {on} to {self.name} = "
                 f"{self.number(self.ends[1]):.6g}"
             )
         elif self.at(bottom) is None:
