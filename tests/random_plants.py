@@ -796,6 +796,8 @@ class _Edge:
         """K and P between Clarabel's and the known ones, or None."""
         N, m = self.request.order, self.known.plant.m
         P, Y = Unknown("P", N, symmetric=True), Unknown("Y", m, N)
+        if len(self.x) != P.size + Y.size + 1:
+            return None  # a requirement has a P of its own size
         frame, edge = self.frame, self.x[-1]
         share = (factor**2 - 1) * edge / (1 - edge)
         if share >= 1:
