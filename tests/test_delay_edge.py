@@ -248,3 +248,32 @@ def test_states_that_nothing_drives_decide_alone():
         found = solve_delay(DelayRequest(loop, tau=6.3, method=method))
         assert found.status == "infeasible"
         assert found.infeasibility.part == "the states 2 alone"
+
+
+def test_a_bar_shows_the_seconds(monkeypatch):
+    """Whole seconds, at the Newton steps; none without being asked."""
+    from sosbook.lmi import time_limit as module
+
+    moved, totals, now = [], [], iter(np.arange(0.0, 1e6, 0.7))
+
+    class Bar:
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            return None
+
+        def update(self, count):
+            moved.append(count)
+
+    def bar(total, unit, progress):
+        totals.append((total, unit, progress))
+        return Bar()
+
+    monkeypatch.setattr(module, "bar", bar)
+    monkeypatch.setattr(module, "monotonic", lambda: next(now))
+    analyse_delay(SCALAR, tau=1.0, time_limit=1e5)
+    assert not moved and totals == [(100000, "s", False)]
+    found = analyse_delay(SCALAR, tau=1.0, time_limit=1e5, progress=True)
+    assert found.status == "feasible" and totals[-1] == (100000, "s", True)
+    assert sum(moved) > 3 and set(moved) <= {1, 2}

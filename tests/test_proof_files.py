@@ -1,22 +1,28 @@
 """A proof is a file: saved, read again, and checked by a program of its own."""
 
 import copy
+import importlib
 import importlib.util
 import json
 import pickle
+import pkgutil
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
+from flint import arb, arb_mat
 
 import sosbook as sos
 from sosbook import proofs
-from sosbook.lmi.proof import Proof
+from sosbook.lmi import Unknown, he
+from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi.proof import Proof, ProofFile
 from sosbook.lmi.rational import decimal, exact, expanded, fraction, read_number
 from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.sampled import prove_schur
+from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate
 
 ONE = [[1.0]]
@@ -40,6 +46,29 @@ LOOP = sos.delay.DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
 def mass(**changes):
     parts = dict(M=ONE, D=[[0.0]], S=[[0.0]], B=ONE, F=ONE) | changes
     return sos.SecondOrderSystem(**parts)
+
+
+def twins(damping, coupling=0.0, stiffness=1.0):
+    """Two equal masses that one input pushes alike: their difference stays."""
+    S = [[stiffness, coupling], [coupling, stiffness]]
+    return sos.SecondOrderSystem(
+        np.eye(2), damping * np.eye(2), S, [[1], [1]], np.eye(2)
+    )
+
+
+def mass2(M):
+    """Three masses, each with an input."""
+    return sos.SecondOrderSystem(np.diag(M), np.eye(3), np.eye(3), np.eye(3))
+
+
+def lyapunov(A):
+    def write(values, number):
+        return {"P": values["P"], "decay": -he(number(A) @ values["P"])}
+
+    return LMIProblem(write, [Unknown("P", len(A), symmetric=True)]).solve()
+
+
+A2 = [[0, 1], [-1, -1]]
 
 
 def singular():
@@ -128,6 +157,35 @@ PROOFS = {
         DELAYED, [[-0.1, -0.1, -0.2, -0.1]], tau=0.4, mu=0.1
     ).certify(),
     "delayed loop": lambda: sos.analyse_delay(LOOP, tau=1.0, delta=0.01).certify(),
+    "legendre": lambda: sos.analyse_delay(LOOP, tau=6.16, method="legendre").certify(),
+    "legendre, varying": lambda: sos.analyse_delay(
+        LOOP, tau=1.0, mu=0.2, delta=0.01, method="legendre", order=3
+    ).certify(),
+    "interval": lambda: sos.analyse_delay(
+        LOOP, tau=1.0, mu=0.2, delta=0.01, method="interval"
+    ).certify(),
+    "interval of order 0": lambda: sos.analyse_delay(
+        LOOP, tau=1.0, mu=0.2, method="interval", order=0
+    ).certify(),
+    "interval from zero": lambda: sos.analyse_delay(
+        DELAYED, [[-0.1, -0.1, -0.2, -0.1]], tau=0.1, mu=0.1, method="interval"
+    ).certify(),
+    "interval of one point": lambda: sos.analyse_delay(
+        LOOP, tau=1.0, method="interval"
+    ).certify(),
+    "observer": lambda: sos.design_observer(
+        spring(S=-1.0),
+        sos.design_lqr(spring(S=-1.0), np.eye(2), ONE).K,
+        Q_F=[[0], [1], [0], [0]],
+        R_F=[[0.1]],
+    ).certify(),
+    "schur": lambda: prove_schur([[[0.5, 1], [0, 0.5]]], rate=0.6),
+    "an LMI of one's own": lambda: lyapunov([[0, 1], [-2, -3]]).prove(("stable",)),
+    "region of attraction": lambda: (
+        region_of_attraction(
+            spring(S=-1), [[-3, -2]], row=[1, 0], bound=1, start=[1, 0]
+        ).proof
+    ),
 }
 EXCLUDED = {
     "too little force": lambda: sos.design_pid(
@@ -147,20 +205,64 @@ EXCLUDED = {
         coupling="slack",
         slack=0.3,
     ),
+    "a mode at rest": lambda: sos.design_pid(
+        twins(0.01), region=sos.PoleRegion(sigma=1)
+    ),
+    "a mode on the imaginary axis": lambda: sos.design_pid(twins(0, -0.3)),
+    "a mode on a circle": lambda: sos.design_pid(
+        twins(1, stiffness=4), region=sos.PoleRegion(rho=2)
+    ),
+    "a mode beside a sector": lambda: sos.design_pid(
+        twins(0.3), region=sos.PoleRegion(theta=0.5)
+    ),
+    "a mode beside an ellipse": lambda: sos.design_pid(
+        twins(0.3, stiffness=4), region=sos.LMIRegion.ellipse(-4, 3.9, 1)
+    ),
+    "a mode between two plants": lambda: sos.design_pid(
+        sos.Polytope([spring(D=0.0), spring(D=0.0, B=-1.0)])
+    ),
+    "a pole of a given loop": lambda: sos.analyse_pid(spring(M=3.0), [[-1, 2]]),
+    "a pole of a closed loop": lambda: sos.analyse_loop(np.eye(2), [[0, 1], [1, 0]]),
+    "an unstable mode, for H-infinity": lambda: sos.design_pid(twins(-0.1), gamma=3.0),
+    "a singular mass": lambda: sos.design_pid(
+        sos.DescriptorSystem([np.eye(2), np.diag([1, -1])], A2, [[0], [1]])
+    ),
+    "a singular mass halfway": lambda: sos.design_pid(
+        sos.Polytope([mass2([1, 2, 3]), mass2([1, -2, -3])])
+    ),
+    "an LMI of one's own, empty": lambda: lyapunov([[0, 1], [-2, 3]]),
+    "a loop that is late": lambda: sos.analyse_delay(
+        sos.delay.DelayedLoop([[0.5]], [[-1]]), tau=1.5
+    ),
+    "states that are late": lambda: sos.analyse_delay(LOOP, tau=6.3),
+    "states that are late, legendre": lambda: sos.analyse_delay(
+        LOOP, tau=6.3, method="legendre"
+    ),
+    "equations that aren't late": lambda: sos.analyse_delay(
+        spring(), [[-0.1, 0.0]], tau=3.0, delta=0.5
+    ),
+    "no observer": lambda: sos.design_observer(
+        sos.Polytope([spring(1, 4, 5), spring(1, -3, 3, 0)]),
+        [[-1, -1]],
+        Q_F=np.eye(4),
+        R_F=ONE,
+    ),
     "no mass without input": lambda: sos.regularize(
         sos.SecondOrderSystem([[1.0, 5], [5, 0]], *[np.eye(2)] * 2, [[0], [1]]), 2
     ),
 }
 BEYOND = {
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
-    "schur": lambda: prove_schur([[[0.5, 1], [0, 0.5]]], rate=0.6),
-    "legendre": lambda: sos.analyse_delay(LOOP, tau=6.16, method="legendre").certify(),
-    "observer": lambda: sos.design_observer(
-        spring(S=-1.0),
-        sos.design_lqr(spring(S=-1.0), np.eye(2), ONE).K,
-        Q_F=[[0], [1], [0], [0]],
-        R_F=[[0.1]],
-    ).certify(),
+    "schur, balls": lambda: prove_schur([arb_mat([[arb("0.5", 1e-9)]])]),
+    "a slow mode behind a delay": lambda: (
+        sos.design_delay_pid(
+            sos.thesis.delay_example_1(published=True).plant,
+            tau=0.2,
+            mu=0.1,
+            delta=0.6,
+            alpha=0.6,
+        ).infeasibility
+    ),
 }
 
 
@@ -183,7 +285,7 @@ def made():
 def test_the_checker_agrees(made, name):
     proof = made(name)
     assert proof.proven and proof.verify() and bool(proof)
-    assert checker.check(proof.text) == list(proof.claims)
+    assert checker.check(proof.text) == proof.data["claims"]
 
 
 @pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
@@ -194,6 +296,49 @@ def test_a_file_is_read_as_what_it_was(made, name, tmp_path):
     assert again == proof and type(again) is type(proof)
     assert again.verify() and again.claims == proof.claims
     assert type(proof).load(tmp_path / "proof.json") == proof
+
+
+def test_every_kind_of_proof_is_tried(made):
+    """A new kind of file needs an example here, and so a verdict of the checker."""
+    tried = {type(made(name)) for name in [*PROOFS, *EXCLUDED, *BEYOND]}
+    assert tried == set(proofs.kinds())
+    public = {x for x in vars(proofs).values() if isinstance(x, type)}
+    assert tried | {ProofFile} <= public
+
+
+# What says "proven" and is no file: the files that it speaks of.
+SPEAKERS = {
+    "Examined": "the verdict on a file",
+    "Proof": "matrices of the caller's own",
+    "InfeasibilityCertificate": "never proven: multipliers in floats",
+    "RegionOfAttraction": "its proof",
+    "Edge": "its design.certify() and its refusal's infeasibility",
+    "FeasibilityMap": "those of the designs of its cells",
+    "Largest": "its design.certify(), and its infeasibility beyond",
+    "Deployment": "those that are written beside the program",
+}
+
+
+def test_whatever_says_proven_is_a_file():
+    """A class with a verdict of its own needs `save`, `load` and `verify`."""
+    seen = set()
+    for module in pkgutil.walk_packages(sos.__path__, "sosbook."):
+        if ".book" not in module.name and not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    for name, module in list(sys.modules.items()):
+        if not name.startswith("sosbook") or ".book" in name:
+            continue
+        for cls in vars(module).values():
+            if not isinstance(cls, type) or not cls.__module__.startswith("sosbook"):
+                continue
+            says = hasattr(cls, "proven") or "proven" in getattr(
+                cls, "__annotations__", {}
+            )
+            if says and not cls.__name__.startswith("_"):
+                filed = issubclass(cls, ProofFile)
+                assert filed or cls.__name__ in SPEAKERS, cls
+                seen.add(cls.__name__)
+    assert SPEAKERS.keys() <= seen
 
 
 @pytest.mark.parametrize("name", BEYOND)
@@ -266,7 +411,7 @@ def test_the_checker_needs_nothing_but_python(made, tmp_path):
     assert done.returncode == 1 and done.stdout.startswith("refused")
     made("sampled").save(file)
     done = run(file)
-    assert done.returncode == 2 and "rationals" in done.stdout
+    assert done.returncode == 3 and "rationals" in done.stdout
     assert run().returncode == run(tmp_path / "none.json").returncode == 2
 
 

@@ -8,6 +8,7 @@ changed loop where the claims say.
 
 import copy
 import json
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ import pytest
 import sosbook as sos
 from sosbook.lmi.proof import kinds, load
 from sosbook.lmi.proof_text import checksum
+from sosbook.lmi.rational import decimal
+from sosbook.requirements.base import Requirement
 from sosbook.synthesis.records import read_request
 from tests.test_proof_files import BEYOND, EXCLUDED, ONE, PROOFS, TWO, checker
 
@@ -33,8 +36,27 @@ FEW = {  # small ones, of every kind
     "mass": PROOFS["regular mass"],
     "no mass": lambda: EXCLUDED["no mass without input"]().infeasibility,
     "loop with a delay": PROOFS["delayed loop"],
-    **BEYOND,
+    "sampled": BEYOND["sampled"],
+    "a slow mode behind a delay": BEYOND["a slow mode behind a delay"],
 }
+NEW = (  # one of each kind that is small enough for the quick lane
+    "a mode at rest",
+    "a mode on the imaginary axis",
+    "a mode between two plants",
+    "a pole of a given loop",
+    "a singular mass",
+    "an LMI of one's own",
+    "an LMI of one's own, empty",
+    "a loop that is late",
+    "legendre",
+    "interval of one point",
+    "observer",
+    "no observer",
+    "schur",
+)
+# data that may be other data: names nobody claims anything of, coordinates of
+# LMIs, the model that an observer follows, words of an author
+FREE = {"name", "witness", "coordinates", "model", "statement", "E", "D_u"}
 
 
 def leaves(value, path=()):
@@ -57,6 +79,8 @@ def changes(value):
             yield value[:first] + digit + value[first + 1 :]
             yield from (value + "0", "0" + value, value + "e5", "1e400", value + "/0")
             yield float(value) if "/" not in value else 1.5
+            if "/" not in value and np.isfinite(float(value)):
+                yield decimal(np.nextafter(float(value), np.inf))  # the last bit
         else:
             yield from (value + " x", "poles")
     elif isinstance(value, list):
@@ -156,7 +180,90 @@ def true_claims(whole):
         return all(
             abs(np.linalg.eigvals(F)).max() < float(whole["rate"]) for F in loops
         )
+    if whole["kind"] == "fixed mode":
+        return true_mode(whole)
+    if whole["kind"] == "singular mass":
+        i, j = whole["between"]
+        E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))
+        t = np.linspace(0, 1, 10001)
+        signs = np.sign(np.linalg.det(E + t[:, None, None] * (F - E)).round(12))
+        return len(set(signs)) > 1 or 0 in signs
+    if whole["kind"] == "lmi":
+        return all(x > -1e-12 for x in least_eigenvalues(whole))
+    if whole["kind"] == "observer":
+        return observed(whole)
     return None  # no oracle here
+
+
+def true_mode(whole):
+    """The row rank of [A - s E, B] at the mode, and where it lies."""
+    parts = [
+        [np.array(whole["plant"]["vertices"][k][x], float) for x in "MDSB"]
+        for k in whole["place"]
+    ]
+    M, D, S, B = (sum(x) / 2 for x in zip(*parts))
+    n, s = len(M), complex(*(float(Fraction(x)) for x in whole["point"]))
+    if whole["K"] is not None:
+        K = np.array(whole["K"], float)
+        S, D, B = S - B @ K[:, :n], D - B @ K[:, n:], 0 * B
+    pencil = np.hstack([s * s * M + s * D + S, B])
+    asked = whole["requirement"]
+    region = sos.LMIRegion.half_plane(0.0) if asked is None else None
+    if asked is not None:
+        region = Requirement.read(asked)
+    (distance,) = region.distances([s]).values()
+    return np.linalg.svd(pencil)[1][-1] < 1e-7 and distance[0] < 1e-7
+
+
+def least_eigenvalues(whole):
+    """Of the blocks of an LMI at its point, in floats."""
+    values = {k: np.array(v, float) for k, v in whole["unknowns"].items()}
+    for _, constant, terms in whole["expressions"]:
+        total = in_floats(constant)
+        for name, transposed, left, right in terms:
+            x = values[name].T if transposed else values[name]
+            total = total + in_floats(left) @ x @ in_floats(right)
+        yield np.linalg.eigvalsh(total)[0]
+
+
+def in_floats(rows):
+    return np.array([[float(Fraction(e)) for e in row] for row in rows])
+
+
+def observed(whole):
+    """Whether plant and observer are stable together, at each vertex."""
+    K, L, C = (np.array(whole[x], float) for x in "KLC")
+    E, A, B = (np.array(whole["model"][x], float) for x in ("E", "A", "Bu"))
+    for v in whole["plant"]["vertices"]:
+        M, D, S, Bv = (np.array(v[x], float) for x in "MDSB")
+        one = np.eye(len(M))
+        plant = np.block([[0 * one, one], [np.linalg.solve(M, -np.hstack([S, D]))]])
+        push = np.vstack([0 * Bv, np.linalg.solve(M, Bv)])
+        follow = np.linalg.solve(E, A + B @ K) + L @ C
+        loop = np.block([[plant, push @ K], [-L @ C, follow]])
+        if np.linalg.eigvals(loop).real.max() > 1e-9:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("name", NEW)
+def test_no_tampering_with_the_other_kinds(name):
+    """At least a hundred changes each, with the checksum mended."""
+    proof = (PROOFS | BEYOND).get(name, lambda: EXCLUDED[name]().infeasibility)()
+    whole = json.loads(proof.text)
+    assert proof.proven and verdicts(put(whole, ("claims", 0), "x")) == (False, False)
+    tried = accepted = 0
+    for path, changed in tampered(whole, most=100):
+        changed["checksum"] = checksum(changed)
+        package, alone = verdicts(changed)
+        tried += 1
+        if package or alone:
+            accepted += 1
+            assert changed["claims"] == whole["claims"], path
+            assert path[0] not in ("claims", "kind", "format", "version"), path
+            assert package == alone or FREE & set(path), path
+            assert true_claims(changed) is not False, path
+    assert tried >= 100 and accepted < tried / 5
 
 
 @pytest.mark.slow
@@ -234,6 +341,31 @@ def swapped():
     turned = [[key, [["-" + e for e in row] for row in z]]
               for key, z in refuted["multipliers"]]  # fmt: skip
     yield "negative multipliers", refuted | {"multipliers": turned}
+    mode = json.loads(EXCLUDED["a mode at rest"]().infeasibility.text)
+    slower = mode["requirement"] | {"sigma": "0.001"}
+    said = [c.replace("-1", "-0.001") for c in mode["claims"]]
+    assert said != mode["claims"]
+    yield "a harder region", mode | {"requirement": slower, "claims": said}
+    yield "no region", mode | {"requirement": None}
+    yield "no rows", mode | {"rows": [["0"] * 4] * len(mode["rows"])}
+    yield "another point", mode | {"point": ["5", "0"]}
+    yield "a double pole", mode | {"polynomial": ["0", "0", "1"]}
+    beside = json.loads(EXCLUDED["a mode beside a sector"]().infeasibility.text)
+    wide = beside["requirement"] | {"theta": "1.5", "degrees": "86"}
+    yield "a wider sector", beside | {"requirement": wide}
+    fast = json.loads(EXCLUDED["fast with little force"]().infeasibility.text)
+    one_region = next(r for r in fast["requirements"] if r["kind"] == "region")
+    others = [r for r in fast["requirements"] if r["kind"] != "region"]
+    said = [c.replace("Re s < -3", "Re s < -0.1") for c in fast["claims"]]
+    assert said != fast["claims"]
+    yield (
+        "a harder region than is claimed",
+        fast
+        | {"requirements": [*others, one_region | {"sigma": "0.1"}], "claims": said},
+    )
+    own = json.loads(PROOFS["an LMI of one's own"]().text)
+    yield "an empty block", own | {"expressions": [["P", [], []]], "blocks": ["P"]}
+    yield "another sign", own | {"unknowns": {"P": [["-1", "0"], ["0", "-1"]]}}
     late = json.loads(PROOFS["delayed loop"]().text)
     yield "a longer delay", late | {"tau": "30"}
     yield "faster", late | {"delta": "5"}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..lmi.exact import exact, round_digits
+from ..lmi.exact import definite, exact, round_digits
 from ..lmi.gain_proof import GainProof, given_gain
 from ..lmi.proof import Examined, first_proven
 from ..lmi.rational import decimal, decimals, expanded, read_array, read_number
@@ -12,7 +12,17 @@ from ..synthesis.certificates import excluding, frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
 
-__all__ = ["DelayCertificate", "DelayInfeasibility", "prove_delay", "refute_delay"]
+__all__ = [
+    "DelayCertificate",
+    "DelayInfeasibility",
+    "claims",
+    "exclude_delay",
+    "in_frame",
+    "problem_data",
+    "prove_delay",
+    "read_delay_request",
+    "refute_delay",
+]
 
 
 class DelayCertificate(GainProof):
@@ -36,12 +46,12 @@ class DelayCertificate(GainProof):
 
     @classmethod
     def examine(cls, data):
-        request = _read(data)
+        request = read_delay_request(data)
         K = read_array(data["K"], request.plant.m, request.states)
         if isinstance(request.plant, DelayedLoop) and (K != np.eye(len(K))).any():
             raise ValueError("the K of a loop must be the identity")
         if request.gain is not None:
-            request = _framed(request.at(gain=K), request.frame)
+            request = in_frame(request.at(gain=K), request.frame)
         values = {
             u.name: read_array(data["unknowns"][u.name], *u.shape)
             for u in request.unknowns()
@@ -66,7 +76,7 @@ class DelayCertificate(GainProof):
         """
         return {
             "claims": list(claims(request)),
-            **_problem_data(request),
+            **problem_data(request),
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
             "blocks": names,
@@ -78,9 +88,23 @@ class DelayInfeasibility(Exclusion):
 
     kind = "infeasible delay"
 
+    @property
+    def part(self):
+        """Which part of the loop they are about, in words; empty if all of it."""
+        data, Z = self.data, self.multipliers
+        if data["plant"]["kind"] == "loop":
+            N = len(data["plant"]["A"])
+            moved = [z.diagonal() != 0 for z in Z.values()]
+            seen = {i % N + 1 for rows in moved for i in np.flatnonzero(rows)}
+            if len(seen) < N:
+                return f"the states {', '.join(map(str, sorted(seen)))} alone"
+        if any(definite(z)[0] for z in Z.values()) or not Z:
+            return ""
+        return "what the delay doesn't reach fixed"
+
     @classmethod
     def rebuilt(cls, data):
-        request = _read(data)
+        request = read_delay_request(data)
         expressions, unknowns = request.in_unknowns(exact)
         return cls.contents(request), expressions, unknowns, str
 
@@ -89,7 +113,7 @@ class DelayInfeasibility(Exclusion):
         """The data of the file for a request, without the multipliers."""
         return {
             "claims": [excluding(request.gain is None, claims(request))],
-            **_problem_data(request),
+            **problem_data(request),
             "K": None if request.gain is None else decimals(request.gain),
         }
 
@@ -126,7 +150,14 @@ def refute_delay(request, Z):
     return excluded_by(DelayInfeasibility, data, expressions, unknowns, Z, str)
 
 
-def _problem_data(request):
+def exclude_delay(request, Z):
+    """The file of exact multipliers of a request: Z, from a block to Z_k >= 0."""
+    data = DelayInfeasibility.contents(request)
+    return DelayInfeasibility.of(DelayInfeasibility.written_from(data, Z, str))
+
+
+def problem_data(request):
+    """The loop, the delay and what is asked by a request: words and decimals."""
     if isinstance(request.plant, DelayedLoop):
         loop = request.plant
         plant = {"kind": "loop", "A": decimals(loop.A), "A_d": decimals(loop.A_d)}
@@ -157,7 +188,11 @@ def _exponentials(request):
     return [q for _, q in request.factors(exact)] if request.delta else ()
 
 
-def _read(data):
+def read_delay_request(data, framed=True):
+    """The `DelayRequest` of the ``data`` that `problem_data` writes.
+
+    In the coordinates of the file, if ``framed``.
+    """
     plant = data["plant"]
     if plant["kind"] == "loop":
         N = len(plant["A"])
@@ -175,11 +210,13 @@ def _read(data):
         tuple(data["misprints"]),
         None if given is None else read_array(given, plant.m, None),
     )
-    return _framed(request, read_frame(data["coordinates"], request.states))
+    if not framed:
+        return request
+    return in_frame(request, read_frame(data["coordinates"], request.states))
 
 
-def _framed(request, frame):
-    """The request in the coordinates of a file."""
+def in_frame(request, frame):
+    """The request in the coordinates of a file, which are a `Frame`: frame."""
     vars(request)["frame"] = frame  # where it would be remembered
     return request
 

@@ -72,6 +72,7 @@ def largest(
     digits=2,
     refuse=True,
     time_limit=None,
+    progress=False,
 ):
     """Find the largest tau, mu or delta that still has a certificate.
 
@@ -98,6 +99,8 @@ def largest(
     time_limit : float, optional
         In seconds, for the whole search. The answer is the largest value
         found until then.
+    progress : bool
+        Show a bar of the seconds that have passed.
 
     Returns
     -------
@@ -122,7 +125,7 @@ def largest(
     digits = digit_count(digits)
     check_loop(plant, K, U)
     given = DelayRequest(plant, U, tau, mu, delta, alpha, method, order, gain=K)
-    return _Search(name, given, digits, time_limit).run(refuse)
+    return _Search(name, given, digits, time_limit).run(refuse, progress)
 
 
 class _Search:
@@ -145,10 +148,10 @@ class _Search:
         self.limit = given.tau if name == "mu" else float("inf")
         self.known = {}
 
-    def run(self, refuse):
+    def run(self, refuse, progress):
         """The `Largest`; what is known where the time is over."""
         try:
-            with limited(self.seconds):
+            with limited(self.seconds, progress):
                 low, high = self._bracket()
                 if low is not None:  # now with its centre
                     best = first_design(self._request(low), refuse=False)

@@ -17,7 +17,7 @@ from ..lmi.time_limit import check_time
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 
-__all__ = ["Modes", "slow_modes"]
+__all__ = ["Modes", "modes_near", "slow_modes"]
 
 BALL_BITS = 256  # of the balls' midpoints; a double has 53
 
@@ -30,6 +30,8 @@ class Modes:
     ----------
     eigenvalues : tuple of float or complex
         Those on or above the real axis, as floats.
+    pivots : tuple of int
+        For each of them the entry of its left vector that is one.
     Lam : (k, k) object array of arb
         Balls that hold Lambda.
     B : (k, m) object array of arb
@@ -37,6 +39,7 @@ class Modes:
     """
 
     eigenvalues: tuple
+    pivots: tuple
     Lam: np.ndarray
     B: np.ndarray
 
@@ -45,10 +48,6 @@ class Modes:
             f"{s.real:.4g} ± {s.imag:.4g}j" if s.imag else f"{s.real:.4g}"
             for s in self.eigenvalues
         )
-
-    def __reduce__(self):
-        # balls have no pickle of their own; read back they hold the old ones
-        return _read, (self.eigenvalues, _written(self.Lam), _written(self.B))
 
     def plant(self):
         """The `DescriptorSystem` at the balls' midpoints."""
@@ -117,15 +116,8 @@ def slow_modes(vertex, rate):
         The integrators with each slow mode, the slowest first, and then
         with all of them. Nothing where eigenvalues can't be isolated.
     """
-    E, A, B = (exact(x) for x in (vertex.E, vertex.A, vertex.Bu))
-    back = inverse(E)
-    A, B = back @ A, back @ B
+    A, B, roots = _enclosed(vertex)
     with ctx.workprec(BALL_BITS):
-        try:
-            roots = acb_mat(_arb_mat(A)).eig()
-        except ValueError:  # a multiple eigenvalue
-            return
-        roots = [s for s in roots if s.imag > 0 or s.imag.contains(0)]
         roots.sort(key=lambda s: -float(s.real.mid()))
         idle = [s for s in roots if s.contains(0)]
         slow = [s for s in roots if s not in idle and s.real > -exact(rate)]
@@ -139,13 +131,59 @@ def slow_modes(vertex, rate):
             yield found
 
 
-def _of(A, B, roots):
-    """The `Modes` of these eigenvalues, or None."""
-    parts, columns = [], []
-    for s in roots:
-        w = _left_vector(A, s)
+def modes_near(vertex, eigenvalues, pivots):
+    """The `Modes` of a plant that are nearest to some numbers.
+
+    Parameters
+    ----------
+    vertex : Descriptor
+        The plant.
+    eigenvalues : sequence of complex
+        Roughly where they lie.
+    pivots : sequence of int
+        As in `Modes`.
+
+    Raises
+    ------
+    ValueError
+        If two are nearest to the same one, or one can't be enclosed.
+    """
+    A, B, roots = _enclosed(vertex)
+    mids = np.array([complex(s.mid()) for s in roots])
+    nearest = [int(np.argmin(abs(mids - s))) if len(mids) else -1 for s in eigenvalues]
+    if len(set(nearest)) < len(nearest) or -1 in nearest:
+        raise ValueError("the modes aren't those of the plant")
+    with ctx.workprec(BALL_BITS):
+        found = _of(A, B, [roots[k] for k in nearest], pivots)
+    if found is None:
+        raise ValueError("the modes can't be enclosed")
+    return found
+
+
+def _enclosed(vertex):
+    """A and B of a plant x' = A x + B u, and balls around its eigenvalues.
+
+    Those above the real axis and on it; none where they can't be isolated.
+    """
+    E, A, B = (exact(x) for x in (vertex.E, vertex.A, vertex.Bu))
+    back = inverse(E)
+    A, B = back @ A, back @ B
+    with ctx.workprec(BALL_BITS):
+        try:
+            roots = acb_mat(_arb_mat(A)).eig()
+        except ValueError:  # a multiple eigenvalue
+            roots = []
+        return A, B, [s for s in roots if s.imag > 0 or s.imag.contains(0)]
+
+
+def _of(A, B, roots, pivots=None):
+    """The `Modes` of these eigenvalues, or None; for given pivots if any."""
+    parts, columns, ones = [], [], []
+    for j, s in enumerate(roots):
+        w, one = _left_vector(A, s, None if pivots is None else pivots[j])
         if w is None:
             return None
+        ones.append(one)
         a, b = s.real, s.imag
         if b.contains(0):  # simple, so it is real
             parts.append([[a]])
@@ -160,25 +198,7 @@ def _of(A, B, roots):
         Lam[start:end, start:end] = p
         start = end
     W = np.array(columns, object)
-    return Modes(tuple(map(_in_floats, roots)), Lam, W @ np.array(B))
-
-
-def _written(balls):
-    """The balls of a matrix as integers: mantissas and exponents."""
-    return [[_integers(e.mid()) + _integers(e.rad()) for e in row] for row in balls]
-
-
-def _integers(x):
-    return tuple(map(int, x.man_exp()))
-
-
-def _read(eigenvalues, Lam, B):
-    """The `Modes` of what `_written` wrote."""
-    Lam, B = (
-        np.array([[arb(e[:2], e[2:]) for e in row] for row in x], object)
-        for x in (Lam, B)
-    )
-    return Modes(eigenvalues, Lam, B)
+    return Modes(tuple(map(_in_floats, roots)), tuple(ones), Lam, W @ np.array(B))
 
 
 def _in_floats(s):
@@ -188,12 +208,16 @@ def _in_floats(s):
     return float(s.real.mid()) if s.imag.contains(0) else complex(s)
 
 
-def _left_vector(A, s):
-    """Balls that hold w with w' A = s w', whose largest entry is 1."""
+def _left_vector(A, s, k=None):
+    """Balls that hold w with w' A = s w', whose entry k is 1; and k.
+
+    Without k the largest entry; without balls None.
+    """
     floats, near = A.astype(float), complex(s)
     left = np.linalg.svd(floats.T - near * np.eye(len(A)))[2][-1].conj()
     right = np.linalg.svd(floats - near * np.eye(len(A)))[2][-1].conj()
-    k, r = abs(left).argmax(), abs(right).argmax()
+    r = abs(right).argmax()
+    k = int(abs(left).argmax()) if k is None else range(len(A))[k]
     rows = [i for i in range(len(A)) if i != r]
     cols = [j for j in range(len(A)) if j != k]
     shifted = np.array([[acb(e) for e in row] for row in A.T], object)
@@ -203,10 +227,10 @@ def _left_vector(A, s):
     try:
         w = acb_mat(part.tolist()).solve(acb_mat((-shifted[rows, k])[:, None].tolist()))
     except ZeroDivisionError:
-        return None
+        return None, k
     found = np.full(len(A), acb(1), object)
     found[cols] = w.entries()
-    return found
+    return found, k
 
 
 def _checked(balls, unknowns, change):

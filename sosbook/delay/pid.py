@@ -30,6 +30,7 @@ def design_delay_pid(
     method: Literal["functional", "shift"] = "functional",
     printed: bool = False,
     time_limit: float | None = None,
+    progress: bool = False,
 ) -> DelayDesign:
     r"""Design a PID controller whose input arrives late.
 
@@ -59,6 +60,8 @@ def design_delay_pid(
     time_limit : float, optional
         In seconds; without it the search takes as long as it takes. What
         isn't finished then is "undecided".
+    progress : bool
+        Show a bar of the seconds that have passed.
 
     Returns
     -------
@@ -95,7 +98,7 @@ def design_delay_pid(
     request = DelayRequest(
         plant, U, tau, mu, delta, alpha, method, misprints=("sign",) if printed else ()
     )
-    return first_design(request, time_limit=time_limit)
+    return first_design(request, time_limit=time_limit, progress=progress)
 
 
 @named_after(6)
@@ -114,6 +117,7 @@ def analyse_delay(
     printed: bool = False,
     alpha: float | None = None,
     time_limit: float | None = None,
+    progress: bool = False,
 ) -> DelayDesign:
     """Find a certificate of decay under delay for a given gain.
 
@@ -142,6 +146,8 @@ def analyse_delay(
     time_limit : float, optional
         In seconds; without it the search takes as long as it takes. What
         isn't finished then is "undecided".
+    progress : bool
+        Show a bar of the seconds that have passed.
 
     Returns
     -------
@@ -181,7 +187,7 @@ def analyse_delay(
         ("sign", "transpose", "alpha") if printed else (),
         K,
     )
-    return solve_delay(request, time_limit=time_limit)
+    return solve_delay(request, time_limit=time_limit, progress=progress)
 
 
 def _no_acceleration(K_A):

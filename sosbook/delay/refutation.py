@@ -7,54 +7,24 @@ Then the blocks are compressed first, to what remains to be decided:
 W' G W > 0 is necessary for G > 0.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from flint import fmpq, fmpq_mat
 from scipy.linalg import qr
 
-from ..lmi import Affine, Unknown, block, he
+from ..lmi import Unknown, block, he
 from ..lmi.blocks import Blocks
 from ..lmi.deepest import deepest
-from ..lmi.exact import exact, inverse, round_digits
-from ..lmi.refutation import InfeasibilityCertificate, refute
-from .certificates import refute_delay
-from .modes import Modes, slow_modes
-from .request import DelayedLoop, DelayRequest
+from ..lmi.exact import exact, in_floats, inverse, repair_multipliers, round_digits
+from .certificates import exclude_delay, refute_delay
+from .modes import slow_modes
+from .modes_certificate import ModesInfeasibility
+from .request import DelayedLoop
 
-__all__ = ["Refutation", "refuted"]
+__all__ = ["refuted"]
 
 _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
-
-
-@dataclass(frozen=True, eq=False)
-class Refutation(InfeasibilityCertificate):
-    """Multipliers that exclude a solution of a part of the LMIs.
-
-    Parameters
-    ----------
-    multipliers, expressions, unknowns, condition
-        As in `InfeasibilityCertificate`, for that part.
-    part : str
-        Which part has no solution, in words.
-    modes : Modes or None
-        The modes that the part is about. The multipliers are for the
-        midpoints of the balls that enclose them.
-    request : DelayRequest or None
-        Of the modes.
-    """
-
-    part: str = ""
-    modes: Modes | None = None
-    request: DelayRequest | None = None
-
-    def verify(self):
-        """The verdict, computed again."""
-        if not super().verify():
-            return False
-        if self.modes is None:
-            return True
-        return self.modes.refuted(self.request, list(self.multipliers.values()))
 
 
 def refuted(request, Z):
@@ -88,33 +58,34 @@ def _directly(request, Z):
     return found if found.proven else None
 
 
-def _refutation(expressions, unknowns, Z, part, **about):
-    """The `Refutation` by these multipliers, or None."""
+def _exact(expressions, unknowns, Z):
+    """The multipliers Z, which are floats, made exact; by name, or None."""
     try:
-        found = refute(expressions, unknowns, Z)
+        found = repair_multipliers(list(expressions.values()), unknowns, Z)
     except (np.linalg.LinAlgError, IndexError, ValueError):
         return None  # the float multipliers are too singular
-    found = Refutation(found.multipliers, expressions, unknowns, "", part, **about)
-    return found if found.proven else None
+    return None if found is None else dict(zip(expressions, found[0]))
+
+
+def _proven(proof):
+    return proof if proof.proven else None
 
 
 def _by_modes(request):
     """Refute the LMIs of some slow modes of one vertex."""
-    for vertex in request.vertices:
+    for k, vertex in enumerate(request.vertices):
         for modes in slow_modes(vertex, request.delta):
             small = replace(request, plant=modes.plant(), U=None)
             deep = _deepest(*small.in_unknowns())
             if deep is None:
                 continue
-            found = _refutation(
-                *small.in_unknowns(exact),
-                deep.Z,
-                f"the modes {modes} alone",
-                modes=modes,
-                request=small,
-            )
-            if found is not None:
-                return found
+            Z = _exact(*small.in_unknowns(exact), deep.Z)
+            if Z is not None:
+                contents = ModesInfeasibility.contents(request, k, modes, small)
+                found = ModesInfeasibility.written_from(contents, Z, str)
+                found = _proven(ModesInfeasibility.of(found))
+                if found is not None:
+                    return found
     return None
 
 
@@ -128,7 +99,8 @@ def _by_states(request):
     """Refute the LMIs of states that no other states drive.
 
     Where the others rest, so they do for ever: a solution for the loop
-    holds one for the part.
+    holds one for the part. Multipliers of the part, with zeros for the
+    other states, are multipliers of the whole.
     """
     A, Ad = request.plant.A, request.plant.A_d
     drives = (A != 0) | (Ad != 0) | np.eye(len(A), dtype=bool)
@@ -142,13 +114,23 @@ def _by_states(request):
         deep = _deepest(*small.in_unknowns())
         if deep is None:
             continue
-        states = ", ".join(str(i + 1) for i in some)
-        found = _refutation(
-            *small.in_unknowns(exact), deep.Z, f"the states {states} alone"
-        )
+        Z = _exact(*small.in_unknowns(exact), deep.Z)
+        if Z is None:
+            continue
+        whole = {name: _embedded(z, np.array(some), len(A)) for name, z in Z.items()}
+        found = _proven(exclude_delay(request, whole))
         if found is not None:
             return found
     return None
+
+
+def _embedded(z, some, N):
+    """A matrix for ``some`` of N states each time, with zeros for the others."""
+    count = len(z) // len(some)
+    rows = np.concatenate([k * N + some for k in range(count)])
+    whole = exact(np.zeros((count * N, count * N)))
+    whole[np.ix_(rows, rows)] = z
+    return whole
 
 
 def _without_fixed_equations(request):
@@ -157,7 +139,8 @@ def _without_fixed_equations(request):
     Let L A_d = 0. Then L (E x' - A x) = 0 in the loop, and between t - tau
     and t the integral of that. The blocks have to be positive there too.
     What F and G multiply is C rho there, where C spans the kernel of L,
-    and R is seen across the equations' directions only.
+    and R is seen across the equations' directions only. The multipliers
+    that are found there, W Z W', are singular ones of the whole blocks.
     """
     loops = dict(request.closed_loops(exact))
     rows = {name: _undelayed(*loop) for name, loop in loops.items()}
@@ -178,7 +161,7 @@ def _without_fixed_equations(request):
         "G": zero,
     }
     expressions = request.blocks(values, exact) | {"R": R}
-    e2, multipliers = request.times(exact).epsilon2, {}
+    e2, multipliers, back = request.times(exact).epsilon2, {}, {"R": across}
     for name, (E, A, Ad) in loops.items():
         W, C = _kernel(_fixed(rows[name], common)), _kernel(_kernel(Ad.T).T)
         W = block([[W, 0], [0, exact(np.eye(N))]]) if request.mu else W
@@ -188,18 +171,21 @@ def _without_fixed_equations(request):
         if key not in multipliers:
             name_of = f"F and G {len(multipliers) + 1}"
             multipliers[key] = Unknown(name_of, len(moving), C.shape[1])
-        expressions[name] = W.T @ expressions[name] @ W
+        expressions[name], back[name] = W.T @ expressions[name] @ W, W
         if C.shape[1]:
             rho = _left_inverse(C) @ np.hstack(parts) @ W
             expressions[name] -= he(moving.T @ multipliers[key] @ rho)
     unknowns += [R, *(H for H in multipliers.values() if H.size)]
-    floats = {name: _in_floats(g) for name, g in expressions.items()}
+    floats = {name: in_floats(g) for name, g in expressions.items()}
     deep = _deepest(floats, unknowns)
     if deep is None:
         return None
-    return _refutation(
-        expressions, unknowns, deep.Z, "what the delay doesn't reach fixed"
-    )
+    Z = _exact(expressions, unknowns, deep.Z)
+    if Z is None:
+        return None
+    for name, W in back.items():
+        Z[name] = W @ Z[name] @ W.T
+    return _proven(exclude_delay(request, Z))
 
 
 def _left_inverse(C):
@@ -251,11 +237,3 @@ def _kernel(rows):
     basis = basis * exact(size)
     upper = np.linalg.qr(basis.astype(float), mode="r")
     return basis @ exact(round_digits(np.linalg.inv(upper), 4))
-
-
-def _in_floats(g):
-    terms = [
-        replace(t, left=t.left.astype(float), right=t.right.astype(float))
-        for t in g.terms
-    ]
-    return Affine(g.constant.astype(float), terms)

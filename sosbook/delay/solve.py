@@ -1,6 +1,7 @@
 """From a request with a delay to a point inside its LMIs, or to a refusal."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -24,7 +25,7 @@ ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 
 
 @one_thread
-def solve_delay(request, refuse=True, time_limit=None, centred=True):
+def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=False):
     """The `DelayDesign` of a request with all its scalars.
 
     Parameters
@@ -39,21 +40,27 @@ def solve_delay(request, refuse=True, time_limit=None, centred=True):
         In seconds. Whatever isn't finished then is "undecided".
     centred : bool
         Without it any solution will do.
+    progress : bool
+        Show a bar of the seconds that have passed.
 
     Returns
     -------
     DelayDesign
         The analytic centre of the LMIs under a lid, for they are a cone.
     """
-    return within(time_limit, request, lambda: _solved(request, refuse, centred))
+    work = partial(_solved, request, refuse, centred)
+    return within(time_limit, request, work, progress)
 
 
-def within(seconds, request, work):
-    """What ``work()`` returns for a request, "undecided" after some ``seconds``."""
+def within(seconds, request, work, progress=False):
+    """What ``work()`` returns for a request, "undecided" after some ``seconds``.
+
+    With ``progress`` a bar shows them.
+    """
     if seconds is not None and not seconds > 0:
         raise ValueError(f"time_limit must be positive, got {seconds!r}")
     try:
-        with limited(seconds):
+        with limited(seconds, progress):
             return work()
     except OutOfTime:
         if seconds is None:  # somebody else's limit
@@ -133,14 +140,14 @@ def _at(request, problem, x):
     return None
 
 
-def first_design(request, refuse=True, time_limit=None, centred=True):
+def first_design(request, refuse=True, time_limit=None, centred=True, progress=False):
     """`solve_delay`, with the first alpha of a search if none is given.
 
     Parameters
     ----------
     request : DelayRequest
         What is asked of the plant.
-    refuse, time_limit, centred
+    refuse, time_limit, centred, progress
         As in `solve_delay`. A search of alpha can't exclude a solution.
 
     Returns
@@ -149,8 +156,9 @@ def first_design(request, refuse=True, time_limit=None, centred=True):
         The first that is feasible, or one that says why there is none.
     """
     if request.alpha is not None or not request.needs_alpha:
-        return solve_delay(request, refuse, time_limit, centred)
-    return within(time_limit, request, lambda: _first_alpha(request, centred))
+        return solve_delay(request, refuse, time_limit, centred, progress)
+    work = partial(_first_alpha, request, centred)
+    return within(time_limit, request, work, progress)
 
 
 def _first_alpha(request, centred):

@@ -55,7 +55,10 @@ class Barrier:
         H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
         d in the norm of H (section 9.5).
         """
-        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        factors = self.factors(x)
+        if factors is None:
+            raise np.linalg.LinAlgError("the point isn't inside")
+        roots = [np.linalg.inv(L) for L in factors]
         gradient = cost - self.newton.adjoint(gram(roots))
         if self.radius is not None:
             gradient = gradient + 2 * x / (self.radius**2 - x @ x)

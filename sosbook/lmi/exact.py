@@ -18,6 +18,7 @@ __all__ = [
     "adjoint",
     "definite",
     "exact",
+    "in_floats",
     "inverse",
     "pivots",
     "repair_multipliers",
@@ -234,7 +235,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
-    blocks = Blocks.of([_in_floats(g) for g in expressions], unknowns)
+    blocks = Blocks.of([in_floats(g) for g in expressions], unknowns)
     Z = refine(blocks, Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     try:
@@ -285,7 +286,8 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     return (repaired, value) if value <= 0 else None
 
 
-def _in_floats(g):
+def in_floats(g):
+    """An `Affine` expression g in rationals, in floats."""
     return Affine(
         g.constant.astype(float),
         [

@@ -8,11 +8,12 @@ from ..runtime.libraries import library
 from ..runtime.threads import one_thread
 from .bounded import any_centre, bounded, unpacked
 from .centre import Unbounded, centre, minimize, phase_one
-from .exact import exact, round_digits
+from .certificates import LMIInfeasibility, LMIProof
+from .exact import round_digits
 from .newton import newton_of
 from .proof import PLACES
-from .refutation import excluded_radius, refute
-from .solution import LMIProof, LMISolution
+from .refutation import excluded_by, excluded_radius
+from .solution import LMISolution
 from .text import LMIText, rationals
 from .time_limit import OutOfTime, time_limit
 
@@ -58,6 +59,7 @@ class LMIProblem(LMIText):
     >>> print(stable.status, "|", stable.prove(("A is stable",)))
     feasible | proven:
     - A is stable
+    (these blocks are positive definite: P, decay; nobody checks what that means)
     >>> unstable = lyapunov([[0, 1], [-2, 3]]).solve()
     >>> unstable.status, unstable.infeasibility.proven
     ('infeasible', True)
@@ -222,11 +224,15 @@ class LMIProblem(LMIText):
             If a block isn't exactly symmetric or holds a float that
             didn't pass ``number``, or if digits is below 1.
         """
+        for u in self.unknowns:
+            if u.name not in values or np.shape(values[u.name]) != u.shape:
+                raise ValueError(f"values needs {u.name} of the shape {u.shape}")
+        expressions = self.in_unknowns(rationals)
         for places in PLACES if digits is None else (digits,):
             rounded = {n: round_digits(v, places) for n, v in values.items()}
-            point = {name: exact(v) for name, v in rounded.items()}
-            matrices = self.blocks(point, rationals)
-            proof = LMIProof(matrices, tuple(claims), rounded, places)
+            proof = LMIProof.of(
+                LMIProof.contents(expressions, self.unknowns, rounded, places, claims)
+            )
             if proof.proven:
                 break
         return proof
@@ -241,10 +247,12 @@ class LMIProblem(LMIText):
 
         Returns
         -------
-        InfeasibilityCertificate
-            The exact multipliers.
+        LMIInfeasibility, or InfeasibilityCertificate
+            The exact multipliers; those in floats where they can't be made exact.
         """
-        return refute(self.in_unknowns(rationals), self.unknowns, Z)
+        expressions = self.in_unknowns(rationals)
+        data = LMIInfeasibility.contents(expressions, self.unknowns)
+        return excluded_by(LMIInfeasibility, data, expressions, self.unknowns, Z, str)
 
     def excluded_radius(self, Z):
         """The length of the shortest point that inexact multipliers don't exclude.
@@ -257,7 +265,7 @@ class LMIProblem(LMIText):
         Returns
         -------
         float
-            See `sosbook.lmi.proof.excluded_radius`.
+            See `sosbook.lmi.refutation.excluded_radius`.
         """
         return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 

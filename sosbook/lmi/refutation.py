@@ -1,7 +1,6 @@
 """Multipliers that exclude every point of LMIs, in exact arithmetic."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import inf, nextafter, sqrt
 
 import numpy as np
@@ -15,52 +14,45 @@ __all__ = [
     "InfeasibilityCertificate",
     "excluded_by",
     "excluded_radius",
-    "refute",
+    "excludes",
+    "semidefinite",
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InfeasibilityCertificate:
-    """Multipliers that exclude every design, by LMI duality.
+    """Multipliers in floats, which suggest that there is no point.
+
+    They prove nothing. Where exact ones were found, an `Exclusion` says so.
 
     Parameters
     ----------
     multipliers : dict
-        From a block's name to its multiplier Z_k (in the coordinates in
-        which the LMIs were solved): rationals, or floats that prove nothing.
-    expressions : dict
-        From a block's name to its `Affine` expression in rationals.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    condition : str
-        What the exclusion is subject to: "for mu = 1"; else empty.
+        From a block's name to its multiplier Z_k, in the coordinates in
+        which the LMIs were solved.
     """
 
     multipliers: dict
-    expressions: dict | None = None
-    unknowns: list | None = None
-    condition: str = ""
 
-    @cached_property
+    @property
     def proven(self) -> bool:
-        """Whether the multipliers exclude every point, in rationals."""
-        return self.verify()
+        """False: see `Exclusion` for a proof."""
+        return False
 
     @property
     def value(self):
-        """sum <G_k0, Z_k>, not positive. A design would need it positive."""
-        if self.expressions is None:
-            return np.nan
-        return float(_value(self.expressions, self.multipliers))
+        """NaN: what floats say of it is no proof."""
+        return np.nan
 
     def verify(self):
-        """The verdict, computed again."""
-        if self.expressions is None:
-            return False
-        return not excludes(self.expressions, self.unknowns, self.multipliers)
+        """False."""
+        return False
 
     def __bool__(self):
-        return self.proven
+        return False
+
+    def __repr__(self):
+        return "<InfeasibilityCertificate: multipliers in floats, not proven>"
 
 
 def _value(expressions, multipliers):
@@ -74,7 +66,8 @@ def _value(expressions, multipliers):
 def excludes(expressions, unknowns, multipliers):
     """What keeps multipliers from excluding every point; empty if they do.
 
-    Z_k > 0, sum <G_ka, Z_k> = 0 for every variable a, and
+    The ``expressions`` G_k, by name, are affine in the ``unknowns``.
+    Z_k >= 0, not all zero, sum <G_ka, Z_k> = 0 for every variable a, and
     sum <G_k0, Z_k> <= 0: with all G_k > 0 that sum would be positive.
     """
     names = list(multipliers)
@@ -84,8 +77,10 @@ def excludes(expressions, unknowns, multipliers):
     for name, z in multipliers.items():
         if z.dtype != object or z.shape != expressions[name].shape:
             return f"the multiplier of {name} isn't a rational matrix of its shape"
-        if not (z == z.T).all() or not definite(z)[0]:
-            return f"the multiplier of {name} isn't positive definite"
+        if not (z == z.T).all() or not (definite(z)[0] or semidefinite(z)):
+            return f"the multiplier of {name} isn't positive semidefinite"
+    if not any((z != 0).any() for z in Z):
+        return "all multipliers are zero"
     if any(e != 0 for e in adjoint([expressions[k] for k in names], unknowns, Z)):
         return "the multipliers leave the unknowns a way out"
     if _value(expressions, multipliers) > 0:
@@ -93,13 +88,37 @@ def excludes(expressions, unknowns, multipliers):
     return ""
 
 
+def semidefinite(x):
+    """Whether a symmetric matrix of rationals is positive semidefinite.
+
+    Examples
+    --------
+    >>> x = exact(np.array([[1.0, 2.0], [2.0, 4.0]]))
+    >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
+    (True, False, False)
+    """
+    rows = x.tolist()
+    while rows:
+        head, rest = rows[0], rows[1:]
+        pivot = head[0]
+        if pivot < 0 or (pivot == 0 and any(e != 0 for e in head)):
+            return False
+        if pivot == 0:
+            rows = [row[1:] for row in rest]
+            continue
+        rows = [
+            [e - row[0] * h / pivot for e, h in zip(row[1:], head[1:])] for row in rest
+        ]
+    return True
+
+
 class Exclusion(ProofFile):
     """Multipliers that exclude every point of some LMIs, by duality.
 
     ``text`` is that of the file.
 
-    Z_k > 0 for each block G_k, sum <G_k, Z_k> is the same number at every
-    point, and it isn't positive: so the G_k aren't all positive definite.
+    Z_k >= 0 for blocks G_k, not all zero, sum <G_k, Z_k> is the same number at
+    every point, and it isn't positive: so the G_k aren't all positive definite.
     """
 
     @classmethod
@@ -164,36 +183,8 @@ def excluded_by(cls, data, expressions, unknowns, Z, keyed):
         )
     repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
     if repaired is None:
-        return InfeasibilityCertificate(dict(zip(expressions, Z)), expressions)
+        return InfeasibilityCertificate(dict(zip(expressions, Z)))
     return cls.of(cls.written_from(data, dict(zip(expressions, repaired[0])), keyed))
-
-
-def refute(expressions, unknowns, Z):
-    """Exact multipliers from float ones, where the repair succeeds.
-
-    Parameters
-    ----------
-    expressions : dict
-        From a block's name to its `Affine` expression in rationals.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    Z : list of arrays
-        Float multipliers, one for each block.
-
-    Returns
-    -------
-    InfeasibilityCertificate
-        The certificate, which says so where the repair fails.
-    """
-    if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
-        raise ValueError(
-            f"multipliers must be {len(expressions)} matrices of finite numbers"
-        )
-    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
-    multipliers = Z if repaired is None else repaired[0]
-    return InfeasibilityCertificate(
-        dict(zip(expressions, multipliers)), expressions, unknowns
-    )
 
 
 def excluded_radius(expressions, unknowns, Z, digits=17):
@@ -207,8 +198,12 @@ def excluded_radius(expressions, unknowns, Z, digits=17):
 
     Parameters
     ----------
-    expressions, unknowns, Z
-        As in `refute`.
+    expressions : dict
+        From a block's name to its `Affine` expression in rationals.
+    unknowns : list of Unknown
+        What the blocks are affine in.
+    Z : list of arrays
+        Float multipliers, one for each block.
     digits : int
         To so many significant digits Z is rounded first.
 

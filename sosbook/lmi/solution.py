@@ -1,33 +1,13 @@
-"""What an `LMIProblem` answers: a point or a refusal, and their proofs."""
+"""What an `LMIProblem` answers: a point or a refusal."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
 from typing import Any
 
-from .proof import Proof
-
-__all__ = ["LMIProof", "LMISolution"]
+__all__ = ["LMISolution"]
 
 CLEAR_MARGIN = 1e-9  # smallest eigenvalue; rounding makes 1e-15 of unit blocks
-
-
-@dataclass(frozen=True, eq=False)
-class LMIProof(Proof):
-    """What exact arithmetic says of a point of an `LMIProblem`.
-
-    Parameters
-    ----------
-    matrices, statement
-        As in `Proof`.
-    values : dict
-        The point that was checked, as floats to be read as decimals.
-    digits : int
-        Significant digits to which it was rounded.
-    """
-
-    values: dict | None = None
-    digits: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +59,7 @@ class LMISolution:
 
     @cached_property
     def infeasibility(self):
-        """`InfeasibilityCertificate` where multipliers were found, else None."""
+        """`LMIInfeasibility`, an `InfeasibilityCertificate` in floats, or None."""
         if self.multipliers is None:
             return None
         return self.problem.refute(self.multipliers)
@@ -146,7 +126,4 @@ class LMISolution:
         """
         if self.values is None:
             raise ValueError(f"the problem is {self.status}: there is no point")
-        if not claims:
-            names = ", ".join(self.margins)
-            claims = (f"these blocks are positive definite: {names}",)
         return self.problem.prove(self.values, claims, digits)

@@ -73,7 +73,7 @@ def fixed_part(E, A, B):
     E, A = matrix_of(E), matrix_of(A)
     if m == 0:
         inverse = E.inv()
-        return FixedPart(inverse, A * inverse)
+        return FixedPart(inverse, inverse * A)
     B = matrix_of(B)
     # rows are scaled to integers, which changes neither modes nor reach
     scale = _row_denominators(E, A, B)

@@ -7,10 +7,16 @@ file holds.
 from pathlib import Path
 
 from ..delay.certificates import DelayCertificate, DelayInfeasibility
+from ..delay.modes_certificate import ModesInfeasibility
+from ..lmi.certificates import LMIInfeasibility, LMIProof
 from ..lmi.proof import ProofFile, kinds, load
 from ..sampled.certificate import SampledCertificate, SchurCertificate
 from ..synthesis.certificates import Certificate, DesignInfeasibility
-from ..synthesis.observer_certificate import ObserverCertificate
+from ..synthesis.exclusion_certificates import (
+    FixedModeCertificate,
+    SingularMassCertificate,
+)
+from ..synthesis.observer_certificate import ObserverCertificate, ObserverInfeasibility
 from ..synthesis.regularity import MassInfeasibility, RegularityCertificate
 
 __all__ = [
@@ -19,12 +25,18 @@ __all__ = [
     "DelayCertificate",
     "DelayInfeasibility",
     "DesignInfeasibility",
+    "FixedModeCertificate",
+    "LMIInfeasibility",
+    "LMIProof",
     "MassInfeasibility",
+    "ModesInfeasibility",
     "ObserverCertificate",
+    "ObserverInfeasibility",
     "ProofFile",
     "RegularityCertificate",
     "SampledCertificate",
     "SchurCertificate",
+    "SingularMassCertificate",
     "kinds",
     "load",
 ]

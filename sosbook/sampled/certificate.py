@@ -158,7 +158,7 @@ class SchurCertificate(ProofFile):
             "rate": decimal(rate),
             "cells": None if cells is None else [decimals(L) for L in cells],
             "undecided": list(failed),
-            "note": RATIONALS,
+            "note": RATIONALS if any(map(_of_balls, matrices)) else "",
         }
 
 
@@ -218,6 +218,10 @@ def balls_data(F):
     if F.dtype != object:
         return decimals(F)
     return [[[_exactly(e.mid()), _exactly(e.rad())] for e in row] for row in F]
+
+
+def _of_balls(rows):
+    return any(isinstance(e, list) for row in rows for e in row)
 
 
 def _exactly(x):

@@ -13,6 +13,7 @@ import numpy as np
 from ..deprecation import renamed
 from ..lmi import Unknown, block
 from ..lmi.centre import Unbounded
+from ..lmi.certificates import LMIProof
 from ..lmi.exact import round_digits
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
@@ -40,15 +41,20 @@ class RegionOfAttraction:
         ``reach * start`` lies in the ellipsoid; 0 if there is none.
     P : (N, N) array or None
         The matrix of the ellipsoid x' P^-1 x < 1.
-    proven : bool
-        Whether exact arithmetic confirms invariance, the bound on
-        ``row x`` and that ``reach * start`` lies within.
+    proof : LMIProof or None
+        A file: exact arithmetic confirms invariance, the bound on ``row x``
+        and that ``reach * start`` lies within.
     """
 
     status: str
     reach: float = 0.0
     P: np.ndarray | None = None
-    proven: bool = False
+    proof: LMIProof | None = None
+
+    @property
+    def proven(self):
+        """Whether exact arithmetic confirms it all: see ``proof``."""
+        return self.proof is not None and self.proof.proven
 
     def boundary(self, count, seed=0):
         """Random states with x' P^-1 x = 1, ``count`` of them, one a row.
@@ -165,5 +171,9 @@ def region_of_attraction(
         x0 = cast(start) * cast(reach)
         return kept(values, cast, None) | {"start": initial_state(values["P"], x0)}
 
-    proof = LMIProblem(plain, unknowns[:1]).prove({"P": (P + P.T) / 2})
-    return RegionOfAttraction("feasible", reach, proof.values["P"], proof.proven)
+    words = (
+        "x' P^-1 x <= 1 is invariant, and |c x| <= bound there",
+        f"{reach!r} times the given start lies inside",
+    )
+    proof = LMIProblem(plain, unknowns[:1]).prove({"P": (P + P.T) / 2}, words)
+    return RegionOfAttraction("feasible", reach, proof.values["P"], proof)

@@ -6,7 +6,7 @@ from ..lmi.exact import exact, round_digits
 from ..lmi.gain_proof import GainProof, given_gain
 from ..lmi.proof import Examined, Proof, first_proven
 from ..lmi.rational import decimal, decimals, read_array, read_number
-from ..lmi.refutation import Exclusion, InfeasibilityCertificate, excluded_by, refute
+from ..lmi.refutation import Exclusion, InfeasibilityCertificate, excluded_by
 from ..plants.checks import matrix
 from .records import read_request, request_data
 from .scaling import Frame
@@ -21,7 +21,6 @@ __all__ = [
     "prove",
     "prove_infeasible",
     "read_frame",
-    "refute",
 ]
 
 

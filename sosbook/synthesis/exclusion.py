@@ -1,6 +1,5 @@
 """Why there is no design: what is proven, and what was merely not found."""
 
-from dataclasses import dataclass
 from itertools import combinations, islice
 
 import numpy as np
@@ -8,7 +7,13 @@ from flint import fmpq_poly
 
 from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
-from ..plants.controllability import FixedPart, fixed_part, matrix_of
+from ..plants.controllability import fixed_part, matrix_of
+from ..requirements.stability import Stability
+from .exclusion_certificates import (
+    FixedModeCertificate,
+    SingularMassCertificate,
+    plant_at,
+)
 
 __all__ = [
     "FixedModeCertificate",
@@ -22,50 +27,6 @@ __all__ = [
 MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
 LEAST_RADIUS = 10.0  # of the gains in natural units; a shorter one isn't worth a word
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
-
-
-@dataclass(frozen=True, eq=False)
-class FixedModeCertificate:
-    """A mode that no gain moves and that breaks what is asked.
-
-    Parameters
-    ----------
-    proven : bool
-        True: the rows were found, and the mode placed, in exact arithmetic.
-    place : tuple of int
-        Which vertex has the mode, from 0: (k, k), or (i, j) for the plant
-        halfway between two.
-    mode : complex
-        The mode, in rad/s, to the nearest floats.
-    part : FixedPart
-        Its matrices are the proof: V A = L V E, V B = 0, and the mode is
-        an eigenvalue of L. With a given gain A is that of the loop and
-        has no B.
-    requirement : str
-        What the mode breaks.
-    """
-
-    proven: bool
-    place: tuple
-    mode: complex
-    part: FixedPart
-    requirement: str
-
-
-@dataclass(frozen=True, eq=False)
-class SingularMassCertificate:
-    """Two vertices between which the matrix E becomes singular.
-
-    Parameters
-    ----------
-    proven : bool
-        True: the determinants were computed in exact arithmetic.
-    vertices : tuple of int
-        From 0. Halfway det E is zero, or it has other signs at the two.
-    """
-
-    proven: bool
-    vertices: tuple
 
 
 def excluding_mass(request):
@@ -82,10 +43,11 @@ def excluding_mass(request):
     exactly = [matrix_of(d.E) for d in request.vertices_in(exact)]
     signs = [E.det() > 0 for E in exactly]
     if len(set(signs)) > 1:
-        return SingularMassCertificate(True, (signs.index(True), signs.index(False)))
+        i, j = sorted((signs.index(True), signs.index(False)))
+        return SingularMassCertificate.of_pair(request, i, j)
     for i, j in islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS):
         if (exactly[i] + exactly[j]).det() == 0:
-            return SingularMassCertificate(True, (i, j))
+            return SingularMassCertificate.of_pair(request, i, j)
     return None
 
 
@@ -95,36 +57,26 @@ def _parts(request):
     These are the vertices and, where the whole polytope is meant, the
     plants halfway between two. None where the part isn't known.
     """
-    vertices = request.vertices_in(exact)
-    gain = None if request.gain is None else exact(request.gain)
-    places = [(k, k) for k in range(len(vertices))]
+    count = len(request.vertices)
+    places = [(k, k) for k in range(count)]
     if request.coupling != "vertices":
-        pairs = combinations(range(len(vertices)), 2)
+        pairs = combinations(range(count), 2)
         places += list(islice(pairs, MOST_MIDPOINTS))
-    half = exact(0.5)
-    for i, j in places:
-        E, A, B = (
-            (x + y) * half
-            for x, y in zip(_matrices(vertices[i]), _matrices(vertices[j]))
-        )
-        if gain is not None:
-            A, B = A + B @ gain, B[:, :0]
-        yield (i, j), None if matrix_of(E).det() == 0 else fixed_part(E, A, B)
-
-
-def _matrices(d):
-    return d.E, d.A, d.Bu
+    for place in places:
+        E, A, B = plant_at(request, place)
+        yield place, None if matrix_of(E).det() == 0 else fixed_part(E, A, B)
 
 
 def excluding_mode(request):
     """The `FixedModeCertificate` of a request, or None without one."""
+    asked = request.demands
+    if not any(isinstance(r, Stability) for r in asked):
+        asked = (*asked, Stability())  # whatever else is asked, all claims say it
     for place, part in _parts(request):
         for mode in part.modes() if part is not None else ():
-            for r in request.demands:
+            for r in asked:
                 if r.holds_at(mode) is False:
-                    return FixedModeCertificate(
-                        True, place, complex(mode), part, r.words or r.name
-                    )
+                    return FixedModeCertificate.of_mode(request, place, part, mode, r)
     return None
 
 

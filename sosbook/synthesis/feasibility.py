@@ -161,6 +161,9 @@ def answer(request):
         return replace(solution, reason=text)
     if solution.status == "feasible":
         return solution
+    mode = excluding_mode(request)
+    if mode is not None:
+        return refused_by(request, mode)
     reason = _too_thin(solution)
     if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)

@@ -9,7 +9,7 @@ from ..lmi.exact import exact, repair_multipliers, round_digits
 from ..lmi.refutation import InfeasibilityCertificate
 from .regularity import exclude_gains, mass_pairs
 
-__all__ = ["refute_regular", "unreached"]
+__all__ = ["null_basis", "refute_regular", "unreached"]
 
 
 def refute_regular(plant, beta, multipliers):
@@ -28,7 +28,7 @@ def refute_regular(plant, beta, multipliers):
         # inputs that Z annihilates confine it to Z = U W U'
         push = np.linalg.norm(Z[name] @ B, axis=0)
         still = push <= 1e-3 * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
-        U = _null_basis(B[:, still])
+        U = null_basis(B[:, still])
         if U.shape[1]:
             mass = exact(M) - exact(B) @ K_A
             faces[name] = U
@@ -61,7 +61,7 @@ def _leading(x):
     ]
 
 
-def _null_basis(B):
+def null_basis(B):
     """Exact basis of the directions v with B' v = 0, as columns."""
     leading = _leading(_rational(B.T))
     rows = _rational(B.T).rref()[0].table()
@@ -84,7 +84,7 @@ def unreached(plant):
     """
     worst = None, None, None
     for name, (M, B) in mass_pairs(plant).items():
-        N = _null_basis(B)
+        N = null_basis(B)
         if N.shape[1]:
             near = N.astype(float)
             _, w = eigh(near.T @ (he(M) / 2) @ near, near.T @ near)

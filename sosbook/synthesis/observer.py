@@ -151,6 +151,10 @@ class ObserverProblem:
                 name: decimals(getattr(self, name)) for name in ("K", "C", "Q_F", "R_F")
             },
             "noises": [decimals(w) for w in self.noises],
+            "model": {
+                name: decimals(getattr(mean_descriptor(self.vertices), name))
+                for name in ("E", "A", "Bu")
+            },
             "coordinates": {
                 "T": [decimals(x) for x in self.T],
                 "left": decimals(self.left),
@@ -223,14 +227,18 @@ class ObserverProblem:
         channels = self.noises[0].shape[1]
         found = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
         if found.values is None:
-            return ObserverDesign(
+            refused = ObserverDesign(
                 plant,
                 self.K,
                 self.C,
-                found.status,
+                "undecided",
                 problem=self,
                 multipliers=found.multipliers,
             )
+            proof = refused.infeasibility
+            if proof is not None and proof.proven:
+                return replace(refused, status="infeasible")
+            return refused
         known = found.values
         T1 = self.T[0]
         L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))

@@ -1,11 +1,19 @@
-"""An exact proof of an observer at the vertices, as a file."""
+"""Exact proofs of an observer at the vertices, or that there is none, as files."""
 
-from ..lmi.exact import exact
+import numpy as np
+
+from ..lmi import Affine
+from ..lmi.blocks import Blocks
+from ..lmi.deepest import deepest
+from ..lmi.exact import exact, in_floats, inverse, repair_multipliers
 from ..lmi.gain_proof import significant
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.refutation import Exclusion, InfeasibilityCertificate
+from ..lmi.text import rationals
+from .mass_refutation import null_basis
 
-__all__ = ["ObserverCertificate"]
+__all__ = ["ObserverCertificate", "ObserverInfeasibility", "refute_observer"]
 
 
 class ObserverCertificate(ProofFile):
@@ -61,3 +69,82 @@ class ObserverCertificate(ProofFile):
             "unknowns": {name: decimals(x) for name, x in values.items()},
             "blocks": names,
         }
+
+
+class ObserverInfeasibility(Exclusion):
+    """Multipliers that exclude every observer by Theorem 2.5; see `Exclusion`.
+
+    ``text`` is that of the file.
+    """
+
+    kind = "infeasible observer"
+
+    @classmethod
+    def rebuilt(cls, data):
+        from .observer import ObserverProblem
+
+        problem = ObserverProblem.read(data)
+        lmi = problem.open()
+        return cls.contents(problem), lmi.in_unknowns(rationals), lmi.unknowns, str
+
+    @classmethod
+    def contents(cls, problem):
+        """The data of the file for a problem, without the multipliers."""
+        return {
+            "claims": [
+                "no observer with this K is proven by these LMIs at the vertices"
+            ],
+            **problem.data(),
+        }
+
+
+def refute_observer(problem, Z):
+    """Exact multipliers of an `ObserverProblem`, where they exist.
+
+    P1, P2 and Y may be scaled down, and J up: what decides is whether
+    he(A'P + C'Y) < 0 at all. Y may be anything, so it decides only where
+    C e = 0. Multipliers of that, W Z W', are multipliers of all blocks.
+
+    Parameters
+    ----------
+    problem : ObserverProblem
+        What is asked.
+    Z : list of arrays
+        Float multipliers of all blocks, for an `InfeasibilityCertificate`
+        that proves nothing where there is no exact proof.
+    """
+    lmi, N = problem.open(), len(problem.T[0])
+    whole = lmi.in_unknowns(rationals)
+    unseen = null_basis((exact(problem.C) @ inverse(exact(problem.T[0])).T).T)
+    for errors in (unseen[:, :0], unseen):  # the state alone, or with an error
+        found = _exact_multipliers(whole, lmi.unknowns, errors, N)
+        if found is not None:
+            data = ObserverInfeasibility.contents(problem)
+            return ObserverInfeasibility.of(
+                ObserverInfeasibility.written_from(data, found, str)
+            )
+    return InfeasibilityCertificate(dict(zip(whole, Z)))
+
+
+def _exact_multipliers(whole, unknowns, errors, N):
+    """Multipliers by block for some errors (columns) and all N states, or None."""
+    unknowns = unknowns[:2] if errors.shape[1] else unknowns[1:2]
+    few, back = {u.name: whole[u.name] for u in unknowns}, {}
+    for name, g in whole.items():
+        if name.startswith("decay"):
+            W = exact(np.zeros((len(g.constant), N + errors.shape[1])))
+            W[:N, N:], W[N : 2 * N, :N] = errors, exact(np.eye(N))
+            g, back[name] = W.T @ g @ W, W
+            terms = [t for t in g.terms if t.unknown in unknowns]
+            few[name] = Affine(g.constant, terms)
+    deep = deepest(Blocks.of([in_floats(g) for g in few.values()], unknowns))
+    if deep.depth > 0 or deep.Z is None:
+        return None
+    try:
+        repaired = repair_multipliers(list(few.values()), unknowns, deep.Z)
+    except (np.linalg.LinAlgError, IndexError, ValueError):
+        return None  # the float multipliers are too singular
+    if repaired is None:
+        return None
+    found = dict(zip(few, repaired[0]))
+    return found | {name: W @ found[name] @ W.T for name, W in back.items()}

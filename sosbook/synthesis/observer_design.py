@@ -18,7 +18,11 @@ from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
 from ..runtime.libraries import library
 from .error_loop import observer_loop, vertices_of
-from .observer_certificate import ObserverCertificate
+from .observer_certificate import (
+    ObserverCertificate,
+    ObserverInfeasibility,
+    refute_observer,
+)
 from .pid import analyse_loop
 from .result import Result
 
@@ -102,11 +106,11 @@ class ObserverDesign(Result, ReadOnly):
         return self.L
 
     @cached_property
-    def infeasibility(self) -> InfeasibilityCertificate | None:
-        """`InfeasibilityCertificate` of Theorem 2.5 where one was found."""
+    def infeasibility(self) -> ObserverInfeasibility | InfeasibilityCertificate | None:
+        """`ObserverInfeasibility`; multipliers in floats prove nothing; else None."""
         if self.multipliers is None:
             return None
-        return self.problem.open().refute(self.multipliers)
+        return refute_observer(self.problem, self.multipliers)
 
     @cached_property
     def advice(self) -> str:

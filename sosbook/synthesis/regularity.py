@@ -14,6 +14,7 @@ from ..lmi.rational import (
     read_array,
     read_number,
 )
+from ..lmi.refutation import semidefinite
 from ..plants.checks import matrix, positive
 from ..plants.records import plant_data, read_plant
 from ..theorems.regularization import regular_mass
@@ -133,23 +134,6 @@ def _read_multipliers(data):
         name: rational_matrix([[fraction(e) for e in row] for row in rows])
         for name, rows in data["multipliers"]
     }
-
-
-def semidefinite(x):
-    """Whether a symmetric matrix of rationals is positive semidefinite.
-
-    Examples
-    --------
-    >>> x = exact(np.array([[1.0, 2.0], [2.0, 4.0]]))
-    >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
-    (True, False, False)
-    """
-    while len(x):
-        pivot, column = x[0, 0], x[1:, :1]
-        if pivot < 0 or (pivot == 0 and (column != 0).any()):
-            return False
-        x = x[1:, 1:] - (column @ column.T / pivot if pivot else 0)
-    return True
 
 
 def mass_pairs(plant):

@@ -1,0 +1,363 @@
+"""Exact proofs, as files, that a mode or a mass excludes what is asked."""
+
+import numpy as np
+from flint import fmpq, fmpq_mat, fmpq_poly
+
+from ..lmi.algebraic import roots_of
+from ..lmi.exact import exact
+from ..lmi.proof import Examined, ProofFile
+from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..plants.controllability import FixedPart, matrix_of
+from ..plants.records import plant_data
+from ..requirements.base import Requirement
+from ..requirements.pole_region import LMIRegion
+from ..requirements.stability import Stability
+from .records import read_request
+
+__all__ = ["FixedModeCertificate", "SingularMassCertificate", "plant_at"]
+
+BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
+
+
+class FixedModeCertificate(ProofFile):
+    """A mode that no gain moves and that breaks what is asked.
+
+    Its ``text`` is a file with the plant, rows V and a polynomial h with the
+    companion matrix L: V A = L V E, V B = 0 and V has full rank, so every
+    root of h is a mode that no input moves. With a given gain A is that of
+    the loop and there is no B. A point c lies within n |h(c) / h'(c)| of a
+    root (for h'/h is the sum of 1 / (c - root)), and a vector v shows that
+    this disk keeps out of the region. Of a root on the boundary the file has
+    no v; there h is its own mirror image, so the roots come in pairs of which
+    one lies outside.
+    """
+
+    kind = "fixed mode"
+
+    @property
+    def mode(self):
+        """The mode, in rad/s, to the nearest floats."""
+        return complex(*(float(fraction(x)) for x in self.data["point"]))
+
+    @property
+    def place(self):
+        """Which vertex has it, from 0: (k, k), or (i, j) for the plant halfway."""
+        return tuple(self.data["place"])
+
+    @property
+    def part(self):
+        """The `FixedPart` with the rows V and the matrix L."""
+        data = self.data
+        h, V = fmpq_poly(_fractions(data["polynomial"])), _rows(data)
+        return FixedPart(matrix_of(V), matrix_of(_companion(h)))
+
+    @property
+    def requirement(self):
+        """What the mode breaks, in words."""
+        r = _requirement(self.data)
+        return r.words or r.name
+
+    @classmethod
+    def examine(cls, data):
+        request = _request(data)
+        r, place = _requirement(data), data["place"]
+        h, V = fmpq_poly(_fractions(data["polynomial"])), _rows(data)
+        c = tuple(_fractions(data["point"]))
+        v = [complex(*map(read_number, e)) for e in data["witness"]]
+        again = cls.contents(request, r, place, h, V, c, v)
+        E, A, B = plant_at(request, place)
+        k = h.degree()
+        if len(c) != 2 or k < 1 or h[k] != 1 or V.shape != (k, len(E)):
+            raise ValueError("polynomial and rows don't fit")
+        if matrix_of(E).det() == 0:
+            return again, Examined.nothing("E is singular")
+        if matrix_of(V).rank() < k:
+            return again, Examined.nothing("the rows aren't independent")
+        if (V @ A != _companion(h) @ V @ E).any() or (V @ B != 0).any():
+            return again, Examined.nothing("the rows aren't those of a fixed mode")
+        if not _breaks(r, h, c, v):
+            return again, Examined.nothing("the mode keeps what is asked")
+        return again, Examined(tuple(again["claims"]), {}, ())
+
+    @classmethod
+    def of_mode(cls, request, place, part, root, requirement):
+        """The file for a root of a `FixedPart` that breaks a requirement.
+
+        Parameters
+        ----------
+        request : Request
+            What is asked of the plant.
+        place : tuple of int
+            See `place`.
+        part : FixedPart
+            What no input moves there.
+        root : Root
+            A mode of it.
+        requirement : Requirement
+            What the mode breaks.
+        """
+        h, V = _cyclic(part, root)
+        for bits in BITS:
+            c = _point(root, bits)
+            for v in (_witness(requirement, complex(*map(float, c))), []):
+                if _breaks(requirement, h, c, v):
+                    break
+            else:
+                continue
+            break
+        return cls.of(cls.contents(request, requirement, place, h, V, c, v))
+
+    @classmethod
+    def contents(cls, request, requirement, place, h, V, c, v):
+        """The data of the file.
+
+        Parameters
+        ----------
+        request, requirement, place
+            As in `of_mode`.
+        h : fmpq_poly
+            The polynomial of the mode, and the rows V.
+        V : (k, N) array of fmpq
+            The rows.
+        c : pair of fmpq
+            A point near the mode.
+        v : list of complex
+            The vector, or nothing at the boundary.
+        """
+        i, j = place
+        stable = isinstance(requirement, Stability)
+        where = f"the vertex {i + 1}"
+        if i != j:
+            where = f"the plant halfway between the vertices {i + 1} and {j + 1}"
+        elif len(request.vertices) == 1:
+            where = "the plant"
+        s = f"{float(c[0]):.6g}" + (f"{float(c[1]):+.6g}j" if c[1] else "")
+        mode = f"no gain moves the mode near s = {s} of {where}"
+        if request.gain is not None:
+            given = "under the given gain " if request.plant.m else ""
+            mode = f"{where} has {given}a mode near s = {s}"
+        return {
+            "claims": [f"{mode}, which breaks: {_broken(requirement)}"],
+            **_loop_data(request),
+            "K": None if request.gain is None else decimals(request.gain),
+            "requirement": None if stable else requirement.data(),
+            "place": [i, j],
+            "polynomial": [str(h[k]) for k in range(h.degree() + 1)],
+            "rows": [[str(e) for e in row] for row in V.tolist()],
+            "point": [str(x) for x in c],
+            "witness": [[decimal(e.real), decimal(e.imag)] for e in v],
+        }
+
+
+class SingularMassCertificate(ProofFile):
+    """Two vertices between which the matrix E becomes singular.
+
+    ``text`` is that of a file with the plant and the two. Halfway det E is
+    zero, or it has other signs at the two: then it is zero in between.
+    """
+
+    kind = "singular mass"
+
+    @property
+    def vertices(self):
+        """The two, from 0."""
+        return tuple(self.data["between"])
+
+    @classmethod
+    def examine(cls, data):
+        request, (i, j) = _request(data), data["between"]
+        again = cls.contents(request, i, j)
+        E, F = (matrix_of(plant_at(request, (k, k))[0]) for k in (i, j))
+        if E.det() * F.det() > 0 and (E + F).det() != 0:
+            return again, Examined.nothing("no mass is singular there")
+        return again, Examined(tuple(again["claims"]), {}, ())
+
+    @classmethod
+    def of_pair(cls, request, i, j):
+        """The file for the vertices i and j of a request, from 0."""
+        return cls.of(cls.contents(request, i, j))
+
+    @classmethod
+    def contents(cls, request, i, j):
+        """The data of the file for the vertices i and j of a request."""
+        return {
+            "claims": [
+                "no gain makes every plant of the polytope stable: a plant between "
+                f"the vertices {i + 1} and {j + 1} has a singular matrix E"
+            ],
+            **_loop_data(request),
+            "between": [i, j],
+        }
+
+
+def _loop_data(request):
+    K_A = request.K_A
+    return {
+        "plant": plant_data(request.plant),
+        "U": [] if request.U is None else decimals(request.U),
+        "K_A": None if K_A is None else decimals(K_A),
+    }
+
+
+def _request(data):
+    asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
+    return read_request(data | asked, gain=data.get("K"))
+
+
+def _requirement(data):
+    asked = data["requirement"]
+    return Stability() if asked is None else Requirement.read(asked)
+
+
+def plant_at(request, place):
+    """E, A, B in rationals at a place: the vertex (k, k), or halfway between (i, j).
+
+    With the given gain of a request there are no columns in B.
+    """
+    vertices = request.vertices_in(exact)
+    if not all(type(k) is int and 0 <= k < len(vertices) for k in place):
+        raise ValueError("place must name two vertices, from 0")
+    i, j = (vertices[k] for k in place)
+    half = exact(0.5)
+    E, A, B = ((x + y) * half for x, y in ((i.E, j.E), (i.A, j.A), (i.Bu, j.Bu)))
+    if request.gain is not None:
+        A, B = A + B @ exact(request.gain), B[:, :0]
+    return E, A, B
+
+
+def _fractions(texts):
+    return [fraction(x) for x in texts]
+
+
+def _rows(data):
+    rows = [_fractions(row) for row in data["rows"]]
+    if len({len(row) for row in rows}) != 1:
+        raise ValueError("the rows differ in length")
+    return rational_matrix(rows)
+
+
+def _companion(h):
+    """L with L (1, s, s^2, ..)' = s (1, s, s^2, ..)' for the roots of h."""
+    k = h.degree()
+    L = exact(np.eye(k, k=1))
+    L[k - 1] = [-h[i] for i in range(k)]
+    return L
+
+
+def _cyclic(part, root):
+    """The irreducible polynomial of a root and rows in its companion form."""
+    factors = [f / f[f.degree()] for f, _ in root.factor.factor()[1]]
+    h = factors[0]
+    if len(factors) > 1:
+        (h,) = (f for f in factors if any(_same(root, r) for r in roots_of(f)))
+    L, V = part.dynamics, part.rows
+    value = 0 * L  # Cayley and Hamilton, if h is the whole polynomial
+    if h.degree() < L.nrows():
+        one = matrix_of(exact(np.eye(L.nrows())))
+        for k in range(h.degree(), -1, -1):
+            value = value * L + h[k] * one
+    integers, _ = value.transpose().numer_denom()
+    null, _ = integers.nullspace()
+    u = fmpq_mat(1, L.nrows(), [null[i, 0] for i in range(L.nrows())])
+    rows = []
+    for _ in range(h.degree()):
+        rows.append((u * V).entries())
+        u = u * L
+    return h, rational_matrix(rows)
+
+
+def _same(root, other):
+    """Whether two roots of factors without common roots are the same."""
+    return all(root.ball(bits).overlaps(other.ball(bits)) for bits in BITS[:3])
+
+
+def _point(root, bits):
+    """A point with rational coordinates near a root; itself, if rational."""
+    if root.factor.degree() == 1:
+        return -root.factor[0] / root.factor[1], fmpq(0)
+    ball = root.ball(bits)
+    found = []
+    for x in (ball.real, ball.imag):
+        mantissa, exponent = map(int, x.mid().man_exp())
+        found.append(fmpq(mantissa) * fmpq(2) ** exponent)
+        if x.contains(0):
+            found[-1] = fmpq(0)
+    return tuple(found)
+
+
+def _broken(requirement):
+    """What a mode breaks, in words that name the very numbers of the region."""
+    if not isinstance(requirement, LMIRegion):
+        return requirement.claim()
+    data, (alpha, beta) = requirement.data(), (requirement.alpha, requirement.beta)
+    plain = data["form"] == "half-plane"
+    plain = plain and exact(alpha)[0, 0] == 2 * exact(read_number(data["sigma"]))
+    if plain or data["form"] == "disk":
+        return requirement.claim()
+    return LMIRegion(alpha, beta, "bare").claim()
+
+
+def _form(requirement):
+    """alpha and beta of a requirement, in rationals, or None."""
+    if isinstance(requirement, Stability):
+        return exact(np.zeros((1, 1))), exact(np.eye(1))
+    if isinstance(requirement, LMIRegion):
+        return exact(requirement.alpha), exact(requirement.beta)
+    return None
+
+
+def _witness(requirement, s):
+    """A vector v for which v* (alpha + beta s + beta' conj(s)) v isn't negative."""
+    form = _form(requirement)
+    if form is None:
+        return []
+    alpha, beta = (x.astype(float) for x in form)
+    v = np.linalg.eigh(alpha + beta * s + beta.T * np.conj(s))[1][:, -1]
+    return [complex(round(e.real, 6), round(e.imag, 6)) for e in v]
+
+
+def _breaks(requirement, h, c, v):
+    """Whether a root of h near c certainly breaks a requirement."""
+    form = _form(requirement)
+    if form is None:  # it is its own judge
+        return any(requirement.holds_at(s) is False for s in roots_of(h))
+    alpha, beta = form
+    if not v:
+        return _mirrored(alpha, beta, h)
+    re, im = (exact(np.array([getattr(e, x) for e in v])) for x in ("real", "imag"))
+    if len(v) != len(alpha):
+        raise ValueError("the witness has a wrong length")
+    b = re @ beta @ re + im @ beta @ im, re @ beta @ im - im @ beta @ re
+    level = re @ alpha @ re + im @ alpha @ im + 2 * (c[0] * b[0] - c[1] * b[1])
+    value, slope = _at(h, c), _at(h.derivative(), c)
+    reach = 4 * h.degree() ** 2 * _square(value) * _square(b)
+    some = any(e != 0 for e in v)
+    return bool(some and level >= 0 and level**2 * _square(slope) >= reach)
+
+
+def _at(h, c):
+    """h(c), as a pair."""
+    x, y = fmpq(0), fmpq(0)
+    for k in range(h.degree(), -1, -1):
+        x, y = x * c[0] - y * c[1] + h[k], x * c[1] + y * c[0]
+    return x, y
+
+
+def _square(z):
+    return z[0] * z[0] + z[1] * z[1]
+
+
+def _mirrored(alpha, beta, h):
+    """Whether h is its own mirror image at the boundary of a half-plane or disk."""
+    n = h.degree()
+    if len(alpha) == 1 and beta[0, 0] != 0:
+        image = h(fmpq_poly([-alpha[0, 0] / beta[0, 0], -1])) * (-1) ** n
+        return bool(image == h)
+    disk = len(alpha) == 2 and alpha[0, 0] == alpha[1, 1] < 0
+    if not disk or beta.ravel().tolist() != [0, 1, 0, 0]:
+        return False
+    moved, square = h(fmpq_poly([-alpha[0, 1], 1])), alpha[0, 0] ** 2
+    turned = [moved[n - k] * square ** (n - k) for k in range(n + 1)]
+    return moved[0] != 0 and all(
+        turned[k] * moved[n] == moved[k] * moved[0] for k in range(n + 1)
+    )
