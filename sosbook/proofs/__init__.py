@@ -1,7 +1,10 @@
 """Proofs as files: reading them, and a checker that stands alone.
 
 ``check.py`` needs Python and nothing else; ``proof.schema.json`` says what a
-file holds.
+file holds. The checker decides every kind of file but three, and says so:
+sampled loops (exponentials of matrices in balls), matrices that are balls, and
+refusals by the slow modes of a delayed plant (eigenvalues in balls). These
+``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
 from pathlib import Path

@@ -43,12 +43,12 @@ def excluding_mass(request):
     exactly = [matrix_of(d.E) for d in request.vertices_in(exact)]
     signs = [E.det() > 0 for E in exactly]
     if len(set(signs)) > 1:
-        i, j = sorted((signs.index(True), signs.index(False)))
-        return SingularMassCertificate.of_pair(request, i, j)
-    for i, j in islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS):
-        if (exactly[i] + exactly[j]).det() == 0:
-            return SingularMassCertificate.of_pair(request, i, j)
-    return None
+        places = [sorted((signs.index(True), signs.index(False)))]
+    else:
+        pairs = islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS)
+        places = [(i, j) for i, j in pairs if (exactly[i] + exactly[j]).det() == 0]
+    proofs = (SingularMassCertificate.of_pair(request, *place) for place in places)
+    return next((proof for proof in proofs if proof.proven), None)
 
 
 def _parts(request):
@@ -76,7 +76,9 @@ def excluding_mode(request):
         for mode in part.modes() if part is not None else ():
             for r in asked:
                 if r.holds_at(mode) is False:
-                    return FixedModeCertificate.of_mode(request, place, part, mode, r)
+                    proof = FixedModeCertificate.of_mode(request, place, part, mode, r)
+                    if proof.proven:
+                        return proof
     return None
 
 
