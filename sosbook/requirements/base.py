@@ -117,6 +117,17 @@ class Requirement(ABC, ReadOnly):
         """
         return True
 
+    def pole_matrices(self) -> tuple | None:
+        """alpha and beta, in rationals; None where it isn't a region of the poles.
+
+        It asks alpha + beta s + beta' conj(s) < 0 of every pole s then.
+        """
+        return None
+
+    def broken(self) -> str:
+        """What a pole outside breaks, in words that say no more than is asked."""
+        return self.claim()
+
     def untied(self) -> "Requirement":
         """The same requirement, whose P may be any multiple of the others'."""
         return self

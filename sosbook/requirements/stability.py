@@ -1,8 +1,10 @@
 """Stability, which is always demanded (Theorem 2.2 with sigma = 0)."""
 
+import numpy as np
 from flint import fmpq
 
 from ..analysis.linear import poles
+from ..lmi.rational import exact
 from ..theorems import slack_stability, stability
 from .base import Requirement
 
@@ -22,6 +24,9 @@ class Stability(Requirement):
 
     def slack(self, loop, c, i):
         yield "stability", slack_stability(c, loop.epsilon)
+
+    def pole_matrices(self):
+        return exact(np.zeros((1, 1))), exact(np.eye(1))
 
     def holds_at(self, root):
         return root.inside([[fmpq(0)]], [[fmpq(1)]])
