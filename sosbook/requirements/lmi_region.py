@@ -207,6 +207,16 @@ class LMIRegion(RegionForms, Region, Requirement):
         rho, shift = -self.alpha[0]
         return rho <= other.bound + shift
 
+    def pole_matrices(self) -> tuple:
+        return exact(self.alpha), exact(self.beta)
+
+    def broken(self) -> str:
+        """The form in words where it is exact; else the very matrices."""
+        plain = self._form == "disk"
+        if self._form == "half-plane":
+            plain = exact(self.alpha)[0, 0] == 2 * exact(self._sizes["sigma"])
+        return (self if plain else LMIRegion(self.alpha, self.beta, "bare")).claim()
+
     def holds_at(self, root: Any) -> bool | None:
         return root.inside(exact(self.alpha), exact(self.beta))
 

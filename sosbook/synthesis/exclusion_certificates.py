@@ -10,7 +10,6 @@ from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_nu
 from ..plants.controllability import FixedPart, matrix_of
 from ..plants.records import plant_data
 from ..requirements.base import Requirement
-from ..requirements.pole_region import LMIRegion
 from ..requirements.stability import Stability
 from .records import read_request
 
@@ -137,7 +136,7 @@ class FixedModeCertificate(ProofFile):
             given = "under the given gain " if request.plant.m else ""
             mode = f"{where} has {given}a mode near s = {s}"
         return {
-            "claims": [f"{mode}, which breaks: {_broken(requirement)}"],
+            "claims": [f"{mode}, which breaks: {requirement.broken()}"],
             **_loop_data(request),
             "K": None if request.gain is None else decimals(request.gain),
             "requirement": None if stable else requirement.data(),
@@ -285,30 +284,9 @@ def _point(root, bits):
     return tuple(found)
 
 
-def _broken(requirement):
-    """What a mode breaks, in words that name the very numbers of the region."""
-    if not isinstance(requirement, LMIRegion):
-        return requirement.claim()
-    data, (alpha, beta) = requirement.data(), (requirement.alpha, requirement.beta)
-    plain = data["form"] == "half-plane"
-    plain = plain and exact(alpha)[0, 0] == 2 * exact(read_number(data["sigma"]))
-    if plain or data["form"] == "disk":
-        return requirement.claim()
-    return LMIRegion(alpha, beta, "bare").claim()
-
-
-def _form(requirement):
-    """alpha and beta of a requirement, in rationals, or None."""
-    if isinstance(requirement, Stability):
-        return exact(np.zeros((1, 1))), exact(np.eye(1))
-    if isinstance(requirement, LMIRegion):
-        return exact(requirement.alpha), exact(requirement.beta)
-    return None
-
-
 def _witness(requirement, s):
     """A vector v for which v* (alpha + beta s + beta' conj(s)) v isn't negative."""
-    form = _form(requirement)
+    form = requirement.pole_matrices()
     if form is None:
         return []
     alpha, beta = (x.astype(float) for x in form)
@@ -318,7 +296,7 @@ def _witness(requirement, s):
 
 def _breaks(requirement, h, c, v):
     """Whether a root of h near c certainly breaks a requirement."""
-    form = _form(requirement)
+    form = requirement.pole_matrices()
     if form is None:  # it is its own judge
         return any(requirement.holds_at(s) is False for s in roots_of(h))
     alpha, beta = form
