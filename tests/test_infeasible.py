@@ -7,6 +7,7 @@ import pytest
 from flint import fmpq, fmpq_mat
 
 import sosbook as sos
+from sosbook import counterexamples
 from sosbook.lmi.centre import Blocks
 from sosbook.lmi.exact import exact
 from sosbook.lmi.time_limit import OutOfTime
@@ -406,12 +407,19 @@ def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
 
 
 def test_a_refusal_for_one_slack_scalar_says_so():
-    """Without the number a search that finds nothing is undecided."""
+    """Without the number only what a vertex alone excludes is infeasible."""
     plants = sos.Polytope([mass(), mass(M=[[2.0]])])
     asked = dict(gamma=0.01, saturation=sos.Saturation(1, [1, 0]), coupling="slack")
     one = sos.design_pid(plants, slack=0.5, **asked)
     assert one.status == "infeasible" and one.infeasibility.proven
     assert "for slack = 0.5 s" in one.reason
     every = sos.design_pid(plants, **asked)
-    assert every.status == "undecided"
-    assert "slack scalars that were tried" in every.reason
+    assert every.status == "infeasible" and every.infeasibility.proven
+    assert every.reason.startswith("At vertex 1 alone, and so for every slack scalar")
+    far = counterexamples.random_pair(1, 9)  # each of them can do it
+    asked = dict(region=sos.PoleRegion(2, 0.1, 3))
+    both = sos.design_pid(far, coupling="slack", **asked)
+    for vertex in far.vertices:
+        assert sos.design_pid(vertex, **asked).status == "feasible"
+    assert both.status == "undecided"
+    assert "slack scalars that were tried" in both.reason

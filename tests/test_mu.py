@@ -235,6 +235,29 @@ def test_a_bound_is_minimised_over_every_size(robot, key):
     assert refused.status == "infeasible" and refused.infeasibility.proven
 
 
+@pytest.mark.parametrize("mu", [1e-6, 1e-4])
+def test_a_minimum_that_one_mu_forbids_says_so(robot, asked, mu):
+    """Below a mu of about 2e-4 nothing has any bound at all, however large."""
+    d = sos.design_pid(robot.plant, minimize="gamma", mu=mu, **asked)
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert d.reason.endswith(f"exclude every gamma for mu = {mu:g}.")
+    assert repr(d) == f"<Design: infeasible for mu = {mu:g}>"
+    assert d.advice.startswith(f"Leave out mu = {mu:g} first")
+    assert d.gamma is None and d.K is None
+    for gamma in (1.0, 1e3, 1e6):
+        one = sos.design_pid(robot.plant, gamma=gamma, mu=mu, **asked)
+        assert one.status != "feasible"
+    more = sos.design_pid(robot.plant, minimize="gamma", mu=1e-3, **asked)
+    assert more.certify().proven
+
+
+def test_a_minimum_beside_too_little_force_does_not_blame_mu(robot, asked):
+    weak = dict(asked, saturation=sos.Saturation(1.0, robot.saturation.x0))
+    d = sos.design_pid(robot.plant, minimize="gamma", mu=1e-6, **weak)
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert "mu =" not in d.reason + d.advice + repr(d)
+
+
 def test_two_bounds_at_once(robot, asked):
     """Never worse than at any size that a scan tries."""
     weights = {"gamma": 1.0, "u_max": 1e-9}

@@ -359,3 +359,72 @@ def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def sharp(seed):
+    """Two plants that differ little, and a bound that shall be minimised."""
+    plants, rng = polytope(seed)
+    plants = sos.Polytope(plants.vertices[:2])
+    N, m = 2 * plants.n, plants.m
+    x0 = rng.standard_normal(N)
+    asked = dict(region=sos.PoleRegion(sigma=rng.uniform(0.5, 2)))
+    key = ("u_max", "gamma", "cost")[rng.integers(3)]
+    if key == "u_max":
+        asked["saturation"] = sos.Saturation(None, x0)
+    elif key == "gamma":
+        asked["saturation"] = sos.Saturation(10 ** rng.uniform(0, 2), x0)
+    else:
+        asked["cost"] = sos.QuadraticCost(np.eye(N), np.eye(m))
+    return plants, asked, key
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
+    """A bound below the least one of a vertex alone."""
+    plants, asked, key = sharp(seed)
+    first = plants.vertices[0]
+    alone = sos.design_pid(first, **asked, minimize=key, backoff=1e-4)
+    if alone.status != "feasible":
+        return
+    bound = 0.9 * sos.maps.requirements(alone.request)[key]
+    asked = dict(requirements=alone.request.with_bounds({key: bound}).requirements)
+    d = sos.design_pid(plants, **asked, coupling="slack")
+    assert d.status != "feasible"
+    if sos.design_pid(first, **asked).status == "infeasible":
+        assert d.status == "infeasible"
+    if d.status == "infeasible":
+        assert d.infeasibility.proven and d.condition == ""
+    for slack in (0.03, 0.3):
+        one = sos.design_pid(plants, **asked, coupling="slack", slack=slack)
+        assert one.status != "feasible"
+
+
+def test_some_of_those_are_proven():
+    plants, asked, key = sharp(3)
+    assert key == "cost"
+    alone = sos.design_pid(plants.vertices[1], **asked, minimize=key)
+    asked = dict(requirements=alone.request.with_bounds({key: 1.0}).requirements)
+    d = sos.design_pid(plants, **asked, coupling="slack")
+    assert d.status == "infeasible"
+    assert d.reason.startswith("At vertex 1 alone, and so for every slack scalar: ")
+
+
+@pytest.mark.parametrize("noise", ["F", "states"])
+@pytest.mark.parametrize("seed", range(3))
+def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
+    """With P = V' P_i^-1 V, for each requirement that says so."""
+    plants, rng = polytope(seed)
+    asked = dict(
+        region=sos.PoleRegion(0.05, 1.4, 30),
+        gamma=100.0,
+        saturation=sos.Saturation(1e3, 0.1 * rng.standard_normal(4)),
+        cost=sos.QuadraticCost(np.eye(4), np.eye(1), noise, bound=1e6),
+    )
+    d = sos.design_pid(plants, **asked, coupling="slack")
+    assert d.status == "feasible"
+    assert all(r.slack_implies_pair for r in d.request.demands)
+    for vertex, p in zip(plants.vertices, d.P):
+        P = d.V.T @ np.linalg.solve(p, d.V)
+        P = (P + P.T) / 2
+        blocks = Request(vertex, **asked).blocks(P, d.K @ P, own=d.own)
+        assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())

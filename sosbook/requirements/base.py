@@ -46,6 +46,11 @@ class Requirement(ABC, ReadOnly):
         Whether it is about w, so that the plant must have F.
     of_poles : bool
         Whether it asks nothing but where the poles lie.
+    slack_implies_pair : bool
+        Whether its `slack` blocks of a vertex, with P_i and V, imply its
+        `once` and `pair` blocks of that vertex alone with P = V' P_i^-1 V
+        and Y = K P. Then what excludes the vertex alone excludes every
+        slack scalar.
     rank : int
         Its place among the requirements of a problem.
     promise : str
@@ -59,7 +64,7 @@ class Requirement(ABC, ReadOnly):
     tied: str = ""
     implies_stability = False
     needs_disturbance = False
-    of_poles = False
+    of_poles = slack_implies_pair = False
     rank = 50
     titles: dict[str, str] = {}
 

@@ -49,7 +49,7 @@ class QuadraticCost(Requirement):
 
     kind = name = promise = "cost"
     parameter = COST
-    implies_stability = True
+    implies_stability = slack_implies_pair = True
     rank = 30
     titles = {
         "lqr": "decay of the cost",

@@ -34,7 +34,7 @@ class HInfinity(Requirement):
 
     kind = name = promise = "gamma"
     parameter = GAMMA
-    implies_stability = needs_disturbance = True
+    implies_stability = needs_disturbance = slack_implies_pair = True
     rank = 20
     titles = {"hinf": "H∞ bound γ"}
 

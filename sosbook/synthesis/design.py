@@ -57,13 +57,12 @@ class Design(Gains, Solution):
         Of the blocks, in that frame, where there is no design.
     own : dict or None
         The requirements' own unknowns, such as J of Theorem 2.4, by name.
-    own : dict
-        The requirements' own unknowns, by name.
+    minimized : tuple of Requirement
+        Those whose least bounds were sought in vain, with numbers in the
+        place of the bounds; the request is without them.
     reason : str
         Why there is no design: what is proven, or what was excluded and
         what was merely not found. Empty for a feasible design.
-    exclusion : InfeasibilityCertificate, FixedModeCertificate or None
-        The exact proof of "infeasible".
     exclusion : InfeasibilityCertificate, FixedModeCertificate or None
         The exact proof of "infeasible".
     """
@@ -173,11 +172,16 @@ class Design(Gains, Solution):
             if self.request.gain is not None:
                 return f"{self.reason} Change the gain, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
-        if self.request.ties and feasible(self.request.untied()):
-            ties = " and ".join(self.request.ties)
+        whole, free = self.asked, [r.key for r in self.minimized]
+
+        def helps(request):
+            return feasible(request, [r for r in request.requirements if r.key in free])
+
+        if whole.ties and helps(whole.untied()):
+            ties = " and ".join(whole.ties)
             return f"Leave out {ties} first: there is a design for another value."
         asked = self.request.requirements
-        enough = [r for r in asked if feasible(self.request.without(r))]
+        enough = [r for r in asked if helps(whole.without(r))]
         if not enough:
             if len(asked) < 2:
                 return self.reason

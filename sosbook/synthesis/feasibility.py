@@ -18,7 +18,16 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["answer", "finish", "follow", "guarded", "refused", "refused_by", "search"]
+__all__ = [
+    "answer",
+    "finish",
+    "follow",
+    "guarded",
+    "refused",
+    "refused_by",
+    "search",
+    "without_lmis",
+]
 
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
@@ -192,15 +201,10 @@ def refused(first):
         Of `ScaledLMIs`, without a point.
     """
     request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
-    mode = excluding_mode(request)
-    if mode is not None:
-        return refused_by(request, mode, frame, Z)
+    certain = without_lmis(request)
+    if certain is not None:
+        return replace(certain, frame=frame, multipliers=Z)
     refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
-    mass = excluding_mass(request)
-    if mass is not None:
-        i, j = (k + 1 for k in mass.vertices)
-        text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
-        return replace(refusal, status="infeasible", reason=text, exclusion=mass)
     proof = first.infeasibility
     if proof is not None and proof.proven:
         text = "Exact multipliers of the LMIs exclude every solution"
@@ -209,11 +213,21 @@ def refused(first):
     return replace(refusal, reason=why_refused(first))
 
 
-def refused_by(request, certificate, frame=None, multipliers=None):
-    """The Solution of a request that a mode excludes, by a certificate.
+def without_lmis(request):
+    """The Solution of a request that a mode or a mass excludes; else None."""
+    mode = excluding_mode(request)
+    if mode is not None:
+        return refused_by(request, mode)
+    mass = excluding_mass(request)
+    if mass is None:
+        return None
+    i, j = (k + 1 for k in mass.vertices)
+    text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
+    return Solution(request, "infeasible", request.gain, reason=text, exclusion=mass)
 
-    The frame and the multipliers are those of the LMIs, if there are any.
-    """
+
+def refused_by(request, certificate):
+    """The Solution of a request that a mode excludes, by a certificate."""
     mode = certificate.mode
     i, j = (k + 1 for k in certificate.place)
     where = (
@@ -230,8 +244,6 @@ def refused_by(request, certificate, frame=None, multipliers=None):
         request,
         "infeasible",
         request.gain,
-        frame=frame,
-        multipliers=multipliers,
         reason=f"{text}, which violates {certificate.requirement}.",
         exclusion=certificate,
     )

@@ -12,7 +12,7 @@ class Gains(Result):
     """K in parts, for results with a ``request``."""
 
     def __repr__(self):
-        condition = "" if self.margins else getattr(self.request, "condition", "")
+        condition = "" if self.margins else getattr(self, "condition", "")
         return super().__repr__().replace(">", f" {condition}>" if condition else ">")
 
     @property

@@ -97,14 +97,14 @@ def _least(request, name):
     objective = {name: 1.0}
     settled = with_slack(request, objective)
     if settled is None:
-        return without_slack(request)
+        return without_slack(request, objective)
     request = settled
     try:
         bounds, best = _first_optimum(request, objective)
     except Unfinished as stopped:
         return stopped.solution(request)
     if bounds is None:
-        return without_optimum(request, objective)
+        return without_optimum(best)
     gain = best.problem.gain(best.values)
     bound = float(f"{bounds[name] * (1 + BOUND_BACKOFF):.5e}")
     asked = request.with_bounds({name: bound})

@@ -7,6 +7,7 @@ import numpy as np
 from ..lmi.bounded import any_minimum, unpacked
 from ..lmi.centre import Unbounded
 from ..lmi.exact import round_digits
+from ..lmi.newton import newton_of
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS, Cuts
@@ -37,11 +38,14 @@ def at_optimum(request, objective, backoff):
     except Unfinished as stopped:
         return stopped.solution(request)
     if bounds is None:
-        return without_optimum(request, objective)
+        return without_optimum(best)
     request = request.with_bounds(
         {name: _rounded_up(value * (1 + backoff)) for name, value in bounds.items()}
     )
-    return finish(*best.problem.led(best.values, request))
+    lmis, values = best.problem.led(best.values, request)
+    if newton_of(lmis.compiled).least(lmis.packed(values)).min() <= 0:
+        return answer(request)  # the optimum lies too close to the boundary
+    return finish(lmis, values)
 
 
 def optimum(request, objective, gap):
@@ -185,23 +189,34 @@ class Unfinished(OutOfTime):
         )
 
 
-def without_optimum(request, objective):
-    """The Solution of a request where no point has any bounds at all.
+def without_optimum(first):
+    """The Solution of a request for which no point has any bounds at all.
 
-    "infeasible" where what is asked beside the objective is.
+    "infeasible" where what is asked beside the objective is, or where exact
+    multipliers exclude every bound.
+
+    Parameters
+    ----------
+    first : LMISolution
+        Of `ScaledLMIs` with free levels, without a point.
     """
-    for name in objective:
-        request = request.without(request.owner(name))
-    rest = answer(request)
-    if rest.status != "feasible":
-        return rest
-    names = " and ".join(objective)
-    return Solution(
-        request,
-        "undecided",
-        request.gain,
-        reason=f"No point was found from where {names} could be minimised.",
-    )
+    request, minimized = first.problem.request, first.problem.free
+    rest = request
+    for r in minimized:
+        rest = rest.without(r)
+    solution = answer(rest)
+    if solution.status != "feasible":
+        return solution
+    names = " and ".join(r.parameter.key for r in minimized)
+    refusal = Solution(rest, "undecided", request.gain, minimized=minimized)
+    proof = first.problem.limit().find().infeasibility
+    if proof is not None and proof.proven:
+        text = f"Exact multipliers of the LMIs exclude every {names}"
+        text = " ".join(filter(None, (text, request.condition))) + "."
+        return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+    text = f"No point was found from where {names} could be minimised"
+    text = " ".join(filter(None, (text, request.condition))) + "."
+    return replace(refusal, reason=text)
 
 
 def _rounded_up(value):

@@ -22,7 +22,7 @@ from .feasibility import answer, follow, guarded
 from .objectives import at_optimum
 from .problem import Request
 from .regularization import Regularization
-from .slack import with_slack, without_slack
+from .slack import refuted, with_slack, without_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid"]
 
@@ -298,10 +298,13 @@ def _design(
     def solved():
         settled = with_slack(request, objective)
         if settled is None:
-            return without_slack(request)
+            return without_slack(request, objective)
         if objective:
             return at_optimum(settled, objective, backoff)
-        return follow(settled, start) or answer(settled)
+        solution = follow(settled, start) or answer(settled)
+        if solution.status == "undecided" and settled.coupling == "slack":
+            return refuted(settled) or solution
+        return solution
 
     return Design(**vars(guarded(request, time_limit, solved)))
 

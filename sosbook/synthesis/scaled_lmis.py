@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lmi import Unknown
+from ..lmi import Unknown, eye
 from ..lmi.bounded import unpacked
 from ..lmi.centre import margin
 from ..lmi.problem import LMIProblem
@@ -69,9 +69,33 @@ class ScaledLMIs(LMIProblem):
         Z : list of arrays
             Float multipliers, one for each block.
         """
-        if self.free:
+        if self.free:  # a file speaks of numbers
             return super().refute(Z)
         return prove_infeasible(self.request, self.frame, Z)
+
+    def limit(self):
+        """The LMIs that remain where the free levels exceed all bounds.
+
+        A level is added to some rows of a block's diagonal: what is left of
+        the block without these rows is all that large levels leave of it.
+
+        Returns
+        -------
+        LMIProblem
+            Its unknowns are the `matrices`.
+        """
+        kept, levels = {}, self.unknowns[len(self.matrices) :]
+        for name, g in self.expressions.items():
+            raised = sum(abs(g.jacobian(u)[0]) for u in levels).any(axis=0)
+            if not raised.all():
+                kept[name] = eye(len(raised))[~raised]
+
+        def write(values, number):
+            values = {**values, **{u.name: number(np.zeros(u.shape)) for u in levels}}
+            blocks = self.blocks(values, number)
+            return {name: some @ blocks[name] @ some.T for name, some in kept.items()}
+
+        return LMIProblem(write, self.matrices)
 
     def guess(self):
         """The unknowns at `Frame.guess`, by name, or None."""

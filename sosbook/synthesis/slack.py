@@ -4,14 +4,14 @@ from dataclasses import replace
 
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time
-from .exclusion import excluding_mode
-from .feasibility import guarded, refused_by, search
+from ..plants.descriptor_system import DescriptorSystem
+from .feasibility import guarded, refused, search, without_lmis
 from .objectives import optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame, typical_rate
 from .solution import Solution
 
-__all__ = ["feasible", "with_slack", "without_slack"]
+__all__ = ["feasible", "refuted", "with_slack", "without_slack"]
 
 ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
@@ -82,29 +82,100 @@ def _lower(request, bounds):
     return lmis.find(refute=False).values is not None
 
 
-def feasible(request):
-    """Whether phase one finds a solution of this very request."""
+def feasible(request, minimized=()):
+    """Whether phase one finds a solution of this very request.
+
+    The bounds of those requirements that shall be ``minimized`` are free.
+    """
 
     def work():
-        trial = with_slack(request)
-        found = trial is not None and (
-            trial is not request or search(request).values is not None
-        )
+        if request.coupling == "slack" and request.slack is None:
+            found = any(feasible(trial, minimized) for trial in _trials(request))
+        else:
+            found = search(request, minimized).values is not None
         return Solution(request, "feasible" if found else "undecided")
 
     return guarded(request, ADVICE, work).status == "feasible"
 
 
-def without_slack(request):
-    """The Solution of a request for which no slack scalar was found."""
-    mode = excluding_mode(request)
-    if mode is not None:
-        return refused_by(request, mode)
+def without_slack(request, objective=()):
+    """The Solution of a request for which no slack scalar was found.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    objective : collection of str
+        The parameters that were to be minimised: numbers stand in for them.
+    """
+    minimized = tuple(request.owner(name) for name in objective)
+    for r in minimized:
+        request = request.without(r)
+    certain = refuted(request)
+    if certain is not None:
+        return certain
     tried = ", ".join(f"{step:g}" for step in sorted(STEPS))
     return Solution(
         request,
         "undecided",
         request.gain,
+        minimized=minimized,
         reason="Nothing was found with the slack scalars that were tried: "
         f"{tried} of the time constant.",
     )
+
+
+def refuted(request):
+    """The Solution of a request that no slack scalar fulfils; None if unknown.
+
+    Notes
+    -----
+    Let the LMIs hold with P_i, V and Y = K V'. At vertex i, P = V' P_i^-1 V
+    and Y = K P meet the LMIs without a slack matrix:
+
+    - The blocks of the poles, the H-infinity norm and the decay of the cost
+      are, after a congruence with V^-1, of the form Q + G N + N' G' with
+      N [x; x'] = A x + B K x - E x'. Where N vanishes, the scalar and V are
+      gone: what is left is the block without slack, with the Lyapunov
+      matrix V^-1 P_i V'^-1, the inverse of that P.
+    - V + V' - P_i <= V' P_i^-1 V, since (V - P_i)' P_i^-1 (V - P_i) >= 0: so the
+      blocks "x0" and "cost", which hold it, hold with P as well.
+    - By Schur's complement |K V' P_i^-1 V K'| < u_max^2.
+
+    So a vertex whose own LMIs are refuted refutes every scalar. (The other
+    way round it isn't so: K is the same at all vertices.)
+    """
+    certain = without_lmis(request)
+    if certain is not None:
+        return certain
+    kept = tuple(r for r in request.requirements if r.slack_implies_pair)
+    for k in request.distinct:
+        check_time()
+        first = search(
+            replace(
+                request,
+                plant=_vertex(request.plant, k),
+                requirements=kept,
+                coupling="pairs",
+                slack=None,
+            )
+        )
+        alone = None if first.values is not None else refused(first)
+        if alone is not None and alone.status == "infeasible":
+            where = f"At vertex {k + 1} alone, and so for every slack scalar"
+            return replace(
+                alone,
+                request=request,
+                frame=None,
+                multipliers=None,
+                reason=f"{where}: {alone.reason}",
+            )
+    return None
+
+
+def _vertex(plant, k):
+    """A vertex as a plant."""
+    if isinstance(plant, DescriptorSystem):
+        d = plant.vertices[k]
+        return DescriptorSystem(d.E, d.A, d.Bu, d.Bw, d.C, d.Du)
+    return plant.vertices[k]

@@ -1,6 +1,6 @@
 """What is known of a request's LMIs: a point in the plant's units, or a refusal."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,13 +16,15 @@ __all__ = ["Solution"]
 class Solution(ReadOnly):
     """What `Design` knows of its LMIs.
 
-    The fields request, status, K, P, Y, V, margins, frame, multipliers and own
-    are explained there.
+    Its fields are explained there, too.
 
     Parameters
     ----------
     request, status, K, P, Y, V, margins, frame, multipliers, own
         As in `Design`.
+    minimized : tuple of Requirement
+        Those whose least bounds were sought in vain, with numbers in the
+        place of the bounds; the request is without them.
     reason : str
         Why there is no design, in a sentence: what is proven, or what
         was excluded and what was merely not found; or why the design
@@ -41,5 +43,19 @@ class Solution(ReadOnly):
     frame: Frame | None = None
     multipliers: list | None = None
     own: dict | None = None
+    minimized: tuple = ()
     reason: str = ""
     exclusion: Any = None
+
+    @property
+    def asked(self) -> Request:
+        """The request with what was to be minimised, numbers for the bounds."""
+        both = (*self.request.requirements, *self.minimized)
+        return replace(self.request, requirements=both)
+
+    @property
+    def condition(self) -> str:
+        """What "infeasible" is subject to: "for mu = 1"; else empty."""
+        if self.status == "infeasible" and not self.minimized:
+            return getattr(self.exclusion, "condition", "")
+        return self.asked.condition
