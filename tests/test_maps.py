@@ -166,8 +166,8 @@ def test_shares_do_not_depend_on_units(robot):
     "change, fault",
     [
         (dict(name="speed"), "name = 'speed' must be one of sigma"),
-        (dict(digits=0), "digits = 0"),
-        (dict(digits=2.5), "digits = 2.5"),
+        (dict(digits=0), "digits must be 1, 2, ..., got 0"),
+        (dict(digits=2.5), "digits must be 1, 2, ..., got 2.5"),
         (dict(region="disk"), "region must be a PoleRegion"),
         (dict(name="u_max", saturation=None), "u_max needs saturation"),
     ],

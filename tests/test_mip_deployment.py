@@ -57,7 +57,7 @@ def test_the_proofs_lie_beside_the_programs(found, folder):
     for proof, file, code in (
         (found.certificate, "proof_balance.json", 0),
         (found.held, "proof_balance_hold.json", 0),
-        (found.sampled[0.0][0], "proof_balance_sampled_1.json", 2),
+        (found.sampled[0.0][0], "proof_balance_sampled_1.json", 3),
     ):
         assert sos.proofs.load(folder / file) == proof
         done = subprocess.run(

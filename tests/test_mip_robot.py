@@ -379,11 +379,11 @@ def test_a_second_robot_end_to_end(second):
             getattr(real, letter), rel=0.02
         ), letter
     out = {path.name: path.read_text("utf-8") for path in (folder / "out").iterdir()}
-    assert "#define COUNTS_PER_TURN 1496.0" in out["rc_balance.c"]
+    assert "#define COUNTS 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
     assert "MOTOR_POLARITY[2] = {-1, 1};" in out["rc_balance.c"]
     assert "#define RATE_HZ 200" in out["rc_balance.c"]
-    assert "COUNTS_PER_TURN = 1496.0" in out["pyctrl_balance.py"]
+    assert "COUNTS = 1496.0" in out["pyctrl_balance.py"]
     assert "MOTOR_POLARITY = (-1, -1)" in out["pyctrl_balance.py"]
     assert (
         f"LIMIT = {(12.0).hex().replace('.8000000000000', '.8')}" in (out["balance.c"])

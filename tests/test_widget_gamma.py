@@ -45,7 +45,7 @@ def test_behind_the_wall_there_is_no_gamma(explorer, robot):
     explorer.sliders["mu"].value = explorer.sliders["mu"].min
     assert 10 ** explorer.sliders["mu"].value < walls.mu
     page = explorer.picture.value
-    assert "<strong>undecided</strong>" in page  # no proof covers every gamma
+    assert "<strong>infeasible</strong>" in page  # for this mu and every gamma
     assert "gamma = <strong>" not in page
     given = sos.analyse_pid(
         robot.plant,
