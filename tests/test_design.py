@@ -319,3 +319,14 @@ def test_an_idle_direction_does_not_hide_the_smallest_gamma():
     assert d.certify(12).proven
     with pytest.raises(ValueError, match="no minimum"):
         sos.design_pid(robot.plant, robot.U, minimize="gamma")
+
+
+def test_a_size_of_its_own_is_no_trouble_for_conjugate_gradients(monkeypatch):
+    """gamma and u_max make a block of one scalar, which has no P and no Y."""
+    example = sos.thesis.example_1()
+    asked = example.requirements | {"mu": None}
+    dense = sos.design_pid(example.plant, **asked)
+    monkeypatch.setattr("sosbook.lmi.newton.CG_ABOVE_VARIABLES", 5)
+    design = sos.design_pid(example.plant, **asked)
+    assert design.status == "feasible" and design.certify().proven
+    assert np.abs(design.K - dense.K).max() < 1e-6 * np.abs(dense.K).max()

@@ -36,7 +36,9 @@ class Modal:
                 w = w[:k, :k]
                 if _is_P(p):
                     metric = w
-                groups.append((s.weight, w, _factors(p, stacked)))
+                factors = _factors(p, stacked)
+                if factors:  # else it holds scalars only
+                    groups.append((s.weight, w, factors))
         self.T = np.linalg.inv(np.linalg.cholesky(metric)).T
         self.K = None if self.Y is None else self.Y.matrix(x) @ metric
         modal = [
