@@ -29,7 +29,7 @@ _REFERENCE = re.compile(
     | \b\d+(?:st|nd|rd|th)\b
     | ^\s*\d+\.\s        # a numbered list
     | ^\*★+\s·\s\d+\smin\*$  # an exercise's level and time
-    | ^\*\*Before\syou\sstart:\*\*.*$
+    | ^\*\*Before:\*\*.*$
     """,
     re.MULTILINE,
 )
