@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sosbook as sos
-from sosbook.analysis.linear import hinf_norm, peak_input
+from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 
@@ -169,3 +169,28 @@ def test_a_single_plant_has_nothing_to_sample():
     design = sos.analyse_pid(robot.plant, robot.K, robot.U)
     with pytest.raises(ValueError, match="samples needs a Polytope"):
         design.poles(samples=3)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_peak_of_a_gain_with_a_direct_part_is_that_of_a_sweep(seed):
+    """Against python-control's frequency response, refined around its top."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(5, 5))
+    A -= (np.linalg.eigvals(A).real.max() + 0.05 + rng.random()) * np.eye(5)
+    B, C = rng.normal(size=(5, 2)), rng.normal(size=(3, 5))
+    D = 10 ** rng.uniform(-2, 1) * rng.normal(size=(3, 2))
+    system, w = control.ss(A, B, C, D), np.r_[0, np.geomspace(1e-3, 1e4, 3000)]
+    for _ in range(4):
+        at = np.moveaxis(system(1j * w), -1, 0)
+        sizes = np.linalg.norm(at, 2, axis=(1, 2))
+        k = sizes.argmax()
+        w = np.linspace(w[max(k - 1, 0)], w[min(k + 1, len(w) - 1)], 200)
+    seen = max(sizes[k], np.linalg.norm(D, 2))
+    assert peak_gain(A, B, C, D) == pytest.approx(seen, rel=1e-6)
+
+
+def test_an_all_pass_has_one_gain():
+    one = np.eye(1)
+    assert peak_gain(-3 * one, one, -6 * one, one) == pytest.approx(1, rel=1e-7)
+    assert peak_gain(one, one, one, one) == np.inf
+    assert peak_gain(-one, 0 * one, one, 2 * one) == 2

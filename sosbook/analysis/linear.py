@@ -14,6 +14,7 @@ __all__ = [
     "hinf_norm",
     "loop_matrix",
     "open_loop",
+    "peak_gain",
     "peak_input",
     "poles",
 ]
@@ -159,26 +160,59 @@ def hinf_norm(d, K):
     if sensitive(d, K) and ExactLoop.fits(d):
         return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
-    A, C = loop_matrix(d, K), d.output(K)
+    return peak_gain(loop_matrix(d, K), B, d.output(K))
+
+
+def peak_gain(A, B, C, D=0.0):
+    """The largest singular value of C (jw - A)^-1 B + D over all w.
+
+    Parameters
+    ----------
+    A, B, C : (N, N), (N, p) and (q, N) arrays
+        The system x' = A x + B w, z = C x + D w.
+    D : (q, p) array or 0
+        What passes directly from w to z.
+
+    Returns
+    -------
+    float
+        The H-infinity norm; infinite where A isn't stable.
+
+    Notes
+    -----
+    Source: Bruinsma and Steinbuch (1990), as in `hinf_norm`.
+
+    Examples
+    --------
+    >>> one = np.eye(1)
+    >>> round(peak_gain(-one, one, one), 6), round(peak_gain(-one, one, -one, one), 6)
+    (1.0, 1.0)
+    """
     poles = np.linalg.eigvals(A)
     if poles.real.max() >= 0:
         return np.inf
+    D = np.broadcast_to(D, (len(C), B.shape[1]))
     unit = np.linalg.norm(B) * np.linalg.norm(C)
     if unit == 0:
-        return 0.0
-    B, C = B / np.linalg.norm(B), C / np.linalg.norm(C)
+        return float(np.linalg.norm(D, 2))
+    B, C, D = B / np.linalg.norm(B), C / np.linalg.norm(C), D / unit
 
     def gain(omega):
         pencil = 1j * np.ravel(omega)[:, None, None] * np.eye(len(A)) - A
-        answers = C @ np.linalg.solve(pencil, B + 0j)
+        answers = C @ np.linalg.solve(pencil, B + 0j) + D
         return np.linalg.norm(answers, 2, axis=(1, 2)).max()
 
-    best = gain(np.concatenate([[0.0], abs(poles), abs(poles.imag)]))
+    guesses = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
+    best = max(np.linalg.norm(D, 2), gain(guesses))
     for _ in range(50):
         level = best * (1 + 1e-9)
         if level == 0:
             break
-        hamiltonian = np.block([[A, B @ B.T / level], [-C.T @ C / level, -A.T]])
+        R = np.eye(D.shape[1]) - D.T @ D / level**2
+        through = B @ np.linalg.solve(R, np.column_stack([D.T @ C / level**2, B.T]))
+        F, BB = A + through[:, : len(A)], through[:, len(A) :]
+        CC = C.T @ C + C.T @ D @ np.linalg.solve(R, D.T @ C) / level**2
+        hamiltonian = np.block([[F, BB / level], [-CC / level, -F.T]])
         crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
         between = (crossings[1:] + crossings[:-1]) / 2
         higher = gain(np.concatenate([[0.0], crossings, between]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .linear import loop_matrix
+from .linear import loop_matrix, peak_gain
 
 __all__ = ["DiskMargin", "disk_margin", "sensitivity_peak"]
 
@@ -95,34 +95,6 @@ def disk_margin(d, K):
 
 
 def _peak(d, K, through):
-    """The largest |K (jw - A_K)^-1 B + through I| over all frequencies.
-
-    Source: Bruinsma and Steinbuch (1990), as in `hinf_norm`.
-    """
-    A, (_, B, _) = loop_matrix(d, K), d.state_space()
-    poles = np.linalg.eigvals(A)
-    if poles.real.max() >= 0:
-        return np.inf
-    one = np.eye(len(K))
-
-    def gain(omega):
-        pencil = 1j * np.ravel(omega)[:, None, None] * np.eye(len(A)) - A
-        answers = K @ np.linalg.solve(pencil, B + 0j) + through * one
-        return np.linalg.norm(answers, 2, axis=(1, 2)).max()
-
-    guesses = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
-    best = max(through, gain(guesses))
-    for _ in range(50):
-        level = best * (1 + 1e-9)
-        gap = level**2 - through**2
-        half = A + through / gap * B @ K
-        hamiltonian = np.block(
-            [[half, B @ B.T / gap], [-(level**2) / gap * K.T @ K, -half.T]]
-        )
-        crossings = np.unique(abs(np.linalg.eigvals(hamiltonian).imag))
-        between = (crossings[1:] + crossings[:-1]) / 2
-        higher = gain(np.concatenate([crossings, between]))
-        if higher <= level:
-            break
-        best = higher
-    return float(best)
+    """The largest |K (jw - A_K)^-1 B + through I| over all frequencies."""
+    _, B, _ = d.state_space()
+    return peak_gain(loop_matrix(d, K), B, K, through * np.eye(len(K)))
