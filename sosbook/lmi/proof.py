@@ -4,6 +4,7 @@ Nothing here is believed because it is stored: verdicts are computed from
 matrices, or from the text of a file that holds all exact data.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -157,7 +158,7 @@ class Proof(_Verdict):
 
 
 @dataclass(frozen=True, repr=False)
-class ProofFile(_Verdict):
+class ProofFile(_Verdict, ABC):
     """A proof that is a file: its text holds all data, as exact decimals.
 
     What it proves is computed from the text alone. A changed text is
@@ -179,6 +180,7 @@ class ProofFile(_Verdict):
         return cls(written(cls.kind, data))
 
     @classmethod
+    @abstractmethod
     def examine(cls, data):
         """Rebuild everything from the data; subclasses do it.
 
@@ -188,7 +190,6 @@ class ProofFile(_Verdict):
             As it is written, from what was rebuilt.
         examined : Examined
         """
-        raise NotImplementedError
 
     @property
     def examined(self):

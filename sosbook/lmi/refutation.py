@@ -1,5 +1,6 @@
 """Multipliers that exclude every point of LMIs, in exact arithmetic."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from math import inf, nextafter, sqrt
 
@@ -133,9 +134,9 @@ class Exclusion(ProofFile):
         }
 
     @classmethod
+    @abstractmethod
     def rebuilt(cls, data):
         """(data without multipliers, expressions, unknowns, keyed) again."""
-        raise NotImplementedError
 
     @classmethod
     def examine(cls, data):
