@@ -29,8 +29,8 @@ def rightmost_roots(A, A_d, delay, count):
     That is the ``count`` rightmost roots for a constant ``delay``.
     """
     if delay == 0 or not A_d.any():
-        found = eigvals(A + A_d)
-        return _paired(found[found.imag >= 0], count)
+        roots = eigvals(A + A_d)
+        return _paired(roots[roots.imag >= 0], count)
     # in the delay's unit of time, as a product of thin matrices
     A, A_d = A * delay, A_d * delay
     left, right = rank_factors(A_d)
@@ -49,12 +49,12 @@ def rightmost_roots(A, A_d, delay, count):
         )  # so that e^-s is a number
         starts = starts[resolved & (starts.imag >= 0)]
         starts = starts[np.argsort(-starts.real)][: count + 4]
-        found = _paired(_polish(A, A_d, starts), count)
+        roots = _paired(_polish(A, A_d, starts), count)
         needed = 2 * nodes
-        if len(found):
-            needed = 15 + 0.6 * root_radius(A, A_d, found[-1].real)
-        if nodes >= needed and (len(found) >= count or nodes >= enough):
-            return found / delay
+        if len(roots):
+            needed = 15 + 0.6 * root_radius(A, A_d, roots[-1].real)
+        if nodes >= needed and (len(roots) >= count or nodes >= enough):
+            return roots / delay
         if nodes >= needed:
             needed = enough
         nodes = int(np.ceil(min(needed, 2 * nodes)))
@@ -63,12 +63,12 @@ def rightmost_roots(A, A_d, delay, count):
 def _paired(upper, count):
     """With conjugates, by falling real part, cut behind ``count``."""
     upper = upper[np.lexsort((upper.imag, -upper.real))]
-    found = []
+    paired = []
     for root in upper:
-        if len(found) >= count:
+        if len(paired) >= count:
             break
-        found += [root] if root.imag == 0 else [root, root.conjugate()]
-    return np.array(found, complex)
+        paired += [root] if root.imag == 0 else [root, root.conjugate()]
+    return np.array(paired, complex)
 
 
 def rank_factors(A_d):

@@ -125,7 +125,7 @@ def _crossings(A, A_d):
     )
     size = np.linalg.norm(A) + np.linalg.norm(A_d)
     near = (abs(s.real) < 1e-4 * size) & (s.imag > 1e-10 * size)
-    found = []
+    crossings = []
     for omega in s[near].imag:
         alpha, beta = eigvals(
             1j * omega * np.eye(len(A)) - A,
@@ -136,8 +136,8 @@ def _crossings(A, A_d):
         for z in alpha[unit] / beta[unit]:
             crossing = _refine(A, A_d, omega, -np.angle(z))
             if crossing is not None:
-                found.append(crossing)
-    return found
+                crossings.append(crossing)
+    return crossings
 
 
 def _refine(A, A_d, omega, phase):

@@ -117,8 +117,8 @@ class DelayDesign(Gains, ReadOnly):
         K = self._gain()
         return [spectrum.delayed_loop(d, K) for d in self.request.vertices]
 
-    def _each(self, found):
-        return self.request.plant.per_vertex(found)
+    def _each(self, results):
+        return self.request.plant.per_vertex(results)
 
     def poles(self, delay: float | None = None, count: int = 10) -> np.ndarray:
         """The rightmost characteristic roots for a constant delay, in rad/s.

@@ -40,7 +40,7 @@ class Krasovskii:
 
     def unknowns(self, request):
         N, m = request.states, request.plant.m
-        found = [
+        unknowns = [
             _symmetric("P", N),
             Unknown("Q", N),
             _symmetric("S", N),
@@ -51,8 +51,8 @@ class Krasovskii:
             Unknown("F", N),
         ]
         if request.gain is None:
-            return [*found, Unknown("X", m, N)]
-        return [*found, Unknown("G", N)]
+            return [*unknowns, Unknown("X", m, N)]
+        return [*unknowns, Unknown("G", N)]
 
     def blocks(self, request, values, number, loops):
         t, v = request.times(number), {"Z": 0 * values["S"]} | values
@@ -60,9 +60,9 @@ class Krasovskii:
             *(v[name] for name in ("P", "Q", "S", "R1", "R2", "R3", "Z"))
         )
         whole, rates = delay_functional(functional, t)
-        found = {"functional": whole, "R": rates}
+        blocks = {"functional": whole, "R": rates}
         if request.mu and "sign" not in request.misprints:
-            found["Z"] = v["Z"]
+            blocks["Z"] = v["Z"]
         alpha, misprints = request.relative_alpha(number), request.misprints
         for tag, d in loops:
             if request.gain is None:
@@ -74,8 +74,8 @@ class Krasovskii:
                 form = delay_decay(
                     d.E, d.A, Ad, functional, v["F"], v["G"], t, misprints, alpha
                 )
-            found["decay" + tag] = form
-        return found
+            blocks["decay" + tag] = form
+        return blocks
 
 
 class Legendre:
@@ -87,21 +87,21 @@ class Legendre:
 
     def unknowns(self, request):
         N = request.states
-        found = [_symmetric("P", (1 + request.order) * N)]
-        found += [_symmetric(name, N) for name in ("S", "R")]
-        return found + ([_symmetric("Z", N)] if request.mu else [])
+        unknowns = [_symmetric("P", (1 + request.order) * N)]
+        unknowns += [_symmetric(name, N) for name in ("S", "R")]
+        return unknowns + ([_symmetric("Z", N)] if request.mu else [])
 
     def blocks(self, request, values, number, loops):
         t, order, v = request.times(number), request.order, dict(values)
-        found = {"functional": legendre_functional(v["P"], v["S"], order, t)}
-        found |= {name: v[name] for name in ("S", "R", "Z") if name in v}
+        blocks = {"functional": legendre_functional(v["P"], v["S"], order, t)}
+        blocks |= {name: v[name] for name in ("S", "R", "Z") if name in v}
         v.setdefault("Z", 0 * v["S"])
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
-            found["decay" + tag] = legendre_decay(
+            blocks["decay" + tag] = legendre_decay(
                 d.A, Ad, v["P"], v["S"], v["R"], v["Z"], order, t
             )
-        return found
+        return blocks
 
 
 class Interval:
@@ -116,26 +116,26 @@ class Interval:
         before, within = request.mu < request.tau, request.mu > 0
         size = N * (1 + before + within) if order else N
         names = ["Q1", "R1"] * before + ["Q2", "R2"] * within
-        found = [_symmetric("P", size), *(_symmetric(name, N) for name in names)]
-        return found + ([Unknown("T", (1 + order) * N)] if within else [])
+        unknowns = [_symmetric("P", size), *(_symmetric(name, N) for name in names)]
+        return unknowns + ([Unknown("T", (1 + order) * N)] if within else [])
 
     def blocks(self, request, values, number, loops):
         t, order = request.times(number), request.order
         P, Q1, Q2, R1, R2, T = (
             values.get(name) for name in ("P", "Q1", "Q2", "R1", "R2", "T")
         )
-        found = {"functional": interval_functional(P, Q1, Q2, order, t)}
-        found |= {k: v for k, v in values.items() if k in ("Q1", "Q2", "R1", "R2")}
+        blocks = {"functional": interval_functional(P, Q1, Q2, order, t)}
+        blocks |= {k: v for k, v in values.items() if k in ("Q1", "Q2", "R1", "R2")}
         if T is not None:
-            found["kernel"] = interval_kernel(R2, T, order)
+            blocks["kernel"] = interval_kernel(R2, T, order)
         ends = ((" early", 0), (" late", 1)) if order and T is not None else (("", 0),)
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
             for end, late in ends:
-                found["decay" + tag + end] = interval_decay(
+                blocks["decay" + tag + end] = interval_decay(
                     d.A, Ad, P, Q1, Q2, R1, R2, T, order, t, late
                 )
-        return found
+        return blocks
 
 
 FORMS = {

@@ -35,14 +35,14 @@ def time_mesh(t, delay, switches, step, tolerance):
     held = edges[:-1] - delay(edges[:-1])
     same = np.abs(held - (before - delay(before))) <= 10 * tolerance
     fresh = np.array([s for s in (0.0, *switches) if 0 <= s < end])
-    found = [jumps, held[same], fresh]
+    times = [jumps, held[same], fresh]
     for again in range(3):
         fresh = _arrivals(fresh, delay, samples, asked, tolerance)
         if not again:
             fresh = np.concatenate([fresh, jumps])
         fresh = _apart(fresh, tolerance)
-        found.append(fresh)
-    extra = np.concatenate(found)
+        times.append(fresh)
+    extra = np.concatenate(times)
     extra = _apart(extra[(extra > 0) & (extra < end)], tolerance)
     near = np.searchsorted(t, extra)
     gap = np.minimum(np.abs(t[near] - extra), np.abs(t[near - 1] - extra))

@@ -126,9 +126,9 @@ def slow_modes(vertex, rate):
         chosen.append(slow)
     for some in chosen:
         with ctx.workprec(BALL_BITS):
-            found = _of(A, B, [*some, *idle])
-        if found is not None:
-            yield found
+            modes = _of(A, B, [*some, *idle])
+        if modes is not None:
+            yield modes
 
 
 def modes_near(vertex, eigenvalues, pivots):
@@ -154,10 +154,10 @@ def modes_near(vertex, eigenvalues, pivots):
     if len(set(nearest)) < len(nearest) or -1 in nearest:
         raise ValueError("the modes aren't those of the plant")
     with ctx.workprec(BALL_BITS):
-        found = _of(A, B, [roots[k] for k in nearest], pivots)
-    if found is None:
+        modes = _of(A, B, [roots[k] for k in nearest], pivots)
+    if modes is None:
         raise ValueError("the modes can't be enclosed")
-    return found
+    return modes
 
 
 def _enclosed(vertex):
@@ -228,9 +228,9 @@ def _left_vector(A, s, k=None):
         w = acb_mat(part.tolist()).solve(acb_mat((-shifted[rows, k])[:, None].tolist()))
     except ZeroDivisionError:
         return None, k
-    found = np.full(len(A), acb(1), object)
-    found[cols] = w.entries()
-    return found, k
+    vector = np.full(len(A), acb(1), object)
+    vector[cols] = w.entries()
+    return vector, k
 
 
 def _checked(balls, unknowns, change):

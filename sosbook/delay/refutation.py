@@ -46,25 +46,27 @@ def refuted(request, Z):
         ways.append(lambda: _by_modes(request))
     elif request.method in ("functional", "shift"):
         ways.append(lambda: _without_fixed_equations(request))
-    return next((found for way in ways if (found := way()) is not None), None)
+    return next(
+        (certificate for way in ways if (certificate := way()) is not None), None
+    )
 
 
 def _directly(request, Z):
     """A `DelayInfeasibility`, which is a file, or None."""
     try:
-        found = refute_delay(request, Z)
+        certificate = refute_delay(request, Z)
     except (np.linalg.LinAlgError, IndexError, ValueError):
         return None  # the float multipliers are too singular
-    return found if found.proven else None
+    return certificate if certificate.proven else None
 
 
 def _exact(expressions, unknowns, Z):
     """The multipliers Z, which are floats, made exact; by name, or None."""
     try:
-        found = repair_multipliers(list(expressions.values()), unknowns, Z)
+        repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
     except (np.linalg.LinAlgError, IndexError, ValueError):
         return None  # the float multipliers are too singular
-    return None if found is None else dict(zip(expressions, found[0]))
+    return None if repaired is None else dict(zip(expressions, repaired[0]))
 
 
 def _proven(proof):
@@ -82,10 +84,10 @@ def _by_modes(request):
             Z = _exact(*small.in_unknowns(exact), deep.Z)
             if Z is not None:
                 contents = ModesInfeasibility.contents(request, k, modes, small)
-                found = ModesInfeasibility.written_from(contents, Z, str)
-                found = _proven(ModesInfeasibility.of(found))
-                if found is not None:
-                    return found
+                contents = ModesInfeasibility.written_from(contents, Z, str)
+                certificate = _proven(ModesInfeasibility.of(contents))
+                if certificate is not None:
+                    return certificate
     return None
 
 
@@ -118,9 +120,9 @@ def _by_states(request):
         if Z is None:
             continue
         whole = {name: _embedded(z, np.array(some), len(A)) for name, z in Z.items()}
-        found = _proven(exclude_delay(request, whole))
-        if found is not None:
-            return found
+        certificate = _proven(exclude_delay(request, whole))
+        if certificate is not None:
+            return certificate
     return None
 
 

@@ -76,9 +76,9 @@ def _solved(request, refuse, centred):
     deep = deepest(blocks)
     if deep.depth > 0:
         for x in _candidates(blocks, problem.unknowns, deep.x, centred):
-            found = _at(request, problem, x)
-            if found is not None:
-                return found
+            design = _at(request, problem, x)
+            if design is not None:
+                return design
     refused = DelayDesign(request, "undecided", request.gain, reason=_reason(deep))
     if not refuse or deep.depth > 0 or deep.Z is None:
         return refused
@@ -134,9 +134,9 @@ def _at(request, problem, x):
         except np.linalg.LinAlgError:
             return None
         K = frame.scale * np.linalg.solve(frame.T.T, K.T).T
-    found = DelayDesign(request, "feasible", K, values, margins)
-    if min(margins.values()) > 1e-9 or prove_delay(found, 17).proven:
-        return found
+    design = DelayDesign(request, "feasible", K, values, margins)
+    if min(margins.values()) > 1e-9 or prove_delay(design, 17).proven:
+        return design
     return None
 
 
@@ -164,9 +164,9 @@ def first_design(request, refuse=True, time_limit=None, centred=True, progress=F
 def _first_alpha(request, centred):
     tried = [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHA_RATIOS]
     for alpha in tried:
-        found = solve_delay(request.at(alpha=alpha), False, centred=centred)
-        if found.status == "feasible":
-            return found
+        design = solve_delay(request.at(alpha=alpha), False, centred=centred)
+        if design.status == "feasible":
+            return design
     reason = (
         "no solution was found for alpha = "
         + ", ".join(f"{alpha:g}" for alpha in tried)

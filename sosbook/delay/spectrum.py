@@ -177,13 +177,13 @@ def slowest_decay(A, A_d, low, high):
     best = [(float(rates.min()), float(grid[rates.argmin()]))]
     inner = (rates[1:-1] <= rates[:-2]) & (rates[1:-1] <= rates[2:])
     for i in np.flatnonzero(inner) + 1:
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             rate,
             bounds=(grid[i - 1], grid[i + 1]),
             method="bounded",
             options={"xatol": 1e-9 * high},
         )
-        best.append((float(found.fun), float(found.x)))
+        best.append((float(optimum.fun), float(optimum.x)))
     return min(best)
 
 

@@ -141,23 +141,23 @@ def _written(expressions, unknowns):
 
 
 def _unknowns(data):
-    found = []
+    unknowns = []
     for name, rows, columns, symmetric in data["shapes"]:
         sizes = type(rows) is type(columns) is int and min(rows, columns) > 0
         if not (sizes and isinstance(name, str) and isinstance(symmetric, bool)):
             raise ValueError("an unknown is a name, rows, columns, and if symmetric")
-        found.append(Unknown(name, rows, columns, symmetric))
-    if len({u.name for u in found}) < len(found):
+        unknowns.append(Unknown(name, rows, columns, symmetric))
+    if len({u.name for u in unknowns}) < len(unknowns):
         raise ValueError("two unknowns have one name")
-    return found
+    return unknowns
 
 
 def _expressions(data, unknowns):
-    named, found = {u.name: u for u in unknowns}, {}
+    named, expressions = {u.name: u for u in unknowns}, {}
     for name, constant, terms in data["expressions"]:
         total = Affine(_rationals(constant))
         rows, columns = total.shape
-        if name in found or rows != columns:
+        if name in expressions or rows != columns:
             raise ValueError(f"the block {name!r} comes twice or isn't square")
         for unknown, transposed, left, right in terms:
             if not isinstance(transposed, bool):
@@ -167,8 +167,8 @@ def _expressions(data, unknowns):
             if (len(left), *left.shape[1:], *right.shape) != (rows, *shape, columns):
                 raise ValueError(f"a term of the block {name!r} has a wrong shape")
             total += Affine(0 * total.constant, [Term(left, u, transposed, right)])
-        found[name] = total
-    return found
+        expressions[name] = total
+    return expressions
 
 
 def _fractions(x):

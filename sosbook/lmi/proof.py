@@ -35,12 +35,12 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
     """
     if digits is not None:
         tries = (digit_count(digits),)
-    for each in tries:
-        for other in places:
-            found = attempt(each, other)
-            if found.proven:
-                return found
-    return found
+    for gain_digits in tries:
+        for matrix_digits in places:
+            proof = attempt(gain_digits, matrix_digits)
+            if proof.proven:
+                return proof
+    return proof
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +77,16 @@ class Examined:
 
         ``claims`` are what they prove together, in words.
         """
-        found = {}
+        verdicts = {}
         for name, g in matrices.items():
             try:
-                found[name] = definite(g)
+                verdicts[name] = definite(g)
             except ValueError:  # it isn't symmetric
-                found[name] = False, np.nan
-        failed = tuple(name for name, (proven, _) in found.items() if not proven)
-        if not found:
+                verdicts[name] = False, np.nan
+        failed = tuple(name for name, (proven, _) in verdicts.items() if not proven)
+        if not verdicts:
             failed = ("there is no block",)
-        blocks = {name: float(size) for name, (_, size) in found.items()}
+        blocks = {name: float(size) for name, (_, size) in verdicts.items()}
         return cls(() if failed else tuple(claims), blocks, failed)
 
     @classmethod
@@ -235,12 +235,12 @@ class ProofFile(_Verdict, ABC):
         ValueError
             If it is no proof file, or one of another kind.
         """
-        found = load(path)
-        if not isinstance(found, cls):
+        proof = load(path)
+        if not isinstance(proof, cls):
             raise ValueError(
-                f"{path} is a proof of the kind {found.kind!r}: use sosbook.proofs.load"
+                f"{path} is a proof of the kind {proof.kind!r}: use sosbook.proofs.load"
             )
-        return found
+        return proof
 
     def __repr__(self):
         return f"<{type(self).__name__}: {'' if self.proven else 'not '}proven>"

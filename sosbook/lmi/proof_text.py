@@ -62,10 +62,10 @@ def same(a, b):
 
 
 def _unique(pairs):
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    contents = dict(pairs)
+    if len(contents) < len(pairs):
         raise ValueError("a key comes twice")
-    return found
+    return contents
 
 
 def _refused(word):

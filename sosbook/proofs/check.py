@@ -57,13 +57,13 @@ class Matrix(list):
         return Matrix([[factor * a for a in row] for row in self])
 
     def __matmul__(self, other):
-        found = zeros(len(self), len(other[0]))
-        for row, total in zip(self, found):
+        product = zeros(len(self), len(other[0]))
+        for row, total in zip(self, product):
             for a, line in zip(row, other):
                 for j, b in enumerate(line if a else ()):
                     if b:
                         total[j] += a * b
-        return found
+        return product
 
     @property
     def T(self):
@@ -85,15 +85,15 @@ def he(x):
 def symmetric(*diagonal, **off):
     """A block matrix; b12=X puts X into row 1, column 2, and X' opposite."""
     starts = [sum(map(len, diagonal[:k])) for k in range(len(diagonal) + 1)]
-    found = zeros(starts[-1], starts[-1])
+    matrix = zeros(starts[-1], starts[-1])
     parts = [(k, k, x) for k, x in enumerate(diagonal)]
     for place, x in off.items():
         i, j = int(place[1]) - 1, int(place[2]) - 1
         parts += [(i, j, x), (j, i, x.T)]
     for i, j, x in parts:
         for r, row in enumerate(x):
-            found[starts[i] + r][starts[j] : starts[j] + len(row)] = row
-    return found
+            matrix[starts[i] + r][starts[j] : starts[j] + len(row)] = row
+    return matrix
 
 
 def kron(a, x):
@@ -204,11 +204,11 @@ def vertices_of(file):
     plant = file["plant"]
     need(plant["vertices"], "the plant has no vertex")
     read = {"second order": second_order, "descriptor": descriptor}[plant["kind"]]
-    found = [read(v, file) for v in plant["vertices"]]
+    vertices = [read(v, file) for v in plant["vertices"]]
     sizes = {(len(d.E), len(v["B"][0]), len(v.get("F", v.get("B_w"))[0]))
-             for d, v in zip(found, plant["vertices"])}  # fmt: skip
+             for d, v in zip(vertices, plant["vertices"])}  # fmt: skip
     need(len(sizes) == 1, "the vertices differ in size")
-    return found, sizes.pop()[1:]
+    return vertices, sizes.pop()[1:]
 
 
 def second_order(v, file):
@@ -264,10 +264,10 @@ class Coordinates:
 
     def times(self, c):
         """The coordinates x = T c xi."""
-        found = copy(self)
-        found.left, found.back = 1 / c * self.left, 1 / c * self.back
-        found.T, found.scale = c * self.T, c * self.scale
-        return found
+        scaled = copy(self)
+        scaled.left, scaled.back = 1 / c * self.left, 1 / c * self.back
+        scaled.T, scaled.scale = c * self.T, c * self.scale
+        return scaled
 
 
 # ---- 3. The regions of the poles (Theorem 2.2)
@@ -286,9 +286,9 @@ def tangent(degrees):
 TINY = Fraction(1, 10**9)
 
 
-def near(wanted, found):
+def near(wanted, written):
     """Whether a number is the one that is wanted, or a little more."""
-    return 0 <= found - wanted <= TINY * abs(wanted)
+    return 0 <= written - wanted <= TINY * abs(wanted)
 
 
 def product(n):
@@ -432,17 +432,17 @@ class Design:
 
     def unknowns(self):
         """(rows, columns, whether symmetric) of each, by name."""
-        N, found = self.N, {"P": (self.N, self.N, True)}
+        N, unknowns = self.N, {"P": (self.N, self.N, True)}
         if self.slack:
-            found = {f"P {i + 1}": (N, N, True) for i in self.few}
-            found["V"] = N, N, False
+            unknowns = {f"P {i + 1}": (N, N, True) for i in self.few}
+            unknowns["V"] = N, N, False
         if self.K is None:
-            found["Y"] = self.m, N, False
+            unknowns["Y"] = self.m, N, False
         for r in self.asked:
             if r["kind"] == "cost":
                 q = N if r["noise"] == "states" else self.p
-                found["J"] = q, q, True
-        return dict(found, **{name: (1, 1, True) for name in self.sizes})
+                unknowns["J"] = q, q, True
+        return dict(unknowns, **{name: (1, 1, True) for name in self.sizes})
 
     def blocks(self, x):
         """(key, matrix) of each; a size that x doesn't hold is one."""
@@ -473,15 +473,15 @@ class Design:
         P = {i: 1 / s * x[name] for i, name in names.items()}
         V = 1 / s * x["V"] if self.slack else P[0]
         Y = 1 / s * x["Y"] if self.K is None else self.K @ V.T
-        found = [] if self.slack else [Once(P[0], Y)]
+        loops = [] if self.slack else [Once(P[0], Y)]
         for i, j in self.pairs:
             if self.slack:
-                found.append(Slack(self, vertices[i], i, P[i], V, Y))
+                loops.append(Slack(self, vertices[i], i, P[i], V, Y))
             else:
-                found.append(Pair(i, j, vertices, P[0], Y))
-        for loop in found:
+                loops.append(Pair(i, j, vertices, P[0], Y))
+        for loop in loops:
             loop.c = c
-        return found
+        return loops
 
     def claims(self):
         where = "the plant" if self.many == 1 else "every plant of the polytope"
@@ -763,12 +763,12 @@ class Delay:
 
 def krasovskii_unknowns(d):
     N = d.N
-    found = {name: (N, N, True) for name in ("P", "S", "R1", "R3")}
-    found.update({name: (N, N, False) for name in ("Q", "R2", "F")})
-    found.update({"Z": (N, N, True)} if d.mu else {})
-    found.update({"G": (N, N, False)} if d.free else {})
-    found.update({} if d.K else {"X": (d.m, N, False)})
-    return found
+    unknowns = {name: (N, N, True) for name in ("P", "S", "R1", "R3")}
+    unknowns.update({name: (N, N, False) for name in ("Q", "R2", "F")})
+    unknowns.update({"Z": (N, N, True)} if d.mu else {})
+    unknowns.update({"G": (N, N, False)} if d.free else {})
+    unknowns.update({} if d.K else {"X": (d.m, N, False)})
+    return unknowns
 
 
 def krasovskii(d, x):
@@ -822,9 +822,9 @@ def stack(*parts):
 
 
 def legendre_unknowns(d):
-    found = {"P": ((1 + d.order) * d.N,) * 2 + (True,)}
+    unknowns = {"P": ((1 + d.order) * d.N,) * 2 + (True,)}
     names = ("S", "R", "Z") if d.mu else ("S", "R")
-    return dict(found, **{name: (d.N, d.N, True) for name in names})
+    return dict(unknowns, **{name: (d.N, d.N, True) for name in names})
 
 
 def legendre(d, x):
@@ -862,9 +862,9 @@ def interval_unknowns(d):
     before, within = d.mu < 1, d.mu > 0
     size = d.N * (1 + before + within) if d.order else d.N
     names = ("Q1", "R1") * before + ("Q2", "R2") * within
-    found = {name: (d.N, d.N, True) for name in names}
-    found.update({"T": ((1 + d.order) * d.N,) * 2 + (False,)} if within else {})
-    return dict(found, P=(size, size, True))
+    unknowns = {name: (d.N, d.N, True) for name in names}
+    unknowns.update({"T": ((1 + d.order) * d.N,) * 2 + (False,)} if within else {})
+    return dict(unknowns, P=(size, size, True))
 
 
 def interval(d, x):
@@ -1013,8 +1013,8 @@ class Observer:
 
     def unknowns(self):
         N = self.N
-        found = {"P1": (N, N, True), "P2": (N, N, True), "J": (self.p, self.p, True)}
-        return found if self.L else dict(found, Y=(self.q, N, False))
+        unknowns = {"P1": (N, N, True), "P2": (N, N, True), "J": (self.p, self.p, True)}
+        return unknowns if self.L else dict(unknowns, Y=(self.q, N, False))
 
     def blocks(self, x):
         P1, P2, J, N = x["P1"], x["P2"], x["J"], self.N
@@ -1154,17 +1154,17 @@ def singular_mass(file):
 
 
 def determinant(x):
-    rows, found = [list(row) for row in x], Fraction(1)
+    rows, product = [list(row) for row in x], Fraction(1)
     for k in range(len(rows)):
         top = next((r for r in range(k, len(rows)) if rows[r][k]), None)
         if top is None:
             return Fraction(0)
         rows[k], rows[top] = rows[top], rows[k]
-        found *= rows[k][k] * (1 if top == k else -1)
+        product *= rows[k][k] * (1 if top == k else -1)
         for r in range(k + 1, len(rows)):
             f = rows[r][k] / rows[k][k]
             rows[r] = [a - f * b for a, b in zip(rows[r], rows[k])]
-    return found
+    return product
 
 
 def fixed_mode(file):
@@ -1261,12 +1261,15 @@ def mirrored(alpha, beta, h):
 
 def composed(h, a, b):
     """The coefficients of h(a + b t)."""
-    found = []
+    coefficients = []
     for x in reversed(h):
-        up, down = [a * e for e in found] + [0], [0] + [b * e for e in found]
-        found = [p + q for p, q in zip(up, down)]
-        found[0] += x
-    return found
+        up, down = (
+            [a * e for e in coefficients] + [0],
+            [0] + [b * e for e in coefficients],
+        )
+        coefficients = [p + q for p, q in zip(up, down)]
+        coefficients[0] += x
+    return coefficients
 
 
 # ---- 8. The verdict
@@ -1281,10 +1284,10 @@ def hold(problem, file):
     for name, (rows, columns, even) in shapes.items():
         x[name] = matrix(given[name], rows, columns)
         need(not even or x[name] == x[name].T, f"{name} isn't symmetric")
-    found = list(problem.blocks(x))
-    for key, g in found:
+    blocks = list(problem.blocks(x))
+    for key, g in blocks:
         need(definite(g), f"the block {key} isn't positive definite")
-    return [key for key, _ in found]
+    return [key for key, _ in blocks]
 
 
 def exclude(problem, file):

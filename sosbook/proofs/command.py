@@ -60,12 +60,12 @@ def design(asked):
     """Design for a plant file; print gains and margins, write the proof."""
     plant, requirements = read_plant_file(asked.plant)
     try:
-        found = design_pid(plant, **requirements)
+        result = design_pid(plant, **requirements)
     except (ValueError, TypeError) as error:
         raise ValueError(f"{asked.plant}: {error}") from None
-    answer, proof = {"status": found.status}, found.infeasibility
-    if found.status == "feasible":
-        proof = found.certify()
+    answer, proof = {"status": result.status}, result.infeasibility
+    if result.status == "feasible":
+        proof = result.certify()
         n = plant.n
         answer |= {
             "K": proof.K.tolist(),
@@ -73,17 +73,17 @@ def design(asked):
             "K_D": proof.K[:, n : 2 * n].tolist(),
             "K_I": proof.K[:, 2 * n :].tolist(),
             "digits": proof.digits,
-            "margins": {name: float(f"{x:.3g}") for name, x in found.margins.items()},
+            "margins": {name: float(f"{x:.3g}") for name, x in result.margins.items()},
         }
     else:
-        answer["advice"] = found.advice
+        answer["advice"] = result.advice
     proven = isinstance(proof, ProofFile) and proof.proven
     answer |= {"proven": proven, "claims": list(proof.claims) if proven else []}
     if proven:
         proof.save(asked.proof)
         answer["proof"] = str(asked.proof)
     print(laid_out(answer))
-    return PROVEN if proven and found.status == "feasible" else NOT_PROVEN
+    return PROVEN if proven and result.status == "feasible" else NOT_PROVEN
 
 
 def read_plant_file(path):

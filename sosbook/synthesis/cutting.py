@@ -78,11 +78,11 @@ class Cuts:
         while True:
             check_time()
             try:
-                found = work(self.some(), x)
+                outcome = work(self.some(), x)
             except ValueError:
                 if not more:
                     raise
                 more = self.join(x, violated=False)
                 continue
-            if self.holds(found) or not self.join(found):
-                return found
+            if self.holds(outcome) or not self.join(outcome):
+                return outcome

@@ -256,8 +256,8 @@ class Design(Gains, Solution):
             One row for each vertex or sample of a polytope.
         """
         K = self._gain()
-        found = [linear.poles(d, K) for d in self._loops(samples, seed)]
-        return self.request.plant.per_vertex(np.array(found))
+        poles = [linear.poles(d, K) for d in self._loops(samples, seed)]
+        return self.request.plant.per_vertex(np.array(poles))
 
     def hinf(self, samples: int = 0, seed: int = 0) -> float:
         """The largest true H-infinity norm from w to z.
@@ -362,8 +362,8 @@ class Design(Gains, Solution):
         `poles`.
         """
         K = self._gain()
-        found = [disk_margin(d, K) for d in self._loops(samples, seed)]
-        return min(found, key=lambda margin: margin.radius)
+        margins = [disk_margin(d, K) for d in self._loops(samples, seed)]
+        return min(margins, key=lambda margin: margin.radius)
 
     def simulate(
         self,

@@ -275,13 +275,13 @@ def _point(root, bits):
     if root.factor.degree() == 1:
         return -root.factor[0] / root.factor[1], fmpq(0)
     ball = root.ball(bits)
-    found = []
+    coordinates = []
     for x in (ball.real, ball.imag):
         mantissa, exponent = map(int, x.mid().man_exp())
-        found.append(fmpq(mantissa) * fmpq(2) ** exponent)
+        coordinates.append(fmpq(mantissa) * fmpq(2) ** exponent)
         if x.contains(0):
-            found[-1] = fmpq(0)
-    return tuple(found)
+            coordinates[-1] = fmpq(0)
+    return tuple(coordinates)
 
 
 def _witness(requirement, s):

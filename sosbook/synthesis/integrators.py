@@ -136,8 +136,8 @@ def admissible_U(
     if any(len(U) == 0 for U in candidates):
         raise ValueError("a candidate has no row: that is a PD controller")
     _check_stabilisable(plant)
-    found = [_judge(plant, U) for U in candidates]
-    return tuple(sorted(found, key=lambda c: (-c.a, -round(c.distance, 9))))
+    choices = [_judge(plant, U) for U in candidates]
+    return tuple(sorted(choices, key=lambda c: (-c.a, -round(c.distance, 9))))
 
 
 def _selections(plant):
@@ -295,5 +295,5 @@ def _proven(weights, corners, scaled, rows, columns):
 
     if holds(np.linalg.pinv(scaled.mean(axis=0))):
         return True
-    found = ranks(scaled).find().values
-    return found is not None and holds(found["X"])
+    point = ranks(scaled).find().values
+    return point is not None and holds(point["X"])

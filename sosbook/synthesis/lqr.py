@@ -88,8 +88,8 @@ def design_lqr(
     request = Request(
         plant, U, region, K_A=K_A, coupling=coupling, slack=slack, requirements=[asked]
     )
-    found = guarded(request, time_limit, lambda: _least(request, name))
-    return Design(**vars(found))
+    solution = guarded(request, time_limit, lambda: _least(request, name))
+    return Design(**vars(solution))
 
 
 def _least(request, name):
@@ -108,10 +108,10 @@ def _least(request, name):
     gain = best.problem.gain(best.values)
     bound = float(f"{bounds[name] * (1 + BOUND_BACKOFF):.5e}")
     asked = request.with_bounds({name: bound})
-    found = answer(replace(asked, gain=gain))
-    if found.status != "feasible":
-        return found
-    return replace(found, request=asked)  # nobody gave the gain: it may be rounded
+    solution = answer(replace(asked, gain=gain))
+    if solution.status != "feasible":
+        return solution
+    return replace(solution, request=asked)  # nobody gave the gain: it may be rounded
 
 
 def _first_optimum(request, objective):

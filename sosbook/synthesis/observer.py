@@ -165,34 +165,34 @@ class ObserverProblem:
     @classmethod
     def read(cls, data):
         """The problem of `data`, in the same coordinates."""
-        found = object.__new__(cls)
-        found.plant = read_plant(data["plant"])
-        found.vertices = vertices_of(found.plant)
-        N = len(found.vertices[0].E)
+        problem = object.__new__(cls)
+        problem.plant = read_plant(data["plant"])
+        problem.vertices = vertices_of(problem.plant)
+        N = len(problem.vertices[0].E)
         for name in ("K", "C", "Q_F", "R_F"):
-            setattr(found, name, read_array(data[name], None, None))
-        found.noises = [read_array(w, N, None) for w in data["noises"]]
+            setattr(problem, name, read_array(data[name], None, None))
+        problem.noises = [read_array(w, N, None) for w in data["noises"]]
         there = data["coordinates"]
-        found.T = [read_array(x, N, N) for x in there["T"]]
-        found.left = read_array(there["left"], N, N)
-        found.unit = read_number(there["unit"])
-        shapes = (found.vertices[0].Bu.shape[1], N), (len(found.C), N)
-        if (found.K.shape, found.C.shape) != shapes or len(found.T) != 2:
+        problem.T = [read_array(x, N, N) for x in there["T"]]
+        problem.left = read_array(there["left"], N, N)
+        problem.unit = read_number(there["unit"])
+        shapes = (problem.vertices[0].Bu.shape[1], N), (len(problem.C), N)
+        if (problem.K.shape, problem.C.shape) != shapes or len(problem.T) != 2:
             raise ValueError("K, C or T has a wrong shape")
-        if len(found.noises) != len(found.vertices) or len(found.Q_F) != 2 * N:
+        if len(problem.noises) != len(problem.vertices) or len(problem.Q_F) != 2 * N:
             raise ValueError("noises or Q_F has a wrong length")
-        return found
+        return problem
 
     def unknowns(self, L=None):
         """P1, P2, Y (left out where L is given) and J."""
         N = len(self.T[0])
-        found = [
+        unknowns = [
             Unknown("P1", N, symmetric=True),
             Unknown("P2", N, symmetric=True),
             Unknown("Y", len(self.C), N),
             Unknown("J", self.noises[0].shape[1], symmetric=True),
         ]
-        return found if L is None else [*found[:2], found[3]]
+        return unknowns if L is None else [*unknowns[:2], unknowns[3]]
 
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
         """All blocks, by name; with L given Y = L' P1 is put in."""
@@ -203,10 +203,10 @@ class ObserverProblem:
         C, Q_F, R_F = number(self.C) @ back1, number(self.Q_F), self.R_F
         P1, P2, J = (values[name] for name in ("P1", "P2", "J"))
         Y = values["Y"] if L is None else (number(L).T @ T1) @ P1
-        found = {"P1": P1, "P2": P2}
+        blocks = {"P1": P1, "P2": P2}
         if bound is not None:
             limit = number(np.array(bound)).item() / unit**2
-            found["trace"] = trace_bound(J, limit)
+            blocks["trace"] = trace_bound(J, limit)
         mean = mean_descriptor(self.vertices).map(number)
         gain = number(self.K)
         noisy = [replace(d, Bw=w) for d, w in zip(self.vertices, self.noises)]
@@ -215,31 +215,31 @@ class ObserverProblem:
             d = self.vertices[k].map(number)
             E, A = error_loop(d, mean, gain)
             loop = T.T @ (inverse(E) @ A) @ back
-            found[f"decay {i}"] = observer_decay(
+            blocks[f"decay {i}"] = observer_decay(
                 loop, C, P1, P2, Y, T.T @ Q_F, number(R_F)
             )
-            found[f"cost {i}"] = observer_cost(
+            blocks[f"cost {i}"] = observer_cost(
                 left @ d.E @ T1, left @ number(noise) / unit, P1, J
             )
-        return found
+        return blocks
 
     def solve(self, plant):
         channels = self.noises[0].shape[1]
-        found = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
-        if found.values is None:
+        optimum = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
+        if optimum.values is None:
             refused = ObserverDesign(
                 plant,
                 self.K,
                 self.C,
                 "undecided",
                 problem=self,
-                multipliers=found.multipliers,
+                multipliers=optimum.multipliers,
             )
             proof = refused.infeasibility
             if proof is not None and proof.proven:
                 return replace(refused, status="infeasible")
             return refused
-        known = found.values
+        known = optimum.values
         T1 = self.T[0]
         L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
         least = float(np.trace(known["J"])) * self.unit**2
@@ -248,18 +248,18 @@ class ObserverProblem:
 
     def certain(self, plant, L, bound):
         """The design of this L, with P1, P2 and J for the bound."""
-        found = self.bounded(L, bound).solve()
-        if found.values is None:
+        solution = self.bounded(L, bound).solve()
+        if solution.values is None:
             return ObserverDesign(plant, self.K, self.C, "undecided", problem=self)
         return ObserverDesign(
             plant,
             self.K,
             self.C,
-            found.status,
+            solution.status,
             L,
             bound,
-            found.margins,
-            found.values,
+            solution.margins,
+            solution.values,
             self,
         )
 

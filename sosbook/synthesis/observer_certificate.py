@@ -117,11 +117,11 @@ def refute_observer(problem, Z):
     whole = lmi.in_unknowns(rationals)
     unseen = null_basis((exact(problem.C) @ inverse(exact(problem.T[0])).T).T)
     for errors in (unseen[:, :0], unseen):  # the state alone, or with an error
-        found = _exact_multipliers(whole, lmi.unknowns, errors, N)
-        if found is not None:
+        multipliers = _exact_multipliers(whole, lmi.unknowns, errors, N)
+        if multipliers is not None:
             data = ObserverInfeasibility.contents(problem)
             return ObserverInfeasibility.of(
-                ObserverInfeasibility.written_from(data, found, str)
+                ObserverInfeasibility.written_from(data, multipliers, str)
             )
     return InfeasibilityCertificate(dict(zip(whole, Z)))
 
@@ -146,5 +146,5 @@ def _exact_multipliers(whole, unknowns, errors, N):
         return None  # the float multipliers are too singular
     if repaired is None:
         return None
-    found = dict(zip(few, repaired[0]))
-    return found | {name: W @ found[name] @ W.T for name, W in back.items()}
+    multipliers = dict(zip(few, repaired[0]))
+    return multipliers | {name: W @ multipliers[name] @ W.T for name, W in back.items()}

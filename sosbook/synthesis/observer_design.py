@@ -141,8 +141,8 @@ class ObserverDesign(Result, ReadOnly):
             One row for each vertex or sample of a polytope.
         """
         none = np.zeros((0, 2 * len(self._observer())))
-        found = [linear.poles(d, none) for d in self.loop().vertices]
-        return self.plant.per_vertex(np.array(found))
+        poles = [linear.poles(d, none) for d in self.loop().vertices]
+        return self.plant.per_vertex(np.array(poles))
 
     def simulate(
         self,

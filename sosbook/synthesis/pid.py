@@ -259,8 +259,8 @@ def analyse_loop(
         gain=np.zeros((0, loop.order)),
         **_given(region=region, gamma=gamma, requirements=requirements),
     )
-    found = guarded(request, TIME_LIMIT, lambda: answer(request))
-    return Design(**vars(found))
+    solution = guarded(request, TIME_LIMIT, lambda: answer(request))
+    return Design(**vars(solution))
 
 
 def _design(

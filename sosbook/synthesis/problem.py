@@ -245,12 +245,12 @@ class Request(Shorthand, Sizes, ReadOnly):
         vertices = [d.map(number) for d in self.vertices]
         if self.K_A is None:
             return vertices
-        K_A, n, found = number(self.K_A), self.plant.n, []
+        K_A, n, loops = number(self.K_A), self.plant.n, []
         for d, v in zip(vertices, self.plant.vertices):
             E = d.E.copy()
             E[n : 2 * n, n : 2 * n] = number(v.M) - number(v.B) @ K_A
-            found.append(replace(d, E=E))
-        return found
+            loops.append(replace(d, E=E))
+        return loops
 
     @cached_property
     def certain(self):
@@ -273,19 +273,19 @@ class Request(Shorthand, Sizes, ReadOnly):
         """
         N = self.order
         names = dict.fromkeys(self.lyapunov)
-        found = [Unknown(name, N, symmetric=True) for name in names]
+        unknowns = [Unknown(name, N, symmetric=True) for name in names]
         if self.coupling == "slack":
-            found.append(Unknown("V", N, N))
+            unknowns.append(Unknown("V", N, N))
         if self.gain is None:
-            found.append(Unknown("Y", self.plant.m, N))
+            unknowns.append(Unknown("Y", self.plant.m, N))
         for r in self.followers(self.leader(levels)):
-            found.append(Unknown(r.size_name, 1))
+            unknowns.append(Unknown(r.size_name, 1))
         for r in self.demands:
-            found.extend(r.unknowns(self))
-        names = [u.name for u in found]
+            unknowns.extend(r.unknowns(self))
+        names = [u.name for u in unknowns]
         if len(set(names)) < len(names):
             raise ValueError(f"two unknowns have one name: {names}")
-        return found
+        return unknowns
 
     @property
     def lyapunov(self):

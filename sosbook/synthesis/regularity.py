@@ -138,14 +138,14 @@ def _read_multipliers(data):
 
 def mass_pairs(plant):
     """The different (M, B) of a plant's vertices, by the name of the block."""
-    found = {}
+    pairs = {}
     for k, v in enumerate(plant.vertices, 1):
         name = "mass" if len(plant.vertices) == 1 else f"mass {k}"
         if not any(
-            np.array_equal(v.M, M) and np.array_equal(v.B, B) for M, B in found.values()
+            np.array_equal(v.M, M) and np.array_equal(v.B, B) for M, B in pairs.values()
         ):
-            found[name] = v.M, v.B
-    return found
+            pairs[name] = v.M, v.B
+    return pairs
 
 
 def prove_regular(plant, K_A, beta, digits=None):

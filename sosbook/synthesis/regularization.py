@@ -88,12 +88,12 @@ class Regularization(Result, ReadOnly):
     def regular(self) -> SecondOrderPlant:
         """The plant with the mass M - B K_A."""
         gain = self._gain()
-        found = [
+        vertices = [
             SecondOrderSystem(v.M - v.B @ gain, v.D, v.S, v.B, v.F)
             for v in self.plant.vertices
         ]
         single = isinstance(self.plant, SecondOrderSystem)
-        return found[0] if single else Polytope(found)
+        return vertices[0] if single else Polytope(vertices)
 
     def poles(self) -> np.ndarray:
         """Poles of the plant with the mass M - B K_A, in rad/s.

@@ -75,13 +75,13 @@ class Result(ABC):
 
     def _repr_html_(self):
         """What a notebook shows: verdict, poles, gains, margins, what is next."""
-        found = self.K is not None and self.margins is not None
+        has_gain = self.K is not None and self.margins is not None
         return card(
             type(self).__name__,
             self.status,
-            np.atleast_2d(self.poles()) if found else (),
+            np.atleast_2d(self.poles()) if has_gain else (),
             self._region(),
-            self._matrices() if found else (),
+            self._matrices() if has_gain else (),
             self.margins,
             self._next(),
             self.pole_axis,

@@ -108,13 +108,13 @@ class ScaledLMIs(LMIProblem):
         At the point with these ``values`` of the unknowns. The unknown is
         the level times the requirement's size.
         """
-        found = {}
+        bounds = {}
         for r in self.free:
             key = r.parameter.key
             level = values[_level(key)] * self.units[key]
             level = (level / values.get(r.size_name, 1.0)).item()
-            found[key] = r.parameter.bound(level)
-        return found
+            bounds[key] = r.parameter.bound(level)
+        return bounds
 
     def weights(self, objective):
         """Those of the variables in the sum of levels with weights ``objective``."""

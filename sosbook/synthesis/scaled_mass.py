@@ -43,11 +43,11 @@ class ScaledMass:
         scaled = [(M / self.root**2, B @ effect) for M, B in zip(self.M, self.B)]
 
         def write(values, number):
-            found = {
+            blocks = {
                 f"mass {k}": regular_mass(M, B, values["L"], beta)
                 for k, (M, B) in enumerate(scaled)
             }
-            return found | (size(values, scaled) if size else {})
+            return blocks | (size(values, scaled) if size else {})
 
         L = Unknown("L", basis.shape[1], len(self.M[0]))
         return LMIProblem(write, [L, *more])

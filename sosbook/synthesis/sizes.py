@@ -40,8 +40,8 @@ class Sizes:
             yield from (g for _, _, g in r.once(loop))
             yield from (g for _, g in self._of_pair(r, loop, first, 0))
 
-        found = [r for r in self.requirements if any(g.any() for g in constants(r))]
-        return tuple(sorted(found, key=lambda r: (r.rank, r.key)))
+        sized = [r for r in self.requirements if any(g.any() for g in constants(r))]
+        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
 
     @property
     def ties(self):

@@ -90,10 +90,10 @@ def feasible(request, minimized=()):
 
     def work():
         if request.coupling == "slack" and request.slack is None:
-            found = any(feasible(trial, minimized) for trial in _trials(request))
+            is_feasible = any(feasible(trial, minimized) for trial in _trials(request))
         else:
-            found = search(request, minimized).values is not None
-        return Solution(request, "feasible" if found else "undecided")
+            is_feasible = search(request, minimized).values is not None
+        return Solution(request, "feasible" if is_feasible else "undecided")
 
     return guarded(request, ADVICE, work).status == "feasible"
 
