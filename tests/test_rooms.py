@@ -74,6 +74,15 @@ def test_a_room_imports_only_from_rooms_before_it(room):
             assert module and module[0] in allowed, where
 
 
+def test_the_readme_names_the_rooms_in_their_order():
+    text = (PACKAGE.parent / "README.md").read_text("utf8")
+    listed = text.partition("imports only from those before it:")[2]
+    listed = listed.partition("\ntests/")[0].replace(
+        "(laid out like the printed ones)", ""
+    )
+    assert tuple(room.strip() for room in listed.split(",")) == ROOMS
+
+
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_tool_imports_no_room(name):
     assert list(imports(PACKAGE / f"{name}.py")) == []
