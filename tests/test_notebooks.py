@@ -38,7 +38,7 @@ def shown(kind, content):
     return v4.new_output("display_data", {kind: content})
 
 
-LIVE = ["nbval-ignore-output", "remove-output"]
+LIVE = ["nbval-ignore-output", "remove-cell"]
 FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
 
 

@@ -35,7 +35,7 @@ CELL_TIMEOUT = 600  # seconds for one cell
 
 #: A cell with a live widget carries both tags, and no other cell does: its
 #: output depends on the reader, so it is neither stored, compared nor shown.
-LIVE = frozenset({"nbval-ignore-output", "remove-output"})
+LIVE = frozenset({"nbval-ignore-output", "remove-cell"})
 TEXTS = frozenset({"text/plain", "text/html", "text/markdown", "text/latex"})
 
 METADATA = {
