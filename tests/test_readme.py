@@ -14,7 +14,7 @@ def test_the_programs_in_the_readme_design_proven_controllers(capsys):
     names = {}
     for program in re.findall(r"```python\n(.*?)```", README, re.DOTALL):
         exec(program, names)
-    assert names["found"].prove().proven
+    assert names["energy"].prove().proven
     for name in ("design", "robust", "sharp"):
         assert names[name].status == "feasible"
         assert names[name].certify().proven

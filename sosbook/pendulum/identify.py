@@ -344,8 +344,8 @@ def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **rob
     Examples
     --------
     >>> from sosbook.pendulum.rig import shipped
-    >>> found = identify(shipped("body"), shipped("wheels"))
-    >>> round(found.mip.e, 4), round(found.mip.f, 4)
+    >>> fit = identify(shipped("body"), shipped("wheels"))
+    >>> round(fit.mip.e, 4), round(fit.mip.f, 4)
     (0.0294, 0.0069)
     """
     for name, log in (("log_body", log_body), ("log_wheels", log_wheels)):

@@ -155,8 +155,8 @@ def compare(plant, couplings=COUPLINGS, **asked):
     --------
     >>> from sosbook.book.counterexamples import actuated
     >>> from sosbook import PoleRegion
-    >>> found = compare(actuated(), region=PoleRegion(rho=10))
-    >>> [found[name].status for name in ("vertices", "pairs", "slack")]
+    >>> compared = compare(actuated(), region=PoleRegion(rho=10))
+    >>> [compared[name].status for name in ("vertices", "pairs", "slack")]
     ['feasible', 'infeasible', 'feasible']
     """
     slack = asked.pop("slack", None)
@@ -193,9 +193,9 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     --------
     >>> from sosbook.book.counterexamples import actuated
     >>> from sosbook import PoleRegion
-    >>> found = verify_many([actuated()], ("vertices", "pairs"),
+    >>> compared = verify_many([actuated()], ("vertices", "pairs"),
     ...                region=PoleRegion(rho=10))
-    >>> found["vertices"] < 0, found["pairs"]
+    >>> compared["vertices"] < 0, compared["pairs"]
     (array([ True]), array([nan]))
     """
     worst = {name: [] for name in couplings}

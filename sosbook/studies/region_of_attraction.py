@@ -114,9 +114,9 @@ def region_of_attraction(
     --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_4()
-    >>> found = region_of_attraction(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],
+    >>> basin = region_of_attraction(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],
     ...               bound=np.pi / 2, start=[1, 1, 0, 0, 0])
-    >>> print(f"{np.degrees(found.reach):.0f} degrees, {found.proven}")
+    >>> print(f"{np.degrees(basin.reach):.0f} degrees, {basin.proven}")
     84 degrees, True
     """
     K = matrix("K", K)

@@ -81,9 +81,9 @@ def design_observer(
     >>> from sosbook import SecondOrderSystem, design_lqr
     >>> plant = SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
     >>> K = design_lqr(plant, np.eye(2), [[1]]).K
-    >>> found = design_observer(
+    >>> observer = design_observer(
     ...     plant, K, Q_F=[[0], [1], [0], [0]], R_F=[[0.1]])
-    >>> found.status, found.analyse().certify().proven
+    >>> observer.status, observer.analyse().certify().proven
     ('feasible', True)
     """
     vertices = vertices_of(plant)

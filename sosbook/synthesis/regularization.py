@@ -263,8 +263,8 @@ def regularize(
     >>> plant = SecondOrderSystem(
     ...     M=[[2, 0], [0, 0]], D=[[1, 0], [0, 1]], S=[[2, -1], [-1, 1]],
     ...     B=[[0], [1]])
-    >>> found = regularize(plant, beta=0.1)
-    >>> found.status, found.K_A.round(2) + 0, found.certify().proven
+    >>> regularized = regularize(plant, beta=0.1)
+    >>> regularized.status, regularized.K_A.round(2) + 0, regularized.certify().proven
     ('feasible', array([[ 0.  , -2.31]]), True)
     """
     checked_plant(plant, SecondOrderPlant)

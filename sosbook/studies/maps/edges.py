@@ -220,8 +220,8 @@ def edge(
     --------
     >>> import sosbook as sos
     >>> robot = sos.thesis.example_1()
-    >>> found = edge("rho", robot.plant, **robot.requirements)
-    >>> found.proven, found.feasible < 5
+    >>> fastest = edge("rho", robot.plant, **robot.requirements)
+    >>> fastest.proven, fastest.feasible < 5
     (True, True)
     """
     ask = Ask(

@@ -164,14 +164,14 @@ def feasibility_map(
     --------
     >>> import sosbook as sos
     >>> robot = sos.thesis.example_1()
-    >>> found = feasibility_map(
+    >>> grid = feasibility_map(
     ...     robot.plant, **robot.requirements,
     ...     across=("sigma", [0.5, 1.0, 1.5]),
     ...     up=("theta", np.radians([30, 60])))
-    >>> found.feasible
+    >>> grid.feasible
     array([[ True, False, False],
            [ True,  True,  True]])
-    >>> bool(found.proven.all())
+    >>> bool(grid.proven.all())
     True
     """
     ask = Ask(
@@ -344,9 +344,9 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     --------
     >>> import sosbook as sos
     >>> robot = sos.thesis.example_1()
-    >>> found = designs(robot.plant, [
+    >>> grid = designs(robot.plant, [
     ...     robot.requirements | dict(gamma=g) for g in (0.3, 1, 2)])
-    >>> [design.status for design in found]
+    >>> [design.status for design in grid]
     ['infeasible', 'feasible', 'feasible']
     """
     specifications = list(specifications)
