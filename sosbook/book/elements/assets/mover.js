@@ -1,0 +1,122 @@
+// What the elements have in common that compute what they show: sliders from data,
+// a hint, buttons, a motion that plays, and the last setting as a ghost.
+window.sosMover ??= (() => {
+  "use strict";
+  const {PageElement, QUIET, READOUT, announce, clean, controls, escape, panel, panels, select, slider} = window.sosKit;
+
+  const steps = control => Math.round((control.max - control.min) / control.step);
+  const value = (control, position) => {
+    const at = control.min + position * control.step;
+    return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
+  };
+  const position = (control, x) =>
+    Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
+
+  // A subclass has `figures()`: [name, caption] of each panel, `compute(place)`,
+  // numbers alone, and `show(result, ghost)`, which draws and tells. With a
+  // `horizon` in seconds it moves: `pose(result, time)` draws an instant.
+  class Mover extends PageElement {
+    markup() {
+      const named = (control, more) => ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
+      const button = (key, text) => `<button type="button" class="sos-button sos-${key}" data-lm-suppress-shortcuts="true">${text}</button>`;
+      return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>` : "") +
+        controls("Setting", this.data.controls.map(control => control.names ? select(named(control, {names: control.names}))
+          : slider(named(control, {max: steps(control)}))).join("")) +
+        `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}</div>` +
+        panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
+    }
+
+    wire() {
+      this.inputs = {};
+      for (const input of this.view.querySelectorAll("[data-key]")) {
+        this.inputs[input.dataset.key] = input;
+        input.addEventListener("input", () => this.update());
+        input.addEventListener("change", () => { this.ghost = this.result; });
+        // A swipe that scrolls the page gives the slider back its value.
+        input.addEventListener("pointerdown", () => { this.held = input.value; });
+        input.addEventListener("pointercancel", () => {
+          if (input.value === this.held) return;
+          input.value = this.held;
+          this.update();
+        });
+      }
+      this.part("reset").addEventListener("click", () => this.reset());
+      if (this.horizon) this.ready();
+      this.reset();
+    }
+
+    reset() {
+      for (const control of this.data.controls) {
+        this.inputs[control.key].value = control.names ? control.start : position(control, control.start);
+      }
+      this.ghost = undefined;
+      this.update();
+    }
+
+    get place() {
+      return Object.fromEntries(this.data.controls.map(control => {
+        const at = Number(this.inputs[control.key].value);
+        return [control.key, control.names ? at : value(control, at)];
+      }));
+    }
+
+    update() {
+      const place = this.place;
+      for (const control of this.data.controls.filter(c => !c.names)) {
+        announce(this.inputs[control.key], `${clean(place[control.key], 4)}${control.unit}`);
+      }
+      this.result = this.compute(place);
+      this.show(this.result, this.ghost, place);
+      if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
+    }
+
+    // ---------------------------------------------------------------- motion
+    ready() {
+      this.time = this.still ?? 0;
+      this.part("play").addEventListener("click", () => this.play(!this.playing));
+      const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+      new IntersectionObserver(([entry]) => {
+        this.seen = entry.isIntersecting;
+        if (!this.seen) cancelAnimationFrame(this.frame);
+        else if (this.playing ?? !calm) this.play(true);
+      }).observe(this.view);
+    }
+
+    disconnectedCallback() { cancelAnimationFrame(this.frame); }
+
+    play(on) {
+      this.playing = on;
+      this.part("play").textContent = on ? "Pause" : "Play";
+      cancelAnimationFrame(this.frame);
+      if (!on) return;
+      if (this.time >= this.horizon - 1e-9) this.time = 0;
+      let last;
+      const go = now => {
+        this.seek(this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * (this.pace ?? 1)));
+        last = now;
+        if (this.time >= this.horizon + 0.6 * (this.pace ?? 1)) this.time = 0;                // a rest, then once more
+        this.frame = requestAnimationFrame(go);
+      };
+      this.frame = requestAnimationFrame(go);
+    }
+
+    seek(time) {
+      this.time = time;
+      this.pose(this.result, Math.min(time, this.horizon));
+    }
+  }
+
+  // Ends of an axis that hold all values, and zero, with some room.
+  function range(values, least = 0) {
+    const low = Math.min(...values, -least), high = Math.max(...values, least), room = 0.06 * (high - low || 1);
+    return [low - room, high + room];
+  }
+
+  // A mark of one of four shapes: cross, circle, square, plus.
+  const SHAPES = ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
+  const mark = (plot, [x, y], colour, shape = 0, more = "") => {
+    plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
+  };
+
+  return {Mover, mark, range};
+})();

@@ -1,0 +1,93 @@
+"""Elements of the page that compute what they show, in the reader's browser."""
+
+from ..page import PageElement
+
+__all__ = ["Mover", "choice", "slider"]
+
+
+class Mover(PageElement):
+    """A page element with sliders that computes what it shows.
+
+    A subclass names its tag and, in ``own``, its scripts.
+
+    Parameters
+    ----------
+    title : str
+        The heading of the element.
+    hint : str
+        What to try, in a sentence or two.
+    controls : list of dict
+        Made by `slider` and `choice`, in their order.
+    **given
+        What the page computes with, as JSON has it.
+    """
+
+    sheets = ("mover.css",)
+    own = ()
+    notice = "A figure with sliders. It needs JavaScript"
+
+    def __init__(self, title, hint, controls, **given):
+        self.title = title
+        self.data = {"title": title, "hint": hint, "controls": controls, **given}
+
+    def __repr__(self):
+        keys = ", ".join(control["key"] for control in self.data["controls"])
+        return f"{type(self).__name__}: {keys}"
+
+    @property
+    def scripts(self):
+        """The shared scripts and the element's own."""
+        return ("linalg.js", "mover.js", *self.own)
+
+
+def slider(key, label, unit, ends, step, start, scale="linear"):
+    """A slider as the page needs it.
+
+    Parameters
+    ----------
+    key : str
+        The name of the value in the script.
+    label : str
+        What stands above the slider.
+    unit : str
+        What stands behind the value, with its space: " s".
+    ends : (float, float)
+        Both ends; powers of ten of the value where the scale is "log".
+    step : float
+        From one position to the next, in the same measure.
+    start : float
+        The value at first.
+    scale : {"linear", "log"}
+        Whether the positions are values or their logarithms to base 10.
+
+    Examples
+    --------
+    >>> slider("R", "Weight R", "", (-1, 2), 0.5, 1, "log")["max"]
+    2
+    """
+    low, high = ends
+    return {
+        "key": key,
+        "label": label,
+        "unit": unit,
+        "min": low,
+        "max": high,
+        "step": step,
+        "start": start,
+        "scale": scale,
+    }
+
+
+def choice(key, label, names, start=0):
+    """A list to choose from; the script gets the index of the name.
+
+    Parameters
+    ----------
+    key, label : str
+        As for `slider`.
+    names : sequence of str
+        What can be chosen.
+    start : int
+        The index of the first choice.
+    """
+    return {"key": key, "label": label, "names": list(names), "start": start}
