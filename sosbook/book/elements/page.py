@@ -24,7 +24,7 @@ class PageElement:
 
     @property
     def html(self):
-        """The element as HTML; `kit.js` is the same for all of them."""
+        """The element as HTML; ``kit.js`` is the same for all of them."""
         sheets = [_asset(name) for name in ("kit.css", *self.sheets)]
         style = " ".join(" ".join(sheets).split()).replace("sos-element", self.tag)
         script = "\n".join(_asset(name).strip() for name in ("kit.js", *self.scripts))

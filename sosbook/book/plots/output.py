@@ -57,7 +57,7 @@ def show(figure, alt=None, caption=""):
     Raises
     ------
     ValueError
-        If `alt` is missing or empty.
+        If ``alt`` is missing or empty.
 
     Examples
     --------

@@ -107,7 +107,7 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
 def pole_map(poles_, region=None, window=None, label="closed loop", figsize=(4.6, 4.4)):
     """A figure of its own for `poles`; takes what `poles` takes.
 
-    That is poles_, region, window and label; ``figsize`` is in inches.
+    That is ``poles_``, region, window and label; ``figsize`` is in inches.
     """
     figure, ax = plt.subplots(figsize=figsize)
     poles(ax, poles_, region=region, window=window, label=label)

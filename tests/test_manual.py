@@ -1,0 +1,114 @@
+"""The package's manual: every public name has an entry, and code leads there."""
+
+import importlib
+import inspect
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from sphinx.util.inventory import InventoryFile
+
+import sosbook
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "book" / "_ext"))
+import manual as sheets  # noqa: E402
+import manual_names as names  # noqa: E402
+
+SHORT = [name for name in sosbook.__all__ if name in sosbook._aliases.MODULES]
+
+
+def public(module):
+    """A module's public objects that aren't modules."""
+    there = importlib.import_module(module)
+    things = ((name, getattr(there, name)) for name in getattr(there, "__all__", ()))
+    return {f"{module}.{name}" for name, x in things if not inspect.ismodule(x)}
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["sosbook"]
+    + [
+        f"sosbook.{room}"
+        for room in sosbook._ROOMS
+        if hasattr(importlib.import_module(f"sosbook.{room}"), "__all__")
+    ]
+    + [
+        f"sosbook.{name}"
+        for name in sosbook.__all__
+        if name in sosbook._aliases.MODULES
+    ],
+)
+def test_every_public_name_of_a_room_has_an_entry(module):
+    assert public(module) <= names.names().keys()
+
+
+def test_an_object_has_one_entry_under_its_shortest_name():
+    homes = [names._key(e.thing, e.name) for e in names.entries().values()]
+    assert len(homes) == len(set(homes)) > 150
+    entry, rest = names.lookup("sosbook.plants.second_order.Polytope.at")
+    assert (entry.name, rest) == ("sosbook.Polytope", "at")
+    assert names.lookup("sosbook.studies.maps.edge")[0].name == "sosbook.maps.edge"
+    assert names.lookup("sosbook.no_such_name") is None
+
+
+def test_words_of_docstrings_are_resolved_where_they_stand():
+    assert names.resolve("design_pid", "sosbook") == "sosbook.design_pid"
+    inside = names.resolve("infeasibility", "sosbook.Design")
+    assert inside == "sosbook.Design.infeasibility"
+    assert names.exists("coupled_pairs")
+    assert not names.exists("a_word_that_names_nothing")
+
+
+def test_names_of_a_program_are_found_through_its_imports():
+    program = (
+        "import sosbook as sos\nfrom sosbook.lmi import block as matrix\n"
+        "%time x = 1\nsos.maps.edge('rho')\nmatrix([])\nother.design_pid()\n"
+    )
+    assert set(sheets.used(program)) >= {"sosbook.maps.edge", "sosbook.lmi.block"}
+    assert not any("design_pid" in name for name in sheets.used(program))
+    assert sheets.used("not python at all(") == []
+
+
+def test_every_theorem_stands_in_the_table_with_its_chapter():
+    rows = sheets.theorems()["row"]
+    listed = {name for row in rows for name in row["functions"]}
+    functions = {
+        name
+        for name in public("sosbook.theorems")
+        if inspect.isfunction(names.names()[name].thing)
+    }
+    assert listed == functions
+    for row in rows:
+        assert (ROOT / "book" / f"{row['at']}.ipynb").exists()
+        assert set(row["asked"]) <= names.entries().keys()
+
+
+def test_the_inventory_has_the_manual(site):
+    with (site / "objects.inv").open("rb") as file:
+        inventory = InventoryFile.load(file, "", lambda base, uri: uri)
+    kinds = {k: set(v) for k, v in inventory.items() if k.startswith("py:")}
+    every = set().union(*kinds.values())
+    assert {e.name for e in names.entries().values()} <= every
+    assert "sosbook.Design.certify" in kinds["py:method"]
+    project, *_ = inventory["py:class"]["sosbook.Design"]
+    assert project == "sosbook"
+
+
+def test_code_in_a_chapter_leads_to_the_manual_and_back(site):
+    chapter = (site / "book" / "05_hinf.html").read_text("utf-8")
+    links = re.findall(r'class="sos-code" href="([^"#]+)#([\w.]+)"', chapter)
+    assert ("api/theorems.html", "sosbook.theorems.bounded_real") in links
+    assert "In the package:" in chapter
+    for page, anchor in set(links):
+        manual = (site / "book" / page).read_text("utf-8")
+        assert f'id="{anchor}"' in manual
+    entry = (site / "book" / "api" / "theorems.html").read_text("utf-8")
+    start = entry.index('id="sosbook.theorems.bounded_real"')
+    assert "05_hinf.html" in entry[start : start + 6000]
+
+
+def test_the_manual_names_no_folder_of_the_machine(site):
+    for path in (site / "book" / "api").glob("*.html"):
+        assert str(ROOT) not in path.read_text("utf-8")
