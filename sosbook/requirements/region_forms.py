@@ -10,13 +10,15 @@ from math import prod
 from typing import Self
 
 import numpy as np
-from flint import arb
+from flint import arb, ctx
 
 from ..lmi.rational import decimal, decimals, exact
 from ..plants.checks import finite, positive
 from .vocabulary import RHO, SIGMA, THETA
 
 __all__ = ["RegionForms", "degrees"]
+
+BALL_BITS = 200  # of the angles of sectors
 
 
 class RegionForms:
@@ -54,8 +56,10 @@ class RegionForms:
                 "half-angle of the sector, in radians; PoleRegion takes "
                 "degrees as theta_deg=..."
             )
-        sin = np.sin(theta) * (1 - 4 * np.finfo(float).eps)
-        cos = np.cos(theta) * (1 + 4 * np.finfo(float).eps)
+        with ctx.workprec(BALL_BITS):  # correctly rounded: the same on every machine
+            sin, cos = (float(x.mid()) for x in arb(theta).sin_cos())
+        sin *= 1 - 4 * np.finfo(float).eps
+        cos *= 1 + 4 * np.finfo(float).eps
         beta = np.array([[sin, cos], [-cos, sin]])
         apex = finite("apex", apex)
         alpha = at_least(-2, sin, apex)
@@ -181,8 +185,9 @@ def degrees(sin, cos):
     >>> degrees(0.6, 0.8)
     '36.87'
     """
-    angle = (arb(exact(float(sin))) / arb(exact(float(cos)))).atan()
-    hundredths = int((angle * 18000 / arb.pi()).upper().ceil().unique_fmpz())
+    with ctx.workprec(BALL_BITS):
+        angle = (arb(exact(float(sin))) / arb(exact(float(cos)))).atan()
+        hundredths = int((angle * 18000 / arb.pi()).upper().ceil().unique_fmpz())
     return plain(hundredths / 100)
 
 

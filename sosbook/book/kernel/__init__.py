@@ -1,0 +1,41 @@
+"""The solver of the rendered page: LMIs in plain JavaScript, no other file.
+
+`source` joins the modules of this folder into one function, `sosKernel`, which a
+page runs as it stands or hands to a worker as text.
+"""
+
+from importlib.resources import files
+
+__all__ = ["MODULES", "source"]
+
+#: In the order in which they need each other.
+MODULES = (
+    "matrices",
+    "spectrum",
+    "blocks",
+    "solver",
+    "descriptor",
+    "request",
+    "design",
+    "exact",
+    "proof",
+)
+EXPORTS = (
+    "design, prove, descriptors, assembled, frameOf, plainFrame, stateSpace, "
+    "matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, sha256"
+)
+
+
+def source():
+    """The kernel as a script that defines ``window.sosKernel``, a function.
+
+    Calling it returns an object whose ``design(request)`` solves a request.
+    """
+    body = "\n".join(
+        (files(__package__) / f"{name}.js").read_text("utf8").strip()
+        for name in MODULES
+    )
+    return (
+        'globalThis.sosKernel ??= function sosKernel() {\n"use strict";\n'
+        f"{body}\nreturn {{{EXPORTS}}};\n}};"
+    )

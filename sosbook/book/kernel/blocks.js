@@ -1,0 +1,179 @@
+// LMI blocks G(X, Y, ...) = G0 + sum (L X R + R' X' L') + sum s Gs: unknown matrices
+// stand in products, unknown scalars s have symmetric matrices Gs.
+
+class Blocks {
+  // unknowns: {name: {rows, cols, symmetric}}; a 1 x 1 unknown is a scalar.
+  constructor(unknowns) {
+    this.unknowns = [];
+    this.list = [];
+    let from = 0;
+    for (const [name, {rows, cols, symmetric = false}] of Object.entries(unknowns)) {
+      const size = symmetric ? rows * (rows + 1) / 2 : rows * cols;
+      this.unknowns.push({name, rows, cols, symmetric, from, size, scalar: size === 1 && !symmetric});
+      from += size;
+    }
+    this.size = from;
+  }
+
+  // terms: [name, L, R] each; slopes: [name, Gs] each. Powers of two bring the
+  // diagonal near one, which rounds nothing.
+  add(name, constant, terms, slopes = []) {
+    const q = constant.rows, size = new Float64Array(q);
+    const index = key => this.unknowns.findIndex(u => u.name === key);
+    for (let i = 0; i < q; i++) {
+      size[i] = Math.abs(constant.at[i * q + i]);
+      for (const [, G] of slopes) size[i] += Math.abs(G.at[i * q + i]);
+      for (const [, L, R] of terms) size[i] += 2 * rowLength(L, i) * columnLength(R, i);
+    }
+    const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
+    const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
+    const block = {name, q, d, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
+    block.terms = terms.map(([key, L, R]) =>
+      ({of: index(key), L: mapped(L, (x, i) => x * d[i]), R: mapped(R, (x, i, j) => x * d[j])}));
+    let width = 0;
+    for (const term of block.terms) { term.left = width; width += term.L.cols; }
+    for (const term of block.terms) { term.right = width; width += term.R.rows; }
+    block.C = zeros(q, width);
+    for (const term of block.terms) {
+      place(block.C, 0, term.left, term.L);
+      place(block.C, 0, term.right, transposed(term.R));
+    }
+    block.transposed = transposed(block.C);
+    this.list.push(block);
+    return this;
+  }
+
+  get degree() { return this.list.reduce((sum, {q}) => sum + q, 0); }
+  get homogeneous() { return this.list.every(({constant}) => constant.at.every(x => x === 0)); }
+
+  unpacked(x) {
+    return this.unknowns.map(({rows, cols, symmetric, from}) => {
+      const X = zeros(rows, cols);
+      for (let i = 0, k = from; i < rows; i++) {
+        for (let j = symmetric ? i : 0; j < cols; j++, k++) {
+          X.at[i * cols + j] = x[k];
+          if (symmetric) X.at[j * cols + i] = x[k];
+        }
+      }
+      return X;
+    });
+  }
+
+  packed(values) {
+    const x = new Float64Array(this.size);
+    for (const {name, rows, cols, symmetric, from} of this.unknowns) {
+      for (let i = 0, k = from; i < rows; i++) {
+        for (let j = symmetric ? i : 0; j < cols; j++, k++) x[k] = values[name].at[i * cols + j];
+      }
+    }
+    return x;
+  }
+
+  // All blocks at x; without their constants where `linear`.
+  at(x, linear = false) {
+    const X = this.unpacked(x);
+    return this.list.map(({q, constant, terms, slopes}) => {
+      const half = zeros(q, q);
+      for (const {of, L, R} of terms) accumulate(half, times(L, X[of]), R);
+      const G = linear ? zeros(q, q) : {rows: q, cols: q, at: constant.at.slice()};
+      for (let i = 0; i < q; i++) for (let j = 0; j < q; j++) G.at[i * q + j] += half.at[i * q + j] + half.at[j * q + i];
+      for (const {of, G: slope} of slopes) place(G, 0, 0, slope, X[of].at[0]);
+      return G;
+    });
+  }
+
+  // <G_a, M> for every variable a; the M are symmetric, one for each block.
+  adjoint(M) {
+    const g = new Float64Array(this.size);
+    this.list.forEach(({terms, slopes}, k) => {
+      for (const {of, L, R} of terms) {
+        fold(g, this.unknowns[of], times(times(transposed(L), M[k]), transposed(R)).at, 2);
+      }
+      for (const {of, G} of slopes) g[this.unknowns[of].from] += inner(G, M[k]);
+    });
+    return g;
+  }
+
+  // H_ab = sum <G_a, W G_b Z> over the blocks. Each product L X R makes it a sum of
+  // Kronecker products of parts of C'WC and C'ZC, with C = [L .. R' ..].
+  hessian(W, Z) {
+    const n = this.size, H = zeros(n, n);
+    this.list.forEach((block, k) => {
+      const CW = times(block.transposed, times(W[k], block.C));
+      const CZ = W === Z ? CW : times(block.transposed, times(Z[k], block.C));
+      for (const s of block.terms) {
+        for (const t of block.terms) if (t.of >= s.of) this.pair(H, block, s, t, CW.at, CZ.at);
+      }
+      for (const {of, G} of block.slopes) this.scalar(H, block, of, times(times(W[k], G), Z[k]));
+    });
+    for (let i = 0; i < n; i++) for (let j = 0; j < i; j++) H.at[i * n + j] = H.at[j * n + i];
+    return H;
+  }
+
+  // The part of two terms s and t; above the diagonal alone where they are of one unknown.
+  pair(H, block, s, t, CW, CZ) {
+    const X = this.unknowns[s.of], Y = this.unknowns[t.of], same = s.of === t.of, w = block.C.cols, n = this.size;
+    const {rows: r, cols: c} = Y, F = new Float64Array(r * c), h = H.at;
+    const both = CW !== CZ, double = both ? 1 : 2;
+    const gather = (i, j, top) => {
+      const li = (s.left + i) * w, rj = (s.right + j) * w;
+      for (let k = top; k < r; k++) {
+        const d = CZ[li + t.left + k], g = CZ[rj + t.left + k];
+        for (let l = 0, to = k * c, m = t.right; l < c; l++, to++, m++) F[to] += d * CW[rj + m] + g * CW[li + m];
+        if (!both) continue;
+        const a = CW[rj + t.left + k], e = CW[li + t.left + k];
+        for (let l = 0, to = k * c, m = t.right; l < c; l++, to++, m++) F[to] += a * CZ[li + m] + e * CZ[rj + m];
+      }
+    };
+    let row = X.from;
+    for (let i = 0; i < X.rows; i++) {
+      for (let j = X.symmetric ? i : 0; j < X.cols; j++, row++) {
+        const top = same ? i : 0;
+        F.fill(0, top * c);
+        gather(i, j, top);
+        if (X.symmetric && i !== j) gather(j, i, top);
+        for (let k = 0, column = row * n + Y.from; k < r; k++) {
+          if (k < top) { column += Y.symmetric ? c - k : c; continue; }
+          for (let l = Y.symmetric ? k : 0; l < c; l++, column++) {
+            h[column] += double * (F[k * c + l] + (Y.symmetric && l !== k ? F[l * c + k] : 0));
+          }
+        }
+      }
+    }
+  }
+
+  // The part of a scalar, whose V = W Gs Z was formed: <G_a, V> for all variables.
+  scalar(H, block, of, V) {
+    const n = this.size, me = this.unknowns[of].from, g = new Float64Array(n);
+    symmetrized(V);
+    for (const {of: other, L, R} of block.terms) {
+      fold(g, this.unknowns[other], times(times(transposed(L), V), transposed(R)).at, 2);
+    }
+    for (const {of: other, G} of block.slopes) {
+      const you = this.unknowns[other].from;
+      if (you >= me) H.at[me * n + you] += inner(G, V);
+    }
+    for (let b = 0; b < n; b++) H.at[Math.min(b, me) * n + Math.max(b, me)] += g[b];
+  }
+}
+
+function mapped(X, f) {
+  return {rows: X.rows, cols: X.cols, at: X.at.map((x, k) => f(x, Math.floor(k / X.cols), k % X.cols))};
+}
+
+function rowLength(X, i) { return Math.hypot(...X.at.slice(i * X.cols, (i + 1) * X.cols)); }
+
+function columnLength(X, j) {
+  let sum = 0;
+  for (let i = 0; i < X.rows; i++) sum += X.at[i * X.cols + j] ** 2;
+  return Math.sqrt(sum);
+}
+
+// Adds a derivative by the entries of X to that by its variables.
+function fold(g, {rows, cols, symmetric, from}, F, factor) {
+  for (let i = 0, k = from; i < rows; i++) {
+    for (let j = symmetric ? i : 0; j < cols; j++, k++) {
+      g[k] += factor * (F[i * cols + j] + (symmetric && i !== j ? F[j * cols + i] : 0));
+    }
+  }
+}

@@ -1,0 +1,131 @@
+// The plant with its integrators, E x' = A x + Bu u + Bw w, z = C x, as in (2.8) and
+// (2.11) of the thesis; x = [z; z'; x3], and x3 is the integral of U e.
+
+// plant: {vertices: [{M, D, S, B, F}], U, K_A}, lists of rows. F, U and K_A may be missing.
+function descriptors({vertices, U = [], K_A = null}) {
+  return vertices.map(({M, D, S, B, F = null}) => {
+    const n = M.length, a = U.length, N = 2 * n + a, m = B[0].length;
+    let mass = matrix(M);
+    if (K_A) mass = combined(1, mass, -1, times(matrix(B), matrix(K_A)));
+    const E = identity(N), A = zeros(N, N), Bu = zeros(N, m), p = F ? F[0].length : 0, Bw = zeros(N, p), C = zeros(n, N);
+    for (let i = n; i < 2 * n; i++) E.at[i * N + i] = 0;
+    place(E, n, n, mass);
+    place(place(place(A, 0, n, identity(n)), n, 0, matrix(S), -1), n, n, matrix(D), -1);
+    if (a) place(A, 2 * n, 0, matrix(U));
+    place(Bu, n, 0, matrix(B));
+    if (F) place(Bw, n, 0, matrix(F));
+    place(C, 0, 0, identity(n));
+    return {E, A, Bu, Bw, C, mass: M.map((row, i) => row[i])};
+  });
+}
+
+const equal = (X, Y) => X.at.every((x, k) => x === Y.at[k]);
+const same = (d, e) => equal(d.E, e.E) && equal(d.A, e.A) && equal(d.Bu, e.Bu) && equal(d.Bw, e.Bw);
+
+// Pairs (i, j), i <= j, of vertices that need a block. Where E_i = E_j the pair's
+// block is the mean of the vertices' blocks; a vertex that repeats another is left out.
+function coupledPairs(vertices, coupling = "pairs") {
+  const few = vertices.map((_, i) => i).filter(i => !vertices.slice(0, i).some(d => same(d, vertices[i])));
+  const pairs = few.map(i => [i, i]);
+  if (coupling === "vertices") return pairs;
+  few.forEach((i, k) => few.slice(k + 1).forEach(j => { if (!equal(vertices[i].E, vertices[j].E)) pairs.push([i, j]); }));
+  return pairs;
+}
+
+function meanDescriptor(vertices) {
+  const few = coupledPairs(vertices, "vertices").map(([i]) => vertices[i]), mean = {};
+  for (const name of ["E", "A", "Bu", "Bw", "C"]) {
+    mean[name] = few.map(d => d[name]).reduce((sum, X) => combined(1, sum, 1, X));
+    mean[name] = scaled(1 / few.length, mean[name]);
+  }
+  const size = symmetricEigenvalues(times(transposed(mean.E), mean.E));
+  return Math.sqrt(Math.max(0, size[0]) / size[size.length - 1]) < 1e-6 ? vertices[0] : mean;
+}
+
+// inv(E) [A Bu Bw]
+const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
+
+// The system in coordinates x = T xi, u = scale v, its rows times `left`.
+const changed = ({E, A, Bu, Bw, C}, left, T, scale) => ({
+  E: times(times(left, E), T), A: times(times(left, A), T), Bu: scaled(scale, times(left, Bu)),
+  Bw: times(left, Bw), C: times(C, T)});
+
+const rounded = (x, digits) => Number(x.toExponential(digits - 1));
+
+// What asks for a size of P, the leader first: see `Request` of the package. The others
+// have P / s, Y / s in their blocks, with an unknown s.
+function sized(asked) {
+  const names = [];
+  if (asked.gamma !== undefined) names.push("gamma");
+  if (asked.u_max !== undefined) names.push("u_max");
+  if (asked.minimize === "u_max") names.reverse();
+  return names;
+}
+
+// Coordinates x = T xi, u = scale v in which the LMIs are well conditioned, from the
+// Riccati equation of the mean vertex; sizes and gain start the search.
+function frameOf(vertices, asked) {
+  const mean = meanDescriptor(vertices), N = mean.E.rows, n = mean.C.rows;
+  const most = Math.max(...vertices.map(({Bu}) => Math.sqrt(inner(Bu, Bu))));
+  const typical = Math.sqrt(inner(mean.Bu, mean.Bu)) > 0.1 * most ? mean : vertices[0];
+  const [A, B] = stateSpace(typical), omega = typicalRate(asked, mean);
+  const weight = energy(vertices, omega);
+  const effort = Array.from({length: B.cols}, (_, j) => {
+    let sum = 0;
+    for (let i = 0; i < N; i++) sum += weight[i] * B.at[i * B.cols + j] ** 2;
+    return sum / omega ** 2 || 1;
+  });
+  const size = weight.map(Math.sqrt), force = effort.map(Math.sqrt);
+  const shift = mapped(A, (x, i, j) => size[i] * x / size[j] / omega + (i === j ? 0.1 : 0));
+  const push = mapped(B, (x, i, j) => size[i] * x / force[j] / omega);
+  const X = riccati(shift, push), L = X && cholesky(X);
+  let T = L ? mapped(transposed(inverseLower(L)), (x, i) => x / size[i]) : mapped(identity(N), (x, i) => x / size[i]);
+  let gain = L && mapped(times(transposed(push), X), (x, i, j) => -x * size[j] / force[i]);
+  const reaches = reach(asked, T, stateSpace(mean)[2], omega), names = sized(asked);
+  const tied = asked.mu !== undefined && asked.mu !== null && names.length > 1;
+  const large = names.length > 1 && !tied ? reaches[names[0]] : Math.max(1e-300, ...names.map(k => reaches[k])) ;
+  T = scaled(Math.sqrt(names.length ? large : 1), T);
+  const scale = omega / (norm(solve(times(mean.E, T), mean.Bu)) || 1);
+  if (gain) gain = scaled(1 / scale, times(gain, T));
+  T = mapped(T, x => rounded(x, 6));
+  const followers = tied ? [] : names.slice(1), now = reach(asked, T, stateSpace(mean)[2], omega);
+  const sizes = Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
+  return {T, left: inverse(times(mean.E, T)), back: inverse(T), scale: rounded(scale, 6), gain, sizes, n};
+}
+
+// The plant's own coordinates.
+function plainFrame(N) { return {T: identity(N), left: identity(N), back: identity(N), scale: 1, sizes: {}}; }
+
+function typicalRate({sigma, rho}, mean) {
+  if (rho !== undefined) return rho / 2;
+  if (sigma) return 4 * sigma;
+  return Math.max(...eigenvalues(stateSpace(mean)[0]).map(s => Math.hypot(...s))) || 1;
+}
+
+// Diagonal weights of x that have the unit of energy.
+function energy(vertices, omega) {
+  const few = coupledPairs(vertices, "vertices").map(([i]) => vertices[i]);
+  const {A, C} = vertices[0], n = C.rows, N = A.rows, inertia = new Float64Array(n);
+  for (const {mass, A} of few) {
+    for (let i = 0; i < n; i++) {
+      const at = j => Math.abs(A.at[(n + i) * N + j]);
+      inertia[i] += (Math.abs(mass[i]) + at(n + i) / omega + at(i) / omega ** 2) / few.length;
+    }
+  }
+  const list = [];
+  for (let i = 0; i < n; i++) { inertia[i] ||= 1; list.push(omega ** 2 * inertia[i]); }
+  list.push(...inertia);
+  for (let k = 2 * n; k < N; k++) {
+    let sum = 0;
+    for (let j = 0; j < n; j++) sum += A.at[k * N + j] ** 2 / inertia[j];
+    list.push(omega ** 4 / sum);
+  }
+  return list;
+}
+
+// How large each requirement's P must be, roughly.
+function reach({mu, x0}, T, Bw, omega) {
+  const X = x0 && solve(T, {rows: x0.length, cols: 1, at: Float64Array.from(x0)});
+  const noise = norm(solve(T, Bw)) ** 2;
+  return {gamma: noise / (mu || 1) / omega || 1, u_max: x0 ? 2 * inner(X, X) || 1 : 1};
+}

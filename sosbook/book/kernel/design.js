@@ -1,0 +1,144 @@
+// From a plant and what is asked of it to gains, or to why there are none.
+
+const MARGIN_IN_FLOATS = 1e-9;   // a smaller one is no proof in floats
+const RETRIES = 2;               // in closer frames, where nothing is decided
+const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad unit
+
+// {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
+// plant of the same shape: faster, the answer is the same.
+function design(request, start = null) {
+  const {asked, coupling = "pairs"} = request, plain = descriptors(request);
+  const empty = asked.rho !== undefined && asked.sigma !== undefined && asked.rho <= asked.sigma;
+  if (empty) return {status: "infeasible", reason: "The region is empty.", steps: [0, 0]};
+  if (asked.minimize) return least(request, plain, coupling);
+  let frame = frameOf(plain, asked), blocks = assembled(plain, asked, coupling, frame);
+  let found = null;
+  if (start && start.status === "feasible") {
+    const near = inFrame(blocks, frame, start);
+    if (near && factored(blocks.at(near))) found = {verdict: "feasible", x: near, steps: 0};
+  }
+  found ??= phaseOne(blocks, guess(blocks, frame));
+  for (let count = 0; count < RETRIES && found.verdict === "undecided" && found.last; count++) {
+    const closer = around(plain, frame, blocks, found.last);
+    if (!closer) break;
+    frame = closer;
+    blocks = assembled(plain, asked, coupling, frame);
+    found = phaseOne(blocks, guess(blocks, frame));
+  }
+  if (found.verdict !== "feasible") {
+    return {status: found.verdict, excluded: found.excluded, steps: [found.steps, 0], reason: found.verdict === "infeasible"
+      ? "Multipliers of the LMIs exclude every solution, in floating point."
+      : "Neither a design nor multipliers that exclude one were found."};
+  }
+  if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) {   // a bad unit
+    const closer = around(plain, frame, blocks, found.x), there = closer && assembled(plain, asked, coupling, closer);
+    const moved = there && inFrame(there, closer, inPlantUnits(frame, blocks, found.x));
+    if (moved && factored(there.at(moved))) { frame = closer; blocks = there; found.x = moved; }
+  }
+  const best = anyCentre(blocks, found.x);
+  return finished(plain, asked, coupling, frame, blocks, best, found.steps);
+}
+
+function guess(blocks, frame) {
+  if (!frame.gain) return null;
+  const values = {P: identity(frame.T.rows), Y: frame.gain};
+  for (const {name} of blocks.unknowns.slice(2)) values[name] = identity(1);
+  return blocks.packed(values);
+}
+
+// The centre, of a bounded part if there is no other.
+function anyCentre(blocks, x) {
+  const free = blocks.homogeneous ? null : centre(blocks, x);
+  if (free) return {...free, lid: false};
+  for (let r = 16; r < 1e16; r *= 16) {
+    const part = joined(blocks, r);
+    const inside = factored(part.at(x)) ? x : phaseOne(part).x;
+    if (!inside) continue;
+    const found = centre(part, inside);
+    return found ? {...found, lid: true} : {x: inside, steps: 0, lid: true};
+  }
+  return {x, steps: 0, lid: true};
+}
+
+// A point of another frame, in this one.
+function inFrame(blocks, frame, {P, Y, sizes}) {
+  if (P.rows !== frame.T.rows || Y.rows !== blocks.unknowns[1].rows) return null;
+  const back = frame.back, right = transposed(back);
+  const values = {P: times(times(back, P), right), Y: scaled(1 / frame.scale, times(Y, right))};
+  for (const {name} of blocks.unknowns.slice(2)) {
+    const owner = name.replace("size for ", "");
+    if (!(sizes[owner] > 0)) return null;
+    values[name] = identity(1, sizes[owner] * (frame.sizes[owner] || 1) ** 2);
+  }
+  return blocks.packed(values);
+}
+
+// Coordinates in which the P of a point is the identity, and the sizes are one.
+function around(plain, frame, blocks, x) {
+  const [P, Y, ...rest] = blocks.unpacked(x), values = symmetricEigenvalues(P), n = P.rows;
+  const lift = Math.max(0, 1e-6 * values[n - 1] - values[0]);
+  const L = values[n - 1] > 0 && cholesky(combined(1, P, 1, identity(n, lift)));
+  if (!L) return null;
+  const T = mapped(times(frame.T, L), v => rounded(v, 6)), back = inverse(T);
+  if (!back) return null;
+  const K = times(Y, inverse(times(L, transposed(L)))), scale = frame.scale * (norm(times(K, L)) || 1), sizes = {...frame.sizes};
+  blocks.unknowns.slice(2).forEach(({name}, k) => {
+    const owner = name.replace("size for ", ""), s = rest[k].at[0];
+    if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
+  });
+  return {...frame, sizes, T, back, left: inverse(times(meanDescriptor(plain).E, T)), scale, gain: scaled(frame.scale / scale, times(K, L))};
+}
+
+// K, P, Y and the sizes of a point, in the plant's units.
+function inPlantUnits(frame, blocks, x) {
+  const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {};
+  const P = symmetrized(times(times(T, P0), transposed(T)));
+  const K = scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
+  blocks.unknowns.slice(2).forEach(({name}, k) => {
+    const owner = name.replace("size for ", "");
+    sizes[owner] = rest[k].at[0] / (frame.sizes[owner] || 1) ** 2;
+  });
+  return {K, P, Y: times(K, P), sizes};
+}
+
+// What is known of a point: in the plant's units, with margins and poles.
+function finished(plain, asked, coupling, frame, blocks, {x, lid, steps}, searched) {
+  const {K, P, Y, sizes} = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, asked, coupling, P, Y, sizes);
+  const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
+  return {status: good ? "feasible" : "undecided", K: rowsOf(K), P, Y, sizes, margins, lid, frame,
+    naturalP: scaled(1 / (sizes.u_max || 1), P), reason: good ? "" : "The margins are too small for floating point.",
+    poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
+}
+
+// The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
+// coordinates: what phase one and the centre say isn't believed.
+function marginsOf(plain, asked, coupling, P, Y, sizes) {
+  const blocks = assembled(plain, {...asked, minimize: undefined}, coupling, plainFrame(P.rows));
+  const values = {P, Y};
+  for (const [owner, s] of Object.entries(sizes)) values[sizeName(owner)] = identity(1, s);
+  const margins = {};
+  blocks.at(blocks.packed(values)).forEach((G, k) => { margins[blocks.list[k].name] = margin(G); });
+  return margins;
+}
+
+function margin(G) {
+  const d = Array.from({length: G.rows}, (_, i) => G.at[i * G.rows + i]), least = Math.min(...d);
+  if (!(least > 0)) return least;
+  return symmetricEigenvalues(mapped(G, (x, i, j) => x / Math.sqrt(d[i] * d[j])))[0];
+}
+
+function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }
+
+// The least bound, "gamma" or "u_max", and the centre for a bound that is 1 % larger.
+function least(request, plain, coupling) {
+  const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
+  const frame = frameOf(plain, asked), blocks = assembled(plain, asked, coupling, frame);
+  const start = guess(blocks, frame), found = phaseOne(blocks, start);
+  if (found.verdict !== "feasible") return {status: found.verdict, steps: [found.steps, 0], reason: `No ${name} is large enough.`};
+  const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
+  if (!optimum) return {status: "undecided", steps: [found.steps, 0], reason: `${name} has no minimum: limit the gains.`};
+  const unit = name === "u_max" ? frame.scale : 1, bound = unit * Math.sqrt(optimum.x[at]);
+  const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
+  const next = {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
+  return {...design({...request, asked: next}), least: bound, [name]: next[name]};
+}

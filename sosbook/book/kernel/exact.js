@@ -1,0 +1,176 @@
+// Exact arithmetic: matrices of decimals, {rows, cols, at, places}, whose entries are
+// BigInt multiples of 10^-places. No division is needed, so nothing is rounded.
+
+// A float as Python writes it: the shortest decimal that is read back as it.
+function decimal(x) {
+  if (!isFinite(x)) throw new Error(`${x} is no decimal number`);
+  const [mantissa, power] = (x + 0 || 0).toExponential().split("e"), e = Number(power);
+  if (x === 0 || (e >= -4 && e < 16)) return fixed(mantissa, e);
+  return `${mantissa}e${e < 0 ? "-" : "+"}${String(Math.abs(e)).padStart(2, "0")}`;
+}
+
+function fixed(mantissa, e) {
+  const sign = mantissa.startsWith("-") ? "-" : "", digits = mantissa.replace(/[-.]/g, "");
+  if (e < 0) return sign + "0." + "0".repeat(-e - 1) + digits;
+  const whole = digits.slice(0, e + 1).padEnd(e + 1, "0"), rest = digits.slice(e + 1);
+  return sign + whole + (rest ? "." + rest : "");
+}
+
+const decimals = list => list.map(x => Array.isArray(x) ? decimals(x) : decimal(x));
+
+// The decimal as [BigInt, places].
+function parsed(x) {
+  const [, sign, whole, rest = "", e = 0] = /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
+  const value = BigInt(sign + whole + rest), places = rest.length - Number(e);
+  return places < 0 ? [value * 10n ** BigInt(-places), 0] : [value, places];
+}
+
+function exactMatrix(list, cols = list.length ? list[0].length : 0) {
+  const entries = list.flat().map(parsed), places = Math.max(0, ...entries.map(([, p]) => p));
+  return {rows: list.length, cols, places, at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))};
+}
+
+const exactScalar = x => exactMatrix([[x]]);
+
+function exactTimes(X, Y) {
+  const at = new Array(X.rows * Y.cols).fill(0n);
+  for (let i = 0; i < X.rows; i++) {
+    for (let k = 0; k < X.cols; k++) {
+      const x = X.at[i * X.cols + k];
+      if (x === 0n) continue;
+      for (let j = 0; j < Y.cols; j++) at[i * Y.cols + j] += x * Y.at[k * Y.cols + j];
+    }
+  }
+  return {rows: X.rows, cols: Y.cols, places: X.places + Y.places, at};
+}
+
+function exactTransposed(X) {
+  const at = [];
+  for (let j = 0; j < X.cols; j++) for (let i = 0; i < X.rows; i++) at.push(X.at[i * X.cols + j]);
+  return {rows: X.cols, cols: X.rows, places: X.places, at};
+}
+
+const exactScaled = (s, X) => ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
+
+const atPlaces = (X, places) => {
+  const unit = 10n ** BigInt(places - X.places);
+  return unit === 1n ? X : {...X, places, at: X.at.map(x => x * unit)};
+};
+
+function exactSum(X, ...others) {
+  const places = Math.max(X.places, ...others.map(o => o.places)), at = atPlaces(X, places).at.slice();
+  for (const other of others) atPlaces(other, places).at.forEach((x, k) => { at[k] += x; });
+  return {...X, places, at};
+}
+
+const exactNegative = X => ({...X, at: X.at.map(x => -x)});
+
+// A matrix of blocks; null is zero. Heights and widths come from the others.
+function exactBlock(rows) {
+  const heights = rows.map(row => row.find(X => X).rows), widths = rows[0].map((_, j) => rows.find(row => row[j])[j].cols);
+  const places = Math.max(...rows.flat().map(X => X ? X.places : 0)), at = [];
+  rows.forEach((row, r) => {
+    const parts = row.map(X => X && atPlaces(X, places));
+    for (let i = 0; i < heights[r]; i++) {
+      parts.forEach((X, c) => { for (let j = 0; j < widths[c]; j++) at.push(X ? X.at[i * widths[c] + j] : 0n); });
+    }
+  });
+  const rowCount = heights.reduce((a, b) => a + b, 0), cols = widths.reduce((a, b) => a + b, 0);
+  return {rows: rowCount, cols, places, at};
+}
+
+const exactIdentity = (n, s = exactScalar(1)) =>
+  ({rows: n, cols: n, places: s.places, at: Array.from({length: n * n}, (_, k) => k % (n + 1) === 0 ? s.at[0] : 0n)});
+
+// Whether a symmetric matrix is positive definite: all its leading minors, by the
+// elimination of Bareiss, whose divisions leave no remainder.
+function definite({rows: n, at}) {
+  for (let i = 0; i < n; i++) for (let j = 0; j < i; j++) if (at[i * n + j] !== at[j * n + i]) return false;
+  let rows = Array.from({length: n}, (_, i) => at.slice(i * n + i, (i + 1) * n)), last = 1n;
+  while (rows.length) {
+    const [head, ...others] = rows, lead = head[0];
+    if (lead <= 0n) return false;
+    rows = others.map((row, k) => row.map((x, j) => (lead * x - head[k + 1] * head[k + 1 + j]) / last));
+    last = lead;
+  }
+  return true;
+}
+
+// ------------------------------------------------- correctly rounded functions
+const BITS = 240n, UNIT = 1n << BITS;
+const PI = 31415926535897932384626433832795028841971693993751058209749445923078164062862089986280348253421170679n;
+
+// sine and cosine of angle / UNIT, times UNIT, by Taylor's series.
+function sineCosine(angle) {
+  let sin = 0n, cos = 0n, term = UNIT;
+  for (let k = 1n; term !== 0n; k++) {
+    if (k % 2n) cos += k % 4n === 1n ? term : -term; else sin += k % 4n === 2n ? term : -term;
+    term = term * angle / (UNIT * k);
+  }
+  return [sin, cos];
+}
+
+const float = x => Number(x) / 2 ** Number(BITS);
+
+// The pair (sin, cos) of a sector, rounded inwards as the package rounds it, and its
+// half-angle in degrees, rounded up to a hundredth, as text: that of their decimals.
+function sector(theta) {
+  const [s, c] = sineCosine(floatExactly(theta));
+  const sin = float(s) * (1 - 4 * Number.EPSILON), cos = float(c) * (1 + 4 * Number.EPSILON);
+  const [S, p] = parsed(sin), [C, q] = parsed(cos), left = S * 10n ** BigInt(q), right = C * 10n ** BigInt(p);
+  let h = Math.max(0, Math.floor(theta * 18000 / Math.PI) - 2);
+  for (;; h++) {
+    const angle = PI * UNIT * BigInt(h) / (18000n * 10n ** 100n), [sinH, cosH] = sineCosine(angle);
+    if (left * cosH <= sinH * right) return {sin, cos, degrees: decimal(h / 100)};
+  }
+}
+
+// A float times UNIT, exactly (it has at least 2^-180 for its last bit).
+function floatExactly(x) {
+  let scale = 0n;
+  while (!Number.isInteger(x)) { x *= 2; scale++; }
+  return BigInt(x) * UNIT >> scale;
+}
+
+// A float that isn't below 2 sigma, as a binary number and as a decimal.
+function twiceAtLeast(sigma) {
+  const [value, places] = parsed(sigma);
+  let bound = 2 * sigma;
+  for (;;) {
+    const [b, p] = parsed(bound), common = Math.max(p, places);
+    if (b * 10n ** BigInt(common - p) >= 2n * value * 10n ** BigInt(common - places)) return bound;
+    const bytes = new Float64Array([bound]), bits = new BigInt64Array(bytes.buffer);
+    bits[0] += 1n;   // the next float
+    bound = bytes[0];
+  }
+}
+
+// ------------------------------------------------------------------- SHA-256
+// FIPS 180-4, of an ASCII text, as hexadecimal digits. Its constants are the fractions
+// of the roots of the first primes.
+function sha256(text) {
+  const primes = [];
+  for (let k = 2; primes.length < 64; k++) if (primes.every(p => k % p)) primes.push(k);
+  const fraction = x => (x - Math.floor(x)) * 2 ** 32 | 0, turn = (x, n) => x >>> n | x << 32 - n;
+  const K = primes.map(p => fraction(Math.cbrt(p))), H = primes.slice(0, 8).map(p => fraction(Math.sqrt(p)));
+  const bytes = [...text].map(c => c.charCodeAt(0)), bits = bytes.length * 8;
+  bytes.push(128);
+  while (bytes.length % 64 !== 56) bytes.push(0);
+  for (let k = 7; k >= 0; k--) bytes.push(Math.floor(bits / 2 ** (8 * k)) & 255);
+  for (let from = 0; from < bytes.length; from += 64) {
+    const w = [];
+    for (let t = 0; t < 64; t++) {
+      if (t < 16) { const b = from + 4 * t; w[t] = bytes[b] << 24 | bytes[b + 1] << 16 | bytes[b + 2] << 8 | bytes[b + 3]; continue; }
+      const x = w[t - 15], y = w[t - 2];
+      w[t] = w[t - 16] + (turn(x, 7) ^ turn(x, 18) ^ x >>> 3) + w[t - 7] + (turn(y, 17) ^ turn(y, 19) ^ y >>> 10) | 0;
+    }
+    let [a, b, c, d, e, f, g, h] = H;
+    for (let t = 0; t < 64; t++) {
+      const one = h + (turn(e, 6) ^ turn(e, 11) ^ turn(e, 25)) + (e & f ^ ~e & g) + K[t] + w[t] | 0;
+      const two = (turn(a, 2) ^ turn(a, 13) ^ turn(a, 22)) + (a & b ^ a & c ^ b & c) | 0;
+      [a, b, c, d, e, f, g, h] = [one + two | 0, a, b, c, d + one | 0, e, f, g];
+    }
+    [a, b, c, d, e, f, g, h].forEach((x, k) => { H[k] = H[k] + x | 0; });
+  }
+  return H.map(x => (x >>> 0).toString(16).padStart(8, "0")).join("");
+}

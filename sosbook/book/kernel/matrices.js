@@ -1,0 +1,221 @@
+// Dense matrices of a few rows, row by row in a Float64Array: {rows, cols, at}.
+
+function zeros(rows, cols) { return {rows, cols, at: new Float64Array(rows * cols)}; }
+
+function identity(n, value = 1) {
+  const X = zeros(n, n);
+  for (let i = 0; i < n; i++) X.at[i * n + i] = value;
+  return X;
+}
+
+function matrix(list, cols = list.length ? list[0].length : 0) {
+  const X = zeros(list.length, cols);
+  list.forEach((row, i) => row.forEach((x, j) => { X.at[i * cols + j] = x; }));
+  return X;
+}
+
+function rowsOf(X) {
+  return Array.from({length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
+}
+
+function transposed(X) {
+  const T = zeros(X.cols, X.rows);
+  for (let i = 0; i < X.rows; i++) for (let j = 0; j < X.cols; j++) T.at[j * X.rows + i] = X.at[i * X.cols + j];
+  return T;
+}
+
+// a X + b Y
+function combined(a, X, b, Y) {
+  const Z = zeros(X.rows, X.cols);
+  for (let k = 0; k < Z.at.length; k++) Z.at[k] = a * X.at[k] + b * Y.at[k];
+  return Z;
+}
+
+function scaled(a, X) { return {rows: X.rows, cols: X.cols, at: X.at.map(x => a * x)}; }
+
+function times(X, Y) { return accumulate(zeros(X.rows, Y.cols), X, Y); }
+
+// Z + X Y, in the place of Z.
+function accumulate(Z, X, Y) {
+  const {rows, cols: inner} = X, cols = Y.cols, x = X.at, y = Y.at, z = Z.at;
+  for (let i = 0; i < rows; i++) {
+    for (let k = 0; k < inner; k++) {
+      const factor = x[i * inner + k];
+      if (factor === 0) continue;
+      for (let j = 0, to = i * cols, from = k * cols; j < cols; j++) z[to + j] += factor * y[from + j];
+    }
+  }
+  return Z;
+}
+
+// Puts Y into X with its first entry at (top, left), multiplied by a.
+function place(X, top, left, Y, a = 1) {
+  for (let i = 0; i < Y.rows; i++) {
+    for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
+  }
+  return X;
+}
+
+function symmetrized(X) {
+  const n = X.rows, x = X.at;
+  for (let i = 0; i < n; i++) {
+    for (let j = 0; j < i; j++) x[i * n + j] = x[j * n + i] = (x[i * n + j] + x[j * n + i]) / 2;
+  }
+  return X;
+}
+
+function inner(X, Y) {
+  let sum = 0;
+  for (let k = 0; k < X.at.length; k++) sum += X.at[k] * Y.at[k];
+  return sum;
+}
+
+// The Cholesky factor L of X = L L', or null where X isn't positive definite.
+function cholesky(X) {
+  const n = X.rows, L = zeros(n, n), l = L.at;
+  for (let j = 0; j < n; j++) {
+    for (let i = j; i < n; i++) {
+      let sum = X.at[i * n + j];
+      for (let k = 0, a = i * n, b = j * n; k < j; k++) sum -= l[a + k] * l[b + k];
+      if (i === j) {
+        if (!(sum > 0) || sum === Infinity) return null;
+        l[j * n + j] = Math.sqrt(sum);
+      } else l[i * n + j] = sum / l[j * n + j];
+    }
+  }
+  return L;
+}
+
+function inverseLower(L) {
+  const n = L.rows, N = zeros(n, n), x = N.at, l = L.at;
+  for (let j = 0; j < n; j++) {
+    x[j * n + j] = 1 / l[j * n + j];
+    for (let i = j + 1; i < n; i++) {
+      let sum = 0;
+      for (let k = j; k < i; k++) sum -= l[i * n + k] * x[k * n + j];
+      x[i * n + j] = sum / l[i * n + i];
+    }
+  }
+  return N;
+}
+
+// X = L L' solved for one right-hand side.
+function solveCholesky(L, b) {
+  const n = L.rows, l = L.at, x = Float64Array.from(b);
+  for (let i = 0; i < n; i++) {
+    let sum = x[i];
+    for (let k = 0; k < i; k++) sum -= l[i * n + k] * x[k];
+    x[i] = sum / l[i * n + i];
+  }
+  for (let i = n - 1; i >= 0; i--) {
+    let sum = x[i];
+    for (let k = i + 1; k < n; k++) sum -= l[k * n + i] * x[k];
+    x[i] = sum / l[i * n + i];
+  }
+  return x;
+}
+
+// inv(X) Y by elimination with row pivots, and |det X|; null where X is singular.
+function solve(X, Y, size = {}) {
+  const n = X.rows, m = Y.cols, a = X.at.slice(), Z = {rows: n, cols: m, at: Y.at.slice()}, z = Z.at;
+  size.logarithm = 0;
+  for (let k = 0; k < n; k++) {
+    let pivot = k;
+    for (let i = k + 1; i < n; i++) if (Math.abs(a[i * n + k]) > Math.abs(a[pivot * n + k])) pivot = i;
+    const lead = a[pivot * n + k];
+    if (!(Math.abs(lead) > 0) || !isFinite(lead)) return null;
+    size.logarithm += Math.log(Math.abs(lead));
+    if (pivot !== k) {
+      for (let j = 0; j < n; j++) [a[k * n + j], a[pivot * n + j]] = [a[pivot * n + j], a[k * n + j]];
+      for (let j = 0; j < m; j++) [z[k * m + j], z[pivot * m + j]] = [z[pivot * m + j], z[k * m + j]];
+    }
+    for (let i = k + 1; i < n; i++) {
+      const factor = a[i * n + k] / lead;
+      if (factor === 0) continue;
+      for (let j = k; j < n; j++) a[i * n + j] -= factor * a[k * n + j];
+      for (let j = 0; j < m; j++) z[i * m + j] -= factor * z[k * m + j];
+    }
+  }
+  for (let i = n - 1; i >= 0; i--) {
+    for (let j = 0; j < m; j++) {
+      let sum = z[i * m + j];
+      for (let k = i + 1; k < n; k++) sum -= a[i * n + k] * z[k * m + j];
+      z[i * m + j] = sum / a[i * n + i];
+    }
+  }
+  return Z;
+}
+
+function inverse(X, size) { return solve(X, identity(X.rows), size); }
+
+// Eigenvalues of a symmetric matrix in rising order: Householder's tridiagonal
+// form, then implicit QL steps (Golub and Van Loan, sections 8.3.1 and 8.3.3).
+function symmetricEigenvalues(X) {
+  const n = X.rows, a = X.at.slice(), d = new Float64Array(n), e = new Float64Array(n);
+  for (let i = n - 1; i > 0; i--) {
+    let h = 0;
+    for (let k = 0; k < i - 1; k++) h += a[i * n + k] ** 2;
+    const f = a[i * n + i - 1];
+    if (h === 0) { e[i] = f; d[i] = 0; continue; }
+    h += f * f;
+    const g = f > 0 ? -Math.sqrt(h) : Math.sqrt(h);
+    e[i] = g;
+    h -= f * g;
+    a[i * n + i - 1] = f - g;
+    let sum = 0;
+    for (let j = 0; j < i; j++) {
+      let g = 0;
+      for (let k = 0; k <= j; k++) g += a[j * n + k] * a[i * n + k];
+      for (let k = j + 1; k < i; k++) g += a[k * n + j] * a[i * n + k];
+      e[j] = g / h;
+      sum += e[j] * a[i * n + j];
+    }
+    const half = sum / (2 * h);
+    for (let j = 0; j < i; j++) {
+      const v = a[i * n + j], w = e[j] - half * v;
+      e[j] = w;
+      for (let k = 0; k <= j; k++) a[j * n + k] -= v * e[k] + w * a[i * n + k];
+    }
+  }
+  for (let i = 0; i < n; i++) d[i] = a[i * n + i];
+  for (let i = 1; i < n; i++) e[i - 1] = e[i];
+  if (n) e[n - 1] = 0;
+  for (let l = 0; l < n; l++) {
+    for (let count = 0; count < 60; count++) {
+      let m = l;
+      for (; m < n - 1; m++) {
+        const size = Math.abs(d[m]) + Math.abs(d[m + 1]);
+        if (Math.abs(e[m]) <= Number.EPSILON * size) break;
+      }
+      if (m === l) break;
+      let g = (d[l + 1] - d[l]) / (2 * e[l]), r = Math.hypot(g, 1);
+      g = d[m] - d[l] + e[l] / (g + (g >= 0 ? r : -r));
+      let s = 1, c = 1, p = 0, i = m - 1;
+      for (; i >= l; i--) {
+        let f = s * e[i];
+        const b = c * e[i];
+        r = Math.hypot(f, g);
+        e[i + 1] = r;
+        if (r === 0) { d[i + 1] -= p; e[m] = 0; break; }
+        s = f / r;
+        c = g / r;
+        g = d[i + 1] - p;
+        r = (d[i] - g) * s + 2 * c * b;
+        p = s * r;
+        d[i + 1] = g + p;
+        g = c * r - b;
+      }
+      if (r === 0 && i >= l) continue;
+      d[l] -= p;
+      e[l] = g;
+      e[m] = 0;
+    }
+  }
+  return d.sort();
+}
+
+// The largest singular value.
+function norm(X) {
+  const top = symmetricEigenvalues(times(transposed(X), X));
+  return top.length ? Math.sqrt(Math.max(0, top[top.length - 1])) : 0;
+}

@@ -1,0 +1,52 @@
+"""Requests of the package in the words of the page's kernel."""
+
+import numpy as np
+
+__all__ = ["page_request"]
+
+
+def page_request(
+    plant,
+    U=None,
+    region=None,
+    gamma=None,
+    saturation=None,
+    mu=None,
+    coupling="pairs",
+    K_A=None,
+    **asked,
+):
+    """Keywords of `design_pid` as the kernel's ``design`` takes them.
+
+    Parameters
+    ----------
+    plant, U, region, gamma, saturation, mu, coupling, K_A
+        As in `design_pid`.
+    **asked
+        More for the kernel, such as ``minimize``.
+    """
+    vertices = [
+        {
+            name: np.asarray(getattr(v, name)).tolist()
+            for name in ("MDSBF" if v.p else "MDSB")
+        }
+        for v in plant.vertices
+    ]
+    for name in ("sigma", "theta", "rho"):
+        if getattr(region, name, None) is not None:
+            asked[name] = getattr(region, name)
+    if gamma is not None:
+        asked["gamma"] = gamma
+    if mu is not None:
+        asked["mu"] = mu
+    if saturation is not None:
+        asked["x0"] = np.asarray(saturation.x0).tolist()
+        if saturation.u_max is not None:
+            asked["u_max"] = saturation.u_max
+    return {
+        "vertices": vertices,
+        "U": [] if U is None else np.asarray(U, float).tolist(),
+        "K_A": None if K_A is None else np.asarray(K_A, float).tolist(),
+        "coupling": coupling,
+        "asked": asked,
+    }
