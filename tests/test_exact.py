@@ -5,8 +5,9 @@ import pytest
 from flint import arb, fmpq, fmpq_mat
 
 from sosbook.lmi.adjoint import adjoint, slope
-from sosbook.lmi.exact import exact, pivots
+from sosbook.lmi.exact import definite, exact, pivots, positive
 from sosbook.lmi.expression import Unknown, block, he
+from sosbook.lmi.refutation import semidefinite
 
 
 def rationals(rng, *shape):
@@ -38,6 +39,57 @@ def test_pivots_are_quotients_of_leading_minors(seed):
 def test_a_singular_matrix_ends_in_a_pivot_of_zero():
     x = exact(np.array([[1.0, 2.0, 0], [2.0, 4.0, 0], [0, 0, 1.0]]))
     assert pivots(x) == [1, 0]
+
+
+def long_rationals(rng, q, digits=150):
+    """A rational matrix with q rows; each entry has its own denominator."""
+    numbers = [[int(e) for e in rng.integers(1, 2**62, 9)] for _ in range(2 * q * q)]
+    large = [sum(e << 62 * k for k, e in enumerate(row)) for row in numbers]
+    entries = np.empty((q, q), object)
+    entries.flat = [fmpq(a, b) for a, b in zip(large[::2], large[1::2])]
+    assert len(str(entries[0, 0])) > digits
+    return entries.view(type(exact(np.eye(1))))
+
+
+@pytest.mark.parametrize("q", [1, 2, 6, 26])
+@pytest.mark.parametrize("above", [1, 0, -1])
+@pytest.mark.parametrize("exponent", [6, 60])
+def test_the_sign_of_a_matrix_with_long_entries(q, above, exponent):
+    """D (1/e 1' + s e I) D differs from a singular matrix by very little."""
+    rng = np.random.default_rng(q)
+    D = np.diag(long_rationals(rng, q).diagonal()).view(type(exact(np.eye(1))))
+    ones, tiny = exact(np.ones((q, q))), above * fmpq(1, 10**exponent)
+    x = D @ (ones + tiny * exact(np.eye(q))) @ D
+    at_one = q == 1  # a matrix of one entry is positive without more
+    assert positive(x) is (above > 0 or at_one)
+    assert semidefinite(x) is (above >= 0 or at_one)
+    if q <= 6:
+        assert definite(x)[0] is positive(x)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_singular_matrices_with_long_entries(seed):
+    """W Z W' with Z > 0 is semidefinite; less a little along v, it isn't."""
+    rng = np.random.default_rng(seed)
+    q, rank = 7, int(rng.integers(1, 7))
+    W, root = rationals(rng, q, rank), long_rationals(rng, rank)
+    x = W @ root @ root.T @ W.T
+    order = rng.permutation(q)
+    x = x[np.ix_(order, order)]
+    v = rationals(rng, q, 1)
+    assert semidefinite(x)
+    assert not positive(x)
+    assert semidefinite(x + fmpq(1, 10**80) * (v @ v.T))
+    assert not semidefinite(x - fmpq(1, 10**80) * (v @ v.T))
+    assert not semidefinite(-x)
+
+
+def test_a_matrix_without_an_entry_that_matters():
+    zero = exact(np.zeros((3, 3)))
+    assert semidefinite(zero)
+    assert not positive(zero)
+    zero[0, 1] = zero[1, 0] = fmpq(1)
+    assert not semidefinite(zero)
 
 
 def blocks(rng):

@@ -6,9 +6,9 @@ from math import inf, nextafter, sqrt
 
 import numpy as np
 
-from .exact import adjoint, definite, exact, repair_multipliers, round_digits
+from .exact import adjoint, exact, positive, repair_multipliers, round_digits
 from .proof import Examined, ProofFile
-from .rational import fraction, rational_matrix
+from .rational import _matrix, fraction, rational_matrix
 
 __all__ = [
     "Exclusion",
@@ -78,7 +78,7 @@ def excludes(expressions, unknowns, multipliers):
     for name, z in multipliers.items():
         if z.dtype != object or z.shape != expressions[name].shape:
             return f"the multiplier of {name} isn't a rational matrix of its shape"
-        if not (z == z.T).all() or not (definite(z)[0] or semidefinite(z)):
+        if not (z == z.T).all() or not (positive(z) or semidefinite(z)):
             return f"the multiplier of {name} isn't positive semidefinite"
     if not any((z != 0).any() for z in Z):
         return "all multipliers are zero"
@@ -92,25 +92,22 @@ def excludes(expressions, unknowns, multipliers):
 def semidefinite(x):
     """Whether a symmetric matrix of rationals is positive semidefinite.
 
+    Notes
+    -----
+    Let the columns in J be a basis of those of x. Then x[J, J] is regular,
+    and x = Y' x[J, J] Y for some Y: x is positive semidefinite exactly if
+    x[J, J] is positive definite.
+
     Examples
     --------
     >>> x = exact(np.array([[1.0, 2.0], [2.0, 4.0]]))
     >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
     (True, False, False)
     """
-    rows = x.tolist()
-    while rows:
-        head, rest = rows[0], rows[1:]
-        pivot = head[0]
-        if pivot < 0 or (pivot == 0 and any(e != 0 for e in head)):
-            return False
-        if pivot == 0:
-            rows = [row[1:] for row in rest]
-            continue
-        rows = [
-            [e - row[0] * h / pivot for e, h in zip(row[1:], head[1:])] for row in rest
-        ]
-    return True
+    reduced, _, rank = _matrix(x).numer_denom()[0].rref()
+    rows = reduced.table()[:rank]
+    lead = [next(j for j, e in enumerate(row) if e != 0) for row in rows]
+    return not rank or positive(x[np.ix_(lead, lead)])
 
 
 class Exclusion(ProofFile):
@@ -216,7 +213,7 @@ def excluded_radius(expressions, unknowns, Z, digits=17):
         down from an exact figure; 0 where the multipliers say nothing.
     """
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
-    if not all(definite(z)[0] for z in Z):
+    if not all(map(positive, Z)):
         return 0.0
     constants = [g.constant for g in expressions.values()]
     value = sum((c * z).sum() for c, z in zip(constants, Z))
