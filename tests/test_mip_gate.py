@@ -8,13 +8,16 @@ import pytest
 from sosbook.mip import Robot
 from sosbook.mip.__main__ import main
 from sosbook.mip.deployment import deploy
+from sosbook.mip.fit_checks import lateness
 from sosbook.mip.gate import Inspection, refused, widened
-from sosbook.mip.identify import identify
+from sosbook.mip.identify import fit_body, identify
 from sosbook.mip.log import Log
 from sosbook.mip.report import page
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA, Rig, shipped
 
 from tests.corrupted import SPOILT
+from tests.six_robots import SIX
+from tests.six_robots import logs as record_six
 from tests.test_mip_robot import GEARS, THESIS, record, truth
 
 pytestmark = pytest.mark.slow  # each log is identified
@@ -175,3 +178,14 @@ def test_the_truth_of_the_second_robot_lies_in_the_widened_intervals(robots):
         over = {"c": real.c, "a": 2 * real.I_w}[name[-1]]
         assert abs(getattr(real, name[0]) / over - value) < 4 * sd, name
     assert Robot.shipped("gearmotors") == robot
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("name", ["tall and thin", "gear motors 100 Hz"])
+def test_gears_that_rub_are_not_taken_for_a_late_gyro(name, k):
+    """Nor does a large swing hide or feign a sample."""
+    (machine,) = (m for m in SIX if m.name == name)
+    (t, V, gyro), _ = record_six(replace(machine, friction=0.04 * machine.V_n))
+    gyro = np.concatenate([np.full(k, gyro[0]), gyro[: len(gyro) - k]])
+    log = Log(t, V, gyro=gyro)
+    assert lateness(fit_body(log, friction=True), log) == k

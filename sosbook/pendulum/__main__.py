@@ -3,11 +3,16 @@
 The robot is described in a TOML file, from which any number may differ
 by an option. Without logs it takes those that the package ships, and
 the description of their robot, the thesis's.
+
+Other commands, each with its own --help: record (programs that record
+the logs) and check (one log).
 """
 
 import argparse
+import sys
 from dataclasses import fields
 
+from .commands import COMMANDS
 from .deployment import deploy, described, inspect
 from .report import write_report
 from .rig import DATA
@@ -24,7 +29,10 @@ USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 
 
 def main(argv=None):
-    """The command; returns the `Deployment`."""
+    """The command; returns the `Deployment`, or what another command found."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    if argv and argv[0] in COMMANDS:
+        return COMMANDS[argv[0]](argv[1:])
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.mip",
         description=__doc__,

@@ -177,6 +177,11 @@ def digest(path):
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
+def described_or_none(robot):
+    """The `Robot` in a file or itself; None stays None."""
+    return robot if robot is None or isinstance(robot, Robot) else Robot.read(robot)
+
+
 def described(robot, logs):
     """The `Robot` that ``robot`` and two logs describe; ValueError if none does."""
     if isinstance(robot, Robot):

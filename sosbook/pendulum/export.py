@@ -5,16 +5,13 @@ text depends on the firmware and on the package's version alone.
 """
 
 import re
-import textwrap
-from importlib import resources
-from importlib.metadata import version
-from string import Template
 
 import numpy as np
 
 from . import spelling
 from .firmware import FAULTS, Firmware
 from .robot import Robot
+from .template import comment, fill, python_comment, written_by
 
 __all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
 
@@ -28,18 +25,8 @@ PYCTRL_WIRING = {  # which can't be changed from outside
     "encoder_channels": (3, 2),
     "encoder_polarities": (1, -1),
 }
-DMP_RATES = (
-    200,
-    100,
-    50,
-    40,
-    25,
-    20,
-    10,
-    8,
-    5,
-    4,
-)  # Hz, of the motion processor in the IMU
+#: Rates in Hz of the motion processor in the IMU.
+DMP_RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)
 
 
 def c_header(firmware, name="balance", precision="double"):
@@ -93,7 +80,7 @@ def c_header(firmware, name="balance", precision="double"):
     ]
     x = f"x[{order}];".ljust(12)
     state = f"    {C_TYPES[precision]} {x}/* the law's state */\n"
-    return _fill(
+    return fill(
         "law.h",
         values,
         faults="\n".join(faults).replace(
@@ -169,7 +156,7 @@ def c_source(firmware, name="balance", precision="double"):
         )
     uses_x = "x[" in output + "".join(following)
     mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
-    return _fill(
+    return fill(
         "law.c",
         values,
         mantissa=mantissa,
@@ -218,17 +205,11 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     True
     """
     values = _words(firmware, name, precision)
-    hertz = round(1 / firmware.law.T)
-    if hertz not in DMP_RATES or not np.isclose(hertz * firmware.law.T, 1):
-        raise ValueError(
-            f"law runs every {firmware.law.T:.9g} s, but the IMU's rates "
-            f"are {', '.join(map(str, DMP_RATES))} Hz: sample the law anew"
-        )
-    robot = _wired(robot)
-    pairs = {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
+    hertz = dmp_rate(firmware.law.T)
+    robot = wired(robot)
     reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
     low, high = robot.battery
-    return _fill(
+    return fill(
         "rc_balance.c",
         values,
         hertz=hertz,
@@ -238,7 +219,7 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
         nominal=repr(robot.nominal),
         low=repr(low),
         high=repr(high),
-        **pairs,
+        **pins(robot),
     )
 
 
@@ -274,23 +255,8 @@ def pyctrl_script(firmware, robot=None):
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
     values = _words(firmware, "balance", "double")
-    law, robot = firmware.law, _wired(robot)
-    for word in ("motor_channels", "encoder_channels"):
-        if getattr(robot, word) != PYCTRL_WIRING[word]:
-            raise ValueError(
-                f"{word} = {list(getattr(robot, word))}: pyctrl has "
-                f"{list(PYCTRL_WIRING[word])} and no others"
-            )
-    signs = {
-        word: tuple(
-            ours * theirs
-            for ours, theirs in zip(
-                getattr(robot, f"{word}_polarities"),
-                PYCTRL_WIRING[f"{word}_polarities"],
-            )
-        )
-        for word in ("motor", "encoder")
-    }
+    law, robot = firmware.law, wired(robot)
+    signs = pyctrl_signs(robot)
     constants = [
         f"{label} = {float(value)!r}  # {unit}"
         for label, value, unit in spelling.constants(firmware)
@@ -304,9 +270,8 @@ def pyctrl_script(firmware, robot=None):
     ]
     after = "".join(f"\n            {row}," for row in spelling.following(law))
     start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
-    values["note"] = _note(firmware, "").replace("\\", "/")
-    values["note"] = values["note"].replace('"""', "'''")
-    return _fill(
+    values["note"] = python_comment(_note(firmware))
+    return fill(
         "pyctrl.txt",
         values,
         constants="\n".join(constants),
@@ -324,7 +289,7 @@ def pyctrl_script(firmware, robot=None):
     )
 
 
-def _wired(robot):
+def wired(robot):
     """A `Robot` whose board these programs are for."""
     robot = robot or Robot.shipped("thesis")
     if robot.board != "beaglebone":
@@ -333,6 +298,45 @@ def _wired(robot):
             "a BeagleBone Blue"
         )
     return robot
+
+
+def pyctrl_signs(robot):
+    """The polarities of motors and encoders over those that pyctrl has itself.
+
+    It is a dict; other channels than pyctrl's are a ValueError.
+    """
+    for word in ("motor_channels", "encoder_channels"):
+        if getattr(robot, word) != PYCTRL_WIRING[word]:
+            raise ValueError(
+                f"{word} = {list(getattr(robot, word))}: pyctrl has "
+                f"{list(PYCTRL_WIRING[word])} and no others"
+            )
+    return {
+        word: tuple(
+            ours * theirs
+            for ours, theirs in zip(
+                getattr(robot, f"{word}_polarities"),
+                PYCTRL_WIRING[f"{word}_polarities"],
+            )
+        )
+        for word in ("motor", "encoder")
+    }
+
+
+def pins(robot):
+    """The channels and polarities of a robot as C spells pairs."""
+    return {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
+
+
+def dmp_rate(T):
+    """The rate in Hz of samples T apart, or a ValueError if the IMU hasn't it."""
+    hertz = round(1 / T)
+    if hertz not in DMP_RATES or not np.isclose(hertz * T, 1):
+        raise ValueError(
+            f"law runs every {T:.9g} s, but the IMU's rates "
+            f"are {', '.join(map(str, DMP_RATES))} Hz: sample the law anew"
+        )
+    return hertz
 
 
 def _words(firmware, name, precision):
@@ -364,16 +368,16 @@ def _words(firmware, name, precision):
         "name": name,
         "NAME": name.upper(),
         "real": C_TYPES[precision],
-        "note": _note(firmware, " * ", precision),
+        "note": comment(_note(firmware, precision), " * "),
     }
 
 
-def _note(firmware, margin, precision="double"):
-    """The provenance as lines of a comment that nothing can end."""
+def _note(firmware, precision="double"):
+    """The provenance, line by line."""
     law = firmware.law
     about = firmware.note if not isinstance(firmware.note, str) else (firmware.note,)
     lines = [
-        f"Written by sosbook {version('sosbook')}; write it again rather than edit it.",
+        written_by(),
         *(line for text in about for line in str(text).splitlines()),
         *(
             [
@@ -384,12 +388,4 @@ def _note(firmware, margin, precision="double"):
         ),
         f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, order {law.order}.",
     ]
-    wrapped = [
-        part for line in lines for part in textwrap.wrap(spelling.plain(line), 70)
-    ]
-    return "\n".join((margin + line).rstrip() for line in wrapped)
-
-
-def _fill(template, values, **more):
-    text = resources.files("sosbook.pendulum").joinpath("templates", template)
-    return Template(text.read_text("utf-8")).substitute(values, **more)
+    return lines

@@ -1,11 +1,20 @@
 """What the fits to two logs, and their agreement, say of the logs."""
 
 import numpy as np
+from scipy.optimize import least_squares
 
+from .experiments import STICTION_SPEED
 from .finding import Finding
 from .srivc import respond
 
-__all__ = ["check_fits", "lateness", "widened"]
+__all__ = [
+    "check_fits",
+    "check_lateness",
+    "check_residuals",
+    "check_start",
+    "lateness",
+    "widened",
+]
 
 CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
@@ -93,33 +102,27 @@ def check_fits(identified, body, wheels, robot):
                 "check that M_b is in kg and V in volts",
             )
         )
-    reports += _check_fit("log of the body", identified.body, body.gyro, 0.0)
+    reports += check_residuals("log of the body", identified.body, body.gyro, 0.0)
     for k, fit in enumerate(identified.wheels, 1):
         (count,) = wheels.need(f"encoder{k}")
         one = 2 * np.pi / robot.counts / wheels.T
-        reports += _check_fit(
+        reports += check_residuals(
             "log of the wheels" + f", encoder{k}" * (len(identified.wheels) > 1),
             fit,
             np.diff(count) * one,
             one,
         )
-    reports += _check_start(identified.body, body)
-    late = lateness(identified, body)
-    if late:
-        reports.append(
-            Finding(
-                "refused" if abs(late) >= 1 else "warning",
-                "log of the body",
-                f"gyro seems to be {abs(late):g} sample(s) "
-                f"{'late' if late > 0 else 'early'} against V: read the sensors "
-                "before V acts, in the same row",
-            )
-        )
+    reports += check_start(identified.body, body)
+    reports += check_lateness(identified.body, body)
     return reports
 
 
-def _check_fit(subject, fit, y, quantum):
-    """The size of the residuals, and whether they are noise."""
+def check_residuals(subject, fit, y, quantum):
+    """The size of a fit's residuals, and whether they are noise.
+
+    What was measured is y; a ``quantum`` is its step. It returns findings
+    about the ``subject``.
+    """
     relative = fit.rms / max(np.std(y), 1e-12)
     rough = np.std(np.diff(fit.residuals)) / 2**0.5
     floor = max(rough, quantum / 12**0.5)
@@ -145,8 +148,8 @@ def _check_fit(subject, fit, y, quantum):
     return []
 
 
-def _check_start(fit, log):
-    """Whether the body was at rest when the log began."""
+def check_start(fit, log):
+    """Whether the body was at rest when a log began, by its ``fit``."""
     early = fit.residuals[log.t < log.t[0] + 1.0]
     later = fit.residuals[log.t > log.t[0] + 4.0]
     if not len(later):
@@ -165,29 +168,60 @@ def _check_start(fit, log):
     return []
 
 
-def lateness(identified, log):
-    """By how many samples the gyro of a log is later than an identified model.
+def check_lateness(fit, log):
+    """Whether the gyro of a log is late or early against its V, by the ``fit``."""
+    late = lateness(fit, log)
+    if not late:
+        return []
+    return [
+        Finding(
+            "refused" if abs(late) >= 1 else "warning",
+            "log of the body",
+            f"gyro seems to be {abs(late):g} sample(s) "
+            f"{'late' if late > 0 else 'early'} against V: read the sensors "
+            "before V acts, in the same row",
+        )
+    ]
 
-    The linear fit of a shifted V, least squares in its gains alone, is
-    compared: zero unless another shift is clearly better.
+
+def lateness(fit, log):
+    """By how many samples the gyro of a log is later than a ``fit``.
+
+    A linear body with a shifted V is fitted to the log, to which the
+    gears' friction and the pendulum's sine are added as the fit has them:
+    zero unless another shift leaves clearly less.
     """
-    e, f, d = (identified.body[x] for x in ("e_c", "f_c", "d_c"))
-    residuals = {}
-    for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1):
-        V = np.roll(log.V, shift)
-        V[: max(shift, 0)] = 0
-        if shift < 0:
-            V[shift:] = 0
-        best = np.inf
-        for x in (0.8, 0.9, 1.0, 1.1, 1.25):
-            for z in (0.8, 0.9, 1.0, 1.1, 1.25):
-                y = respond([-e, 0.0], [1.0, x * f, z * d], V, log.T)
-                y = np.array([y, np.ones(len(y))]).T
-                _, squares, *_ = np.linalg.lstsq(y, log.gyro, rcond=None)
-                best = min(best, float(squares[0]) if len(squares) else np.inf)
-        residuals[shift] = best**0.5
+    w = log.gyro - fit.residuals - fit["offset"]
+    angle = np.cumsum(w) * log.T
+    extra = np.tanh(w / STICTION_SPEED), angle - np.sin(angle)
+    residuals = {
+        shift: _shifted(fit, log, shift, extra)
+        for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1)
+    }
     shift = min(residuals, key=residuals.get)
     return shift if residuals[shift] < LATE_IF_BETTER_THAN * residuals[0] else 0
+
+
+def _shifted(fit, log, shift, extra):
+    """The rms of what a body leaves whose V comes ``shift`` samples later.
+
+    Its f/c and d/c are fitted anew, by least squares in the gains of V, of
+    the ``extra`` inputs and in an offset.
+    """
+    V = np.roll(log.V, shift)
+    V[: max(shift, 0)] = 0
+    if shift < 0:
+        V[shift:] = 0
+
+    def left(scales):
+        f, d = np.array([fit["f_c"], fit["d_c"]]) * np.exp(np.clip(scales, -1, 1))
+        columns = [respond([1.0, 0.0], [1.0, f, d], x, log.T) for x in (V, *extra)]
+        columns = np.array([*columns, np.ones(len(V))]).T
+        gains = np.linalg.lstsq(columns, log.gyro, rcond=None)[0]
+        return log.gyro - columns @ gains
+
+    fitted = least_squares(left, [0.0, 0.0], diff_step=1e-4, max_nfev=6)
+    return float(np.sqrt(np.mean(fitted.fun**2)))
 
 
 def widened(identified):

@@ -1,0 +1,58 @@
+"""What the command does besides the chain: record and check."""
+
+import argparse
+
+from .deployment import described_or_none
+from .recorded import EXPERIMENTS, check_recording
+from .recording import SWEEP_SECONDS, write_recorders
+
+__all__ = ["COMMANDS"]
+
+
+def parser_of(name, text):
+    """The parser of a command with this name, described by a text."""
+    return argparse.ArgumentParser(
+        prog=f"python -m sosbook.mip {name}", description=text, allow_abbrev=False
+    )
+
+
+def record(argv):
+    """The command that writes the programs which record; returns their paths."""
+    parser = parser_of("record", "Write programs that record the two logs.")
+    parser.add_argument("robot", help="robot.toml")
+    parser.add_argument("folder", nargs="?", default="recorders")
+    parser.add_argument("--amplitude", type=float, help="of the sines, in V")
+    parser.add_argument("--seconds", type=float, default=SWEEP_SECONDS)
+    asked = parser.parse_args(argv)
+    try:
+        paths = write_recorders(
+            asked.robot, asked.folder, amplitude=asked.amplitude, seconds=asked.seconds
+        )
+    except (OSError, ValueError) as error:
+        parser.exit(1, f"{error}\n")
+    for path in paths:
+        print(f"wrote {path}")
+    return paths
+
+
+def check(argv):
+    """The command that looks at logs; exits with 1 if one isn't usable."""
+    parser = parser_of("check", "Say whether a log is usable, and why not.")
+    parser.add_argument("logs", nargs="+", metavar="log.csv")
+    parser.add_argument("--robot", help="robot.toml")
+    parser.add_argument("--experiment", choices=EXPERIMENTS)
+    asked = parser.parse_args(argv)
+    try:
+        robot = described_or_none(asked.robot)
+        found = [check_recording(log, robot, asked.experiment) for log in asked.logs]
+    except (OSError, ValueError) as error:
+        parser.exit(1, f"{error}\n")
+    for path, recording in zip(asked.logs, found):
+        print(f"{path}: {recording.report}")
+    if not all(recording.usable for recording in found):
+        parser.exit(1)
+    return found
+
+
+#: The commands by name; each takes the words after it.
+COMMANDS = {"record": record, "check": check}

@@ -1,0 +1,114 @@
+/* identify.ino: record the logs of the two experiments
+ *
+$note
+ *
+ * Send a letter by the serial monitor ($baud baud, no line ending):
+ *   b  the robot is held by its wheels, upside down, its body at rest
+ *   w  it lies on its back, wheels in the air
+ *   any other letter stops the motors
+ * Save what comes, from the line that begins with t,V to the one before
+ * "end", as body.csv and wheels.csv. In each line the sensors were read
+ * before its V began to act.
+ */
+#include "robot_io.h"
+
+static const unsigned long TICK = $micros; /* us */
+static const float HERTZ = $hertz;
+static const float AMPLITUDE = $amplitude; /* V, of the sine */
+static const float SECONDS = $seconds; /* s, of the sweep, either way */
+static const long ROWS = $rows;
+static const float BODY[2] = {$body}; /* Hz, the sweep's ends */
+static const float WHEELS[2] = {$wheels}; /* Hz */
+
+static const float *sweep = 0; /* not while the motors are off */
+static long row;
+static float turns; /* of the sine, so far */
+static unsigned long first, next; /* us */
+
+static void drive(float volts)
+{
+    io_drive(0, volts);
+    io_drive(1, volts);
+}
+
+static void stop(void)
+{
+    drive(0);
+    if (sweep)
+        Serial.println("end");
+    sweep = 0;
+}
+
+static void begin(const float *ends, const char *names)
+{
+    Serial.println(names);
+    sweep = ends;
+    row = 0;
+    turns = 0;
+    first = next = micros();
+}
+
+/* The sine's next value; its frequency goes up and comes back. */
+static float chirp(float t)
+{
+    const float s = t < SECONDS ? t : 2 * SECONDS - t;
+    const float volts = AMPLITUDE * sinf(6.2831853f * turns);
+    turns += (sweep[0] + (sweep[1] - sweep[0]) * s / SECONDS) / HERTZ;
+    turns -= floorf(turns);
+    return volts;
+}
+
+/* Microseconds as seconds: a float has too few digits. */
+static void print_time(unsigned long t)
+{
+    const unsigned long rest = t % 1000000UL;
+    Serial.print(t / 1000000UL);
+    Serial.print('.');
+    for (unsigned long power = 100000UL; power > 0; power /= 10)
+        Serial.print((int)(rest / power % 10));
+}
+
+void setup(void)
+{
+    Serial.begin($baud);
+    if (!io_begin())
+        Serial.println("a sensor doesn't answer");
+    drive(0);
+}
+
+void loop(void)
+{
+    if (Serial.available()) {
+        const int letter = Serial.read();
+        stop();
+        if (letter == 'b')
+            begin(BODY, "t,V,gyro");
+        if (letter == 'w')
+            begin(WHEELS, "t,V,encoder1,encoder2");
+    }
+    if (!sweep || (long)(micros() - next) < 0)
+        return;
+    const unsigned long now = micros() - first;
+    next += TICK;
+    if (!io_read()) {
+        Serial.println("the IMU doesn't answer");
+        stop();
+        return;
+    }
+    const long left = io_encoder(0), right = io_encoder(1);
+    const float volts = chirp((float)row / HERTZ);
+    drive(volts);
+    print_time(now);
+    Serial.print(',');
+    Serial.print(volts, 4);
+    Serial.print(',');
+    if (sweep == BODY) {
+        Serial.println(io_gyro(), 5);
+    } else {
+        Serial.print(left);
+        Serial.print(',');
+        Serial.println(right);
+    }
+    if (++row == ROWS)
+        stop();
+}

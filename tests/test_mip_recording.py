@@ -1,0 +1,482 @@
+"""The programs that record the two logs, on a simulated robot of their own."""
+
+import re
+import shutil
+import subprocess
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+from sosbook.mip import Robot
+from sosbook.mip.__main__ import main
+from sosbook.mip.compiled import FLAGS
+from sosbook.mip.identify import identify
+from sosbook.mip.log import Log
+from sosbook.mip.recorded import check_recording
+from sosbook.mip.recording import recorders, sweeps, write_recorders
+from sosbook.mip.rig import DATA
+
+from tests.compiler import find, refuse
+from tests.corrupted import SPOILT
+from tests.six_robots import SIX, advance
+from tests.test_mip_export import HEADER, STRICT
+from tests.test_mip_robot import THESIS, text
+
+MACHINE = SIX[0]
+WIRED = THESIS.but(
+    M_b=MACHINE.M_b,
+    l=MACHINE.l,
+    r=MACHINE.r,
+    M_w=MACHINE.M_w,
+    counts=MACHINE.counts,
+    rotors=True,
+    g=9.81,
+)
+SECONDS = 6.0
+
+
+class Bench:
+    """A machine in an experiment: what its sensors read, volts in."""
+
+    def __init__(self, machine, experiment):
+        self.machine, self.x = machine, np.zeros(2)
+        self.body = experiment == "body"
+        self.rate = machine.hanging if self.body else machine.spinning
+
+    @property
+    def gyro(self):
+        return float(self.x[1]) + 0.004 if self.body else 0.0
+
+    @property
+    def counts(self):
+        angle = -self.x[0] if self.body else self.x[0]
+        return int(np.floor(angle * self.machine.counts / (2 * np.pi) + 0.4))
+
+    def turn(self, volts, time):
+        self.x = advance(self.rate, self.x, volts, time, 6)
+
+
+def good(folder, robot):
+    """Both logs of a folder identify the machine."""
+    paths = [folder / f"{name}.csv" for name in ("body", "wheels")]
+    for path in paths:
+        recording = check_recording(path, robot)
+        assert recording.usable, recording.report
+    found = identify(*map(Log.read, paths), **robot.identification)
+    machine = MACHINE
+    a, c = 2 * machine.I_w + machine.J, machine.I_o + machine.J
+    d = machine.M_b * 9.81 * machine.l
+    truth = dict(
+        e_c=machine.e / c,
+        f_c=machine.f / c,
+        d_c=d / c,
+        e_a=machine.e / a,
+        f_a=machine.f / a,
+    )
+    assert found.ratios == pytest.approx(truth, rel=0.01)
+    return Log.read(paths[0]), Log.read(paths[1])
+
+
+@pytest.fixture(scope="module")
+def gcc():
+    command = find()
+    if command is None:
+        refuse()
+    return command
+
+
+def built(*command):
+    done = subprocess.run(
+        [str(word) for word in command],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+# librobotcontrol: each line of input is a tick, each line of output its
+# duties; time goes on by 10.3 ms, a little slower than asked.
+STUB = """\
+#include <stdio.h>
+#include "robotcontrol.h"
+static rc_mpu_data_t *imu;
+static void (*callback)(void);
+static int encoder[5], standby = -1;
+static double duty[5], battery = 7.8;
+static uint64_t now = 123456789;
+static rc_state_t state;
+rc_mpu_config_t rc_mpu_default_config(void)
+{ rc_mpu_config_t c = {0, 0, 0}; return c; }
+int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf)
+{ imu = data; return conf.dmp_sample_rate != 100; }
+int rc_mpu_set_dmp_callback(void (*func)(void)) { callback = func; return 0; }
+int rc_mpu_power_off(void) { return 0; }
+int rc_motor_init(void) { return 0; }
+int rc_motor_cleanup(void)
+{ printf("end %d %g %g\\n", standby, duty[2], duty[3]); return 0; }
+int rc_motor_standby(int standby_en) { standby = standby_en; return 0; }
+int rc_motor_set(int ch, double d)
+{ if (ch) duty[ch] = d; else duty[2] = duty[3] = d; return 0; }
+int rc_encoder_eqep_init(void) { return 0; }
+int rc_encoder_eqep_cleanup(void) { return 0; }
+int rc_encoder_eqep_read(int ch) { return encoder[ch]; }
+int rc_adc_init(void) { return 0; }
+int rc_adc_cleanup(void) { return 0; }
+double rc_adc_batt(void) { return battery; }
+int rc_button_init(int chip, int pin, char polarity, int us)
+{ return chip + pin + polarity + us == 0; }
+void rc_button_cleanup(void) {}
+int rc_button_set_callbacks(int chip, int pin, void (*p)(void),
+                            void (*r)(void))
+{ return chip + pin - 7 + (p == NULL) + (r != NULL); }
+rc_state_t rc_get_state(void) { return state; }
+void rc_set_state(rc_state_t s) { state = s; }
+int rc_make_pid_file(void) { return 0; }
+int rc_kill_existing_process(float s) { return s < 0; }
+int rc_remove_pid_file(void) { return 0; }
+int rc_enable_signal_handler(void) { return 0; }
+uint64_t rc_nanos_since_boot(void) { return now; }
+void rc_usleep(unsigned int us)
+{
+    (void)us;
+    double rate;
+    char word;
+    if (scanf(" %c %lf %d %d", &word, &rate, encoder + 3, encoder + 2) != 4) {
+        state = EXITING;
+        return;
+    }
+    now += 10300000;
+    imu->gyro[0] = rate;
+    if (word == 't')
+        callback();
+    printf("%.17g %.17g\\n", duty[3], duty[2]);
+    fflush(stdout);
+}
+"""
+CLOCK = "uint64_t rc_nanos_since_boot(void);\n"
+
+
+@pytest.fixture(scope="module")
+def rc_identify(gcc, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rc")
+    write_recorders(WIRED, folder, seconds=SECONDS)
+    (folder / "robotcontrol.h").write_text(HEADER + CLOCK, "utf-8")
+    (folder / "stub.c").write_text(STUB, "utf-8")
+    flags = [*FLAGS, *STRICT, "-I", folder]
+    built(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")
+    built(
+        *gcc,
+        "-std=c99",
+        folder / "stub.c",
+        folder / "rc_identify.o",
+        "-lm",
+        "-o",
+        folder / "rc_identify",
+    )
+    return folder / "rc_identify"
+
+
+def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
+    """Run it on a bench; the last line that it says."""
+    bench = Bench(machine, experiment)
+    with subprocess.Popen(
+        [str(program), experiment, str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        for _ in range(ticks):
+            degrees, n = float(np.rad2deg(bench.gyro)), bench.counts
+            if process.poll() is not None:
+                break
+            try:
+                process.stdin.write(f"{word} {degrees!r} {n} {-n}\n")
+                process.stdin.flush()
+            except BrokenPipeError:
+                break
+            line = process.stdout.readline()
+            if len(line.split()) != 2:
+                break
+            left, right = map(float, line.split())
+            assert left == -right  # the right motor's polarity
+            bench.turn(7.8 * left, 0.0103)
+        process.stdin.close()
+        return line + process.stdout.read()
+
+
+@pytest.mark.slow
+def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path):
+    for experiment in ("body", "wheels"):
+        said = live(rc_identify, experiment, tmp_path / f"{experiment}.csv")
+        assert "end 1 0 0" in said and "wrote 1200 rows" in said
+    body, wheels = good(tmp_path, WIRED)
+    assert body.T == pytest.approx(0.0103)
+    assert abs(wheels.V).max() == pytest.approx(1.85, rel=0.01)
+
+
+def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path):
+    said = live(rc_identify, "body", tmp_path / "body.csv", word="s")
+    assert "end 1 0 0" in said and "wrote 0 rows" in said
+    done = subprocess.run([str(rc_identify)], capture_output=True, text=True)
+    assert done.returncode and "body|wheels" in done.stderr
+
+
+# pyctrl
+
+
+@pytest.mark.slow
+def test_pyctrls_recorder_records_what_identifies(monkeypatch, tmp_path):
+    block = ModuleType("pyctrl.block")
+
+    class BufferBlock:
+        def __init__(self, **kwargs):
+            self.buffer = ()
+
+        def write(self, *values):
+            self.buffer = values
+
+    block.Filter, block.BufferBlock = type("Filter", (), {}), BufferBlock
+    monkeypatch.setitem(sys.modules, "pyctrl", ModuleType("pyctrl"))
+    monkeypatch.setitem(sys.modules, "pyctrl.block", block)
+    space = {"__name__": "script"}
+    exec(recorders(WIRED, seconds=SECONDS)["pyctrl_identify.py"], space)
+    turn, theirs = 2 * np.pi, 60 * 35.557
+    for experiment in ("body", "wheels"):
+        bench, now = Bench(MACHINE, experiment), 5.0
+        record = space["Record"](experiment, clock=lambda: now)
+        while len(record.rows) < space["ROWS"]:
+            count = bench.counts / theirs
+            record.write(bench.gyro / turn, count, count)
+            left, right = record.buffer
+            assert left == right
+            bench.turn(7.4 * left / 100, 0.01)
+            now += 0.01
+        record.write(0.0, 0.0, 0.0)
+        assert record.buffer == (0.0, 0.0)
+        record.save(tmp_path / f"{experiment}.csv")
+    good(tmp_path, WIRED)
+
+
+# A sketch: the board is a pipe
+
+ARDUINO = """\
+#include <stdint.h>
+#include <stdio.h>
+#include <math.h>
+#define HIGH 1
+#define LOW 0
+#define INPUT_PULLUP 2
+#define OUTPUT 1
+#define CHANGE 1
+int digitalRead(uint8_t pin);
+void digitalWrite(uint8_t pin, uint8_t level);
+void analogWrite(uint8_t pin, int duty);
+void pinMode(uint8_t pin, uint8_t mode);
+int digitalPinToInterrupt(int pin);
+void attachInterrupt(int number, void (*func)(void), int mode);
+void interrupts(void);
+void noInterrupts(void);
+unsigned long micros(void);
+struct Port {
+    void begin(unsigned long baud);
+    int available(void);
+    int read(void);
+    void print(const char *s) { printf("%s", s); }
+    void print(char c) { printf("%c", c); }
+    void print(int n) { printf("%d", n); }
+    void print(long n) { printf("%ld", n); }
+    void print(unsigned long n) { printf("%lu", n); }
+    void print(double x, int digits = 2) { printf("%.*f", digits, x); }
+    template <class T> void println(T x) { print(x); print("\\n"); }
+    void println(double x, int digits) { print(x, digits); print("\\n"); }
+};
+extern Port Serial;
+"""
+WIRE = """\
+#include <stdint.h>
+struct Bus {
+    void begin(void);
+    void setClock(uint32_t hertz);
+    void beginTransmission(uint8_t address);
+    uint8_t write(uint8_t byte);
+    uint8_t endTransmission(bool stop = true);
+    uint8_t requestFrom(uint8_t address, uint8_t count);
+    int read(void);
+};
+extern Bus Wire;
+"""
+PIPE = """\
+#include "Arduino.h"
+#include "robot_io.h"
+static unsigned long now;
+static int letter;
+static double rate, volts[2];
+static long count;
+Port Serial;
+void Port::begin(unsigned long baud) { if (baud < 9600) letter = 0; }
+int Port::available(void) { return letter != 0; }
+int Port::read(void) { int c = letter; letter = 0; return c; }
+unsigned long micros(void) { return now; }
+bool io_begin(void) { return true; }
+float io_gyro(void) { return (float)rate; }
+float io_tilt(void) { return 0; }
+long io_encoder(int side) { return side ? count : count; }
+float io_supply(void) { return 7.4f; }
+void io_drive(int side, float v) { volts[side] = v; }
+bool io_read(void)
+{
+    fprintf(stderr, "%.9g %lu\\n", volts[0], now);
+    return scanf("%lf %ld", &rate, &count) == 2;
+}
+void setup(void);
+void loop(void);
+int main(int argc, char **argv)
+{
+    if (argc < 2)
+        return 1;
+    setup();
+    letter = argv[1][0];
+    for (long k = 0; k < 1400000; k++) {
+        now += 97; /* never just on time */
+        loop();
+    }
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def cpp(gcc):
+    """A C++ compiler's command."""
+    command = [shutil.which("g++") or shutil.which("c++")]
+    if "ziglang" in gcc:
+        command = [*gcc[:-1], "c++"]
+    if not command[0]:
+        pytest.skip("no C++ compiler")
+    return command
+
+
+def sketch_flags(folder):
+    (folder / "Arduino.h").write_text(ARDUINO, "utf-8")
+    (folder / "Wire.h").write_text(WIRE, "utf-8")
+    warnings = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
+    return ["-std=c++11", "-pedantic", *warnings, "-I", folder]
+
+
+@pytest.mark.slow
+def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
+    write_recorders(WIRED, tmp_path, seconds=SECONDS)
+    folder = tmp_path / "identify"
+    source = '#include "Arduino.h"\n' + (folder / "identify.ino").read_text("utf-8")
+    (folder / "sketch.cpp").write_text(source, "utf-8")
+    (folder / "pipe.cpp").write_text(PIPE, "utf-8")
+    flags = sketch_flags(folder)
+    for name in ("sketch", "robot_io"):
+        out = folder / f"{name}.o"
+        built(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
+    program = folder / "program"
+    built(*cpp, "-I", folder, folder / "pipe.cpp", folder / "sketch.o", "-o", program)
+    for experiment in ("body", "wheels"):
+        bench = Bench(MACHINE, experiment)
+        with (
+            open(tmp_path / "serial.txt", "w+", encoding="utf-8") as serial,
+            subprocess.Popen(
+                [str(program), experiment[0]],
+                stdin=subprocess.PIPE,
+                stdout=serial,
+                stderr=subprocess.PIPE,
+                text=True,
+            ) as process,
+        ):
+            last = None
+            for line in process.stderr:
+                volts, now = map(float, line.split())
+                if last is not None:
+                    bench.turn(volts, (now - last) * 1e-6)
+                last = now
+                process.stdin.write(f"{bench.gyro!r} {bench.counts}\n")
+                process.stdin.flush()
+            process.stdin.close()
+        said = (tmp_path / "serial.txt").read_text("utf-8")
+        assert said.endswith("end\n")
+        log = said[said.index("t,V") : -len("end\n")]
+        (tmp_path / f"{experiment}.csv").write_text(log, "utf-8")
+    body, _ = good(tmp_path, WIRED)
+    assert len(body.t) == 1200 and body.T == pytest.approx(0.01, rel=1e-3)
+
+
+# The command
+
+
+def test_each_boards_recorders(tmp_path, capsys):
+    (tmp_path / "robot.toml").write_text(text(WIRED), "utf-8")
+    paths = main(["record", str(tmp_path / "robot.toml"), str(tmp_path / "out")])
+    names = [path.relative_to(tmp_path / "out").as_posix() for path in paths]
+    sketch = ["identify/identify.ino", "identify/robot_io.h", "identify/robot_io.cpp"]
+    assert names == [*sketch, "rc_identify.c", "pyctrl_identify.py"]
+    for path in paths:
+        if path.name != "robot_io.h":
+            words = path.read_text("utf-8")
+            assert "counts = 2134 a turn" in " ".join(words.replace("\n *", "").split())
+    assert list(recorders(Robot.shipped("gearmotors"))) == sketch
+    elsewhere = WIRED.but(motor_channels=(1, 4))
+    assert "pyctrl_identify.py" not in recorders(elsewhere)
+    assert "MOTOR_CHANNEL[2] = {1, 4}" in recorders(elsewhere)["rc_identify.c"]
+
+
+@pytest.mark.parametrize("amplitude", [-1.0, 0.0, 9.0, float("nan")])
+def test_an_amplitude_beyond_the_motors_is_refused(amplitude):
+    with pytest.raises(ValueError, match="amplitude"):
+        recorders(WIRED, amplitude=amplitude)
+
+
+def test_the_sweep_holds_the_bodys_own_frequency():
+    for robot in (THESIS, Robot.shipped("gearmotors"), THESIS.but(l=0.3)):
+        low, high = sweeps(robot)["body"]
+        true = np.sqrt(robot.g / robot.l) / 2 / np.pi
+        assert low < 0.8 * true and high > 1.2 * true
+        assert high < 0.5 / robot.T
+
+
+@pytest.mark.slow
+def test_the_check_of_one_log_names_what_is_wrong(tmp_path, capsys):
+    bodies = Log.read(DATA / "body.csv"), Log.read(DATA / "wheels.csv")
+    for name in ("gyro one sample late", "gyro clipped"):
+        spoil, _ = SPOILT[name]
+        spoil(*bodies)[0].write(tmp_path / "body.csv")
+        with pytest.raises(SystemExit) as ended:
+            main(["check", str(tmp_path / "body.csv")])
+        assert ended.value.code == 1
+        said = capsys.readouterr().out
+        assert "not usable" in said and "refused" in said
+        assert re.search(name.split()[-1], said), said
+    found = main(
+        ["check", str(DATA / "wheels.csv"), "--robot", str(DATA / "thesis.toml")]
+    )
+    assert found[0].usable and not found[0].findings
+    assert len(found[0].fits) == 2
+
+
+def test_a_short_or_faint_log_is_vague(tmp_path):
+    body = Log.read(DATA / "body.csv")
+    noise = np.random.default_rng(1).normal(0, 1.0, len(body.t))
+    loud = Log(body.t, body.V, gyro=body.gyro + noise)
+    loud.write(tmp_path / "body.csv")
+    said = check_recording(tmp_path / "body.csv").report
+    assert "sweep longer" in said
+
+
+def test_a_log_of_neither_experiment_or_of_both_is_refused(tmp_path):
+    (tmp_path / "none.csv").write_text("t,V\n0,0\n0.01,1\n0.02,1\n", "utf-8")
+    (tmp_path / "both.csv").write_text(
+        "t,V,gyro,encoder1\n0,0,0,0\n0.01,1,0,0\n0.02,1,0,0\n", "utf-8"
+    )
+    for name, words in (("none", "no sensor"), ("both", "both a gyro")):
+        with pytest.raises(ValueError, match=words):
+            check_recording(tmp_path / f"{name}.csv")
+    with pytest.raises(ValueError, match="experiment must"):
+        check_recording(DATA / "body.csv", experiment="arms")
