@@ -12,9 +12,10 @@ def narrowed(holds, good, bad, middle):
         Whether a value holds.
     good, bad : object
         One that holds and one that doesn't; neither is tried again.
-    middle : callable
+    middle : callable or float
         From (good, bad) to a value between them; one of the two, or
-        None, ends the search.
+        None, ends the search. A number asks for halves, until the two
+        are no further apart.
 
     Returns
     -------
@@ -25,12 +26,18 @@ def narrowed(holds, good, bad, middle):
     --------
     >>> narrowed(lambda n: n * n < 50, 0, 100, lambda a, b: (a + b) // 2)
     (7, 8)
-    >>> good, bad = narrowed(
-    ...     lambda x: x < 2, 1.0, 5.0,
-    ...     lambda a, b: (a + b) / 2 if b - a > 1e-3 else None)
-    >>> bad - good < 1e-3 and good < 2 <= bad
+    >>> good, bad = narrowed(lambda x: x < 2, 1.0, 5.0, 1e-3)
+    >>> bad - good <= 1e-3 and good < 2 <= bad
     True
     """
+    if not callable(middle):
+        width = middle
+        if not width > 0:
+            raise ValueError(f"the tolerance must be positive, not {width}")
+
+        def middle(good, bad):
+            return (good + bad) / 2 if abs(bad - good) > width else None
+
     while (between := middle(good, bad)) is not None and between not in (good, bad):
         if holds(between):
             good = between
