@@ -1,4 +1,4 @@
-r"""The point that LMI Lab's ``feasp`` looks for: the largest margin.
+r"""The point that LMI Lab's ``feasp`` works towards: the largest margin.
 
 The thesis's solver minimises t under L(x) <= t I and a bound on the length
 of x, the list of all free entries of the unknowns. In the book's signs it
@@ -15,8 +15,8 @@ is one such x and one gain. It depends on the units of the data and on how
 the blocks are written. `region_margin` and `delay_margin` write them as the
 thesis does, in its units.
 
-The optimum is computed to many digits here. LMI Lab's projective algorithm
-stops as soon as t hardly changes any more, so its answer may differ.
+The optimum is computed to many digits here. By its manual ``feasp`` stops as
+soon as t is positive, unless it is told to go on, so its answer may differ.
 """
 
 import warnings
