@@ -24,6 +24,7 @@ def run(*arguments):
     )
 
 
+@pytest.mark.slow
 def test_the_example_is_designed_verified_and_checked(tmp_path):
     """Three programs, one after the other, by their exit codes."""
     file = tmp_path / "proof.json"

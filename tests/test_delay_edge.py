@@ -142,6 +142,7 @@ def test_multipliers_of_other_modes_are_refused():
     assert not tame.refuted(small, multipliers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_infeasible_is_always_proven_and_never_wrong(seed):
     """Along the rate: feasible, then not; what is infeasible is proven."""
@@ -174,6 +175,7 @@ def test_infeasible_is_always_proven_and_never_wrong(seed):
         assert (np.diff(column.astype(int)) <= 0).all()
 
 
+@pytest.mark.slow
 def test_infeasible_rates_of_a_polytope_stay_infeasible():
     """What is refuted at a rate isn't "undecided" at twice the rate."""
     plants = sos.Polytope(

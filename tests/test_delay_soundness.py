@@ -182,6 +182,7 @@ def test_a_finer_mesh_changes_v_by_the_third_power():
     assert 5 < coarse / fine < 12
 
 
+@pytest.mark.slow
 def test_the_functional_without_a_bar_solves_theorem_a3():
     """With F = Fbar^-1 and G = alpha F, for a design."""
     d = near_the_limit(3)

@@ -348,6 +348,7 @@ def test_a_time_limit_is_a_positive_number(wrong):
         sos.design_pid(mass(), time_limit=wrong)
 
 
+@pytest.mark.slow
 def test_many_pairs_are_cut_with_and_without_an_objective():
     """2^4 vertices, uncertain masses: the answer covers every pair."""
     plants = corners(4)

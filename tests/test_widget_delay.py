@@ -199,6 +199,7 @@ def _descriptor():
     return sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4).vertices[0]
 
 
+@pytest.mark.slow
 def test_an_unstable_loop_is_called_so_and_drawn_within_bounds(explorer):
     """The printed gains of Example 2 bear delays below 0.9963 s only."""
     explorer.sliders["gain"].value = PRINTED

@@ -43,6 +43,7 @@ def run(folder, *words):
     )
 
 
+@pytest.mark.slow
 def test_its_own_tests_pass_outside_the_package(folder):
     without = ("-p", "no:cacheprovider", "-p", "no:nbval")
     done = run(folder, "-m", "pytest", "-q", *without, TEST)
@@ -92,6 +93,7 @@ for name, text in texts.items():
 """
 
 
+@pytest.mark.slow
 def test_its_own_tests_notice_a_slip(folder):
     """In a process of its own: a proof takes the newest class of a kind."""
     texts = {"none": file_of(FILE)}
