@@ -28,7 +28,6 @@ _REFERENCE = re.compile(
     | \b(?:18|19|20)\d\ds?\b(?!\s?(?:N|kg|Hz|V|m|s|rad|steps|samples|counts)\b)
     | \b\d+(?:st|nd|rd|th)\b
     | ^\s*\d+\.\s        # a numbered list
-    | ^\*★+\s·\s\d+\smin\*$  # an exercise's level and time
     | ^\*\*Before:\*\*.*$
     """,
     re.MULTILINE,
