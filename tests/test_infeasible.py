@@ -113,20 +113,18 @@ def test_example_1_asked_too_much(change, words):
 def test_the_limit_of_the_force_is_where_physics_puts_it():
     """z'' = z + u, |u| <= u_max from z(0) = 1: u_max = 1 is the limit.
 
-    Below it the multipliers are singular, because one mode is stable:
-    floats have them, exact arithmetic hasn't.
+    Below it the multipliers of the whole plant are singular, because one mode
+    is stable; those of the other mode are not.
     """
 
     def design(u_max):
         limit = sos.Saturation(u_max, [1, 0])
         return sos.design_pid(mass(S=[[-1.0]]), saturation=limit)
 
-    low = design(0.99)
-    assert low.status == "undecided"
-    assert "Exact multipliers exclude all P, Y shorter than" in low.reason
-    assert "no exact proof" in low.reason
-    assert not low.infeasibility.proven
-    assert design(4.0).status == "feasible"
+    low = design(0.999)
+    assert low.status == "infeasible" and low.infeasibility.verify()
+    assert "u_max = 0.999 is too small to move the modes at 1 rad/s" in low.reason
+    assert design(1.001).status == "feasible"
 
 
 def test_a_mode_out_of_reach_is_named():

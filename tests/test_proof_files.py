@@ -205,6 +205,16 @@ EXCLUDED = {
         coupling="slack",
         slack=0.3,
     ),
+    "little force for a fast fall": lambda: sos.design_pid(
+        mass(D=[[0.1]], S=[[-2.0]]), saturation=sos.Saturation(1.8, [1, 0])
+    ),
+    "little force for a slow pair": lambda: sos.design_pid(
+        sos.SecondOrderSystem(
+            np.eye(2), np.diag([0.1, 6]), [[4, 1], [1, 8]], [[1], [1]]
+        ),
+        region=sos.PoleRegion(sigma=1, rho=9),
+        saturation=sos.Saturation(0.3, [1, 0, 0, 0]),
+    ),
     "a mode at rest": lambda: sos.design_pid(
         twins(0.01), region=sos.PoleRegion(sigma=1)
     ),

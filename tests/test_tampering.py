@@ -19,6 +19,7 @@ from sosbook.lmi.proof_text import checksum
 from sosbook.lmi.rational import decimal
 from sosbook.requirements.base import Requirement
 from sosbook.synthesis.records import read_request
+from tests.least_input import least_input
 from tests.test_proof_files import BEYOND, EXCLUDED, ONE, PROOFS, TWO, checker
 
 CLASSES = {cls.kind: cls for cls in kinds()}
@@ -40,6 +41,8 @@ FEW = {  # small ones, of every kind
     "a slow mode behind a delay": BEYOND["a slow mode behind a delay"],
 }
 NEW = (  # one of each kind that is small enough for the quick lane
+    "little force for a fast fall",
+    "little force for a slow pair",
     "a mode at rest",
     "a mode on the imaginary axis",
     "a mode between two plants",
@@ -182,6 +185,10 @@ def true_claims(whole):
         )
     if whole["kind"] == "fixed mode":
         return true_mode(whole)
+    if whole["kind"] == "small input":
+        request = read_request(whole)
+        least = least_input(request)
+        return None if least is None else least > 0.999 * request.saturation.u_max
     if whole["kind"] == "singular mass":
         i, j = whole["between"]
         E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))

@@ -68,6 +68,7 @@ def _cleared(x):
 
 def _integers(t, z):
     """(term, L' Z R' without its denominator, denominator)."""
+    check_time()
     (left, l), (z, d), (right, r) = _cleared(t.left), z, _cleared(t.right)
     return t, left.transpose() * z * right.transpose(), l * d * r
 
@@ -80,6 +81,7 @@ def _arb_mat(x):
 
 def _balls(t, z):
     """(term, L' Z R')."""
+    check_time()
     return t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose()
 
 

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 from flint import acb, arb, ctx, fmpq, fmpq_poly
 
+from .time_limit import check_time
+
 __all__ = ["Root", "roots_of"]
 
 BALL_BITS = 64, 128, 256, 512  # of the balls, the next where one doesn't decide
@@ -85,6 +87,7 @@ class Root:
             s = -self.factor[0] / self.factor[1]
             return _definite(alpha, beta, s, s, fmpq(0))
         for bits in BALL_BITS:
+            check_time()
             s = self.ball(bits)
             with _bits(bits):
                 verdict = _definite(alpha, beta, s, s.conjugate(), arb(0))
@@ -102,6 +105,7 @@ class Root:
             return False
         common, cofactor = _Factor(common), _Factor(self.factor // common)
         for bits in BALL_BITS[1:]:
+            check_time()
             balls, own = common.balls(bits), self.ball(bits)
             with _bits(bits):
                 same = [b for b in balls if b.overlaps(own)]

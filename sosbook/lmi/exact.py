@@ -12,6 +12,7 @@ from .blocks import Blocks
 from .centre import refine
 from .expression import Affine
 from .rational import Rational, _matrix, exact, inverse, rational_matrix, round_digits
+from .time_limit import check_time
 
 __all__ = [
     "Rational",
@@ -57,6 +58,7 @@ def pivots(x):
     rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
     heads, last = [], fmpz(1)
     while rows:  # Bareiss: the divisions leave no remainder
+        check_time()
         head, *below = rows
         lead = head[0]
         heads.append(fmpq(lead, last * denominator))
@@ -139,6 +141,7 @@ def _by_congruence(x, passes=8):
     T, denominator = _symmetric(x).numer_denom()
     power = [0] * len(x)  # W has 2^power on its diagonal
     for _ in range(passes):
+        check_time()
         rows = [[int(e) for e in row] for row in T.table()]
         values = [
             fmpq(row[i], 4**p) / denominator
@@ -328,12 +331,14 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
         [slope(expressions[k], unknowns, i, j)[free] for k, i, j in few]
     ).T
     residual = adjoint(expressions, unknowns, Z)[free, None]
+    check_time()
     try:
         change = _matrix(slopes[lead]).solve(_matrix(residual[lead]))
     except ZeroDivisionError:
         return None
     if (_matrix(slopes) * change - _matrix(residual)) != 0 * _matrix(residual):
         return None  # floats lost a variable
+    check_time()
     repaired = [z.copy() for z in Z]
     for (k, i, j), c in zip(few, change.entries()):
         repaired[k][i, j] -= c

@@ -14,6 +14,7 @@ import numpy as np
 from .exact import definite
 from .proof_text import parse, same, written
 from .rational import digit_count
+from .time_limit import check_time
 
 __all__ = ["DIGITS", "Examined", "Proof", "ProofFile", "first_proven", "kinds", "load"]
 
@@ -79,6 +80,7 @@ class Examined:
         """
         verdicts = {}
         for name, g in matrices.items():
+            check_time()
             try:
                 verdicts[name] = definite(g)
             except ValueError:  # it isn't symmetric

@@ -9,6 +9,7 @@ import numpy as np
 from .exact import adjoint, exact, positive, repair_multipliers, round_digits
 from .proof import Examined, ProofFile
 from .rational import _matrix, fraction, rational_matrix
+from .time_limit import check_time
 
 __all__ = [
     "Exclusion",
@@ -76,6 +77,7 @@ def excludes(expressions, unknowns, multipliers):
     if not names or not set(names) <= set(expressions):
         return "the multipliers aren't those of the blocks"
     for name, z in multipliers.items():
+        check_time()
         if z.dtype != object or z.shape != expressions[name].shape:
             return f"the multiplier of {name} isn't a rational matrix of its shape"
         if not (z == z.T).all() or not (positive(z) or semidefinite(z)):
@@ -104,6 +106,7 @@ def semidefinite(x):
     >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
     (True, False, False)
     """
+    check_time()
     reduced, _, rank = _matrix(x).numer_denom()[0].rref()
     rows = reduced.table()[:rank]
     lead = [next(j for j, e in enumerate(row) if e != 0) for row in rows]

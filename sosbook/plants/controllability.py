@@ -13,6 +13,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat, fmpz, fmpz_mat, nmod_mat
 
 from ..lmi.algebraic import roots_of
+from ..lmi.time_limit import check_time
 
 __all__ = ["FixedPart", "fixed_part", "matrix_of"]
 
@@ -80,6 +81,7 @@ def fixed_part(E, A, B):
     whole = [_scaled(X, scale) for X in (E, A, B)]
     guess = _Lift()
     for tried, p in enumerate(_primes()):
+        check_time()
         if tried >= MOST_PRIMES:
             return None
         rows = _modulo(*whole, p)

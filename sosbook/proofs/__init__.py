@@ -21,6 +21,7 @@ from ..synthesis.exclusion_certificates import (
 )
 from ..synthesis.observer_certificate import ObserverCertificate, ObserverInfeasibility
 from ..synthesis.regularity import MassInfeasibility, RegularityCertificate
+from ..synthesis.small_input_certificate import SmallInputCertificate
 
 __all__ = [
     "CHECKER",
@@ -40,6 +41,7 @@ __all__ = [
     "SampledCertificate",
     "SchurCertificate",
     "SingularMassCertificate",
+    "SmallInputCertificate",
     "kinds",
     "load",
 ]

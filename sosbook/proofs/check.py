@@ -14,7 +14,7 @@ Contents
  4. Designs: Theorems 2.1, 2.2, 2.4, Lemma 2.2, with pairs or a slack matrix
  5. Inputs that come late: Theorems 2.3 and A.3, Legendre, interval
  6. Lemma 2.1, the observer of Theorem 2.5, matrices, LMIs of one's own
- 7. A mode that no gain moves, a singular mass
+ 7. A mode that no gain moves, a singular mass, an input bound too small for modes
  8. The verdict: blocks that are positive, or multipliers that exclude them
 To trust a proof of one kind read 1, 2, 8 and that part.
 """
@@ -49,6 +49,8 @@ class Matrix(list):
 
     def __add__(self, other):
         return Matrix([[a + b for a, b in zip(r, s)] for r, s in zip(self, other)])
+
+    __iadd__ = __add__  # a list would grow
 
     def __sub__(self, other):
         return self + -1 * other
@@ -1131,7 +1133,7 @@ class Own:
         return [f"{how}: " + ", ".join(self.names)]
 
 
-# ---- 7. A mode that no gain moves, a singular mass
+# ---- 7. A mode that no gain moves, a singular mass, a small input bound
 
 
 def place_of(file, key, vertices):
@@ -1272,6 +1274,145 @@ def composed(h, a, b):
     return coefficients
 
 
+def small_input(file):
+    """The LMIs of some modes' part of the plant exclude each other.
+
+    If W A = L W E, the LMIs hold for p = V P V*, y = Y V*, V = W E, with L, W B and
+    V x0. Here W = [1 X] T, and entry by entry |X| <= spread, |L - L0| <= blur.
+    With K = T A R and J = T E R the equations for X and L, by blocks, are
+
+        L = K11 + X K21 - L (J11 - 1) - L X J21,
+        X K22 - L X J22 = L J12 - K12.
+
+    Divided by the differences of the diagonals of K22 and K11 they map these
+    bounds into themselves: a fixed point exists (Brouwer). Complex matrices c are
+    real ones, [Re c, -Im c; Im c, Re c].
+    """
+    d = Design(dict(file, unknowns={}))
+    need(file["K"] is None, "the gain must be free")
+    need(not d.slack, "this proof is for a common P")
+    (bound,) = [r for r in d.asked if r["kind"] == "input"]
+    keys(bound, "kind name u_max x0 acceleration")
+    need(bound["acceleration"] is False, "this proof is for a bound of K x")
+    vertex, N, m = file["vertex"], d.N, d.m
+    need(type(vertex) is int and 0 <= vertex < d.many, "there is no such vertex")
+    v, k = d.plain[vertex], len(file["spread"])
+    need(0 < k < N, "the part must be smaller than the plant")
+    spread, blur = matrix(file["spread"], k, N - k), matrix(file["blur"], k, k)
+    need(min(map(min, spread + blur)) >= 0, "a bound is negative")
+    T, R = (complex_matrix(file[x], N) for x in ("rows", "columns"))
+    one, start = eye(N), matrix([[e] for e in bound["x0"]], N, 1)
+    E, A, B, x0 = (real_form(x, 0 * x) for x in (v.E, v.A, v.B, start))
+    K, J, push, begin = T @ A @ R, T @ E @ R, T @ B, T @ E @ x0
+    off = J - real_form(one, 0 * one)
+    need(max(map(sum, sizes_of(off))) < 1, "the columns aren't near an inverse")
+    top, rest = slice(0, k), slice(k, N)
+
+    def cut(x, rows, columns):
+        re, im = halves(x)
+        return real_form(*(Matrix(r[columns] for r in y[rows]) for y in (re, im)))
+
+    def size(x, rows, columns):
+        return sizes_of(cut(x, rows, columns))
+
+    def split(x):
+        within = [
+            [e if i == j else 0 for j, e in enumerate(r)] for i, r in enumerate(x)
+        ]
+        return Matrix(within), x - Matrix(within)
+
+    L = cut(K, top, top)
+    own, beside = split(sizes_of(L))
+    _, beside_rest = split(size(K, rest, rest))
+    error = sizes_of(L @ cut(J, top, rest) - cut(K, top, rest))
+    far = sizes_of(L) + blur
+    new_blur = spread @ size(K, rest, top) + far @ size(off, top, top)
+    new_blur = new_blur + far @ spread @ size(off, rest, top)
+    new_spread = error + blur @ size(J, top, rest) + spread @ beside_rest
+    new_spread = new_spread + (beside + blur) @ spread @ size(J, rest, rest)
+    new_spread = new_spread + own @ spread @ size(off, rest, rest)
+    re, im = halves(K)
+    for i in range(k):
+        for j in range(N - k):
+            h = k + j
+            gap = max(abs(re[h][h] - re[i][i]), abs(im[h][h] - im[i][i]))
+            need(new_spread[i][j] <= gap * spread[i][j], "the part isn't enclosed")
+        need(
+            all(a <= b for a, b in zip(new_blur[i], blur[i])), "the part isn't enclosed"
+        )
+    asked = {(r["kind"], r["name"]): r for r in d.asked if r["kind"] == "region"}
+    asked["stability", "stability"] = STABILITY
+    S = F = zeros(2 * k, 2 * k)
+    for key, pair in file["multipliers"]:
+        alpha, beta, _ = region(asked.pop(tuple(key)))
+        z = complex_matrix(pair, len(alpha) * k)
+        need(definite(z, semi=True), f"the multiplier of {key} isn't positive")
+        for i, (a, b) in enumerate(zip(alpha, beta)):
+            for j in range(len(a)):
+                z_ji = cut(z, slice(j * k, j * k + k), slice(i * k, i * k + k))
+                S, F = S + a[j] * z_ji, F + b[j] * z_ji
+    # the sum of <G, z> over the regions is -tr(Q p) - 2 Re tr(f y)
+    every = slice(None)
+    Q, f = S + he(F @ L), F @ cut(push, top, every)
+    Q_blur = he(sizes_of(F) @ blur)
+    f_blur = sizes_of(F) @ spread @ size(push, rest, every)
+    U, price = complex_matrix(file["share"], k), complex_matrix(file["price"], m)
+    room = [sum(r) for r in f_blur] + [sum(c) for c in zip(*f_blur)]
+    whole = [
+        symmetric(a, b, b12=c) for a, b, c in zip(halves(U), halves(price), halves(f))
+    ]
+    whole[1] = Matrix(
+        [*([*r, *s] for r, s in zip(halves(U)[1], halves(f)[1])),
+         *([*r, *s] for r, s in zip(halves(f.T)[1], halves(price)[1]))]
+    )  # fmt: skip
+    need(
+        definite(real_form(*whole) - diagonal(room * 2), semi=True),
+        "the multiplier of u_max isn't positive",
+    )
+    D = Q - U - diagonal([sum(r) for r in Q_blur] * 2)
+    need(definite(D, semi=True), "the multiplier of x0 isn't positive")
+    h = Matrix([e[0]] for e in cut(begin, top, every))
+    force, spill = D @ h, spread @ size(begin, rest, every)
+    least = (h.T @ force)[0][0] - 2 * sum(
+        (abs(force[i][0]) + abs(force[k + i][0])) * spill[i][0] for i in range(k)
+    )
+    paid = sum(price[i][i] for i in range(m))
+    need(
+        positive(bound["u_max"]) ** 2 * paid < least, "the multipliers exclude nothing"
+    )
+    which = "no gain and no matrices prove by these LMIs: "
+    return [which + "; ".join(d.claims())]
+
+
+def complex_matrix(pair, n):
+    """A square matrix of n complex rows, from its real and its imaginary part."""
+    re, im = pair
+    return real_form(matrix(re, n, n), matrix(im, n, n))
+
+
+def real_form(re, im):
+    return Matrix([*([*a, *(-e for e in b)] for a, b in zip(re, im)),
+                   *([*b, *a] for a, b in zip(re, im))])  # fmt: skip
+
+
+def halves(x):
+    """Real and imaginary part of a complex matrix in its real form."""
+    rows, columns = len(x) // 2, len(x[0]) // 2
+    return [Matrix(r[:columns] for r in y) for y in (x[:rows], x[rows:])]
+
+
+def sizes_of(x):
+    """A bound of the size of each complex entry."""
+    re, im = halves(x)
+    return Matrix([abs(a) + abs(b) for a, b in zip(r, s)] for r, s in zip(re, im))
+
+
+def diagonal(entries):
+    n = len(entries)
+    return Matrix([e if i == j else Fraction(0) for j in range(n)]
+                  for i, e in enumerate(entries))  # fmt: skip
+
+
 # ---- 8. The verdict
 
 
@@ -1349,6 +1490,8 @@ KINDS = {  # what reads it, and the keys of its file
     "fixed mode": (fixed_mode, LOOP + "K requirement place polynomial rows point "
                    "witness"),
     "singular mass": (singular_mass, LOOP + "between"),
+    "small input": (small_input, LOOP + "K coupling epsilon E0 requirements vertex "
+                    "rows columns spread blur multipliers share price"),
 }  # fmt: skip
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
@@ -1383,7 +1526,7 @@ def check(text):
         names = " ".join(set(names.split()) - set(LESS.get(kind, "").split()))
     keys(file, HEAD + names)
     problem = reader(file)
-    if isinstance(problem, list):  # a mode or a mass
+    if isinstance(problem, list):  # a mode, a mass, a small input
         claims = problem
     elif refuted:
         exclude(problem, file)

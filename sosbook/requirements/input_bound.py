@@ -95,6 +95,9 @@ class Saturation(Requirement):
                 control_bound(loop.P, of_x @ loop.P + of_v @ loop.Y, u_max2),
             )
 
+    def bounds_input_from(self) -> np.ndarray | None:
+        return None if self.acceleration else self.x0
+
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         return ()
 

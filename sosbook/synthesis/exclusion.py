@@ -7,6 +7,7 @@ from flint import fmpq_poly
 
 from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
+from ..lmi.time_limit import check_time
 from ..plants.controllability import fixed_part, matrix_of
 from ..requirements.stability import Stability
 from .exclusion_certificates import (
@@ -46,9 +47,14 @@ def excluding_mass(request):
         places = [sorted((signs.index(True), signs.index(False)))]
     else:
         pairs = islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS)
-        places = [(i, j) for i, j in pairs if (exactly[i] + exactly[j]).det() == 0]
+        places = [(i, j) for i, j in pairs if _singular(exactly[i] + exactly[j])]
     proofs = (SingularMassCertificate.of_pair(request, *place) for place in places)
     return next((proof for proof in proofs if proof.proven), None)
+
+
+def _singular(E):
+    check_time()
+    return E.det() == 0
 
 
 def _parts(request):
@@ -63,6 +69,7 @@ def _parts(request):
         pairs = combinations(range(count), 2)
         places += list(islice(pairs, MOST_MIDPOINTS))
     for place in places:
+        check_time()
         E, A, B = plant_at(request, place)
         yield place, None if matrix_of(E).det() == 0 else fixed_part(E, A, B)
 

@@ -16,6 +16,8 @@ from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
+from .small_input import excluding_input
+from .small_input_certificate import input_bound
 from .solution import Solution
 
 __all__ = [
@@ -31,6 +33,7 @@ __all__ = [
 
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
+MOST_MODES_NAMED = 4  # in a reason
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
 
@@ -210,7 +213,43 @@ def refused(first):
         text = "Exact multipliers of the LMIs exclude every solution"
         text = " ".join(filter(None, (text, request.condition))) + "."
         return replace(refusal, status="infeasible", reason=text, exclusion=proof)
-    return replace(refusal, reason=why_refused(first))
+    return refused_by_input(request, refusal) or replace(
+        refusal, reason=why_refused(first)
+    )
+
+
+def refused_by_input(request, refusal):
+    """The Solution of a request whose input bound is provably too small; else None.
+
+    ``refusal`` is an undecided Solution of it.
+    """
+    proof = excluding_input(request, search)
+    if proof is None:
+        return None
+    modes, where = proof.modes, ""
+    if len(request.vertices) > 1:
+        where = f" of vertex {proof.place + 1}"
+    bound = input_bound(request)
+    text = (
+        f"By these LMIs {bound.parameter.key} = {bound.bound:g} is too small to move "
+        f"the modes{where} at {_listed(modes)} rad/s from x0 to where they are asked: "
+        "exact multipliers of their part of the plant exclude every solution."
+    )
+    return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+
+
+def _listed(modes):
+    """Modes in words, the slowest first; of two conjugates one."""
+    noise = 1e-9 * np.abs(modes).max()
+    upper = sorted((s for s in modes if s.imag > -noise), key=abs)
+    texts = [
+        f"{s.real:.4g}±{s.imag:.4g}j" if s.imag > noise else f"{s.real:.4g}"
+        for s in np.where(np.abs(np.real(upper)) > noise, upper, 1j * np.imag(upper))
+    ]
+    texts = list(dict.fromkeys(texts))
+    if len(texts) > MOST_MODES_NAMED:
+        texts[MOST_MODES_NAMED:] = [f"{len(texts) - MOST_MODES_NAMED} more places"]
+    return ", ".join(texts)
 
 
 def without_lmis(request):

@@ -102,7 +102,8 @@ def design_pid(
         shorthand for such objects.
     time_limit : float
         Seconds after which the request is undecided, unless a design
-        was found by then.
+        was found by then. It is looked at in each step of the solver and
+        in each row of an exact factorisation; the answer comes after that.
 
     Returns
     -------

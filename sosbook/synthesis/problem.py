@@ -9,6 +9,7 @@ import numpy as np
 from ..lmi import Affine, Unknown
 from ..lmi.exact import exact
 from ..lmi.read_only import ReadOnly
+from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
@@ -219,6 +220,8 @@ class Request(Shorthand, Sizes, ReadOnly):
                 table.add(r, r.size_name, (), s)
         once(leading)
         for i, j in self.pairs:
+            if whole.exact:  # floats have to end, so that a point isn't lost
+                check_time()
             if slack:
                 table.add(None, "P", (i,), P[i])
             coupled = {}

@@ -1,0 +1,372 @@
+"""Exact proofs, as files, that an input bound is too small for some modes."""
+
+from copy import copy
+
+import numpy as np
+
+from ..lmi.exact import definite, exact
+from ..lmi.proof import Examined, ProofFile
+from ..lmi.rational import decimals, read_array
+from ..lmi.refutation import semidefinite
+from ..requirements.lmi_region import LMIRegion
+from ..requirements.stability import Stability
+from .certificates import claims, excluding
+from .records import read_request, request_data
+
+__all__ = [
+    "ModesPart",
+    "SmallInputCertificate",
+    "input_bound",
+    "pole_demands",
+    "real_form",
+]
+
+
+def pole_demands(request):
+    """The requirements of a request that its LMIs make of the poles, by key."""
+    regions = [r for r in request.requirements if isinstance(r, LMIRegion)]
+    return {r.key: r for r in (*regions, Stability())}
+
+
+def input_bound(request):
+    """The one requirement of a request that bounds K x from x0; else None."""
+    bounds = [r for r in request.requirements if r.bounds_input_from() is not None]
+    return bounds[0] if len(bounds) == 1 else None
+
+
+def real_form(re, im):
+    """The real matrix [re, -im; im, re] of a complex one: products stay products."""
+    return np.vstack([np.hstack([re, -im]), np.hstack([im, re])])
+
+
+def _parts(x):
+    rows, columns = x.shape[0] // 2, x.shape[1] // 2
+    return x[:rows, :columns], x[rows:, :columns]
+
+
+def _bound(x):
+    """Of the size of each entry, from above."""
+    re, im = _parts(x)
+    return abs(re) + abs(im)
+
+
+def _cut(x, rows, columns):
+    re, im = _parts(x)
+    return real_form(re[rows, columns], im[rows, columns])
+
+
+def _twice(x):
+    """A diagonal matrix in the real form."""
+    return real_form(x, 0 * x)
+
+
+class ModesPart:
+    """An enclosure of a part of a plant that A leaves invariant.
+
+    There are X and L with W A = L W E and W = [I X] T, and with every
+    |X| <= spread and every |L - L0| <= blur, if `holds`.
+
+    Parameters
+    ----------
+    E, A, B : arrays
+        The plant at one vertex, in rationals.
+    start : (N, 1) array
+        The initial state.
+    T, R : (2N, 2N) arrays
+        In `real_form`: rows near those of the part and of a complement, and a
+        matrix near the inverse of T E.
+    k : int
+        How many of the rows are the part's.
+
+    Attributes
+    ----------
+    spread : (k, N - k) array
+        Bounds of X: see `within`.
+    blur : (k, k) array
+        Bounds of L - L0, where L0 = K11.
+
+    Notes
+    -----
+    With K = T A R and J = T E R the equation is [I X] K = L [I X] J, by blocks
+
+        L = K11 + X K21 - L (J11 - I) - L X J21,
+        X K22 - L X J22 = L J12 - K12.
+
+    Divided by the differences of the diagonals of K22 and K11, both are maps of
+    (L, X). `holds` says that they map the bounds into themselves, so that a
+    fixed point exists (Brouwer), and that J is regular.
+    """
+
+    def __init__(self, E, A, B, start, T, R, k):
+        self.k, top, everything = k, slice(0, k), slice(None)
+        E, A, B, start = map(_twice, (E, A, B, start))
+        self.K, self.J = T @ A @ R, T @ E @ R
+        self.off = self.J - _twice(exact(np.eye(len(self.J) // 2)))
+        self.L = _cut(self.K, top, top)
+        self.first = self.L @ _cut(self.J, top, slice(k, None))
+        self.first = self.first - _cut(self.K, top, slice(k, None))
+        self.push, self.begin = T @ B, T @ E @ start
+        self.b, self.start = (_cut(x, top, everything) for x in (self.push, self.begin))
+
+    def within(self, spread, blur):
+        """The part with these bounds ``spread`` and ``blur``."""
+        part = copy(self)
+        rest, everything = slice(self.k, None), slice(None)
+        part.spread, part.blur = spread, blur
+        part.b_blur, part.start_blur = (
+            spread @ _bound(_cut(x, rest, everything)) for x in (self.push, self.begin)
+        )
+        return part
+
+    def in_floats(self):
+        """The same in floats, for estimates."""
+        part = copy(self)
+        for name, value in vars(self).items():
+            if name != "k":
+                setattr(part, name, value.astype(float))
+        return part
+
+    def image(self):
+        """What the maps make of the bounds: those of X, times the gaps, and of L.
+
+        Returns
+        -------
+        spread, gaps, blur : arrays
+            Every image of X lies within ``spread / gaps``, of L - L0 in ``blur``.
+        """
+        k, K, J = self.k, self.K, self.J
+        N, spread, blur = k + self.spread.shape[1], self.spread, self.blur
+        top, rest = slice(0, k), slice(k, N)
+        diagonal = np.diag(np.ones(N, int)) == 1
+        size_K, size_off = _bound(K), _bound(self.off)
+        inner = np.where(diagonal, 0, size_K)  # without the diagonal
+        L = size_K[top, top] + blur
+        new_blur = (
+            spread @ size_K[rest, top]
+            + L @ size_off[top, top]
+            + L @ spread @ size_off[rest, top]
+        )
+        own = np.where(diagonal, size_K, 0)[top, top]
+        new_spread = (
+            _bound(self.first)
+            + blur @ _bound(_cut(J, top, rest))
+            + (inner[top, top] + blur) @ spread @ _bound(_cut(J, rest, rest))
+            + own @ spread @ size_off[rest, rest]
+            + spread @ inner[rest, rest]
+        )
+        re, im = (x.diagonal() for x in _parts(K))
+        gaps = np.maximum(
+            abs(re[None, rest] - re[top, None]), abs(im[None, rest] - im[top, None])
+        )
+        return new_spread, gaps, new_blur
+
+    def holds(self):
+        """Whether the enclosure is proven."""
+        spread, gaps, blur = self.image()
+        return bool(
+            (_bound(self.off).sum(axis=1) < 1).all()
+            and (spread <= gaps * self.spread).all()
+            and (blur <= self.blur).all()
+        )
+
+    def sums(self, demands, multipliers):
+        """What multipliers z of the poles' blocks leave of p and of y.
+
+        For all p and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y).
+
+        Parameters
+        ----------
+        demands : list of (alpha, beta)
+            The regions.
+        multipliers : list of arrays
+            In `real_form`, (2qk, 2qk) for a region of size q.
+
+        Returns
+        -------
+        Q, N : arrays
+            In `real_form`, (2k, 2k) and (2k, 2m), at L0 and b0.
+        Q_blur, N_blur : arrays
+            Bounds of their errors, (k, k) and (k, m).
+        """
+        k, S, F = self.k, 0 * self.L, 0 * self.L
+        for (alpha, beta), z in zip(demands, multipliers):
+            for i in range(len(alpha)):
+                for j in range(len(alpha)):
+                    z_ji = _cut(z, slice(j * k, j * k + k), slice(i * k, i * k + k))
+                    S, F = S + alpha[i, j] * z_ji, F + beta[i, j] * z_ji
+        move, size = F @ self.L, _bound(F)
+        Q_blur = size @ self.blur
+        Q, N = S + move + move.T, F @ self.b
+        return Q, N, Q_blur + Q_blur.T, size @ self.b_blur
+
+    def excludes(self, Q, N, Q_blur, N_blur, U, price, u_max):
+        """Whether no p and y meet the LMIs; exact.
+
+        Parameters
+        ----------
+        Q, N, Q_blur, N_blur
+            Of `sums`.
+        U : (2k, 2k) array
+            The part of Q that the block "u_max" takes, in `real_form`.
+        price : (2m, 2m) array
+            Its multiplier of u_max^2 I.
+        u_max : fmpq
+            The bound.
+
+        Notes
+        -----
+        With D = Q - U the multipliers [U N; N* price] of "u_max" and
+        [h* D h, -h* D; -D h, D] of "x0", h = V x0, complete a sum that doesn't
+        depend on p and y: u_max^2 tr(price) - h* D h. It can't be negative.
+        """
+        m = price.shape[0] // 2
+        both = np.block([[0 * Q_blur, N_blur], [N_blur.T, np.zeros((m, m), int)]])
+        whole = [
+            np.block([[u, n], [t, p]])
+            for u, n, t, p in zip(_parts(U), _parts(N), _parts(N.T), _parts(price))
+        ]
+        both = _diagonal(both.sum(axis=1))
+        whole = real_form(*whole) - _twice(both)
+        D = Q - U - _twice(_diagonal(Q_blur.sum(axis=1)))
+        if not (_positive(whole) and _positive(D)):
+            return False
+        h = self.start[:, :1]
+        force = D @ h
+        re, im = force[: self.k, 0], force[self.k :, 0]
+        least = (h * force).sum() - 2 * ((abs(re) + abs(im)) @ self.start_blur[:, 0])
+        return bool(u_max**2 * price[:m, :m].trace() < least)
+
+
+def _diagonal(x):
+    square = exact(np.zeros((len(x), len(x))))
+    for i, e in enumerate(x):
+        square[i, i] = e
+    return square
+
+
+def _positive(x):
+    """Whether a matrix of rationals is symmetric and positive semidefinite."""
+    return bool((x == x.T).all()) and (definite(x)[0] or semidefinite(x))
+
+
+class SmallInputCertificate(ProofFile):
+    """An input bound that is too small for the modes outside of the region.
+
+    ``text`` is that of the file: the plant and what is asked of it, a
+    `ModesPart`, and multipliers of its LMIs. The numbers are decimals; complex
+    matrices are pairs of real and imaginary part.
+    """
+
+    kind = "small input"
+
+    @property
+    def place(self):
+        """Which vertex has the modes, from 0."""
+        return self.data["vertex"]
+
+    @property
+    def modes(self):
+        """The modes, in rad/s, to the accuracy of floats."""
+        part = _part(read_request(self.data), self.data)
+        re, im = _parts(part.L.astype(float))
+        return np.linalg.eigvals(re + 1j * im)
+
+    @classmethod
+    def examine(cls, data):
+        request = read_request(data)
+        bound = input_bound(request)
+        part = _part(request, data)
+        m, asked = request.plant.m, pole_demands(request)
+        keys = [tuple(key) for key, _ in data["multipliers"]]
+        demands = [asked[key].pole_matrices() for key in keys]
+        Z = [
+            _complex(pair, len(alpha) * part.k, len(alpha) * part.k)
+            for (_, pair), (alpha, _) in zip(data["multipliers"], demands)
+        ]
+        U = _complex(data["share"], part.k, part.k)
+        price = _complex(data["price"], m, m)
+        again = cls.contents(
+            request,
+            data["vertex"],
+            [_floats(data[x]) for x in ("rows", "columns")],
+            part.spread.astype(float),
+            part.blur.astype(float),
+            list(zip(keys, [_floats(pair) for _, pair in data["multipliers"]])),
+            _floats(data["share"]),
+            _floats(data["price"]),
+        )
+        if request.coupling == "slack":
+            return again, Examined.nothing("this proof is for a common P")
+        if len(set(keys)) < len(keys):
+            return again, Examined.nothing("two multipliers have one key")
+        if not part.holds():
+            return again, Examined.nothing("the part isn't enclosed")
+        if not all(map(_positive, Z)):
+            return again, Examined.nothing("a multiplier isn't positive")
+        u_max = exact(bound.bound)
+        if not part.excludes(*part.sums(demands, Z), U, price, u_max):
+            return again, Examined.nothing("the multipliers exclude nothing")
+        return again, Examined(tuple(again["claims"]), {}, ())
+
+    @classmethod
+    def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
+        """The data of the file.
+
+        Parameters
+        ----------
+        request : Request
+            What is asked of the plant.
+        vertex : int
+            Which one has the modes.
+        bases : pair
+            T and R of `ModesPart`, each a pair of real and imaginary part.
+        spread, blur
+            As in `ModesPart`.
+        multipliers : list of (key, pair)
+            Of the poles' blocks, by the requirement's key.
+        share, price : pairs
+            U and the price of `ModesPart.excludes`.
+        """
+
+        def pair(parts):
+            return [decimals(x) for x in parts]
+
+        return {
+            "claims": [excluding(True, claims(request))],
+            **request_data(request),
+            "K": None,
+            "vertex": vertex,
+            "rows": pair(bases[0]),
+            "columns": pair(bases[1]),
+            "spread": decimals(spread),
+            "blur": decimals(blur),
+            "multipliers": [[list(key), pair(z)] for key, z in multipliers],
+            "share": pair(share),
+            "price": pair(price),
+        }
+
+
+def _part(request, data):
+    vertex, bound = data["vertex"], input_bound(request)
+    if bound is None:
+        raise ValueError("one bound of K x is needed")
+    if type(vertex) is not int or not 0 <= vertex < len(request.vertices):
+        raise ValueError("vertex must be the number of one, from 0")
+    d, N = request.vertices_in(exact)[vertex], request.order
+    k = len(data["spread"])
+    spread = exact(read_array(data["spread"], k, N - k))
+    blur = exact(read_array(data["blur"], k, k))
+    if not (spread >= 0).all() or not (blur >= 0).all() or not 0 < k < N:
+        raise ValueError("bounds must not be negative")
+    T, R = (_complex(data[x], N, N) for x in ("rows", "columns"))
+    start = exact(bound.bounds_input_from())[:, None]
+    return ModesPart(d.E, d.A, d.Bu, start, T, R, k).within(spread, blur)
+
+
+def _floats(pair):
+    return [read_array(x, None, None) for x in pair]
+
+
+def _complex(pair, rows, columns):
+    re, im = (exact(read_array(x, rows, columns)) for x in pair)
+    return real_form(re, im)

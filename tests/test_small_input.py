@@ -1,0 +1,147 @@
+"""An input bound that is too small for the modes that must be moved."""
+
+import json
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.proofs import SmallInputCertificate
+from sosbook.synthesis.feasibility import search
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.small_input import excluding_input
+from tests.least_input import least_input
+
+
+def one_mass(M, D, S, B):
+    return sos.SecondOrderSystem(*([[float(x)]] for x in (M, D, S, B)))
+
+
+def of_one_mode(plant, sigma, x0):
+    """dist(s) |w E x0| / |w B| of the mode right of -sigma, and of it alone."""
+    M, D, S, B = (x.item() for x in (plant.M, plant.D, plant.S, plant.B))
+    slow, fast = sorted(np.roots([M, D, S]).real, reverse=True)
+    assert fast < -sigma < slow
+    w = np.array([M * slow + D, 1.0])  # w A = slow w E
+    return (slow + sigma) * abs(w @ np.diag([1, M]) @ x0 / (w[1] * B))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
+@pytest.mark.parametrize(
+    ("M", "D", "S", "B", "sigma", "x0"),
+    [
+        (1, 0, -2, 1, 0.0, [1, 0]),
+        (2, 0.3, -7, 3, 0.5, [0.2, -0.1]),
+        (0.5, 4, 1, 0.1, 1.0, [1, 1]),
+        (1, 1e3, 1, 1, 1.0, [1, 0]),
+    ],
+)
+def test_one_degree_of_freedom(M, D, S, B, sigma, x0, unit):
+    """The least bound of the LMIs is the formula for one mode."""
+    plant = one_mass(unit * M, unit * D, unit * S, B)
+    asked = {"region": sos.PoleRegion(sigma=sigma)} if sigma else {}
+    least = of_one_mode(plant, sigma, np.array(x0, float))
+    for share, status in (
+        (0.1, "infeasible"),
+        (0.999, "infeasible"),
+        (1.01, "feasible"),
+    ):
+        bound = sos.Saturation(share * least, x0)
+        design = sos.design_pid(plant, saturation=bound, **asked)
+        assert design.status == status, design.reason
+        if status == "infeasible":
+            assert design.infeasibility.proven and design.infeasibility.verify()
+            assert f"u_max = {share * least:g}" in design.reason
+
+
+def random_request(seed, u_max=1.0):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    m = int(rng.integers(1, n + 1))
+
+    def gram(size):
+        x = size * rng.normal(size=(n, n))
+        return x @ x.T
+
+    plant = sos.SecondOrderSystem(
+        np.eye(n) + gram(0.5),
+        gram(0.5),
+        gram(1) - rng.uniform(0, 2) * np.eye(n),
+        rng.normal(size=(n, m)),
+    )
+    U = np.eye(n)[:m] if rng.random() < 0.5 else None
+    region = [
+        sos.PoleRegion(sigma=rng.uniform(0.1, 1)),
+        sos.PoleRegion(sigma=rng.uniform(0.1, 1), theta=np.pi / 4),
+        sos.PoleRegion(rho=3),
+        sos.PoleRegion(sigma=0.4, theta=1.0, rho=6),
+        None,
+    ][seed % 5]
+    x0 = rng.normal(size=2 * n + (0 if U is None else m))
+    asked = {} if region is None else {"region": region}
+    return Request(plant, U, saturation=sos.Saturation(u_max, x0), **asked)
+
+
+SEEDS = [
+    pytest.param(seed, marks=[pytest.mark.slow] if seed > 4 else [])
+    for seed in range(16)
+]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_plant_is_decided_on_both_sides_of_its_least_bound(seed):
+    """Clarabel's least bound, of LMIs written again, is possible and nearly least."""
+    least = least_input(random_request(seed))
+    if least is None or least < 1e-3:  # nothing has to be moved
+        pytest.skip("no figure to compare with")
+    verdicts = []
+    for share in (0.2, 0.97, 1.03):
+        r = random_request(seed, share * least)
+        design = sos.design_pid(r.plant, r.U, requirements=r.requirements)
+        verdicts.append(design.status)
+        assert design.status != "undecided", (share, design.reason)
+    assert (verdicts[0], verdicts[2]) == ("infeasible", "feasible")
+
+
+@pytest.mark.parametrize("seed", range(0, 20, 3))
+def test_a_part_excludes_nothing_that_is_possible(seed):
+    r = random_request(seed)
+    least = least_input(r)
+    if least is None:
+        pytest.skip("no figure to compare with")
+    for share in (1.0001, 5):
+        easy = random_request(seed, share * max(least, 1e-6))
+        assert excluding_input(easy, search) is None
+
+
+def test_several_plants_and_more_requirements():
+    plants = sos.Polytope([one_mass(1, 0, -2, 1), one_mass(1, 0, -2, 5)])
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem(v.M, v.D, v.S, v.B, F=[[1.0]]) for v in plants.vertices]
+    )
+    bound = sos.Saturation(1.9, [1, 0])
+    for more in ({}, {"gamma": 5.0}):
+        for coupling in ("pairs", "vertices", "slack"):
+            design = sos.design_pid(plants, saturation=bound, coupling=coupling, **more)
+            assert design.status == "infeasible", (more, coupling, design.reason)
+            assert design.infeasibility.verify()
+
+
+def test_what_the_proof_does_not_cover_stays_without_it():
+    plant = one_mass(1, 0, -2, 1)
+    whole = sos.Saturation(1.0, [1, 0], acceleration=True)
+    assert excluding_input(Request(plant, saturation=whole), search) is None
+    given = Request(plant, saturation=sos.Saturation(1.0, [1, 0]), gain=[[-4, -1]])
+    assert excluding_input(given, search) is None
+    free = Request(plant, region=sos.PoleRegion(sigma=1))
+    assert excluding_input(free, search) is None
+
+
+def test_the_file_says_which_modes():
+    design = sos.design_pid(one_mass(1, 0, -2, 1), saturation=sos.Saturation(1, [1, 0]))
+    proof = design.infeasibility
+    assert isinstance(proof, SmallInputCertificate) and proof.place == 0
+    assert proof.modes == pytest.approx([np.sqrt(2)])
+    assert "1.414 rad/s" in design.reason
+    again = json.loads(proof.text)
+    assert again["vertex"] == 0 and len(again["spread"]) == 1

@@ -1,0 +1,133 @@
+"""A time limit is asked for in every loop that may be long, exact ones too."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.lmi import Unknown, he
+from sosbook.lmi import time_limit as clock
+from sosbook.lmi.adjoint import adjoint
+from sosbook.lmi.exact import definite, exact, pivots, repair_multipliers
+from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi.proof import Examined
+from sosbook.lmi.refutation import excludes, semidefinite
+from sosbook.plants.controllability import fixed_part
+from sosbook.synthesis import feasibility
+from sosbook.synthesis.exclusion import excluding_mass, excluding_mode, solvable
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
+from sosbook.synthesis.scaling import Frame
+from sosbook.synthesis.small_input import excluding_input
+
+SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)
+P = Unknown("P", 2, symmetric=True)
+LYAPUNOV = {"P": exact(np.eye(2)) @ P, "decay": he(exact(np.eye(2)) @ P)}
+ZS = [exact(np.eye(2)), exact(np.eye(2))]
+
+
+def polytope(*masses):
+    n = len(masses[0])
+    parts = np.eye(n), np.eye(n), np.eye(n), np.eye(n)
+    return sos.Polytope([sos.SecondOrderSystem(np.diag(M), *parts) for M in masses])
+
+
+ONE = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), [[2, -1], [-1, 1]], [[1], [0]])
+POLES = Request(ONE, region=sos.PoleRegion(sigma=1))
+FALL = Request(
+    sos.SecondOrderSystem([[1.0]], [[0.1]], [[-2.0]], [[1.0]]),
+    saturation=sos.Saturation(1.0, [1.0, 0.0]),
+)
+PAIRS = Request(polytope([1, 2], [1, 3], [2, 2]))
+EXACT = {  # what runs for long where a request is large
+    "pivots": lambda: pivots(SMALL),
+    "definite, small": lambda: definite(SMALL),
+    "definite, large": lambda: definite(LARGE),
+    "semidefinite": lambda: semidefinite(SMALL),
+    "adjoint": lambda: adjoint(list(LYAPUNOV.values()), [P], ZS),
+    "repair": lambda: repair_multipliers(
+        list(LYAPUNOV.values()), [P], [np.eye(2), np.eye(2)]
+    ),
+    "multipliers": lambda: excludes(LYAPUNOV, [P], dict(zip(LYAPUNOV, ZS))),
+    "fixed part": lambda: fixed_part(*(exact(x) for x in _plant())),
+    "modes": lambda: excluding_mode(POLES),
+    "masses": lambda: excluding_mass(PAIRS),
+    "solvable": lambda: solvable(POLES),
+    "small input": lambda: excluding_input(FALL, feasibility.search),
+    "blocks in rationals": lambda: PAIRS.in_unknowns(Frame.of(PAIRS), exact),
+    "a proof": lambda: Examined.of({"P": SMALL}, ()),
+    "phase one": lambda: ScaledLMIs(POLES, Frame.of(POLES)).find(),
+}
+
+
+def _plant():
+    d = POLES.vertices[0]
+    return d.E, d.A, d.Bu
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_each_long_loop_ends_with_the_time(name, monkeypatch):
+    EXACT[name]()  # without a limit it ends by itself
+    with clock.time_limit(1.0), pytest.raises(clock.OutOfTime):
+        monkeypatch.setattr(clock, "monotonic", lambda: float("inf"))
+        EXACT[name]()
+
+
+@pytest.mark.parametrize(("size", "loop"), [(30, pivots), (20, definite)])
+def test_it_is_asked_for_at_each_row(size, loop, monkeypatch):
+    asked = itertools.count()
+    monkeypatch.setattr(clock, "monotonic", lambda: next(asked))
+    with clock.time_limit(1e9):
+        loop(exact(np.eye(size) + 1))
+    assert next(asked) >= size
+
+
+REQUESTS = {
+    "feasible": dict(plant=ONE, region=sos.PoleRegion(sigma=0.1, rho=5)),
+    "too little force": dict(plant=FALL.plant, saturation=FALL.saturation),
+    "too fast": dict(
+        plant=FALL.plant,
+        saturation=sos.Saturation(1, [1, 0]),
+        region=sos.PoleRegion(sigma=5),
+    ),
+    "minimised": dict(
+        plant=FALL.plant,
+        saturation=sos.Saturation(None, [1, 0]),
+        region=sos.PoleRegion(rho=9),
+        minimize="u_max",
+    ),
+    "slack": dict(plant=PAIRS.plant, coupling="slack"),
+    "singular": dict(plant=polytope([1, 2], [1, -3])),
+}
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+def test_wherever_the_time_ends_there_is_an_answer(name, monkeypatch):
+    """The clock moves by one at each question: it runs out at any of them."""
+    asked = dict(REQUESTS[name])
+    whole = sos.design_pid(**asked).status
+    ticks = itertools.count()
+    for module in (clock, feasibility):
+        monkeypatch.setattr(module, "monotonic", lambda: next(ticks))
+    begun = next(ticks)
+    assert sos.design_pid(**asked, time_limit=1e9).status == whole
+    total = next(ticks) - begun
+    for limit in sorted({1, 2, *np.linspace(1, total, 9).astype(int).tolist()}):
+        begun = next(ticks)
+        design = sos.design_pid(**asked, time_limit=limit)
+        assert design.status in (whole, "undecided")
+        if design.status == "undecided":
+            assert design.reason
+        assert next(ticks) - begun < limit + 20  # and soon
+
+
+def test_lmis_of_ones_own_too(monkeypatch):
+    def write(values, number):
+        A = number(np.array([[0.0, 1], [-2, 3]]))
+        return {"P": values["P"], "decay": -he(A @ values["P"])}
+
+    problem = LMIProblem(write, [Unknown("P", 2, symmetric=True)], time_limit=1)
+    ticks = itertools.count()
+    monkeypatch.setattr(clock, "monotonic", lambda: next(ticks))
+    assert problem.solve().status == "undecided"
