@@ -7,10 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
+from sosbook import proofs
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis import integrators
 from sosbook.synthesis.integrators import admissible_U, proven_everywhere
 from tests.cases import random_plant
+from tests.test_proof_files import checker
 
 EXAMPLES = [
     sos.thesis.example_1,
@@ -279,6 +281,26 @@ def test_a_singular_mass_is_no_obstacle():
 def test_proof_over_a_polytope(low, high, proven):
     plants = sos.Polytope([two_masses(low), two_masses(high)])
     assert proven_everywhere(plants, [[1, 0]]) == proven
+
+
+def test_what_is_certified_is_a_file(tmp_path):
+    plants = sos.Polytope([two_masses(1), two_masses(2)])
+    choices = admissible_U(plants)
+    assert any(c.certified for c in choices)
+    for choice in choices:
+        if not choice.certified:
+            continue
+        proof = choice.certify()
+        proof.save(tmp_path / "proof.json")
+        again = proofs.load(tmp_path / "proof.json")
+        assert again.proven and again.verify()
+        assert "full row rank at every plant" in again.claims[0]
+        assert checker.check(again.text) == again.data["claims"]
+    with pytest.raises(ValueError, match="nothing to certify"):
+        admissible_U(plants.mean)[0].certify()
+    (never,) = admissible_U(sos.Polytope([two_masses(1), two_masses(-1)]), [[[1, 0]]])
+    with pytest.raises(ValueError, match="isn't proven"):
+        never.certify()
 
 
 def test_admissible_vertices_with_an_inadmissible_middle():

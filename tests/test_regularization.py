@@ -256,6 +256,19 @@ def test_centre_of_one_mass_by_hand():
     assert found.K_A == pytest.approx(-s, rel=1e-4)
 
 
+@pytest.mark.parametrize("beta", [1e-3, 0.1, 30.0])
+def test_centre_of_no_mass_at_all_is_sized_by_beta(beta):
+    """The docstring of `regularize`: nothing else has the unit of a mass."""
+    B = np.array([[1.0, 0.3], [-0.4, 2.0]])
+    found = regularize(plant(np.zeros((2, 2)), B), beta)
+    assert found.status == "feasible"
+    mass = -B @ found.K_A
+    symmetric = np.linalg.eigvalsh((mass + mass.T) / 2)
+    assert symmetric[0] > beta**2 and np.linalg.norm(mass, 2) < 2.001 * beta**2
+    unit = regularize(plant(np.zeros((2, 2)), B), 1.0)
+    assert np.allclose(found.K_A, beta**2 * unit.K_A, rtol=1e-3)
+
+
 # ------------------------------------------------------------ Example 3
 
 

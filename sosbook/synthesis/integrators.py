@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 
 from ..lmi import Unknown, he
+from ..lmi.certificates import LMIProof
 from ..lmi.exact import exact
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, rank_deficient
@@ -28,6 +29,7 @@ __all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
 
 MOST_CHANNELS = 12  # 4095 choices
 MOST_PIECES = 64
+PROOF_DIGITS = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,7 +52,9 @@ class IntegratorChoice:
         inadmissible.
     certified : bool or None
         Of a Polytope: whether U is *proven* admissible for every plant
-        in it, in exact arithmetic. None for one plant.
+        in it, in exact arithmetic: see `certify`. None for one plant.
+    proof : LMIProof or None
+        Where it is certified, the proof as a file.
     """
 
     U: np.ndarray
@@ -58,11 +62,36 @@ class IntegratorChoice:
     admissible: bool
     distance: float
     certified: bool | None = None
+    proof: LMIProof | None = None
 
     @property
     def a(self) -> int:
         """Number of integrators."""
         return len(self.U)
+
+    def certify(self) -> LMIProof:
+        """The exact proof that U is admissible for every plant of the Polytope.
+
+        Returns
+        -------
+        LMIProof
+            For each piece of the polytope a matrix X with R X + X' R' > 0 at
+            its corners, R = [-S B; U 0]: see `proven_everywhere`. ``save`` makes
+            it a file. That the pieces make up the polytope is in its words.
+
+        Raises
+        ------
+        ValueError
+            If nothing is proven: ``certified`` says it.
+        """
+        if self.proof is None:
+            why = (
+                "of one plant the rank is that of floats"
+                if self.certified is None
+                else "the choice isn't proven for every plant"
+            )
+            raise ValueError(f"there is nothing to certify: {why}")
+        return self.proof
 
     def __repr__(self):
         names = ", ".join(f"z{k + 1}" for k in self.channels)
@@ -183,12 +212,13 @@ def _regular(v):
 def _judge(plant, U):
     channels = tuple(int(k) for k in np.flatnonzero(U.any(axis=0)))
     good = not any(rank_deficient(_zero_matrix(v, U)) for v in plant.vertices)
-    distance, certified = 0.0, None
+    distance, certified, proof = 0.0, None, None
     if good:
         distance = min(_distance(v, U) for v in plant.vertices)
     if isinstance(plant, Polytope):
-        certified = good and proven_everywhere(plant, U)
-    return IntegratorChoice(U, channels, good, distance, certified)
+        proof = _everywhere(plant, U) if good else None
+        certified = proof is not None
+    return IntegratorChoice(U, channels, good, distance, certified, proof)
 
 
 def _zero_matrix(v, U):
@@ -239,24 +269,38 @@ def proven_everywhere(plant, U):
     >>> proven_everywhere(Polytope([plant(1), plant(-1)]), [[1, 0]])
     False
     """
-    U = matrix("U", U, (None, plant.n))
+    return _everywhere(plant, matrix("U", U, (None, plant.n))) is not None
+
+
+def _everywhere(plant, U):
+    """The `LMIProof` of `proven_everywhere`, or None."""
     corners = np.array([_zero_matrix(v, U) for v in plant.vertices])
     if any(map(rank_deficient, corners)):
-        return False
+        return None
     rows, columns = _scales(corners)
     exactly = exact(corners)
-    pieces, budget = [np.eye(len(corners))], MOST_PIECES
+    pieces, budget, proven = [np.eye(len(corners))], MOST_PIECES, []
     while pieces:
         weights = pieces.pop()
         R = np.tensordot(weights, corners, 1)
         scaled = rows[:, None] * R * columns
         budget -= 1
         if budget < 0 or _refuted(scaled):
-            return False
-        if not _proven(weights, exactly, scaled, rows, columns):
+            return None
+        piece = _proven(weights, exactly, scaled, rows, columns)
+        if piece is None:
             far = np.linalg.norm(scaled[:, None] - scaled[None], axis=(2, 3))
             pieces += halves(weights, far)
-    return True
+        else:
+            proven.append(piece)
+    text = "; ".join(" ".join(f"{e:.6g}" for e in row) for row in U)
+    claim = (
+        f"[-S B; U 0] with U = [{text}] has full row rank at every plant of the "
+        f"polytope, in pieces of it that make it up ({len(proven)})"
+    )
+    together = _ranks([mixtures for mixtures, _ in proven])
+    values = {f"X {k}": X for k, (_, X) in enumerate(proven)}
+    return together.prove(values, (claim,), digits=PROOF_DIGITS)
 
 
 def _scales(corners):
@@ -279,21 +323,33 @@ def _refuted(R):
 
 
 def _proven(weights, corners, scaled, rows, columns):
-    """One X for all corners: first a guess, then the LMI."""
+    """The corners and one X for all: first a guess, then the LMI; None without."""
     shares = exact(weights)
     mixtures = [sum(w * R for w, R in zip(s, corners)) for s in shares]
 
-    def ranks(mixtures):
-        def write(values, number):
-            return {f"piece {k}": he(R @ values["X"]) for k, R in enumerate(mixtures)}
-
-        return LMIProblem(write, [Unknown("X", len(columns), len(rows))])
-
-    def holds(X):
+    def holding(X):
         X = columns[:, None] * X / rows  # a congruence of R X + X'R'
-        return ranks(mixtures).prove({"X": X}, digits=12).proven
+        proof = _ranks([mixtures]).prove({"X 0": X}, digits=PROOF_DIGITS)
+        return (mixtures, X) if proof.proven else None
 
-    if holds(np.linalg.pinv(scaled.mean(axis=0))):
-        return True
-    point = ranks(scaled).find().values
-    return point is not None and holds(point["X"])
+    first = holding(np.linalg.pinv(scaled.mean(axis=0)))
+    if first is not None:
+        return first
+    point = _ranks([scaled]).find().values
+    return None if point is None else holding(point["X 0"])
+
+
+def _ranks(pieces):
+    """R X + X' R' > 0 at each corner R of some pieces, one X for each piece."""
+    rows, columns = pieces[0][0].shape
+
+    def write(values, number):
+        return {
+            f"piece {k}, corner {c}": he(R @ values[f"X {k}"])
+            for k, corners in enumerate(pieces)
+            for c, R in enumerate(corners)
+        }
+
+    return LMIProblem(
+        write, [Unknown(f"X {k}", columns, rows) for k in range(len(pieces))]
+    )

@@ -235,7 +235,10 @@ def regularize(
         Which of the many gains. ``"centre"``: the analytic centre of
         (2.12) and of a bound \|M - B K_A\| < rho on the mass, with rho
         twice the norm of M (or twice the least that (2.12) admits, if
-        that is larger). ``"least norm"``: the
+        that is larger). Where M is zero at every vertex nothing but beta
+        has the unit of a mass: M - B K_A is then of the size of beta**2,
+        for one plant with a square B between one and two of it.
+        ``"least norm"``: the
         smallest Frobenius norm of K_A, for beta**2 raised by 1 % (less
         where that is infeasible); zero where the plant needs no gain.
 
