@@ -200,12 +200,15 @@ class LMIRegion(RegionForms, Region, Requirement):
 
         A disk that lies right of a half-plane holds no pole of it.
         """
-        if not (
-            self._is_disk and isinstance(other, LMIRegion) and other.parameter is SIGMA
+        disk = self._disk
+        if (
+            disk is None
+            or not isinstance(other, LMIRegion)
+            or other.parameter is not SIGMA
         ):
             return False
-        rho, shift = -self.alpha[0]
-        return rho <= other.bound + shift
+        rho, centre = disk
+        return rho <= other.bound + centre
 
     def pole_matrices(self) -> tuple:
         return exact(self.alpha), exact(self.beta)
@@ -245,16 +248,37 @@ class LMIRegion(RegionForms, Region, Requirement):
         return truth
 
     def rate(self) -> tuple | None:
-        if self._is_disk:
-            rho, shift = -self.alpha[0]
-            return 0, rho / 2 + abs(shift)
+        if self._disk is not None:
+            rho, centre = self._disk
+            return 0, rho / 2 + abs(centre)
         if self.implies_stability and self.alpha[0, 0] > 0:
             return 1, 2 * self.alpha[0, 0] / self.beta[0, 0]
         return None
 
     @property
-    def _is_disk(self):
-        return np.array_equal(self.beta, [[0, 1], [0, 0]])
+    def _disk(self):
+        """Radius and centre, however the matrices of a disk are written; else None.
+
+        With H = beta + beta', and j the entry 1, 2 of beta - beta', the
+        determinant at s = x + iy is det(alpha + x H) - j^2 y^2. That of a
+        disk is j^2 (rho^2 - |s - c|^2).
+        """
+        if self.alpha.shape != (2, 2):
+            return None
+        if np.array_equal(self.beta, [[0, 1], [0, 0]]):
+            return (
+                tuple(-self.alpha[0]) if self.alpha[0, 0] == self.alpha[1, 1] else None
+            )
+        H, j = self.beta + self.beta.T, self.beta[0, 1] - self.beta[1, 0]
+        size = np.abs(self.beta).max() ** 2
+        if abs(np.linalg.det(H) + j**2) > ROUNDING * size or j**2 < ROUNDING * size:
+            return None
+        a, h = self.alpha, H
+        mixed = a[0, 0] * h[1, 1] + a[1, 1] * h[0, 0] - 2 * a[0, 1] * h[0, 1]
+        centre = mixed / (2 * j**2)
+        square = np.linalg.det(a) / j**2 + centre**2
+        inside = np.linalg.eigvalsh(a + centre * h)[-1] < 0
+        return (float(np.sqrt(square)), float(centre)) if inside else None
 
     def characteristic(self, s: ArrayLike) -> np.ndarray:
         """The Hermitian matrices f(s) of (A.8), one for each pole."""
@@ -266,6 +290,8 @@ class LMIRegion(RegionForms, Region, Requirement):
         top = np.linalg.eigvalsh(self.characteristic(poles))[..., -1]
         return -top / (2 * _numerical_radius(self.beta))
 
+
+ROUNDING = 1e-10  # relative, of a disk whose matrices were turned
 
 FORMS = {
     "half-plane": LMIRegion.half_plane,
