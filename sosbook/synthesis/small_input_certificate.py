@@ -4,7 +4,7 @@ from copy import copy
 
 import numpy as np
 
-from ..lmi.exact import definite, exact
+from ..lmi.exact import exact, positive
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimals, read_array
 from ..lmi.refutation import semidefinite
@@ -246,7 +246,7 @@ def _diagonal(x):
 
 def _positive(x):
     """Whether a matrix of rationals is symmetric and positive semidefinite."""
-    return bool((x == x.T).all()) and (definite(x)[0] or semidefinite(x))
+    return bool((x == x.T).all()) and (positive(x) or semidefinite(x))
 
 
 class SmallInputCertificate(ProofFile):
