@@ -53,6 +53,7 @@ DIGITS = (6, 12, 17)
 EXACT = {
     "FixedModeCertificate": "uncontrollable mode",
     "SingularMassCertificate": "singular mass",
+    "SmallInputCertificate": "small input",
 }
 
 
@@ -70,7 +71,7 @@ class Row:
     backing : str
         Of "feasible": "6 digits", "12 digits", "17 digits", the length
         of the gain that was certified. Of "infeasible": "exact
-        multipliers", "uncontrollable mode", "singular mass". Otherwise
+        multipliers", "uncontrollable mode", "singular mass", "small input". Otherwise
         "none".
     seconds : float
         CPU time of `design_pid` alone.

@@ -178,5 +178,5 @@ def why_refused(first):
             if request.gain is not None
             else ". But a gain exists: the modes out of place are controllable"
         )
-        text += "; its P is too badly conditioned for floating point"
+        text += "; floating point didn't find its P"
     return text + "."

@@ -123,15 +123,30 @@ def design_pid(
     Source: thesis, Procedure 2.1 (Theorems 2.1, 2.2 and Lemma 2.2).
     Stability is always demanded.
 
+    A region says nothing of the gain, and the centre may have a large one.
+    Small gains come from a bound of the input from a state: the least that will
+    do, or a few times it, which leaves the centre more room (see the example).
+
     Examples
     --------
-    >>> from sosbook import SecondOrderSystem
+    >>> from sosbook import PoleRegion, Saturation, SecondOrderSystem
     >>> robot = SecondOrderSystem(
     ...     M=np.diag([10, 11]), D=[[4, 1], [1, 5]], S=[[8, 4], [-4, 9]],
     ...     B=np.eye(2), F=np.eye(2))
     >>> d = design_pid(robot, U=np.eye(2), gamma=1.257)
     >>> d.status, d.certify().proven
     ('feasible', True)
+
+    The same poles with any gain, and with little force from a state:
+
+    >>> asked = dict(plant=robot, region=PoleRegion(sigma=0.5, rho=40))
+    >>> x0 = [0.1, 0.1, 0, 0]
+    >>> large = design_pid(**asked)
+    >>> least = design_pid(**asked, minimize="u_max",
+    ...                    saturation=Saturation(None, x0)).request.saturation
+    >>> small = design_pid(**asked, saturation=Saturation(3 * least.u_max, x0))
+    >>> bool(np.linalg.norm(large.K) > 50 * np.linalg.norm(small.K))
+    True
     """
     return _design(
         mu,

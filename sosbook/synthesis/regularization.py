@@ -207,6 +207,11 @@ class Regularization(Result, ReadOnly):
             )
         if regularize(self.plant, self.beta / 1e3).status == "feasible":
             return "Ask for a smaller beta."
+        if self.status == "undecided":
+            return (
+                "Nothing was found, and nothing proves that there is no gain: "
+                "split the polytope, or ask for another beta."
+            )
         return (
             "No common K_A serves all vertices, though each has its own. "
             "Look for a plant between them where [M B] lacks full row rank, "

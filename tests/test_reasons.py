@@ -1,0 +1,130 @@
+"""Why there is no design, in words: each sentence is rendered here at least once.
+
+A sentence says what was shown. Those of delays and of LMIs of one's own are in
+`tests.test_delay_edge` and `tests.test_problem`.
+"""
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.lmi.time_limit import OutOfTime
+from sosbook.synthesis import exclusion, feasibility, objectives, regularization, slack
+
+ONE = [[1.0]]
+
+
+def mass(M=ONE, D=ONE, S=ONE, B=ONE):
+    return sos.SecondOrderSystem(M, D, S, B)
+
+
+def two(*masses):
+    return sos.Polytope([mass(M=[[m]]) for m in masses])
+
+
+def broken(name, error):
+    """The request where a part of `sosbook.synthesis.feasibility` fails."""
+
+    def make(monkeypatch):
+        def fail(*_, **__):
+            raise error
+
+        monkeypatch.setattr(feasibility, name, fail)
+        return sos.design_pid(mass(), region=sos.PoleRegion(sigma=1, rho=9))
+
+    return make
+
+
+def late_optimum(monkeypatch):
+    def fail(*_, **__):
+        raise OutOfTime
+
+    monkeypatch.setattr(objectives, "_least", fail)
+    limit = sos.Saturation(None, [1, 0])
+    return sos.design_pid(
+        mass(), region=sos.PoleRegion(rho=9), saturation=limit, minimize="u_max"
+    )
+
+
+def no_multipliers(monkeypatch):
+    """Nothing is proven: what remains is what was seen in floats."""
+    monkeypatch.setattr(exclusion, "_proven_reach", lambda first: 0.0)
+    return nearly_out_of_reach(monkeypatch)
+
+
+def nearly_out_of_reach(_):
+    plant = sos.SecondOrderSystem(
+        np.eye(2), 0.01 * np.eye(2), np.diag([1, 1 + 1e-9]), [[1], [1]]
+    )
+    return sos.design_pid(plant, region=sos.PoleRegion(sigma=1))
+
+
+REASONS = {
+    "No gain moves the mode": lambda _: sos.design_pid(
+        sos.SecondOrderSystem(np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]])
+    ),
+    "of vertex 2": lambda _: sos.design_pid(
+        sos.Polytope([mass(), mass(D=[[-1.0]], B=[[0.0]])])
+    ),
+    "This gain leaves a pole": lambda _: sos.analyse_pid(mass(), [[9, 0]]),
+    "Between the vertices 1 and 2 a plant has a singular": lambda _: sos.design_pid(
+        two(1.0, -1.0)
+    ),
+    "Exact multipliers of the LMIs exclude every solution": lambda _: sos.design_pid(
+        mass(D=[[0.0]], S=[[0.0]]),
+        region=sos.PoleRegion(sigma=3),
+        saturation=sos.Saturation(1, [1, 0]),
+    ),
+    "is too small to move the modes at 1 rad/s": lambda _: sos.design_pid(
+        mass(D=[[0.0]], S=[[-1.0]]), saturation=sos.Saturation(0.9, [1, 0])
+    ),
+    "for every slack scalar": lambda _: sos.design_pid(
+        two(1.0, 2.0),
+        region=sos.PoleRegion(sigma=5),
+        saturation=sos.Saturation(0.1, [1, 0]),
+        coupling="slack",
+    ),
+    "floating point didn't find its P": nearly_out_of_reach,
+    "by multipliers in floating point|found neither": no_multipliers,
+    "Stopped after 1e-06 s": lambda _: sos.design_pid(mass(), time_limit=1e-6),
+    "The request is too large: by far": broken("search", MemoryError("by far")),
+    "The numerics gave up": broken("search", FloatingPointError("lost")),
+    "Stopped on the way to the centre": broken("finish", OutOfTime()),
+    "Stopped before the least u_max was found": late_optimum,
+}
+
+
+@pytest.mark.parametrize("words", REASONS)
+def test_each_reason_is_given_where_it_holds(words, monkeypatch):
+    design = REASONS[words](monkeypatch)
+    assert re.search(words, design.reason), design.reason
+    assert design.reason.endswith((".", "?")) and "  " not in design.reason
+    if design.status == "infeasible":
+        assert design.exclusion.proven
+
+
+def test_words_that_no_request_gives_are_known():
+    """Each f-string of a reason belongs to a request above or to the list below."""
+    rare = {  # need numerics that fail in a way of their own
+        "The numerics found a point whose margin": feasibility,
+        "Nothing was found with the slack scalars": slack,
+        "No point was found from where": objectives,
+        "Exact multipliers exclude all": exclusion,
+        "Exact multipliers of the LMIs exclude every {names}": objectives,
+    }
+    for words, module in rare.items():
+        assert words in inspect.getsource(module)
+
+
+def test_advice_on_a_mass_says_no_more_than_is_known(monkeypatch):
+    """ "No common K_A" takes a proof: an undecided search says so."""
+    made = regularization.Regularization
+    assert made(two(1.0, 2.0), 0.1, "undecided").advice == "Ask for a smaller beta."
+    never = made(two(1.0, 2.0), 0.1, "undecided")
+    monkeypatch.setattr(regularization, "regularize", lambda *_: never)
+    assert "nothing proves that there is no gain" in never.advice
+    refused = made(two(1.0, 2.0), 0.1, "infeasible")
+    assert "No common K_A serves all vertices" in refused.advice
