@@ -2,15 +2,18 @@
 
 from .delay import DelayAtlas, delay_atlas
 from .designs import Atlas, Slider, design_atlas
+from .explorer import Explorer, design_explorer
 from .maps import MapAtlas
 from .records import record
 
 __all__ = [
     "Atlas",
     "DelayAtlas",
+    "Explorer",
     "MapAtlas",
     "Slider",
     "delay_atlas",
     "design_atlas",
+    "design_explorer",
     "record",
 ]

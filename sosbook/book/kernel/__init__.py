@@ -17,11 +17,12 @@ MODULES = (
     "descriptor",
     "request",
     "design",
+    "truth",
     "exact",
     "proof",
 )
 EXPORTS = (
-    "design, prove, descriptors, assembled, frameOf, plainFrame, stateSpace, "
+    "design, prove, truth, descriptors, assembled, frameOf, plainFrame, stateSpace, "
     "matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, sha256"
 )
 

@@ -1,0 +1,309 @@
+// Requirements that move freely: every position is a set of LMIs that the reader's own
+// browser solves. What is drawn is what the atlas draws.
+(() => {
+  "use strict";
+  const {Plot, QUIET, announce, clean, define, escape, withConjugates} = window.sosKit;
+  const Atlas = customElements.get("sos-atlas");
+  const STEPS = 200;   // of a slider
+  const BUTTONS = [["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]];
+
+  // ------------------------------------------------------------------ values
+  const valueAt = ({min, max, log}, at) => {
+    const value = log ? min * (max / min) ** (at / STEPS) : min + (max - min) * at / STEPS;
+    return Number(value.toPrecision(3));
+  };
+  const placeOf = ({min, max, log}, value) =>
+    Math.max(0, Math.min(STEPS, STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
+  const inRadians = ({degrees}, shown) => degrees ? shown * Math.PI / 180 : shown;
+  const textOf = ({symbol, unit}, shown) => `${symbol} = ${Number(shown.toPrecision(4))}${unit}`;
+
+  // ------------------------------------------------------------ Python's words
+  const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : String(x);
+  function python({vertices, U, K_A, coupling}, bounds, x0, mu) {
+    const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
+      Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
+    const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
+    const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]].filter(([key]) => bounds[key] !== undefined)
+      .map(([key, name]) => `${name}=${bounds[key]}`).join(", ");
+    const words = [["U", U.length && list(U)], ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
+      ["gamma", bounds.gamma], ["mu", mu], ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
+      ["coupling", coupling !== "pairs" && `"${coupling}"`]].filter(([, value]) => value);
+    return `import sosbook as sos\n\nplant = ${plant}\ndesign = sos.design_pid(\n    plant,\n` +
+      words.map(([name, value]) => `    ${name}=${value},\n`).join("") + ")\nprint(design.status)\nprint(design.K)\n";
+  }
+
+  class Explorer extends Atlas {
+    // ---------------------------------------------------------------- controls
+    markup() {
+      const buttons = BUTTONS.map(([key, words]) =>
+        `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("");
+      return super.markup() + `<div class="sos-buttons">${buttons}</div><div class="sos-more" aria-live="polite"></div>`;
+    }
+
+    sliders() {
+      return this.data.sliders.map((s, k) => `<div class="sos-slider"><label for="${this.name}-${k}">` +
+        `<span>${escape(s.label)}</span><output for="${this.name}-${k}"></output></label><input id="${this.name}-${k}" type="range" ` +
+        `min="0" max="${STEPS}" step="any" value="${placeOf(s, s.value)}" data-key="${s.key}" ${QUIET}>` +
+        `<div class="sos-band" aria-hidden="true"></div></div>`).join("");
+    }
+
+    wire() {
+      this.inputs = [...this.view.querySelectorAll("input[type=range]")];
+      this.values = this.data.sliders.map(s => s.value);
+      this.found = this.ghost = null;
+      this.read(location.hash);
+      this.inputs.forEach((input, k) => {
+        input.addEventListener("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
+        input.addEventListener("keydown", event => this.key(event, k));
+        input.addEventListener("pointerdown", () => this.remember());
+      });
+      this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
+      this.part("map").addEventListener("pointerdown", event => this.grab(event));
+      this.solve();
+    }
+
+    // Arrows move by a hundredth of the way, which "step=any" wouldn't do.
+    key(event, k) {
+      const far = {ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10}[event.key];
+      if (!far) return;
+      event.preventDefault();
+      const slider = this.data.sliders[k], at = Math.max(0, Math.min(STEPS, placeOf(slider, this.values[k]) + 2 * far));
+      this.remember();
+      this.set(k, valueAt(slider, at));
+    }
+
+    set(k, value) {
+      const {min, max} = this.data.sliders[k];
+      this.values[k] = Math.max(min, Math.min(max, value));
+      this.inputs[k].value = placeOf(this.data.sliders[k], this.values[k]);
+      this.solve();
+    }
+
+    // The design before a move stays as a ghost.
+    remember() { if (this.found) this.ghost = {...this.found, response: this.shown}; }
+
+    press(what) {
+      this.part("more").innerHTML = "";
+      if (what === "reset") {
+        this.remember();
+        this.data.sliders.forEach((s, k) => { this.values[k] = s.value; this.inputs[k].value = placeOf(s, s.value); });
+        this.solve();
+      } else if (what === "link") this.link();
+      else if (what === "python") {
+        const bounds = {...this.data.shownFixed};
+        this.data.sliders.forEach(({key}, k) => { bounds[key] = this.values[k]; });
+        this.code = python(this.data.request, bounds, this.data.x0, this.data.mu);
+        this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(this.code)}</pre>`;
+        navigator.clipboard?.writeText(this.code).then(() => this.part("more").insertAdjacentHTML("afterbegin", "<p>Copied.</p>"), () => {});
+      } else if (what === "prove") this.prove();
+    }
+
+    // ---------------------------------------------------------------- the link
+    link() {
+      const words = this.data.sliders.map(({key}, k) => `${key}=${this.values[k]}`).join("&");
+      history.replaceState(null, "", `#${this.name}:${words}`);
+      this.part("more").innerHTML = `<p>The address of this page now leads to this design.</p>`;
+    }
+
+    read(hash) {
+      const [name, words] = decodeURIComponent(hash).slice(1).split(":");
+      if (name !== this.name || !words) return;
+      for (const [key, text] of new URLSearchParams(words)) {
+        const k = this.data.sliders.findIndex(s => s.key === key), value = Number(text);
+        if (k < 0 || !isFinite(value)) continue;
+        const {min, max} = this.data.sliders[k];
+        this.values[k] = Math.max(min, Math.min(max, value));
+        this.inputs[k].value = placeOf(this.data.sliders[k], this.values[k]);
+      }
+      this.scrollIntoView?.();
+    }
+
+    // ------------------------------------------------------------ the requests
+    get asked() { return this.askedAt(this.values); }
+
+    askedAt(values) {
+      return {...this.data.fixed, ...Object.fromEntries(this.data.sliders.map((s, k) => [s.key, inRadians(s, values[k])]))};
+    }
+
+    request(values = this.values) {
+      const asked = this.askedAt(values), {x0, mu} = this.data;
+      if (x0 && asked.u_max !== undefined) asked.x0 = x0;
+      if (mu !== null) asked.mu = mu;
+      return {...this.data.request, asked};
+    }
+
+    get texts() { return this.data.sliders.map((s, k) => textOf(s, this.values[k])); }
+
+    async solve() {
+      this.inputs.forEach((input, k) => announce(input, this.texts[k]));
+      this.view.querySelectorAll(".sos-band").forEach(band => band.classList.add("sos-old"));
+      const values = [...this.values], answer = await window.sosSolver.ask(this.name, "move", this.request(values));
+      if (!answer) return;
+      this.answer = {...answer, asked: this.askedAt(values), values};
+      if (answer.status === "feasible") this.found = this.answer;
+      this.edges = null;
+      this.update();
+      clearTimeout(this.idle);
+      this.idle = setTimeout(() => this.look(), answer.status === "feasible" ? 250 : 60);
+    }
+
+    // How far each slider may go while the others stay, by halving: what the bands show.
+    async look() {
+      const values = [...this.values], edges = [];
+      const holds = async (k, at) => {
+        const moved = [...values];
+        moved[k] = valueAt(this.data.sliders[k], at);
+        const answer = await window.sosSolver.ask(this.name, "probe", this.request(moved));
+        return answer && answer.status === "feasible";
+      };
+      const stale = () => values.some((v, k) => v !== this.values[k]);
+      for (const [k, slider] of this.data.sliders.entries()) {
+        let good = slider.looser > 0 ? STEPS : 0, bad = STEPS - good;
+        edges[k] = null;
+        if (await holds(k, good)) {
+          if (await holds(k, bad)) good = bad;
+          while (Math.abs(good - bad) > 1.5) {
+            const middle = (good + bad) / 2;
+            if (await holds(k, middle)) good = middle; else bad = middle;
+            if (stale()) return;
+          }
+          edges[k] = good;
+        }
+        if (stale()) return;
+        this.band(k, edges[k]);
+      }
+      this.edges = edges;
+      if (this.answer.status !== "feasible") this.tell(this.answer.status, this.readout(this.design));
+    }
+
+    band(k, edge) {
+      const share = edge === null ? 0 : 100 * edge / STEPS, {looser} = this.data.sliders[k];
+      const good = "var(--sos-region)", bad = "var(--sos-line)";
+      const [first, second] = looser > 0 ? [bad, good] : [good, bad];
+      const band = this.inputs[k].parentElement.querySelector(".sos-band");
+      band.classList.remove("sos-old");
+      band.style.background = edge === null ? bad : `linear-gradient(to right, ${first} ${share}%, ${second} ${share}%)`;
+    }
+
+    advice() {
+      if (!this.edges) return "Looking for what to relax …";
+      const moves = this.edges.map((edge, k) => edge === null ? null
+        : {far: Math.abs(edge - placeOf(this.data.sliders[k], this.values[k])), text: textOf(this.data.sliders[k], valueAt(this.data.sliders[k], edge))});
+      const [first, ...others] = moves.filter(move => move).sort((a, b) => a.far - b.far);
+      if (!first) return "No single slider is enough: relax several.";
+      return `Relax first: ${first.text}.` +
+        (others.length ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.` : "");
+    }
+
+    // --------------------------------------------------------------- the design
+    get design() {
+      const {status, asked, K, poles, margins, norm, peak} = this.answer;
+      if (status !== "feasible") return {status, asked};
+      const upper = poles.flat().filter(([, im]) => im >= 0), least = Math.min(...Object.values(margins));
+      const block = Object.keys(margins).find(name => margins[name] === least);
+      return {status, asked, K, poles: upper, margin: [block, least], norm, peak};
+    }
+
+    update() {
+      const design = this.design, held = design.K ? design : null;
+      this.part("map").innerHTML = this.map(design).replace("</svg>", this.overlay(design) + "</svg>");
+      const picture = this.step(held || {status: design.status, K: this.found?.K});
+      this.part("step").innerHTML = picture.replace("</svg>", this.before(design) + "</svg>");
+      this.part("step").classList.toggle("sos-stale", !held);
+      if (held) this.shown = this.response;
+      this.tell(design.status, this.readout(design));
+    }
+
+    // The same axes as those of the atlas's pole map.
+    axes() {
+      const [left, right, height] = this.data.window;
+      const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 288) / 2, tall = half * 288 / 286;
+      return new Plot({x: [middle - half, middle + half], y: [-tall, tall], labels: ["", ""]});
+    }
+
+    // Ghosts of poles, and handles on the edges of the region.
+    overlay({status}) {
+      const plot = this.axes(), ghost = status === "feasible" ? this.ghost : this.found;
+      let text = "";
+      for (const [re, im] of withConjugates((ghost?.poles || []).flat().filter(([, im]) => im >= 0)).filter(pole => plot.has(pole))) {
+        text += `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
+      }
+      for (const [k, [re, im]] of this.handles().entries()) {
+        if (plot.has([re, im])) text += `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${plot.Y(im)}" r="7"/>`;
+      }
+      return text;
+    }
+
+    handles() {
+      const {sigma, theta, rho} = this.asked, far = (rho ?? this.data.window[2]) * 0.7, list = [];
+      for (const {key} of this.data.sliders) {
+        if (key === "sigma") list.push([-sigma, 0]);
+        else if (key === "theta") list.push([-far * Math.cos(theta), far * Math.sin(theta)]);
+        else if (key === "rho") list.push([-rho, 0]);
+        else list.push([NaN, NaN]);
+      }
+      return list;
+    }
+
+    grab(event) {
+      const handle = event.target.closest("[data-handle]");
+      if (!handle) return;
+      event.preventDefault();
+      const k = Number(handle.dataset.handle), plot = this.axes(), {key} = this.data.sliders[k];
+      this.remember();
+      const move = event => {
+        const svg = this.part("map").querySelector("svg"), at = new DOMPoint(event.clientX, event.clientY)
+          .matrixTransform(svg.getScreenCTM().inverse());
+        const re = plot.x[0] + (at.x - plot.l) / (plot.r - plot.l) * (plot.x[1] - plot.x[0]);
+        const im = plot.y[1] - (at.y - plot.t) / (plot.b - plot.t) * (plot.y[1] - plot.y[0]);
+        const shown = key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
+        this.set(k, Number(shown.toPrecision(3)));
+      };
+      const done = () => {
+        removeEventListener("pointermove", move);
+        removeEventListener("pointerup", done);
+        removeEventListener("pointercancel", done);
+      };
+      addEventListener("pointermove", move);
+      addEventListener("pointerup", done);
+      addEventListener("pointercancel", done);
+    }
+
+    // The step response before the move, within the present axes.
+    before({status}) {
+      if (status !== "feasible" || !this.ghost?.response?.length) return "";
+      const values = this.response.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
+      const plot = new Plot({x: [0, this.data.horizon], y: [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5], labels: ["", ""]});
+      return this.ghost.response.map(rows => rows[0].map((_, i) => {
+        const points = rows.map((row, k) => [k * this.data.horizon / (rows.length - 1), row[i]]).filter(p => plot.has(p));
+        return `<path class="sos-ghost" d="${plot.path(points)}"/>`;
+      }).join("")).join("");
+    }
+
+    readout(design) {
+      const extra = design.status === "feasible"
+        ? `<p class="sos-soft">Solved in your browser in ${clean(this.answer.ms, 2)} ms` +
+          `${this.answer.lid ? "; the set of solutions has no bound, so it got one" : ""}.</p>` : "";
+      return super.readout(design).replace("These LMIs have no solution.",
+        "Multipliers exclude every solution of these LMIs, in floating point.") + extra;
+    }
+
+    // ----------------------------------------------------------------- the proof
+    async prove() {
+      this.part("more").innerHTML = "<p>Computing with whole numbers …</p>";
+      const answer = await window.sosSolver.ask(this.name, "prove", this.request());
+      if (!answer?.proof?.proven) {
+        this.part("more").innerHTML = `<p>Not proven: ${escape(answer?.reason || "there is no design here")}.</p>`;
+        return;
+      }
+      const {claims, text, blocks, digits} = answer.proof;
+      this.proof = text;
+      const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
+      this.part("more").innerHTML = `<p><span class="sos-status">Proven</span> in exact arithmetic for the gain rounded to ${digits} digits: ` +
+        `${blocks.length} blocks are positive definite. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
+        `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`;
+    }
+  }
+
+  define("sos-explorer", Explorer);
+})();

@@ -1,0 +1,69 @@
+// One worker for a page, which solves what its elements ask for: the kernel's own text
+// runs in it, so it needs no file. Where there are no workers, the page itself computes.
+window.sosSolver ??= (() => {
+  "use strict";
+  // The worker's program: {id, key, kind, request} in, {id, ...} out.
+  function program(kernel, send) {
+    const last = new Map();   // the last design of each element, to start from
+    return ({id, key, kind, request}) => {
+      const begun = performance.now();
+      try {
+        const found = kernel.design(request, last.get(key));
+        const {status, K, poles, margins, reason, lid, steps} = found, answer = {id, status, K, poles, margins, reason, lid, steps};
+        if (status === "feasible") {
+          if (kind === "move") last.set(key, found);
+          if (kind !== "probe") Object.assign(answer, kernel.truth(request, found));
+          if (kind === "prove") {
+            const {proven, text, claims, blocks, digits} = kernel.prove(request, found);
+            answer.proof = {proven, text, claims, blocks, digits};
+          }
+        }
+        send({...answer, ms: performance.now() - begun});
+      } catch (fault) {
+        send({id, status: "undecided", reason: String(fault.message || fault)});
+      }
+    };
+  }
+
+  function start(receive) {
+    try {
+      const text = `"use strict"; const run = (${program})((${window.sosKernel})(), postMessage);` +
+        `onmessage = event => run(event.data);`;
+      const worker = new Worker(URL.createObjectURL(new Blob([text], {type: "text/javascript"})));
+      worker.onmessage = event => receive(event.data);
+      return job => worker.postMessage(job);
+    } catch {
+      const run = program(window.sosKernel(), receive);
+      return job => setTimeout(() => run(job));
+    }
+  }
+
+  // One job at a time; the newest move of an element takes the place of those that wait.
+  let waiting = [], busy = null, count = 0, post = null;
+  function next() {
+    if (busy || !waiting.length) return;
+    const first = Math.max(0, waiting.findIndex(({job}) => job.kind !== "probe"));
+    [busy] = waiting.splice(first, 1);
+    post ??= start(answer => {
+      const {resolve} = busy;
+      busy = null;
+      resolve(answer);
+      next();
+    });
+    post(busy.job);
+  }
+
+  // A promise of the answer; null where a newer job takes its place.
+  function ask(key, kind, request) {
+    if (kind === "move") cancel(key);
+    return new Promise(resolve => {
+      waiting.push({job: {id: ++count, key, kind, request}, resolve});
+      next();
+    });
+  }
+
+  function cancel(key) {
+    waiting = waiting.filter(({job, resolve}) => job.key !== key || job.kind === "prove" || resolve(null));
+  }
+  return {ask, cancel};
+})();

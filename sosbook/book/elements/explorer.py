@@ -1,0 +1,194 @@
+"""Sliders whose every position is solved by the reader's own browser."""
+
+import numpy as np
+
+from ...requirements.shorthand import parameter
+from ...runtime.threads import one_thread
+from ..kernel import source
+from .designs import page_loop
+from .page import PageElement, significant
+
+__all__ = ["Explorer", "design_explorer"]
+
+LARGEST = 4  # degrees of freedom and vertices that a browser solves while one waits
+DIGITS = 15  # of the plant's matrices: all that a decimal keeps
+
+
+class Explorer(PageElement):
+    """A page element that solves LMIs where its sliders stand.
+
+    Made by `design_explorer`; put it last in a cell.
+
+    Parameters
+    ----------
+    data : dict
+        What the page needs to know: title, sliders, the plant, what is fixed.
+    """
+
+    tag = "sos-explorer"
+    sheets = ("explorer.css",)
+    scripts = ("solver.js", "atlas.js", "explorer.js")
+    notice = "Sliders that solve the LMIs in your browser. They need JavaScript"
+
+    def __init__(self, data):
+        self.data, self.title = data, data["title"]
+
+    @property
+    def html(self):
+        """The element as HTML, with the solver's source in front of its scripts."""
+        return super().html.replace("<script>\n", f"<script>\n{source()}\n", 1)
+
+    def __repr__(self):
+        names = ", ".join(s["key"] for s in self.data["sliders"])
+        return f"Explorer: {self.title} ({names})"
+
+
+@one_thread
+def design_explorer(
+    plant,
+    U=None,
+    gamma=None,
+    saturation=None,
+    *,
+    sigma=None,
+    theta=None,
+    rho=None,
+    u_max=None,
+    K_A=None,
+    coupling="pairs",
+    mu=None,
+    r=None,
+    horizon=None,
+    start=None,
+    title="Move the requirements",
+):
+    """An `Explorer` of the requirements of Procedure 2.1.
+
+    Each of sigma, theta, rho, gamma and u_max is left out (not asked), a number
+    (asked, fixed) or a pair (a slider from the one to the other).
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+        The plant: at most four degrees of freedom and four vertices.
+    U : (a, n) array_like, optional
+        The rows of U z are integrated; without it the law is PD.
+    gamma : float or pair, optional
+        Bound of the H-infinity norm from w to z.
+    saturation : Saturation, optional
+        Its x0 also serves the slider u_max, which overrides its u_max.
+    sigma, theta, rho, u_max : float or pair, optional
+        theta in radians; shown in degrees.
+    K_A, coupling, mu
+        As in `design_pid`; ``coupling`` is "pairs" or "vertices".
+    r : (n,) array_like, optional
+        Set point of the step response; ones if left out.
+    horizon : float, optional
+        Seconds shown of the step response; 8 if left out.
+    start : dict, optional
+        {"sigma": 0.7, …}: where the sliders stand at first; in the middle
+        without it.
+    title : str
+        The heading of the element.
+
+    Returns
+    -------
+    Explorer
+        The element, without any design: the page finds them.
+
+    Raises
+    ------
+    ValueError
+        If nothing is a pair, a pair isn't rising, ``start`` lies outside, the plant
+        is too large, or u_max is given without a saturation.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> robot = sos.thesis.example_1()
+    >>> design_explorer(robot.plant, robot.U, sigma=(0.1, 2), rho=5.0)
+    Explorer: Move the requirements (sigma)
+    """
+    if coupling not in ("pairs", "vertices"):
+        raise ValueError(f'coupling must be "pairs" or "vertices", got {coupling!r}')
+    if plant.n > LARGEST or len(plant.vertices) > LARGEST:
+        raise ValueError(
+            f"the page solves up to {LARGEST} degrees of freedom and vertices: "
+            "use design_atlas"
+        )
+    if saturation is not None and u_max is None:
+        u_max = saturation.u_max
+    if u_max is not None and saturation is None:
+        raise ValueError("u_max needs saturation=Saturation(u_max, x0)")
+    asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma, "u_max": u_max}
+    asked = {key: value for key, value in asked.items() if value is not None}
+    start = dict(start or {})
+    sliders = [
+        _slider(key, value, start.pop(key, None))
+        for key, value in asked.items()
+        if np.ndim(value)
+    ]
+    if not sliders:
+        raise ValueError("nothing to slide: give a pair for sigma, theta, rho, …")
+    if start:
+        raise ValueError(f"start names no slider: {sorted(start)}")
+    fixed = {key: float(value) for key, value in asked.items() if not np.ndim(value)}
+    loop = page_loop(plant, U, K_A, r, horizon or 8.0)
+    far = max([s["max"] for s in sliders if s["key"] == "rho"] or [fixed.get("rho", 0)])
+    far = far or 4 * max([s["max"] for s in sliders if s["key"] == "sigma"] or [2.5])
+    return Explorer(
+        {
+            "title": title,
+            "sliders": sliders,
+            **loop,
+            "fixed": fixed,
+            "shownFixed": {k: parameter(k).shown(v) for k, v in fixed.items()},
+            "also": [parameter(key).text(value) for key, value in fixed.items()],
+            "window": [significant(c * far, 3) for c in (-1.06, 0.2, 1.0)],
+            "request": {
+                "vertices": [_matrices(v) for v in plant.vertices],
+                "U": [] if U is None else _table(U),
+                "K_A": None if K_A is None else _table(K_A),
+                "coupling": coupling,
+            },
+            "x0": None if saturation is None else _table([saturation.x0])[0],
+            "mu": mu,
+        }
+    )
+
+
+def _slider(key, ends, value):
+    """What the page needs to know of a slider, in the unit that it shows."""
+    which = parameter(key)
+    if len(ends) != 2 or not 0 < ends[0] < ends[1] or which.fault(ends):
+        raise ValueError(
+            f"{key} must be a number, or a pair of positive numbers that rises"
+            + (f": {which.fault(ends)}" if which.fault(ends) else "")
+        )
+    low, high = (significant(which.shown(x), 6) for x in ends)
+    wide = high / low > 4 and key not in ("sigma", "theta")
+    middle = significant(np.sqrt(low * high) if wide else (low + high) / 2, 2)
+    value = significant(middle if value is None else which.shown(value), 6)
+    if not low <= value <= high:
+        raise ValueError(f"start: {key} lies outside of its slider")
+    return {
+        "key": key,
+        "label": which.label,
+        "symbol": which.symbol,
+        "unit": which.unit,
+        "degrees": which.degrees,
+        "min": low,
+        "max": high,
+        "value": value,
+        "looser": -which.harder,
+        "log": bool(wide),
+    }
+
+
+def _matrices(v):
+    names = "MDSBF" if v.p else "MDSB"
+    return {name: _table(getattr(v, name)) for name in names}
+
+
+def _table(x):
+    return [[significant(e, DIGITS) for e in row] for row in np.asarray(x, float)]

@@ -1,0 +1,74 @@
+// What a loop really does, whatever its LMIs promise: its H-infinity norm and the
+// largest input from an initial state.
+
+// The norm of C inv(sI - A) B. A level is too low where the Hamiltonian matrix has
+// imaginary eigenvalues; between them it is raised (Bruinsma and Steinbuch 1990).
+function hinfNorm(A, B, C) {
+  const n = A.rows;
+  const at = w => {   // the gain at s = jw, by real matrices of twice the size
+    const left = zeros(2 * n, 2 * n), right = zeros(2 * n, B.cols);
+    place(place(left, 0, 0, A, -1), n, n, A, -1);
+    for (let i = 0; i < n; i++) { left.at[i * 2 * n + n + i] = -w; left.at[(n + i) * 2 * n + i] = w; }
+    const X = solve(left, place(right, 0, 0, B));
+    if (!X) return Infinity;
+    const half = from => times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
+    const re = half(0), im = half(n), both = zeros(2 * re.rows, 2 * re.cols);
+    place(place(both, 0, 0, re), re.rows, re.cols, re);
+    return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
+  };
+  let level = Math.max(at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
+  const push = times(B, transposed(B)), out = times(transposed(C), C);
+  for (let count = 0; count < 20; count++) {
+    const test = level * (1 + 1e-5), H = zeros(2 * n, 2 * n);
+    place(place(H, 0, 0, A), 0, n, push, 1 / test ** 2);
+    place(place(H, n, 0, out, -1), n, n, transposed(A), -1);
+    const values = eigenvalues(H), size = Math.max(...values.map(s => Math.hypot(...s)));
+    const crossings = values.filter(([re, im]) => im > 0 && Math.abs(re) < 1e-8 * size + 1e-6 * im).map(([, im]) => im);
+    crossings.sort((a, b) => a - b);
+    const between = crossings.slice(1).map((w, k) => Math.sqrt(w * crossings[k]));
+    const higher = Math.max(level, ...between.map(at));
+    if (higher <= test) return higher;
+    level = higher;
+  }
+  return level;
+}
+
+// exp(X h) by scaling, Taylor's series and squaring.
+function exponential(X, h) {
+  const size = Math.max(...rowsOf(X).map(row => row.reduce((sum, x) => sum + Math.abs(x), 0))) * h;
+  const halvings = Math.max(0, Math.ceil(Math.log2(size || 1)) + 2), small = scaled(h / 2 ** halvings, X);
+  let term = identity(X.rows), sum = term;
+  for (let k = 1; k <= 14; k++) {
+    term = scaled(1 / k, times(term, small));
+    sum = combined(1, sum, 1, term);
+  }
+  for (let k = 0; k < halvings; k++) sum = times(sum, sum);
+  return sum;
+}
+
+// The largest |K x| from x0, in two passes: one for the fast poles, one for the slow.
+function peakInput(A, K, x0, spectrum) {
+  const rates = spectrum.map(([re]) => -re);
+  let most = 0;
+  for (const horizon of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
+    const forward = exponential(A, horizon / 600);
+    let x = {rows: x0.length, cols: 1, at: Float64Array.from(x0)};
+    for (let k = 0; k <= 600; k++) {
+      const u = times(K, x);
+      most = Math.max(most, Math.sqrt(inner(u, u)));
+      x = times(forward, x);
+    }
+  }
+  return most;
+}
+
+// {norm, peak} of the worst vertex under a design's gain.
+function truth(request, {K, poles}) {
+  let worst = null, peak = null;
+  descriptors(request).forEach((d, k) => {
+    const gain = matrix(K), A = solve(d.E, combined(1, d.A, 1, times(d.Bu, gain)));
+    if (d.Bw.cols) worst = Math.max(worst, hinfNorm(A, solve(d.E, d.Bw), d.C));
+    if (request.asked.x0) peak = Math.max(peak, peakInput(A, gain, request.asked.x0, poles[k]));
+  });
+  return {norm: worst, peak};
+}

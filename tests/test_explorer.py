@@ -1,0 +1,330 @@
+"""Sliders that the reader's browser solves, against the package."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.analysis.linear import hinf_norm, peak_input
+from sosbook.book.elements.explorer import design_explorer
+from sosbook.synthesis.certificates import Certificate
+from tests.elements import assert_fits_a_phone, assert_readable, schemes
+
+LABELS = {
+    "sigma": "Decay rate σ",
+    "theta": "Half-angle θ",
+    "rho": "Disk radius ρ",
+    "gamma": "H∞ bound γ",
+    "u_max": "Input bound u_max",
+}
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return sos.thesis.example_1()
+
+
+@pytest.fixture(scope="module")
+def explorer(robot):
+    return design_explorer(
+        robot.plant,
+        robot.U,
+        (0.3, 4),
+        robot.saturation,
+        sigma=(0.1, 2.5),
+        theta=np.radians([15, 90]),
+        rho=(1.5, 12),
+        u_max=(40, 400),
+        start={"sigma": 0.7, "theta": np.pi / 4, "rho": 5, "gamma": 1.257,
+               "u_max": 150},
+        title="The <robot> & its designs",
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def sheet(explorer, tmp_path_factory):
+    """A page with two explorers, as a chapter may have."""
+    page = tmp_path_factory.mktemp("page") / "explorer.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        f"{explorer.html}<p>between</p>{explorer.html}</body></html>",
+        "utf8",
+    )
+    return page
+
+
+@pytest.fixture
+def tab(visit, sheet):
+    tab = visit(sheet)
+    settled(tab)
+    yield tab
+    assert tab.errors == []
+    assert all(re.match("file:|data:|blob:", url) for url in tab.requests)
+
+
+def settled(tab, more="true"):
+    """Wait until the page has solved what its sliders ask for."""
+    tab.page.wait_for_function(
+        """more => { const e = document.querySelector("sos-explorer");
+          return e?.answer && e.answer.values.every((v, k) => v === e.values[k])
+            && (more === "true" || e.edges); }""",
+        arg=more,
+    )
+
+
+def first(tab):
+    return tab.page.locator("sos-explorer").first
+
+
+def say(tab):
+    return first(tab).locator(".sos-readout").inner_text()
+
+
+def state(tab):
+    """The element's own words: what it asked for and what it found."""
+    return tab.page.evaluate(
+        "(() => { const {answer, values, edges, shown, found} ="
+        "document.querySelector('sos-explorer');"
+        "return {answer, values, edges, response: shown}; })()"
+    )
+
+
+def at(robot, values):
+    """The package's design where the sliders stand, in the units they show."""
+    sigma, theta, rho, gamma, u_max = values
+    return sos.design_pid(
+        robot.plant,
+        robot.U,
+        region=sos.PoleRegion(sigma, rho=rho, theta_deg=theta),
+        gamma=gamma,
+        saturation=sos.Saturation(u_max, robot.saturation.x0),
+    )
+
+
+def move(tab, values):
+    """Put the sliders somewhere at once."""
+    tab.page.evaluate(
+        "values => { const e = document.querySelector('sos-explorer');"
+        "e.remember(); values.forEach((v, k) => e.set(k, v)); }",
+        values,
+    )
+    settled(tab)
+
+
+def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
+    rng = np.random.default_rng(4)
+    low, high = np.array([0.2, 30, 4, 0.8, 120]), np.array([1.2, 80, 9, 3, 350])
+    feasible = 0
+    for values in [state(tab)["values"], *rng.uniform(low, high, (8, 5)).round(2)]:
+        move(tab, [float(v) for v in values])
+        answer, design = state(tab)["answer"], at(robot, values)
+        assert answer["status"] == design.status
+        assert say(tab).lower().startswith(design.status)
+        if design.status != "feasible":
+            continue
+        feasible += 1
+        assert np.abs(answer["K"] - design.K).max() < 1e-7 * np.abs(design.K).max()
+        loop = design.request.vertices[0]
+        assert answer["norm"] == pytest.approx(hinf_norm(loop, design.K), rel=1e-4)
+        peak = peak_input(loop, design.K, robot.saturation.x0)
+        assert answer["peak"] == pytest.approx(peak, rel=1e-3)
+    assert feasible > 5
+
+
+@pytest.mark.parametrize("key", LABELS)
+def test_each_slider_works_by_keyboard_and_mouse(tab, key):
+    slider = first(tab).get_by_label(LABELS[key])
+    place = list(LABELS).index(key)
+    before = state(tab)["values"][place]
+    slider.focus()
+    slider.press("ArrowLeft")
+    settled(tab)
+    assert state(tab)["values"][place] < before
+    assert slider.get_attribute("aria-valuetext") in say(tab)
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    share = float(slider.input_value()) / 200
+    tab.page.mouse.move(box["x"] + 8 + share * (box["width"] - 16), middle)
+    tab.page.mouse.down()
+    tab.page.mouse.move(box["x"] + 0.95 * box["width"], middle, steps=8)
+    tab.page.mouse.up()
+    settled(tab)
+    assert state(tab)["values"][place] > before
+    assert "null" not in say(tab) and "NaN" not in say(tab)
+
+
+def test_the_region_s_edges_are_dragged_in_the_pole_map(tab):
+    handle = first(tab).locator("[data-handle='0']")  # sigma
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    tab.page.mouse.move(x, y)
+    tab.page.mouse.down()
+    tab.page.mouse.move(x - 12, y, steps=4)
+    tab.page.mouse.up()
+    settled(tab)
+    assert state(tab)["values"][0] > 0.9
+    assert state(tab)["values"][1:] == [45, 5, 1.257, 150]
+    assert first(tab).locator(".sos-ghost").count() > 0
+
+
+def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
+    drawn = state(tab)["response"]
+    move(tab, [2.3, 45, 5, 1.257, 150])
+    settled(tab, "edges")
+    tab.page.wait_for_function(
+        "document.querySelector('sos-explorer .sos-readout')"
+        ".textContent.includes('Relax first')"
+    )
+    text, shown = say(tab), state(tab)
+    assert text.startswith("Infeasible") and "in floating point" in text
+    assert at(robot, shown["values"]).status == "infeasible"
+    assert shown["response"] == drawn
+    assert first(tab).locator(".sos-step.sos-stale").count() == 1
+    helped = re.search(r"Relax first: (\S+) = ([\d.]+)", text)
+    symbols = {"σ": 0, "θ": 1, "ρ": 2, "γ": 3, "u_max": 4}
+    values = shown["values"]
+    values[symbols[helped[1]]] = float(helped[2])
+    assert at(robot, values).status == "feasible"
+
+
+def test_bands_end_where_the_package_s_designs_end(tab, robot):
+    settled(tab, "edges")
+    shown = state(tab)
+    for k, (key, far) in enumerate(zip(LABELS, (-1, 1, 1, 1, 1), strict=True)):
+        edge = shown["edges"][k]
+        verdicts = []
+        ends = edge in (0, 200)  # the slider ends before the designs do
+        for step in (0,) if ends else (2 * far, -4 * far):  # looser, harder
+            values = list(shown["values"])
+            values[k] = tab.page.evaluate(
+                """([k, at]) => {
+              const s = document.querySelector("sos-explorer").data.sliders[k];
+              return s.log ? s.min * (s.max / s.min) ** (at / 200)
+                : s.min + (s.max - s.min) * at / 200; }""",
+                [k, edge + step],
+            )
+            verdicts.append(at(robot, values).status)
+        assert verdicts == ["feasible", "infeasible"][: 2 - ends], key
+
+
+def test_the_copied_program_runs_and_finds_the_same_gain(tab):
+    first(tab).get_by_role("button", name="As Python").click()
+    code = first(tab).locator("pre").inner_text()
+    names = {}
+    exec(code, names)
+    assert names["design"].status == "feasible"
+    K = np.array(state(tab)["answer"]["K"])
+    assert np.abs(names["design"].K - K).max() < 1e-7 * np.abs(K).max()
+
+
+def test_the_proof_is_one_for_the_package(tab):
+    first(tab).get_by_role("button", name="Prove it exactly").click()
+    link = first(tab).locator("a[download]")
+    with tab.page.expect_download() as loading:
+        link.click()
+    proof = Certificate(loading.value.path().read_text("utf8"))
+    assert proof.proven and len(proof.claims) == 6
+    for claim in proof.claims:
+        assert claim in first(tab).inner_text()
+
+
+def test_a_link_leads_back_to_the_design(tab, visit):
+    move(tab, [0.9, 50, 6, 1.5, 200])
+    first(tab).get_by_role("button", name="Link to this").click()
+    again = visit(tab.page.url)
+    settled(again)
+    assert state(again)["values"] == [0.9, 50, 6, 1.5, 200]
+    assert again.errors == []
+    first(tab).get_by_role("button", name="Reset").click()
+    settled(tab)
+    assert state(tab)["values"] == [0.7, 45, 5, 1.257, 150]
+
+
+def test_the_second_explorer_moves_alone(tab):
+    before = say(tab)
+    slider = tab.page.locator("sos-explorer").nth(1).get_by_label("Decay rate σ")
+    slider.focus()
+    slider.press("ArrowRight")
+    tab.page.wait_for_timeout(300)
+    assert say(tab) == before
+
+
+def test_moves_in_quick_succession_end_at_the_last_one(tab):
+    tab.page.evaluate("""() => {
+      const e = document.querySelector("sos-explorer");
+      for (let k = 0; k < 60; k++) e.set(0, 0.3 + 0.01 * k); }""")
+    settled(tab)
+    assert state(tab)["answer"]["asked"]["sigma"] == pytest.approx(0.89)
+
+
+def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
+    example = sos.thesis.example_4()
+    element = design_explorer(
+        example.plant, example.U, sigma=(1, 9), rho=15, theta=np.pi / 3,
+        start={"sigma": 5}, horizon=3.0,
+    )  # fmt: skip
+    page = tmp_path / "arm.html"
+    page.write_text(f'<!doctype html><meta charset="utf-8">{element.html}', "utf8")
+    tab = visit(page)
+    settled(tab)
+    design = sos.design_pid(
+        example.plant, example.U, region=sos.PoleRegion(5, np.pi / 3, 15)
+    )
+    answer = state(tab)["answer"]
+    assert np.abs(answer["K"] - design.K).max() < 1e-6 * np.abs(design.K).max()
+    assert len(answer["poles"]) == 2 and answer["norm"] is None
+
+
+@schemes
+def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
+    tab = visit(sheet, scheme=scheme)
+    settled(tab)
+    assert_readable(tab, "sos-explorer", theme, dark)
+
+
+def test_a_phone_needs_no_sideways_scroll(visit, sheet):
+    tab = visit(sheet, width=390, height=844)
+    settled(tab)
+    assert_fits_a_phone(tab, "sos-explorer", ["Decay rate σ"])
+
+
+def test_the_output_is_the_same_twice_and_survives_any_title(robot):
+    def html(title):
+        return design_explorer(
+            robot.plant, robot.U, sigma=(0.1, 2), rho=5.0, title=title
+        ).html
+
+    wicked = 'a</script><b>"&'
+    assert html(wicked) == html(wicked)
+    data = re.search(r'<script type="application/json">(.*?)</script>', html(wicked))
+    assert json.loads(data[1])["title"] == wicked
+    assert "http" not in html(wicked).replace("http://www.w3.org", "")
+
+
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        ({}, "nothing to slide"),
+        ({"sigma": (0.7, 0.5)}, "sigma must be a number, or a pair"),
+        ({"theta": (0.5, 45)}, "half-angle in radians"),
+        ({"sigma": (0.5, 0.7), "start": {"sigma": 0.9}}, "outside of its slider"),
+        ({"sigma": (0.5, 0.7), "start": {"rho": 5}}, "names no slider"),
+        ({"u_max": (10, 20)}, "u_max needs saturation"),
+        ({"sigma": (0.5, 0.7), "coupling": "slack"}, "coupling must be"),
+    ],
+)
+def test_bad_input_is_explained(robot, wrong, words):
+    with pytest.raises(ValueError, match=words):
+        design_explorer(robot.plant, robot.U, **wrong)
+
+
+def test_a_plant_that_is_too_large_is_refused():
+    five = sos.SecondOrderSystem(np.eye(5), np.eye(5), np.eye(5), np.eye(5))
+    with pytest.raises(ValueError, match="design_atlas"):
+        design_explorer(five, sigma=(0.1, 1))
