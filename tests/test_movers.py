@@ -9,13 +9,27 @@ import re
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_continuous_are, solve_continuous_lyapunov
-from scipy.optimize import linear_sum_assignment
+from scipy.optimize import least_squares, linear_sum_assignment
+from sosbook.widgets.pendulum import falls
 from sosbook.widgets.pendulum_control import recover
 
+import sosbook as sos
+from sosbook.book import counterexamples, thesis
 from sosbook.book.elements import movers
 from sosbook.book.notebooks import BOOK
-from sosbook.pendulum import Mip, polytope, vertices
-from sosbook.plants import descriptors
+from sosbook.delay import (
+    ConstantDelay,
+    characteristic_roots,
+    simulate_delay,
+    spectral_abscissa,
+)
+from sosbook.lmi import Unknown, block
+from sosbook.lmi.centre import Blocks, centre, phase_one
+from sosbook.pendulum import Mip, SampledLaw, polytope, vertices
+from sosbook.pendulum.experiments import motion
+from sosbook.pendulum.margins import SampledLoop
+from sosbook.pendulum.srivc import respond
+from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from tests.test_page_elements import stored
 
@@ -328,3 +342,294 @@ def test_what_an_element_is_made_of():
     made = movers.Mover("t", "h", [movers.slider("x", "X", " m", (0, 2), 0.5, 1)])
     assert repr(made) == "Mover: x"
     assert json.loads(json.dumps(made.data))["controls"][0]["unit"] == " m"
+
+
+# ------------------------------------------------------------ fall (chapter 25)
+
+
+@pytest.mark.parametrize("rotors", [0, 1])
+def test_fall_is_the_packages(desk, rotors):
+    place = {"angle": 33, "volts": -3.3, "pulse": 0.23, "rotors": rotors}
+    (here,) = desk.compute("sos-fall", [place])
+    mip = Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=bool(rotors))
+    V = np.where(np.arange(160) * 0.005 < 0.23 - 1e-9, -3.3, 0)
+    true, line = falls(mip, np.radians(33), V, 0.005)
+    for name, values in zip(("theta", "phi"), true):
+        assert np.allclose(here[name], values, atol=1e-6)
+    for name, values in zip(("lineTheta", "linePhi"), line):
+        assert np.allclose(here[name], values, rtol=1e-8)
+
+
+# ----------------------------------------------------- circulation (chapter 1)
+
+
+def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
+    robot = thesis.example_1().plant
+    symmetric, skew = (robot.S + robot.S.T) / 2, (robot.S - robot.S.T) / 2
+    places = [{"kappa": 0, "damping": 1}, {"kappa": 1.37, "damping": 0.55}]
+    for place, here in zip(places, desk.compute("sos-circulation", places)):
+        plant = sos.SecondOrderSystem(
+            robot.M,
+            place["damping"] * robot.D,
+            symmetric + place["kappa"] * skew,
+            robot.B,
+        )
+        assert distance(here["poles"], plant.poles()) < 1e-9
+        run = plant.simulate(np.linspace(0, 60, 1201), x0=[0.2, 0.2, 0, 0])
+        assert np.allclose(np.transpose(here["z"]), run.z, atol=1e-7)
+        energy = sum((v * (robot.M @ v)).sum() for v in [run.dz[:, 500]])
+        energy += run.z[:, 500] @ symmetric @ run.z[:, 500]
+        assert np.isclose(here["energy"][500], energy / 2, rtol=1e-6)
+
+
+# -------------------------------------------------------- integral (chapter 2)
+
+
+@pytest.mark.parametrize("factors", [(1, 1), (2.5, 0.3), (-0.1, 1)])
+def test_integral_is_the_packages_loop(desk, factors):
+    example = thesis.example_1()
+    K = example.K * np.r_[1, 1, 1, 1, factors]
+    first, second = factors
+    place = {"first": first, "second": second, "force": 13}
+    (here,) = desk.compute("sos-integral", [place])
+    loop = sos.analyse_pid(example.plant, K, U=example.U)
+    assert distance(here["poles"], np.ravel(loop.poles())) < 1e-8
+    t = np.linspace(0, 20, 801)
+    run = loop.simulate(t, r=[1, 1], w=sos.Step(13, start=10))
+    z = np.transpose(here["z"])
+    assert np.allclose(z[:, :401], run.z[:, :401], atol=1e-6)
+    assert np.allclose(z[:, -1], run.z[:, -1], rtol=1e-4, atol=1e-4)
+
+
+def test_without_integrals_the_error_is_the_theorems(desk):
+    example, place = thesis.example_1(), {"first": 0, "second": 0, "force": 0}
+    (here,) = desk.compute("sos-integral", [place])
+    offset = -np.linalg.solve(
+        example.plant.S - example.plant.B @ example.K_P, example.plant.S @ [1, 1]
+    )
+    assert np.allclose(np.array(here["z"][-1]) - 1, offset, atol=1e-5)
+
+
+# ---------------------------------------------------- centre (chapters 3 and 17)
+
+
+def test_centre_is_the_solvers_and_the_edge_is_singular(desk):
+    A = np.array([[0, 1], [-2, -3]])
+    p, q, unit = Unknown("p", 1), Unknown("q", 1), np.ones((1, 1))
+    for sigma in (0.0, 0.47, 0.9):
+        (here,) = desk.compute("sos-centre", [{"sigma": sigma}])
+        P = block([[p, q], [q, unit]])
+        rate = -((A + sigma * np.eye(2)) @ P + P @ (A + sigma * np.eye(2)).T)
+        blocks = Blocks.of([P, rate], [p, q])
+        assert np.allclose(
+            here["centre"], centre(blocks, phase_one(blocks).x), atol=1e-4
+        )
+        for x in here["edge"]:
+            least = min(np.linalg.eigvalsh(g)[0] for g in blocks(np.array(x)))
+            assert abs(least) < 1e-6
+
+
+def test_no_point_is_feasible_beyond_the_true_rate(desk):
+    kept, lost = desk.compute("sos-centre", [{"sigma": 0.99}, {"sigma": 1}])
+    assert kept["centre"] and kept["edge"]
+    assert lost["centre"] is None and not lost["edge"] and not lost["feasible"]
+
+
+# --------------------------------------------------------- segment (chapter 9)
+
+
+def test_segment_has_the_poles_and_the_inequality_between(desk):
+    plants, P = counterexamples.mechanical()
+    cases = [(counterexamples.rotation()), (descriptors(plants), P)]
+    names = [p["name"] for p in desk.data("sos-segment")["plants"]]
+    for name, ((first, second), P) in zip(("rotation", "mechanical"), cases):
+        for a in (0, 0.31, 1):
+            place = {"plant": names.index(name), "weight": a}
+            (here,) = desk.compute("sos-segment", [place])
+            E, A = ((1 - a) * getattr(first, x) + a * getattr(second, x) for x in "EA")
+            poles = np.linalg.eigvals(np.linalg.solve(E, A))
+            assert distance(here["poles"], poles) < 1e-8
+            L = A @ P @ E.T + E @ P @ A.T
+            assert np.isclose(here["least"], np.linalg.eigvalsh(-L)[0], atol=1e-8)
+
+
+# ------------------------------------------------- delayed (chapters 19 and 22)
+
+
+@pytest.mark.parametrize("h", [0, 0.4, 1.1, 1.6])
+def test_delayed_roots_are_the_packages(desk, h):
+    for k, loop in enumerate(desk.data("sos-delayed")["loops"]):
+        place = {"loop": k, "h": h, "gain": 1.5, "kind": 0}
+        (here,) = desk.compute("sos-delayed", [place])
+        A, A_d = np.array(loop["A"]), 1.5 * np.array(loop["Ad"])
+        true = characteristic_roots(A, A_d, h, count=5)
+        found = np.array([complex(*s) for s in here["roots"]])
+        for s in true:
+            assert abs(found - s).min() < 1e-7
+        assert np.isclose(found.real.max(), spectral_abscissa(A, A_d, h), atol=1e-7)
+
+
+def test_delayed_responses_are_the_packages(desk):
+    one, none = np.eye(1), np.zeros((1, 0))
+    loop = Descriptor(E=one, A=0 * one, Bu=one, Bw=none, C=one)
+    places = [{"loop": 0, "h": 1.1, "gain": 1, "kind": 0}, {"h": 1.55, "kind": 1}]
+    steady, clinging = desk.compute("sos-delayed", places)
+    run = simulate_delay(
+        loop, [[-1.0]], steady["t"], ConstantDelay(1.1), history=lambda s: [1.0]
+    )
+    assert np.allclose(steady["x"], run.x[0], atol=1e-3)
+    t, x = np.array(clinging["t"]), np.array(clinging["x"])
+    period = np.interp(2.55 * np.arange(9), t, x)
+    assert np.allclose(period[2:] / period[1:-1], -(1.55 - 0.5), atol=5e-3)
+
+
+# ----------------------------------------------------------- clock (chapter 28)
+
+
+@pytest.mark.parametrize("sensing", [0, 1])
+def test_clock_has_the_radius_of_the_sampled_loop(desk, sensing):
+    middle, laws = Mip.printed(), desk.data("sos-clock")["laws"]
+    for k, law in enumerate(laws):
+        place = {"law": k, "T": 12.5, "delay": 35, "sensing": sensing}
+        (here,) = desk.compute("sos-clock", [place])
+        sampled = SampledLaw.of_gain([law["K"]], 0.0125)
+        kind = ("exact", "differenced")[sensing]
+        robots = (middle, *vertices(middle))
+        true = [SampledLoop(r, sampled, 0.35 * 0.0125, kind).radius for r in robots]
+        assert np.allclose(here["radius"], true, atol=1e-7)
+
+
+# ------------------------------------------------------------- mass (chapter 8)
+
+
+def test_mass_is_the_chain_with_a_light_body(desk):
+    chain = thesis.example_3().plant
+    places = [
+        {"m4": 0.02, "b4": 20, "lent": 0},
+        {"m4": 0.001, "b4": 0, "lent": 0},
+        {"m4": 0.001, "b4": 7, "lent": 0.3},
+    ]
+    for place, here in zip(places, desk.compute("sos-mass", places)):
+        M, D = np.diag([3, 2, 1, place["m4"] + place["lent"]]), chain.D.copy()
+        D[2:, 2:] += (place["b4"] - 20) * np.array([[1, -1], [-1, 1]])
+        plant = sos.SecondOrderSystem(M, D, chain.S, chain.B, chain.F)
+        true = plant.poles()
+        assert distance(here["poles"], true) < 1e-8 * abs(true).max()
+        t = np.linspace(0, 0.05, 301)
+        run = plant.simulate(t, w=sos.Step([0, 0, 0, 1]))
+        assert np.allclose(here["v"], run.dz[3], atol=1e-6)
+
+
+# ---------------------------------------------------------- kalman (chapter 24)
+
+
+def test_kalman_is_scipys_filter_and_the_loops_poles(desk):
+    data = desk.data("sos-kalman")
+    E, A, B = (np.array(data[x]) for x in "EAB")
+    C, K = np.array(data["C"]), np.array(data["K"])
+    place = {"gyro": 0.02, "wheels": 0.5, "push": 0.7}
+    a, b = (np.linalg.solve(E.mean(0), x.mean(0)) for x in (A, B))
+    R = np.diag([0.02, 0.5]) ** 2
+    X = solve_continuous_are(a.T, C.T, 0.49 * b @ b.T, R)
+    L = -X @ C.T @ np.linalg.inv(R)
+    for k in range(len(E) + 1):
+        (here,) = desk.compute("sos-kalman", [place | {"plant": k}])
+        assert np.allclose(here["L"], L, rtol=1e-6)
+        f, g = (
+            (a, b) if k == 0 else (np.linalg.solve(E[k - 1], x[k - 1]) for x in (A, B))
+        )
+        loop = np.block([[f, g @ K], [-L @ C, a + b @ K + L @ C]])
+        assert distance(here["poles"], np.linalg.eigvals(loop)) < 1e-5
+
+
+# ----------------------------------------------------------- chirp (chapter 26)
+
+
+def test_chirp_is_the_packages_experiment_and_its_fit(desk):
+    e, f, d = desk.data("sos-chirp")["truth"]
+    places = [{"amplitude": 1.85, "noise": 0}, {"amplitude": 1, "noise": 3}]
+    quiet, noisy = desk.compute("sos-chirp", places)
+    q, _ = motion(-e, f, d, np.array(quiet["V"]), 0.01)
+    assert np.allclose(quiet["q"][: len(q)], q, atol=1e-5)
+    assert np.allclose(quiet["fits"][0], [e, f, d], rtol=1e-5)
+    assert abs(quiet["fits"][1][2] / d - 1) > 0.03  # the linear model's bias
+    V, y = np.array(noisy["V"]), np.array(noisy["y"])[:-1]
+
+    def residual(x, linear):
+        if linear:
+            return respond([-x[0], 0], [1, x[1], x[2]], V, 0.01) - y
+        return motion(-x[0], x[1], x[2], V, 0.01)[1][: len(y)] - y
+
+    for linear, found in zip((False, True), noisy["fits"]):
+        best = least_squares(residual, [e, f, d], args=(linear,), x_scale="jac").x
+        assert np.allclose(found, best, rtol=2e-3)
+
+
+# ---------------------------------------------------------- digits (chapter 30)
+
+
+def test_digits_are_pythons_and_numpys(desk):
+    K = np.array(desk.data("sos-digits")["K"])
+    places = [{"precision": k, "tilt": 7.5, "rate": -0.35} for k in (0, 1)]
+    double, single = desk.compute("sos-digits", places)
+    for text, k in zip(double["hex"], K):
+        assert float.fromhex(text) == k and text == short(k)
+    for text, k in zip(single["hex"], K):
+        assert float.fromhex(text) == float(np.float32(k))
+    state = [np.radians(7.5), 0.5, -0.35, -0.3, 0.1]
+    assert np.isclose(double["told"], K @ state, rtol=1e-14)
+    told = np.float32(0)
+    for k, x in zip(K, state):
+        told = np.float32(told + np.float32(np.float32(k) * np.float32(x)))
+    assert single["told"] == float(told)
+
+
+def short(x):
+    """The hexadecimal literal without the zeros at its end."""
+    return re.sub(
+        r"(\.[0-9a-f]*?)0*p", lambda m: (m[1].rstrip(".") or "") + "p", x.hex()
+    )
+
+
+# ----------------------------------------------------------- chain (chapter 31)
+
+
+def test_chain_hands_on_what_the_package_computes(desk):
+    ratios = {"e_c": 27.0, "f_c": 7.2, "d_c": 120.0, "e_a": 199.0}
+    place = ratios | {"R": 10, "spread": 12, "late": 70}
+    (here,) = desk.compute("sos-chain", [place])
+    mip = Mip.from_ratios(*ratios.values())
+    for letter in "abcdef":
+        assert np.isclose(here["mip"][letter], getattr(mip, letter), rtol=1e-12)
+    A, B, _ = descriptors(mip.plant(), [[0, 1]])[0].state_space()
+    K = -B.T @ solve_continuous_are(A, B, np.eye(5), [[10]]) / 10
+    assert np.allclose(here["K"], K[0], rtol=1e-7)
+    law = SampledLaw.of_gain(K, 0.01)
+    true = [SampledLoop(r, law, 0.007).radius for r in vertices(mip, 0.12)]
+    assert np.allclose(here["radius"], true, atol=1e-7)
+
+
+# ----------------------------------------------------------- trust (chapter 16)
+
+
+def test_trust_proves_what_exact_arithmetic_proves(desk):
+    """Against floats where they are sure; the status alone is sometimes wrong."""
+    places = [
+        {"kappa": kappa, "digits": digits, "tolerance": tolerance}
+        for kappa in (0.9, 0.974, 0.979, 0.982, 1.04)
+        for digits in (1, 2, 3, 6, 12)
+        for tolerance in (-9, -2)
+    ]
+    seen = desk.compute("sos-trust", places)
+    robot = thesis.example_1().plant
+    symmetric, skew = (robot.S + robot.S.T) / 2, (robot.S - robot.S.T) / 2
+    for place, here in zip(places, seen):
+        plant = sos.SecondOrderSystem(
+            robot.M, robot.D, symmetric + place["kappa"] * skew, robot.B
+        )
+        assert here["stable"] == (plant.poles().real.max() < 0)
+        assert here["stable"] or not here["proven"]  # a proof never lies
+        assert here["floats"] == here["proven"] or abs(min(here["least"])) < 1e-9
+    assert any(x["status"] and not x["stable"] for x in seen)
+    assert any(x["stable"] and not x["proven"] for x in seen)
+    assert sum(x["proven"] for x in seen) > 10

@@ -2,7 +2,7 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 window.sosMover ??= (() => {
   "use strict";
-  const {PageElement, QUIET, READOUT, announce, clean, controls, escape, panel, panels, select, slider} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, clean, controls, escape, panel, panels, select, slider} = window.sosKit;
 
   const steps = control => Math.round((control.max - control.min) / control.step);
   const value = (control, position) => {
@@ -70,6 +70,39 @@ window.sosMover ??= (() => {
       if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
     }
 
+    // ----------------------------------------------------------------- plots
+    // Poles in a window; those of the ghost are pale. `draw(plot)` adds what lies below.
+    poleMap(name, {x, y, label, poles, ghost, labels = ["Re s (s⁻¹)", "Im s (rad/s)"], draw}) {
+      const plot = new Plot({x, y, labels});
+      if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
+      draw?.(plot);
+      for (const [list, more] of [[ghost ?? [], "opacity:.3"], [poles, ""]]) {
+        list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
+      }
+      this.part(name).innerHTML = plot.svg(label);
+    }
+
+    // Curves over an axis: {points, colour, dash, ghost}; y fits unless it is given.
+    curves(name, {x, y, labels, label, lines, rules = [], marks = []}) {
+      const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
+      const plot = new Plot({x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
+      const clip = v => Math.max(plot.y[0], Math.min(plot.y[1], v));
+      for (const at of rules) plot.rule("sos-target", x, [at, at]);
+      for (const {points, colour = "--sos-first", dash = "", ghost} of lines) {
+        const seen = points.filter(p => Number.isFinite(p[1])).map(([u, v]) => [u, clip(v)]);
+        plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
+      }
+      for (const [point, colour, shape] of marks) if (plot.has(point)) mark(plot, point, colour, shape);
+      plot.body += `<path class="sos-now"/>`;
+      this.part(name).innerHTML = plot.svg(label);
+      return plot;
+    }
+
+    // The instant on a plot that `curves` drew.
+    now(name, plot, t) {
+      this.part(name).querySelector(".sos-now").setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
+    }
+
     // ---------------------------------------------------------------- motion
     ready() {
       this.time = this.still ?? 0;
@@ -112,11 +145,36 @@ window.sosMover ??= (() => {
     return [low - room, high + room];
   }
 
+  // Normal numbers, the same for the same seed (mulberry32, Box and Muller).
+  function normal(seed) {
+    const uniform = () => {
+      seed = (seed + 0x6D2B79F5) | 0;
+      let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+      t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+      return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+    };
+    return () => Math.sqrt(-2 * Math.log(1 - uniform())) * Math.cos(2 * Math.PI * uniform());
+  }
+
+  // Samples of x' = A x + B u, exact for an input that is held from one to the next.
+  function samples(A, B, x, inputs, T) {
+    const [Phi, Gamma] = sosLinalg.held(A, B, T), {apply} = sosLinalg, all = [x];
+    for (const u of inputs) {
+      const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
+      all.push(free.map((value, i) => value + driven[i]));
+    }
+    return all;
+  }
+
+  const series = (values, T, every = 1) => values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
+  const number = (x, unit = "", digits = 3) => `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
+  const verdict = words => `<p><span class="sos-status">${words}</span></p>`;
+
   // A mark of one of four shapes: cross, circle, square, plus.
   const SHAPES = ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
   const mark = (plot, [x, y], colour, shape = 0, more = "") => {
     plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
   };
 
-  return {Mover, mark, range};
+  return {Mover, mark, normal, number, range, samples, series, verdict};
 })();

@@ -1,0 +1,70 @@
+"""The clock in the page: a gain that is sampled, held and late."""
+
+import numpy as np
+
+from ....pendulum import Mip, vertices
+from .mover import Mover, choice, slider
+
+__all__ = ["clock"]
+
+HINT = (
+    "Let the clock slow down until a pole leaves the circle. At 10 ms with "
+    "differenced wheels and no delay the loop chatters: what does half a tick of "
+    "delay do?"
+)
+SENSING = ("exact", "differenced counts")
+
+
+class Clock(Mover):
+    tag, own = "sos-clock", ("pendulum.js", "clock.js")
+
+
+def clock(gains, spread=0.04):
+    """Sampled loops of the pendulum whose clock can be moved.
+
+    The page solves the hold exactly, from tick to tick, with the delay;
+    the integral of a PID is the sum of T phi.
+
+    Parameters
+    ----------
+    gains : dict
+        For each name K, (1, 4) or (1, 5) array_like, of V = K x.
+    spread : float
+        Of the four vertices, as `vertices` takes it.
+
+    Returns
+    -------
+    Mover
+        The element.
+
+    Raises
+    ------
+    ValueError
+        If a gain has another shape.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> clock({"PD, R = 5": thesis.mip().pd[5]})
+    Clock: law, T, delay, sensing
+    """
+    laws = []
+    for name, K in gains.items():
+        row = np.ravel(K)
+        if row.size not in (4, 5):
+            raise ValueError(f"gains[{name!r}] must have 4 or 5 entries")
+        laws.append({"name": name, "K": row.tolist()})
+    middle = Mip.printed()
+    robots = (middle, *vertices(middle, spread))
+    return Clock(
+        "From gains to samples: move the clock",
+        HINT,
+        [
+            choice("law", "Law", gains),
+            choice("sensing", "Wheels' rate", SENSING),
+            slider("T", "Time between ticks", " ms", (1, 40), 0.5, 10),
+            slider("delay", "Delay", " % of a tick", (0, 100), 5, 0),
+        ],
+        laws=laws,
+        robots=[{x: getattr(robot, x) for x in "abcdef"} for robot in robots],
+    )
