@@ -46,7 +46,7 @@ def clock(gains, spread=0.04):
     --------
     >>> from sosbook.book import thesis
     >>> clock({"PD, R = 5": thesis.mip().pd[5]})
-    Clock: law, T, delay, sensing
+    Clock: law, sensing, T, delay
     """
     laws = []
     for name, K in gains.items():
