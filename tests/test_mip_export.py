@@ -413,6 +413,8 @@ int rc_kill_existing_process(float timeout_s);
 int rc_remove_pid_file(void);
 int rc_enable_signal_handler(void);
 void rc_usleep(unsigned int us);
+uint64_t rc_nanos_since_boot(void);
+int rc_mpu_is_gyro_calibrated(void);
 """
 
 # Time passes in rc_usleep alone. Each line of input is a tick: a word
@@ -427,6 +429,7 @@ static void (*callback)(void), (*pressed)(void);
 static int encoder[5], standby = -1, pid, off;
 static double duty[5], battery = 8.0;
 static rc_state_t state;
+static uint64_t now = 5000000000;
 rc_mpu_config_t rc_mpu_default_config(void)
 { rc_mpu_config_t c = {0, 0, 0}; return c; }
 int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf)
@@ -461,6 +464,8 @@ int rc_make_pid_file(void) { pid = 1; return 0; }
 int rc_kill_existing_process(float s) { return s < 0; }
 int rc_remove_pid_file(void) { pid = 0; return 0; }
 int rc_enable_signal_handler(void) { return 0; }
+int rc_mpu_is_gyro_calibrated(void) { return battery > 0; }
+uint64_t rc_nanos_since_boot(void) { return now; }
 void rc_usleep(unsigned int us)
 {
     char word;
@@ -476,6 +481,7 @@ void rc_usleep(unsigned int us)
     }
     if (word == 's')
         return;
+    now += 10000000;
     if (word == 'p' && pressed)
         pressed();
     imu->dmp_TaitBryan[TB_PITCH_X] = pitch;
@@ -490,11 +496,11 @@ void rc_usleep(unsigned int us)
 class Robot:
     """The program against stubs of the library."""
 
-    def __init__(self, compiler, folder, firmware, precision="double"):
+    def __init__(self, compiler, folder, firmware, precision="double", drive=None):
         self.folder, self.command = folder, compiler
         source = write(folder, firmware, precision=precision)
         main = folder / "rc_balance.c"
-        main.write_text(rc_balance(firmware, precision=precision), "utf-8")
+        main.write_text(rc_balance(firmware, precision=precision, drive=drive), "utf-8")
         (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
         (folder / "stub.c").write_text(STUB, "utf-8")
         run(

@@ -157,14 +157,13 @@ void rc_usleep(unsigned int us)
     fflush(stdout);
 }
 """
-CLOCK = "uint64_t rc_nanos_since_boot(void);\n"
 
 
 @pytest.fixture(scope="module")
 def rc_identify(gcc, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rc")
     write_recorders(WIRED, folder, seconds=SECONDS)
-    (folder / "robotcontrol.h").write_text(HEADER + CLOCK, "utf-8")
+    (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
     (folder / "stub.c").write_text(STUB, "utf-8")
     flags = [*FLAGS, *STRICT, "-I", folder]
     built(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")

@@ -5,7 +5,7 @@ by an option. Without logs it takes those that the package ships, and
 the description of their robot, the thesis's.
 
 Other commands, each with its own --help: record (programs that record
-the logs) and check (one log).
+the logs), check (one log) and compare (a running robot).
 """
 
 import argparse

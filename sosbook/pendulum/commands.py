@@ -1,7 +1,9 @@
-"""What the command does besides the chain: record and check."""
+"""What the command does besides the chain: record, check and compare."""
 
 import argparse
+from pathlib import Path
 
+from .comparison import compare, write_comparison
 from .deployment import described_or_none
 from .recorded import EXPERIMENTS, check_recording
 from .recording import SWEEP_SECONDS, write_recorders
@@ -54,5 +56,21 @@ def check(argv):
     return found
 
 
+def compared(argv):
+    """The command that holds a running robot against its model."""
+    parser = parser_of("compare", "Hold the log of a running program to its model.")
+    parser.add_argument("log", metavar="log.csv")
+    parser.add_argument("folder", nargs="?", default="deployment", help="its programs")
+    asked = parser.parse_args(argv)
+    try:
+        comparison = compare(asked.log, asked.folder)
+        path = write_comparison(comparison, Path(asked.log).parent)
+    except (OSError, ValueError) as error:
+        parser.exit(1, f"{error}\n")
+    print(comparison.report)
+    print(f"wrote {path}")
+    return comparison
+
+
 #: The commands by name; each takes the words after it.
-COMMANDS = {"record": record, "check": check}
+COMMANDS = {"record": record, "check": check, "compare": compared}

@@ -6,11 +6,10 @@ text depends on the firmware and on the package's version alone.
 
 import re
 
-import numpy as np
-
 from . import spelling
+from .boards import PYCTRL_COUNTS_PER_TURN, dmp_rate, pins, pyctrl_signs, wired
+from .drive import Drive
 from .firmware import FAULTS, Firmware
-from .robot import Robot
 from .template import comment, fill, python_comment, written_by
 
 __all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
@@ -18,15 +17,6 @@ __all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
 C_TYPES = {"double": "double", "single": "float"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
-PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
-PYCTRL_WIRING = {  # which can't be changed from outside
-    "motor_channels": (3, 2),
-    "motor_polarities": (1, -1),
-    "encoder_channels": (3, 2),
-    "encoder_polarities": (1, -1),
-}
-#: Rates in Hz of the motion processor in the IMU.
-DMP_RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)
 
 
 def c_header(firmware, name="balance", precision="double"):
@@ -170,7 +160,7 @@ def c_source(firmware, name="balance", precision="double"):
     )
 
 
-def rc_balance(firmware, name="balance", precision="double", robot=None):
+def rc_balance(firmware, name="balance", precision="double", robot=None, drive=Drive()):
     """A program for librobotcontrol on a BeagleBone Blue.
 
     Parameters
@@ -180,6 +170,8 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
     robot : Robot, optional
         Its counts, mount, battery, channels and polarities; the
         thesis's robot without it.
+    drive : Drive, optional
+        How fast it may be told to roll; without it, it stays in place.
 
     Returns
     -------
@@ -220,10 +212,11 @@ def rc_balance(firmware, name="balance", precision="double", robot=None):
         low=repr(low),
         high=repr(high),
         **pins(robot),
+        **_limits(drive),
     )
 
 
-def pyctrl_script(firmware, robot=None):
+def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
     """A Python script for pyctrl 0.4.3, the thesis's own software.
 
     pyctrl's block for sampled systems presets no state and knows no
@@ -234,8 +227,10 @@ def pyctrl_script(firmware, robot=None):
     ----------
     firmware : Firmware
         The law, its limits and its faults.
-    robot : Robot, optional
+    robot, drive
         As for `rc_balance`.
+    name : str
+        The script is pyctrl_<name>.py.
 
     Returns
     -------
@@ -254,7 +249,7 @@ def pyctrl_script(firmware, robot=None):
     >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
-    values = _words(firmware, "balance", "double")
+    values = _words(firmware, name, "double")
     law, robot = firmware.law, wired(robot)
     signs = pyctrl_signs(robot)
     constants = [
@@ -286,57 +281,14 @@ def pyctrl_script(firmware, robot=None):
         counts=repr(robot.counts),
         theirs=repr(PYCTRL_COUNTS_PER_TURN),
         **signs,
+        **_limits(drive),
     )
 
 
-def wired(robot):
-    """A `Robot` whose board these programs are for."""
-    robot = robot or Robot.shipped("thesis")
-    if robot.board != "beaglebone":
-        raise ValueError(
-            f'the robot\'s board is "{robot.board}": this program is for '
-            "a BeagleBone Blue"
-        )
-    return robot
-
-
-def pyctrl_signs(robot):
-    """The polarities of motors and encoders over those that pyctrl has itself.
-
-    It is a dict; other channels than pyctrl's are a ValueError.
-    """
-    for word in ("motor_channels", "encoder_channels"):
-        if getattr(robot, word) != PYCTRL_WIRING[word]:
-            raise ValueError(
-                f"{word} = {list(getattr(robot, word))}: pyctrl has "
-                f"{list(PYCTRL_WIRING[word])} and no others"
-            )
-    return {
-        word: tuple(
-            ours * theirs
-            for ours, theirs in zip(
-                getattr(robot, f"{word}_polarities"),
-                PYCTRL_WIRING[f"{word}_polarities"],
-            )
-        )
-        for word in ("motor", "encoder")
-    }
-
-
-def pins(robot):
-    """The channels and polarities of a robot as C spells pairs."""
-    return {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
-
-
-def dmp_rate(T):
-    """The rate in Hz of samples T apart, or a ValueError if the IMU hasn't it."""
-    hertz = round(1 / T)
-    if hertz not in DMP_RATES or not np.isclose(hertz * T, 1):
-        raise ValueError(
-            f"law runs every {T:.9g} s, but the IMU's rates "
-            f"are {', '.join(map(str, DMP_RATES))} Hz: sample the law anew"
-        )
-    return hertz
+def _limits(drive):
+    """The numbers of a `Drive`, or of none, as programs spell them."""
+    drive = drive or Drive()
+    return {x: repr(float(getattr(drive, x))) for x in ("speed", "acceleration")}
 
 
 def _words(firmware, name, precision):

@@ -13,10 +13,13 @@ from ..deprecation import renamed_attribute
 from ..plants.checks import finite, positive
 from ..proofs import CHECKER
 from ..sampled import certify_sampled
-from .export import PYCTRL_WIRING, c_header, c_source, pyctrl_script, rc_balance
+from .boards import PYCTRL_WIRING
+from .drive import Drive
+from .export import c_header, c_source, pyctrl_script, rc_balance
 from .firmware import Firmware, share
 from .law import SampledLaw
 from .model import Mip
+from .modelled import Model
 from .robot import Robot
 from .spread import polytope, triangles, vertices
 from .tuning import U, loops, recoverable_tilt
@@ -299,6 +302,11 @@ class Deployment:
             ),
         )
 
+    @property
+    def drive(self):
+        """The `Drive`: how fast this robot may be told to roll."""
+        return Drive.of(self.mip, self.robot.limit)
+
     stand = renamed_attribute("stand", "bench_firmware")
 
     def write(self, folder, name="balance"):
@@ -338,7 +346,10 @@ class Deployment:
             )
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        texts = {f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n"}
+        texts = {
+            f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n",
+            f"model_{name}.json": Model.of(self).text,
+        }
         for precision, suffix in (("double", ""), ("single", "_single")):
             texts[f"{name}{suffix}.h"] = c_header(
                 self.firmware, f"{name}{suffix}", precision
@@ -348,13 +359,13 @@ class Deployment:
             )
         texts[f"{name}_stand.h"] = c_header(self.bench_firmware, f"{name}_stand")
         texts[f"{name}_stand.c"] = c_source(self.bench_firmware, f"{name}_stand")
-        for program, firmware in (
-            (name, self.firmware),
-            (f"{name}_stand", self.bench_firmware),
+        for program, firmware, drive in (
+            (name, self.firmware, self.drive),
+            (f"{name}_stand", self.bench_firmware, Drive()),
         ):
             if self.robot.board == "beaglebone":
                 texts[f"rc_{program}.c"] = rc_balance(
-                    firmware, program, robot=self.robot
+                    firmware, program, robot=self.robot, drive=drive
                 )
                 if all(
                     getattr(self.robot, word) == pins
@@ -362,7 +373,7 @@ class Deployment:
                     if "channels" in word
                 ):
                     texts[f"pyctrl_{program}.py"] = pyctrl_script(
-                        firmware, robot=self.robot
+                        firmware, robot=self.robot, drive=drive, name=program
                     )
         texts |= self._proofs(name)
         for file, text in texts.items():

@@ -7,7 +7,7 @@ from math import pi, radians, sqrt
 from pathlib import Path
 
 from ..plants.checks import positive
-from .export import (
+from .boards import (
     PYCTRL_COUNTS_PER_TURN,
     PYCTRL_WIRING,
     dmp_rate,

@@ -8,7 +8,7 @@ import numpy as np
 from ..display.escape import page_text
 from .gate import widened
 
-__all__ = ["page", "write_report"]
+__all__ = ["curve", "page", "write_report"]
 
 CURVE_WIDTH, CURVE_HEIGHT, CURVE_POINTS = 760, 150, 700
 PAGE = """<!DOCTYPE html>
@@ -78,7 +78,7 @@ def write_report(seen, folder):
 
 
 def _raw(label, t, y):
-    return [] if y is None else [f"<h2>{label}</h2>", _curve(t, y, label)]
+    return [] if y is None else [f"<h2>{label}</h2>", curve(t, y, label)]
 
 
 def _residuals(label, t, r):
@@ -90,15 +90,19 @@ def _residuals(label, t, r):
     rms = float(np.sqrt(np.mean(r**2)))
     return [
         f"<h2>{label}: measured minus modelled</h2>",
-        _curve(t, r, f"residuals in rad/s, {rms:.3g} rms"),
+        curve(t, r, f"residuals in rad/s, {rms:.3g} rms"),
         f"<p>Correlation with itself, 1 to {lags[-1]} samples later; noise "
         f"stays within &plusmn; {1.96 / len(r) ** 0.5:.2g}:</p>",
-        _curve(lags, related, "autocorrelation", 1.0),
+        curve(lags, related, "autocorrelation", 1.0),
     ]
 
 
-def _curve(x, y, label, top=None):
-    """An SVG polyline; of each stretch the lowest and highest point."""
+def curve(x, y, label, top=None):
+    """An SVG polyline of y over x; of each stretch the lowest and highest point.
+
+    It bears a ``label``; ``top`` is the largest value that is shown, the
+    largest of y without it.
+    """
     count = max(len(y) // (CURVE_POINTS // 2), 1)
     ends = len(y) // count * count
     some = np.sort(

@@ -43,13 +43,13 @@ def vertices(mip, spread=0.04):
     if not 0 <= finite("spread", spread) < 1:
         raise ValueError(f"spread must lie in [0, 1), got {spread!r}")
     return tuple(
-        _scaled(mip, body, wheels)
+        scaled(mip, body, wheels)
         for body in (1 - spread, 1 + spread)
         for wheels in (1 - spread, 1 + spread)
     )
 
 
-def _scaled(mip, body, wheels):
+def scaled(mip, body, wheels):
     """A pendulum with e/c and e/a times so much; J, if any, moves with 2 I_w."""
     I_w = mip.I_w * body / wheels
     more = 2 * (I_w - mip.I_w)

@@ -20,8 +20,15 @@ $note
  * Running: the robot waits until it is held still near upright for a
  * second, takes the gyro's mean as its offset, and balances. PAUSE
  * stops it and lets it wait again; hold PAUSE for two seconds to end.
+ *
+ *   rc_$name log.csv            also writes a row a tick into log.csv,
+ *                                   which sosbook.mip's compare reads
+ *   rc_$name log.csv speed.txt  also obeys the number in speed.txt, the
+ *                                   wheels' speed in rad/s: echo 2 > speed.txt
  */
+#include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 #include <robotcontrol.h>
 #include "$name.h"
 
@@ -33,6 +40,10 @@ $note
 #define V_NOMINAL $nominal /* V, where the battery isn't measured */
 #define V_LOW $low /* V; a battery below isn't measured */
 #define V_HIGH $high /* V; nor one above */
+
+/* A set point that moves. */
+#define SPEED $speed /* rad/s, at most */
+#define ACCELERATION $acceleration /* rad/s^2 */
 
 /* Left and right. */
 static const int MOTOR_CHANNEL[2] = $motor_channels;
@@ -55,11 +66,24 @@ static ${name}_state robot;
 static int balancing;
 static int calm;            /* ticks at rest so far */
 static double gyro_sum, tilt_sum, wheels_at_rest;
+static double target, rate; /* set points of phi and phi' */
+static const char *why_waiting = ""; /* for a robot that doesn't start */
 static volatile int reason; /* the last fault */
 static volatile unsigned ticks;
 
-/* The main loop alone writes this: millivolts, for an int is atomic. */
+/* The main loop alone writes these: millivolts and mrad/s, for an int is
+ * atomic. */
 static volatile int battery = (int)(1000 * V_NOMINAL);
+static volatile int wanted;
+
+/* The ticks, from the callback to the main loop and its file. */
+#define LOG_ROWS 1024
+static struct {
+    double t, gyro, wheels, tilt, target, rate, volts, theta, battery;
+    int fault;
+} row[LOG_ROWS];
+static volatile unsigned logged, saved;
+static int logging;
 
 /* rad, theta: about the IMU's x axis, forward is positive */
 static double read_tilt(void)
@@ -104,6 +128,10 @@ static int at_rest(double gyro, double wheels, double tilt)
     if (calm == 0 || !(tilt > -REST_TILT && tilt < REST_TILT)
         || !(gyro > -REST_GYRO && gyro < REST_GYRO)
         || !(turned > -REST_TURN && turned < REST_TURN)) {
+        why_waiting = !(tilt > -REST_TILT && tilt < REST_TILT) ?
+            "hold it upright" : !(gyro > -REST_GYRO && gyro < REST_GYRO) ?
+            "hold it still: the gyro turns, or isn't calibrated" :
+            calm > 0 ? "hold its wheels still" : "";
         wheels_at_rest = wheels;
         gyro_sum = tilt_sum = 0;
         calm = 1;
@@ -112,6 +140,35 @@ static int at_rest(double gyro, double wheels, double tilt)
     gyro_sum += gyro;
     tilt_sum += tilt;
     return calm++ == REST_TICKS;
+}
+
+/* Remember a tick; a row that finds no room is lost. */
+static void note(double gyro, double wheels, double tilt, double volts,
+    int fault)
+{
+    const unsigned n = logged % LOG_ROWS;
+    if (!logging || logged - saved == LOG_ROWS)
+        return;
+    row[n].t = (double)rc_nanos_since_boot() * 1e-9;
+    row[n].gyro = gyro;
+    row[n].wheels = wheels;
+    row[n].tilt = tilt;
+    row[n].target = target;
+    row[n].rate = rate;
+    row[n].volts = volts;
+    row[n].theta = (double)robot.theta;
+    row[n].battery = battery / 1000.0;
+    row[n].fault = fault;
+    logged++;
+}
+
+/* Move the set points towards the speed that is wanted. */
+static void ramp(void)
+{
+    const double step = ACCELERATION / RATE_HZ;
+    const double more = wanted / 1000.0 - rate;
+    rate += more > step ? step : more < -step ? -step : more;
+    target += rate / RATE_HZ;
 }
 
 /* Called by the IMU at RATE_HZ. */
@@ -127,8 +184,10 @@ static void tick(void)
             motors_off();
         calm = 0;
     } else if (balancing) {
-        const double volts = (double)${name}_step(&robot,
-            ($real)gyro, ($real)wheels, ($real)tilt, 0, 0);
+        ramp();
+        const double volts = (double)${name}_step(&robot, ($real)gyro,
+            ($real)wheels, ($real)tilt, ($real)target, ($real)rate);
+        note(gyro, wheels, tilt, volts, robot.fault);
         if (robot.fault == ${NAME}_RUNNING) {
             drive(volts);
         } else {
@@ -139,6 +198,8 @@ static void tick(void)
     } else if (at_rest(gyro, wheels, tilt)) {
         ${name}_start(&robot, ($real)(tilt_sum / REST_TICKS),
             ($real)wheels, ($real)(gyro_sum / REST_TICKS));
+        target = rate = 0;
+        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
         rc_motor_set(0, 0.0);
         rc_motor_standby(0);
         balancing = 1;
@@ -168,14 +229,50 @@ static void measure_battery(void)
     battery = (int)(1000 * (sane ? volts : V_NOMINAL));
 }
 
-/* Look after everything slow until the program ends. */
-static void watch(int checking)
+/* The number in a file: rad/s, cut to SPEED. */
+static void obey(const char *path)
 {
-    int told = 0, silent = 0;
+    FILE *file = fopen(path, "r");
+    double speed = 0;
+    if (file == NULL)
+        return;
+    if (fscanf(file, "%lf", &speed) == 1 && speed >= -1e6 && speed <= 1e6) {
+        speed = speed > SPEED ? SPEED : speed < -SPEED ? -SPEED : speed;
+        wanted = (int)(1000 * speed);
+    }
+    fclose(file);
+}
+
+/* Write the ticks that the callback has left. */
+static void save(FILE *file)
+{
+    for (; saved != logged; saved++) {
+        const unsigned n = saved % LOG_ROWS;
+        fprintf(file, "%.6f,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
+                "%.4g,%d\n", row[n].t, row[n].gyro, row[n].wheels,
+                row[n].tilt, row[n].target, row[n].rate, row[n].volts,
+                row[n].theta, row[n].battery, row[n].fault);
+    }
+    fflush(file);
+}
+
+/* Look after everything slow until the program ends. */
+static void watch(int checking, FILE *file, const char *speed)
+{
+    int told = 0, silent = 0, waited = 0;
     unsigned seen = ticks;
     while (rc_get_state() != EXITING) {
         rc_usleep(50000);
         measure_battery();
+        if (file)
+            save(file);
+        if (speed)
+            obey(speed);
+        waited = rc_get_state() == RUNNING && !balancing ? waited + 1 : 0;
+        if (waited % 60 == 59 && why_waiting[0]) {
+            printf("waiting: %s\n", why_waiting);
+            fflush(stdout);
+        }
         rc_led_set(RC_LED_GREEN, rc_get_state() == RUNNING);
         rc_led_set(RC_LED_RED, rc_get_state() != RUNNING);
         if (checking)
@@ -205,15 +302,24 @@ static int fail(const char *part)
 
 int main(int argc, char *argv[])
 {
-    (void)argv;
-    const int checking = argc > 1;
+    const int checking = argc > 1 && strcmp(argv[1], "check") == 0;
+    FILE *file = NULL;
     rc_mpu_config_t config = rc_mpu_default_config();
     config.dmp_sample_rate = RATE_HZ;
     config.dmp_fetch_accel_gyro = 1;
     config.orient = ORIENTATION_Y_UP;
 
+    if (argc > 1 && !checking) {
+        file = fopen(argv[1], "w");
+        if (file == NULL)
+            return fail("log");
+        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault\n", file);
+        logging = 1;
+    }
     if (rc_kill_existing_process(2.0f) < -2)
         return fail("program: another one runs");
+    if (!rc_mpu_is_gyro_calibrated())
+        fprintf(stderr, "the gyro isn't calibrated: run rc_calibrate_gyro\n");
     if (rc_enable_signal_handler())
         return fail("signal handler");
     if (rc_motor_init())
@@ -234,10 +340,14 @@ int main(int argc, char *argv[])
     rc_make_pid_file();
     rc_set_state(checking ? PAUSED : RUNNING);
     rc_mpu_set_dmp_callback(tick);
-    watch(checking);
+    watch(checking, file, argc > 2 ? argv[2] : NULL);
 
     rc_mpu_power_off();
     motors_off();
+    if (file) {
+        save(file);
+        fclose(file);
+    }
     rc_motor_cleanup();
     rc_encoder_eqep_cleanup();
     rc_adc_cleanup();

@@ -1,0 +1,67 @@
+"""The boards that there are whole programs for: their pins, clocks and signs."""
+
+import numpy as np
+
+from .robot import Robot
+
+__all__ = ["dmp_rate", "pins", "pyctrl_signs", "wired"]
+
+PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
+PYCTRL_WIRING = {  # which can't be changed from outside
+    "motor_channels": (3, 2),
+    "motor_polarities": (1, -1),
+    "encoder_channels": (3, 2),
+    "encoder_polarities": (1, -1),
+}
+#: Rates in Hz of the motion processor in the IMU.
+DMP_RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)
+
+
+def wired(robot):
+    """The ``robot`` itself, if its board is the one these programs are for."""
+    robot = robot or Robot.shipped("thesis")
+    if robot.board != "beaglebone":
+        raise ValueError(
+            f'the robot\'s board is "{robot.board}": this program is for '
+            "a BeagleBone Blue"
+        )
+    return robot
+
+
+def pyctrl_signs(robot):
+    """The polarities of a ``robot`` over those that pyctrl has itself.
+
+    It is a dict; other channels than pyctrl's are a ValueError.
+    """
+    for word in ("motor_channels", "encoder_channels"):
+        if getattr(robot, word) != PYCTRL_WIRING[word]:
+            raise ValueError(
+                f"{word} = {list(getattr(robot, word))}: pyctrl has "
+                f"{list(PYCTRL_WIRING[word])} and no others"
+            )
+    return {
+        word: tuple(
+            ours * theirs
+            for ours, theirs in zip(
+                getattr(robot, f"{word}_polarities"),
+                PYCTRL_WIRING[f"{word}_polarities"],
+            )
+        )
+        for word in ("motor", "encoder")
+    }
+
+
+def pins(robot):
+    """The channels and polarities of a robot as C spells pairs."""
+    return {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
+
+
+def dmp_rate(T):
+    """The rate in Hz of samples T apart, or a ValueError if the IMU hasn't it."""
+    hertz = round(1 / T)
+    if hertz not in DMP_RATES or not np.isclose(hertz * T, 1):
+        raise ValueError(
+            f"law runs every {T:.9g} s, but the IMU's rates "
+            f"are {', '.join(map(str, DMP_RATES))} Hz: sample the law anew"
+        )
+    return hertz

@@ -1,0 +1,230 @@
+"""A robot against its model: what the log of a running program shows."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..display.escape import page_text
+from .finding import Finding
+from .modelled import Model
+from .report import PAGE, curve
+from .ticks import TickLog
+from .tracking import Tracking, track
+
+__all__ = ["Comparison", "compare"]
+
+REPLAY_SHARE = 1e-3  # of the limit: so far may a replayed voltage be off
+FULL_SHARE = 0.05  # of the ticks at the voltage's limit, which is a lot
+LATE_TICKS = 0.01  # share of the ticks that may be later than the description says
+LEAST_COUNTS = 2.0  # a tick, rms: slower wheels say too little of the robot
+RUBBING_SHARE = 0.02  # of the limit: more friction than that is worth a word
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The log of a running program beside what the program was made for.
+
+    Parameters
+    ----------
+    model : Model
+        The pendulum, the robot's description and the law.
+    log : TickLog
+        What the program logged.
+    tracking : Tracking or None
+        The pendulum in the log; None where it doesn't move enough.
+    findings : tuple of Finding
+        What the log shows that the model and the proofs don't have.
+    """
+
+    model: Model
+    log: TickLog
+    tracking: Tracking | None
+    findings: tuple
+
+    @property
+    def proven(self):
+        """Whether the robot is within what was proven: True, False or None.
+
+        None is undecided: the log allows both.
+        """
+        if self.tracking is None:
+            return None
+        low, high = 1 - self.model.spread, 1 + self.model.spread
+        ends = [self.tracking.interval(name) for name in ("body", "wheels")]
+        if any(b < low or a > high for a, b in ends):
+            return False
+        inside = all(low <= a and b <= high for a, b in ends)
+        return True if inside else None
+
+    @property
+    def verdict(self):
+        """A sentence about `proven`."""
+        return {
+            True: "The robot is within what was proven",
+            False: "The robot is outside of what was proven: identify it again",
+            None: "Undecided: this log doesn't say whether the robot is within "
+            "what was proven; drive it back and forth for longer",
+        }[self.proven]
+
+    @property
+    def report(self):
+        """Lines of text: what was found, and the verdict."""
+        log = self.log
+        lines = [
+            f"{len(log.t)} ticks, {log.t[-1] - log.t[0]:.1f} s, tilt up to "
+            f"{np.degrees(abs(log.theta).max()):.2g} degrees, V up to "
+            f"{abs(log.V).max():.3g} V"
+        ]
+        if self.tracking:
+            words = {"body": "e/c over the model's", "wheels": "e/a over the model's"}
+            words |= {"back-EMF": "f over the model's", "delay": "delay (s)"}
+            words |= {"friction": "friction (V)"}
+            for name, value in self.tracking.values.items():
+                half = 1.96 * self.tracking.sd[name]
+                lines.append(f"{words[name]}: {value:.3g} +- {half:.2g}")
+        lines += [f"{f.severity}: {f}" for f in self.findings]
+        return "\n".join([*lines, self.verdict])
+
+    @property
+    def page(self):
+        """The report as HTML, with pictures."""
+        rows = "".join(
+            f"<li>{page_text(line)}</li>" for line in self.report.split("\n")
+        )
+        log = self.log
+        t = log.t - log.t[0]
+        parts = [f"<p>{page_text(self.model.robot.words)}</p><ul>{rows}</ul>"]
+        for name, unit in (("theta", "rad"), ("wheels", "rad"), ("V", "V")):
+            y = np.nan_to_num(getattr(log, name))
+            parts += [f"<h2>{name}</h2>", curve(t, y, f"{name} in {unit}")]
+        if self.tracking:
+            for y, name, unit in zip(
+                self.tracking.innovations, ("gyro", "wheels"), ("rad/s", "rad")
+            ):
+                label = f"{name} beyond the model's prediction, {unit}"
+                at = self.tracking.t - log.t[0]
+                parts += [f"<h2>{name}: what isn't predicted</h2>", curve(at, y, label)]
+        name = page_text(self.model.robot.name)
+        return PAGE.format(title=f"Model against robot: {name}", body="\n".join(parts))
+
+
+def compare(log, model):
+    """Hold the log of a running program against its model.
+
+    Parameters
+    ----------
+    log : TickLog or path_like
+        What a program logged, or its file.
+    model : Model or path_like
+        What it was made for, or the folder with its programs.
+
+    Returns
+    -------
+    Comparison
+        The robot in the log, and what differs.
+
+    Raises
+    ------
+    ValueError
+        If a file isn't what it should be.
+    """
+    log = log if isinstance(log, TickLog) else TickLog.read(log)
+    model = model if isinstance(model, Model) else Model.read(model)
+    findings = [*_clock(log, model.robot), *_program(log, model), *_limits(log, model)]
+    tracking, robot = None, model.robot
+    step = np.diff(log.wheels[1:])
+    speed = float(np.sqrt(np.nanmean(step**2))) * robot.counts / (2 * np.pi)
+    if speed < LEAST_COUNTS:
+        text = f"the wheels turn by {speed:.2g} counts a tick, too little to fit"
+        findings.append(Finding("warning", "the motion", text))
+    else:
+        try:
+            tracking = track(log, model.mip, model.law.T, robot.counts)
+        except ValueError as error:
+            findings.append(Finding("warning", "the motion", str(error)))
+    if tracking:
+        findings += _motion(tracking, robot)
+    return Comparison(model, log, tracking, tuple(findings))
+
+
+def _clock(log, robot):
+    """Whether the ticks come when the description says."""
+    step = np.diff(log.t[1:])
+    late, found = step - robot.T, []
+    if abs(np.median(step) / robot.T - 1) > 0.01:
+        found.append(
+            f"a tick takes {1000 * np.median(step):.4g} ms, but T = "
+            f"{1000 * robot.T:g} ms: the program is for another clock"
+        )
+    allowed = robot.jitter + 0.01 * robot.T
+    share = (late > allowed).mean()
+    if share > LATE_TICKS:
+        found.append(
+            f"{100 * share:.2g} % of the ticks are late by more than jitter = "
+            f"{1000 * robot.jitter:g} ms, the worst by {1000 * late.max():.3g} ms"
+        )
+    return [Finding("warning", "the clock", text) for text in found]
+
+
+def _program(log, model):
+    """Whether these readings give these volts."""
+    ran = log.running
+    apart = abs(log.replayed(model.firmware) - log.V)[ran]
+    if not len(apart) or apart.max() <= REPLAY_SHARE * model.robot.limit:
+        return []
+    text = (
+        f"its volts differ by up to {apart.max():.3g} V from those that this law "
+        "gives for the logged readings: another program ran, or the log has gaps"
+    )
+    return [Finding("warning", "the program", text)]
+
+
+def _limits(log, model):
+    """Voltage at its limit, faults, readings that failed, the battery."""
+    robot, ran, found = model.robot, log.running, []
+    full = (abs(log.V[ran]) > 0.999 * robot.limit).mean() if ran.any() else 0.0
+    if full > FULL_SHARE:
+        found.append(f"V is at its limit in {100 * full:.0f} % of the ticks")
+    if log.fault[-1] > 0:
+        found.append(f"it ended with the fault {int(log.fault[-1])}")
+    for name in ("gyro", "wheels"):
+        lost = (~np.isfinite(getattr(log, name)[ran])).mean() if ran.any() else 0.0
+        if lost:
+            found.append(f"{name} said nothing in {100 * lost:.2g} % of the ticks")
+    low = np.nanmin(log.battery) if np.isfinite(log.battery).any() else np.inf
+    if low < robot.limit:
+        found.append(
+            f"the battery sinks to {low:.3g} V, below limit = {robot.limit:g} V: "
+            "the program asks for more than there is"
+        )
+    return [Finding("warning", "the run", text) for text in found]
+
+
+def _motion(tracking, robot):
+    """Delay and friction beyond the description."""
+    found = []
+    late, allowed = tracking.interval("delay")[0], robot.delay + robot.jitter
+    if late > allowed + 0.02 * robot.T:
+        found.append(
+            f"the voltage acts {1000 * tracking.values['delay']:.3g} ms after the "
+            f"sample, but delay + jitter = {1000 * allowed:g} ms was proven"
+        )
+    rub = tracking.interval("friction")[0]
+    if rub > RUBBING_SHARE * robot.limit:
+        found.append(
+            f"the gears eat {tracking.values['friction']:.2g} V by friction, which no "
+            "proof has: a small oscillation about upright comes from it"
+        )
+    return [Finding("warning", "the motion", text) for text in found]
+
+
+def write_comparison(comparison, folder):
+    """Write the page of a ``comparison`` to comparison.html in a folder.
+
+    Returns its path.
+    """
+    path = Path(folder) / "comparison.html"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(comparison.page.encode())
+    return path

@@ -1,0 +1,104 @@
+"""How fast a robot may be told to roll, and how soon."""
+
+from dataclasses import dataclass
+
+from ..plants.checks import finite
+
+__all__ = ["Drive"]
+
+RAMP_LEAN = 0.05  # rad, which the body leans while a ramp lasts
+SPEED_SHARE = 0.4  # of the free speed: the rest of the voltage balances
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The limits of a set point that moves.
+
+    A set point of the wheels' speed is followed on a ramp: a jump would
+    ask for a voltage that the motors don't have.
+
+    Parameters
+    ----------
+    speed : float
+        The largest speed phi' that is obeyed, in rad/s; zero stays in place.
+    acceleration : float
+        By which the set point of phi' moves, in rad/s^2.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative or isn't finite.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import Mip
+    >>> drive = Drive.of(Mip.printed(), 7.4)
+    >>> round(drive.speed, 1), round(drive.acceleration, 1)
+    (12.7, 6.5)
+    """
+
+    speed: float = 0.0
+    acceleration: float = 0.0
+
+    def __post_init__(self):
+        for name in ("speed", "acceleration"):
+            if finite(name, getattr(self, name)) < 0:
+                raise ValueError(f"{name} must be 0 or more, got {getattr(self, name)}")
+
+    @classmethod
+    def of(cls, mip, limit):
+        """The limits of a pendulum and its motors.
+
+        Both equations of motion added are free of the motors' torque: a
+        steady acceleration of the wheels leans the body by
+        (a + b - J) phi'' / d.
+
+        Parameters
+        ----------
+        mip : Mip
+            The pendulum.
+        limit : float
+            The largest voltage, in V.
+
+        Returns
+        -------
+        Drive
+            With a lean of 0.05 rad while the ramp lasts, and 40 % of the
+            speed at which the limit just turns the motors.
+        """
+        return cls(
+            speed=SPEED_SHARE * limit * mip.e / mip.f,
+            acceleration=RAMP_LEAN * mip.d / (mip.a + mip.b - mip.J),
+        )
+
+    def ramp(self, wanted, T, count, start=(0.0, 0.0)):
+        """Set points of phi and phi' for a speed that is wanted.
+
+        Parameters
+        ----------
+        wanted : float
+            In rad/s; cut to ``speed``.
+        T : float
+            Time between samples, in s.
+        count : int
+            How many ticks.
+        start : (float, float)
+            Set points of phi and phi' before.
+
+        Returns
+        -------
+        list of (float, float)
+            A pair for each tick, as the programs compute it.
+
+        Examples
+        --------
+        >>> Drive(2.0, 10.0).ramp(9.0, 0.1, 3)
+        [(0.1, 1.0), (0.30000000000000004, 2.0), (0.5, 2.0)]
+        """
+        wanted = min(max(wanted, -self.speed), self.speed)
+        (target, rate), step, points = start, self.acceleration * T, []
+        for _ in range(count):
+            rate = rate + min(max(wanted - rate, -step), step)
+            target = target + rate * T
+            points.append((target, rate))
+        return points

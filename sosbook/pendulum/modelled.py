@@ -1,0 +1,117 @@
+"""The pendulum and the program of a deployment, as a file of numbers."""
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from .firmware import Firmware
+from .law import SampledLaw
+from .model import Mip
+from .robot import Robot
+
+__all__ = ["Model"]
+
+FORMAT = "sosbook pendulum model 1"
+LAW = "A", "B", "C", "D", "W", "start"
+PLANT = "M", "D", "S", "B"
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What a program was made for, read back from its folder.
+
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum in the middle.
+    robot : Robot
+        The robot's description.
+    spread : float
+        The relative spread of e/c and of e/a that was proven.
+    law : SampledLaw
+        The law.
+    """
+
+    mip: Mip
+    robot: Robot
+    spread: float
+    law: SampledLaw
+
+    @classmethod
+    def of(cls, deployment):
+        """The model of a ``deployment``."""
+        return cls(deployment.mip, deployment.robot, deployment.spread, deployment.law)
+
+    @classmethod
+    def read(cls, folder):
+        """The model in a ``folder`` that `Deployment.write` wrote, or in its file.
+
+        Raises
+        ------
+        ValueError
+            If there is none, or more than one.
+        """
+        path = Path(folder)
+        paths = sorted(path.glob("model_*.json")) if path.is_dir() else [path]
+        if len(paths) != 1:
+            raise ValueError(
+                f"{folder} has {len(paths)} files model_*.json, but must have one: "
+                "give the folder that the command wrote, or one of the files"
+            )
+        try:
+            table = json.loads(paths[0].read_text("utf-8"))
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{paths[0]} isn't JSON: {error}") from None
+        if not isinstance(table, dict) or table.get("format") != FORMAT:
+            raise ValueError(f"{paths[0]} isn't a model of this version ({FORMAT})")
+        law = table["law"]
+        order = len(law["start"])
+        shapes = dict(A=(order, order), B=(order, 4), C=(1, order), D=(1, 4))
+        shapes |= dict(W=(order, 1), start=(order,))
+        matrices = {x: np.reshape(law[x], shapes[x]) for x in LAW}
+        return cls(
+            Mip(**table["pendulum"]),
+            Robot.of(table["robot"], str(paths[0])),
+            table["spread"],
+            SampledLaw(**matrices, T=law["T"]),
+        )
+
+    @property
+    def text(self):
+        """The file's text: JSON, whose numbers are exact."""
+        robot = {
+            x.name: getattr(self.robot, x.name)
+            for x in fields(self.robot)
+            if getattr(self.robot, x.name) is not None
+        }
+        law = {x: getattr(self.law, x).tolist() for x in LAW} | {"T": self.law.T}
+        plant = self.mip.plant()
+        table = {
+            "format": FORMAT,
+            "pendulum": asdict(self.mip),
+            "linear plant, M z'' + D z' + S z = B V of z = [theta, phi]": {
+                x: getattr(plant, x).tolist() for x in PLANT
+            },
+            "spread": self.spread,
+            "law": law,
+            "robot": robot,
+        }
+        return json.dumps(table, indent=1) + "\n"
+
+    @property
+    def firmware(self):
+        """The `Firmware` that the program is."""
+        robot = self.robot
+        return Firmware(
+            self.law,
+            limit=robot.limit,
+            tip=robot.tip,
+            blend=robot.blend,
+            missing=robot.missing,
+            frozen=robot.frozen,
+            stall=robot.stall,
+            gyro_range=robot.gyro_range,
+            deaf=robot.deaf,
+        )

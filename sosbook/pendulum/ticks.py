@@ -1,0 +1,164 @@
+"""What a running program logs at every tick."""
+
+import csv
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["START", "TickLog"]
+
+START = -1  # in the column fault: the row in which the robot was at rest
+FORMATS = {
+    "t": "{:.6f}",
+    "gyro": "{:.7g}",
+    "wheels": "{:.9g}",
+    "tilt": "{:.6g}",
+    "target": "{:.9g}",
+    "rate": "{:.6g}",
+    "V": "{:.9g}",
+    "theta": "{:.9g}",
+    "battery": "{:.5g}",
+    "fault": "{:.0f}",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class TickLog:
+    """The ticks of a program from one start to its end.
+
+    Parameters
+    ----------
+    t : (N,) array
+        When the sensors were read, in s. The first row is the start: the
+        gyro's offset, the wheels and the tilt at rest.
+    gyro, wheels, tilt : (N,) arrays
+        What the program was given, in rad/s, rad and rad; not a number
+        where a sensor said nothing.
+    target, rate : (N,) arrays
+        Set points of phi and phi', in rad and rad/s.
+    V : (N,) array
+        What the program answered, in V.
+    theta : (N,) array
+        The program's estimate, in rad.
+    battery : (N,) array
+        In V; not a number where it isn't measured.
+    fault : (N,) array
+        `START` in the first row; then the index in `FAULTS`.
+
+    Raises
+    ------
+    ValueError
+        If a column has another length, or time doesn't grow.
+    """
+
+    t: np.ndarray
+    gyro: np.ndarray
+    wheels: np.ndarray
+    tilt: np.ndarray
+    target: np.ndarray
+    rate: np.ndarray
+    V: np.ndarray
+    theta: np.ndarray
+    battery: np.ndarray
+    fault: np.ndarray
+
+    def __post_init__(self):
+        for x in fields(self):
+            value = np.array(getattr(self, x.name), float)
+            if value.ndim != 1 or len(value) != len(self.t):
+                raise ValueError(f"{x.name} must have {len(self.t)} entries, as t has")
+            value.flags.writeable = False
+            object.__setattr__(self, x.name, value)
+        if len(self.t) < 3 or not (np.diff(self.t) > 0).all():
+            raise ValueError("t must increase, in at least 3 rows")
+        if self.fault[0] != START:
+            raise ValueError(
+                f"the first row must be a start (fault = {START}), which has the "
+                "gyro's offset: log from the program's start"
+            )
+
+    @classmethod
+    def read(cls, path):
+        """The longest run in a CSV file that a program wrote, at ``path``.
+
+        Parameters
+        ----------
+        path : str or Path
+            A file with the columns t, gyro, wheels, tilt, target, rate, V,
+            theta, battery and fault in any order; a program that was
+            started several times has several runs.
+
+        Returns
+        -------
+        TickLog
+            The longest run from a start to the next.
+
+        Raises
+        ------
+        ValueError
+            That names the column or the row.
+        """
+        try:
+            text = Path(path).read_text("utf-8")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{path} isn't text: {error}") from None
+        rows = list(csv.reader(text.splitlines()))
+        names = [name.strip() for name in rows[0]] if rows else []
+        lost = [name for name in FORMATS if name not in names]
+        if lost:
+            raise ValueError(f"{path} lacks the column(s) {', '.join(lost)}")
+        table = []
+        for i, row in enumerate(rows[1:], 2):
+            if i == len(rows) and len(row) != len(names):
+                break  # power went off while it was written
+            try:
+                table.append([float(x) for x in row])
+            except ValueError as error:
+                raise ValueError(f"{path}: line {i}: {error}") from None
+            if len(row) != len(names):
+                raise ValueError(f"{path}: line {i} has {len(row)} entries")
+        table = np.array(table).reshape(-1, len(names))
+        columns = {name: table[:, names.index(name)] for name in FORMATS}
+        starts = np.flatnonzero(columns["fault"] == START)
+        if not len(starts):
+            raise ValueError(f"{path} has no start (fault = {START})")
+        ends = np.append(starts[1:], len(table))
+        k = int(np.argmax(ends - starts))
+        run = slice(starts[k], ends[k])
+        return cls(**{name: column[run] for name, column in columns.items()})
+
+    def write(self, path):
+        """Write the CSV file at ``path`` that `read` reads."""
+        form = ",".join(FORMATS.values())
+        rows = zip(*(getattr(self, name).tolist() for name in FORMATS))
+        lines = [",".join(FORMATS), *(form.format(*row) for row in rows)]
+        Path(path).write_bytes(("\n".join(lines) + "\n").encode())
+
+    @property
+    def running(self):
+        """(N,) bool: the ticks at which the program balanced."""
+        return self.fault == 0
+
+    def replayed(self, firmware):
+        """The volts that a ``firmware`` answers to these readings.
+
+        Parameters
+        ----------
+        firmware : Firmware
+            The one that is said to have run.
+
+        Returns
+        -------
+        (N,) array
+            In V; the first entry, at the start, is zero.
+        """
+        controller = firmware.controller()
+        controller.start(self.theta[0], self.wheels[0], self.gyro[0])
+        volts = [0.0]
+        for row in zip(*(getattr(self, name)[1:] for name in READ)):
+            volts.append(float(controller.step(*row)[0]))
+        return np.array(volts)
+
+
+READ = "gyro", "wheels", "tilt", "target", "rate"  # what a controller's step takes

@@ -1,0 +1,197 @@
+"""A pendulum's ratios, delay and friction from the log of its own loop.
+
+The voltage of a loop depends on the noise that it measures, so plain
+least squares would be biased. A predictor that estimates the state from
+the past (a Kalman filter with a constant gain) has no such bias: it is
+fitted so that its one-tick predictions of gyro and encoders are best.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import expm, solve_discrete_are
+from scipy.optimize import least_squares
+from scipy.signal import lfilter
+
+from .spread import scaled
+
+__all__ = ["Tracking", "track"]
+
+GENTLE_TILT = 0.35  # rad; beyond it the linear pendulum isn't believed
+STICKING_SPEED = 0.5  # rad/s, below which Coulomb friction fades
+GYRO_NOISE = 0.003  # rad/s; only its ratio to the other noises matters
+DISTURBANCES = 0.01, 0.1  # V; the best of these is taken
+LEAST_TICKS = 600
+SETTLING = 1.0  # s, which the predictor takes to find the state: left out
+BLOCKS = 4  # parts of the log, whose fits say how far one can be trusted
+MODEL_ERROR = 0.01  # relative: what the linear pendulum and the counts leave
+#: The logarithms of three factors, the delay over T and the friction in V.
+NOMINAL = 0.0, 0.0, 0.0, 0.3, 0.05
+NAMES = "body", "wheels", "back-EMF", "delay", "friction"
+
+
+@dataclass(frozen=True, eq=False)
+class Tracking:
+    """What a loop's own log says of the pendulum in it.
+
+    Parameters
+    ----------
+    values : dict
+        body, wheels and back-EMF: the factors of e/c, of e/a and of f;
+        delay in s; friction in V.
+    sd : dict
+        Their standard deviations.
+    innovations : (2, N) array
+        What the gyro (rad/s) and the wheels (rad) said beyond the prediction.
+    t : (N,) array
+        The times of the innovations, in s.
+    """
+
+    values: dict
+    sd: dict
+    innovations: np.ndarray
+    t: np.ndarray
+
+    def interval(self, name, sds=1.96):
+        """The ends of the interval of the parameter ``name``, so many ``sds`` away."""
+        half = sds * self.sd[name]
+        return self.values[name] - half, self.values[name] + half
+
+
+def track(log, mip, T, counts):
+    """Fit a pendulum to the log of its own loop.
+
+    Parameters
+    ----------
+    log : TickLog
+        The ticks of a program.
+    mip : Mip
+        The pendulum that the program was made for.
+    T : float
+        Time between samples, in s.
+    counts : float
+        An encoder's counts per turn.
+
+    Returns
+    -------
+    Tracking
+        The factors by which the pendulum differs, the delay and the friction.
+
+    Raises
+    ------
+    ValueError
+        If the log has too few ticks near upright.
+    """
+    use = _gentle(log)
+    if use.sum() < LEAST_TICKS:
+        raise ValueError(
+            f"the log has {use.sum()} ticks near upright without a gap, but a fit "
+            f"takes {LEAST_TICKS}: let the robot stand longer"
+        )
+    gyro, wheels, V = (x[use] for x in (log.gyro - log.gyro[0], log.wheels, log.V))
+    wheels = wheels - wheels[0]
+    scale = np.array([GYRO_NOISE, 2 * np.pi / counts / 12**0.5])
+    signals = gyro, wheels, V, _friction(wheels, T)
+
+    def fitted(part, disturbance, start):
+        chosen = [x[part] for x in signals]
+
+        e = innovations(NOMINAL, mip, T, *chosen, scale, disturbance)
+        size = e.size
+
+        def left(x):
+            try:
+                e = innovations(x, mip, T, *chosen, scale, disturbance)
+            except ValueError:  # masses that no pendulum has
+                return np.full(size, 1e3)
+            return np.ravel(e / scale[:, None])
+
+        return least_squares(
+            left,
+            start,
+            bounds=([-0.5, -0.5, -0.5, 0.0, 0.0], [0.5, 0.5, 0.5, 1.0, 5.0]),
+            diff_step=1e-4,
+            x_scale=[0.1, 0.1, 0.1, 0.3, 0.1],
+            max_nfev=25,
+        )
+
+    found = []
+    for disturbance in DISTURBANCES:
+        fit = fitted(slice(None), disturbance, NOMINAL)
+        e = fit.fun.reshape(2, -1)
+        found.append((np.linalg.slogdet(e @ e.T)[1], disturbance, fit.x, e))
+    _, disturbance, x, e = min(found, key=lambda one: one[0])
+    edges = np.linspace(0, len(V), BLOCKS + 1).astype(int)
+    blocks = [fitted(slice(*ends), disturbance, x).x for ends in zip(edges, edges[1:])]
+    apart = np.std(blocks, axis=0, ddof=1) / BLOCKS**0.5
+    values = np.array([*np.exp(x[:3]), T * x[3], x[4]])
+    unit = np.array([*values[:3], T, 1.0])
+    sd = unit * np.hypot(apart, [*3 * [MODEL_ERROR], 0.0, 0.0])
+    return Tracking(
+        dict(zip(NAMES, map(float, values))),
+        dict(zip(NAMES, map(float, sd))),
+        e * scale[:, None],
+        log.t[use][-e.shape[1] :],
+    )
+
+
+def _friction(wheels, T):
+    """(N,) array, -1 to 1: how much of Coulomb's friction acts."""
+    return np.tanh(np.gradient(wheels, T) / STICKING_SPEED)
+
+
+def _gentle(log):
+    """(N,) bool: the longest stretch of running ticks near upright, all read."""
+    good = log.running & (np.abs(log.theta) < GENTLE_TILT)
+    good &= np.isfinite(log.gyro) & np.isfinite(log.wheels)
+    bad = np.flatnonzero(~np.append(good, False))
+    before = np.append(-1, bad[:-1])
+    k = int(np.argmax(bad - before))
+    use = np.zeros(len(good), bool)
+    use[before[k] + 1 : bad[k]] = True
+    return use
+
+
+def innovations(x, mip, T, gyro, wheels, V, rubs, scale, disturbance):
+    """(2, N) array: what two sensors say beyond the prediction.
+
+    The unknowns x are the logarithms of the three factors, the delay over T
+    and the friction; ``scale`` has the sensors' noise and ``disturbance``
+    that of the voltage; ``rubs`` is the share of the friction that acts.
+    """
+    body, wheel, motor = np.exp(x[:3])
+    robot = scaled(mip, body, wheel)
+    plant = replace(robot, f=robot.f * motor).plant()
+    A, B = np.zeros((5, 5)), np.zeros((5, 1))
+    A[:2, 2:4] = np.eye(2)
+    A[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
+    B[2:4] = np.linalg.solve(plant.M, plant.B)
+    first, then = T * x[3], T * (1 - x[3])
+    F, (last, now) = expm(A * T), (_held(A, B, first), _held(A, B, then))
+    last = expm(A * then) @ last
+    C = np.array([[0.0, 0, 1, 0, 1], [-1, 1, 0, 0, 0]])  # gyro + offset, wheels
+    push = last + now
+    Q = disturbance**2 * push @ push.T + np.diag([1e-14] * 4 + [1e-12])
+    R = np.diag(scale**2)
+    P = solve_discrete_are(F.T, C.T, Q, R)
+    L = F @ P @ C.T @ np.linalg.inv(C @ P @ C.T + R)
+    y = np.array([gyro, wheels - wheels[0]])
+    forced = L @ y + now * V + last * np.append(V[0], V[:-1]) - push * x[4] * rubs
+    state = _filtered(F - L @ C, forced, [0, 0, gyro[0], gyro[0], 0])
+    return (y - C @ state)[:, min(round(SETTLING / T), len(V) // 2) :]
+
+
+def _filtered(F, forced, start):
+    """The states x(k), with x(k + 1) = F x(k) + forced(k), from a start."""
+    poles, modes = np.linalg.eig(F)
+    inputs = np.linalg.solve(modes, np.column_stack([start, forced[:, :-1]]))
+    states = [lfilter([1.0], [1.0, -p], row) for p, row in zip(poles, inputs)]
+    return (modes @ np.array(states)).real
+
+
+def _held(A, B, time):
+    """The integral of e^(A s) B over a time."""
+    n = len(A)
+    both = np.zeros((n + 1, n + 1))
+    both[:n, :n], both[:n, n:] = A, B
+    return expm(both * time)[:n, n:]
