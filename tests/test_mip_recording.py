@@ -263,6 +263,7 @@ def test_pyctrls_recorder_records_what_identifies(monkeypatch, tmp_path):
 # A sketch: the board is a pipe
 
 ARDUINO = """\
+#include <stdlib.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <math.h>

@@ -11,6 +11,7 @@ from sosbook.mip.deployment import deploy, described
 from sosbook.mip.experiments import chirp, motion
 from sosbook.mip.identify import identify
 from sosbook.mip.log import Log
+from sosbook.mip.modelled import Model
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
@@ -203,7 +204,7 @@ ARRIVES = {
     "counts": {LAW, RC, PYCTRL},
     "rotors": {LAW, PYCTRL},
     "friction": {LAW, PYCTRL},
-    "limit": {LAW, PYCTRL},
+    "limit": {LAW, RC, PYCTRL},
     "T": {LAW, RC, PYCTRL},
     "blend": {LAW, PYCTRL},
     "tip": {LAW, PYCTRL},
@@ -235,10 +236,11 @@ def code(path):
 def exact_data(name):
     """Whether a file is a proof or its checker, which no robot's words are in.
 
-    A proof holds the exact numbers of its LMIs, any digits among them, and
-    the checker is the same file for all robots.
+    A proof holds the exact numbers of its LMIs, any digits among them, the
+    model has numbers that are read back, and the checker is the same file for
+    all robots.
     """
-    return name.startswith("proof_") or name == "check_proof.py"
+    return name.startswith(("proof_", "model_")) or name == "check_proof.py"
 
 
 @pytest.fixture(scope="module")
@@ -330,6 +332,7 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
         if name in ours and code(ours[name]) != code(theirs[name])
     }
     assert {LAW, RC, PYCTRL} & changed == (ARRIVES.get(key, set()) & set(ours))
+    assert Model.read(ours["model_balance.json"]).robot == robot
     said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for name, path in ours.items():  # and every file of words says it
         if exact_data(name):
@@ -379,6 +382,8 @@ def test_a_second_robot_end_to_end(second):
             getattr(real, letter), rel=0.02
         ), letter
     out = {path.name: path.read_text("utf-8") for path in (folder / "out").iterdir()}
+    model = Model.read(folder / "out")
+    assert (model.mip, model.robot, model.spread) == (found.mip, robot, found.spread)
     assert "#define COUNTS 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
     assert "MOTOR_POLARITY[2] = {-1, 1};" in out["rc_balance.c"]

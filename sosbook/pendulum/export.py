@@ -160,7 +160,7 @@ def c_source(firmware, name="balance", precision="double"):
     )
 
 
-def rc_balance(firmware, name="balance", precision="double", robot=None, drive=Drive()):
+def rc_balance(firmware, name="balance", precision="double", robot=None, drive=None):
     """A program for librobotcontrol on a BeagleBone Blue.
 
     Parameters
@@ -265,7 +265,7 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
     ]
     after = "".join(f"\n            {row}," for row in spelling.following(law))
     start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
-    values["note"] = python_comment(_note(firmware))
+    values["note"] = python_comment(provenance(firmware))
     return fill(
         "pyctrl.txt",
         values,
@@ -320,12 +320,12 @@ def _words(firmware, name, precision):
         "name": name,
         "NAME": name.upper(),
         "real": C_TYPES[precision],
-        "note": comment(_note(firmware, precision), " * "),
+        "note": comment(provenance(firmware, precision), " * "),
     }
 
 
-def _note(firmware, precision="double"):
-    """The provenance, line by line."""
+def provenance(firmware, precision="double"):
+    """Where a ``firmware`` in a ``precision`` comes from, line by line."""
     law = firmware.law
     about = firmware.note if not isinstance(firmware.note, str) else (firmware.note,)
     lines = [

@@ -5,7 +5,6 @@ import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +19,9 @@ from .firmware import Firmware, share
 from .law import SampledLaw
 from .model import Mip
 from .modelled import Model
+from .recording import write_texts
 from .robot import Robot
+from .sketch import sketch
 from .spread import polytope, triangles, vertices
 from .tuning import U, loops, recoverable_tilt
 
@@ -344,8 +345,6 @@ class Deployment:
                 f"{self.peak:g}. Leave R out, and the smallest that will "
                 "do is searched"
             )
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
         texts = {
             f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n",
             f"model_{name}.json": Model.of(self).text,
@@ -375,10 +374,10 @@ class Deployment:
                     texts[f"pyctrl_{program}.py"] = pyctrl_script(
                         firmware, robot=self.robot, drive=drive, name=program
                     )
+        if self.robot.board == "other":
+            texts |= sketch(self.firmware, self.robot, name, self.drive)
         texts |= self._proofs(name)
-        for file, text in texts.items():
-            (folder / file).write_bytes(text.encode())
-        return [folder / file for file in texts]
+        return write_texts(folder, texts)
 
     def _proofs(self, name):
         """The proofs as files, and the checker of those in rationals."""

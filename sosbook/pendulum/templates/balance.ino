@@ -1,0 +1,198 @@
+/* ${name}_sketch.ino: balance a robot with an Arduino, an ESP32 or the like
+ *
+$note
+ *
+ * robot_io.cpp reads the sensors and drives the motors; its pins and signs
+ * are examples. FIRST check the signs, wheels in the air: with the letter c
+ * the sketch prints what the sensors say and leaves the motors off. Tip the
+ * body forward: tilt and gyro are positive. Roll a wheel forward: it grows.
+ *
+ * The robot waits until it is held still near upright for a second, takes
+ * the gyro's mean as its offset, and balances. Lines by the serial monitor
+ * ($baud baud, with a newline):
+ *   c      print the sensors, motors off
+ *   g      wait for rest and balance (so it begins)
+ *   s      stop
+ *   l      log every tick, for sosbook.mip's compare; again: don't
+ *   v 2.5  roll with 2.5 rad/s, reached on a ramp
+ */
+#include "robot_io.h"
+#include "${name}_single.h"
+
+static const unsigned long TICK = $micros; /* us */
+static const float HERTZ = $hertz;
+static const float TURN = 6.2831853f / $counts; /* rad a count */
+static const float SPEED = $speed; /* rad/s, at most */
+static const float ACCELERATION = $acceleration; /* rad/s^2 */
+static const int REST_TICKS = $rest;
+static const float REST_TILT = 0.2f, REST_GYRO = 0.1f, REST_TURN = 0.05f;
+static const char *const REASON[] = {$reasons};
+
+enum { STOPPED, WAITING, BALANCING, CHECKING };
+static ${name}_single_state robot;
+static int mode = WAITING;
+static bool logging;
+static int calm;
+static float gyro_sum, tilt_sum, wheels_at_rest;
+static float wanted, target, rate;
+static unsigned long begun, next; /* us */
+static char line[16];
+static uint8_t length;
+
+static void drive(float volts)
+{
+    io_drive(0, volts);
+    io_drive(1, volts);
+}
+
+static void change(int to)
+{
+    drive(0);
+    mode = to;
+    calm = 0;
+}
+
+/* Microseconds as seconds: a float has too few digits. */
+static void print_time(unsigned long t)
+{
+    Serial.print(t / 1000000UL);
+    Serial.print('.');
+    for (unsigned long power = 100000UL; power > 0; power /= 10)
+        Serial.print((int)(t / power % 10));
+}
+
+static void print(float x)
+{
+    Serial.print(',');
+    Serial.print(x, 7);
+}
+
+static void note(unsigned long now, float gyro, float wheels, float tilt,
+    float volts, int fault)
+{
+    if (!logging)
+        return;
+    print_time(now - begun);
+    print(gyro);
+    print(wheels);
+    print(tilt);
+    print(target);
+    print(rate);
+    print(volts);
+    print(robot.theta);
+    print(io_supply());
+    Serial.print(',');
+    Serial.println(fault);
+}
+
+static void ramp(void)
+{
+    const float step = ACCELERATION / HERTZ, more = wanted - rate;
+    rate += more > step ? step : more < -step ? -step : more;
+    target += rate / HERTZ;
+}
+
+static bool within(float x, float bound)
+{
+    return x >= -bound && x <= bound;
+}
+
+static bool at_rest(float gyro, float wheels, float tilt)
+{
+    if (calm == 0 || !within(tilt, REST_TILT) || !within(gyro, REST_GYRO) ||
+        !within(wheels - wheels_at_rest, REST_TURN)) {
+        wheels_at_rest = wheels;
+        gyro_sum = tilt_sum = 0;
+        calm = 1;
+        return false;
+    }
+    gyro_sum += gyro;
+    tilt_sum += tilt;
+    return calm++ == REST_TICKS;
+}
+
+static void tick(unsigned long now)
+{
+    const bool read = io_read();
+    const float gyro = read ? io_gyro() : NAN, tilt = read ? io_tilt() : NAN;
+    const float wheels = TURN * (float)(io_encoder(0) + io_encoder(1)) / 2;
+
+    if (mode == BALANCING) {
+        ramp();
+        const float volts = ${name}_single_step(&robot, gyro, wheels, tilt,
+            target, rate);
+        drive(volts);
+        note(now, gyro, wheels, tilt, volts, robot.fault);
+        if (robot.fault) {
+            change(STOPPED);
+            Serial.print("# motors off: ");
+            Serial.println(REASON[robot.fault]);
+        }
+    } else if (mode == WAITING && at_rest(gyro, wheels, tilt)) {
+        const float mean = tilt_sum / (float)REST_TICKS;
+        const float bias = gyro_sum / (float)REST_TICKS;
+        ${name}_single_start(&robot, mean, wheels, bias);
+        wanted = target = rate = 0;
+        mode = BALANCING;
+        note(now, bias, wheels, mean, 0, -1);
+    } else if (mode == CHECKING && calm++ % 50 == 0) {
+        Serial.print("# tilt, gyro, wheels: ");
+        Serial.print(tilt, 3);
+        print(gyro);
+        print(TURN * (float)io_encoder(0));
+        print(TURN * (float)io_encoder(1));
+        Serial.println("");
+    }
+}
+
+static void obey(void)
+{
+    if (line[0] == 'c')
+        change(CHECKING);
+    if (line[0] == 'g')
+        change(WAITING);
+    if (line[0] == 's')
+        change(STOPPED);
+    if (line[0] == 'v') {
+        const float x = (float)atof(line + 1);
+        wanted = x > SPEED ? SPEED : x < -SPEED ? -SPEED : x;
+    }
+    if (line[0] == 'l') {
+        logging = !logging;
+        if (logging)
+            Serial.println(
+                "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault");
+    }
+}
+
+void setup(void)
+{
+    Serial.begin($baud);
+    if (!io_begin()) {
+        Serial.println("# a sensor doesn't answer");
+        mode = STOPPED;
+    }
+    drive(0);
+    begun = next = micros();
+}
+
+void loop(void)
+{
+    while (Serial.available()) {
+        const char letter = (char)Serial.read();
+        if (letter != '\n' && length < sizeof line - 1) {
+            line[length++] = letter;
+            continue;
+        }
+        line[length] = 0;
+        length = 0;
+        obey();
+    }
+    const unsigned long now = micros();
+    if ((long)(now - next) < 0)
+        return;
+    next += TICK;
+    if ((long)(now - next) > 0)
+        next = now; /* never catch up by ticks in a row */
+    tick(now);
+}

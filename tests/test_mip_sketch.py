@@ -1,0 +1,140 @@
+"""The sketch that balances: compiled, and on a simulated robot by a pipe."""
+
+import re
+import subprocess
+
+import numpy as np
+import pytest
+from sosbook.mip import Firmware, Robot, SampledLaw
+from sosbook.mip.drive import Drive
+from sosbook.mip.sketch import sketch
+from sosbook.mip.ticks import TickLog
+
+from sosbook import thesis
+from tests.six_robots import SIX, advance
+from tests.test_mip_recording import PIPE, built, cpp, gcc, sketch_flags
+
+assert gcc and cpp  # fixtures
+MACHINE = SIX[0]
+ROBOT = Robot.shipped("gearmotors").but(
+    counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
+)
+LAW = SampledLaw.of_gain(thesis.mip().pid[5], MACHINE.T)
+FIRMWARE = Firmware(LAW, blend=0.005, gyro_range=17.4)
+DRIVE = Drive(4.0, 6.0)
+
+#: The pipe of the recorder's test, with a tilt and with lines of commands.
+LATER = """now += 97;
+        if (k == 20000)
+            letters = "v 3\\n";
+        if (k == 40000)
+            letters = argv[1];"""
+BOARD = PIPE
+for _old, _new in (
+    ("static double rate,", "static double rate, tilt,"),
+    ("io_tilt(void) { return 0; }", "io_tilt(void) { return (float)tilt; }"),
+    ('"%lf %ld", &rate, &count) == 2', '"%lf %ld %lf", &rate, &count, &tilt) == 3'),
+    ("static int letter;", "static const char *letters;"),
+    ("if (baud < 9600) letter = 0;", "if (baud < 9600) letters = 0;"),
+    ("return letter != 0;", "return letters && *letters;"),
+    ("int c = letter; letter = 0; return c;", "return *letters++;"),
+    ("letter = argv[1][0];", 'letters = "l\\n";'),
+    ("k < 1400000", "k < 62000"),
+    ("now += 97;", LATER),
+):
+    assert _old in BOARD
+    BOARD = BOARD.replace(_old, _new)
+
+
+@pytest.fixture
+def program(gcc, cpp, tmp_path):
+    """The sketch, its law and the pipe as one program."""
+    for name, text in sketch(FIRMWARE, ROBOT, drive=DRIVE).items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, "utf-8")
+    folder = tmp_path / "balance_sketch"
+    source = (folder / "balance_sketch.ino").read_text("utf-8")
+    (folder / "sketch.cpp").write_text('#include "Arduino.h"\n' + source, "utf-8")
+    (folder / "pipe.cpp").write_text(BOARD, "utf-8")
+    flags = sketch_flags(folder)
+    for name in ("sketch", "robot_io"):
+        out = folder / f"{name}.o"
+        built(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
+    law = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
+    law = [*law, "-Wconversion", "-Wdouble-promotion", "-c"]
+    built(*gcc, *law, folder / "balance_single.c", "-o", folder / "law.o")
+    objects = [folder / "sketch.o", folder / "law.o"]
+    built(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", folder / "program")
+    return folder / "program"
+
+
+def live(program, serial, words, dead=None):
+    """What it says on a machine that is held for a second and then let go."""
+    x, last, random = np.array([0.03, 0, 0, 0]), None, np.random.default_rng(2)
+    path = []
+    with (
+        open(serial, "w+", encoding="utf-8") as file,
+        subprocess.Popen(
+            [str(program), words],
+            stdin=subprocess.PIPE,
+            stdout=file,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process,
+    ):
+        for line in process.stderr:
+            volts, now = float(line.split()[0]), int(line.split()[1])
+            if last is not None and len(path) > 101:
+                x = advance(MACHINE.rate, x, volts, (now - last) * 1e-6, 3)
+            last = now
+            path.append((volts, *x))
+            count = np.floor((x[1] - x[0]) * MACHINE.counts / (2 * np.pi))
+            gyro = x[2] + 0.01 + 0.002 * random.standard_normal()
+            if dead is not None and len(path) > dead:
+                gyro = 99.0
+            tilt = x[0] + 0.01 * random.standard_normal()
+            process.stdin.write(f"{float(gyro)!r} {int(count)} {float(tilt)!r}\n")
+            process.stdin.flush()
+        process.stdin.close()
+    return np.array(path), serial.read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_the_sketch_balances_logs_and_obeys(program, tmp_path):
+    path, said = live(program, tmp_path / "serial.txt", "s\n")
+    stood = path[102:400]
+    assert abs(stood[:, 1]).max() < 0.2 and abs(stood[:, 0]).max() > 0.1
+    assert set(path[402:, 0]) == {0.0}  # stopped
+    (tmp_path / "log.csv").write_text(said, "utf-8")
+    log = TickLog.read(tmp_path / "log.csv")
+    assert len(log.t) > 280 and log.battery[0] == pytest.approx(7.4)
+    replayed = log.replayed(FIRMWARE)
+    assert abs(replayed - log.V).max() < 1e-3  # single precision, seven digits
+    assert log.rate[-1] == pytest.approx(3.0, rel=1e-5)
+    ramp = np.diff(log.rate)
+    assert ramp.max() == pytest.approx(DRIVE.acceleration * MACHINE.T, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_dead_sensor_stops_the_motors_and_says_why(program, tmp_path):
+    path, said = live(program, tmp_path / "serial.txt", "v 9\n", dead=220)
+    assert "# motors off: sensor" in said
+    assert set(path[240:, 0]) == {0.0}
+
+
+def test_every_number_is_the_descriptions():
+    texts = sketch(FIRMWARE, ROBOT, drive=DRIVE)
+    code = texts["balance_sketch/balance_sketch.ino"]
+    for words in (
+        "TICK = 10000UL",
+        "HERTZ = 100.0f",
+        "6.2831853f / 2134.0f",
+        "SPEED = 4.0f",
+        "ACCELERATION = 6.0f",
+    ):
+        assert words in code
+    board = texts["balance_sketch/robot_io.cpp"]
+    assert "SUPPLY = 7.4f" in board and "GYRO_RANGE = 0x10" in board  # 1000 deg/s
+    step = float(re.search(r"GYRO_STEP = ([\d.e-]+)f", board)[1])
+    assert step == pytest.approx(np.deg2rad(1000) / 2**15)
