@@ -62,6 +62,10 @@ def agree(page, asked, undecided):
     verdicts, apart, of_cones = [], [], []
     for request, r in zip(asked, mine, strict=True):
         theirs = sos.design_pid(**request)
+        if r["status"] == "undecided" and theirs.status == "infeasible":
+            # modes out of place refuse it, and multipliers don't: an edge of the LMIs
+            if theirs.infeasibility.kind != "infeasible design":
+                continue
         verdicts.append((r["status"], theirs.status))
         if r["status"] == theirs.status == "feasible":
             # what has no bound has no centre either, but that of a part, which
