@@ -3,6 +3,7 @@
 import numpy as np
 
 from ....plants.checks import positive
+from ..page import significant
 from .mover import Mover, choice, slider
 
 __all__ = ["delayed"]
@@ -76,7 +77,8 @@ def delayed(
             raise ValueError(f"loops[{name!r}] must be two square matrices alike")
         if len(A) > 5:
             raise ValueError(f"loops[{name!r}] must have 5 states at most")
-        stored.append({"name": name, "A": A.tolist(), "Ad": A_d.tolist()})
+        shown = [[[significant(x, 10) for x in row] for row in M] for M in (A, A_d)]
+        stored.append({"name": name, "A": shown[0], "Ad": shown[1]})
     step = 10.0 ** np.floor(np.log10(positive("longest", longest)) - 2)
     kinds = ("constant", "clinging: it grows with the time, then starts again")
     return Delayed(
