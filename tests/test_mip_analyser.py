@@ -1,0 +1,58 @@
+"""What static analysers say of every generated C program: once a week."""
+
+import shutil
+import subprocess
+
+import pytest
+from sosbook.mip import Firmware
+from sosbook.mip.drive import Drive
+from sosbook.mip.export import rc_balance
+from sosbook.mip.recording import recorders
+
+from tests.test_mip_export import HEADER, LAWS, STRICT, write
+from tests.test_mip_robot import THESIS
+
+pytestmark = pytest.mark.campaign
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """All C programs of a robot, with the library's header."""
+    firmware = Firmware(LAWS["PID"], blend=0.02, frozen=12, deaf=25)
+    write(tmp_path, firmware)
+    write(tmp_path, firmware, "single", "single")
+    main = rc_balance(firmware, robot=THESIS, drive=Drive(3.0, 5.0))
+    (tmp_path / "rc_balance.c").write_text(main, "utf-8")
+    recorder = recorders(THESIS)["rc_identify.c"]
+    (tmp_path / "rc_identify.c").write_text(recorder, "utf-8")
+    (tmp_path / "robotcontrol.h").write_text(HEADER, "utf-8")
+    return tmp_path
+
+
+def silent(*command):
+    done = subprocess.run(
+        [str(word) for word in command],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=200,
+    )
+    assert done.returncode == 0 and not done.stderr.strip(), done.stderr
+
+
+def test_gccs_analyser_finds_nothing(folder):
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        pytest.skip("no gcc")
+    flags = ["-std=c99", "-O2", "-fanalyzer", "-Wall", "-Wextra", "-Werror", *STRICT]
+    for source in sorted(folder.glob("*.c")):
+        silent(gcc, *flags, "-I", folder, "-c", source, "-o", folder / "a.o")
+
+
+def test_cppcheck_finds_nothing(folder):
+    cppcheck = shutil.which("cppcheck")
+    if cppcheck is None:
+        pytest.skip("no cppcheck")
+    checks = ["--enable=warning,performance,portability", "--error-exitcode=1", "-q"]
+    silent(cppcheck, *checks, *sorted(folder.glob("*.c")))
