@@ -10,13 +10,14 @@ from sosbook.book.elements.delay import DelayAtlas
 from sosbook.book.elements.designs import Atlas
 from sosbook.book.elements.explorer import Explorer
 from sosbook.book.elements.maps import MapAtlas
+from sosbook.book.elements.own_plant import OwnPlant
 from sosbook.book.elements.page import PageElement, significant
 from sosbook.book.elements.robot import Animation
 from sosbook.book.notebooks import BOOK
 
 KINDS = {kind.tag: kind for kind in (Atlas, DelayAtlas, MapAtlas, Animation)}
 MOVERS = {kind.tag: kind for kind in movers.Mover.__subclasses__()}
-MOVERS[Explorer.tag] = Explorer  # these compute: they have tests of their own
+MOVERS |= {kind.tag: kind for kind in (Explorer, OwnPlant)}  # which compute, too
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )

@@ -4,6 +4,7 @@ from .delay import DelayAtlas, delay_atlas
 from .designs import Atlas, Slider, design_atlas
 from .explorer import Explorer, design_explorer
 from .maps import MapAtlas
+from .own_plant import OwnPlant, own_plant
 from .records import record
 
 __all__ = [
@@ -11,9 +12,11 @@ __all__ = [
     "DelayAtlas",
     "Explorer",
     "MapAtlas",
+    "OwnPlant",
     "Slider",
     "delay_atlas",
     "design_atlas",
     "design_explorer",
+    "own_plant",
     "record",
 ]
