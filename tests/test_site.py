@@ -1,5 +1,7 @@
 """The built book in a real browser, opened as a file and without a network."""
 
+import importlib.util
+import os
 import re
 from functools import cache
 from html.parser import HTMLParser
@@ -7,6 +9,8 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+
+from tests import layout
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
@@ -104,8 +108,24 @@ def assert_fits_a_phone(tab):
     assert needed <= there == 390
 
 
+@pytest.fixture(scope="session")
+def axe():
+    """The script of axe-core, which knows the rules of accessible pages."""
+    found = importlib.util.find_spec("axe_playwright_python")
+    if found is None:
+        refuse = pytest.fail if os.environ.get("CI") else pytest.skip
+        refuse("axe-core is missing: pip install axe-playwright-python")
+    return (Path(found.origin).parent / "axe.min.js").read_text("utf-8")
+
+
+def faults(tab, *names):
+    """What the page's layout does wrong, by the names of `layout`."""
+    answers = {name: tab.page.evaluate(getattr(layout, name)) for name in names}
+    return {name: answer for name, answer in answers.items() if answer}
+
+
 @each_page
-def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, page):
+def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     """A page takes seconds to typeset: one visit for all of these."""
     tab = visit(site / f"{page}.html")
     assert tab.errors == []
@@ -118,11 +138,50 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, page):
     assert tab.page.locator("mjx-container").count() == (
         tab.page.locator("mjx-assistive-mml").count()
     )
+    assert (
+        faults(tab, "WIDE_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS")
+        == {}
+    )
     assert_readable(tab, LIGHT)
     tab.page.emulate_media(color_scheme="dark")
     assert_readable(tab, DARK)
     tab.page.set_viewport_size({"width": 390, "height": 900})
     assert_fits_a_phone(tab)
+    tab.page.wait_for_function(f"() => ({layout.SILENT_BOXES})().length === 0")
+    assert faults(tab, "CUT_FORMULAS", "SMALL_LETTERS") == {}
+    assert_accessible(tab, axe)
+
+
+def assert_accessible(tab, axe):
+    """Axe has no objection, on a phone in the dark and on a desk in the light."""
+    tab.page.evaluate(layout.BARE)
+    tab.page.evaluate(axe + "; 0")
+    assert tab.page.evaluate(layout.AXE) == []
+    tab.page.emulate_media(color_scheme="light")
+    tab.page.set_viewport_size({"width": 1280, "height": 900})
+    assert tab.page.evaluate(layout.AXE) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    "page", ["book/23_lqr", "book/09_when_vertices_are_not_enough"]
+)
+def test_no_formula_loses_ink_to_its_box(site, visit, page, scheme):
+    """Pixel by pixel: nothing more is seen when the boxes cut nothing."""
+    tab = visit(site / f"{page}.html", scheme=scheme)
+    boxes = tab.page.locator("div.math")
+    tab.page.add_style_tag(content=".bd-article .headerlink {display: none}")
+    seen = [k for k in range(boxes.count()) if boxes.nth(k).is_visible()]
+    assert len(seen) > 5
+    for k in seen:
+        boxes.nth(k).scroll_into_view_if_needed()
+        before = boxes.nth(k).screenshot(animations="disabled")
+        sheet = tab.page.add_style_tag(
+            content="div.math, div.math mjx-container {overflow: visible !important}"
+        )
+        after = boxes.nth(k).screenshot(animations="disabled")
+        sheet.evaluate("sheet => sheet.remove()")
+        assert before == after, boxes.nth(k).get_attribute("id") or k
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,40 @@
+/* Boxes that are wider than the screen scroll inside themselves. A box that does
+   so fades at the edge where it goes on, and the keyboard reaches it. */
+(() => {
+  "use strict";
+  const BOXES = ".bd-article :is(mjx-container, .sos-sheet, .sos-table, .sos-panel, pre," +
+    " .cell_output > .output, .pst-scrollable-table-container)";
+
+  function mark(box) {
+    const hidden = box.scrollWidth - box.clientWidth;
+    const scrolls = hidden > 1 && getComputedStyle(box).overflowX !== "visible";
+    const more = [];
+    if (scrolls && box.scrollLeft > 1) more.push("left");
+    if (scrolls && box.scrollLeft < hidden - 1) more.push("right");
+    if (more.length) box.dataset.more = more.join(" ");
+    else delete box.dataset.more;
+    if (scrolls && box.tabIndex < 0) {
+      box.tabIndex = 0;
+      box.dataset.reached = "";
+    } else if (!scrolls && "reached" in box.dataset) {
+      box.removeAttribute("tabindex");
+      delete box.dataset.reached;
+    }
+  }
+
+  function watch() {
+    const watcher = new ResizeObserver(changes => changes.forEach(({target}) => mark(target)));
+    document.querySelectorAll(BOXES).forEach(box => {
+      watcher.observe(box);
+      box.addEventListener("scroll", () => mark(box), {passive: true});
+    });
+  }
+
+  addEventListener("load", () => {
+    // The theme's sidebar holds the book's name, which belongs to a landmark.
+    const sidebar = document.querySelector(".bd-sidebar-primary");
+    sidebar?.setAttribute("role", "complementary");
+    sidebar?.setAttribute("aria-label", "Contents of the book");
+    Promise.resolve(window.MathJax?.startup?.promise).then(watch);
+  });
+})();

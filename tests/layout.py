@@ -1,0 +1,81 @@
+"""What a page's layout may not do, asked inside the page.
+
+Each of these is a JavaScript function without arguments that returns a list
+of faults; an empty list is a good page.
+"""
+
+#: Formulas whose letters stand out of the box that cuts them.
+CUT_FORMULAS = """
+() => [...document.querySelectorAll("mjx-container")].filter((box) => {
+  const {top, bottom, width} = box.getBoundingClientRect();
+  // The pieces of a tall bracket are longer than it is; MathJax clips them.
+  return width && [...box.querySelectorAll("mjx-c")]
+    .filter((letter) => !letter.closest("mjx-stretchy-v, mjx-stretchy-h"))
+    .map((letter) => letter.getBoundingClientRect())
+    .some((letter) => letter.top < top - 1 || letter.bottom > bottom + 1);
+}).map((box) => box.querySelector("mjx-assistive-mml").textContent.slice(0, 80))
+"""
+
+#: Displayed formulas that are wider than their box.
+WIDE_FORMULAS = """
+() => [...document.querySelectorAll("mjx-container[display=true]")]
+  .filter((box) => box.scrollWidth > box.clientWidth + 1)
+  .map((box) => [box.scrollWidth - box.clientWidth, box.parentElement.id ||
+    box.querySelector("mjx-assistive-mml").textContent.slice(0, 80)])
+"""
+
+#: Boxes that scroll sideways and either can't be reached by the keyboard or
+#: don't show that they go on.
+SILENT_BOXES = """
+() => [...document.querySelectorAll(".bd-article *")]
+  .filter((box) => box.scrollWidth > box.clientWidth + 1 && box.clientWidth > 1)
+  .filter((box) => box.checkVisibility())
+  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
+  .filter((box) => box.tabIndex < 0 || getComputedStyle(box).maskImage === "none")
+  .map((box) => box.outerHTML.slice(0, 120))
+"""
+
+#: Texts of figures below nine pixels. Matplotlib draws a text as a group of
+#: outlines, scaled from a font of 100 units.
+SMALL_LETTERS = """
+() => [...document.querySelectorAll(".sos-figure svg g[transform*='scale(']")]
+  .filter((text) => text.querySelector(":scope > use") && text.checkVisibility())
+  .map((text) => [text.getScreenCTM(), text.closest("figure").id])
+  .map(([place, id]) => [100 * Math.hypot(place.a, place.b), id])
+  .filter(([size]) => size < 8.95)
+"""
+
+#: Captions in a lighter type than the text.
+THIN_CAPTIONS = """
+() => [...document.querySelectorAll(".bd-article figcaption, .bd-article caption")]
+  .filter((caption) => getComputedStyle(caption).fontWeight < 400)
+  .map((caption) => caption.textContent.slice(0, 80))
+"""
+
+#: Ids that more than one element has.
+REPEATED_IDS = """
+() => [...document.querySelectorAll("[id]")].map((element) => element.id)
+  .filter((id, k, ids) => ids.indexOf(id) !== k)
+"""
+
+#: The page without what axe needn't walk through: outlines, formulas, the
+#: colours of code. It takes seconds to walk through them, and no rule of its
+#: own judges them; formulas have the tests above.
+BARE = """
+() => {
+  document.querySelectorAll("figure svg").forEach((svg) => svg.replaceChildren());
+  document.querySelectorAll("mjx-container").forEach((box) => box.replaceChildren("x"));
+  document.querySelectorAll("pre").forEach((box) => box.replaceChildren(box.innerText));
+}
+"""
+
+#: What axe objects to. Contrast has a test of its own, which sees inside
+#: custom elements and in both schemes.
+AXE = """
+async () => {
+  const rules = {"color-contrast": {enabled: false}};
+  const {violations} = await axe.run({resultTypes: ["violations"], rules});
+  return violations.flatMap(({id, nodes}) =>
+    nodes.map((node) => `${id}: ${node.html.slice(0, 150)}`));
+}
+"""
