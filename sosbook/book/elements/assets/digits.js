@@ -28,8 +28,8 @@
     show({gains, hex: all, state, exact, told, error, most}, _, {precision, entry}) {
       this.tell("feasible", verdict(precision ? "Single precision: 24 bits of each number are kept." : "Double precision: nothing is lost, the literal is the proven gain itself.") +
         `<p>V = ${number(told, " V", 9)}${precision ? `; in double precision ${number(exact, " V", 9)}, a difference of ${number(error, " V", 2)}. The gains are off by ${number(most, "", 2)} of their size at most` : ""}.</p>`);
-      this.part("table").innerHTML = `<div class="sos-scroll"><table><tr><th scope="col">of</th><th scope="col">gain</th><th scope="col">literal in C</th><th scope="col">state</th></tr>` +
-        gains.map((k, i) => `<tr><th scope="row">${NAMES[i]}</th><td>${clean(k, 6)}</td><td><code>${escape(all[i])}${precision ? "f" : ""}</code></td><td>${clean(state[i])}</td></tr>`).join("") + "</table></div>";
+      this.part("table").innerHTML = gains.map((k, i) => `<div class="sos-link"><strong>${NAMES[i]}</strong><span>${clean(k, 6)}</span>` +
+        `<span>× ${clean(state[i])}</span><br><code>${escape(all[i])}${precision ? "f" : ""}</code></div>`).join("");
       const view = new DataView(new ArrayBuffer(8));
       view.setFloat64(0, this.data.K[entry]);
       const bits = view.getBigUint64(0).toString(2).padStart(64, "0");
