@@ -187,6 +187,7 @@ def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
+        encoding="utf-8",
     ) as process:
         for _ in range(ticks):
             degrees, n = float(np.rad2deg(bench.gyro)), bench.counts
@@ -220,7 +221,9 @@ def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path
 def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path):
     said = live(rc_identify, "body", tmp_path / "body.csv", word="s")
     assert "end 1 0 0" in said and "wrote 0 rows" in said
-    done = subprocess.run([str(rc_identify)], capture_output=True, text=True)
+    done = subprocess.run(
+        [str(rc_identify)], capture_output=True, text=True, encoding="utf-8"
+    )
     assert done.returncode and "body|wheels" in done.stderr
 
 
@@ -390,6 +393,7 @@ def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
                 stdout=serial,
                 stderr=subprocess.PIPE,
                 text=True,
+                encoding="utf-8",
             ) as process,
         ):
             last = None

@@ -81,6 +81,7 @@ def live(program, serial, words, dead=None):
             stdout=file,
             stderr=subprocess.PIPE,
             text=True,
+            encoding="utf-8",
         ) as process,
     ):
         for line in process.stderr:

@@ -70,7 +70,7 @@ class Sheet:
         page.on("console", lambda m: m.type == "error" and self.errors.append(m.text))
         page.on("request", lambda r: self.errors.append(r.url))
 
-    def open(self, path):
+    def visit(self, path):
         self.page.goto(path.as_uri())
         self.errors.remove(path.as_uri())
 
@@ -95,7 +95,7 @@ class Sheet:
 def desk(browser, sheet):
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
     desk = Sheet(context.new_page())
-    desk.open(sheet)
+    desk.visit(sheet)
     yield desk
     assert desk.errors == []
     context.close()
@@ -250,7 +250,7 @@ def test_all_fit_a_phone_and_answer_at_once(browser, sheet):
         viewport={"width": 390, "height": 844}, color_scheme="dark"
     )
     phone = Sheet(context.new_page())
-    phone.open(sheet)
+    phone.visit(sheet)
     assert phone.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     for tag in TAGS:
         milliseconds = phone.page.evaluate(

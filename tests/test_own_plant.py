@@ -125,7 +125,9 @@ int main(void)
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-o", str(built), str(source)]
     words = [command] if isinstance(command, str) else [*command]
     subprocess.run([*words, *flags], check=True, timeout=60)
-    said = subprocess.run([str(built)], capture_output=True, text=True, check=True)
+    said = subprocess.run(
+        [str(built)], capture_output=True, text=True, check=True, encoding="utf-8"
+    )
     x3, true = 0.0, []
     for _ in range(3):
         true += list(K @ [0.2, -0.6, 0.5, 0.1, x3])

@@ -89,8 +89,17 @@ def test_data_of_live_pages(name, page):
     assert near != page
     assert pages.differences(page, near) == []
 
-    number = choose.choice(FLOAT.findall(outside_strings(text, str)))
-    far = page.replace(text, text.replace(number, moved(number, 2), 1))
+    numbers = []
+    outside_strings(text, lambda part: numbers.extend(FLOAT.findall(part)) or part)
+    number = choose.choice(numbers)
+    once = iter((moved(number, 2),))
+
+    def changed_once(part):
+        """The first such number outside of strings, moved."""
+        here = rf"(?<![\d.-]){re.escape(number)}(?![\d.e])"
+        return re.sub(here, lambda match: next(once, match[0]), part)
+
+    far = page.replace(text, outside_strings(text, changed_once))
     assert any(number in fault for fault in pages.differences(page, far)), number
 
     first = re.search(r'"(\w+)":', text)[1]
