@@ -9,6 +9,7 @@ from .descriptor import (
     mean_descriptor,
 )
 from .descriptor_system import DescriptorSystem
+from .files import load_plant
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = [
@@ -20,5 +21,6 @@ __all__ = [
     "SlackVertex",
     "coupled_pairs",
     "descriptors",
+    "load_plant",
     "mean_descriptor",
 ]

@@ -1,0 +1,144 @@
+"""Plants from files: every kind gives the same plant, and faults have a place."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+
+from sosbook import Polytope, SecondOrderSystem
+from sosbook.plants import load_plant
+
+MATRICES = {
+    "M": np.diag([2.0, 1.0]),
+    "D": np.array([[0.4, -0.1], [-0.1, 0.2]]),
+    "S": np.array([[6.0, -2.0], [-2.0, 4.0]]),
+    "B": np.array([[1.0], [0.25]]),
+    "F": np.eye(2),
+}
+PLANT = SecondOrderSystem(**MATRICES)
+
+
+def csv(folder, **matrices):
+    for name, matrix in matrices.items():
+        np.savetxt(folder / f"{name}.csv", matrix, delimiter=",")
+    return folder
+
+
+def npy(folder):
+    for name, matrix in MATRICES.items():
+        np.save(folder / f"{name}.npy", matrix)
+    return folder
+
+
+def mtx(folder):
+    for name, matrix in MATRICES.items():
+        scipy.io.mmwrite(folder / f"{name}.mtx", scipy.sparse.coo_array(matrix))
+    return folder
+
+
+def npz(folder):
+    np.savez(folder / "plant.npz", **MATRICES, note=np.zeros(1))
+    return folder / "plant.npz"
+
+
+def mat(folder):
+    scipy.io.savemat(folder / "plant.mat", MATRICES)
+    return folder / "plant.mat"
+
+
+def write(folder, data):
+    (folder / "plant.json").write_text(json.dumps(data), "utf-8")
+    return folder / "plant.json"
+
+
+def as_json(folder):
+    return write(folder, {name: x.tolist() for name, x in MATRICES.items()})
+
+
+@pytest.mark.parametrize("save", [npy, mtx, npz, mat, as_json])
+def test_what_numpy_scipy_and_json_write_is_read(save, tmp_path):
+    assert load_plant(save(tmp_path)) == PLANT
+
+
+def test_csv_of_a_spreadsheet_is_read(tmp_path):
+    assert load_plant(csv(tmp_path, **MATRICES)) == PLANT
+    text = "\ufeff# masses in kg\r\n2; 0\r\n\r\n0; 1 # the second\r\n"
+    (tmp_path / "M.csv").write_text(text, "utf-8", newline="")
+    (tmp_path / "F.csv").unlink()
+    assert load_plant(str(tmp_path)) == SecondOrderSystem(
+        **{name: x for name, x in MATRICES.items() if name != "F"}
+    )
+
+
+def test_vertices_make_a_polytope_and_the_design_command_reads_the_same(tmp_path):
+    light = {name: x.tolist() for name, x in MATRICES.items()}
+    heavy = light | {"M": (2 * MATRICES["M"]).tolist()}
+    plant = load_plant(write(tmp_path, {"plant": {"vertices": [light, heavy]}}))
+    other = SecondOrderSystem(**(MATRICES | {"M": 2 * MATRICES["M"]}))
+    assert plant == Polytope([PLANT, other])
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        load_plant(tmp_path / "none.npz")
+    csv(tmp_path, M=[[1]], D=[[1]], B=[[1]])
+    with pytest.raises(FileNotFoundError, match=r"S\.csv.* is missing"):
+        load_plant(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("mass\n1", r"M\.csv, line 1: 'mass' has something that is no number"),
+        ("1,2\n3", r"M\.csv, line 2: 1 numbers, the first line has 2"),
+        ("# nothing\n", r"M\.csv: there are no numbers"),
+        ("1,2\n3,4\n5,6", "M has 2 columns"),
+        ("nan", "M has NaN"),
+    ],
+)
+def test_a_fault_of_a_table_has_its_line(tmp_path, text, words):
+    csv(tmp_path, D=[[1]], S=[[1]], B=[[1]])
+    (tmp_path / "M.csv").write_text(text, "utf-8")
+    with pytest.raises(ValueError, match=words):
+        load_plant(tmp_path)
+
+
+def test_two_files_for_one_matrix_are_refused(tmp_path):
+    npy(tmp_path)
+    csv(tmp_path, M=[[1]])
+    with pytest.raises(ValueError, match=r"M is there twice: M\.csv, M\.npy"):
+        load_plant(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "data, words",
+    [
+        ([], "give"),
+        ({"M": [[1]]}, "D, S, B is missing"),
+        ({"vertices": []}, "must be a list of plants"),
+        ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\]: D, S, B is missing"),
+    ],
+)
+def test_json_that_is_no_plant_is_refused(tmp_path, data, words):
+    with pytest.raises(ValueError, match=words):
+        load_plant(write(tmp_path, data))
+
+
+def test_a_broken_or_foreign_file_is_refused(tmp_path):
+    for name, words in (
+        ("plant.json", "is no JSON file"),
+        ("plant.mat", "save with the option"),
+        ("plant.txt", "give a file of the kind"),
+    ):
+        (tmp_path / name).write_text("{", "utf-8")
+        with pytest.raises(ValueError, match=words):
+            load_plant(tmp_path / name)
+
+
+def test_a_pickle_is_never_opened(tmp_path):
+    """It could run a program of its writer."""
+    np.savez(tmp_path / "plant.npz", M=np.array([{}], dtype=object))
+    with pytest.raises(ValueError, match=r"plant\.npz"):
+        load_plant(tmp_path / "plant.npz")
