@@ -2,6 +2,7 @@
 """The project's commands. Python 3.11 or newer is all they need.
 
     python3 tasks.py book     build the book and say where to open it
+    python3 tasks.py pdf      print the built book as one PDF
     python3 tasks.py test     run every test (more words go to pytest)
     python3 tasks.py test quick    the package alone, in two to three minutes
     python3 tasks.py coverage      which lines of the package its tests reach
@@ -69,6 +70,18 @@ def book(words):
         return status
     print(f"\nThe book is ready. Open\n  {(SITE / 'index.html').as_uri()}")
     return 0
+
+
+def pdf(words):
+    """Print the book; the pages are built first if there are none."""
+    prepare()
+    chromium = browser.ensure(str(PYTHON))
+    if chromium is None:
+        return fail(browser.MISSING)
+    if not (SITE / "index.html").exists() and (status := build([])):
+        return status
+    program = (PYTHON, "-m", "sosbook.book.printing")
+    return call(*program, SITE, SITE / "sosbook.pdf", chromium, *words)
 
 
 def test(words):
@@ -279,7 +292,7 @@ def fail(message, status=1):
 TASKS = {
     task.__name__: task
     for task in (
-        *(book, test, coverage, campaign, rehearse, types, lab, run, bench),
+        *(book, pdf, test, coverage, campaign, rehearse, types, lab, run, bench),
         clean,
     )
 }

@@ -15,7 +15,7 @@ EXTRAS = {
     "cones": ("cvxpy", "clarabel"),
     "notebook": ("ipywidgets", "IPython"),
     "parallel": ("joblib", "tqdm", "threadpoolctl"),
-    "book": ("nbformat", "nbclient"),
+    "book": ("nbformat", "nbclient", "playwright", "pypdf"),
 }
 
 

@@ -1,0 +1,75 @@
+"""The chapters of the built book, in the order of its table of contents."""
+
+import html
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Chapter", "contents"]
+
+LINE = re.compile(r"^ *(?:- )?(root|caption|file): *(\S.*?) *$", re.MULTILINE)
+TITLE = re.compile(r'<h1[^>]*>((?:(?!</h1>).)*?)<a class="headerlink"', re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A page of the book.
+
+    Parameters
+    ----------
+    path : Path
+        The built page.
+    title : str
+        Its title, with the chapter's number if it has one.
+    part : str
+        The part of the book that it belongs to.
+    opens : bool
+        Whether the part begins with it.
+    """
+
+    path: Path
+    title: str
+    part: str = ""
+    opens: bool = False
+
+
+def contents(site: Path, listing: Path) -> list:
+    """The chapters of a built book.
+
+    Parameters
+    ----------
+    site : Path
+        The folder of the built pages.
+    listing : Path
+        The ``_toc.yml`` that the book was built from.
+
+    Returns
+    -------
+    list of Chapter
+        In the order of the listing; the root comes first.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a page of the listing isn't built.
+    """
+    chapters, part, opens = [], "", False
+    for key, value in LINE.findall(listing.read_text("utf-8")):
+        if key == "caption":
+            part, opens = value, True
+            continue
+        path = site / f"{value}.html"
+        if not path.is_file():
+            raise FileNotFoundError(
+                f"{path} isn't built: run python3 tasks.py book first"
+            )
+        chapters.append(Chapter(path, title_of(path), part, opens))
+        opens = False
+    return chapters
+
+
+def title_of(path):
+    """The title of a built page as plain text."""
+    match = TITLE.search(path.read_text("utf-8"))
+    text = re.sub(r"<[^>]+>", "", match[1]) if match else path.stem
+    return " ".join(html.unescape(text).replace("\\(", "").replace("\\)", "").split())

@@ -1,0 +1,95 @@
+"""The book as a PDF: text, outline, links and fonts of a few printed chapters."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from sosbook.book.printing import contents, print_book
+from sosbook.book.printing.__main__ import mention
+from tests import browser as chromium
+
+pypdf = pytest.importorskip("pypdf")
+LISTING = Path(__file__).resolve().parent.parent / "_toc.yml"
+CHAPTERS = 4
+
+
+@pytest.fixture(scope="module")
+def printed(site, tmp_path_factory):
+    path = chromium.find()
+    if path is None:
+        pytest.skip(chromium.MISSING)
+    output = tmp_path_factory.mktemp("pdf") / "book.pdf"
+    return print_book(site, output, LISTING, path, only=CHAPTERS)
+
+
+def pages(printed):
+    return pypdf.PdfReader(printed.path).pages
+
+
+def titles(outline):
+    for entry in outline:
+        if isinstance(entry, list):
+            yield from titles(entry)
+        else:
+            yield entry.title
+
+
+def test_the_outline_has_the_parts_the_chapters_and_their_sections(site, printed):
+    found = list(titles(pypdf.PdfReader(printed.path).outline))
+    for chapter in contents(site, LISTING)[:CHAPTERS]:
+        assert chapter.title in found
+        assert chapter.part in ["", *found]
+    assert len(found) > 3 * CHAPTERS
+
+
+def test_pages_are_numbered_and_listed_in_the_contents(printed):
+    texts = [page.extract_text() for page in pages(printed)]
+    assert len(texts) == printed.pages > 10
+    assert printed.size == printed.path.stat().st_size
+    front = next(k for k, text in enumerate(texts) if re.search(r"(?m)^1$", text))
+    for k, text in enumerate(texts[front:], 1):
+        assert re.search(rf"(?m)^{k}$", text), k
+    assert "Contents" in texts[1]
+
+
+def test_links_stay_in_the_book_or_lead_to_the_web(printed):
+    inside = 0
+    for page in pages(printed):
+        for note in page.get("/Annots", ()):
+            note = note.get_object()
+            uri = str(note.get("/A", {}).get("/URI", ""))
+            assert not uri.startswith("file:")
+            inside += "/Dest" in note
+    assert inside > 20
+    assert b"file:///" not in printed.path.read_bytes()
+
+
+def test_every_font_is_part_of_the_file(printed):
+    names = set()
+    for page in pages(printed):
+        for font in page["/Resources"].get("/Font", {}).values():
+            font = font.get_object()
+            if font["/Subtype"] == "/Type3":  # drawn by the file itself
+                continue
+            inner = font["/DescendantFonts"][0] if "/DescendantFonts" in font else font
+            parts = inner.get_object()["/FontDescriptor"].get_object()
+            assert {"/FontFile", "/FontFile2", "/FontFile3"} & parts.keys()
+            names.add(font["/BaseFont"])
+    assert len(names) > 3
+
+
+def test_a_page_that_was_not_built_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"tasks\.py book"):
+        contents(tmp_path, LISTING)
+
+
+def test_the_first_page_links_the_file_once_it_is_there(tmp_path):
+    first = tmp_path / "book" / "intro.html"
+    first.parent.mkdir()
+    first.write_text('on paper: <span class="sos-pdf">none</span>.', "utf-8")
+    for size in ("7 pages", "8 pages"):
+        mention(tmp_path, tmp_path / "sosbook.pdf", size)
+        text = first.read_text("utf-8")
+        assert f'<a href="../sosbook.pdf">PDF</a> ({size})' in text
+        assert text.count("sos-pdf") == 1
