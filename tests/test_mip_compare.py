@@ -67,7 +67,7 @@ def same():
 
 @pytest.mark.slow
 def test_the_same_robot_isnt_said_to_be_another(same):
-    assert same.proven is True
+    assert same.within is True
     for name in ("body", "wheels", "back-EMF"):
         assert same.tracking.values[name] == pytest.approx(1, abs=0.02)
     assert same.tracking.values["delay"] == pytest.approx(0.003, abs=4e-4)
@@ -95,7 +95,7 @@ def test_a_voltage_that_acts_later_than_proven_is_named():
 def test_another_motor_is_outside_of_what_was_proven(share):
     """e and f of both motors: what a change of gears or magnets does."""
     found = compare(run(replace(MACHINE, stall=share * MACHINE.stall)), MODEL)
-    assert found.proven is False, found.report
+    assert found.within is False, found.report
     for name in ("body", "wheels", "back-EMF"):
         assert found.tracking.values[name] == pytest.approx(share, rel=0.03)
     assert "outside of what was proven" in found.report
@@ -104,7 +104,7 @@ def test_another_motor_is_outside_of_what_was_proven(share):
 @pytest.mark.slow
 def test_a_robot_that_hardly_moves_leaves_it_open():
     found = compare(run(drive=0.0), MODEL)
-    assert found.proven is None
+    assert found.within is None
     assert "drive it back and forth" in found.report
 
 

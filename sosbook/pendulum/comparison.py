@@ -43,7 +43,7 @@ class Comparison:
     findings: tuple
 
     @property
-    def proven(self):
+    def within(self):
         """Whether the robot is within what was proven: True, False or None.
 
         None is undecided: the log allows both.
@@ -59,13 +59,13 @@ class Comparison:
 
     @property
     def verdict(self):
-        """A sentence about `proven`."""
+        """A sentence about `within`."""
         return {
             True: "The robot is within what was proven",
             False: "The robot is outside of what was proven: identify it again",
             None: "Undecided: this log doesn't say whether the robot is within "
             "what was proven; drive it back and forth for longer",
-        }[self.proven]
+        }[self.within]
 
     @property
     def report(self):
