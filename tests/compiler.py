@@ -59,3 +59,18 @@ def refuse():
     import pytest
 
     (pytest.fail if os.environ.get("CI") else pytest.skip)(MISSING)
+
+
+def run(*command, timeout=60, **more):
+    """What a command that must succeed writes to its output."""
+    done = subprocess.run(
+        [str(word) for word in command],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=timeout,
+        **more,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

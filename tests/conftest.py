@@ -34,6 +34,7 @@ import pytest
 
 from tasks import JUPYTER_BOOK
 from tests import browser as chromium
+from tests import compiler
 
 collect_ignore = ["rehearsal", "typed.py"]  # programs of other tests
 ROOT = Path(__file__).resolve().parent.parent
@@ -131,6 +132,15 @@ def site(tmp_path_factory):
     )
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
     return folder / "_build" / "html"
+
+
+@pytest.fixture(scope="session")
+def gcc():
+    """A C compiler's command; skipped without one, failed in CI."""
+    command = compiler.find()
+    if command is None:
+        compiler.refuse()
+    return command
 
 
 @pytest.fixture(scope="session")

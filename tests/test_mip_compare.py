@@ -13,7 +13,6 @@ from sosbook.mip.ticks import FORMATS, START, TickLog
 
 from sosbook import thesis
 from tests import test_mip_export as programs
-from tests.compiler import find, refuse
 from tests.six_robots import SIX, G, advance
 
 MACHINE = SIX[0]
@@ -173,10 +172,7 @@ def test_the_longest_run_is_read_and_a_torn_last_line_forgiven(tmp_path):
 
 
 @pytest.mark.slow
-def test_librobotcontrols_program_logs_what_it_did(tmp_path):
-    gcc = find()
-    if gcc is None:
-        refuse()
+def test_librobotcontrols_program_logs_what_it_did(gcc, tmp_path):
     firmware = Firmware(programs.LAWS["PID"], blend=0.02)
     robot = programs.Robot(gcc, tmp_path, firmware, drive=Drive(3.0, 5.0))
     (tmp_path / "speed.txt").write_text("-1.5\n", "utf-8")
@@ -195,10 +191,7 @@ def test_librobotcontrols_program_logs_what_it_did(tmp_path):
     assert abs(TickLog.read(tmp_path / "log.csv").rate).max() == 3.0
 
 
-def test_it_says_why_it_waits(tmp_path):
-    gcc = find()
-    if gcc is None:
-        refuse()
+def test_it_says_why_it_waits(gcc, tmp_path):
     robot = programs.Robot(gcc, tmp_path, Firmware(programs.LAWS["PD"]))
     rest = programs.REST[0]
     for row, words in (

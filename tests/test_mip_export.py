@@ -19,7 +19,7 @@ from sosbook.mip.rig import COUNTS_PER_TURN
 
 import sosbook
 from sosbook import thesis
-from tests.compiler import find, refuse
+from tests.compiler import run
 
 T = 0.01
 PRINTED = thesis.mip()
@@ -56,29 +56,6 @@ LAWS = {
     "Appendix B": SampledLaw.appendix_b(PRINTED.pid[5], T),
     "(4.30)": observer(),
 }
-
-
-@pytest.fixture(scope="module")
-def gcc():
-    """A C compiler's command; skipped without one, failed in CI."""
-    command = find()
-    if command is None:
-        refuse()
-    return command
-
-
-def run(*command, **more):
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=60,
-        **more,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def write(folder, firmware, name="balance", precision="double"):

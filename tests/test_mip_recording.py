@@ -17,7 +17,7 @@ from sosbook.mip.recorded import check_recording
 from sosbook.mip.recording import recorders, sweeps, write_recorders
 from sosbook.mip.rig import DATA
 
-from tests.compiler import find, refuse
+from tests.compiler import run
 from tests.corrupted import SPOILT
 from tests.six_robots import SIX, advance
 from tests.test_mip_export import HEADER, STRICT
@@ -76,26 +76,6 @@ def good(folder, robot):
     )
     assert found.ratios == pytest.approx(truth, rel=0.01)
     return Log.read(paths[0]), Log.read(paths[1])
-
-
-@pytest.fixture(scope="module")
-def gcc():
-    command = find()
-    if command is None:
-        refuse()
-    return command
-
-
-def built(*command):
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=60,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 # librobotcontrol: each line of input is a tick, each line of output its
@@ -166,8 +146,8 @@ def rc_identify(gcc, tmp_path_factory):
     (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
     (folder / "stub.c").write_text(STUB, "utf-8")
     flags = [*FLAGS, *STRICT, "-I", folder]
-    built(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")
-    built(
+    run(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")
+    run(
         *gcc,
         "-std=c99",
         folder / "stub.c",
@@ -380,9 +360,9 @@ def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
     flags = sketch_flags(folder)
     for name in ("sketch", "robot_io"):
         out = folder / f"{name}.o"
-        built(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
+        run(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
     program = folder / "program"
-    built(*cpp, "-I", folder, folder / "pipe.cpp", folder / "sketch.o", "-o", program)
+    run(*cpp, "-I", folder, folder / "pipe.cpp", folder / "sketch.o", "-o", program)
     for experiment in ("body", "wheels"):
         bench = Bench(MACHINE, experiment)
         with (

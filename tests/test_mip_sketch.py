@@ -11,10 +11,11 @@ from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
 from sosbook import thesis
+from tests.compiler import run
 from tests.six_robots import SIX, advance
-from tests.test_mip_recording import PIPE, built, cpp, gcc, sketch_flags
+from tests.test_mip_recording import PIPE, cpp, sketch_flags
 
-assert gcc and cpp  # fixtures
+assert cpp  # a fixture
 MACHINE = SIX[0]
 ROBOT = Robot.shipped("gearmotors").but(
     counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
@@ -60,12 +61,12 @@ def program(gcc, cpp, tmp_path):
     flags = sketch_flags(folder)
     for name in ("sketch", "robot_io"):
         out = folder / f"{name}.o"
-        built(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
+        run(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
     law = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
     law = [*law, "-Wconversion", "-Wdouble-promotion", "-c"]
-    built(*gcc, *law, folder / "balance_single.c", "-o", folder / "law.o")
+    run(*gcc, *law, folder / "balance_single.c", "-o", folder / "law.o")
     objects = [folder / "sketch.o", folder / "law.o"]
-    built(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", folder / "program")
+    run(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", folder / "program")
     return folder / "program"
 
 
