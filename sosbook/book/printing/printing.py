@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+from ...display.escape import page_text
 from ...runtime.libraries import library
 from .binding import Bound, bind
 from .contents import Chapter, contents
@@ -119,10 +120,10 @@ def _front(window, parts):
     rows = []
     for chapter, number, _ in parts:
         if chapter.opens:
-            rows.append(f"<h2>{html.escape(chapter.part)}</h2>")
+            rows.append(f"<h2>{page_text(chapter.part)}</h2>")
         rows.append(
             f'<p><a href="{chapter.path.resolve().as_uri()}">'
-            f"<span>{html.escape(chapter.title)}</span>"
+            f"<span>{page_text(chapter.title)}</span>"
             f"<i></i><span>{number}</span></a></p>"
         )
     page = window.new_page(viewport=COLUMN)
