@@ -96,6 +96,8 @@ def test_a_missing_file_is_named(tmp_path):
         ("# nothing\n", r"M\.csv: there are no numbers"),
         ("1,2\n3,4\n5,6", "M has 2 columns"),
         ("nan", "M has NaN"),
+        ("0,5;1,5", r"M\.csv, line 1: .* write 0\.5 with a point"),
+        ("0,5 1,5", r"M\.csv, line 1: .* write 0\.5 with a point"),
     ],
 )
 def test_a_fault_of_a_table_has_its_line(tmp_path, text, words):
@@ -115,10 +117,13 @@ def test_two_files_for_one_matrix_are_refused(tmp_path):
 @pytest.mark.parametrize(
     "data, words",
     [
-        ([], "give"),
-        ({"M": [[1]]}, "D, S, B is missing"),
-        ({"vertices": []}, "must be a list of plants"),
-        ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\]: D, S, B is missing"),
+        ([], "needs the keys"),
+        ({"M": [[1]]}, "needs the keys M, D, S, B and may have F"),
+        ({key: [[1]] for key in "MDSBf"}, "needs the keys M, D, S, B and may have F"),
+        ({"vertices": []}, "vertices is empty"),
+        ({"vertices": {}}, "vertices must be a list"),
+        ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\] needs the keys"),
+        ({"plant": None}, "needs the keys"),
     ],
 )
 def test_json_that_is_no_plant_is_refused(tmp_path, data, words):
@@ -142,3 +147,14 @@ def test_a_pickle_is_never_opened(tmp_path):
     np.savez(tmp_path / "plant.npz", M=np.array([{}], dtype=object))
     with pytest.raises(ValueError, match=r"plant\.npz"):
         load_plant(tmp_path / "plant.npz")
+
+
+def test_a_small_f_is_not_dropped(tmp_path):
+    ones = dict.fromkeys("MDSBf", np.ones((1, 1)))
+    np.savez(tmp_path / "plant.npz", **ones)
+    scipy.io.savemat(tmp_path / "plant.mat", ones)
+    for name in ("plant.npz", "plant.mat"):
+        with pytest.raises(ValueError, match=f"{name}: f isn't read: call it F"):
+            load_plant(tmp_path / name)
+    with pytest.raises(ValueError, match="f isn't read: call it F"):
+        load_plant(csv(tmp_path, **ones))

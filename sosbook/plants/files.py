@@ -8,9 +8,10 @@ import numpy as np
 
 from .second_order import Polytope, SecondOrderSystem
 
-__all__ = ["load_plant"]
+__all__ = ["load_plant", "plant_of", "read_json"]
 
 NAMES, OPTIONAL = "MDSBF", "F"
+ENDS = ".csv", ".mtx", ".npy"
 
 
 def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
@@ -20,11 +21,12 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
     ----------
     path : str or path
         A folder with ``M.csv``, ``D.csv``, ``S.csv``, ``B.csv`` and perhaps
-        ``F.csv`` (numbers between commas, semicolons or spaces; ``#`` begins
-        a comment), or ``M.mtx`` and so on (Matrix Market), or ``M.npy``. Or
-        one file that holds them all under these names: ``.npz``, ``.mat``
-        (up to MATLAB 7.2) or ``.json``. JSON may have a list of such plants
-        under ``"vertices"``, and be the file of ``python -m sosbook design``.
+        ``F.csv`` (numbers with a point, between commas, semicolons or spaces,
+        one of these in a line; ``#`` begins a comment), or ``M.mtx`` and so on
+        (Matrix Market), or ``M.npy``. Or one file that holds them all under
+        these names: ``.npz``, ``.mat`` (up to MATLAB 7.2) or ``.json``. JSON
+        may have a list of such plants under ``"vertices"``, and be the file of
+        ``python -m sosbook design``.
 
     Returns
     -------
@@ -63,15 +65,74 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
     return readers[path.suffix.lower()](path)
 
 
+def plant_of(data, where="plant"):
+    """The plant of plain data: its matrices by name, or vertices.
+
+    Parameters
+    ----------
+    data : dict
+        M, D, S, B and perhaps F; or a list of such under ``"vertices"``.
+    where : str
+        What errors call it.
+
+    Returns
+    -------
+    SecondOrderSystem or Polytope
+        A polytope where there are vertices.
+
+    Raises
+    ------
+    ValueError
+        If a key is missing or too many, or the matrices are no plant.
+    """
+    if not isinstance(data, dict) or "vertices" not in data:
+        return _vertex(where, data)
+    several = data["vertices"]
+    if not isinstance(several, list) or len(data) > 1:
+        raise ValueError(f"{where}: vertices must be a list, and the only key")
+    if not several:
+        raise ValueError(f"{where}: vertices is empty")
+    plants = [_vertex(f"{where}.vertices[{k}]", v) for k, v in enumerate(several)]
+    return Polytope(plants)
+
+
+def _vertex(where, data):
+    if not isinstance(data, dict) or not {*"MDSB"} <= data.keys() <= {*NAMES}:
+        raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
+    return _plant(where, data)
+
+
+def read_json(path):
+    """What a JSON file holds.
+
+    Parameters
+    ----------
+    path : str or Path
+        A ValueError names it if it isn't one.
+    """
+    try:
+        return json.loads(Path(path).read_bytes().decode("utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} is no JSON file: {error}") from None
+
+
 def _plant(where, matrices):
     """The plant of some matrices by name; ``where`` they are from."""
     missing = [n for n in NAMES if n not in matrices and n not in OPTIONAL]
     if missing:
         raise ValueError(f"{where}: {', '.join(missing)} is missing")
+    _refuse_small_letters(where, matrices)
     try:
         return SecondOrderSystem(**{n: matrices[n] for n in NAMES if n in matrices})
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
+
+
+def _refuse_small_letters(where, names):
+    """An f isn't dropped as if no F were meant."""
+    for name in OPTIONAL:
+        if name not in names and name.lower() in names:
+            raise ValueError(f"{where}: {name.lower()} isn't read: call it {name}")
 
 
 def _folder(path):
@@ -79,9 +140,7 @@ def _folder(path):
     matrices = {}
     for name in NAMES:
         files = [
-            path / f"{name}{end}"
-            for end in (".csv", ".mtx", ".npy")
-            if (path / f"{name}{end}").exists()
+            path / f"{name}{end}" for end in ENDS if (path / f"{name}{end}").exists()
         ]
         if len(files) > 1:
             raise ValueError(
@@ -93,6 +152,8 @@ def _folder(path):
             raise FileNotFoundError(
                 f"{path}: {name}.csv, {name}.mtx or {name}.npy is missing"
             )
+    there = {*matrices, *(x.stem for x in path.iterdir() if x.suffix in ENDS)}
+    _refuse_small_letters(path, there)
     return matrices
 
 
@@ -114,14 +175,15 @@ def _csv(file):
     rows = []
     text = file.read_text("utf-8-sig")
     for number, line in enumerate(text.splitlines(), 1):
-        words = line.partition("#")[0].replace(";", " ").replace(",", " ").split()
-        if not words:
+        line = line.partition("#")[0].strip()
+        if not line:
             continue
+        between = next((x for x in ";," if x in line), None)
         try:
-            rows.append([float(word) for word in words])
+            rows.append([float(word) for word in line.split(between)])
         except ValueError:
             raise ValueError(
-                f"{file}, line {number}: {line.strip()!r:.60} has something that is "
+                f"{file}, line {number}: {line!r:.60} has something that is "
                 "no number; write 0.5 with a point, and no headings"
             ) from None
         if len(rows[-1]) != len(rows[0]):
@@ -156,24 +218,13 @@ def _mat(path):
 
 
 def _json(path):
-    try:
-        data = json.loads(path.read_bytes().decode("utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path} is no JSON file: {error}") from None
-    if isinstance(data, dict) and isinstance(data.get("plant"), dict):
+    data = read_json(path)
+    if isinstance(data, dict) and "plant" in data:
         data = data["plant"]
-    if not isinstance(data, dict):
-        raise ValueError(f'{path}: give {{"M": .., "D": .., "S": .., "B": ..}}')
-    if "vertices" not in data:
-        return _plant(path, data)
-    vertices = data["vertices"]
-    if not isinstance(vertices, list) or not vertices:
-        raise ValueError(f"{path}: vertices must be a list of plants")
-    plants = [_plant(f"{path}, vertices[{k}]", v) for k, v in enumerate(vertices)]
     try:
-        return Polytope(plants)
+        return plant_of(data)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(_named(path, error)) from None
 
 
 def _named(path, error):

@@ -4,13 +4,11 @@ Exit codes: 0 proven, 1 not proven, 2 bad input.
 """
 
 import argparse
-import json
 import sys
-from pathlib import Path
 
 from ..lmi.proof import ProofFile, load
 from ..lmi.proof_text import laid_out
-from ..plants.second_order import Polytope, SecondOrderSystem
+from ..plants.files import plant_of, read_json
 from ..requirements.in_files import KEYS, asked_in_file
 from ..synthesis.pid import design_pid
 
@@ -94,10 +92,7 @@ def read_plant_file(path):
     path : str or Path
         JSON, as ``plant.schema.json`` says.
     """
-    try:
-        data = json.loads(Path(path).read_bytes().decode("utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path} is no JSON file: {error}") from None
+    data = read_json(path)
     if not isinstance(data, dict) or not isinstance(data.get("plant"), dict):
         raise ValueError(
             f'{path}: "plant" is missing: give {{"M": .., "D": .., "S": .., "B": ..}} '
@@ -111,26 +106,6 @@ def read_plant_file(path):
             f"plant, {', '.join(KEYS)}"
         )
     try:
-        return _plant(data.pop("plant")), asked_in_file(data)
+        return plant_of(data.pop("plant")), asked_in_file(data)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-
-
-def _plant(data):
-    if "vertices" not in data:
-        return _vertex("plant", data)
-    several = data["vertices"]
-    if not isinstance(several, list) or len(data) > 1:
-        raise ValueError("plant: vertices must be a list, and the only key")
-    if not several:
-        raise ValueError("plant: vertices is empty")
-    return Polytope([_vertex(f"plant.vertices[{k}]", v) for k, v in enumerate(several)])
-
-
-def _vertex(where, data):
-    if not isinstance(data, dict) or not {*"MDSB"} <= data.keys() <= {*"MDSBF"}:
-        raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
-    try:
-        return SecondOrderSystem(**data)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
