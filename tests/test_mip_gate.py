@@ -89,6 +89,21 @@ def test_masses_in_grams_and_lengths_in_mm_are_refused(change, words):
         THESIS.but(**change)
 
 
+@pytest.mark.parametrize("which", ["thesis", "gears"])
+@pytest.mark.parametrize(
+    "change", [{"M_b": 1e-3}, {"M_b": 1e-2}, {"M_w": 1e2}], ids=str
+)
+def test_wheels_that_no_material_makes_are_refused(change, which, robots):
+    """Masses a thousand times too small or large tell of another robot."""
+    robot, body, wheels = robots[which]
+    (name, factor), *_ = change.items()
+    wrong = robot.but(**{name: factor * getattr(robot, name)})
+    seen = Inspection.of(body, wheels, wrong)
+    assert refused(seen.findings), seen.findings
+    assert "check M_b, M_w and r" in seen.refusal
+    assert "np.float64" not in seen.refusal
+
+
 def test_force_goes_on_and_every_file_says_so(tmp_path, capsys):
     """The gyro's range is half of what the log shows."""
     asked = [

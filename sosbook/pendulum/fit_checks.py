@@ -20,6 +20,7 @@ CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
 STRUCTURED_RESIDUAL = 3.0  # times its own jitter, a residual is more than noise
 LATENESS_TRIED = 3  # samples of delay that are tried, either way
+LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
 PLAUSIBLE_RATIOS = {  # of plausible robots, SI units
     "e_c": (0.5, 2000.0),
@@ -100,6 +101,16 @@ def check_fits(identified, body, wheels, robot):
                 "the description",
                 f"e = {identified.mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
                 "check that M_b is in kg and V in volts",
+            )
+        )
+    I_w, rim = identified.mip.I_w, robot.M_w * robot.r**2
+    if I_w < LEAST_WHEEL * rim:
+        reports.append(
+            Finding(
+                "refused",
+                "the description",
+                f"by the logs a wheel has the inertia {I_w:.3g} kg m^2, and no wheel "
+                f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r",
             )
         )
     reports += check_residuals("log of the body", identified.body, body.gyro, 0.0)

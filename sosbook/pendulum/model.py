@@ -160,7 +160,12 @@ class Mip:
         a = r**2 * (M_b + 2 * M_w) + double
         J = 0.0
         if rotors:
-            J = positive("2 I_w - M_w r^2", double - M_w * r**2)
+            J = float(double - M_w * r**2)
+            if J <= 0:
+                raise ValueError(
+                    f"2 I_w - M_w r^2 must be positive, got {J:.3g} kg m^2: the wheels "
+                    "seem lighter than discs; check M_b, M_w and r, or leave rotors out"
+                )
         return cls(a, b, c, d, e, f, I_w=double / 2, J=J)
 
     @classmethod
