@@ -4,6 +4,7 @@ import numpy as np
 
 from .centre import Blocks, Unbounded, centre, minimize, phase_one
 from .expression import block, eye
+from .newton import newton_of
 
 __all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]
 
@@ -80,8 +81,9 @@ def bounded(blocks, unknowns, x, r=16.0):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r, which grows until
-    there is a point inside, which is returned too: x if that will do.
+    block is homogeneous the gain doesn't depend on r, and a multiple of x
+    lies inside. Else r grows until there is a point inside, which is
+    returned too: x if that will do.
     """
     P = [u for u in unknowns if u.symmetric]
     unbounded = [u for u in unknowns if not u.symmetric]
@@ -94,11 +96,17 @@ def bounded(blocks, unknowns, x, r=16.0):
     for X in unbounded:
         rows, cols = X.shape
         bounded_blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+    without_r = Blocks.of(
+        [g + eye(len(g.constant)) for g in bounded_blocks], blocks.unknowns
+    )
+    reach = 1 - newton_of(without_r).least(x).min()  # x lies inside if r is larger
+    homogeneous = not any(c.any() for c in blocks.constants)
     while r < 1e16:
         bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
         joined = Blocks.of([*blocks.expressions, *bounds], blocks.unknowns)
-        if Blocks.of(bounds, blocks.unknowns).contain(x):
-            return joined, x
+        near = x * (r / 2 / reach) if homogeneous and reach >= r else x
+        if newton_of(joined).least(near).min() > 0:
+            return joined, near
         inside = phase_one(joined).x
         if inside is not None:
             return joined, inside
