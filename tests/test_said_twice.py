@@ -21,10 +21,10 @@ def passages(path):
 
 
 def phrases(text):
-    """Phrases of two words and more that follow themselves."""
-    return [
-        match[1] for match in AGAIN.finditer(FORMULAS.sub("\N{SECTION SIGN}", text))
-    ]
+    """Phrases of two words and more that follow themselves; letters may."""
+    prose = FORMULAS.sub("\N{SECTION SIGN}", text)
+    found = [match[1] for match in AGAIN.finditer(prose)]
+    return [phrase for phrase in found if max(map(len, phrase.split())) > 1]
 
 
 def rows(text):
