@@ -1,0 +1,204 @@
+"""Beams, plates and rotors of finite elements.
+
+Each function gives a plant and what is asked of it, by the arguments of
+the kind of request that `benchmarks.families` names. Units are such that
+the lowest frequencies are of the order of one to ten.
+"""
+
+import numpy as np
+from scipy.linalg import solve_continuous_are
+
+import sosbook as sos
+from sosbook.plants.descriptor import descriptors
+
+from .plants import beam
+
+__all__ = ["cantilever", "observed_beam", "observed_wire", "plate", "rotor"]
+
+
+def beam_element(h):
+    """Mass and stiffness of a beam's element of length h, Hermite cubics.
+
+    Deflection and slope at either end; mass per length and bending stiffness
+    are one.
+    """
+    M = np.array(
+        [
+            [156, 22 * h, 54, -13 * h],
+            [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+            [54, 13 * h, 156, -22 * h],
+            [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+        ]
+    )
+    S = np.array(
+        [
+            [12, 6 * h, -12, 6 * h],
+            [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+            [-12, -6 * h, 12, -6 * h],
+            [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+        ]
+    )
+    return h / 420 * M, S / h**3
+
+
+def beam_matrices(elements):
+    """M and S of a cantilever of length one, clamped at its first node."""
+    M, S = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
+    m, s = beam_element(1 / elements)
+    for e in range(elements):
+        here = slice(2 * e, 2 * e + 4)
+        M[here, here] += m
+        S[here, here] += s
+    return M[2:, 2:], S[2:, 2:]
+
+
+def cantilever(n):
+    """A clamped beam with n degrees of freedom: see `benchmarks.plants.beam`."""
+    return beam(_elements(n, 2))
+
+
+def observed_beam(n):
+    """A clamped beam whose tip's deflection is measured."""
+    M, S = beam_matrices(_elements(n, 2))
+    D = 0.3 * M + 0.0005 * S
+    tip = np.eye(n)[:, [-2]]
+    plant = sos.SecondOrderSystem(M, D, S, tip, tip)
+    return plant, observed(plant, tip.T)
+
+
+def observed_wire(n, speed=0.3):
+    """A travelling wire, gyroscopic, seen at one place.
+
+    Source: S. Wei and I. Kao, J. Sound Vibration 231, 2000; "wiresaw1" in
+    NLEVP, see `benchmarks.foreign.wiresaw`. The damping is our own.
+    """
+    j = np.arange(1, n + 1)
+    odd = (j[:, None] + j) % 2 == 1
+    gap = np.where(odd, j[:, None] ** 2 - j**2, 1)
+    D = np.where(odd, 4 * np.outer(j, j) * speed / gap, 0)
+    seen = np.sin(0.3 * np.pi * j)[None]
+    plant = sos.SecondOrderSystem(
+        np.eye(n) / 2,
+        D + 0.05 * np.eye(n),
+        np.diag(j**2 * np.pi**2 * (1 - speed**2) / 2),
+        seen.T,
+        seen.T,
+    )
+    return plant, observed(plant, seen)
+
+
+def observed(plant, seen):
+    """What `design_observer` is given: an LQR's gain, what is seen, the noise."""
+    (d,) = descriptors(plant)
+    A, B, _ = d.state_space()
+    N = len(A)
+    X = solve_continuous_are(A, B, np.eye(N), np.eye(B.shape[1]))
+    return dict(
+        K=-B.T @ X,
+        Q_F=np.vstack([np.eye(N), np.zeros((N, N))]),
+        R_F=0.1 * np.eye(len(seen)),
+        C=np.hstack([seen, 0 * seen]),
+    )
+
+
+def plate_element(a, b, poisson=0.3):
+    """Mass and stiffness of a plate's rectangle a times b.
+
+    Deflection, slope along x and slope along y at each corner, in the order
+    (0, 0), (a, 0), (a, b), (0, b). Twelve polynomials, of the third degree but
+    for x^3 y and x y^3, that don't bend quite alike at a common edge. Source:
+    A. Adini and R. W. Clough, 1960; O. C. Zienkiewicz, The Finite Element
+    Method, chapter on plates. Mass per area and bending stiffness are one.
+    """
+    powers = [(i, d - i) for d in range(4) for i in range(d, -1, -1)]
+    p, q = np.array([*powers, (3, 1), (1, 3)]).T
+
+    def derivative(x, y, dx=0, dy=0):
+        factor = np.ones(12)
+        for k in range(dx):
+            factor = factor * (p - k)
+        for k in range(dy):
+            factor = factor * (q - k)
+        return factor * x ** np.maximum(p - dx, 0) * y ** np.maximum(q - dy, 0)
+
+    corners = [(0, 0), (a, 0), (a, b), (0, b)]
+    values = [
+        derivative(x, y, *order)
+        for x, y in corners
+        for order in ((0, 0), (1, 0), (0, 1))
+    ]
+    shape = np.linalg.inv(np.array(values, float))  # polynomials of the nodes
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    material = np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
+    M, S = np.zeros((2, 12, 12))
+    for x, u in zip((nodes + 1) * a / 2, weights * a / 2):
+        for y, v in zip((nodes + 1) * b / 2, weights * b / 2):
+            w = derivative(x, y) @ shape
+            curvature = np.array(
+                [
+                    derivative(x, y, 2, 0),
+                    derivative(x, y, 0, 2),
+                    2 * derivative(x, y, 1, 1),
+                ]
+            )
+            curvature = curvature @ shape
+            M += u * v * np.outer(w, w)
+            S += u * v * curvature.T @ material @ curvature
+    return M, S
+
+
+def plate_matrices(columns, rows, length=1.0, width=1.0):
+    """M and S of a free plate; three numbers a node, nodes column by column."""
+    m, s = plate_element(length / columns, width / rows)
+    count = 3 * (columns + 1) * (rows + 1)
+    M, S = np.zeros((2, count, count))
+    for c in range(columns):
+        for r in range(rows):
+            first = c * (rows + 1) + r
+            nodes = [first, first + rows + 1, first + rows + 2, first + 1]
+            at = np.add.outer(3 * np.array(nodes), np.arange(3)).ravel()
+            M[np.ix_(at, at)] += m
+            S[np.ix_(at, at)] += s
+    return M, S
+
+
+def plate(n):
+    """A clamped plate of one column of elements or more, two across if it can.
+
+    Clamped along x = 0, twice as long as wide. Forces act on the corners of
+    the free end. With one element across n is a multiple of six, with two of
+    nine.
+    """
+    rows = 2 if n % 9 == 0 else 1
+    columns = _elements(n, 3 * (rows + 1))
+    M, S = (x[-n:, -n:] for x in plate_matrices(columns, rows, 2.0, 1.0))
+    corners = [n - 3, n - 3 * (rows + 1)]
+    B = np.eye(n)[:, corners]
+    plant = sos.SecondOrderSystem(M, 0.1 * M + 0.002 * S, S, B, B)
+    return plant, dict(region=sos.PoleRegion(sigma=0.2))
+
+
+def rotor(n, speed=2.0):
+    """A shaft that is clamped at one end, turns, and carries a disk a node.
+
+    Two bending planes, 4 degrees of freedom a node: x, its slope, y, its slope.
+    The disks' polar inertia couples the slopes of both planes: the skew part of
+    D. Source: G. Genta, Dynamics of Rotating Systems, 2005, chapter 4. The
+    numbers are our own; two forces act on the last disk.
+    """
+    elements = _elements(n, 4)
+    m, S = beam_matrices(elements)
+    disk = 0.5 / elements
+    m = m + np.kron(np.eye(elements), np.diag([disk, 0.05 * disk]))
+    polar = np.kron(np.eye(elements), np.diag([0, 0.1 * disk]))
+    turn = np.array([[0, 1], [-1, 0]])
+    M, S = np.kron(np.eye(2), m), np.kron(np.eye(2), S)
+    D = 0.05 * M + 0.0005 * S + speed * np.kron(turn, polar)
+    B = np.eye(n)[:, [n // 2 - 2, n - 2]]
+    return sos.SecondOrderSystem(M, D, S, B, B), {}
+
+
+def _elements(n, each):
+    if n < each or n % each:
+        raise ValueError(f"n = {n} must be a multiple of {each}")
+    return n // each
