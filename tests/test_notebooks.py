@@ -24,6 +24,33 @@ def test_every_notebook_is_in_the_table_of_contents():
     assert {path.stem for path in FILES} <= contents
 
 
+CHAPTER = re.compile(r"\[([^\]\n]*)\]\((\w+\.(?:ipynb|md)|\d\d_\w+)(#[\w-]+)?\)")
+TEXTS = [*FILES, *sorted((ROOT / "book").glob("*.md"))]
+
+
+def words(path):
+    if path.suffix == ".md":
+        return path.read_text("utf-8")
+    cells = notebooks.read(path).cells
+    return "\n\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_links_to_pages_have_words_a_file_and_its_number(path):
+    """So a notebook reads well outside of the book, where nothing fills them."""
+    text = words(path)
+    assert "[](" not in text
+    for label, target, _ in CHAPTER.findall(text):
+        assert label.strip() and (ROOT / "book" / target).is_file(), target
+        number = re.fullmatch(r"(?:[Cc]hapters? )?(\d+)(?:\. (.*))?", label)
+        if not number:
+            continue
+        assert int(number[1]) == int(target[:2]), (label, target)
+        if number[2]:
+            title = re.search(r"^# (.*)", words(ROOT / "book" / target), re.MULTILINE)
+            assert number[2] == title[1]
+
+
 def code(source="1", count=1, tags=(), outputs=()):
     cell = v4.new_code_cell(source, execution_count=count, outputs=list(outputs))
     cell.metadata["tags"] = list(tags)
@@ -68,6 +95,7 @@ FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
         (code("open('/home/me/data')"), "one machine"),
         (code(outputs=[shown("text/plain", "0.12345678901")]), "digits"),
         (page("![](a.svg)"), "image without"),
+        (page("See [](05_hinf.ipynb)."), "link without words"),
         (page(":::{prf:proof}\nClear.\n:::"), "end with a square"),
     ],
 )

@@ -56,6 +56,7 @@ _NAMED = {
 }
 _PROOF = re.compile(r":::\{prf:proof\}(.*?)\n:::", re.DOTALL)
 _MARKDOWN_IMAGE = re.compile(r"!\[\s*\]\(")
+_BARE_LINK = re.compile(r"(?<!!)\[\s*\]\(([^)]*)\)")
 _MACHINE = re.compile(
     r"0x[0-9a-f]{7,}|(?<![\w./])(/(home|root|tmp|usr|opt|var|mnt|Users|private)/\w"
     rf"|{re.escape(str(BOOK.parent))}\b)"
@@ -184,6 +185,8 @@ def _canonical_outputs(cell):
 def _page_faults(source):
     if _MARKDOWN_IMAGE.search(source):
         yield "shows an image without a text for those who cannot see it"
+    for target in _BARE_LINK.findall(source):
+        yield f"has a link without words, which only the book fills: {target}"
     for proof in _PROOF.findall(source):
         if not proof.rstrip().endswith(r"$\square$"):
             yield "has a proof that doesn't end with a square"

@@ -75,6 +75,8 @@ def split(text):
     text = re.sub(r"\{[\w:-]+\}`[^`]*`", blank, text)
     text = re.sub(r"\*★+, [^*\n]*\*|\*\*Time:\*\*[^\n]*", blank, text)
     text = re.sub(r"\[T [^\[\]\n]+\]", blank, text)
+    # A link to a chapter: test_notebooks compares its number with the file's.
+    text = re.sub(r"\[(?:[Cc]hapter )?\d+(?:\. [^\]\n]*)?\]\(\d\d_\S+?\)", blank, text)
     text = re.sub(r"\]\([^)\s]*\)|<https?://[^>]*>|https?://\S+", blank, text)
     text = re.sub(r"</?[a-z][^>\n]*>", blank, text)
     text = re.sub(r"(?<=\$\$)[ ]*\([\w-]+\)", blank, text)
