@@ -72,6 +72,13 @@ SPOILT = {
         ),
         "duty",
     ),
+    "V a duty of 7.4 V in both": (
+        lambda b, w: (
+            rewritten(b, V=lambda V: V / 7.4),
+            rewritten(w, V=lambda V: V / 7.4),
+        ),
+        "duty in both",
+    ),
     "V in mV": (
         lambda b, w: (
             rewritten(b, V=lambda V: 1e3 * V),

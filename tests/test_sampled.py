@@ -23,9 +23,9 @@ from sosbook.sampled import (
     sampled_cost,
     sampled_loop,
 )
-from sosbook.sampled.balls import balls
+from sosbook.sampled.balls import balls, middle
 from sosbook.sampled.discretize import SampleTiming, input_vertices
-from sosbook.sampled.proof import SampledPolytope
+from sosbook.sampled.loops import SampledPolytope, gram_bound
 
 U = [[0, 1]]  # phi is integrated
 CART = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
@@ -460,13 +460,13 @@ def family_of(plant, K, T, delay):
 @given(seed=st.integers(0, 10**6), late=st.sampled_from([0, 0.5, 1.5]))
 def test_no_loop_of_a_cell_is_further_from_the_mixtures_than_bounded(seed, late):
     rng = np.random.default_rng(seed)
-    middle = random_plant(seed, m=2)
+    nominal = random_plant(seed, m=2)
     plant = sos.Polytope(
         [
             sos.SecondOrderSystem(
                 *(
                     x * (1 + 0.1 * rng.uniform(-1, 1, x.shape))
-                    for x in (middle.M, middle.D, middle.S, middle.B)
+                    for x in (nominal.M, nominal.D, nominal.S, nominal.B)
                 )
             )
             for _ in range(3)
@@ -476,12 +476,16 @@ def test_no_loop_of_a_cell_is_further_from_the_mixtures_than_bounded(seed, late)
     loops = sampled_loop(plant, K, T, late * T)
     L = np.eye(len(loops[0])) + 0.3 * rng.normal(size=loops[0].shape)
     with ctx.workprec(128):
-        bound = float(family_of(plant, K, T, late * T).bulge(exact(np.eye(3)), L))
+        family = family_of(plant, K, T, late * T)
+        bound = float(family.bulge(exact(np.eye(3)), L))
+        gram = middle(gram_bound(family.bends(exact(np.eye(3)), L)))
     found = []
     for w in [np.full(3, 1 / 3), *rng.dirichlet(np.ones(3), 20)]:
         (F,) = sampled_loop(plant.at(w / w.sum()), K, T, late * T)
         flat = sum(share * each for share, each in zip(w, loops))
-        found.append(np.linalg.norm(L @ (F - flat) @ np.linalg.inv(L), 2))
+        off = L @ (F - flat) @ np.linalg.inv(L)
+        found.append(np.linalg.norm(off, 2))
+        assert np.linalg.eigvalsh(gram - off.T @ off)[0] > -1e-12 * np.trace(gram)
     assert 0 < max(found) <= bound
 
 
@@ -490,11 +494,12 @@ def test_the_bound_is_tight_on_a_short_segment():
     a, width, T = -0.5, 1e-3, 2.0
     plant = sos.DescriptorSystem([[1]], [[[a - width / 2]], [[a + width / 2]]], [[1]])
     with ctx.workprec(128):
-        bound = float(
-            family_of(plant, [[0]], T, 0.0).bulge(exact(np.eye(2)), np.eye(1))
-        )
+        family, corners = family_of(plant, [[0]], T, 0.0), exact(np.eye(2))
+        bound = float(family.bulge(corners, np.eye(1)))
+        square = float(gram_bound(family.bends(corners, np.eye(1)))[0, 0])
     expected = width**2 * T**2 * np.exp(a * T) / 8
     assert expected <= bound == pytest.approx(expected, rel=1e-2)
+    assert expected**2 <= square == pytest.approx(expected**2, rel=2e-2)
 
 
 def test_the_proof_refuses_an_unstable_loop_and_a_marginal_one():

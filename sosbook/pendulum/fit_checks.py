@@ -22,11 +22,12 @@ STRUCTURED_RESIDUAL = 3.0  # times its own jitter, a residual is more than noise
 LATENESS_TRIED = 3  # samples of delay that are tried, either way
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
-PLAUSIBLE_RATIOS = {  # of plausible robots, SI units
-    "e_c": (0.5, 2000.0),
-    "f_c": (0.05, 1000.0),
-    "d_c": (5.0, 2000.0),
-    "e_a": (2.0, 2e4),
+PLAUSIBLE_SPEEDS = 1.0, 120.0  # rad/s, of free wheels under the whole voltage
+PLAUSIBLE_RATIOS = {  # of robots from 0.1 to 100 kg, SI units
+    "e_c": (0.01, 2000.0),
+    "f_c": (0.005, 1000.0),
+    "d_c": (2.0, 2000.0),
+    "e_a": (1.0, 2e4),
     "f_a": (0.5, 5000.0),
 }
 
@@ -73,6 +74,18 @@ def check_fits(identified, body, wheels, robot):
                     f"{most:g}): check the units of V, of the sensors and of t",
                 )
             )
+    free = robot.limit * identified.mip.e / identified.mip.f
+    least, most = PLAUSIBLE_SPEEDS
+    if not least <= free <= most:
+        reports.append(
+            Finding(
+                "refused",
+                "both logs",
+                f"with limit = {robot.limit:g} V free wheels would turn at "
+                f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
+                "is V a duty in both logs, or in mV, or limit another motor's?",
+            )
+        )
     I_b = identified.mip.c - robot.M_b * robot.l**2
     if I_b < 0:
         reports.append(

@@ -25,9 +25,9 @@ class SampledCertificate(ProofFile):
     ``text`` is that of the file.
 
     ``blocks`` holds, for each cell of plants, the smallest pivot of rate^2 -
-    F'F in coordinates where |L x| is the length of x. The rate is lowered by
-    what the cell's loops F differ from mixtures of its corners' loops. The
-    cells halve the simplex of the vertices' weights, again and again: the
+    F'F in coordinates where |L x| is the length of x, less a bound of what
+    the cell's loops F differ from mixtures of its corners' loops. The cells
+    halve the simplex of the vertices' weights, again and again: the
     file holds the tree of these halves, and an L for each leaf.
     """
 

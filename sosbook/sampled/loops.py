@@ -13,6 +13,8 @@ from .discretize import SampleTiming
 __all__ = ["BALL_BITS", "SampledPolytope", "halves", "pivot"]
 
 BALL_BITS = 128  # of the balls' midpoints; a double has 53
+#: Values of t that `SampledPolytope.least` may take.
+SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,12 @@ class SampledPolytope:
         return cls([d.map(exact) for d in vertices], timing, full, own)
 
     def least(self, weights, corners, L, last, rate):
-        """`pivot` of the worst corner of a simplex, for all plants inside.
+        """A positive number if |L x| falls in all loops of a simplex of plants.
+
+        With G = L F L^-1 of a corner and D what a loop differs from the
+        mixture of the corners', (G + D)'(G + D) is at most (1 + t) G'G +
+        (1 + 1/t) D'D for every t, and the first term is convex: at each
+        corner rate^2 less both is proven to be positive definite.
 
         Parameters
         ----------
@@ -46,17 +53,27 @@ class SampledPolytope:
         L : (N, N) array
             The matrix of the Lyapunov function |L x|^2.
         last : int
-            The corner from which `bulge` measures.
+            The corner from which the edges of `bends` go.
         rate : float
             The rate at which motions shall decay.
         """
-        L = balls(L)  # once for all corners
+        L, pace = balls(L), arb(exact(rate))
         order = [*(k for k in range(len(weights)) if k != last), last]
         try:
-            pace = arb(exact(rate)) - self.bulge(weights[order], L)
+            inside = [within(F, L) for F in corners]
+            turn = _slowest_first(inside)  # so that its axes are those of the slack
+            L, inside = turn @ L, [within(F, turn) for F in inside]
+            bends = self.bends(weights[order], L)
         except ZeroDivisionError:  # some E in the hull is singular
             return -np.inf
-        return min(pivot(F, L, pace) for F in corners)
+        grams, bent = [G.T @ G for G in inside], gram_bound(bends)
+        square = pace**2 * np.eye(len(L), dtype=int)
+        if bent is None:
+            return min(least_pivot(square - gram) for gram in grams)
+        t = arb(exact(_best_share(float(rate), list(map(middle, grams)), middle(bent))))
+        return min(
+            least_pivot(square - (1 + t) * gram - (1 + 1 / t) * bent) for gram in grams
+        )
 
     def mixed(self, weights):
         """E and [A B] of one mixture, by its weights, exactly."""
@@ -77,13 +94,24 @@ class SampledPolytope:
     def bulge(self, weights, L):
         """How far the loops of a simplex of weights are from mixtures of its corners'.
 
-        A bound of the spectral norm of L (F - sum w_i F_i) L^-1. With
-        edges d_j from the last corner it is an eighth of the sum over j
-        and k of the bounds of the derivatives along d_j and d_k: they
-        are weighed by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what
-        leads to corner i, and these sums don't exceed a quarter. With
-        E X = A the derivatives are E X_j = A_j - E_j X and E X_jk = -
-        E_j X_k - E_k X_j.
+        A bound of the spectral norm of L (F - sum w_i F_i) L^-1, from
+        the norms of the `bends`.
+        """
+        return sum(n * size(H) for n, H in self.bends(weights, L)) / 8
+
+    def bends(self, weights, L):
+        """The second derivatives of L F L^-1 along the edges of a simplex.
+
+        With edges d_j from the last corner, F - sum w_i F_i is a sum of
+        second derivatives H_jk along d_j and d_k, at many points, which are
+        weighed by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what leads to
+        corner i, and these sums don't exceed a quarter. With E X = A the
+        derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
+
+        Returns
+        -------
+        list of (int, array)
+            How often each counts, and balls that hold it at every point.
         """
         *mixtures, last = [self.mixed(w) for w in weights]
         N, m = self.vertices[0].Bu.shape
@@ -94,15 +122,13 @@ class SampledPolytope:
         inner = solve(L.T, inner.T).T
         edges = [[balls(x - y) for x, y in zip(corner, last)] for corner in mixtures]
         edges = [(E1, solve(E, A1 - E1 @ X)) for E1, A1 in edges]
-        total = arb(0)
+        bends = []
         for j, (E1, X1) in enumerate(edges):
             for k, (E2, X2) in enumerate(edges[: j + 1]):
                 X12 = solve(E, -(E1 @ X2 + E2 @ X1))
-                curvature = self._step([X, X1, X2, X12])
-                curvature = L[:, :N] @ (curvature @ inner)
-                length = sum(e.abs_upper() ** 2 for e in curvature.flat).sqrt()
-                total += length if j == k else 2 * length
-        return total / 8
+                bend = L[:, :N] @ (self._step([X, X1, X2, X12]) @ inner)
+                bends.append((1 if j == k else 2, bend))
+        return bends
 
     def _step(self, terms):
         """The last term of the series of [x; first; second] to next x."""
@@ -119,18 +145,24 @@ class SampledPolytope:
 def pivot(F, L, pace):
     """The smallest pivot of L^-T (pace^2 L'L - F'L'LF) L^-1.
 
-    A positive number comes with a proof, a rigorous one, that it is
-    positive definite: some congruence makes it diagonally dominant,
-    and thereby proves that the congruence is regular, too.
+    A positive number comes with a proof that it is positive definite.
     """
-    L = balls(L)
     try:
-        inside = solve(L.T, (L @ F).T).T
+        inside = within(F, balls(L))
     except ZeroDivisionError:
         return -np.inf
     if not pace > 0:
         return -np.inf
-    S = pace**2 * np.eye(len(L), dtype=int) - inside.T @ inside
+    return least_pivot(pace**2 * np.eye(len(L), dtype=int) - inside.T @ inside)
+
+
+def least_pivot(S):
+    """The smallest pivot of a symmetric matrix S of balls.
+
+    A positive number comes with a proof, a rigorous one, that each matrix
+    in S is positive definite: some congruence makes it diagonally dominant,
+    and thereby proves that the congruence is regular, too.
+    """
     try:
         root = np.linalg.cholesky(middle(S))
     except np.linalg.LinAlgError:
@@ -141,6 +173,63 @@ def pivot(F, L, pace):
     if not all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(S)):
         return -np.inf
     return float(root.diagonal().min() ** 2)
+
+
+def within(F, L):
+    """L F L^-1, of balls; ZeroDivisionError unless L is proven to be regular."""
+    return solve(L.T, (L @ F).T).T
+
+
+def size(H):
+    """A ball above the Frobenius norm of each matrix in the balls H."""
+    return sum((e.abs_upper() ** 2 for e in H.flat), arb(0)).sqrt()
+
+
+def _slowest_first(loops):
+    """A rotation, in balls, to the axes along which loops are closest to one."""
+    grams = [middle(G).T @ middle(G) for G in loops]
+    return balls(np.linalg.eigh(sum(grams))[1].T[::-1])
+
+
+def gram_bound(bends):
+    """A matrix above D'D, for D a sum of bends as in `SampledPolytope.bends`.
+
+    It is None if D is zero.
+
+    By Cauchy and Schwarz, with the sizes n of the bends H, |D x|^2 is at
+    most (sum n) (sum |H x|^2 / n) / 64. Of H = M + R with a midpoint M and
+    |R| below a radius r, |H x|^2 is at most (1 + t) |M x|^2 + (1 + 1/t)
+    |R x|^2, and |R x|^2 at most sum_j (sum_i s_i r_ij) x_j^2, with the sums
+    s_i of the rows of r.
+    """
+    sizes = [n * size(H) for n, H in bends]
+    total, bound = sum(sizes, arb(0)), None
+    for (n, H), much in zip(bends, sizes):
+        if not much > 0:
+            continue
+        M, r = (
+            np.reshape([part(e) for e in H.flat], H.shape)
+            for part in (lambda e: e.mid(), lambda e: arb(e.rad()))
+        )
+        t = size(r) / size(M) if size(M) > 0 else arb(1)
+        t = t.mid() if t > 0 else arb(1)
+        wide = np.diag(r.sum(axis=1) @ r)
+        one = ((1 + t) * (M.T @ M) + (1 + 1 / t) * wide) * (n * n / much)
+        bound = one if bound is None else bound + one
+    return None if bound is None else bound * (total / 64)
+
+
+def _best_share(rate, grams, bent):
+    """The t of `SHARES` that leaves the most room, in floats."""
+    room = rate**2 * np.eye(len(bent))
+
+    def left(t):
+        return min(
+            np.linalg.eigvalsh(room - (1 + t) * g - (1 + 1 / t) * bent)[0]
+            for g in grams
+        )
+
+    return max(SHARES, key=left)
 
 
 def halves(weights, i, j):
