@@ -11,7 +11,7 @@ from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.kronecker import Hessian
 from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
-from sosbook.lmi.structure import structure, unfold
+from sosbook.lmi.structure import structure
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 
@@ -93,12 +93,29 @@ def test_the_sector_is_one_hermitian_block():
     assert len(folded.products) == 2  # one in P, one in Y
     blocks = Blocks.of(expressions.values(), unknowns)
     x = np.random.default_rng(0).standard_normal(blocks.variables)
-    stacked = Stacked(blocks)
-    for s, stack in zip(stacked.stacks, stacked.at(x)):
-        if s.weight == 2:
-            twice = np.repeat(np.linalg.eigvalsh(stack[0]), 2)
-            real = np.linalg.eigvalsh(unfold(stack[0]))
-            assert_allclose(np.sort(twice), real, atol=1e-12)
+    plain = blocks(x)[list(expressions).index("sector")]
+    twice = np.linalg.eigvalsh(plain)
+    assert_allclose(twice[::2], twice[1::2], atol=1e-12 * abs(twice).max())
+
+
+@pytest.mark.parametrize("rows", [0, 100], ids=["folded", "unfolded"])
+def test_folded_or_not_the_blocks_are_the_same(rows, case, monkeypatch):
+    monkeypatch.setattr(stacks_module, "FOLD_ABOVE_ROWS", rows)
+    blocks, x = case
+    lift, slopes, G = lifted(blocks, x)
+    stacked = Stacked(blocks, lift)
+    kinds = {s.weight for s in stacked.stacks}
+    assert kinds == ({1} if rows else {p.weight for p in blocks.structure[2]})
+    for mine, plain in zip(stacked.unstacked(stacked.at(x)), G, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+    W = [np.linalg.inv(g) for g in G]
+    plain = sum(
+        np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
+        for s, w in zip(slopes, W)
+    )
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
+    mine = Hessian(stacked)(roots)
+    assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
 def test_a_half_plane_is_one_product():

@@ -47,7 +47,7 @@ class Hessian:
             flat = np.hstack(
                 [
                     np.sqrt(s.weight)
-                    * real((N @ s.slopes @ transposed(N)).reshape(len(s.slopes), -1))
+                    * real(N @ s.slopes @ transposed(N)).reshape(len(s.slopes), -1)
                     for s, N in zip(stacked.stacks, roots)
                 ]
             )
@@ -85,15 +85,13 @@ class _Pairs:
             for v, w, k in zip(V, wide, s.sizes):
                 v[:k, : w.shape[1]] = w
             self.factors.append(V)
-            imaginary = len(wide) * c * c if s.weight == 2 else 0
             for i, p in enumerate(s.blocks):
                 plan.append(
                     (
                         tuple(t.unknown for t in p.products),
                         s.weight,
-                        offset + i * c * c,
+                        offset + i * c * c * s.weight,
                         c,
-                        imaginary,
                     )
                 )
             offset += len(wide) * c * c * s.weight
@@ -104,8 +102,7 @@ class _Pairs:
         flat = []
         for V, N in zip(self.factors, roots):
             white = N @ V
-            M = transposed(white) @ white
-            flat.append(real(M.reshape(1, -1))[0])
+            flat.append(real(transposed(white) @ white))
         flat = np.concatenate(flat)
         for u, v, straight, crossed in self.jobs:
             a, b = self.layouts[u].rows, self.layouts[u].cols
@@ -143,14 +140,14 @@ def _jobs(layouts, plan):
 def _job(layouts, u, v, plan):
     """Indices of both Kronecker products: with vec(dY), and with vec(dY')."""
     straight, crossed = [], []
-    for products, weight, base, c, imaginary in plan:
+    for products, weight, base, c in plan:
         lefts, rights = _columns(layouts, products)
         for s, t in product(range(len(products)), repeat=2):
             if (products[s], products[t]) != (u, v):
                 continue
 
-            def at(rows, cols, base=base, c=c):
-                return base + rows[:, None] * c + cols
+            def at(rows, cols, base=base, c=c, weight=weight):
+                return base + (rows[:, None] * c + cols) * weight
 
             Ls, Rs, Lt, Rt = lefts[s], rights[s], lefts[t], rights[t]
             terms = [(straight, at(Rs, Lt), at(Rt, Ls))]
@@ -161,8 +158,8 @@ def _job(layouts, u, v, plan):
             for entries, A, B in terms:
                 A, B = A.ravel(), B.ravel()
                 entries.append((A, B, 2.0 * weight))
-                if imaginary:
-                    entries.append((A + imaginary, B + imaginary, -2.0 * weight))
+                if weight == 2:  # an imaginary part follows its real one
+                    entries.append((A + 1, B + 1, -2.0 * weight))
     return _arrays(straight), _arrays(crossed)
 
 

@@ -8,7 +8,7 @@ Todd, Toh and Tütüncü 1998). Both callers hand over N with W = N' N.
 """
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 
 from ..deprecation import renamed
 from .kronecker import Hessian
@@ -21,6 +21,7 @@ __all__ = ["Newton", "newton_of"]
 CG_ABOVE_VARIABLES = 450  # from here on conjugate gradients are faster
 MOST_DENSE_VARIABLES = 6000  # a dense matrix of so many takes 300 MB
 MOST_CG_ITERATIONS = 300  # for one solution, before the dense matrix is tried
+RIDGES = [10.0**k for k in range(-15, 1)]  # that are added to a unit diagonal
 
 __getattr__ = renamed(__name__, DENSE="CG_ABOVE_VARIABLES")
 
@@ -89,13 +90,13 @@ class Newton(Stacked):
             s = radius**2 - x @ x
             H[np.diag_indices(len(x))] += 2 / s
             H += np.outer(2 * x / s, 2 * x / s)
-        unused = np.diag(H) == 0  # variables that no block depends on
+        unused = H.diagonal() == 0  # variables that no block depends on
         H[unused, unused] = 1.0
-        scale = 1 / np.sqrt(np.diag(H))
-        factor = _cholesky(H * np.outer(scale, scale))
+        scale = 1 / np.sqrt(H.diagonal())
+        factor = _cholesky(scale[:, None] * H * scale)
 
         def solve(g, tolerance=None):
-            return scale * cho_solve(factor, scale * g, check_finite=False)
+            return scale * dpotrs(factor, scale * g, lower=1)[0]
 
         return solve
 
@@ -168,9 +169,10 @@ def _cholesky(matrix):
     """Factor of a matrix with unit diagonal; a ridge is added where it fails."""
     if not np.isfinite(matrix).all():
         raise np.linalg.LinAlgError("the Hessian has NaN entries")
-    for ridge in 10.0 ** np.arange(-15, 1):
-        try:
-            return cho_factor(matrix + ridge * np.eye(len(matrix)))
-        except np.linalg.LinAlgError:
-            continue
+    diagonal = matrix.diagonal().copy()
+    for ridge in RIDGES:
+        np.fill_diagonal(matrix, diagonal + ridge)
+        factor, failed = dpotrf(matrix, lower=1)
+        if not failed:
+            return factor
     raise np.linalg.LinAlgError("the Hessian has no factor")

@@ -9,8 +9,8 @@ whose points satisfy c.x + sum <G_k0, Z_k> = sum <S_k, Z_k>, the duality gap,
 where the dual equations hold. Each step takes, in this order,
 
 1. the scaling point of every block: R with inv(R) S inv(R') = R' Z R = Lambda
-   (Nesterov and Todd 1997; computed by Cholesky factors and a singular value
-   decomposition as in Todd, Toh and Tütüncü 1998);
+   (Nesterov and Todd 1997; computed by a Cholesky factor and the eigenvectors of
+   a symmetric matrix, much as in Todd, Toh and Tütüncü 1998);
 2. the predictor, Newton's direction towards S Z = 0 (Mehrotra 1992);
 3. Mehrotra's target sigma mu, with mu = <S, Z> / nu and
    sigma = (mu after the predictor / mu)^3;
@@ -37,20 +37,23 @@ DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 class _Scaling:
     """Nesterov and Todd's scaling of the blocks S and the multipliers Z.
 
-    With S = L L', Z = M M' and the singular value decomposition
-    M' L = U Lambda V' (V isn't needed),
+    With S = L L' and the eigenvalues and vectors L' Z L = V Lambda^2 V',
 
-        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-1/2) U' M',
+        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-3/2) V' L' Z,
 
     give inv(R) S inv(R') = R' Z R = Lambda, and W = inv(R') inv(R) is the
     scaling point: W S W = Z (Todd, Toh and Tütüncü 1998).
     """
 
     def __init__(self, S, Z):
-        L, M = np.linalg.cholesky(S), np.linalg.cholesky(Z)
-        U, self.lam, _ = np.linalg.svd(transposed(M) @ L)
-        root = 1 / np.sqrt(self.lam)
-        self.R_inv = root[..., None] * (transposed(U) @ transposed(M))
+        L = np.linalg.cholesky(S)
+        LZ = transposed(L) @ Z
+        squares, V = np.linalg.eigh(LZ @ L)
+        if not squares.min() > 0:
+            raise np.linalg.LinAlgError("the multipliers aren't positive definite")
+        self.lam = np.sqrt(squares)
+        self.root = 1 / np.sqrt(self.lam)
+        self.R_inv = (self.root / self.lam)[..., None] * (transposed(V) @ LZ)
 
     def scaled(self, dS):
         """A change of S in these coordinates: inv(R) dS inv(R')."""
@@ -64,16 +67,14 @@ class _Scaling:
         """Lambda, the scaled S and the scaled Z, as a stack of matrices."""
         return self.lam[..., None] * np.eye(self.lam.shape[-1])
 
-    def longest(self, changes):
-        """For each scaled change the longest step a <= 2 that stays inside.
+    def rates(self, change):
+        """Eigenvalues r of Lambda^(-1/2) change Lambda^(-1/2), for a scaled change.
 
-        Lambda + a change > 0 holds up to -1 / (the least eigenvalue of
-        Lambda^(-1/2) change Lambda^(-1/2)).
+        Lambda + a change > 0 holds where 1 + a r > 0.
         """
-        root = 1 / np.sqrt(self.lam)
-        whitened = root[..., None] * np.array(changes) * root[:, None, :]
-        least = np.linalg.eigvalsh(whitened)[..., 0].min(axis=-1)
-        return 1 / np.maximum(-least, 0.5)
+        return np.linalg.eigvalsh(
+            self.root[..., None] * change * self.root[..., None, :]
+        )
 
     def divide(self, change):
         """T with (Lambda T + T Lambda) / 2 = change: a Lyapunov equation."""
@@ -231,13 +232,12 @@ def _direction(newton, scalings, S, Z, x, cost):
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
         return dx, dS, [t - d for t, d in zip(T, dS)]
 
-    def longest(*changes):
-        return np.min([s.longest(c) for s, *c in zip(scalings, *changes)], 0)
-
-    # predictor: the target is zero, so that T = -Lambda
+    # predictor: the target is zero, so that T = -Lambda and each r_Z = -1 - r_S
     lam = [s.diagonal() for s in scalings]
     _, dS, dZ = step_towards([-h for h in lam])
-    primal, dual = np.minimum(1, longest(dS, dZ))
+    rates = [s.rates(d) for s, d in zip(scalings, dS)]
+    primal = min(1.0, _longest(rates))
+    dual = min(1.0, _longest([-1 - r for r in rates]))
     predicted = (
         newton.inner(
             [h + primal * d for h, d in zip(lam, dS)],
@@ -254,8 +254,15 @@ def _direction(newton, scalings, S, Z, x, cost):
         for s, h, a, b in zip(scalings, lam, dS, dZ)
     ]
     dx, dS, dZ = step_towards(T)
-    primal, dual = np.minimum(1, STEP_FRACTION * longest(dS, dZ))
+    rates = [s.rates(np.array(d)) for s, *d in zip(scalings, dS, dZ)]
+    primal = min(1.0, STEP_FRACTION * _longest([r[0] for r in rates]))
+    dual = min(1.0, STEP_FRACTION * _longest([r[1] for r in rates]))
     return dx, [s.unscaled_dual(d) for s, d in zip(scalings, dZ)], primal, dual
+
+
+def _longest(rates):
+    """The longest step a <= 2 with 1 + a r > 0 for all rates r, a list of arrays."""
+    return 1 / max(-min(r.min() for r in rates), 0.5)
 
 
 def positive(stacks):

@@ -11,6 +11,7 @@ from .structure import unfold
 
 __all__ = ["Stacked", "gram", "transposed"]
 
+FOLD_ABOVE_ROWS = 10  # smaller complex blocks are faster among the real ones
 MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
 
 
@@ -115,6 +116,7 @@ class _Stack:
 
 def _stacks(blocks):
     """Stacks of blocks by kind and rough size; large ones are not padded."""
+    blocks = [b.unfolded() if len(b.constant) <= FOLD_ABOVE_ROWS else b for b in blocks]
     groups = {}
     for index, b in enumerate(blocks):
         q = len(b.constant)
@@ -124,20 +126,18 @@ def _stacks(blocks):
 
 
 def real(z):
-    """Complex numbers as pairs of reals, along the last axis."""
-    return np.hstack([z.real, z.imag]) if np.iscomplexobj(z) else z
+    """The entries of z in a row, complex ones as pairs of reals."""
+    return np.ravel(z).view(float)
 
 
 class _Table:
     """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
-        self.stacks = owner.stacks
-        self.constant = np.concatenate(
-            [real(s.constant.reshape(1, -1))[0] for s in self.stacks]
-        )
-        columns = []
-        for s in self.stacks:
+        self.constant = np.concatenate([real(s.constant) for s in owner.stacks])
+        columns, start = [], 0
+        self.parts = []  # of a vector of all entries: place, kind and shape
+        for s in owner.stacks:
             full = np.zeros((owner.variables, *s.constant.shape), s.constant.dtype)
             for i, (b, k) in enumerate(zip(s.blocks, s.sizes)):
                 full[owner.scalars, i, :k, :k] = b.slopes
@@ -145,11 +145,13 @@ class _Table:
                     layout = owner.layouts[t.unknown]
                     end = layout.start + layout.size
                     full[layout.start : end, i, :k, :k] += _slopes(layout, t)
-            columns.append(real(full.reshape(owner.variables, -1)))
+            columns.append(full.reshape(owner.variables, -1).view(float))
+            place = slice(start, start + columns[-1].shape[1])
+            self.parts.append((place, full.dtype, s.constant.shape))
+            start = place.stop
         self.table = np.hstack(columns)
-        self.ends = np.cumsum([c.shape[1] for c in columns])[:-1]
         self.weights = np.concatenate(
-            [np.full(c.shape[1], s.weight) for c, s in zip(columns, self.stacks)]
+            [np.full(c.shape[1], s.weight) for c, s in zip(columns, owner.stacks)]
         )
 
     def at(self, x):
@@ -159,18 +161,11 @@ class _Table:
         return self._split(direction @ self.table)
 
     def adjoint(self, Z):
-        flat = np.concatenate([real(z.reshape(1, -1))[0] for z in Z])
-        return self.table @ (self.weights * flat)
+        return self.table @ (self.weights * np.concatenate([real(z) for z in Z]))
 
     def _split(self, flat):
         """The list of stacks that a vector of all their entries holds."""
-        stacks = []
-        for entries, s in zip(np.split(flat, self.ends), self.stacks):
-            if s.weight == 2:
-                half = len(entries) // 2
-                entries = entries[:half] + 1j * entries[half:]
-            stacks.append(entries.reshape(s.constant.shape))
-        return stacks
+        return [flat[at].view(kind).reshape(shape) for at, kind, shape in self.parts]
 
 
 def _slopes(layout, product):

@@ -130,6 +130,18 @@ class StructuredBlock:
             constant = _fold(constant)
         return replace(self, constant=constant)
 
+    def unfolded(self):
+        """The real block of twice the size, if the weight is 2; else this one."""
+        if self.weight == 1:
+            return self
+        products = []
+        for t in self.products:
+            lefts, rights = np.hsplit(unfold(t.left), 2), np.vsplit(unfold(t.right), 2)
+            products += [Product(t.unknown, L, R) for L, R in zip(lefts, rights)]
+        slopes = np.array([unfold(s) for s in self.slopes])
+        slopes = slopes.reshape(-1, 2 * len(self.constant), 2 * len(self.constant))
+        return StructuredBlock(unfold(self.constant), products, slopes)
+
     def diagonal_magnitudes(self, layouts):
         """How large each diagonal entry of the real block may become.
 
