@@ -39,3 +39,25 @@ def test_each_entry_can_be_found():
 def test_no_doi_stands_twice():
     dois = [fields["doi"].lower() for *_, fields in entries() if "doi" in fields]
     assert len(dois) > 25 and len(set(dois)) == len(dois)
+
+
+def test_the_page_names_the_entries_that_nothing_was_compared_with():
+    page = " ".join(
+        FILE.with_name("bibliography.md").read_text("utf8").split()
+    )
+    marks = {key: fields["checked"] for _, key, fields in entries()}
+    unchecked = {key for key, mark in marks.items() if mark == "no"}
+    partly = {
+        key
+        for key, mark in marks.items()
+        if re.search(r"\bonly\b|\bbut\b|\bwhich has\b", mark)
+    }
+    first, rest = page.split("Four more", 1)
+
+    def named(text):
+        return set(re.findall(r"\{cite:t\}`(\w+)`", text))
+
+    assert named(first) == unchecked
+    assert named(rest) == partly and len(partly) == 4
+    assert f"For {len(unchecked)} of the {len(marks)} entries" in page
+    assert f"these {len(unchecked | partly)} up" in page
