@@ -42,9 +42,7 @@ def test_no_doi_stands_twice():
 
 
 def test_the_page_names_the_entries_that_nothing_was_compared_with():
-    page = " ".join(
-        FILE.with_name("bibliography.md").read_text("utf8").split()
-    )
+    page = " ".join(FILE.with_name("bibliography.md").read_text("utf8").split())
     marks = {key: fields["checked"] for _, key, fields in entries()}
     unchecked = {key for key, mark in marks.items() if mark == "no"}
     partly = {

@@ -165,3 +165,20 @@ def test_a_fault_is_named(method, words, monkeypatch):
     said = faults(f"{owner}.{method}")
     assert len(said) == len(words), said
     assert all(text.startswith(word) for text, word in zip(said, words)), said
+
+
+def test_no_letter_is_both_a_size_and_another_argument():
+    twice = []
+    for name, thing in public().items():
+        doc = FunctionDoc(None, doc=inspect.getdoc(thing) or "")["Parameters"]
+        types = {
+            argument: p.type
+            for p in doc
+            for argument in p.name.replace("*", "").split(", ")
+        }
+        for argument, kind in types.items():
+            shape = re.match(r"\(([^)]*)\)", kind)
+            for letter in re.findall(r"\b[A-Za-z]\b", shape[1] if shape else ""):
+                if "int" not in types.get(letter, "int"):
+                    twice.append((name, argument, kind))
+    assert not twice

@@ -51,8 +51,8 @@ class LargestMargin:
     values : dict
         From an unknown's name to its matrix, scaled such that t = 1.
     length : float
-        That of the list of free entries. The largest t under ``|x| <= R`` is
-        ``R / length``.
+        The Euclidean length of x, the list of the unknowns' free entries,
+        for these values. The largest t under ``|x| <= R`` is ``R / length``.
     margin : float
         The smallest eigenvalue of all blocks, computed again; 1 up to
         rounding errors.

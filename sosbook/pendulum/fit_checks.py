@@ -33,7 +33,7 @@ PLAUSIBLE_RATIOS = {  # of robots from 0.1 to 100 kg, SI units
 
 
 def check_fits(identified, body, wheels, robot):
-    """What the fits and their agreement say.
+    """Look for signs that the fits, or what was logged, are wrong.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class Rig:
         What the gyro says at rest, in rad/s.
     friction : float
         Coulomb friction in the gearboxes: the voltage that just
-        overcomes it.
+        overcomes it, in V.
     second : (float, float)
         The second wheel's e and f, relative to the first one's. The
         default is the thesis's: (4.24) over (4.23).

@@ -329,7 +329,7 @@ def twins(vertices):
 
 
 def mean_descriptor(vertices):
-    """The mean of some vertices; the first one if the mean isn't regular.
+    """The mean of some vertices; the first one if the mean's E is nearly singular.
 
     A vertex that repeats an earlier one doesn't count again.
     """

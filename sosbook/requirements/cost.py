@@ -35,8 +35,8 @@ class QuadraticCost(Requirement):
     noise : {"F", "states"}
         Where the noise enters, one white noise of intensity one each: on
         the plant's disturbance channels F, or on every state. With
-        "states" the cost is tr X for the solution X of the Riccati
-        equation.
+        "states" the least cost of one plant is tr X for the stabilising
+        solution X of the Riccati equation.
     bound : float, optional
         A requirement: the cost stays below it. None where it is to be
         minimised.

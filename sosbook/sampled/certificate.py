@@ -103,11 +103,11 @@ class SampledCertificate(ProofFile):
 
 
 class SchurCertificate(ProofFile):
-    """A proof, in ball arithmetic, that matrices have small eigenvalues.
+    """A proof, in ball arithmetic, that eigenvalues have small magnitudes.
 
     ``text`` is that of the file.
 
-    It has one Lyapunov function |L x|^2 for each of them.
+    It has one Lyapunov function |L x|^2 for each matrix.
     """
 
     kind = "schur"

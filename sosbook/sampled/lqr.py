@@ -44,7 +44,8 @@ def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
         As for `sampled_loop`.
     x0 : (N,) or (N + m d,) array_like, optional
         Where the motion starts; the older inputs are zero unless given.
-        Without it the costs of all unit vectors are added.
+        Without it the costs from all unit vectors are added, of states
+        and older inputs.
 
     Returns
     -------
@@ -88,7 +89,8 @@ class SampledLQR(Result):
     plant, U, Q, R, T, delay
         As in `design_sampled_lqr`.
     K : (m, N + m d) array
-        In u(k) = K [x; u(k-1); ...; u(k-d)].
+        In u(k) = K [x; u(k-1); ...; u(k-d)], with the d older inputs that
+        still act, or are yet to act, after a sample.
     X : (N + m d, N + m d) array
         The cost from the initial state x0 is x0' X x0.
     """

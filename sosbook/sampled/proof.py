@@ -27,7 +27,7 @@ LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded Lyapunov funct
 
 @one_thread
 def prove_schur(matrices, rate=1.0):
-    """Prove that each of some matrices has all eigenvalues below rate.
+    """Prove that no matrix of several has an eigenvalue of magnitude rate or more.
 
     Parameters
     ----------

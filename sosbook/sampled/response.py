@@ -37,8 +37,9 @@ def simulate_sampled(d, K, timing, t, r=None, w=None, x0=None):
     ----------
     d : Descriptor
         The plant in descriptor form.
-    K : (m, N + m d) array
-        In u(k) = K [x(k); u(k-1); ...; u(k-d)].
+    K : (m, N + m q) array
+        In u(k) = K [x(k); u(k-1); ...; u(k-q)], with the q older inputs
+        that ``timing`` needs.
     timing : SampleTiming
         When the computer samples, and how late it acts.
     t : (k,) array_like

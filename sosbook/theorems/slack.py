@@ -77,7 +77,7 @@ def slack_bounded_real(c, gamma2, mu, epsilon):
 
 
 def slack_initial_state(P, V, x0):
-    """x(0) lies in the ellipsoid of V' P^-1 V >= V + V' - P.
+    """x(0) lies in the ellipsoid of the matrix V' P^-1 V, by a slack matrix V.
 
     Parameters
     ----------
@@ -85,6 +85,12 @@ def slack_initial_state(P, V, x0):
         The Lyapunov matrix of the vertex, and the slack matrix.
     x0 : (N,) array
         The initial state.
+
+    Returns
+    -------
+    (1 + N, 1 + N) matrix-like
+        Positive definite: ``x0' (V + V' - P)^-1 x0 < 1``. As V' P^-1 V is not
+        below V + V' - P, its ellipsoid has x0 inside, too.
     """
     x0 = np.asarray(x0)[:, None]
     return block([[eye(1), x0.T], [x0, he(V) - P]])

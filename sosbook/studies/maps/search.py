@@ -327,7 +327,7 @@ def refuted(design):
 
 
 def requirements(request):
-    """What a request asks of each requirement, by name."""
+    """The bounds that a request asks for, by their parameters' names."""
     return bounds(request.requirements)
 
 
