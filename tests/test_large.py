@@ -39,7 +39,7 @@ def test_an_unbounded_request_of_60_states_needs_no_dense_matrix():
     """One slope a variable as a dense matrix would take 600 MB."""
     command = [sys.executable, "-c", FREE_CHAIN, "30"]
     ran = subprocess.run(
-        command, capture_output=True, text=True, check=True, env=os.environ
+        command, capture_output=True, encoding="utf-8", check=True, env=os.environ
     )
     assert int(ran.stdout) < 150e6
 

@@ -61,7 +61,8 @@ def delay_example_1(published=False):
     """Example 1 of section 3.2, a wing in an air flow, equation (3.5).
 
     The thesis prints D12 = 2.5 and S22 = 27. Frazer, Duncan and Collar (1938)
-    have 2.45 and 2.7, and only with these does the wing flutter.
+    have 2.45 and 2.7. With 2.7 the wing flutters, whichever D12 it has; with 27
+    it doesn't.
 
     Parameters
     ----------
