@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate
@@ -182,7 +183,7 @@ def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
         ".textContent.includes('Relax first')"
     )
     text, shown = say(tab), state(tab)
-    assert text.startswith("Infeasible") and "in floating point" in text
+    assert text.startswith("Infeasible") and "in exact arithmetic" in text
     assert at(robot, shown["values"]).status == "infeasible"
     assert shown["response"] == drawn
     assert first(tab).locator(".sos-step.sos-stale").count() == 1
@@ -232,6 +233,21 @@ def test_the_proof_is_one_for_the_package(tab):
     assert proof.proven and len(proof.claims) == 6
     for claim in proof.claims:
         assert claim in first(tab).inner_text()
+
+
+def test_a_refusal_is_proven_and_its_file_is_one_for_the_package(tab, capsys):
+    move(tab, [2.3, 45, 5, 1.257, 150])
+    assert state(tab)["answer"]["status"] == "infeasible"
+    first(tab).get_by_role("button", name="Prove it exactly").click()
+    link = first(tab).locator("a[download]")
+    with tab.page.expect_download() as loading:
+        link.click()
+    path = loading.value.path()
+    assert main(["verify", str(path)]) == 0
+    assert "no gain and no matrices prove" in capsys.readouterr().out
+    assert "multipliers of" in first(tab).locator(".sos-more").inner_text()
+    first(tab).get_by_role("button", name="Reset").click()
+    settled(tab)
 
 
 def test_a_link_leads_back_to_the_design(tab, visit):

@@ -14,17 +14,19 @@ from sosbook.lmi.proof_text import checksum
 from sosbook.lmi.rational import decimal
 from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
-from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from sosbook.synthesis.problem import Request
 from tests.cases import random_plant, random_request
 from tests.page_requests import page_request
 
 SOLVE = """requests => {
-  const {design, prove} = globalThis.kernel ??= sosKernel();
+  const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
   return requests.map(([request, exact]) => {
     const r = design(request), kept = {status: r.status, K: r.K, poles: r.poles,
       margins: r.margins, lid: r.lid, least: r.least, bound: r.gamma ?? r.u_max};
     if (exact && r.status === "feasible") kept.proof = prove(request, r).text;
+    if (exact && r.status === "infeasible")
+      kept.refusal = refusalFile(request, r.refusal).text;
     return kept;
   }); }"""
 
@@ -72,6 +74,8 @@ def agree(page, asked, undecided):
             # depends on the coordinates and the accuracy of a Riccati equation
             (of_cones if r["lid"] else apart).append(off(r["K"], theirs.K))
             assert "proof" not in r or Certificate(r["proof"]).proven
+        if "refusal" in r:
+            assert DesignInfeasibility(r["refusal"]).proven
     assert not {("feasible", "infeasible"), ("infeasible", "feasible")} & {*verdicts}
     different = [v for v in verdicts if v[0] != v[1]]
     assert len(different) <= undecided, different
@@ -300,6 +304,66 @@ def test_a_proof_of_the_page_passes_both_checkers(page, tmp_path, capsys):
     assert check.check(text) == list(Certificate(text).claims)
     broken = text.replace('"gamma": "0.1732"', '"gamma": "0.01732"')
     assert broken != text and not Certificate(broken).proven
+
+
+TOO_MUCH = {
+    "1": {"sigma": 2.3},
+    "2": {"sigma": 10.5},
+    "3": {"sigma": 14.0},
+    "4": {"sigma": 10.5},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tied", [True, False])
+@pytest.mark.parametrize("name", TOO_MUCH)
+def test_a_refusal_of_the_page_passes_both_checkers(page, name, tied, tmp_path, capsys):
+    example = EXAMPLES[name]()
+    region = example.requirements["region"]
+    region = sos.PoleRegion(**TOO_MUCH[name], theta=region.theta, rho=region.rho)
+    asked = {"plant": example.plant} | example.requirements | {"region": region}
+    if "gamma" not in asked:
+        assert not asked.get("mu")
+    elif not tied:
+        asked.pop("mu", None)
+    (r,) = solved(page, [asked])
+    assert r["status"] == "infeasible"
+    refusal = DesignInfeasibility(r["refusal"])
+    assert refusal.proven and refusal.value <= 0
+    path = tmp_path / "refusal.json"
+    path.write_text(r["refusal"], "utf8")
+    assert main(["verify", str(path)]) == 0
+    assert "no gain and no matrices prove" in capsys.readouterr().out
+    if name in "14":
+        assert check.check(r["refusal"]) == list(refusal.claims)
+
+
+def test_a_refusal_of_another_plant_is_none(page):
+    example = sos.thesis.example_4()
+    region = sos.PoleRegion(10.5, np.pi / 3, 15)
+    asked = {"plant": example.plant, "U": example.U, "region": region}
+    data = json.loads(solved(page, [asked])[0]["refusal"])
+    del data["checksum"]
+    for vertex in data["plant"]["vertices"]:
+        vertex["B"][0][0] = "1.5"
+    data["checksum"] = checksum(data)
+    assert not DesignInfeasibility(json.dumps(data)).proven
+    with pytest.raises(check.Refused):
+        check.check(json.dumps(data))
+
+
+def test_multipliers_that_are_not_exact_refuse_nothing(page):
+    """Floats are sure, and the word is undecided where no exact ones are found."""
+    request = page_request(**random_request(230))
+    hasty, careful = page.evaluate(
+        """request => {
+      const {design} = globalThis.kernel ??= sosKernel();
+      return [design(request, null, true), design(request)].map(
+        ({status, reason}) => [status, reason]); }""",
+        request,
+    )
+    assert hasty[0] == "infeasible"
+    assert careful[0] == "undecided" and "no exact ones" in careful[1]
 
 
 def test_modules_are_short_and_need_nothing_from_elsewhere():

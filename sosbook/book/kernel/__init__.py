@@ -16,14 +16,16 @@ MODULES = (
     "solver",
     "descriptor",
     "request",
-    "design",
-    "truth",
     "exact",
     "proof",
+    "refusal",
+    "design",
+    "truth",
 )
 EXPORTS = (
-    "design, prove, truth, descriptors, assembled, frameOf, plainFrame, stateSpace, "
-    "matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, sha256"
+    "design, prove, refusalFile, truth, descriptors, assembled, frameOf, plainFrame, "
+    "stateSpace, matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, "
+    "sha256"
 )
 
 

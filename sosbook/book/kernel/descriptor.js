@@ -2,18 +2,17 @@
 // (2.11) of the thesis; x = [z; z'; x3], and x3 is the integral of U e.
 
 // plant: {vertices: [{M, D, S, B, F}], U, K_A}, lists of rows. F, U and K_A may be missing.
-function descriptors({vertices, U = [], K_A = null}) {
+function descriptors({vertices, U = [], K_A = null}, {matrix, zeros, identity, times, combined, place} = FLOATS) {
   return vertices.map(({M, D, S, B, F = null}) => {
     const n = M.length, a = U.length, N = 2 * n + a, m = B[0].length;
     let mass = matrix(M);
     if (K_A) mass = combined(1, mass, -1, times(matrix(B), matrix(K_A)));
-    const E = identity(N), A = zeros(N, N), Bu = zeros(N, m), p = F ? F[0].length : 0, Bw = zeros(N, p), C = zeros(n, N);
-    for (let i = n; i < 2 * n; i++) E.at[i * N + i] = 0;
-    place(E, n, n, mass);
+    const E = zeros(N, N), A = zeros(N, N), Bu = zeros(N, m), p = F ? F[0].length : 0, Bw = zeros(N, p), C = zeros(n, N);
+    place(place(place(E, 0, 0, identity(n)), n, n, mass), 2 * n, 2 * n, identity(a));
     place(place(place(A, 0, n, identity(n)), n, 0, matrix(S), -1), n, n, matrix(D), -1);
     if (a) place(A, 2 * n, 0, matrix(U));
     place(Bu, n, 0, matrix(B));
-    if (F) place(Bw, n, 0, matrix(F));
+    if (p) place(Bw, n, 0, matrix(F));
     place(C, 0, 0, identity(n));
     return {E, A, Bu, Bw, C, mass: M.map((row, i) => row[i])};
   });
@@ -46,7 +45,7 @@ function meanDescriptor(vertices) {
 const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
 
 // The system in coordinates x = T xi, u = scale v, its rows times `left`.
-const changed = ({E, A, Bu, Bw, C}, left, T, scale) => ({
+const changed = ({E, A, Bu, Bw, C}, {left, T, scale}, {times, scaled} = FLOATS) => ({
   E: times(times(left, E), T), A: times(times(left, A), T), Bu: scaled(scale, times(left, Bu)),
   Bw: times(left, Bw), C: times(C, T)});
 
@@ -90,11 +89,20 @@ function frameOf(vertices, asked) {
   T = mapped(T, x => rounded(x, 6));
   const followers = tied ? [] : names.slice(1), now = reach(asked, T, stateSpace(mean)[2], omega);
   const sizes = Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
-  return {T, left: inverse(times(mean.E, T)), back: inverse(T), scale: rounded(scale, 6), gain, sizes, n};
+  return {...withInverses(T, mean), scale: rounded(scale, 6), gain, sizes, n};
+}
+
+// To six digits, as T is: the blocks only undergo congruences, whatever `left` and `back`
+// are, and exact arithmetic stays short. `near` is the identity, nearly.
+function withInverses(T, mean) {
+  const [left, back] = [times(mean.E, T), T].map(X => mapped(inverse(X), x => rounded(x, 6)));
+  return {T, left, back, near: times(back, T)};
 }
 
 // The plant's own coordinates.
-function plainFrame(N) { return {T: identity(N), left: identity(N), back: identity(N), scale: 1, sizes: {}}; }
+function plainFrame(N, {identity} = FLOATS) {
+  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, sizes: {}};
+}
 
 function typicalRate({sigma, rho}, mean) {
   if (rho !== undefined) return rho / 2;

@@ -5,8 +5,9 @@ const RETRIES = 2;               // in closer frames, where nothing is decided
 const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad unit
 
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
-// plant of the same shape: faster, the answer is the same.
-function design(request, start = null) {
+// plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
+// arithmetic, unless `hasty`.
+function design(request, start = null, hasty = false) {
   const {asked, coupling = "pairs"} = request, plain = descriptors(request);
   const empty = asked.rho !== undefined && asked.sigma !== undefined && asked.rho <= asked.sigma;
   if (empty) return {status: "infeasible", reason: "The region is empty.", steps: [0, 0]};
@@ -26,9 +27,11 @@ function design(request, start = null) {
     found = phaseOne(blocks, guess(blocks, frame));
   }
   if (found.verdict !== "feasible") {
-    return {status: found.verdict, excluded: found.excluded, steps: [found.steps, 0], reason: found.verdict === "infeasible"
-      ? "Multipliers of the LMIs exclude every solution, in floating point."
-      : "Neither a design nor multipliers that exclude one were found."};
+    const refusal = found.verdict === "infeasible" && !hasty ? refuted(request, frame, blocks, found.Z) : null;
+    const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
+    if (refusal) return {status: "infeasible", refusal, steps, reason: `${seen}, in exact arithmetic.`};
+    if (found.verdict === "undecided") return {status: "undecided", steps, reason: "Neither a design nor a proof that there is none was found."};
+    return {status: hasty ? "infeasible" : "undecided", steps, reason: `${seen} in floating point, and no exact ones were found.`};
   }
   if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) {   // a bad unit
     const closer = around(plain, frame, blocks, found.x), there = closer && assembled(plain, asked, coupling, closer);
@@ -63,7 +66,7 @@ function anyCentre(blocks, x) {
 // A point of another frame, in this one.
 function inFrame(blocks, frame, {P, Y, sizes}) {
   if (P.rows !== frame.T.rows || Y.rows !== blocks.unknowns[1].rows) return null;
-  const back = frame.back, right = transposed(back);
+  const back = inverse(frame.T), right = transposed(back);
   const values = {P: times(times(back, P), right), Y: scaled(1 / frame.scale, times(Y, right))};
   for (const {name} of blocks.unknowns.slice(2)) {
     const owner = name.replace("size for ", "");
@@ -79,14 +82,14 @@ function around(plain, frame, blocks, x) {
   const lift = Math.max(0, 1e-6 * values[n - 1] - values[0]);
   const L = values[n - 1] > 0 && cholesky(combined(1, P, 1, identity(n, lift)));
   if (!L) return null;
-  const T = mapped(times(frame.T, L), v => rounded(v, 6)), back = inverse(T);
-  if (!back) return null;
+  const T = mapped(times(frame.T, L), v => rounded(v, 6));
+  if (!inverse(T)) return null;
   const K = times(Y, inverse(times(L, transposed(L)))), scale = frame.scale * (norm(times(K, L)) || 1), sizes = {...frame.sizes};
   blocks.unknowns.slice(2).forEach(({name}, k) => {
     const owner = name.replace("size for ", ""), s = rest[k].at[0];
     if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
   });
-  return {...frame, sizes, T, back, left: inverse(times(meanDescriptor(plain).E, T)), scale, gain: scaled(frame.scale / scale, times(K, L))};
+  return {...frame, sizes, ...withInverses(T, meanDescriptor(plain)), scale, gain: scaled(frame.scale / scale, times(K, L))};
 }
 
 // K, P, Y and the sizes of a point, in the plant's units.
@@ -134,7 +137,10 @@ function least(request, plain, coupling) {
   const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
   const frame = frameOf(plain, asked), blocks = assembled(plain, asked, coupling, frame);
   const start = guess(blocks, frame), found = phaseOne(blocks, start);
-  if (found.verdict !== "feasible") return {status: found.verdict, steps: [found.steps, 0], reason: `No ${name} is large enough.`};
+  if (found.verdict !== "feasible") {   // proven where it is, for the largest bound
+    const refusal = found.verdict === "infeasible" ? refuted({...request, asked}, frame, blocks, found.Z) : null;
+    return {status: refusal ? "infeasible" : "undecided", steps: [found.steps, 0], reason: `No ${name} is known to be large enough.`};
+  }
   const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
   if (!optimum) return {status: "undecided", steps: [found.steps, 0], reason: `${name} has no minimum: limit the gains.`};
   const unit = name === "u_max" ? frame.scale : 1, bound = unit * Math.sqrt(optimum.x[at]);

@@ -33,12 +33,15 @@ function exactMatrix(list, cols = list.length ? list[0].length : 0) {
 const exactScalar = x => exactMatrix([[x]]);
 
 function exactTimes(X, Y) {
-  const at = new Array(X.rows * Y.cols).fill(0n);
+  const at = new Array(X.rows * Y.cols).fill(0n), rows = [];
+  for (let k = 0; k < Y.rows; k++) {
+    rows.push([]);
+    for (let j = 0; j < Y.cols; j++) if (Y.at[k * Y.cols + j] !== 0n) rows[k].push([j, Y.at[k * Y.cols + j]]);
+  }
   for (let i = 0; i < X.rows; i++) {
     for (let k = 0; k < X.cols; k++) {
       const x = X.at[i * X.cols + k];
-      if (x === 0n) continue;
-      for (let j = 0; j < Y.cols; j++) at[i * Y.cols + j] += x * Y.at[k * Y.cols + j];
+      if (x !== 0n) for (const [j, y] of rows[k]) at[i * Y.cols + j] += x * y;
     }
   }
   return {rows: X.rows, cols: Y.cols, places: X.places + Y.places, at};
@@ -57,30 +60,39 @@ const atPlaces = (X, places) => {
   return unit === 1n ? X : {...X, places, at: X.at.map(x => x * unit)};
 };
 
-function exactSum(X, ...others) {
-  const places = Math.max(X.places, ...others.map(o => o.places)), at = atPlaces(X, places).at.slice();
-  for (const other of others) atPlaces(other, places).at.forEach((x, k) => { at[k] += x; });
+function exactSum(X, Y) {
+  const places = Math.max(X.places, Y.places), at = atPlaces(X, places).at.slice();
+  atPlaces(Y, places).at.forEach((y, k) => { at[k] += y; });
   return {...X, places, at};
 }
 
-const exactNegative = X => ({...X, at: X.at.map(x => -x)});
-
-// A matrix of blocks; null is zero. Heights and widths come from the others.
-function exactBlock(rows) {
-  const heights = rows.map(row => row.find(X => X).rows), widths = rows[0].map((_, j) => rows.find(row => row[j])[j].cols);
-  const places = Math.max(...rows.flat().map(X => X ? X.places : 0)), at = [];
-  rows.forEach((row, r) => {
-    const parts = row.map(X => X && atPlaces(X, places));
-    for (let i = 0; i < heights[r]; i++) {
-      parts.forEach((X, c) => { for (let j = 0; j < widths[c]; j++) at.push(X ? X.at[i * widths[c] + j] : 0n); });
-    }
-  });
-  const rowCount = heights.reduce((a, b) => a + b, 0), cols = widths.reduce((a, b) => a + b, 0);
-  return {rows: rowCount, cols, places, at};
+// sum X_ij Y_ij, a 1 x 1 matrix
+function exactInner(X, Y) {
+  let sum = 0n;
+  X.at.forEach((x, k) => { if (x !== 0n) sum += x * Y.at[k]; });
+  return {rows: 1, cols: 1, places: X.places + Y.places, at: [sum]};
 }
 
-const exactIdentity = (n, s = exactScalar(1)) =>
-  ({rows: n, cols: n, places: s.places, at: Array.from({length: n * n}, (_, k) => k % (n + 1) === 0 ? s.at[0] : 0n)});
+const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
+
+// The same operations as those of FLOATS.
+const EXACT = {
+  matrix: exactMatrix, zeros: exactZeros, transposed: exactTransposed, times: exactTimes,
+  identity: (n, value = 1) => {
+    const s = exactScalar(value), X = exactZeros(n, n);
+    for (let i = 0; i < n; i++) X.at[i * n + i] = s.at[0];
+    return {...X, places: s.places};
+  },
+  scaled: (a, X) => exactScaled(exactScalar(a), X),
+  combined: (a, X, b, Y) => exactSum(EXACT.scaled(a, X), EXACT.scaled(b, Y)),
+  place: (X, top, left, Y, ...factors) => {
+    for (const a of factors) Y = EXACT.scaled(a, Y);
+    if (Y.places > X.places) Object.assign(X, atPlaces(X, Y.places));
+    Y = atPlaces(Y, X.places);
+    for (let i = 0; i < Y.rows; i++) for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += Y.at[i * Y.cols + j];
+    return X;
+  },
+};
 
 // Whether a symmetric matrix is positive definite: all its leading minors, by the
 // elimination of Bareiss, whose divisions leave no remainder.

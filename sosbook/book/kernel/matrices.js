@@ -48,13 +48,17 @@ function accumulate(Z, X, Y) {
   return Z;
 }
 
-// Puts Y into X with its first entry at (top, left), multiplied by a.
-function place(X, top, left, Y, a = 1) {
+// Puts Y into X with its first entry at (top, left), multiplied by the factors.
+function place(X, top, left, Y, ...factors) {
+  const a = factors.reduce((product, x) => product * x, 1);
   for (let i = 0; i < Y.rows; i++) {
     for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
   }
   return X;
 }
+
+// What the blocks of a request are laid out with; exact.js has the same for decimals.
+const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place};
 
 function symmetrized(X) {
   const n = X.rows, x = X.at;

@@ -21,17 +21,22 @@ function prove(request, result) {
 const ownSizes = ({asked}, {sizes}) => sized(asked).length > 1 && sizes.u_max ? [["size for gamma", 1 / sizes.u_max]] : [];
 
 function examined(request, K, P, own) {
-  const blocks = exactBlocks(request, K, P, own["size for gamma"]), claims = claimsOf(request);
+  const blocks = blocksAt(request, K, P, own), claims = claimsOf(request);
   const failed = blocks.filter(([, G]) => !definite(G)).map(([key]) => key);
-  const {vertices, U = [], K_A = null, coupling = "pairs"} = request;
-  const contents = {format: "sosbook proof", version: 1, kind: "design", claims,
+  const unknowns = {P: decimals(P), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))};
+  const more = {K: decimals(K), unknowns, blocks: blocks.map(([key]) => key)};
+  return {proven: !failed.length, failed, claims: failed.length ? [] : claims, blocks: more.blocks,
+    text: fileOf("design", claims, request, more)};
+}
+
+// The text of a proof file: what was asked, and `more`.
+function fileOf(kind, claims, request, more) {
+  const {vertices, U = [], K_A = null, coupling = "pairs", asked} = request;
+  const contents = {format: "sosbook proof", version: 1, kind, claims,
     plant: {kind: "second order", vertices: vertices.map(({M, D, S, B, F}) => ({M: decimals(M), D: decimals(D),
       S: decimals(S), B: decimals(B), F: F ? decimals(F) : M.map(() => [])}))},
-    U: decimals(U), K_A: K_A && decimals(K_A), coupling, epsilon: null, E0: null, requirements: requirements(request.asked),
-    K: decimals(K), unknowns: {P: decimals(P), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))},
-    blocks: blocks.map(([key]) => key)};
-  const text = JSON.stringify({...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) + "\n";
-  return {proven: !failed.length, failed, claims: failed.length ? [] : claims, blocks: contents.blocks, text};
+    U: decimals(U), K_A: K_A && decimals(K_A), coupling, epsilon: null, E0: null, requirements: requirements(asked), ...more};
+  return JSON.stringify({...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) + "\n";
 }
 
 function sortedKeys(x) {
@@ -69,56 +74,25 @@ function claimsOf(request) {
   return claims;
 }
 
-// (key, matrix) of each block, without a rounding error. A pair's blocks are doubled and
-// those of Theorem 2.1 multiplied by the size of their P, which is positive.
-function exactBlocks(request, K, P, size) {
-  const {asked, coupling = "pairs"} = request, ends = exactDescriptors(request);
-  const X = exactMatrix(P), Y = exactTimes(exactMatrix(K), X), N = X.rows, two = exactScalar(2);
-  const list = [[["", "", "P"], X]];
-  if (size !== undefined) list.push([["gamma", "gamma", "size for gamma"], exactScalar(size)]);
-  const parts = requirements(asked).filter(({kind}) => kind === "region").map(({name, alpha, beta}) =>
-    [["region", name, ""], alpha.map(row => row.map(Number)), beta.map(row => row.map(Number))]);
-  if (asked.sigma === undefined && asked.gamma === undefined) parts.unshift([["stability", "stability", "stability"], [[0]], [[1]]]);
-  for (const [i, j] of coupledPairs(descriptors(request), coupling)) {
-    const a = ends[i], b = ends[j], vertices = i === j ? [i] : [i, j];
-    const half = (v, w) => exactTimes(exactSum(exactTimes(v.A, X), exactTimes(v.Bu, Y)), exactTransposed(w.E));
-    const Theta = exactSum(half(a, b), half(b, a)), mirrored = exactTransposed(Theta);
-    const cross = exactTimes(exactTimes(a.E, X), exactTransposed(b.E)), EPE = exactSum(cross, exactTransposed(cross));
-    for (const [key, alpha, beta] of parts) {   // (A.9)
-      const entry = (k, l) => exactNegative(exactSum(exactScaled(exactScalar(alpha[k][l]), EPE),
-        exactScaled(exactScalar(beta[k][l]), Theta), exactScaled(exactScalar(beta[l][k]), mirrored)));
-      list.push([[...key, ...vertices], exactBlock(alpha.map((_, k) => alpha.map((_, l) => entry(k, l))))]);
-    }
-    if (asked.gamma !== undefined) {   // (2.15)
-      const s = exactScalar(size ?? 1), mu = exactScalar(asked.mu ?? 1), gamma = exactScalar(asked.gamma);
-      const out = exactNegative(exactTimes(exactTimes(exactSum(a.E, b.E), X), exactScaled(mu, exactTransposed(a.C))));
-      const noise = exactNegative(exactScaled(s, exactSum(a.Bw, b.Bw))), double = exactScaled(two, exactScaled(mu, s));
-      list.push([["gamma", "gamma", "hinf", ...vertices], exactBlock([
-        [exactNegative(exactSum(Theta, mirrored)), out, noise],
-        [exactTransposed(out), exactIdentity(a.C.rows, exactScaled(gamma, exactScaled(gamma, double))), null],
-        [exactTransposed(noise), null, exactIdentity(a.Bw.cols, double)]])]);
-    }
-  }
-  if (asked.u_max !== undefined) {   // (2.21)
-    const x0 = exactMatrix(asked.x0.map(x => [x])), u = exactScalar(asked.u_max), bound = exactIdentity(Y.rows, exactTimes(u, u));
-    list.push([["input", "saturation", "x0"], exactBlock([[exactScalar(1), exactTransposed(x0)], [x0, X]])]);
-    list.push([["input", "saturation", "u_max"], exactBlock([[X, exactTransposed(Y)], [Y, bound]])]);
-  }
-  return list;
-}
+// The regions as a file has them: rounded inwards, as numbers.
+const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "region")
+  .map(({name, alpha, beta}) => ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
 
-function exactDescriptors({vertices, U = [], K_A = null}) {
-  return vertices.map(({M, D, S, B, F}) => {
-    const n = M.length, a = U.length, m = B[0].length, zero = (r, c) => ({rows: r, cols: c, places: 0, at: Array(r * c).fill(0n)});
-    const mass = K_A ? exactSum(exactMatrix(M), exactNegative(exactTimes(exactMatrix(B), exactMatrix(K_A)))) : exactMatrix(M);
-    const one = exactIdentity(n), stack = (X, cols) => exactBlock([[zero(n, cols)], [X], [zero(a, cols)]]);
-    return {
-      E: exactBlock([[one, null, zero(n, a)], [null, mass, zero(n, a)], [zero(a, n), zero(a, n), exactIdentity(a)]]),
-      A: exactBlock([[zero(n, n), one, zero(n, a)], [exactNegative(exactMatrix(S)), exactNegative(exactMatrix(D)), zero(n, a)],
-        [a ? exactMatrix(U) : zero(0, n), zero(a, n), zero(a, a)]]),
-      Bu: stack(exactMatrix(B), m),
-      Bw: F && F[0].length ? stack(exactMatrix(F), F[0].length) : zero(2 * n + a, 0),
-      C: exactBlock([[one, zero(n, n + a)]]),
-    };
+// (key, matrix) of each block in the plant's own coordinates, without a rounding error:
+// those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
+function blocksAt(request, K, P, own) {
+  const {asked, coupling = "pairs"} = request, pairs = coupledPairs(descriptors(request), coupling);
+  const X = exactMatrix(P), frame = plainFrame(P.length, EXACT), followers = Object.keys(own).map(key => key.replace("size for ", ""));
+  const {list} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
+  const values = {P: X, Y: exactTimes(exactMatrix(K), X)};
+  for (const [key, s] of Object.entries(own)) values[key] = exactScalar(s);
+  return list.map(({key, terms, constant, slopes}) => {
+    let G = constant;
+    for (const [name, L, R] of terms) {
+      const half = exactTimes(exactTimes(L, values[name]), R);
+      G = exactSum(exactSum(G, half), exactTransposed(half));
+    }
+    for (const [name, slope] of slopes) G = exactSum(G, exactScaled(values[name], slope));
+    return [key, G];
   });
 }

@@ -284,8 +284,8 @@
       const extra = design.status === "feasible"
         ? `<p class="sos-soft">Solved in your browser in ${clean(this.answer.ms, 2)} ms` +
           `${this.answer.lid ? "; the set of solutions has no bound, so it got one" : ""}.</p>` : "";
-      return super.readout(design).replace("These LMIs have no solution.",
-        "Multipliers exclude every solution of these LMIs, in floating point.") + extra;
+      const {reason} = this.answer, said = ["These LMIs have no solution.", "Neither a design nor a proof that there is none was found."];
+      return said.reduce((text, words) => text.replace(words, escape(reason || words)), super.readout(design)) + extra;
     }
 
     // ----------------------------------------------------------------- the proof
@@ -293,14 +293,15 @@
       this.part("more").innerHTML = "<p>Computing with whole numbers …</p>";
       const answer = await window.sosSolver.ask(this.name, "prove", this.request());
       if (!answer?.proof?.proven) {
-        this.part("more").innerHTML = `<p>Not proven: ${escape(answer?.reason || "there is no design here")}.</p>`;
+        this.part("more").innerHTML = `<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`;
         return;
       }
       const {claims, text, blocks, digits} = answer.proof;
       this.proof = text;
       const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
-      this.part("more").innerHTML = `<p><span class="sos-status">Proven</span> in exact arithmetic for the gain rounded to ${digits} digits: ` +
-        `${blocks.length} blocks are positive definite. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
+      const how = answer.status === "feasible" ? ` for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
+        : `: rational multipliers of ${blocks.length} blocks exclude every solution`;
+      this.part("more").innerHTML = `<p><span class="sos-status">Proven</span> in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
         `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`;
     }
   }

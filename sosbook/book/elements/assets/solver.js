@@ -8,7 +8,7 @@ window.sosSolver ??= (() => {
     return ({id, key, kind, request}) => {
       const begun = performance.now();
       try {
-        const found = kernel.design(request, last.get(key));
+        const found = kernel.design(request, last.get(key), kind === "probe");   // its refusals needn't be exact
         const {status, K, poles, margins, reason, lid, steps} = found, answer = {id, status, K, poles, margins, reason, lid, steps};
         if (status === "feasible") {
           if (kind === "move") last.set(key, found);
@@ -17,7 +17,7 @@ window.sosSolver ??= (() => {
             const {proven, text, claims, blocks, digits} = kernel.prove(request, found);
             answer.proof = {proven, text, claims, blocks, digits};
           }
-        }
+        } else if (kind === "prove" && found.refusal) answer.proof = kernel.refusalFile(request, found.refusal);
         send({...answer, ms: performance.now() - begun});
       } catch (fault) {
         send({id, status: "undecided", reason: String(fault.message || fault)});
