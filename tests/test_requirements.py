@@ -60,6 +60,21 @@ def designs():
     return {name: solved(name) for name in REQUIREMENTS}
 
 
+@pytest.mark.parametrize("coupling", COUPLINGS)
+@pytest.mark.parametrize("r", REQUIREMENTS.values(), ids=REQUIREMENTS)
+def test_blocks_that_are_called_homogeneous_have_no_constant(r, coupling):
+    more = {"slack": 0.1} if coupling == "slack" else {}
+    if coupling == "slack" and isinstance(r, EnergyToPeak):
+        pytest.skip("it has no LMI with a slack matrix")
+    request = Request(PLANTS, requirements=[r], coupling=coupling, **more)
+    expressions, _ = request.in_unknowns(None)
+    constant = any(
+        g.constant.any() for name, g in expressions.items() if name.requirement == r.key
+    )
+    assert not (r.homogeneous and constant)
+    assert bool(request.sized) == constant
+
+
 @pytest.mark.parametrize("name", REQUIREMENTS)
 def test_solve_prove_and_truth(designs, name):
     d, r = designs[name], REQUIREMENTS[name]

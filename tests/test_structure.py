@@ -48,7 +48,7 @@ def test_values_and_gradients_are_those_of_the_slopes(case, entries, monkeypatch
     monkeypatch.setattr(stacks_module, "MOST_TABLE_ENTRIES", entries)
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
-    stacked = Stacked(blocks, lift)
+    stacked = Stacked(blocks).joined(lift)
     found = stacked.unstacked(stacked.at(x))
     for mine, plain in zip(found, G, strict=True):
         assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
@@ -66,7 +66,7 @@ def test_the_hessian_is_that_of_the_slopes(case):
         np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
         for s, w in zip(slopes, W)
     )
-    stacked = Stacked(blocks, lift)
+    stacked = Stacked(blocks).joined(lift)
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
     mine = Hessian(stacked)(roots)
     assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
@@ -103,7 +103,7 @@ def test_folded_or_not_the_blocks_are_the_same(rows, case, monkeypatch):
     monkeypatch.setattr(stacks_module, "FOLD_ABOVE_ROWS", rows)
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
-    stacked = Stacked(blocks, lift)
+    stacked = Stacked(blocks).joined(lift)
     kinds = {s.weight for s in stacked.stacks}
     assert kinds == ({1} if rows else {p.weight for p in blocks.structure[2]})
     for mine, plain in zip(stacked.unstacked(stacked.at(x)), G, strict=True):

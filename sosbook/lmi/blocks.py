@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .newton import newton_of
 from .structure import StructuredBlock, structure
 
 __all__ = ["Blocks"]
@@ -98,10 +99,8 @@ class Blocks:
 
         A list of (q,) arrays. Multiplying by powers of two doesn't round.
         """
-        layouts, _, blocks = self.structure
         scales = []
-        for b in blocks:
-            magnitudes = b.diagonal_magnitudes(layouts)
+        for magnitudes in newton_of(self).diagonal_magnitudes():
             magnitudes[magnitudes == 0] = 1
             scales.append(2.0 ** np.round(-np.log2(magnitudes) / 2))
         return scales

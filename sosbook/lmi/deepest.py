@@ -20,7 +20,7 @@ import numpy as np
 
 from .blocks import Blocks
 from .expression import Affine, Term, eye
-from .newton import Newton
+from .newton import newton_of
 from .primal_dual import interior_steps
 
 __all__ = ["Deepest", "deepest"]
@@ -80,7 +80,7 @@ def deepest(blocks, accuracy=1.0, watch=None):
     roof = float(blocks.degree) * eye(1) - _size(blocks)
     sized = Blocks.of([*blocks.expressions, roof], blocks.unknowns)
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
-    newton = Newton(sized, [*(-d for d in units), np.zeros((1, 1))])
+    newton = newton_of(sized).joined([*(-d for d in units), np.zeros((1, 1))])
     x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
     x[-1] = cost[-1] = -1.0
     state = dict(x=x, gap=np.inf, Z=None)

@@ -261,7 +261,7 @@ def block(rows):
     if any(isinstance(x, Affine) for x in entries):
         return _block_affine(full, heights, widths)
     if all(isinstance(x, np.ndarray) for x in entries):
-        return np.block(full)
+        return _assembled(full, heights, widths)
     return library("cvxpy").bmat(full)
 
 
@@ -276,23 +276,34 @@ def _common(entries, axis):
     return sizes.pop()
 
 
+def _assembled(full, heights, widths):
+    """As numpy.block, which looks at all the entries several times."""
+    kind = np.result_type(*(x.dtype for row in full for x in row))
+    matrix = np.empty((sum(heights), sum(widths)), kind)
+    top = 0
+    for row, h in zip(full, heights):
+        left = 0
+        for x, w in zip(row, widths):
+            matrix[top : top + h, left : left + w] = x
+            left += w
+        top += h
+    return matrix
+
+
 def _block_affine(full, heights, widths):
-    tops = np.cumsum([0] + heights)
-    lefts = np.cumsum([0] + widths)
-    total = Affine(np.block([[_affine(x).constant for x in row] for row in full]))
-    terms = []
-    for row, top in zip(full, tops, strict=False):
-        for x, left in zip(row, lefts, strict=False):
-            for t in _affine(x).terms:
-                terms.append(
-                    Term(
-                        _pad(t.left, top, tops[-1]),
-                        t.unknown,
-                        t.transposed,
-                        _pad(t.right.T, left, lefts[-1]).T,
-                    )
-                )
-    return Affine(total.constant, terms)
+    full = [[_affine(x) for x in row] for row in full]
+    constant = _assembled([[x.constant for x in row] for row in full], heights, widths)
+    terms, top = [], 0
+    for row, h in zip(full, heights):
+        left = 0
+        for x, w in zip(row, widths):
+            for t in x.terms:
+                L = _pad(t.left, top, len(constant))
+                R = _pad(t.right.T, left, constant.shape[1]).T
+                terms.append(Term(L, t.unknown, t.transposed, R))
+            left += w
+        top += h
+    return Affine(constant, terms)
 
 
 def _pad(matrix, start, size):

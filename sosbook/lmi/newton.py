@@ -33,8 +33,6 @@ class Newton(Stacked):
     ----------
     blocks : Blocks
         The blocks G_k, affine in k variables.
-    extra_slopes : list of (q, q) arrays, optional
-        The slopes of one more scalar variable, the last; one for each block.
 
     Attributes
     ----------
@@ -44,11 +42,17 @@ class Newton(Stacked):
         Iterations of conjugate gradients, one entry for each solution.
     """
 
-    def __init__(self, blocks, extra_slopes=None):
-        super().__init__(blocks, extra_slopes)
+    def __init__(self, blocks):
+        super().__init__(blocks)
         self.iterative = self.variables > CG_ABOVE_VARIABLES and Modal.fits(self)
         self.iterations = []
         self._hessian = None
+
+    def joined(self, slopes):
+        joined = super().joined(slopes)
+        joined.iterations = []
+        joined._hessian = None
+        return joined
 
     def solver(self, roots, x, radius=None):
         """A function that solves H d = g.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..runtime.threads import one_thread
 from .barrier import Barrier
-from .newton import Newton, newton_of
+from .newton import newton_of
 from .primal_dual import maximize_t, positive
 
 __all__ = ["LONGEST_SOLUTION", "Phase", "phase_one", "refine"]
@@ -82,7 +82,8 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
         first = -np.eye(len(blocks.constants[0]))
         blocks = blocks.with_constants([first, *blocks.constants[1:]])
     # t is raised in units in which the blocks' diagonals are near one
-    newton = Newton(blocks, [-np.diag(1 / d**2) for d in blocks.diagonal_scales])
+    units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
+    newton = newton_of(blocks).joined([-D for D in units])
     x = np.zeros(blocks.variables)
     least, below = _least(newton, blocks, x), 1.0
     if start is not None and (better := _least(newton, blocks, start)) > least:

@@ -9,8 +9,8 @@ whose points satisfy c.x + sum <G_k0, Z_k> = sum <S_k, Z_k>, the duality gap,
 where the dual equations hold. Each step takes, in this order,
 
 1. the scaling point of every block: R with inv(R) S inv(R') = R' Z R = Lambda
-   (Nesterov and Todd 1997; computed by a Cholesky factor and the eigenvectors of
-   a symmetric matrix, much as in Todd, Toh and Tütüncü 1998);
+   (Nesterov and Todd 1997; computed by Cholesky factors and a singular value
+   decomposition as in Todd, Toh and Tütüncü 1998);
 2. the predictor, Newton's direction towards S Z = 0 (Mehrotra 1992);
 3. Mehrotra's target sigma mu, with mu = <S, Z> / nu and
    sigma = (mu after the predictor / mu)^3;
@@ -30,6 +30,7 @@ __all__ = ["interior_steps", "maximize_t", "minimize_linear", "positive"]
 
 STEP_FRACTION = 0.95  # of the longest step that stays inside
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
+SMALLEST_SQUARE = 1e-8  # of Lambda^2, by the largest; eigenvalues lose smaller ones
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
 DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 
@@ -37,23 +38,30 @@ DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 class _Scaling:
     """Nesterov and Todd's scaling of the blocks S and the multipliers Z.
 
-    With S = L L' and the eigenvalues and vectors L' Z L = V Lambda^2 V',
+    With S = L L', Z = M M' and the singular value decomposition
+    M' L = U Lambda V',
 
-        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-3/2) V' L' Z,
+        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-1/2) U' M',
 
     give inv(R) S inv(R') = R' Z R = Lambda, and W = inv(R') inv(R) is the
-    scaling point: W S W = Z (Todd, Toh and Tütüncü 1998).
+    scaling point: W S W = Z (Todd, Toh and Tütüncü 1998). Near the central
+    path, where Lambda is near a multiple of I, the eigenvalues and vectors
+    L' Z L = V Lambda^2 V' are as accurate, and inv(R) = Lambda^(-3/2) V' L' Z.
     """
 
     def __init__(self, S, Z):
         L = np.linalg.cholesky(S)
         LZ = transposed(L) @ Z
         squares, V = np.linalg.eigh(LZ @ L)
-        if not squares.min() > 0:
-            raise np.linalg.LinAlgError("the multipliers aren't positive definite")
-        self.lam = np.sqrt(squares)
+        if squares.min() > SMALLEST_SQUARE * squares.max():
+            self.lam = np.sqrt(squares)
+            self.root = 1 / np.sqrt(self.lam)
+            self.R_inv = (self.root / self.lam)[..., None] * (transposed(V) @ LZ)
+            return
+        M = np.linalg.cholesky(Z)
+        U, self.lam, _ = np.linalg.svd(transposed(M) @ L)
         self.root = 1 / np.sqrt(self.lam)
-        self.R_inv = (self.root / self.lam)[..., None] * (transposed(V) @ LZ)
+        self.R_inv = self.root[..., None] * (transposed(U) @ transposed(M))
 
     def scaled(self, dS):
         """A change of S in these coordinates: inv(R) dS inv(R')."""

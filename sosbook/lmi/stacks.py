@@ -5,9 +5,11 @@ into arrays (blocks, q, q). Wherever this module, `newton` and `primal_dual`
 speak of a list of stacks, it is one matrix for each block, arranged so.
 """
 
+from copy import copy
+
 import numpy as np
 
-from .structure import unfold
+from .structure import fold, unfold
 
 __all__ = ["Stacked", "gram", "transposed"]
 
@@ -32,8 +34,6 @@ class Stacked:
     ----------
     blocks : Blocks
         The blocks G_k, affine in k variables.
-    extra_slopes : list of (q, q) arrays, optional
-        The slopes of one more scalar variable, the last; one for each block.
 
     Attributes
     ----------
@@ -49,19 +49,52 @@ class Stacked:
         Sum of the sizes of the blocks, padding included.
     """
 
-    def __init__(self, blocks, extra_slopes=None):
-        self.layouts, scalars, members = blocks.structure
+    def __init__(self, blocks):
+        self.layouts, self.scalars, members = blocks.structure
         self.variables = blocks.variables
-        if extra_slopes is not None:
-            scalars = np.append(scalars, self.variables)
-            self.variables += 1
-            members = [b.joined(slope) for b, slope in zip(members, extra_slopes)]
-        self.scalars = scalars
         self.stacks = _stacks(members)
         self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
         kind = _Table if entries * self.variables <= MOST_TABLE_ENTRIES else _Sums
         self._values = kind(self)
+
+    def joined(self, slopes):
+        """The blocks with one more scalar variable, the last.
+
+        Parameters
+        ----------
+        slopes : list of (q, q) arrays
+            Its slopes, one for each block.
+
+        Returns
+        -------
+        Stacked
+            Of the same class; what it can share with this one, it shares.
+        """
+        joined = copy(self)
+        joined.variables += 1
+        joined.scalars = np.append(self.scalars, self.variables)
+        joined.stacks = [s.joined(slopes) for s in self.stacks]
+        joined._values = self._values.joined(joined)
+        return joined
+
+    def diagonal_magnitudes(self):
+        """How large each diagonal entry of a block may become.
+
+        It is the constant's entry plus the 2-norm of the entry's derivatives,
+        which bounds the entry for all variables of norm one.
+
+        Returns
+        -------
+        list of (q,) arrays
+            One for each block.
+        """
+        squares = self._values.diagonal_squares()
+        large = [
+            np.abs(s.constant.diagonal(0, 1, 2)) + np.sqrt(np.maximum(e, 0))
+            for s, e in zip(self.stacks, squares)  # rounding may leave -1e-17
+        ]
+        return self._by_block(large, lambda e, s, k: np.tile(e[:k], s.weight))
 
     def at(self, x):
         """The blocks at a (k,) array x, as a list of stacks."""
@@ -88,12 +121,19 @@ class Stacked:
 
     def unstacked(self, Z):
         """A list of stacks Z as a list of real matrices, one for each block."""
-        matrices = {}
-        for s, stack in zip(self.stacks, Z):
-            for index, z, k in zip(s.indices, stack, s.sizes):
-                z = z[:k, :k]
-                matrices[index] = unfold(z) if s.weight == 2 else z
-        return [matrices[index] for index in range(len(matrices))]
+
+        def cut(z, s, k):
+            return unfold(z[:k, :k]) if s.weight == 2 else z[:k, :k]
+
+        return self._by_block(Z, cut)
+
+    def _by_block(self, stacks, cut):
+        """A list of ``cut(entry, stack, size)``, one for each block."""
+        parts = {}
+        for s, entries in zip(self.stacks, stacks):
+            for index, e, k in zip(s.indices, entries, s.sizes):
+                parts[index] = cut(e, s, k)
+        return [parts[index] for index in range(len(parts))]
 
 
 class _Stack:
@@ -112,6 +152,16 @@ class _Stack:
         for i, (b, k) in enumerate(zip(blocks, self.sizes)):
             self.constant[i, :k, :k] = b.constant
             self.slopes[:, i, :k, :k] = b.slopes
+
+    def joined(self, slopes):
+        """The stack with one more scalar variable; ``slopes`` are of all blocks."""
+        last = np.zeros_like(self.constant)
+        for i, (index, k) in enumerate(zip(self.indices, self.sizes)):
+            g = slopes[index]
+            last[i, :k, :k] = fold(g) if self.weight == 2 else g
+        joined = copy(self)
+        joined.slopes = np.concatenate([self.slopes, last[None]])
+        return joined
 
 
 def _stacks(blocks):
@@ -134,13 +184,14 @@ class _Table:
     """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
+        self.owner = owner
         self.constant = np.concatenate([real(s.constant) for s in owner.stacks])
         columns, start = [], 0
         self.parts = []  # of a vector of all entries: place, kind and shape
         for s in owner.stacks:
             full = np.zeros((owner.variables, *s.constant.shape), s.constant.dtype)
+            full[owner.scalars] = s.slopes
             for i, (b, k) in enumerate(zip(s.blocks, s.sizes)):
-                full[owner.scalars, i, :k, :k] = b.slopes
                 for t in b.products:
                     layout = owner.layouts[t.unknown]
                     end = layout.start + layout.size
@@ -153,6 +204,17 @@ class _Table:
         self.weights = np.concatenate(
             [np.full(c.shape[1], s.weight) for c, s in zip(columns, owner.stacks)]
         )
+
+    def joined(self, owner):
+        joined = copy(self)
+        last = np.concatenate([real(s.slopes[-1]) for s in owner.stacks])
+        joined.owner, joined.table = owner, np.vstack([self.table, last])
+        return joined
+
+    def diagonal_squares(self):
+        """Sums of squares of each diagonal entry's derivatives, by stack."""
+        sums = self._split(np.einsum("ak,ak->k", self.table, self.table))
+        return [g.real.diagonal(0, 1, 2) for g in sums]
 
     def at(self, x):
         return self._split(self.constant + x @ self.table)
@@ -203,6 +265,21 @@ class _Sums:
                     left = np.ascontiguousarray(t.left[rows])
                     plan.append((left, rows, positions[key], cols))
                 self.plans.append(plan)
+
+    def joined(self, owner):
+        joined = copy(self)
+        joined.owner = owner
+        return joined
+
+    def diagonal_squares(self):
+        """Sums of squares of each diagonal entry's derivatives, by stack."""
+        sums = []
+        for s in self.owner.stacks:
+            squares = (s.slopes.diagonal(0, 2, 3).real ** 2).sum(0)
+            for e, b, k in zip(squares, s.blocks, s.sizes):
+                e[:k] += b.diagonal_squares(self.owner.layouts)
+            sums.append(squares)
+        return sums
 
     def at(self, x):
         return [s.constant + g for s, g in zip(self.owner.stacks, self.along(x))]

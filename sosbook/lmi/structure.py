@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-__all__ = ["Product", "StructuredBlock", "UnknownLayout", "structure", "unfold"]
+__all__ = ["Product", "StructuredBlock", "UnknownLayout", "fold", "structure", "unfold"]
 
 
 @dataclass(frozen=True)
@@ -107,27 +107,10 @@ class StructuredBlock:
     slopes: np.ndarray
     weight: int = 1
 
-    def joined(self, slope):
-        """The block with one more scalar variable.
-
-        Parameters
-        ----------
-        slope : (q, q) array
-            Its slope in the real block, (2 q, 2 q) if the weight is 2.
-
-        Returns
-        -------
-        StructuredBlock
-            A copy of this one with that slope as its last.
-        """
-        slope = _fold(slope) if self.weight == 2 else slope
-        slopes = np.concatenate([self.slopes, slope[None]])
-        return replace(self, slopes=slopes)
-
     def with_constant(self, constant):
         """The block with another ``constant``, given for the real block."""
         if self.weight == 2:
-            constant = _fold(constant)
+            constant = fold(constant)
         return replace(self, constant=constant)
 
     def unfolded(self):
@@ -142,11 +125,8 @@ class StructuredBlock:
         slopes = slopes.reshape(-1, 2 * len(self.constant), 2 * len(self.constant))
         return StructuredBlock(unfold(self.constant), products, slopes)
 
-    def diagonal_magnitudes(self, layouts):
-        """How large each diagonal entry of the real block may become.
-
-        It is the constant's entry plus the 2-norm of the entry's derivatives,
-        which bounds the entry for all variables of norm one.
+    def diagonal_squares(self, layouts):
+        """Sums of squares of the diagonal entries' derivatives.
 
         Parameters
         ----------
@@ -156,15 +136,13 @@ class StructuredBlock:
         Returns
         -------
         (q,) array
-            One number for each diagonal entry; (2 q,) if the weight is 2.
+            By the unknown matrices, without the scalar variables.
         """
-        squares = (np.diagonal(self.slopes, axis1=1, axis2=2).real ** 2).sum(0)
+        squares = np.zeros(len(self.constant))
         for k, layout in enumerate(layouts):
             pairs = [(t.left, t.right.T) for t in self.products if t.unknown == k]
             squares += 4 * _row_squares(pairs, layout.symmetric)
-        squares = np.maximum(squares, 0)  # rounding may leave -1e-17
-        largest = np.abs(np.diag(self.constant)) + np.sqrt(squares)
-        return np.concatenate([largest, largest]) if self.weight == 2 else largest
+        return squares
 
 
 def _row_squares(pairs, symmetric):
@@ -231,7 +209,7 @@ def _structured(g, matrices, single):
     factors = [_factors(g, u) for u in matrices]
     weight = 1
     if _is_hermitian(constant, slopes, factors, matrices):
-        constant, slopes, weight = _fold(constant), _fold(slopes), 2
+        constant, slopes, weight = fold(constant), fold(slopes), 2
         h = q // 2
         factors = [
             [(L[:h], R[:, :h] + 1j * R[:, h:]) for L, R in pairs] for pairs in factors
@@ -292,8 +270,8 @@ def _commutes(g):
     )
 
 
-def _fold(g):
-    """X + i Y of [[X, Y], [-Y, X]]: the same eigenvalues at half the size."""
+def fold(g):
+    """X + i Y of g = [[X, Y], [-Y, X]]: the same eigenvalues at half the size."""
     h = g.shape[-1] // 2
     return g[..., :h, :h] + 1j * g[..., :h, h:]
 

@@ -16,7 +16,7 @@ class Stability(Requirement):
 
     kind = name = "stability"
     promise = "poles"
-    implies_stability = of_poles = slack_implies_pair = True
+    implies_stability = of_poles = homogeneous = slack_implies_pair = True
     titles = {"stability": "stability"}
 
     def pair(self, loop, c):

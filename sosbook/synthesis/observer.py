@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cholesky, solve_continuous_are, solve_continuous_lyapunov
+from scipy.linalg import cholesky, solve_continuous_lyapunov
 
 from ..analysis.linear import balancing
+from ..analysis.riccati import riccati
 from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
@@ -126,7 +127,7 @@ class ObserverProblem:
         if np.linalg.matrix_rank(R_F) < len(R_F):
             raise ValueError("R_F must be regular: each output has noise")
         try:
-            X = solve_continuous_are(A.T, C.T, source + small, R_F @ R_F.T)
+            X = riccati(A.T, C.T, source + small, R_F @ R_F.T)
         except np.linalg.LinAlgError:
             raise ValueError(
                 "C doesn't see an unstable mode of the mean plant (or one "

@@ -3,13 +3,9 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import (
-    cholesky,
-    matrix_balance,
-    solve_continuous_are,
-    solve_continuous_lyapunov,
-)
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 
+from ..analysis.riccati import riccati
 from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
 from ..plants.descriptor_system import DescriptorSystem
@@ -74,8 +70,8 @@ class Frame(ReadOnly):
             size, force = np.sqrt(weight), np.sqrt(effort.diagonal())
             shift = size[:, None] * A / size / omega + 0.1 * np.eye(len(A))
             push = size[:, None] * B / force / omega
-            X = solve_continuous_are(shift, push, np.eye(len(A)), np.eye(len(force)))
-            T = np.linalg.inv(cholesky(X, lower=True)).T / size[:, None]
+            X = riccati(shift, push, np.eye(len(A)), np.eye(len(force)))
+            T = np.linalg.inv(np.linalg.cholesky(X)).T / size[:, None]
             gain = -(push.T @ X * size) / force[:, None]
         except (np.linalg.LinAlgError, ValueError):  # no such solution
             T, gain = np.diag(1 / np.sqrt(weight)), None
@@ -89,8 +85,8 @@ class Frame(ReadOnly):
     def _of_riccati(cls, request, A, B, Q, R, levels):
         """From the equation that a requirement is about: its P is near I."""
         try:
-            X = solve_continuous_are(A, B, Q, R)
-            T = np.linalg.inv(cholesky(X, lower=True)).T
+            X = riccati(A, B, Q, R)
+            T = np.linalg.inv(np.linalg.cholesky(X)).T
         except np.linalg.LinAlgError:  # a mode that no weight sees
             return cls.at(request, np.eye(len(A)), 1.0, None, levels)
         if request.followers(request.leader(levels)):
@@ -108,7 +104,7 @@ class Frame(ReadOnly):
             balance = matrix_balance(shift, separate=True)[1][0]
             weight = 1 / balance**2
             X = solve_continuous_lyapunov(shift.T, -np.diag(weight))
-            T = np.linalg.inv(cholesky(X, lower=True)).T
+            T = np.linalg.inv(np.linalg.cholesky(X)).T
         except np.linalg.LinAlgError:
             T = np.eye(len(A))
         return cls.at(request, T, 1.0, None, levels)

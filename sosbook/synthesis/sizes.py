@@ -26,6 +26,9 @@ class Sizes:
         """
         if self.coupling == "slack" and self.slack is None:
             return replace(self, slack=1.0).sized
+        asked = [r for r in self.requirements if not r.homogeneous]
+        if not asked:
+            return ()
         P = V = np.zeros((self.order, self.order))
         Y = np.zeros((self.plant.m, self.order))
         if self.coupling == "slack":
@@ -40,7 +43,7 @@ class Sizes:
             yield from (g for _, _, g in r.once(loop))
             yield from (g for _, g in self._of_pair(r, loop, first, 0))
 
-        sized = [r for r in self.requirements if any(g.any() for g in constants(r))]
+        sized = [r for r in asked if any(g.any() for g in constants(r))]
         return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
 
     @property

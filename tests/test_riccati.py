@@ -1,0 +1,61 @@
+"""The Riccati equation against scipy's pencil and against closed forms."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.linalg import solve_continuous_are
+
+from sosbook.analysis.riccati import riccati
+from tests.cases import random_plant
+
+
+def system(seed):
+    """A random plant in units far apart, with random weights."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, 6)), int(rng.integers(1, 4))
+    plant = random_plant(rng, n, m)
+    A = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-np.linalg.solve(plant.M, x) for x in (plant.S, plant.D)],
+        ]
+    )
+    B = np.vstack([np.zeros((n, m)), np.linalg.solve(plant.M, plant.B)])
+    unit = 10.0 ** rng.uniform(-1, 1, 2 * n)
+    roots = rng.standard_normal((2 * n, n)), rng.standard_normal((m, m))
+    Q, R = (x @ x.T for x in roots)
+    return unit[:, None] * A / unit, unit[:, None] * B, Q, R + 0.1 * np.eye(m)
+
+
+@pytest.mark.filterwarnings("ignore:M isn't symmetric")
+@pytest.mark.parametrize("seed", range(40))
+def test_it_is_the_stabilising_solution(seed):
+    A, B, Q, R = system(seed)
+    X = riccati(A, B, Q, R)
+    assert np.array_equal(X, X.T)
+    wanted = solve_continuous_are(A, B, Q, R)
+    assert_allclose(X, wanted, atol=1e-7 * abs(wanted).max())
+    loop = A - B @ np.linalg.solve(R, B.T @ X)
+    assert np.linalg.eigvals(loop).real.max() < 0
+
+
+def test_two_integrators_have_a_closed_form():
+    """x'' = u with Q = diag(1, 0): K = -[1, sqrt 2]."""
+    A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+    X = riccati(A, B, np.diag([1.0, 0.0]), np.eye(1))
+    assert_allclose(X, [[np.sqrt(2), 1], [1, np.sqrt(2)]], rtol=1e-12)
+
+
+def test_what_no_input_settles_has_no_solution():
+    A = np.diag([1.0, -1.0])
+    with pytest.raises(np.linalg.LinAlgError):
+        riccati(A, np.array([[0.0], [1.0]]), np.eye(2), np.eye(1))
+
+
+def test_scipy_has_the_word_where_the_schur_vectors_are_lost(monkeypatch):
+    A, B, Q, R = system(3)
+    wanted = solve_continuous_are(A, B, Q, R)
+    monkeypatch.setattr(
+        "sosbook.analysis.riccati._by_schur_vectors", lambda H: 2 * wanted
+    )
+    assert np.array_equal(riccati(A, B, Q, R), wanted)
