@@ -51,6 +51,29 @@ def test_links_to_pages_have_words_a_file_and_its_number(path):
             assert number[2] == title[1]
 
 
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_figures_are_cited_by_their_number(path):
+    vague = r"(?i)\b(?:figures? (?:above|below)|(?:above|below|next|last) figures?)\b"
+    assert not re.search(vague, words(path))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_captions_mark_the_thesiss_figures_as_such(path):
+    for cell in notebooks.read(path).cells:
+        for output in cell.get("outputs", []):
+            html = output.get("data", {}).get("text/html", "")
+            for caption in re.findall(r"<figcaption>(.*?)</figcaption>", html):
+                assert not re.search(r"(?<!\[T )\bFigs?\. ?\d|redone", caption)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_chapter_tells_its_time_in_one_form(path):
+    told = re.findall(r"\*\*Time:\*\*.*|\d+ min to read.*", words(path))
+    if re.match(r"\d\d_", path.stem):
+        assert len(told) == 1
+    assert all(re.match(r"\*\*Time:\*\* \d+ min to read\b", line) for line in told)
+
+
 def code(source="1", count=1, tags=(), outputs=()):
     cell = v4.new_code_cell(source, execution_count=count, outputs=list(outputs))
     cell.metadata["tags"] = list(tags)

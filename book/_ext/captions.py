@@ -14,6 +14,7 @@ import re
 
 from docutils import nodes
 from sphinx.transforms import SphinxTransform
+from thesis_references import linked
 
 #: The text of a figure is at least so high on the page, in pixels; on a narrow
 #: screen the figure scrolls inside its box instead of shrinking further.
@@ -91,11 +92,17 @@ def _html(bundle):
 
 def visit(translator, node):
     """Write the number and the id into the HTML of the output."""
-    number = translator.builder.fignumbers.get(node.kind, {}).get(node["ids"][0], ())
+    builder = translator.builder
+    number = builder.fignumbers.get(node.kind, {}).get(node["ids"][0], ())
     words = translator.config.numfig_format[node.kind] % ".".join(map(str, number))
     for raw in list(node.findall(nodes.raw)):
         if raw.astext().startswith(node.start):
-            text = dressed(raw.astext(), node.start, node["ids"][0], words)
+            text = _CAPTION.sub(
+                lambda match: linked(match[0], builder, builder.current_docname),
+                raw.astext(),
+                count=1,
+            )
+            text = dressed(text, node.start, node["ids"][0], words)
             raw.replace_self(nodes.raw("", text, **raw.attributes))
 
 

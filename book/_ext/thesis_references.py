@@ -8,6 +8,7 @@ shows the table both ways: by the thesis's numbers and by the book's pages.
 
 import re
 import tomllib
+from html import escape
 from pathlib import Path
 
 from docutils import nodes
@@ -102,18 +103,42 @@ class Links(SphinxPostTransform):
 
     def link(self, number, row):
         """The link of a number."""
-        page, place = address(self.env, row.get("at", "")) or (PAGE, "")
-        if page == PAGE or (page == self.env.docname and not place):
-            page, place = PAGE, anchor(number)  # not to the page that is open
-        uri = self.app.builder.get_relative_uri(self.env.docname, page)
         return nodes.reference(
             "",
             f"[T {number}]",
             internal=True,
-            refuri=uri + (f"#{place}" if place else ""),
+            refuri=uri(self.app.builder, self.env.docname, number, row),
             reftitle=f"Thesis, {name(number)}: {row['is']}",
             classes=["thesis-reference"],
         )
+
+
+def uri(builder, docname, number, row):
+    """The address of a number's place, from a page."""
+    page, place = address(builder.env, row.get("at", "")) or (PAGE, "")
+    if page == PAGE or (page == docname and not place):
+        page, place = PAGE, anchor(number)  # not to the page that is open
+    found = builder.get_relative_uri(docname, page)
+    return found + (f"#{place}" if place else "")
+
+
+def linked(html, builder, docname):
+    """HTML, such as a caption of an output, with links of the numbers in it."""
+    known = entries()
+
+    def link(match):
+        if match[1] not in known:
+            log.warning("no thesis number %s", match[0], location=docname)
+            return match[0]
+        row = known[match[1]]
+        words = escape(f"Thesis, {name(match[1])}: {row['is']}")
+        return (
+            '<a class="thesis-reference" '
+            f'href="{escape(uri(builder, docname, match[1], row))}" '
+            f'title="{words}">{match[0]}</a>'
+        )
+
+    return FORM.sub(link, html)
 
 
 def _within(node, kinds):
