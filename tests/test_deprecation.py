@@ -11,7 +11,6 @@ from sosbook.deprecation import renamed, renamed_arguments, renamed_attribute
 MODULES = [
     ("sosbook.book.plots", "band", "envelope"),
     ("sosbook.book.plots", "branches", "track_poles"),
-    ("sosbook.lmi.newton", "DENSE", "CG_ABOVE_VARIABLES"),
     ("sosbook.pendulum.rig", "COUNTS", "COUNTS_PER_TURN"),
     ("sosbook.pendulum.tuning", "DELAYS", "DELAY_SHARES"),
     ("sosbook.pendulum.tuning", "reach", "recoverable_tilt"),

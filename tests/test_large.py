@@ -8,10 +8,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.bounded import any_centre, bounded
 from sosbook.lmi.centre import centre
+from sosbook.lmi.newton import Newton
+from sosbook.lmi.stacks import Stacked
+from sosbook.lmi.sums import Sums
+from sosbook.lmi.work import hessian_work, iteration_work, sums_work, table_work
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
 
 FREE_CHAIN = """
 import resource, sys
@@ -62,3 +69,91 @@ def test_the_lid_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
     assert_allclose(inside * np.linalg.norm(x), x * np.linalg.norm(inside))
     found = any_centre(blocks, [P], x)
     assert_allclose(found, centre(joined, inside), rtol=1e-6)
+
+
+def request_of(plant, asked):
+    request = Request(plant, **asked)
+    expressions, unknowns = request.in_unknowns(Frame.of(request))
+    return Blocks.of(expressions.values(), unknowns)
+
+
+def some_plant(rng, n):
+    """Random modes, dampers and forces; every second one with a disturbance."""
+    Q = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    rates = rng.uniform(0.5, 4, n)
+    S, D = Q @ np.diag(rates**2) @ Q.T, Q @ np.diag(0.1 * rates) @ Q.T
+    B, F = rng.standard_normal((n, max(1, n // 2))), rng.standard_normal((n, 1))
+    plant = sos.SecondOrderSystem(np.eye(n), (D + D.T) / 2, (S + S.T) / 2, B, F)
+    region = sos.PoleRegion(0.05, np.radians(86), 12)
+    asked = dict(region=region, gamma=5.0) if n % 2 else dict(region=region)
+    return plant, asked
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("n", range(3, 9))
+def test_both_ways_take_the_same_newton_step(n, single, monkeypatch):
+    """Whatever the plant, the region and the precision of the products."""
+    rng = np.random.default_rng(n)
+    blocks = request_of(*some_plant(rng, n))
+    lifts = [-np.eye(len(c)) for c in blocks.constants]
+    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: 0.0)
+    dense = Newton(blocks, lifts)
+    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: np.inf)
+    work = np.inf if single else 0.0
+    monkeypatch.setattr("sosbook.lmi.newton.products_work", lambda stacked: work)
+    iterative = Newton(blocks, lifts)
+    assert iterative.iterative and not dense.iterative
+    x = rng.standard_normal(dense.variables) / 10
+    x[-1] = -10 - abs(dense.least(x).min())
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in dense.at(x)]
+    g = rng.standard_normal(len(x))
+    wanted = dense.solver(roots, x, 1e3)(g)
+    found = iterative.solver(roots, x, 1e3)(g, 1e-9)
+    assert_allclose(found, wanted, atol=1e-6 * abs(wanted).max())
+
+
+def chain_of(n):
+    links = np.diff(np.eye(n), axis=0)
+    S = links.T @ links + 0.1 * np.eye(n)
+    plant = sos.SecondOrderSystem(np.eye(n), 0.02 * S, S, np.eye(n)[:, ::4])
+    return plant, dict(region=sos.PoleRegion(0.1, np.radians(75), 8))
+
+
+def test_counted_work_grows_and_decides():
+    """A table and a matrix for the small, products and gradients for the large."""
+    stacked = [Newton(request_of(*chain_of(n))) for n in (2, 6, 10, 14, 24)]
+    for work in (table_work, sums_work, hessian_work, iteration_work):
+        amounts = [work(s) for s in stacked]
+        assert amounts == sorted(amounts)
+    patience = [hessian_work(s) / iteration_work(s) for s in stacked]
+    assert patience == sorted(patience)
+    tables = [not isinstance(s._values, Sums) for s in stacked]
+    assert tables[0] and not any(tables[2:])
+    iterative = [s.iterative for s in stacked]
+    assert iterative == sorted(iterative) and iterative[-1] and not iterative[0]
+
+
+def test_a_matrix_takes_over_where_gradients_take_longer(monkeypatch):
+    """No iteration is taken that costs more than the matrix: the answer stays."""
+    plant, asked = chain_of(6)
+    wanted = sos.design_pid(plant, **asked).K
+    monkeypatch.setattr("sosbook.lmi.newton.EXPECTED_ITERATIONS", 0)
+    made, init = [], Newton.__init__
+
+    def remembered(self, *args, **words):
+        init(self, *args, **words)
+        made.append(self)
+
+    monkeypatch.setattr(Newton, "__init__", remembered)
+    found = sos.design_pid(plant, **asked).K
+    assert any(newton.iterations for newton in made)
+    assert not all(newton.iterative for newton in made if newton.iterations)
+    assert_allclose(found, wanted, atol=1e-6 * abs(wanted).max())
+
+
+def test_shared_left_factors_are_few():
+    """Half-plane, sector and disk are made of A and E, and of B."""
+    blocks = request_of(*chain_of(5))
+    sums = Sums(Stacked(blocks))
+    assert max(len(tall) for tall in sums.lefts) == 2 * 10
+    assert len(sums.rights) <= 3

@@ -39,7 +39,7 @@ def test_there_is_a_picture_for_each_step(pages):
 
 def test_bars_stand_for_the_products_of_conjugate_gradients(pages, monkeypatch):
     assert "<polygon" in pages[-1] and "a dense matrix" in pages[-1]
-    monkeypatch.setattr(newton, "CG_ABOVE_VARIABLES", 20)
+    monkeypatch.setattr(newton, "hessian_work", lambda stacked: np.inf)
     iterative = explore_steps(chain, [2, 4]).picture.value
     assert "with conjugate gradients" in iterative
     assert "no conjugate" not in iterative

@@ -10,20 +10,20 @@ Todd, Toh and Tütüncü 1998). Both callers hand over N with W = N' N.
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from ..deprecation import renamed
 from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, gram
+from .sums import Sums, single
 from .time_limit import check_time
+from .work import hessian_work, iteration_work, products_work, sums_work
 
 __all__ = ["Newton", "newton_of"]
 
-CG_ABOVE_VARIABLES = 450  # from here on conjugate gradients are faster
+EXPECTED_ITERATIONS = 35  # of conjugate gradients for one matrix, its Modal included
 MOST_DENSE_VARIABLES = 6000  # a dense matrix of so many takes 300 MB
-MOST_CG_ITERATIONS = 300  # for one solution, before the dense matrix is tried
+MOST_ITERATIONS = 300  # for one solution, where a dense matrix can take over
+MOST_ITERATIONS_ALONE = 3000  # where it can't
 RIDGES = [10.0**k for k in range(-15, 1)]  # that are added to a unit diagonal
-
-__getattr__ = renamed(__name__, DENSE="CG_ABOVE_VARIABLES")
 
 
 class Newton(Stacked):
@@ -44,14 +44,33 @@ class Newton(Stacked):
 
     def __init__(self, blocks):
         super().__init__(blocks)
-        self.iterative = self.variables > CG_ABOVE_VARIABLES and Modal.fits(self)
         self.iterations = []
         self._hessian = None
+        # how many iterations take as long as the dense matrix
+        self.patience = hessian_work(self) / iteration_work(self)
+        self.iterative = self.patience > EXPECTED_ITERATIONS and Modal.fits(self)
+        self._prepare()
+
+    def _prepare(self):
+        """What conjugate gradients multiply with, in both precisions."""
+        self._double = self._single = None
+        if not self.iterative:
+            return
+        known = isinstance(self._values, Sums)
+        self._double = self._values if known else Sums(self)
+        if products_work(self) > sums_work(self):  # and not numpy's calls
+            self._single = self._double.in_single()
+
+    @property
+    def _fits(self):
+        """Whether a dense matrix fits into the memory."""
+        return self.variables <= MOST_DENSE_VARIABLES
 
     def joined(self, slopes):
         joined = super().joined(slopes)
         joined.iterations = []
         joined._hessian = None
+        joined._prepare()
         return joined
 
     def solver(self, roots, x, radius=None):
@@ -83,7 +102,7 @@ class Newton(Stacked):
 
     def _dense(self, roots, x, radius):
         if self._hessian is None:
-            if self.variables > MOST_DENSE_VARIABLES:
+            if not self._fits:
                 raise MemoryError(
                     f"{self.variables} variables are too many for a dense "
                     "matrix, and conjugate gradients don't converge"
@@ -109,29 +128,58 @@ class Newton(Stacked):
         modal = Modal(self, W, x)
         s = None if radius is None else radius**2 - x @ x
 
-        def times(d):
-            """H d: the adjoint of W dG W, and the part of the ball."""
-            WGW = [w @ g @ w for w, g in zip(W, self.along(d))]
-            product = self.adjoint(WGW)
-            if s is not None:
-                product += 2 / s * d + (4 / s**2 * (x @ d)) * x
-            return product
+        def product(sums, W):
+            def times(d):
+                """H d: the adjoint of W dG W, and the part of the ball."""
+                WGW = [w @ g @ w for w, g in zip(W, sums.along(d))]
+                Hd = sums.adjoint(WGW)
+                if s is not None:
+                    Hd += 2 / s * d + (4 / s**2 * (x @ d)) * x
+                return Hd
 
-        dense = None
+            return times
+
+        times, rough = product(self._double, W), None
+        if self._single is not None:
+            rough = product(self._single, [single(w) for w in W])
+        dense, spent = None, 0
 
         def solve(g, tolerance=0.1):
-            nonlocal dense
+            nonlocal dense, spent
             if self.iterative:
-                d, count = _conjugate_gradients(times, g, modal, tolerance)
+                d, count = self._conjugate(times, rough, g, modal, tolerance)
                 self.iterations.append(count)
+                spent += count
+                if d is None or (self._fits and spent > self.patience):
+                    self.iterative = False  # too stiff, here and further on
                 if d is not None:
                     return d
-                self.iterative = False  # too stiff, here and further on
             if dense is None:
                 dense = self._dense(roots, x, radius)
             return dense(g)
 
         return solve
+
+    def _conjugate(self, times, rough, g, modal, tolerance):
+        """Conjugate gradients: the solution or None, and the number of products.
+
+        They go as far as they get with products in single precision. What
+        these have left of the equations is then solved in double precision.
+        """
+        most = MOST_ITERATIONS_ALONE
+        if self._fits:  # three times what the dense matrix takes is too much
+            most = int(min(MOST_ITERATIONS, 3 * self.patience))
+        if rough is None:
+            return _conjugate_gradients(times, g, modal, tolerance, most)
+        d, count = _conjugate_gradients(rough, g, modal, tolerance, most)
+        if d is None:
+            d = np.zeros_like(g)
+        r = g - times(d)
+        left, goal = np.sqrt(r @ modal(r)), tolerance * np.sqrt(g @ modal(g))
+        if left <= 2 * goal:
+            return d, count
+        more, again = _conjugate_gradients(times, r, modal, min(goal / left, 1), most)
+        return None if more is None else d + more, count + again
 
 
 def newton_of(blocks):
@@ -141,7 +189,7 @@ def newton_of(blocks):
     return blocks.newton
 
 
-def _conjugate_gradients(times, g, precondition, tolerance, most=MOST_CG_ITERATIONS):
+def _conjugate_gradients(times, g, precondition, tolerance, most):
     """Solve H d = g by preconditioned conjugate gradients.
 
     They stop when the residual, in the preconditioner's norm, has fallen to

@@ -10,6 +10,8 @@ from copy import copy
 import numpy as np
 
 from .structure import fold, unfold
+from .sums import Sums
+from .work import sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
@@ -55,8 +57,9 @@ class Stacked:
         self.stacks = _stacks(members)
         self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
-        kind = _Table if entries * self.variables <= MOST_TABLE_ENTRIES else _Sums
-        self._values = kind(self)
+        few = entries * self.variables <= MOST_TABLE_ENTRIES
+        table = few and table_work(self) < sums_work(self)
+        self._values = _Table(self) if table else Sums(self)
 
     def joined(self, slopes):
         """The blocks with one more scalar variable, the last.
@@ -239,89 +242,3 @@ def _slopes(layout, product):
         return full.reshape(-1, *full.shape[2:])
     i, j, off = layout.lower
     return full[i, j] + off[:, None, None] * full[j, i]
-
-
-class _Sums:
-    """Values product by product, without their zeros, for many variables.
-
-    X R is computed once for each X and R, whatever the number of its L.
-    """
-
-    def __init__(self, owner):
-        self.owner = owner
-        self.rights, positions = [], {}
-        self.plans = []  # for each block: (left, its rows, index of right, columns)
-        for s in owner.stacks:
-            for b in s.blocks:
-                plan = []
-                for t in b.products:
-                    rows = _span(t.left.any(axis=1))
-                    cols = _span(t.right.any(axis=0))
-                    right = np.ascontiguousarray(t.right[:, cols])
-                    key = t.unknown, right.shape, right.tobytes()
-                    if key not in positions:
-                        positions[key] = len(self.rights)
-                        self.rights.append((t.unknown, right))
-                    left = np.ascontiguousarray(t.left[rows])
-                    plan.append((left, rows, positions[key], cols))
-                self.plans.append(plan)
-
-    def joined(self, owner):
-        joined = copy(self)
-        joined.owner = owner
-        return joined
-
-    def diagonal_squares(self):
-        """Sums of squares of each diagonal entry's derivatives, by stack."""
-        sums = []
-        for s in self.owner.stacks:
-            squares = (s.slopes.diagonal(0, 2, 3).real ** 2).sum(0)
-            for e, b, k in zip(squares, s.blocks, s.sizes):
-                e[:k] += b.diagonal_squares(self.owner.layouts)
-            sums.append(squares)
-        return sums
-
-    def at(self, x):
-        return [s.constant + g for s, g in zip(self.owner.stacks, self.along(x))]
-
-    def along(self, direction):
-        X = [layout.matrix(direction) for layout in self.owner.layouts]
-        XR = [X[unknown] @ right for unknown, right in self.rights]
-        scalars = direction[self.owner.scalars]
-        plans, changes = iter(self.plans), []
-        for s in self.owner.stacks:
-            total = np.zeros_like(s.constant)
-            for g, _k in zip(total, s.sizes):
-                for left, rows, right, cols in next(plans):
-                    g[rows, cols] += left @ XR[right]
-                g += g.conj().T.copy()
-            for a, slopes in zip(scalars, s.slopes):
-                if a:
-                    total += a * slopes
-            changes.append(total)
-        return changes
-
-    def adjoint(self, Z):
-        LZ = [0.0] * len(self.rights)  # for each right the sum of its 2 L' Z
-        out = np.zeros(self.owner.variables)
-        plans = iter(self.plans)
-        for s, stack in zip(self.owner.stacks, Z):
-            for z in stack:
-                for left, rows, right, cols in next(plans):
-                    LZ[right] = LZ[right] + 2 * s.weight * (
-                        left.conj().T @ z[rows, cols]
-                    )
-            for index, slopes in zip(self.owner.scalars, s.slopes):
-                out[index] += s.weight * np.vdot(slopes, stack).real
-        X = [np.zeros((layout.rows, layout.cols)) for layout in self.owner.layouts]
-        for (unknown, right), product in zip(self.rights, LZ):
-            X[unknown] += (product @ right.conj().T).real
-        for layout, x in zip(self.owner.layouts, X):
-            out[layout.start : layout.start + layout.size] = layout.gradient(x)
-        return out
-
-
-def _span(used):
-    """The slice from the first to the last entry that is used."""
-    indices = np.flatnonzero(used)
-    return slice(indices[0], indices[-1] + 1)

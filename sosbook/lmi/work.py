@@ -1,0 +1,108 @@
+"""How long a computation takes, counted from its shapes.
+
+The unit is the second of a typical processor of 2024. Only quotients count:
+of several ways to the same numbers the shortest is taken. So nothing depends
+on the processor at hand, and a request is solved the same way everywhere.
+"""
+
+__all__ = ["hessian_work", "iteration_work", "products_work", "sums_work", "table_work"]
+
+FLOPS = 2e10  # additions and multiplications a second, in products of matrices
+NUMBERS = 1e9  # floats read or written a second, in large arrays
+TABLE = 3e9  # the same in a table that is read again and again
+CALL = 0.8e-6  # seconds for each array that numpy makes
+ARRAYS_OF_PRODUCT = 4  # its right and left factor, its place, its mirror
+ARRAYS_OF_BLOCK = 5
+ARRAYS_OF_MODAL = 30  # of one application of the preconditioner
+PASSES = 6  # over the matrix of a Kronecker product, until it is in its place
+
+
+def table_work(stacked):
+    """Seconds for the values of all blocks from a table of all slopes.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    return 2 * CALL + _entries(stacked) * stacked.variables / TABLE
+
+
+def sums_work(stacked):
+    """Seconds for the same values, product by product.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    arrays, flops = 0, 0
+    for s in stacked.stacks:
+        for b in s.blocks:
+            arrays += ARRAYS_OF_BLOCK + ARRAYS_OF_PRODUCT * len(b.products)
+            for t in b.products:
+                q, rows = t.left.shape
+                flops += 2 * q * rows * (len(t.right) + q) * s.weight
+        arrays += len(s.slopes)
+    return arrays * CALL + flops / FLOPS
+
+
+def iteration_work(stacked):
+    """Seconds for one iteration of conjugate gradients.
+
+    It takes the blocks along a direction, the metric on both of their
+    sides, the adjoint, and the preconditioner.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    return 2 * sums_work(stacked) + ARRAYS_OF_MODAL * CALL + products_work(stacked)
+
+
+def products_work(stacked):
+    """Seconds for the products of large matrices in one iteration.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    metric = sum(4 * s.weight**2 * s.q**3 * len(s.blocks) for s in stacked.stacks)
+    modal = sum(8 * max(u.rows, u.cols) ** 3 for u in stacked.layouts)
+    return (metric + modal) / FLOPS
+
+
+def hessian_work(stacked):
+    """Seconds for the matrix of all variables, and its factor.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    k, seconds = stacked.variables, 0.0
+    for i, u in enumerate(stacked.layouts):
+        for v in stacked.layouts[i:]:
+            entries = u.rows * u.cols * v.rows * v.cols
+            terms = _terms(stacked, u, v)
+            if terms:
+                seconds += 2 * terms * entries / FLOPS + PASSES * entries / NUMBERS
+    return seconds + k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS
+
+
+def _terms(stacked, u, v):
+    """How many Kronecker products make the part of two unknowns."""
+    terms = 0
+    for s in stacked.stacks:
+        for b in s.blocks:
+            of_u, of_v = (
+                sum(stacked.layouts[t.unknown] is x for t in b.products) for x in (u, v)
+            )
+            terms += 2 * s.weight * of_u * of_v
+    return terms
+
+
+def _entries(stacked):
+    return sum(s.weight * s.constant.size for s in stacked.stacks)
