@@ -37,6 +37,7 @@ class Machine:
     delay: float
     friction: float = 0.0
     shape: float = 1.4  # inertia about the axle over M_b l^2
+    law: str = "gain"
 
     @property
     def J(self):
@@ -298,7 +299,7 @@ SIX = (
     ),
 )
 
-#: Unlike the six: very light, very heavy, and gears that rub a lot.
+#: Unlike the six: very light, very heavy, gears that rub, a slow clock.
 OTHERS = (
     Machine(
         "0.2 kg",
@@ -345,5 +346,22 @@ OTHERS = (
         4000.0,
         0.01,
         0.004,
+    ),
+    Machine(
+        "1:100 at 50 Hz",
+        1.6,
+        0.16,
+        0.06,
+        0.09,
+        2.2,
+        11.0,
+        12.0,
+        100.0,
+        4e-7,
+        4800.0,
+        0.02,
+        0.004,
+        friction=0.3,
+        law="observer",
     ),
 )

@@ -107,6 +107,8 @@ def test_a_wrong_key_is_named_with_what_it_must_be(change, words, tmp_path):
             "g",
             "jitter",
             "blend",
+            "compensation",
+            "law",
             "tip",
             "missing",
             "frozen",
@@ -208,6 +210,8 @@ ARRIVES = {
     "T": {LAW, RC, PYCTRL},
     "blend": {LAW, PYCTRL},
     "tip": {LAW, PYCTRL},
+    "compensation": {LAW, PYCTRL},
+    "law": {LAW, PYCTRL},
     "missing": {LAW, PYCTRL},
     "frozen": {LAW, PYCTRL},
     "stall": {LAW, PYCTRL},
@@ -279,6 +283,8 @@ CHANGES = {
     "jitter": 0.001,
     "blend": 0.006,
     "tip": 0.8,
+    "compensation": 0.25,
+    "law": "lqr",
     "missing": 4,
     "frozen": 13,
     "stall": 49,
@@ -300,7 +306,7 @@ def test_the_list_of_keys_is_whole():
 
 #: The fits take these, the proofs the next ones: both take their time.
 FITTED = tuple(THESIS.identification)
-CHAINED = "counts", "T", "delay", "jitter"
+CHAINED = "counts", "T", "delay", "jitter", "law"
 
 
 @pytest.mark.slow

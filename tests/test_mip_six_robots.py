@@ -26,6 +26,7 @@ def described(machine):
         T=machine.T,
         delay=machine.delay,
         jitter=0.0005,
+        law=machine.law,
     )
 
 
@@ -71,8 +72,4 @@ def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     assert fault == 0 and len(tilts) == round(60 / machine.T)
     assert abs(tilts).max() < 0.5
     assert abs(tilts[len(tilts) // 2 :]).max() < np.deg2rad(3)
-    print(
-        f"{machine.name}: R = {found.design.request.cost.R[0, 0]:g}, peak "
-        f"{found.sensitivity:.2f}, decay {found.delayed.request.delta:g}/s "
-        f"by {found.delayed.request.method}"
-    )
+    print(f"{machine.name}: {found.facts['specification']}, {found.sensitivity:.2f}")

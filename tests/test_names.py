@@ -27,7 +27,9 @@ SHORTHAND = {
     "synthesis/design.py": {"gamma", "saturation", "cost"},
     "synthesis/pid.py": {"gamma", "saturation", "cost"},
     "proofs/check.py": NAMES,  # stands alone: it can ask no object of the package
-    "pendulum/proven.py": {"cost"},  # writes the weights into a C comment
+    "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
+    "pendulum/robot.py": {"lqr"},  # the name of a law in a description
+    "pendulum/optimal.py": {"lqr"},
 }
 
 

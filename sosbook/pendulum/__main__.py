@@ -16,7 +16,7 @@ from .commands import COMMANDS
 from .deployment import deploy, described, inspect
 from .report import write_report
 from .rig import DATA
-from .robot import Robot
+from .robot import LAWS, Robot
 
 OPTION_HELP = {
     "R": "weight of the voltage; without it the smallest is searched "
@@ -75,6 +75,7 @@ def main(argv=None):
                 action=argparse.BooleanOptionalAction,
                 help=x.metadata["text"],
             )
+    keys.add_argument("--law", choices=LAWS, help="what the program computes")
     options = {
         name: value
         for name, value in vars(parser.parse_args(argv)).items()

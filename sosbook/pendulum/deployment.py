@@ -15,7 +15,7 @@ from .log import Log
 from .proven import LARGEST_PEAK, Deployment
 from .rig import DATA
 from .robot import Robot
-from .tuning import design, prove, recoverable_tilt
+from .tuning import design, design_optimal, prove, recoverable_tilt
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
 
@@ -94,12 +94,16 @@ def recommend(
             f"{np.degrees(LEAST_TILT):.0f} degrees"
         )
     Q = np.eye(5) if Q is None else np.asarray(Q, float)
-    robust = design(mip, robot, spread, np.diag(Q) if Q.ndim == 1 else Q, R, peak)
-    delayed = prove(mip, robot, spread, robust.certify().K, decay)
+    Q = np.diag(Q) if Q.ndim == 1 else Q
+    if robot.law == "gain":
+        designed = design(mip, robot, spread, Q, R, peak)
+        delayed = prove(mip, robot, spread, designed.certify().K, decay)
+    else:
+        designed, delayed = design_optimal(mip, robot, spread, Q, R, peak), None
     return Deployment(
         mip,
         spread,
-        robust,
+        designed,
         delayed,
         robot.T,
         robot.delay,

@@ -155,8 +155,19 @@ def c_source(firmware, name="balance", precision="double"):
         matrices="\n".join(matrices),
         start="".join(start),
         alias=alias if uses_x else "",
-        output=output,
+        command=_command(firmware, output, real),
         next=after,
+    )
+
+
+def _command(firmware, output, real):
+    """The lines of C that make the command u from the law's output."""
+    more = spelling.compensated(firmware, "{0} ? {1} : {2}".format)
+    if not more:
+        return f"    const {real} u =\n        {output};\n"
+    return (
+        f"    {real} u =\n        {output};\n"
+        f"    u = u + ({more}); /* against friction */\n"
     )
 
 
@@ -265,6 +276,7 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
     ]
     after = "".join(f"\n            {row}," for row in spelling.following(law))
     start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
+    more = spelling.compensated(firmware, "{1} if {0} else {2}".format)
     values["note"] = python_comment(provenance(firmware))
     return fill(
         "pyctrl.txt",
@@ -274,6 +286,7 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
         matrices="\n".join(matrices),
         start=start,
         output=spelling.output(law),
+        more=f"        u = u + ({more})\n" if more else "",
         next=f"{after}\n        " if after else "",
         T=repr(float(law.T)),
         mount=repr(robot.mount),

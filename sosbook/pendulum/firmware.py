@@ -12,7 +12,7 @@ from ..plants.checks import finite, positive
 from .law import SampledLaw
 from .model import V_MAX
 
-__all__ = ["COUNTERS", "FAULTS", "Controller", "Firmware"]
+__all__ = ["COUNTERS", "FAULTS", "SOFTNESS", "Controller", "Firmware"]
 
 #: Why the motors are off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "fall", "stall", "command")
@@ -21,6 +21,7 @@ FAULTS = ("running", "sensor", "fall", "stall", "command")
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
+SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
 TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
 
 
@@ -57,6 +58,10 @@ class Firmware:
     deaf : int
         For so many ticks in a row the encoders may read the same while the
         motors get a quarter of the limit. With zero it isn't checked.
+    compensation : float
+        Of the gears' Coulomb friction, in V, added in the command's sense: c
+        from 2 c on, and half of a smaller command. The gain from the law to
+        the voltage then lies between 1 and 1.5. Zero adds nothing.
     note : tuple of str
         Where the law comes from; the C program's header carries it.
 
@@ -94,6 +99,7 @@ class Firmware:
     fastest: float = 100.0
     gyro_range: float = 100.0
     deaf: int = 0
+    compensation: float = 0.0
     note: tuple = ()
 
     def __post_init__(self):
@@ -102,6 +108,11 @@ class Firmware:
         for name in ("limit", "tip", "fastest", "gyro_range"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
         share("blend", self.blend)
+        if not 0 <= finite("compensation", self.compensation) < self.limit:
+            raise ValueError(
+                "compensation must be 0 or more and below the limit, in V, "
+                f"got {self.compensation!r}"
+            )
         for name in ("missing", "frozen", "stall", "deaf"):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < 0:
@@ -214,6 +225,12 @@ class Controller:
         y = [theta, phi - self.zero - target, gyro, (phi - self.phi) * hertz - rate]
 
         u = self._each(law.output(self.x, y))
+        if f.compensation:
+            c, soft, steep = map(
+                self.kind.type,
+                (f.compensation, SOFTNESS * f.compensation, 1 / SOFTNESS),
+            )
+            u = u + np.where(u > soft, c, np.where(u < -soft, -c, steep * u))
         V = np.where(u > limit, limit, np.where(u < -limit, -limit, u))
         full = np.where(V == u, 0, self.full + 1)
         x = law.next(self.x, y, V - u)

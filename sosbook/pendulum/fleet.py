@@ -9,6 +9,8 @@ from .model import Mip
 
 __all__ = ["Fleet", "Push"]
 
+STICTION_SPEED = 0.1  # rad/s, below which Coulomb friction fades
+
 
 @dataclass(frozen=True)
 class Push:
@@ -52,15 +54,20 @@ class Fleet:
     ----------
     robots : sequence of Mip
         One pendulum for all runs, or one for each.
+    friction : float
+        Coulomb friction in the gears: the voltage that just overcomes it.
     """
 
-    def __init__(self, robots):
+    def __init__(self, robots, friction=0.0):
+        self.friction = friction
         for name in "abcdefJ":
             values = [getattr(robot, name) for robot in robots]
             setattr(self, name, np.array(values))
 
     def acceleration(self, x, V, torques=(0.0, 0.0)):
         """z'' at the states x, under the voltage V and torques on theta and phi."""
+        if self.friction:
+            V = V - self.friction * np.tanh((x[3] - x[2]) / STICTION_SPEED)
         ddz = Mip.acceleration(self, x[:2], x[2:], V)
         if not any(torques):
             return ddz

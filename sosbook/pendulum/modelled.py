@@ -114,4 +114,5 @@ class Model:
             stall=robot.stall,
             gyro_range=robot.gyro_range,
             deaf=robot.deaf,
+            compensation=robot.compensation,
         )

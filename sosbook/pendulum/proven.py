@@ -4,7 +4,6 @@ written as."""
 import json
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.metadata import version
 
 import numpy as np
 
@@ -15,15 +14,17 @@ from ..sampled import certify_sampled
 from .boards import PYCTRL_WIRING
 from .drive import Drive
 from .export import c_header, c_source, pyctrl_script, rc_balance
-from .firmware import Firmware, share
+from .facts import facts
+from .firmware import SOFTNESS, Firmware, share
 from .law import SampledLaw
 from .model import Mip
 from .modelled import Model
+from .optimal import OptimalLaw
 from .recording import write_texts
 from .robot import Robot
 from .sketch import sketch
 from .spread import polytope, triangles, vertices
-from .tuning import U, loops, recoverable_tilt
+from .tuning import U, loops
 
 __all__ = ["Deployment"]
 
@@ -42,11 +43,13 @@ class Deployment:
         The robot in the middle.
     spread : float
         Relative spread of e/c and of e/a.
-    design : Design
-        Theorem 2.4 over the polytope.
-    delayed : DelayDesign
+    design : Design or OptimalLaw
+        Theorem 2.4 over the polytope, or an optimal law of the robot in the
+        middle, of which the sampled loops alone are proven.
+    delayed : DelayDesign or None
         The same plants and gain behind any delay from zero to T +
-        delay: the hold, and a computer that takes ``delay``.
+        delay: the hold, and a computer that takes ``delay``. None for an
+        `OptimalLaw`.
     T, delay : float
         Time between samples, and from a sample to its voltage, in s.
     blend : float
@@ -83,6 +86,19 @@ class Deployment:
     data: dict = field(default_factory=dict)
 
     def __post_init__(self):
+        positive("T", self.T)
+        if finite("delay", self.delay) < 0:
+            raise ValueError(f"delay must be 0 or more, in s, got {self.delay!r}")
+        share("blend", self.blend)
+        robot = self.robot or Robot.shipped("thesis")
+        object.__setattr__(
+            self, "robot", robot.but(T=self.T, delay=self.delay, blend=self.blend)
+        )
+        if not self.optimal:
+            self._check_gain(robot)
+
+    def _check_gain(self, robot):
+        """A ValueError unless design and delayed are about this robot's gain."""
         about = self.delayed.request
         plants = (
             self.design.request.plant,
@@ -102,14 +118,6 @@ class Deployment:
             raise ValueError(
                 "delayed isn't about the design's gain, rounded to six digits"
             )
-        positive("T", self.T)
-        if finite("delay", self.delay) < 0:
-            raise ValueError(f"delay must be 0 or more, in s, got {self.delay!r}")
-        share("blend", self.blend)
-        robot = self.robot or Robot.shipped("thesis")
-        object.__setattr__(
-            self, "robot", robot.but(T=self.T, delay=self.delay, blend=self.blend)
-        )
         least, most = about.tau - about.mu, about.tau + about.mu
         longest = self.T + self.delay + robot.jitter
         if least > 0 or most < longest * (1 - 1e-12):
@@ -126,9 +134,14 @@ class Deployment:
                 "and the theorem as mended: the header says so"
             )
 
+    @property
+    def optimal(self):
+        """Whether the design is an `OptimalLaw`, with the sampled proofs alone."""
+        return isinstance(self.design, OptimalLaw)
+
     @cached_property
     def certificate(self):
-        """A `Certificate` of the design, in continuous time.
+        """A `Certificate` of the design, in continuous time; not of an `OptimalLaw`.
 
         Its K has six digits and is the gain that goes onto the robot.
         """
@@ -136,12 +149,14 @@ class Deployment:
 
     @cached_property
     def held(self):
-        """The `DelayCertificate` of K behind the hold."""
+        """The `DelayCertificate` of K behind the hold; not of an `OptimalLaw`."""
         return self.delayed.certify()
 
     @cached_property
     def law(self):
-        """The `SampledLaw` of K."""
+        """The `SampledLaw` of K, or of the `OptimalLaw`."""
+        if self.optimal:
+            return self.design.law
         return SampledLaw.of_gain(self.certificate.K, self.T)
 
     @property
@@ -184,16 +199,21 @@ class Deployment:
             for late, row in self.loops.items()
         }
 
+    @property
+    def continuous_proofs(self):
+        """What is proven of the gain in continuous time; nothing of an `OptimalLaw`."""
+        if self.optimal:
+            return {}
+        return {"in continuous time": self.certificate, "behind the hold": self.held}
+
     @cached_property
     def lacking(self):
         """The proofs that fail, in words; empty if all hold."""
-        failures = []
-        for name, proof in (
-            ("in continuous time", self.certificate),
-            ("behind the hold", self.held),
-        ):
-            if not proof.proven:
-                failures.append(f"{name}: {', '.join(proof.failed)}")
+        failures = [
+            f"{name}: {', '.join(proof.failed)}"
+            for name, proof in self.continuous_proofs.items()
+            if not proof.proven
+        ]
         for late, row in self.sampled.items():
             reasons = {text for proof in row for text in proof.failed}
             if reasons:
@@ -220,57 +240,16 @@ class Deployment:
     @cached_property
     def facts(self):
         """What the C program's header says, from a word to a sentence."""
-        mip, T = self.mip, self.law.T
-        letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
-        tilt = np.degrees(recoverable_tilt(mip, self.robot.limit))
-        return {
-            **self.data,
-            "robot": self.robot.words,
-            "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}",
-            "spread": f"e/c and e/a off by {100 * self.spread:g} %, either way",
-            "specification": "least quadratic cost (Theorem 2.4, vertices "
-            f"and pairs), Q = {self._weights()}, R = "
-            f"{self.design.request.cost.R[0, 0]:g}, U = [0 1]",
-            "gain": " ".join(f"{k:.6g}" for k in self.certificate.K[0]),
-            "proof": "; ".join(self.certificate.claims) or "none",
-            "proof with the hold": "; ".join(self.held.claims) or "none",
-            "proof of the sampled loop": self._sampled_in_words(),
-            "sampling": f"T = {T:g} s, computed within {self.delay:g} s, "
-            f"ticks late by at most {self.robot.jitter:g} s",
-            "estimate": f"{self.blend:g} of the accelerometers' tilt per "
-            "tick; the proof of the sampled loop takes it for the truth",
-            "sampled loop": f"spectral radius {self.radius:.4f}, peak "
-            f"sensitivity {self.sensitivity:.3f}, worst of "
-            f"{len(self.robots)} robots and {len(self.loops)} delays",
-            "reach": "from a tilt at rest of at most "
-            f"{tilt:.0f} degrees, by the "
-            f"linear plant and {self.robot.limit:g} V",
-            "written by": f"sosbook {version('sosbook')}",
-        }
-
-    def _weights(self):
-        Q = self.design.request.cost.Q
-        if np.array_equal(Q, np.eye(5)):
-            return "I"
-        return "diag(" + ", ".join(f"{q:g}" for q in np.diag(Q)) + ")"
-
-    def _sampled_in_words(self):
-        if not all(x.proven for row in self.sampled.values() for x in row):
-            return "none"
-        delays = ", ".join(f"{1000 * late:g}" for late in self.sampled)
-        return (
-            "every plant of the polytope, with this law and its "
-            "estimates of theta, phi and phi', is stable for each of "
-            f"the constant delays {delays} ms"
-        )
+        return facts(self)
 
     @cached_property
     def firmware(self):
         """The `Firmware`, with the facts as its note."""
         note = tuple(f"{word}: {text}" for word, text in self.facts.items())
-        return self._firmware(self.law, self.robot.limit, note)
+        robot = self.robot
+        return self._firmware(self.law, robot.limit, note, robot.compensation)
 
-    def _firmware(self, law, limit, note):
+    def _firmware(self, law, limit, note, compensation=0.0):
         """A `Firmware` with what the description says of faults."""
         robot = self.robot
         return Firmware(
@@ -283,6 +262,7 @@ class Deployment:
             stall=robot.stall,
             gyro_range=robot.gyro_range,
             deaf=robot.deaf,
+            compensation=compensation,
             note=note,
         )
 
@@ -294,7 +274,10 @@ class Deployment:
         the air the gains of the wheels are positive feedback.
         """
         return self._firmware(
-            SampledLaw.of_gain(self.law.D * [1, 0, 1, 0], self.T),
+            SampledLaw.of_gain(
+                (self.design.K[:, :4] if self.optimal else self.law.D) * [1, 0, 1, 0],
+                self.T,
+            ),
             min(BENCH_VOLTS, self.robot.limit),
             (
                 "For the stand, wheels in the air, to check signs: the "
@@ -338,12 +321,19 @@ class Deployment:
                 + ". "
                 + self._advice()
             )
+        sector = 1 + 1 / SOFTNESS
         if self.sensitivity > self.peak:
             raise ValueError(
                 "this controller's margin is thin, so it isn't written: "
                 f"its sensitivity peaks at {self.sensitivity:.2f}, above "
                 f"{self.peak:g}. Leave R out, and the smallest that will "
                 "do is searched"
+            )
+        if self.robot.compensation and self.sensitivity * (1 / SOFTNESS) >= sector:
+            raise ValueError(
+                f"compensation: with a sensitivity of {self.sensitivity:.2f} a gain "
+                f"that varies from 1 to {sector:g} isn't known to be stable: take a "
+                "larger R, or leave it out"
             )
         texts = {
             f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n",
@@ -382,9 +372,12 @@ class Deployment:
     def _proofs(self, name):
         """The proofs as files, and the checker of those in rationals."""
         rows = enumerate((x for row in self.sampled.values() for x in row), 1)
+        files = ("", "_hold")
         return {
-            f"proof_{name}.json": self.certificate.text,
-            f"proof_{name}_hold.json": self.held.text,
+            **{
+                f"proof_{name}{file}.json": proof.text
+                for file, proof in zip(files, self.continuous_proofs.values())
+            },
             **{f"proof_{name}_sampled_{k}.json": proof.text for k, proof in rows},
             "check_proof.py": CHECKER.read_text("utf-8"),
         }

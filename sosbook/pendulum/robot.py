@@ -8,9 +8,10 @@ from pathlib import Path
 
 from .rig import DATA
 
-__all__ = ["BOARDS", "Robot"]
+__all__ = ["BOARDS", "LAWS", "Robot"]
 
 BOARDS = ("beaglebone", "other")
+LAWS = ("gain", "lqr", "observer")
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
 BOARD_KEYS = (
@@ -58,10 +59,15 @@ class Robot:
         and the longest by which a tick may come late; in s.
     blend : float, optional
         As in `Firmware`; T / (2 s) without it.
+    compensation : float
+        As in `Firmware`: the friction that a fit with ``friction`` gives.
     tip : float
         Tilt beyond which the motors go off, in rad.
     missing, frozen, stall, deaf : int
         As in `Firmware`, in ticks.
+    law : {"gain", "lqr", "observer"}
+        The gain of Theorem 2.4, proven for clocks that vary, too; or a law
+        of `optimal_law`.
     board : {"other", "beaglebone"}
         For the BeagleBone Blue there are complete programs.
     mount : float
@@ -104,11 +110,13 @@ class Robot:
     delay: float = key("from the sample to the voltage", "s", low=None)
     jitter: float = key("by which a tick may come late", "s", 0.0, None)
     blend: float = key("share of the accelerometers' tilt", "", None, None, 1.0)
+    compensation: float = key("of Coulomb friction", "V", 0.0, None)
     tip: float = key("tilt at which the motors go off", "rad", 0.85, high=pi / 2)
     missing: int = key("bad readings in a row that are bridged", "ticks", 5)
     frozen: int = key("equal readings of a gyro that lives", "ticks", 12)
     stall: int = key("longest time at the limit", "ticks", 50)
     deaf: int = key("equal encoders under voltage", "ticks", 25)
+    law: str = key("gain, lqr or observer", "", "gain")
     board: str = key("beaglebone or other", "", "other")
     mount: float = key("tilt of the board in the body", "rad", None, low=-pi)
     nominal: float = key("battery that isn't measured", "V", None)
@@ -123,6 +131,8 @@ class Robot:
             raise ValueError(f"name must be a few words in quotes, got {self.name!r}")
         if self.board not in BOARDS:
             raise ValueError(f"board must be one of {BOARDS}, got {self.board!r}")
+        if self.law not in LAWS:
+            raise ValueError(f"law must be one of {LAWS}, got {self.law!r}")
         self._check_board()
         if self.blend is None:
             object.__setattr__(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import positive
+from ..plants.checks import finite, positive
 from .firmware import Firmware
 from .fleet import Fleet, Push
 from .model import V_MAX, Mip
@@ -89,6 +89,8 @@ def simulate(
     target=None,
     dropouts=None,
     start=(0, 0, 0),
+    friction=0.0,
+    backlash=0.0,
 ):
     """Let robots go at a tilt and run their controller.
 
@@ -130,6 +132,11 @@ def simulate(
         the tick.
     start : (3,) or (3, runs) array_like
         [phi; theta'; phi'] at the start.
+    friction : float
+        Coulomb friction in the gears, in V.
+    backlash : float
+        Play between the wheels and the encoders, which sit at the motors, in
+        rad from one end to the other. The motors' rotors have no part in it.
 
     Returns
     -------
@@ -156,6 +163,10 @@ def simulate(
     array([False,  True])
     """
     fleet, tilt, runs = _line_up(robots, tilt, sensors)
+    for name, value in (("friction", friction), ("backlash", backlash)):
+        if finite(name, value) < 0:
+            raise ValueError(f"{name} must be 0 or more, got {value!r}")
+    fleet.friction, play = friction, _Play(backlash / 2)
     if isinstance(controller, Firmware):
         controller = controller.controller(runs)
     T, limit = _pace(controller, runs)
@@ -168,7 +179,7 @@ def simulate(
     readings = Readings(sensors, runs, count, seed)
     controller.start(
         readings.first_tilt(tilt),
-        readings.wheels(x),
+        readings.wheels(play.seen(x)),
         readings.bias() if bias is None else bias,
     )
 
@@ -178,7 +189,7 @@ def simulate(
     edges = [] if push is None else [push.at, push.at + push.length]
     for k in range(count):
         now, then = k * T, (k + 1) * T
-        seen = [readings.gyro(x, k), readings.wheels(x), np.nan]
+        seen = [readings.gyro(x, k), readings.wheels(play.seen(x)), np.nan]
         if sensors.accelerometer is not None:
             ddz = fleet.acceleration(x, hold.V, _torques(push, now))
             seen[2] = readings.tilt(x, ddz, k)
@@ -201,6 +212,22 @@ def simulate(
             x = fleet.advance(x, hold.V, torques, stop - now, steps)
             now = stop
     return Run(np.arange(count) * T, path, V, estimate, fault, limit)
+
+
+class _Play:
+    """Encoders behind gears with play, half of it either way."""
+
+    def __init__(self, half):
+        self.half, self.angle = half, None
+
+    def seen(self, x):
+        """The states x with the phi that the encoders follow, read in order."""
+        if not self.half:
+            return x
+        turned = x[1] - x[0]
+        last = turned if self.angle is None else self.angle
+        self.angle = np.clip(last, turned - self.half, turned + self.half)
+        return np.vstack([x[:1], x[:1] + self.angle, x[2:]])
 
 
 class _Hold:

@@ -4,11 +4,12 @@ import re
 
 import numpy as np
 
-from .firmware import PUSHING_SHARE, TRUSTED_VOLTS
+from .firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
 
 __all__ = [
     "FLOAT_TYPES",
     "braces",
+    "compensated",
     "constants",
     "counts",
     "following",
@@ -26,8 +27,13 @@ FLOAT_TYPES = {"double": float, "single": np.float32}
 
 def constants(firmware):
     """Name, value and unit of the numbers of a firmware outside its law."""
-    T, fastest = firmware.law.T, firmware.fastest
-    return [
+    T, fastest, rub = firmware.law.T, firmware.fastest, firmware.compensation
+    friction = [
+        ("RUB", rub, "V, of friction that is compensated"),
+        ("SOFT", SOFTNESS * rub, "V, from which on all of it is"),
+        ("STEEP", 1 / SOFTNESS, "V per V below"),
+    ]
+    return friction * bool(rub) + [
         ("HALF_TICK", T / 2, "s"),
         ("HERTZ", 1 / T, "Hz"),
         ("LIMIT", firmware.limit, "V"),
@@ -65,6 +71,16 @@ def matrices(law):
         if value.any()
     ]
     return used + [("START", law.start)] * bool(law.order)
+
+
+def compensated(firmware, choice):
+    """What a ``firmware`` adds to the law's u against friction; empty without.
+
+    The ``choice`` of C or Python takes a condition and two values.
+    """
+    if not firmware.compensation:
+        return ""
+    return choice("u > SOFT", "RUB", choice("u < -SOFT", "-RUB", "STEEP * u"))
 
 
 def output(law):

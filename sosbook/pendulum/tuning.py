@@ -13,11 +13,13 @@ from ..deprecation import renamed
 from ..synthesis.lqr import design_lqr
 from .law import SampledLaw
 from .margins import SampledLoop
+from .optimal import optimal_law
 from .spread import polytope, vertices
 
 __all__ = [
     "DELAY_SHARES",
     "design",
+    "design_optimal",
     "largest_hold",
     "peak_of",
     "prove",
@@ -131,6 +133,22 @@ def design(mip, robot, spread, Q, R, peak):
     return tried[k]
 
 
+def design_optimal(mip, robot, spread, Q, R, peak):
+    """The `OptimalLaw` of a robot's law, for R or the smallest good one.
+
+    The pendulum ``mip`` with its spread, the robot, the weights Q and R, the
+    largest peak and the errors are those of `design`.
+    """
+    if R is not None:
+        return optimal_law(mip, robot, robot.law, Q, R)
+    for weight in WEIGHTS:
+        if _guessed(mip, robot, Q, weight) <= peak:
+            chosen = optimal_law(mip, robot, robot.law, Q, weight)
+            if peak_of(vertices(mip, spread), chosen.law, robot) <= peak:
+                return chosen
+    raise ValueError(_too_slow(mip, robot, Q, peak))
+
+
 def _designed(mip, spread, Q, R):
     robust = design_lqr(polytope(mip, spread), Q, [[R]], U)
     if robust.status != "feasible":
@@ -139,18 +157,25 @@ def _designed(mip, spread, Q, R):
 
 
 def _guessed(mip, robot, Q, R):
-    """The peak for the one plant in the middle, by Riccati's gain."""
+    """The peak for the one plant in the middle; a gain's is Riccati's."""
+    try:
+        if robot.law != "gain":
+            return peak_of([mip], optimal_law(mip, robot, robot.law, Q, R).law, robot)
+        K = _riccati(mip, Q, R)
+        return peak_of([mip], SampledLaw.of_gain(K, robot.T), robot)
+    except ValueError:  # no gain of the integral, or no solution in floats
+        return np.inf
+
+
+def _riccati(mip, Q, R):
+    """The gain of least cost for one plant, in continuous time."""
     (d,) = polytope(mip, 0.0).vertices[:1]
     M, zero = d.M, np.zeros((2, 2))
     A = np.zeros((5, 5))
     A[:2, 2:4], A[4, 1] = np.eye(2), 1
     A[2:4, :2], A[2:4, 2:4] = (-np.linalg.solve(M, d.S), -np.linalg.solve(M, d.D))
     B = np.vstack([zero[:, :1], np.linalg.solve(M, d.B), [[0]]])
-    K = -B.T @ solve_continuous_are(A, B, Q, [[R]]) / R
-    try:
-        return peak_of([mip], SampledLaw.of_gain(K, robot.T), robot)
-    except ValueError:  # no gain of the integral
-        return np.inf
+    return -B.T @ solve_continuous_are(A, B, Q, [[R]]) / R
 
 
 def _too_slow(mip, robot, Q, peak):
@@ -161,6 +186,11 @@ def _too_slow(mip, robot, Q, peak):
         f"{1000 * robot.delay:g} ms: {_fastest(mip)}, and the faster of "
         "both is too fast for this clock"
     )
+    seeing = robot.but(law="observer")
+    if robot.law != "observer" and any(
+        _guessed(mip, seeing, Q, R) <= peak for R in WEIGHTS[::2]
+    ):
+        sentence += '. law = "observer" would do with it'
     for share in CLOCK_SHARES:
         clock = robot.but(T=robot.T * share, delay=robot.delay * share)
         if any(_guessed(mip, clock, Q, R) <= peak for R in WEIGHTS[::2]):
@@ -230,5 +260,6 @@ def prove(mip, robot, spread, K, decay):
         + ", ".join(f"{method}: {status}" for method, status in tried.items())
         + "). For constant delays the loops decay at "
         f"{true:.3g}/s or faster, so it is the proof that lacks means and "
-        "not the gain: take a smaller spread, or a larger R"
+        'not the gain: take a smaller spread, a larger R, or law = "observer", '
+        "of which constant delays alone are proven"
     )

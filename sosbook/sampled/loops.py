@@ -100,7 +100,7 @@ class SampledPolytope:
         return sum(n * size(H) for n, H in self.bends(weights, L)) / 8
 
     def bends(self, weights, L):
-        """The second derivatives of L F L^-1 along the edges of a simplex.
+        """The second derivatives of L F L^-1 along the edges of a simplex of weights.
 
         With edges d_j from the last corner, F - sum w_i F_i is a sum of
         second derivatives H_jk along d_j and d_k, at many points, which are

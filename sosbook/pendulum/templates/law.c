@@ -85,9 +85,7 @@ $real ${name}_step(${name}_state *s, $real gyro, $real wheels, $real tilt,
     };
 
     /* The law and the voltage's limit. */
-$alias    const $real u =
-        $output;
-    const $real V = u > LIMIT ? LIMIT : u < -LIMIT ? -LIMIT : u;
+$alias$command    const $real V = u > LIMIT ? LIMIT : u < -LIMIT ? -LIMIT : u;
     const int full = u > LIMIT || u < -LIMIT ? s->full + 1 : 0;
 
     s->fault =

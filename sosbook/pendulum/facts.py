@@ -1,0 +1,98 @@
+"""What the header of a robot's program says of it."""
+
+from importlib.metadata import version
+
+import numpy as np
+
+from .firmware import SOFTNESS
+from .tuning import recoverable_tilt
+
+__all__ = ["facts"]
+
+
+def facts(deployment):
+    """What is known of a ``deployment``, from a word to a sentence."""
+    mip, T, robot = deployment.mip, deployment.law.T, deployment.robot
+    letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
+    tilt = np.degrees(recoverable_tilt(mip, robot.limit))
+    return {
+        **deployment.data,
+        "robot": robot.words,
+        "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}, J = {mip.J:.6g}",
+        "spread": f"e/c and e/a off by {100 * deployment.spread:g} %, either way",
+        **(_optimal(deployment.design) if deployment.optimal else _gain(deployment)),
+        "proof of the sampled loop": _sampled(deployment),
+        **_compensation(deployment),
+        "sampling": f"T = {T:g} s, computed within {deployment.delay:g} s, "
+        f"ticks late by at most {robot.jitter:g} s",
+        "estimate": f"{deployment.blend:g} of the accelerometers' tilt per "
+        "tick; the proof of the sampled loop takes it for the truth",
+        "sampled loop": f"spectral radius {deployment.radius:.4f}, peak "
+        f"sensitivity {deployment.sensitivity:.3f}, worst of "
+        f"{len(deployment.robots)} robots and {len(deployment.loops)} delays",
+        "reach": "from a tilt at rest of at most "
+        f"{tilt:.0f} degrees, by the "
+        f"linear plant and {robot.limit:g} V",
+        "written by": f"sosbook {version('sosbook')}",
+    }
+
+
+def _gain(deployment):
+    """Of a gain: how it was found, and its proofs in continuous time."""
+    cost = deployment.design.request.cost
+    return {
+        "specification": "least quadratic cost (Theorem 2.4, vertices "
+        f"and pairs), Q = {_weights(cost.Q)}, R = {cost.R[0, 0]:g}, U = [0 1]",
+        "gain": " ".join(f"{k:.6g}" for k in deployment.certificate.K[0]),
+        "proof": "; ".join(deployment.certificate.claims) or "none",
+        "proof with the hold": "; ".join(deployment.held.claims) or "none",
+    }
+
+
+def _optimal(design):
+    """Of an `OptimalLaw`: what it is, and that times which vary aren't proven."""
+    observer = {}
+    if design.M is not None:
+        rows = ("; ".join(f"{m:.6g}" for m in row) for row in design.M)
+        observer["observer"] = "gain " + " | ".join(rows)
+    return {
+        "specification": f"{design.specification}, Q = {_weights(design.Q)}, "
+        f"R = {design.R:g}, U = [0 1]",
+        "gain": " ".join(f"{k:.6g}" for k in design.K[0]),
+        **observer,
+        "proof with the hold": "none: of this law constant delays alone are proven, "
+        "not a delay or a clock that varies",
+    }
+
+
+def _compensation(deployment):
+    """What is known with friction compensated; nothing without."""
+    volts = deployment.robot.compensation
+    if not volts:
+        return {}
+    sector, peak = 1 + 1 / SOFTNESS, deployment.sensitivity
+    return {
+        "compensation": f"{volts:g} V against friction: the gain from the law to the "
+        f"voltage lies between 1 and {sector:g} and varies. The proofs are about the "
+        f"law without it. With it the {len(deployment.robots)} x "
+        f"{len(deployment.loops)} sampled loops below are stable by the circle "
+        f"criterion, in floats: a peak sensitivity of {peak:.3f} allows every gain "
+        f"from 1 to {peak / (peak - 1):.3f}, however it varies"
+    }
+
+
+def _weights(Q):
+    if np.array_equal(Q, np.eye(5)):
+        return "I"
+    return "diag(" + ", ".join(f"{q:g}" for q in np.diag(Q)) + ")"
+
+
+def _sampled(deployment):
+    if not all(x.proven for row in deployment.sampled.values() for x in row):
+        return "none"
+    delays = ", ".join(f"{1000 * late:g}" for late in deployment.sampled)
+    return (
+        "every plant of the polytope, with this law and its "
+        "estimates of theta, phi and phi', is stable for each of "
+        f"the constant delays {delays} ms"
+    )

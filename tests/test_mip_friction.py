@@ -1,0 +1,177 @@
+"""Friction, its compensation and play: programs, simulator, limit cycles."""
+
+import numpy as np
+import pytest
+from sosbook.mip import Firmware, Mip, Robot, SampledLaw, Sensors, recommend, simulate
+from sosbook.mip.compiled import Compiled
+from sosbook.mip.export import c_source, pyctrl_script
+from sosbook.mip.margins import SampledLoop
+
+from sosbook.pendulum.describing import backlash, coulomb, limit_cycle, soft_sign
+from sosbook.pendulum.simulator import _Play
+from sosbook.pendulum.spread import vertices
+from tests.compiler import find, refuse
+
+MIP, THESIS = Mip.printed(), Robot.shipped("thesis")
+#: One kilogram, two 12 V gear motors, 200 Hz.
+GEARS = Mip(0.00238, 0.00244, 0.00880, 0.736, 0.0833, 0.0476, I_w=0.00061, J=9.2e-4)
+LAW = SampledLaw.of_gain([[18.9, 0.5, 1.9, 0.8, 0.1]], 0.01)
+PHASE = 2 * np.pi * (np.arange(200000) + 0.5) / 200000
+
+
+def harmonic(output, amplitude):
+    """The first harmonic of an output over that of amplitude * sin."""
+    return 2j * np.mean(output * np.exp(-1j * PHASE)) / amplitude
+
+
+@pytest.mark.parametrize("amplitude", [0.3, 1.0, 4.0])
+def test_describing_functions_are_first_harmonics(amplitude):
+    sine = amplitude * np.sin(PHASE)
+    measured = harmonic(0.4 * np.sign(sine), amplitude)
+    assert measured == pytest.approx(coulomb(amplitude, 0.4), rel=1e-4)
+    soft = 0.4 * np.clip(sine / 0.8, -1, 1)
+    assert harmonic(soft, amplitude) == pytest.approx(
+        soft_sign(amplitude, 0.4, 0.8), rel=1e-4
+    )
+    play, seen = _Play(0.1), []
+    for turned in np.tile(sine[::100], 2):
+        x = np.array([[0.0], [turned], [0.0], [0.0]])
+        seen.append(play.seen(x)[1, 0])
+    last = np.repeat(seen[len(seen) // 2 :], 100)
+    assert harmonic(last, amplitude) == pytest.approx(
+        backlash(amplitude, 0.2), abs=2e-3
+    )
+
+
+def test_a_play_wider_than_the_motion_passes_nothing():
+    assert backlash(0.1, 0.2) == 0 and backlash(0.1, 0.0) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_the_compensation_of_c_is_that_of_python(precision):
+    if find() is None:
+        refuse()
+    firmware = Firmware(LAW, blend=0.01, compensation=0.3)
+    kind = float if precision == "double" else np.float32
+    both = Compiled(firmware, precision), firmware.controller(kind=kind)
+    random = np.random.default_rng(5)
+    for each in both:
+        each.start(0.02)
+    moved = 0
+    for _ in range(400):
+        seen = random.normal(0, [0.1, 0.05, 0.02])
+        said = [each.step(*seen)[0] for each in both]
+        assert said[0] == said[1]
+        moved += abs(said[0]) > 0.9
+    assert moved > 10
+
+
+def test_a_command_gets_half_of_itself_or_all_of_the_friction():
+    law = SampledLaw.of_gain([[1.0, 0, 0, 0]], 0.01)
+    steps = np.array([0.0, 0.1, 0.5, 0.7, -0.2, -0.8])
+    each = Firmware(law, compensation=0.3).controller(len(steps))
+    each.start(steps)
+    extra = each.step(np.zeros(6), np.zeros(6)) - steps
+    assert extra == pytest.approx([0, 0.05, 0.25, 0.3, -0.1, -0.3])
+
+
+def test_without_it_the_programs_know_nothing_of_it():
+    for text in (c_source(Firmware(LAW)), pyctrl_script(Firmware(LAW))):
+        assert "RUB" not in text and "SOFT" not in text
+    friction = Firmware(LAW, compensation=0.25)
+    text = pyctrl_script(friction)
+    compile(text, "balance.py", "exec")
+    assert "u = u + (RUB if u > SOFT else -RUB if u < -SOFT else STEEP * u)" in text
+    assert "RUB = 0.25 " in text and "SOFT = 0.5 " in text
+
+
+@pytest.mark.parametrize("volts", [-0.1, 7.4, np.nan])
+def test_a_compensation_out_of_range_is_refused(volts):
+    with pytest.raises(ValueError, match="compensation"):
+        Firmware(LAW, compensation=volts)
+    with pytest.raises(ValueError, match="friction"):
+        simulate(MIP, Firmware(LAW), 0.1, 0.1, friction=-1.0)
+    with pytest.raises(ValueError, match="compensation"):
+        limit_cycle(SampledLoop(MIP, LAW), 0.3, -0.1)
+
+
+@pytest.mark.slow
+def test_what_the_header_says_of_a_gain_that_varies_is_true():
+    """Any gain from one to one and a half, by chance or at its worst."""
+    found = recommend(MIP, robot=THESIS.but(compensation=0.2))
+    assert found.firmware.compensation == 0.2
+    assert found.bench_firmware.compensation == 0
+    said = found.facts["compensation"]
+    assert "proofs are about the law without it" in said and "circle" in said
+    random, peak = np.random.default_rng(1), found.sensitivity
+    assert peak < 3
+    for row in found.loops.values():
+        for loop in row:
+            L = loop.loop_gain
+            z = np.exp(1j * np.linspace(1e-3, np.pi, 500))
+            S = 1 / (1 - L.at(z)[:, 0, 0])
+            assert (0.5 * S.real < 1.5).all()  # the circle
+            x = np.eye(len(L.A))
+            for gain in random.choice([1.0, 1.5], 4000):
+                x = (L.A + gain * L.B @ L.C) @ x
+            assert np.linalg.norm(x) < 1e-3 * np.linalg.cond(L.A + L.B @ L.C)
+
+
+def swings(mip, law, delay, limit, friction, compensation):
+    """Frequency and tilt of a cycle in the simulator; predicted, then seen."""
+    loop = SampledLoop(mip, law, delay, "firmware", 0.005)
+    predicted = limit_cycle(loop, friction, compensation)
+    firmware = Firmware(law, limit=limit, blend=0.005, compensation=compensation)
+    run = simulate(
+        mip,
+        firmware,
+        0.03,
+        36.0,
+        delay,
+        Sensors(ideal=True),
+        substeps=8,
+        friction=friction,
+    )
+    assert not run.fell.any()
+    theta = run.x[0, 0, len(run.t) // 3 :]
+    swing = theta - theta.mean()
+    ups = np.flatnonzero((swing[:-1] < 0) & (swing[1:] >= 0))
+    seen = (len(ups) - 1) / ((ups[-1] - ups[0]) * law.T)
+    return (predicted.frequency, predicted.tilt), (seen, np.ptp(theta) / 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "which", ["thesis", pytest.param("gears", marks=pytest.mark.campaign)]
+)
+def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
+    """Within a factor of two, and its compensation's effect within a fifth.
+
+    The wheels stick for a while in every cycle, so the motion is no sine.
+    """
+    case = {
+        "thesis": (MIP, 0.01, 0.005, 7.4, 0.3, 20.0),
+        "gears": (GEARS, 0.005, 0.002, 12.0, 0.5, 10.0),
+    }[which]
+    mip, T, delay, limit, friction, R = case
+    K = recommend(mip, R=R, robot=THESIS).certificate.K
+    law = SampledLaw.of_gain(K, T)
+    tilts = []
+    for compensation in (0.0, friction):
+        predicted, seen = swings(mip, law, delay, limit, friction, compensation)
+        for guess, truth in zip(predicted, seen):
+            assert 0.5 < guess / truth < 2
+        tilts.append((predicted[1], seen[1]))
+    (guess, truth), (less_guess, less_truth) = tilts
+    assert less_truth < 0.7 * truth
+    assert less_guess / guess == pytest.approx(less_truth / truth, rel=0.2)
+
+
+@pytest.mark.slow
+def test_a_play_of_a_degree_leaves_every_robot_standing():
+    firmware = recommend(MIP, robot=THESIS).firmware
+    robots = list(vertices(MIP))
+    run = simulate(robots, firmware, 0.1, 4.0, 0.01, backlash=np.radians(1.0))
+    assert run.settled.all()
+    sharp = simulate(robots, firmware, 0.1, 4.0, 0.01)
+    assert not np.array_equal(run.V, sharp.V)

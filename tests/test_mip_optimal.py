@@ -1,0 +1,150 @@
+"""Laws of least cost on a robot: the sampled regulator and the observer."""
+
+import numpy as np
+import pytest
+from sosbook.mip import Mip, Robot, recommend, simulate
+from sosbook.mip.compiled import Compiled
+from sosbook.mip.margins import SampledLoop
+
+from sosbook.pendulum.optimal import KINDS, optimal_law
+from sosbook.pendulum.tuning import design_optimal, recoverable_tilt
+from sosbook.sampled import c2d, design_sampled_lqr
+from tests.compiler import find, refuse
+
+MIP, THESIS, Q = Mip.printed(), Robot.shipped("thesis"), np.eye(5)
+#: Its motors settle in 24 ms, its clock is 20 ms.
+SLOW = Mip(0.0147, 0.01536, 0.0653, 2.511, 0.3667, 0.4, I_w=0.00416, J=0.008)
+LAZY = Robot(
+    name="1:100 at 50 Hz",
+    M_b=1.6,
+    l=0.16,
+    r=0.06,
+    M_w=0.09,
+    counts=4800,
+    gyro_range=34.9,
+    limit=12.0,
+    rotors=True,
+    friction=False,
+    T=0.02,
+    delay=0.004,
+    jitter=0.0005,
+)
+
+
+def contains(many, few):
+    """Whether each of few is one of many, to rounding."""
+    return all(min(abs(many - x)) < 1e-6 for x in few)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.004, 0.01, 0.013])
+@pytest.mark.parametrize("mip, T", [(MIP, 0.01), (SLOW, 0.02)], ids=["thesis", "slow"])
+def test_the_observer_separates_from_the_gain(mip, T, late):
+    """For its own plant the loop's poles are those of gain and filter."""
+    robot = (THESIS if mip is MIP else LAZY).but(T=T, delay=late)
+    found = optimal_law(mip, robot, "observer", Q, 5.0)
+    poles = SampledLoop(mip, found.law, late).poles
+    (step,) = c2d(mip.plant(), T, late)
+    A, B = np.array(step.A), np.array(step.B)
+    sees = np.eye(4)[:3]
+    flow = A[:4, :4]
+    assert contains(poles, np.linalg.eigvals(flow @ (np.eye(4) - found.M @ sees)))
+    n = len(A)
+    sums = np.zeros((n + 1, n + 1))  # [x; older; the sum of T phi]
+    sums[:n, :n], sums[n, n], sums[n, 1] = A, 1, T
+    K = np.hstack([found.K[:, :4], found.K[:, 5:], found.K[:, 4:5]])
+    gain = np.linalg.eigvals(sums + np.vstack([B, [[0]]]) @ K)
+    assert contains(poles, gain)
+    lqr = optimal_law(mip, robot, "lqr", Q, 5.0)
+    assert contains(SampledLoop(mip, lqr.law, late).poles, gain)
+
+
+def test_the_gain_is_the_sampled_regulators_and_the_filter_is_kalmans():
+    found = optimal_law(MIP, THESIS, "observer", Q, 5.0)
+    same = design_sampled_lqr(MIP.plant(), Q, [[5.0]], 0.01, 0.01, [[0, 1]])
+    assert np.array_equal(found.K, same.K)
+    (step,) = c2d(MIP.plant(), 0.01)
+    A, B, sees = np.array(step.A), np.array(step.B), np.eye(4)[:3]
+    noise = np.diag([0.01, 2 * np.pi / THESIS.counts / 12**0.5, 0.003]) ** 2
+    push = 0.37**2 * B @ B.T
+    push += 1e-9 * np.trace(push) * np.eye(4)
+    P = np.eye(4)  # the covariance, tick by tick, from a bad guess
+    for _ in range(20000):
+        M = P @ sees.T @ np.linalg.inv(sees @ P @ sees.T + noise)
+        P = A @ (P - M @ sees @ P) @ A.T + push
+    assert found.M == pytest.approx(M, rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_limit_is_known_to_the_law(kind):
+    """Its older voltages are those that the motors got."""
+    law = optimal_law(MIP, THESIS, kind, Q, 5.0).law
+    x, y = [s * 0.3 for s in law.start], np.array([0.3, 0.0, 0.0, 0.0])
+    u = law.output(x, y)
+    V = np.clip(u, -1, 1)
+    assert abs(u) > 1
+    assert law.next(x, y, V - u)[-1] == pytest.approx(V)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_chain_offers_it_with_its_proofs(kind, tmp_path):
+    found = recommend(MIP, R=None, robot=THESIS.but(law=kind))
+    assert found.proven and found.sensitivity <= 2, found.lacking
+    assert found.facts["proof with the hold"].startswith("none: of this law constant")
+    names = {path.name for path in found.write(tmp_path)}
+    assert sum(name.startswith("proof_balance_sampled") for name in names) == 6
+    assert not {"proof_balance.json", "proof_balance_hold.json"} & names
+    text = (tmp_path / "balance.h").read_text("utf-8")
+    assert f"law = {kind}" in " ".join(text.replace(" * ", "").split())
+    if find() is None:
+        refuse()
+    run = simulate(
+        list(found.robots),
+        Compiled(found.firmware, runs=5),
+        0.15,
+        3.0,
+        delay=0.01,
+        bias=None,
+    )
+    assert run.settled.all()
+    stand = found.bench_firmware.law.D[0]
+    assert stand[0] > 0 < stand[2] and not stand[[1, 3]].any()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_c_does_what_python_does(kind):
+    if find() is None:
+        refuse()
+    found = recommend(MIP, R=20.0, robot=THESIS.but(law=kind))
+    random = np.random.default_rng(3)
+    both = Compiled(found.firmware), found.firmware.controller()
+    for each in both:
+        each.start(0.1, 0.2, 0.01)
+    for _ in range(300):
+        seen = random.normal(0, [0.4, 0.2, 0.1])
+        said = [each.step(*seen, 0.1, 0.2)[0] for each in both]
+        assert said[0] == said[1]
+
+
+def test_a_clock_too_slow_for_a_gain_is_one_for_the_observer():
+    assert recoverable_tilt(SLOW, LAZY.limit) > 0.3
+    with pytest.raises(ValueError, match='law = "observer" would do'):
+        recommend(SLOW, R=None, robot=LAZY)
+    seeing = design_optimal(SLOW, LAZY.but(law="observer"), 0.04, Q, None, 2.0)
+    assert seeing.kind == "observer"
+    with pytest.raises(ValueError, match="no R keeps the peak"):
+        recommend(SLOW, R=None, robot=LAZY.but(law="lqr"))
+
+
+def test_an_unstable_law_is_not_written(tmp_path):
+    found = recommend(SLOW, R=1e-3, robot=LAZY.but(law="lqr"))
+    assert not found.proven and found.radius > 1
+    with pytest.raises(ValueError, match="isn't proven"):
+        found.write(tmp_path)
+
+
+def test_another_law_is_refused_by_its_name():
+    with pytest.raises(ValueError, match="law must be one of"):
+        THESIS.but(law="pid")
+    with pytest.raises(ValueError, match="law must be one of"):
+        optimal_law(MIP, THESIS, "gain", Q, 1.0)
