@@ -195,7 +195,7 @@ LABELS = [
     "Half-angle θ",
     "Disk radius ρ",
     "H∞ bound γ",
-    "Input bound u_max",
+    "Input bound uₘₐₓ",
 ]
 
 
@@ -262,7 +262,7 @@ def test_the_second_atlas_moves_alone(tab):
 def test_the_page_says_what_was_solved(tab, robot, atlas):
     fresh = request_at(robot, atlas, atlas.start)
     text = say(tab)
-    assert text.startswith("Feasible for σ = 0.7 1/s, θ = 45°, ρ = 5 1/s")
+    assert text.startswith("Feasible for σ = 0.7 s⁻¹, θ = 45°, ρ = 5 s⁻¹")
     n = robot.plant.n
     shown = numbers(text[text.index("KP") : text.index("Poles")])
     blocks = [fresh.K[:, :n], fresh.K[:, n : 2 * n], fresh.K[:, 2 * n :]]
@@ -273,7 +273,7 @@ def test_the_page_says_what_was_solved(tab, robot, atlas):
     parts = [x for s in upper for x in ((s.real, s.imag) if s.imag else (s.real,))]
     assert np.allclose(poles, parts, rtol=6e-3)
     least = min(fresh.margins, key=fresh.margins.get)
-    assert f"{fresh.margins[least]:.2g}" in text and "u_max" in text
+    assert f"{fresh.margins[least]:.2g}" in text and "uₘₐₓ" in text
 
 
 def test_the_element_holds_every_solved_design(tab, atlas):
@@ -314,7 +314,7 @@ def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     for label, key in [
         ("Decay rate σ", "End"),
         ("H∞ bound γ", "Home"),
-        ("Input bound u_max", "Home"),
+        ("Input bound uₘₐₓ", "Home"),
     ]:
         slider = first(tab).get_by_label(label)
         slider.focus()
@@ -334,6 +334,7 @@ def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     moves = re.split(r"Moving one other", advice)[0]
     for k, slider in enumerate(atlas.sliders):
         for at, words in enumerate(slider.texts):
+            words = words.replace("1/s", "s⁻¹").replace("u_max", "uₘₐₓ")
             if re.search(re.escape(words) + r"(?=[.;,]|\s|$)", moves):
                 place[k] = at
     assert request_at(robot, atlas, place).status == "feasible"

@@ -165,7 +165,7 @@ def test_every_control_has_its_own_visible_label(tab):
             assert tab.page.locator(f"[id='{name}']").count() == 1
     assert (
         first(tab).get_by_label("Decay rate δ").get_attribute("aria-valuetext")
-        == "δ = 0.1 1/s"
+        == "δ = 0.1 s⁻¹"
     )
     live = first(tab).locator(".sos-readout")
     assert live.get_attribute("aria-live") == "polite"
@@ -175,14 +175,14 @@ def test_every_control_has_its_own_visible_label(tab):
 def test_the_page_says_what_was_solved(tab, atlas):
     fresh, text = design_at(atlas, atlas.start), say(tab)
     assert text.startswith(
-        "Feasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.1 1/s, α = 0.8 s: the "
+        "Feasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.1 s⁻¹, α = 0.8 s: the "
         "delay stays in [0.2, 0.6] s."
     )
     shown = numbers(text[text.index("KP") : text.index("Promised")])
     assert np.allclose(shown, fresh.K.ravel(), rtol=6e-4)
     rate, delay = fresh.slowest_decay()
-    assert "Promised rate, however the delay varies: 0.1 1/s." in text
-    assert f"delays: {rate:.3g} 1/s, at {delay:.3g} s." in text
+    assert "Promised rate, however the delay varies: 0.1 s⁻¹." in text
+    assert f"delays: {rate:.3g} s⁻¹, at {delay:.3g} s." in text
 
 
 @pytest.mark.parametrize("label", LABELS)

@@ -18,7 +18,7 @@ LABELS = {
     "theta": "Half-angle θ",
     "rho": "Disk radius ρ",
     "gamma": "H∞ bound γ",
-    "u_max": "Input bound u_max",
+    "u_max": "Input bound uₘₐₓ",
 }
 
 
@@ -174,6 +174,78 @@ def test_the_region_s_edges_are_dragged_in_the_pole_map(tab):
     assert first(tab).locator(".sos-ghost").count() > 0
 
 
+def test_a_swipe_that_scrolls_leaves_the_slider(tab):
+    before, between, after, touch = tab.page.evaluate(
+        """() => {
+      const e = document.querySelector("sos-explorer"), [input] = e.inputs;
+      const fire = name => input.dispatchEvent(new PointerEvent(name));
+      const before = [...e.values];
+      fire("pointerdown");
+      input.value = 190;
+      input.dispatchEvent(new Event("input"));
+      const between = [...e.values];
+      fire("pointercancel");
+      return [before, between, [...e.values], getComputedStyle(input).touchAction]; }"""
+    )
+    settled(tab)
+    assert before == after != between and touch == "pan-y"
+
+
+def test_a_finger_drags_an_edge_and_the_page_stays(browser, sheet):
+    context = browser.new_context(
+        viewport={"width": 390, "height": 500}, has_touch=True, is_mobile=True
+    )
+    page = context.new_page()
+    page.goto(sheet.as_uri())
+    page.wait_for_function("document.querySelector('sos-explorer')?.answer")
+    handle = page.locator("[data-handle='2']").first  # rho
+    handle.scroll_into_view_if_needed()
+    scrolled = page.evaluate("scrollY")
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    fingers = context.new_cdp_session(page)
+    for kind, at in [("Start", x), ("Move", x + 8), ("Move", x + 20), ("End", None)]:
+        points = [] if at is None else [{"x": at, "y": y - 3 * (at - x)}]
+        fingers.send(
+            "Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points}
+        )
+    page.wait_for_function(
+        """() => { const e = document.querySelector("sos-explorer");
+          return e.values[2] < 5 && e.answer.values[2] === e.values[2]; }"""
+    )
+    values = page.evaluate("document.querySelector('sos-explorer').values")
+    assert values[:2] == [0.7, 45] and 2 < values[2] < 5
+    assert page.evaluate("scrollY") == scrolled
+    context.close()
+
+
+def test_a_pole_its_number_and_its_curve_belong_together(tab):
+    page, element = tab.page, first(tab)
+    number = element.locator(".sos-number").first
+    number.hover()
+    assert element.locator(".sos-pole.sos-lit").count() in (1, 2)
+    words = element.locator(".sos-mode text").text_content()
+    poles = state(tab)["answer"]["poles"][0]
+    re_, im = next(p for p in poles if p[1] >= 0)
+    shown = re.search(r"decays by e in ([\d.]+) s", words)[1]
+    assert float(shown) == pytest.approx(-1 / re_, rel=6e-3)
+    if im:
+        damping = re.search(r"ζ = ([\d.]+)", words)[1]
+        assert float(damping) == pytest.approx(-re_ / abs(complex(re_, im)), abs=6e-3)
+    # the curve: the envelope at one decay time is 1/e away from the set point
+    away = page.evaluate(
+        """() => { const e = document.querySelector("sos-explorer"), plot = e.stepPlot;
+          const d = e.view.querySelector(".sos-mode path").getAttribute("d");
+          const points = d.split(/[ML]/).filter(x => x).map(p => p.split(" "));
+          const {l, r, t, b, y: [low, high]} = plot;
+          return points.map(([x, y]) => [(Number(x) - l) / (r - l) * e.data.horizon,
+            low + (b - Number(y)) / (b - t) * (high - low)]); }"""
+    )
+    assert all(abs(1 - z) == pytest.approx(np.exp(re_ * t), abs=0.02) for t, z in away)
+    element.locator(".sos-title").hover()
+    assert element.locator(".sos-lit, .sos-mode").count() == 0
+
+
 def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
     drawn = state(tab)["response"]
     move(tab, [2.3, 45, 5, 1.257, 150])
@@ -188,7 +260,7 @@ def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
     assert shown["response"] == drawn
     assert first(tab).locator(".sos-step.sos-stale").count() == 1
     helped = re.search(r"Relax first: (\S+) = ([\d.]+)", text)
-    symbols = {"σ": 0, "θ": 1, "ρ": 2, "γ": 3, "u_max": 4}
+    symbols = {"σ": 0, "θ": 1, "ρ": 2, "γ": 3, "uₘₐₓ": 4}
     values = shown["values"]
     values[symbols[helped[1]]] = float(helped[2])
     assert at(robot, values).status == "feasible"

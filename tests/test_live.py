@@ -230,10 +230,10 @@ def test_the_atlas_works_in_the_notebook(page):
     slider = page.get_by_label("Decay rate σ")
     slider.scroll_into_view_if_needed()
     readout = page.locator("sos-atlas .sos-readout")
-    assert readout.inner_text().startswith("Feasible for σ = 0.5 1/s")
+    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
     slider.focus()
     slider.press("ArrowLeft")
-    assert readout.inner_text().startswith("Feasible for σ = 0.3 1/s")
+    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
 
 
 def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):

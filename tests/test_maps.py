@@ -355,7 +355,7 @@ def test_the_page_says_what_python_says(visit, sheet, atlas, force):
     for i, gamma in enumerate(axes["x"]["values"]):
         box.get_by_role("slider", name="H∞ bound γ").fill(str(i))
         for j in range(0, len(axes["y"]["values"]), 7):
-            box.get_by_role("slider", name="Input bound u_max").fill(str(j))
+            box.get_by_role("slider", name="Input bound uₘₐₓ").fill(str(j))
             status = force.status(gamma, axes["y"]["values"][j])
             assert say.inner_text().startswith(words[status])
             seen.add(status)
@@ -373,13 +373,13 @@ def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
     assert readout.inner_text().startswith("Certified")
     box.get_by_label("Plant", exact=True).select_option(label="Arm")
     radius = box.get_by_role("slider", name="Disk radius ρ")
-    assert radius.get_attribute("aria-valuetext") == "ρ = 15 1/s"
+    assert radius.get_attribute("aria-valuetext") == "ρ = 15 s⁻¹"
     for _ in range(3):
         radius.press("ArrowRight")
     assert readout.inner_text().startswith("Excluded")
     assert "Disk radius ρ:" in readout.inner_text()
     label = box.locator("svg").get_attribute("aria-label")
-    assert "ρ = 12 1/s is infeasible" in label
+    assert "ρ = 12 s⁻¹ is infeasible" in label
     ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
     assert len(ids) == len(set(ids)) > 8
     assert tab.errors == []

@@ -118,6 +118,13 @@ def test_a_control_moves_its_own_element_only(tab):
     assert tab.errors == []
 
 
+def test_numbers_are_short_and_have_powers_of_ten(tab):
+    numbers = [0, 0.00000989, -2.5e-7, 0.000123, 0.1234, 40000, 999999, 1.26e6, -3e12]
+    shown = tab.page.evaluate("list => list.map(x => sosKit.clean(x))", numbers)
+    assert shown == ["0", "9.89·10⁻⁶", "−2.5·10⁻⁷", "0.000123", "0.123", "40000",
+                     "1·10⁶", "1.26·10⁶", "−3·10¹²"]  # fmt: skip
+
+
 def test_an_element_that_a_page_could_break_out_of_is_escaped():
     class Trap(PageElement):
         tag, title = "sos-trap", 'a</script><b>"&'

@@ -1,7 +1,7 @@
 (() => {
   "use strict";
   const {PageElement, Plot, READOUT, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
-    panel, panels, slider, withConjugates} = window.sosKit;
+    panel, panels, printed, slider, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
   const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
@@ -89,7 +89,31 @@
           panel("step", escape(this.data.caption))) + READOUT;
     }
 
+    // A pole's mark, its number and the curve by which it decays belong together.
+    listen() {
+      this.view.addEventListener("pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
+    }
+
+    light(k) {
+      if (k === this.lit) return;
+      this.lit = k;
+      this.view.querySelectorAll("[data-pole]").forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
+      this.part("step").querySelector(".sos-mode")?.remove();
+      const pole = this.design.poles?.[k];
+      if (pole) this.part("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
+    }
+
+    // The envelope of a pole's part of the response, and what the pole means.
+    mode([re, im]) {
+      const {horizon, r} = this.data, plot = this.stepPlot, times = Array.from({length: 61}, (_, k) => k * horizon / 60);
+      const ends = [...new Set(r.filter(x => x))].flatMap(x => [x, -x].map(side => times.map(t => [t, x - side * Math.exp(re * t)])));
+      const swings = im ? `, ω = ${clean(im)} rad/s, ζ = ${clean(-re / Math.hypot(re, im), 2)}` : "";
+      return `<g class="sos-mode">` + ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
+        `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${swings}</text></g>`;
+    }
+
     wire() {
+      this.listen();
       this.place = [...this.data.start];
       this.view.querySelectorAll("input").forEach((input, k) =>
         input.addEventListener("input", () => {
@@ -167,6 +191,7 @@
     }
 
     update() {
+      this.lit = undefined;
       const design = this.design;
       this.view.querySelectorAll("input").forEach((input, k) => announce(input, this.texts[k]));
       this.part("map").innerHTML = this.map(design);
@@ -178,7 +203,7 @@
       const [left, right, height] = this.data.window;
       const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 288) / 2;
       const tall = half * 288 / 286, x = [middle - half, middle + half], y = [-tall, tall];
-      const plot = new Plot({x, y, labels: ["Re s (1/s)", "Im s (rad/s)"]});
+      const plot = new Plot({x, y, labels: ["Re s (s⁻¹)", "Im s (rad/s)"]});
       const polygon = regionPolygon(asked, [x[0], x[1], tall]);
       const style = plot.hatch(`${this.name}-hatch`);
       if (polygon.length) {
@@ -186,9 +211,13 @@
       }
       plot.rule("sos-axis", x, [0, 0]);
       if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], [tall, -tall]);
-      for (const [re, im] of withConjugates(poles || []).filter(pole => plot.has(pole))) {
-        plot.body += `<path class="sos-pole" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
-      }
+      (poles || []).forEach((pole, k) => {
+        for (const [re, im] of withConjugates([pole]).filter(pole => plot.has(pole))) {
+          const [x, y] = [plot.X(re), plot.Y(im)];
+          plot.body += `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
+            `<circle class="sos-hit" data-pole="${k}" cx="${x}" cy="${y}" r="9"/>`;
+        }
+      });
       if (!poles) plot.absent(status, 40);
       return plot.svg(poles
         ? `Pole map: poles at ${poles.map(p => complex(...p)).join(", ")}, all in the shaded region.`
@@ -201,7 +230,7 @@
       this.response = all;
       const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
       const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
-      const plot = new Plot({x: [0, horizon], y: limits, labels});
+      const plot = this.stepPlot = new Plot({x: [0, horizon], y: limits, labels});
       if (!K) {
         plot.absent("no design", 40);
         return plot.svg(`Step response: none, ${status}.`);
@@ -222,7 +251,7 @@
     // The verdict on what the sliders ask for; a subclass adds what that means.
     verdict({status}, more = "") {
       return `<p><span class="sos-status">${capital(status)}</span> for ` +
-        `${escape([...this.texts, ...this.data.also].join(", "))}${more}.</p>`;
+        `${escape(printed([...this.texts, ...this.data.also].join(", ")))}${more}.</p>`;
     }
 
     readout(design) {
@@ -230,14 +259,14 @@
       if (status === "undecided") return verdict + `<p>Neither a design nor a proof that there is none was found.</p>`;
       if (status === "infeasible") {
         const empty = asked.rho <= asked.sigma;
-        return verdict + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(this.advice())}</p>`;
+        return verdict + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(printed(this.advice()))}</p>`;
       }
       const [block, margin] = design.margin, truth = [];
       if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
       if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
       return verdict + gains(K, this.data.shape, 5) +
-        `<p>Poles: ${poles.map(p => `<span class="sos-number">${complex(...p)}</span>`).join(", ")}.</p>` +
-        `<p>Smallest margin: ${clean(margin, 2)} (${escape(block)}). ${truth.join(" ")}</p>`;
+        `<p>Poles: ${poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(...p)}</span>`).join(", ")}.</p>` +
+        `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
     }
   }
 

@@ -94,7 +94,7 @@
 
     map({status, asked, roots}) {
       const [left, right, height] = this.data.window, tall = [-height, height];
-      const plot = new Plot({x: [left, right], y: tall, labels: ["Re s (1/s)", "Im s (rad/s)"]});
+      const plot = new Plot({x: [left, right], y: tall, labels: ["Re s (s⁻¹)", "Im s (rad/s)"]});
       plot.rule("sos-axis", [0, 0], tall);
       plot.rule(`sos-bound${roots ? "" : " sos-empty"}`, [-asked.delta, -asked.delta], tall);
       const shapes = [(u, v) => `M${u - 4} ${v}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0`,
@@ -166,8 +166,8 @@
       }
       const [block, margin] = design.margin;
       return verdict + gains(design.K, this.data.shape, 4) +
-        `<p>Promised rate, however the delay varies: ${clean(delta)} 1/s. ` +
-        `True slowest rate over the constant delays: ${clean(design.rate)} 1/s, at ${clean(design.at)} s.</p>` +
+        `<p>Promised rate, however the delay varies: ${clean(delta)} s⁻¹. ` +
+        `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${clean(design.at)} s.</p>` +
         `<p>Smallest margin: ${clean(margin, 2)} (block: ${escape(block)}).</p>`;
     }
   }

@@ -2,7 +2,7 @@
 // browser solves. What is drawn is what the atlas draws.
 (() => {
   "use strict";
-  const {Plot, QUIET, announce, clean, define, escape, withConjugates} = window.sosKit;
+  const {Plot, QUIET, announce, clean, define, escape, printed, withConjugates} = window.sosKit;
   const Atlas = customElements.get("sos-atlas");
   const STEPS = 200;   // of a slider
   const BUTTONS = [["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]];
@@ -42,12 +42,13 @@
 
     sliders() {
       return this.data.sliders.map((s, k) => `<div class="sos-slider"><label for="${this.name}-${k}">` +
-        `<span>${escape(s.label)}</span><output for="${this.name}-${k}"></output></label><input id="${this.name}-${k}" type="range" ` +
+        `<span>${escape(printed(s.label))}</span><output for="${this.name}-${k}"></output></label><input id="${this.name}-${k}" type="range" ` +
         `min="0" max="${STEPS}" step="any" value="${placeOf(s, s.value)}" data-key="${s.key}" ${QUIET}>` +
         `<div class="sos-band" aria-hidden="true"></div></div>`).join("");
     }
 
     wire() {
+      this.listen();
       this.inputs = [...this.view.querySelectorAll("input[type=range]")];
       this.values = this.data.sliders.map(s => s.value);
       this.found = this.ghost = null;
@@ -55,10 +56,15 @@
       this.inputs.forEach((input, k) => {
         input.addEventListener("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
         input.addEventListener("keydown", event => this.key(event, k));
-        input.addEventListener("pointerdown", () => this.remember());
+        input.addEventListener("pointerdown", () => { this.held = this.values[k]; this.remember(); });
+        input.addEventListener("pointercancel", () => this.set(k, this.held));   // a swipe that scrolls
       });
       this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
       this.part("map").addEventListener("pointerdown", event => this.grab(event));
+      // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
+      this.part("map").addEventListener("touchstart", event => {
+        if (event.target.closest("[data-handle]")) event.preventDefault();
+      }, {passive: false});
       this.solve();
     }
 
@@ -205,6 +211,7 @@
     }
 
     update() {
+      this.lit = undefined;
       const design = this.design, held = design.K ? design : null;
       this.part("map").innerHTML = this.map(design).replace("</svg>", this.overlay(design) + "</svg>");
       const picture = this.step(held || {status: design.status, K: this.found?.K});

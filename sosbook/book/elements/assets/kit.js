@@ -4,8 +4,14 @@ window.sosKit ??= (() => {
   "use strict";
 
   // ------------------------------------------------------- numbers and texts
-  const clean = (x, digits = 3) =>
-    String(Number(Number(x).toPrecision(digits)) + 0).replace("-", "−");
+  const clean = (x, digits = 3) => {
+    const value = Number(Number(x).toPrecision(digits)) + 0, size = Math.abs(value);
+    if (size === 0 || !isFinite(size) || (size >= 1e-4 && size < 1e6)) return String(value).replace("-", "−");
+    const [mantissa, power] = value.toExponential().split("e");
+    return `${mantissa}·10${[...power.replace("+", "")].map(c => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`.replace("-", "−");
+  };
+  // Names and units as the book prints them; programs have u_max and 1/s.
+  const printed = text => text.replaceAll("1/s", "s⁻¹").replaceAll("u_max", "uₘₐₓ");
   const round = x => Math.round(x * 10) / 10 + 0;
   const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
   const capital = word => word[0].toUpperCase() + word.slice(1);
@@ -29,7 +35,7 @@ window.sosKit ??= (() => {
   const QUIET = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
 
   const slider = ({id, key, label, max, step = 1, value = 0}) =>
-    `<div class="sos-slider"><label for="${id}"><span>${escape(label)}</span><output for="${id}"></output></label>` +
+    `<div class="sos-slider"><label for="${id}"><span>${escape(printed(label))}</span><output for="${id}"></output></label>` +
     `<input id="${id}" type="range" min="0" max="${max}" step="${step}" value="${value}" data-key="${escape(key)}" ${QUIET}></div>`;
 
   const select = ({id, key, label, names}) =>
@@ -44,7 +50,8 @@ window.sosKit ??= (() => {
   const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
   // What a slider's value means, for eyes and for screen readers.
-  function announce(input, text) {
+  function announce(input, words) {
+    const text = printed(words);
     input.setAttribute("aria-valuetext", text);
     input.parentElement.querySelector("output").textContent = text;
   }
@@ -156,5 +163,5 @@ window.sosKit ??= (() => {
   }
 
   return {PageElement, Plot, READOUT, QUIET, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
-    options, panel, panels, round, row, select, slider, upright, withConjugates};
+    options, panel, panels, printed, round, row, select, slider, upright, withConjugates};
 })();

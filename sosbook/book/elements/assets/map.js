@@ -1,7 +1,7 @@
 (() => {
   "use strict";
   const {PageElement, Plot, READOUT, announce, clean, controls, define, escape, gainRows, gains, options,
-    panel, panels, select, slider} = window.sosKit;
+    panel, panels, printed, select, slider} = window.sosKit;
 
   class FeasibilityMap extends PageElement {
     markup() {
@@ -38,13 +38,13 @@
         input.max = axis.values.length - 1;
         const far = axis.values.map(v => Math.abs(Math.log(v / this.map.asked[k])));
         input.value = far.indexOf(Math.min(...far));
-        input.parentElement.querySelector("span").textContent = axis.label;
+        input.parentElement.querySelector("span").textContent = printed(axis.label);
       });
       this.update();
     }
 
-    unit(axis) { return axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol; }
-    say(axis, value) { return `${axis.symbol} = ${clean(value, 4)}${axis.unit}`; }
+    unit(axis) { return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol); }
+    say(axis, value) { return printed(`${axis.symbol} = ${clean(value, 4)}${axis.unit}`); }
 
     // By the proofs kept: one that asks for as much, or one that asks for no more.
     get verdict() {
@@ -65,7 +65,7 @@
       announce(this.control("y"), this.say(y, y.values[j]));
       this.part("plot").innerHTML = this.plot(verdict);
       this.part("caption").textContent =
-        `Shaded: a certified design. Hatched: proven infeasible. Blank: between the proofs. Diamond: what was asked. Held: ${this.map.held.join(", ") || "nothing else"}.`;
+        `Shaded: a certified design. Hatched: proven infeasible. Blank: between the proofs. Diamond: what was asked. Held: ${printed(this.map.held.join(", ")) || "nothing else"}.`;
       this.tell(verdict.status, this.readout(verdict));
     }
 
@@ -93,7 +93,7 @@
         `<path class="sos-region sos-empty" ${style} d="${stair(1, hard, false)}"/>` +
         `<path class="sos-asked" d="M${u} ${v - 6}l6 6l-6 6l-6 -6Z"/>` +
         `<path class="sos-cross" d="M${a - 9} ${b}h18M${a} ${b - 9}v18"/>`;
-      return plot.svg(`Map of ${x.label} and ${y.label}, logarithmic: the point at ${this.say(x, x.values[i])}, ` +
+      return plot.svg(printed(`Map of ${x.label} and ${y.label}`) + `, logarithmic: the point at ${this.say(x, x.values[i])}, ` +
         `${this.say(y, y.values[j])} is ${verdict.status}.`);
     }
 
