@@ -146,7 +146,7 @@ DELAY_ERRATA = (
         "(3.5), D12",
         "2.5",
         "2.45",
-        "the same sources; the printed gains can't tell",
+        "the same sources; 2.5 may be its rounding, and the printed gains can't tell",
         "21_delay_examples",
     ),
     Erratum(

@@ -237,14 +237,6 @@ TEXTS = (
         OBSERVER,
     ),
     Erratum(
-        "misprint",
-        "(4.29)",
-        "- 25.831",
-        "- {gain:.3f}",
-        "{far:g} * {zero:g} / {pole:g} of (4.28), the gain at s = 0",
-        DESIGN,
-    ),
-    Erratum(
         "single character",
         "4.3.2, Fig. 4.13, text",
         "R = 3",
@@ -305,13 +297,11 @@ TEXTS = (
 def _numbers():
     """What the texts leave open, from the printed (4.28) and Table 4.1."""
     printed = thesis.mip()
-    _, (far, (zero, _)), (pole, *_) = printed.controller
+    _, (_, (zero, _)), (pole, *_) = printed.controller
     ((theta, phi, *_),) = printed.pd[5]
     return {
-        "far": far,
         "zero": zero,
         "pole": -pole,
-        "gain": -far * (zero / pole),
         "pole_in_hertz": -pole / 2 / np.pi,
         "zero_in_hertz": zero / 2 / np.pi,
         "exponent": pole * 0.01,
