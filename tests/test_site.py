@@ -10,6 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from sosbook.book import notebooks
 from tests import layout
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -296,3 +297,16 @@ def test_no_slider_is_dead_in_the_pages(site):
         text = (site / f"{page}.html").read_text("utf-8")
         assert "widget-view+json" not in text
         assert "jupyter-widgets" not in text
+
+
+def test_the_page_of_theorems_lists_every_statement(site):
+    listed = links_of(site / "book" / "theorems.html").links
+    kinds = "theorem|lemma|proposition|corollary|definition|algorithm"
+    form = rf"\{{prf:(?:{kinds})\}}[^\n]*\n(?::\w+:.*\n)*?:label: (\S+)"
+    count = 0
+    for notebook in sorted((ROOT / "book").glob("*.ipynb")):
+        for cell in notebooks.read(notebook).cells:
+            for label in re.findall(form, cell.source):
+                assert f"{notebook.stem}.html#{label}" in listed
+                count += 1
+    assert count > 90

@@ -62,8 +62,14 @@ def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     step = max(1, len(t) // points)
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     low, high = signals.min(axis=0)[keep], signals.max(axis=0)[keep]
-    ax.fill_between(
-        t[keep], low, high, color=colour, alpha=0.3, linewidth=0.6, label=name
+    ax.fill_between(  # with edges: a band without width is a line
+        t[keep],
+        low,
+        high,
+        facecolor=(colour, 0.3),
+        edgecolor=colour,
+        linewidth=1,
+        label=name,
     )
     if middle is not None:
         ax.plot(
