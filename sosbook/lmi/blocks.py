@@ -48,6 +48,31 @@ class Blocks:
         self.variables = sum(u.size for u in unknowns)
         return self
 
+    @classmethod
+    def compiled(cls, expressions, blocks, unknowns):
+        """Blocks whose structure is known.
+
+        Parameters
+        ----------
+        expressions, unknowns
+            As for `of`.
+        blocks : sequence of StructuredBlock
+            Their structures.
+        """
+        self = cls.of(expressions, unknowns)
+        layouts, scalars, _ = structure([], self.unknowns)
+        self.structure = layouts, scalars, list(blocks)
+        return self
+
+    def joined(self, expressions):
+        """These blocks and more, `Affine` expressions in the same unknowns."""
+        more = Blocks.of(expressions, self.unknowns)
+        return Blocks.compiled(
+            [*self.expressions, *more.expressions],
+            [*self.structure[2], *more.structure[2]],
+            self.unknowns,
+        )
+
     @cached_property
     def slopes(self):
         """Derivatives of each block: a list of (k, q, q) arrays."""

@@ -103,7 +103,7 @@ def bounded(blocks, unknowns, x, r=16.0):
     homogeneous = not any(c.any() for c in blocks.constants)
     while r < 1e16:
         bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
-        joined = Blocks.of([*blocks.expressions, *bounds], blocks.unknowns)
+        joined = blocks.joined(bounds)
         near = x * (r / 2 / reach) if homogeneous and reach >= r else x
         if newton_of(joined).least(near).min() > 0:
             return joined, near

@@ -5,6 +5,7 @@ scalars. It is written once and read with
 
 * `Unknown` (this module): gives the structure that the solver uses;
 * float arrays: gives the numbers that are checked;
+* `Matrices` of floats: gives those of many pairs of vertices at once;
 * arrays of exact rationals (``dtype=object``): gives what is proven;
 * cvxpy variables: gives constraints for the ecosystem's solvers.
 
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..runtime.libraries import library
+from .matrices import Matrices, array_of
 
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
@@ -260,6 +262,8 @@ def block(rows):
     entries = [x for row in full for x in row]
     if any(isinstance(x, Affine) for x in entries):
         return _block_affine(full, heights, widths)
+    if any(isinstance(x, Matrices) for x in entries):
+        return _block_matrices(full, heights, widths)
     if all(isinstance(x, np.ndarray) for x in entries):
         return _assembled(full, heights, widths)
     return library("cvxpy").bmat(full)
@@ -304,6 +308,16 @@ def _block_affine(full, heights, widths):
             left += w
         top += h
     return Affine(constant, terms)
+
+
+def _block_matrices(full, heights, widths):
+    count = next(len(x.array) for r in full for x in r if isinstance(x, Matrices))
+    whole = np.zeros((count, sum(heights), sum(widths)))
+    tops, lefts = np.cumsum([0, *heights]), np.cumsum([0, *widths])
+    for i, row in enumerate(full):
+        for j, x in enumerate(row):
+            whole[:, tops[i] : tops[i + 1], lefts[j] : lefts[j + 1]] = array_of(x)
+    return Matrices(whole)
 
 
 def _pad(matrix, start, size):

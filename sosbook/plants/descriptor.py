@@ -309,11 +309,10 @@ def coupled_pairs(vertices, coupling):
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]
     if coupling == "pairs":
-        pairs += [
-            (i, j)
-            for i, j in combinations(few, 2)
-            if not np.array_equal(vertices[i].E, vertices[j].E)
-        ]
+        masses = {i: tuple(np.ravel(vertices[i].E)) for i in few}
+        kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
+        kind = {i: kinds[E] for i, E in masses.items()}
+        pairs += [(i, j) for i, j in combinations(few, 2) if kind[i] != kind[j]]
     return pairs
 
 

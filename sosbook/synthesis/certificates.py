@@ -223,7 +223,9 @@ class DesignInfeasibility(Exclusion):
     def rebuilt(cls, data):
         request = read_request(data, gain=data["K"])
         frame = read_frame(data["coordinates"], request.order)
-        expressions, unknowns = request.in_unknowns(frame, exact)
+        named = {tuple(key[3:] * 2)[:2] for key, _ in data["multipliers"]}
+        pairs = [pair for pair in request.pairs if pair in named]
+        expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
         return cls.contents(request, frame), expressions, unknowns, _key
 
     @classmethod
@@ -281,7 +283,7 @@ def read_frame(data, N):
     )
 
 
-def prove_infeasible(request, frame, Z):
+def prove_infeasible(request, frame, Z, pairs=None):
     """Exact multipliers from float ones, where the repair succeeds.
 
     Parameters
@@ -292,12 +294,15 @@ def prove_infeasible(request, frame, Z):
         The coordinates of the multipliers.
     Z : list of arrays
         Multipliers of the blocks in that frame.
+    pairs : sequence, optional
+        The pairs of vertices that they belong to; all of the request's
+        without it.
 
     Returns
     -------
     DesignInfeasibility, or InfeasibilityCertificate that isn't proven
         The exact multipliers.
     """
-    expressions, unknowns = request.in_unknowns(frame, exact)
+    expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
     data = DesignInfeasibility.contents(request, frame)
     return excluded_by(DesignInfeasibility, data, expressions, unknowns, Z, _key)

@@ -1,64 +1,200 @@
 """Cutting planes: of the blocks of many pairs of vertices a few decide."""
 
+from collections import defaultdict
+
 import numpy as np
 
+from ..lmi import Affine
+from ..lmi.blocks import Blocks
+from ..lmi.bounded import any_centre, unpacked
+from ..lmi.centre import margin, phase_one
 from ..lmi.newton import newton_of
+from ..lmi.solution import LMISolution
 from ..lmi.time_limit import check_time
+from .pair_margins import pair_margins
 
-__all__ = ["CENTRE_UP_TO_PAIRS", "CUTTING_PLANE_ABOVE_PAIRS", "Cuts"]
+__all__ = ["CENTRE_UP_TO_PAIRS", "CUTTING_PLANE_ABOVE_PAIRS", "Cuts", "holds"]
 
 # pairs of vertices
 CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at once
 CENTRE_UP_TO_PAIRS = 1000  # up to here the centre is that of all blocks
 PAIRS_PER_CUT = 4  # how many join at a time
+TIE = 1e-6  # relative; pairs whose margins differ by less join together
+CLEARANCE = 0.1  # of the least margin of what is chosen; a pair that has less joins
 
 
 class Cuts:
-    """Blocks of many pairs of vertices, of which a few are solved at a time.
+    """The LMIs of many pairs of vertices, of which a few are solved at a time.
+
+    Blocks are written for the pairs that are chosen; what belongs to no pair,
+    such as P, is always there. All the pairs are looked at in floats, many in
+    one numpy call.
 
     Parameters
     ----------
-    blocks : Blocks
-        All the blocks.
-    names : sequence of BlockName
-        Theirs. Blocks of no pair, such as P, are there from the start.
+    lmis : ScaledLMIs
+        With all the pairs.
     """
 
-    def __init__(self, blocks, names):
-        self.blocks, self.newton = blocks, newton_of(blocks)
-        self.owners = np.array([str(name.vertices) for name in names])
-        self.chosen = {"()": None}
+    def __init__(self, lmis):
+        self.lmis, self.chosen = lmis, {}
+        self._written = {(): self._write(())}
+
+    def _write(self, pairs):
+        """Expressions and structures of the blocks that some pairs bring along."""
+        unknowns = self.lmis.unknowns
+        named = self.lmis.written_for(pairs, {u.name: u for u in unknowns})
+        named = {_key(n): g for n, g in named.items()}
+        if pairs:
+            named = {k: g for k, g in named.items() if k not in self._written[()]}
+        blocks = Blocks.of(
+            [g if isinstance(g, Affine) else Affine(g) for g in named.values()],
+            unknowns,
+        )
+        return dict(zip(named, zip(blocks.expressions, blocks.structure[2])))
 
     def some(self):
-        """The blocks that are chosen so far."""
-        return self.blocks.only(np.flatnonzero(np.isin(self.owners, list(self.chosen))))
+        """The `Blocks` of the pairs that are chosen so far."""
+        fresh = [pair for pair in self.chosen if pair not in self._written]
+        for key, block in self._write(fresh).items() if fresh else ():
+            pair = key[2] if len(key[2]) == 2 else key[2] * 2
+            self._written.setdefault(pair, {})[key] = block
+        parts = [p for pair in [(), *self.chosen] for p in self._written[pair].items()]
+        self.keys = [key for key, _ in parts]
+        return Blocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
+
+    def margins(self, x, below=np.inf):
+        """The least margin of the blocks of each pair at x, in their order.
+
+        What is larger than ``below`` may be infinite.
+        """
+        request, values = self.lmis.request, unpacked(self.lmis.unknowns, x)
+        if request.coupling == "slack":
+            least = defaultdict(lambda: np.inf)
+            for name, g in self.lmis.blocks(values).items():
+                if _key(name) not in self._written[()]:
+                    i = name.vertices[0]
+                    least[i] = min(least[i], margin(g))
+            return np.array([least[i] for i, _ in request.pairs])
+        (P, Y, _, own), levels = self.lmis.taken_apart(values)
+        found = pair_margins(request, P, Y, self.lmis.frame, levels, own, below)
+        return np.min(list(found.values()), axis=0)
 
     def holds(self, x):
         """Whether all blocks are positive definite at x."""
-        return bool(self.newton.least(x).min() > 0)
+        self.chosen = {}
+        once = not self._written[()] or newton_of(self.some()).least(x).min() > 0
+        return once and bool(self.margins(x, 0.0).min() > 0)
 
-    def join(self, x, violated=True):
-        """Choose the pairs with the smallest eigenvalues at x.
+    def join(self, margins, below, count=PAIRS_PER_CUT, ties=False):
+        """Choose the pairs that have the least ``margins``.
 
         Parameters
         ----------
-        x : array
-            The point that is looked at.
-        violated : bool
-            Only those that aren't positive definite there.
+        margins : (pairs,) array
+            As `margins` gives them.
+        below : float
+            Only those of no larger margin.
+        count : int
+            How many.
+        ties : bool
+            And all others that have the margin of the last one.
 
         Returns
         -------
         bool
             Whether there was one more.
         """
-        least = self.newton.least(x)
-        order = np.argsort(least)[: (least <= 0).sum() if violated else None]
-        fresh = [o for o in dict.fromkeys(self.owners[order]) if o not in self.chosen]
-        self.chosen.update(dict.fromkeys(fresh[:PAIRS_PER_CUT]))
-        return bool(fresh)
+        pairs = self.lmis.request.pairs
+        fresh = [
+            k for k in np.flatnonzero(margins <= below) if pairs[k] not in self.chosen
+        ]
+        if not fresh:
+            return False
+        fresh.sort(key=lambda k: margins[k])
+        if ties:
+            edge = margins[fresh[:count][-1]]
+            edge += TIE * abs(edge)
+            count = sum(margins[k] <= edge for k in fresh)
+        self.chosen |= {pairs[k]: None for k in fresh[:count]}
+        return True
 
-    def solve(self, x, work):
+    def find(self, start, refute=True):
+        """A point inside all blocks, or why there is none.
+
+        The centre of a few pairs' blocks; then those that it violates most
+        join them, until it violates none.
+
+        Parameters
+        ----------
+        start : dict or None
+            The unknowns by name, where the search begins.
+        refute : bool
+            As for `LMIProblem.find`.
+
+        Returns
+        -------
+        LMISolution
+            A refusal is that of the pairs that were chosen.
+        """
+        lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
+        size = sum(u.size for u in lmis.unknowns)
+        x = np.zeros(size) if start is None else lmis.packed(start)
+        while self.join(self.margins(x, 0.0), 0.0, count) or not inside:
+            check_time()
+            count *= 2
+            some = self.some()
+            phase = phase_one(some, start=x, multipliers=refute)
+            if phase.x is None:
+                return self._refusal(phase)
+            x = any_centre(some, lmis.unknowns, phase.x, enough=0.3)
+            inside = True
+        return LMISolution(lmis, unpacked(lmis.unknowns, x))
+
+    def _refusal(self, phase):
+        problem, Z = self.lmis.of_pairs(tuple(self.chosen)), phase.Z
+        if Z is not None:
+            given = dict(zip(self.keys, Z))
+            Z = [given[_key(name)] for name in problem.expressions]
+        return LMISolution(
+            problem,
+            multipliers=Z,
+            verdict=phase.verdict,
+            last_iterate=unpacked(problem.unknowns, phase.last_iterate),
+            excluded_radius=phase.excluded_radius,
+        )
+
+    def centre(self, x):
+        """The centre of the blocks that decide.
+
+        These are the blocks of the vertices, and of the pairs that come near
+        the edge at the centre of those before: so it doesn't depend on x, nor
+        on the order of the vertices.
+
+        Parameters
+        ----------
+        x : array
+            All blocks are positive definite there.
+
+        Returns
+        -------
+        array
+            All blocks are positive definite there, too.
+        """
+        pairs, count = self.lmis.request.pairs, PAIRS_PER_CUT
+        self.chosen = {(i, j): None for i, j in pairs if i == j}
+        while True:
+            check_time()
+            some = self.some()
+            newton = newton_of(some)
+            centre = any_centre(some, self.lmis.unknowns, x)
+            least = min(map(margin, newton.unstacked(newton.at(centre))))
+            near = CLEARANCE * max(least, 0.0)
+            if not self.join(self.margins(centre, near), near, count, ties=True):
+                return centre
+            count *= 2
+
+    def least(self, x, work):
         """Where ``work`` ends if it sees those blocks only that matter.
 
         Parameters
@@ -74,15 +210,29 @@ class Cuts:
         array
             What ``work`` returned last.
         """
-        more = self.join(x, violated=False)
+        self.chosen, count, at_x = {}, PAIRS_PER_CUT, self.margins(x)
+        self.join(at_x, np.inf)
         while True:
             check_time()
+            count *= 2
             try:
                 outcome = work(self.some(), x)
             except ValueError:
-                if not more:
+                if not self.join(at_x, np.inf, count):
                     raise
-                more = self.join(x, violated=False)
                 continue
-            if self.holds(outcome) or not self.join(outcome):
+            if not self.join(self.margins(outcome, 0.0), 0.0, count):
                 return outcome
+
+
+def _key(name):
+    """What tells a `BlockName` from others, whatever the labels are."""
+    return name.requirement, name.block, name.vertices
+
+
+def holds(lmis, values):
+    """Whether all blocks of `ScaledLMIs` are positive definite, some values given."""
+    x = lmis.packed(values)
+    if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
+        return Cuts(lmis).holds(x)
+    return bool(newton_of(lmis.compiled).least(x).min() > 0)

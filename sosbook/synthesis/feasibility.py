@@ -6,13 +6,11 @@ from time import monotonic
 import numpy as np
 
 from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import LONGEST_SOLUTION, Unbounded, phase_one
+from ..lmi.centre import LONGEST_SOLUTION, Unbounded
 from ..lmi.exact import round_digits
-from ..lmi.newton import newton_of
-from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
-from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts
+from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -90,13 +88,9 @@ def search(request, free=()):
     """
     names = tuple(r.parameter.key for r in free)
     lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
-    if len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS:
-        point = _cutting_plane(lmis)
-        if point is not None:
-            return LMISolution(lmis, point)
     for _ in range(4):
         check_time()
-        first = lmis.find(start=lmis.guess())
+        first = find(lmis)
         if first.values is not None:
             return first
         tried.append(first)
@@ -109,23 +103,19 @@ def search(request, free=()):
     return next(t for t in refusals if t.excluded_radius >= best / 10)
 
 
-def _cutting_plane(lmis):
-    """A point for many pairs of vertices, by the unknowns' names, or None.
+def find(lmis, start=None, refute=True):
+    """A point of `ScaledLMIs`, or the lack of one, as an LMISolution.
 
-    The centre of a few pairs' blocks; then those that it violates most
-    join them, until it violates none.
+    With many pairs of vertices most blocks are only looked at. ``start`` and
+    ``refute`` are as for `LMIProblem.find`; without a start the frame guesses.
     """
-    cuts, start = Cuts(lmis.compiled, lmis.names), lmis.guess()
-    x = np.zeros(lmis.compiled.variables) if start is None else lmis.packed(start)
-    while not cuts.holds(x):
-        check_time()
-        cuts.join(x)
-        some = cuts.some()
-        inside = phase_one(some, start=x).x
-        if inside is None:
-            return None
-        x = any_centre(some, some.unknowns, inside, enough=0.3)
-    return unpacked(lmis.unknowns, x)
+    start, pairs = start or lmis.guess(), len(lmis.request.pairs)
+    if pairs > CUTTING_PLANE_ABOVE_PAIRS:
+        last = pairs > CENTRE_UP_TO_PAIRS
+        first = Cuts(lmis).find(start, refute and last)
+        if first.values is not None or last:
+            return first
+    return lmis.find(refute, start)
 
 
 def closer(lmis, near):
@@ -204,6 +194,8 @@ def refused(first):
         Of `ScaledLMIs`, without a point.
     """
     request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
+    if first.problem.pairs is not None:  # some blocks have none
+        Z = None
     certain = without_lmis(request)
     if certain is not None:
         return replace(certain, frame=frame, multipliers=Z)
@@ -301,9 +293,11 @@ def follow(request, start):
         frame = replace(frame, sizes=start.frame.sizes)
     lmis = ScaledLMIs(request, frame)
     near = lmis.point(start)
-    inside = None if near is None else lmis.find(refute=False, start=near).values
+    inside = None if near is None else find(lmis, near, refute=False).values
     if inside is None:
         return None
+    if len(request.pairs) > CENTRE_UP_TO_PAIRS:
+        return finish(lmis, inside)
     try:
         return lmis.solution(lmis.centre(inside).values)
     except Unbounded:
@@ -323,7 +317,7 @@ def finish(lmis, values):
     Notes
     -----
     With more than a thousand pairs of vertices it is the centre of some
-    of their blocks, those that a cutting plane needs.
+    of their blocks: see `Cuts.centre`.
     """
     x = lmis.packed(values)
     if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
@@ -331,8 +325,7 @@ def finish(lmis, values):
     ):
         lmis, x = _nearer(lmis, x)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
-        cuts = Cuts(lmis.compiled, lmis.names)
-        x = cuts.solve(x, lambda some, x: any_centre(some, lmis.unknowns, x))
+        x = Cuts(lmis).centre(x)
     else:
         x = any_centre(lmis.compiled, lmis.unknowns, x)
     return lmis.solution(unpacked(lmis.unknowns, x))
@@ -352,6 +345,6 @@ def _nearer(lmis, x):
         return lmis, x
     there = ScaledLMIs(lmis.request, frame)
     moved = there.point(point)
-    if moved is None or newton_of(there.compiled).least(there.packed(moved)).min() <= 0:
+    if moved is None or not holds(there, moved):
         return lmis, x
     return there, there.packed(moved)

@@ -7,11 +7,10 @@ import numpy as np
 from ..lmi.bounded import any_minimum, unpacked
 from ..lmi.centre import Unbounded
 from ..lmi.exact import round_digits
-from ..lmi.newton import newton_of
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
-from .cutting import CUTTING_PLANE_ABOVE_PAIRS, Cuts
-from .feasibility import answer, finish, search
+from .cutting import CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
+from .feasibility import answer, find, finish, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
@@ -43,7 +42,7 @@ def at_optimum(request, objective, backoff):
         {name: _rounded_up(value * (1 + backoff)) for name, value in bounds.items()}
     )
     lmis, values = best.problem.led(best.values, request)
-    if newton_of(lmis.compiled).least(lmis.packed(values)).min() <= 0:
+    if not holds(lmis, values):
         return answer(request)  # the optimum lies too close to the boundary
     return finish(lmis, values)
 
@@ -118,7 +117,7 @@ def _least(lmis, objective, values, gap):
     if len(lmis.request.pairs) <= CUTTING_PLANE_ABOVE_PAIRS:
         x = work(lmis.compiled, x)
     else:
-        x = Cuts(lmis.compiled, lmis.names).solve(x, work)
+        x = Cuts(lmis).least(x, work)
     return unpacked(lmis.unknowns, x)
 
 
@@ -153,7 +152,7 @@ def _with_sizes(first, searched, objective, gap):
 def _at_sizes(lmis, sizes, objective, gap):
     """The least weighted sum of levels for given sizes, the bounds, the point."""
     there = ScaledLMIs(lmis.request, lmis.frame, lmis.free, sizes)
-    first = there.find(refute=False)
+    first = find(there, refute=False)
     if first.values is None:
         return np.inf, None, None
     try:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..lmi import Affine, Unknown
+from ..lmi import Affine
 from ..lmi.exact import exact
 from ..lmi.read_only import ReadOnly
 from ..lmi.time_limit import check_time
@@ -17,7 +17,6 @@ from ..plants.descriptor import (
     coupled_pairs,
     descriptors,
     mean_descriptor,
-    twins,
 )
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
@@ -28,12 +27,13 @@ from ..requirements.shorthand import Shorthand, collected, moved
 from ..requirements.stability import Stability
 from .regularization import Regularization
 from .sizes import Sizes
+from .unknowns import InUnknowns
 
 __all__ = ["Request"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, Sizes, ReadOnly):
+class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     Parameters
@@ -162,7 +162,17 @@ class Request(Shorthand, Sizes, ReadOnly):
             asked.insert(leading, Stability())
         return tuple(asked)
 
-    def blocks(self, P, Y, number=lambda x: x, frame=None, V=None, levels=(), own=()):
+    def blocks(
+        self,
+        P,
+        Y,
+        number=lambda x: x,
+        frame=None,
+        V=None,
+        levels=(),
+        own=(),
+        pairs=None,
+    ):
         """All blocks that must be positive definite, by name.
 
         Parameters
@@ -182,6 +192,9 @@ class Request(Shorthand, Sizes, ReadOnly):
         own : dict, optional
             The requirements' own unknowns by name, and the sizes (see
             `Requirement.size_name`); a size that is missing is one.
+        pairs : iterable, optional
+            Some of the request's pairs of vertices; the blocks of others are
+            left out.
 
         Returns
         -------
@@ -195,10 +208,7 @@ class Request(Shorthand, Sizes, ReadOnly):
         affine in s, P, Y and s times its own unknowns: the constant of G
         is multiplied by s, nothing else changes.
         """
-        own = dict(own)
-        sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
-        whole = Loop(self, number, frame, P, Y, V, levels, own)
-        loops = {r.key: _measured(whole, r, sizes.get(r.key)) for r in self.demands}
+        whole, loops, sizes = self.loops(P, Y, number, frame, V, levels, own)
         table = BlockTable(len(self.vertices) > 1)
 
         def add(r, block, vertices, g):
@@ -219,7 +229,7 @@ class Request(Shorthand, Sizes, ReadOnly):
             if hasattr(s, "shape"):  # a number is known to be positive
                 table.add(r, r.size_name, (), s)
         once(leading)
-        for i, j in self.pairs:
+        for i, j in self.pairs if pairs is None else pairs:
             if whole.exact:  # floats have to end, so that a point isn't lost
                 check_time()
             if slack:
@@ -233,6 +243,26 @@ class Request(Shorthand, Sizes, ReadOnly):
                     add(r, block, (i, j), g)
         once(r for r in self.demands if r not in leading)
         return table.named()
+
+    def loops(self, P, Y, number, frame, V, levels, own):
+        """The loop in these coordinates, by requirement, and the unknown sizes.
+
+        The arguments are those of `blocks`.
+
+        Returns
+        -------
+        whole : Loop
+            The loop for the blocks that belong to no requirement.
+        loops : dict
+            The loop that each requirement sees, by its key.
+        sizes : dict
+            The sizes that ``own`` holds, by the requirement's key.
+        """
+        own = dict(own)
+        sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
+        whole = Loop(self, number, frame, P, Y, V, levels, own)
+        loops = {r.key: _measured(whole, r, sizes.get(r.key)) for r in self.demands}
+        return whole, loops, sizes
 
     def _coupled(self, loop, i, j):
         """A pair of vertices, or a vertex with a slack matrix."""
@@ -262,82 +292,6 @@ class Request(Shorthand, Sizes, ReadOnly):
         Whether two of them are equal, floats can't tell.
         """
         return self.vertices if self.K_A is None else self.vertices_in(exact)
-
-    def unknowns(self, levels=()):
-        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones.
-
-        With ``coupling="slack"`` P 1, P 2, ..., V, Y and so on. The own
-        ones of a requirement are multiplied by its size.
-
-        Parameters
-        ----------
-        levels : sequence of str
-            As in `leader`.
-        """
-        N = self.order
-        names = dict.fromkeys(self.lyapunov)
-        unknowns = [Unknown(name, N, symmetric=True) for name in names]
-        if self.coupling == "slack":
-            unknowns.append(Unknown("V", N, N))
-        if self.gain is None:
-            unknowns.append(Unknown("Y", self.plant.m, N))
-        for r in self.followers(self.leader(levels)):
-            unknowns.append(Unknown(r.size_name, 1))
-        for r in self.demands:
-            unknowns.extend(r.unknowns(self))
-        names = [u.name for u in unknowns]
-        if len(set(names)) < len(names):
-            raise ValueError(f"two unknowns have one name: {names}")
-        return unknowns
-
-    @property
-    def lyapunov(self):
-        """Names of the unknown Lyapunov matrices; equal vertices share one."""
-        if self.coupling != "slack":
-            return ("P",)
-        return tuple(f"P {i + 1}" for i in twins(self.certain))
-
-    def in_unknowns(self, frame, number=lambda x: x, levels=(), sizes=()):
-        """`blocks` in the `unknowns`.
-
-        Parameters
-        ----------
-        frame, number, levels
-            As in `blocks`.
-        sizes : dict, optional
-            Numbers for some of the unknown sizes, by their names.
-
-        Returns
-        -------
-        dict, list of Unknown
-            The blocks by name, and what they are affine in.
-        """
-        unknowns = self.unknowns(levels)
-        unknowns = [u for u in unknowns if u.name not in sizes]
-        values = {u.name: u for u in unknowns} | dict(sizes)
-        return self.blocks_at(values, number, frame, levels), unknowns
-
-    def blocks_at(self, values, number=lambda x: x, frame=None, levels=()):
-        """`blocks` for values of the `unknowns`, by name, in a frame.
-
-        ``number`` brings data into an arithmetic; ``levels`` are the free
-        bounds.
-        """
-        values = dict(values)
-        P = [values[name] for name in self.lyapunov]
-        values = {name: x for name, x in values.items() if name not in self.lyapunov}
-        V = values.pop("V", None)
-        if self.coupling != "slack":
-            (P,) = P
-        if self.gain is None:
-            Y = values.pop("Y")
-        else:
-            K = number(self.gain)
-            if frame is not None:
-                scale = number(np.array(frame.scale)).item()
-                K = K @ number(frame.T) / scale
-            Y = K @ (P if V is None else V).T
-        return self.blocks(P, Y, number, frame, V, levels, values)
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""

@@ -13,7 +13,10 @@ from ..lmi import Unknown, eye
 from ..lmi.bounded import unpacked
 from ..lmi.centre import margin
 from ..lmi.problem import LMIProblem
+from ..lmi.text import floats
 from .certificates import prove, prove_infeasible
+from .cutting import CUTTING_PLANE_ABOVE_PAIRS
+from .pair_margins import named_margins
 from .scaling import in_unknowns_of
 from .solution import Solution
 
@@ -34,10 +37,14 @@ class ScaledLMIs(LMIProblem):
         the last ones, in the units of ``units``.
     sizes : dict, optional
         Numbers for some of the unknown sizes, by their names.
+    pairs : sequence, optional
+        Some of the request's pairs of vertices: the blocks of others are left
+        out.
     """
 
-    def __init__(self, request, frame, free=(), sizes=None):
+    def __init__(self, request, frame, free=(), sizes=None, pairs=None):
         self.request, self.frame, self.free = request, frame, tuple(free)
+        self.pairs = pairs
         self.sizes = dict(sizes or {})
         self.units = {
             r.parameter.key: r.level_unit(request, frame.owned(r)) for r in self.free
@@ -48,12 +55,31 @@ class ScaledLMIs(LMIProblem):
         super().__init__(self._written, [*self.matrices, *levels])
 
     def _written(self, values, number):
+        return self.written_for(self.pairs, values, number)
+
+    def written_for(self, pairs, values, number=floats):
+        """The blocks of some pairs of vertices, by name, for values by name.
+
+        ``number`` brings data into their arithmetic.
+        """
+        (P, Y, V, own), levels = self.taken_apart(values, number)
+        return self.request.blocks(P, Y, number, self.frame, V, levels, own, pairs)
+
+    def taken_apart(self, values, number=floats):
+        """(P, Y, V, own) and levels, as `Request.blocks` takes them.
+
+        They are made of ``values`` by name, with data by ``number``.
+        """
         values = {**values, **self.sizes}
         levels = {
             name: values.pop(_level(name)) * number(np.array(unit)).item()
             for name, unit in self.units.items()
         }
-        return self.request.blocks_at(values, number, self.frame, levels)
+        return self.request.taken_apart(values, number, self.frame), levels
+
+    def of_pairs(self, pairs):
+        """The same LMIs for some of the pairs of vertices."""
+        return ScaledLMIs(self.request, self.frame, self.free, self.sizes, pairs)
 
     def _check(self):
         """The proof of a design finds blocks that aren't symmetric; saves time."""
@@ -71,7 +97,7 @@ class ScaledLMIs(LMIProblem):
         """
         if self.free:  # a file speaks of numbers
             return super().refute(Z)
-        return prove_infeasible(self.request, self.frame, Z)
+        return prove_infeasible(self.request, self.frame, Z, self.pairs)
 
     def limit(self):
         """The LMIs that remain where the free levels exceed all bounds.
@@ -169,9 +195,11 @@ class ScaledLMIs(LMIProblem):
         request = request or self.request
         natural = self.in_plant_units(values)
         K, P, Y, V, own = (natural[name] for name in ("K", "P", "Y", "V", "own"))
-        margins = {
-            name: margin(g) for name, g in request.blocks(P, Y, V=V, own=own).items()
-        }
+        if V is None and len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS:
+            margins = named_margins(request, P, Y, own)
+        else:
+            blocks = request.blocks(P, Y, V=V, own=own)
+            margins = {name: margin(g) for name, g in blocks.items()}
         good = min(margins.values()) > 1e-9
         if not good:  # too close for floats
             good = prove(request, K, P, 17, V, own).proven

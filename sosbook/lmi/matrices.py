@@ -1,0 +1,120 @@
+"""Many matrices of one shape, read as one: a theorem for all pairs at once."""
+
+import numpy as np
+
+__all__ = ["Matrices", "array_of", "margins"]
+
+
+class Matrices:
+    """Arrays of one shape that take part in a theorem together.
+
+    A plain matrix goes with all of them.
+
+    Parameters
+    ----------
+    array : (k, r, c) array
+        The k matrices.
+
+    Examples
+    --------
+    >>> some = Matrices(np.array([[[1.0, 2.0]], [[3.0, 4.0]]]))
+    >>> some.shape, (some @ np.ones((2, 1))).array.ravel()
+    ((1, 2), array([3., 7.]))
+    """
+
+    __array_ufunc__ = None  # numpy hands its operators over to this class
+
+    def __init__(self, array):
+        self.array = array
+
+    @property
+    def shape(self):
+        """The number of rows and of columns of each."""
+        return self.array.shape[-2:]
+
+    @property
+    def T(self):
+        """The transposes."""
+        return Matrices(self.array.swapaxes(-1, -2))
+
+    def __neg__(self):
+        return Matrices(-self.array)
+
+    def __add__(self, other):
+        return Matrices(self.array + array_of(other))
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        return Matrices(self.array - array_of(other))
+
+    def __rsub__(self, other):
+        return Matrices(array_of(other) - self.array)
+
+    def __mul__(self, factor):
+        return Matrices(self.array * factor)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor):
+        return Matrices(self.array / divisor)
+
+    def __matmul__(self, other):
+        return Matrices(self.array @ array_of(other))
+
+    def __rmatmul__(self, other):
+        return Matrices(array_of(other) @ self.array)
+
+
+def array_of(x):
+    """The array of some `Matrices`; a plain matrix x as it is."""
+    return x.array if isinstance(x, Matrices) else x
+
+
+def margins(array, below=np.inf):
+    """The smallest eigenvalues of k symmetric matrices, their diagonals scaled to one.
+
+    Parameters
+    ----------
+    array : (k, q, q) array
+        The matrices.
+    below : float
+        What is larger than this is reported as infinite, which is faster.
+
+    Returns
+    -------
+    (k,) array
+        What `sosbook.lmi.centre.margin` says of each: where a diagonal has
+        an entry that isn't positive, the least one.
+
+    Examples
+    --------
+    >>> both = np.array([np.eye(2), [[4.0, 2.0], [2.0, 4.0]]])
+    >>> margins(both), margins(both, below=0.6)
+    (array([1. , 0.5]), array([inf, 0.5]))
+    """
+    diagonals = np.diagonal(array, axis1=-2, axis2=-1)
+    least = diagonals.min(axis=-1)
+    good = np.flatnonzero(least > 0)
+    scale = 1 / np.sqrt(diagonals[good])
+    scaled = array[good] * scale[:, :, None] * scale[:, None, :]
+    least = least.copy()
+    if below < np.inf:
+        clear = _definite(scaled - below * np.eye(array.shape[-1]))
+        least[good[clear]] = np.inf
+        good, scaled = good[~clear], scaled[~clear]
+    least[good] = np.linalg.eigvalsh(scaled)[:, 0]
+    return least
+
+
+def _definite(array):
+    """Which of some symmetric matrices have positive pivots only."""
+    a = np.ascontiguousarray(np.moveaxis(array, 0, -1))
+    definite = np.ones(a.shape[-1], bool)
+    for k in range(len(a)):
+        pivot = a[k, k]
+        definite &= pivot > 0
+        factors = a[k + 1 :, k] / np.where(pivot > 0, pivot, 1.0)
+        for i, factor in enumerate(factors, k + 1):
+            a[i, k + 1 : i + 1] -= factor * a[k + 1 : i + 1, k]
+    return definite

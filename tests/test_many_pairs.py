@@ -1,0 +1,172 @@
+"""Many pairs of vertices: looked at together, solved a few at a time."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import sosbook as sos
+from sosbook.lmi.centre import margin
+from sosbook.proofs import check
+from sosbook.requirements.stability import Stability
+from sosbook.synthesis import feasibility
+from sosbook.synthesis.cutting import Cuts
+from sosbook.synthesis.pair_margins import named_margins, pair_margins
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
+from sosbook.synthesis.scaling import Frame
+
+REGION = sos.PoleRegion(sigma=0.4, theta=1.3, rho=20)
+
+
+def plants(seed=0, k=4, n=2, spread=0.15):
+    """2^k vertices: mass, damping and stiffness change in random directions."""
+    rng = np.random.default_rng(seed)
+
+    def definite(size):
+        X = rng.normal(size=(n, n))
+        return size * (X @ X.T / n + np.eye(n))
+
+    middle = dict(M=definite(1.0), D=definite(0.3), S=definite(4.0))
+    ways = []
+    for letter, _ in zip("MSDM" * k, range(k)):
+        v = rng.normal(size=n)
+        size = spread * np.trace(middle[letter]) / n
+        ways.append((letter, size * np.outer(v, v) / (v @ v)))
+    vertices = []
+    for signs in product((-1, 1), repeat=k):
+        parts = dict(middle)
+        for sign, (letter, change) in zip(signs, ways):
+            parts[letter] = parts[letter] + sign * change
+        vertices.append(sos.SecondOrderSystem(**parts, B=np.eye(n), F=np.eye(n)[:, :1]))
+    return sos.Polytope(vertices)
+
+
+@pytest.fixture
+def few_at_a_time(monkeypatch):
+    """The way of many pairs, with sixteen vertices."""
+    monkeypatch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 20)
+
+
+ASKED = {
+    "region": dict(region=REGION),
+    "gamma": dict(region=REGION, gamma=2.0),
+    "saturation": dict(
+        region=REGION, gamma=2.0, saturation=sos.Saturation(50.0, [0.1, 0.1, 0, 0])
+    ),
+    "cost": dict(
+        region=REGION, cost=sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=90.0)
+    ),
+    "least": dict(region=REGION, minimize="gamma"),
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("integrators", [0, 1])
+def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
+    asked = ASKED["saturation"] | {"cost": ASKED["cost"]["cost"]}
+    if integrators:
+        asked = dict(region=REGION, gamma=2.0, U=[[1.0, 0.0]])
+    request = Request(plants(seed, k=3), **asked)
+    rng = np.random.default_rng(seed)
+    X = rng.normal(size=(request.order, request.order))
+    P, Y = X @ X.T + np.eye(request.order), rng.normal(size=(2, request.order))
+    own = {"J": np.eye(1)}
+    found = named_margins(request, P, Y, own)
+    alone = {name: margin(g) for name, g in request.blocks(P, Y, own=own).items()}
+    assert list(found) == list(alone)
+    assert [n.vertices for n in found] == [n.vertices for n in alone]
+    assert_allclose(list(found.values()), list(alone.values()), rtol=1e-9, atol=1e-12)
+    some = pair_margins(request, P, Y, own=own, below=0.1)
+    whole = pair_margins(request, P, Y, own=own)
+    for key, values in some.items():
+        assert (np.isinf(values) == (whole[key] > 0.1)).all()
+        near = np.isfinite(values)
+        assert_allclose(values[near], whole[key][near], rtol=1e-12)
+
+
+class Peculiar(Stability):
+    """Its text looks at single numbers, and at which vertices are meant."""
+
+    kind = name = "peculiar"
+
+    def pair(self, loop, c):
+        total = c.Theta[0, 0] if isinstance(c.Theta, np.ndarray) else c.Theta[0]
+        yield "peculiar", np.array([[float(total)]])
+
+
+class Unequal(Stability):
+    """Its text is another one for a single vertex."""
+
+    kind = name = "unequal"
+
+    def pair(self, loop, c):
+        yield "unequal", c.EPE * (2.0 if c.i is c.j else 1.0) - 3.0 * np.eye(4)
+
+
+@pytest.mark.parametrize("requirement", [Peculiar(), Unequal()])
+def test_a_text_that_needs_single_matrices_is_read_pair_by_pair(requirement):
+    request = Request(plants(k=3), requirements=[requirement])
+    P, Y = np.diag([2.0, 1.0, 1.0, 3.0]), np.ones((2, 4))
+    found = named_margins(request, P, Y)
+    for name, g in request.blocks(P, Y).items():
+        assert_allclose(found[name], margin(g), rtol=1e-12)
+
+
+@pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
+def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
+    plant = plants()
+    design = sos.design_pid(plant, **asked)
+    assert design.status == "feasible"
+    blocks = design.request.blocks(design.P, design.Y, own=design.own or {})
+    assert list(design.margins) == list(blocks)
+    assert min(map(margin, blocks.values())) > 0
+    proof = design.certify()
+    assert proof.proven and len(proof.blocks) == len(blocks)
+    assert check.check(proof.text) == list(proof.claims)
+
+
+def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
+    plant, asked = plants(1), ASKED["least"]
+    whole = sos.design_pid(plant, **asked)
+    monkeypatch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 20)
+    assert sos.design_pid(plant, **asked).gamma == pytest.approx(whole.gamma, rel=2e-3)
+
+
+@pytest.mark.parametrize("asked", ["gamma", "saturation", "cost"])
+@pytest.mark.parametrize("seed", range(2))
+def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
+    plant, asked = plants(seed), ASKED[asked]
+    rng = np.random.default_rng(seed)
+    again = [plant.vertices[k] for k in rng.permutation(16)]
+    again += again[3:6]
+    one = sos.design_pid(plant, **asked)
+    two = sos.design_pid(sos.Polytope(again), **asked)
+    assert one.status == two.status == "feasible"
+    assert_allclose(two.K, one.K, rtol=1e-5)
+
+
+def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
+    request = Request(plants(2), **ASKED["gamma"])
+    lmis = ScaledLMIs(request, Frame.of(request))
+    far = lmis.packed(lmis.find().values)
+    near = Cuts(lmis).centre(far)
+    assert_allclose(Cuts(lmis).centre(0.2 * far + 0.8 * near), near, rtol=1e-5)
+    cuts = Cuts(lmis)
+    assert cuts.holds(far) and not cuts.holds(-far)
+
+
+def test_a_refusal_names_a_few_pairs(few_at_a_time):
+    design = sos.design_pid(plants(), region=REGION, gamma=1e-3)
+    assert design.status == "infeasible"
+    proof = design.infeasibility
+    assert (
+        proof.proven
+        and proof.verify()
+        and check.check(proof.text) == list(proof.claims)
+    )
+    assert len(proof.multipliers) < len(design.request.pairs)
+    data = proof.data
+    del data["multipliers"][0]
+    assert not type(proof).of(data).proven
