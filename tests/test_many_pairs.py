@@ -58,7 +58,7 @@ ASKED = {
     "cost": dict(
         region=REGION, cost=sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=90.0)
     ),
-    "least": dict(region=REGION, minimize="gamma"),
+    "least": dict(region=sos.PoleRegion(sigma=0.4, rho=9), minimize="gamma"),
 }
 
 
@@ -157,8 +157,9 @@ def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
     assert cuts.holds(far) and not cuts.holds(-far)
 
 
-def test_a_refusal_names_a_few_pairs(few_at_a_time):
-    design = sos.design_pid(plants(), region=REGION, gamma=1e-3)
+def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
+    monkeypatch.setattr(feasibility, "CUTTING_PLANE_ABOVE_PAIRS", 20)
+    design = sos.design_pid(plants(k=3), region=sos.PoleRegion(sigma=0.4), gamma=1e-3)
     assert design.status == "infeasible"
     proof = design.infeasibility
     assert (

@@ -54,10 +54,12 @@ class Blocks:
 
         Parameters
         ----------
-        expressions, unknowns
+        expressions : iterable of Affine
             As for `of`.
         blocks : sequence of StructuredBlock
             Their structures.
+        unknowns : iterable of Unknown
+            As for `of`.
         """
         self = cls.of(expressions, unknowns)
         layouts, scalars, _ = structure([], self.unknowns)
@@ -65,7 +67,7 @@ class Blocks:
         return self
 
     def joined(self, expressions):
-        """These blocks and more, `Affine` expressions in the same unknowns."""
+        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
         more = Blocks.of(expressions, self.unknowns)
         return Blocks.compiled(
             [*self.expressions, *more.expressions],

@@ -231,7 +231,10 @@ def _key(name):
 
 
 def holds(lmis, values):
-    """Whether all blocks of `ScaledLMIs` are positive definite, some values given."""
+    """Whether all blocks of ``lmis``, a `ScaledLMIs`, are positive definite.
+
+    That is at a point with these ``values`` of the unknowns, by name.
+    """
     x = lmis.packed(values)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         return Cuts(lmis).holds(x)

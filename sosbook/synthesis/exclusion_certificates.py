@@ -213,10 +213,10 @@ def plant_at(request, place):
 
     With the given gain of a request there are no columns in B.
     """
-    vertices = request.vertices_in(exact)
-    if not all(type(k) is int and 0 <= k < len(vertices) for k in place):
+    count = len(request.vertices)
+    if not all(type(k) is int and 0 <= k < count for k in place):
         raise ValueError("place must name two vertices, from 0")
-    i, j = (vertices[k] for k in place)
+    i, j = request.vertices_in(exact, place)
     half = exact(0.5)
     E, A, B = ((x + y) * half for x, y in ((i.E, j.E), (i.A, j.A), (i.Bu, j.Bu)))
     if request.gain is not None:

@@ -247,7 +247,10 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
     def loops(self, P, Y, number, frame, V, levels, own):
         """The loop in these coordinates, by requirement, and the unknown sizes.
 
-        The arguments are those of `blocks`.
+        Parameters
+        ----------
+        P, Y, number, frame, V, levels, own
+            As in `blocks`.
 
         Returns
         -------
@@ -273,14 +276,18 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
     def _of_pair(self, r, loop, c, i):
         return r.slack(loop, c, i) if self.coupling == "slack" else r.pair(loop, c)
 
-    def vertices_in(self, number):
-        """The vertices in the arithmetic of ``number``, without a rounding error."""
-        vertices = [d.map(number) for d in self.vertices]
+    def vertices_in(self, number, which=None):
+        """The vertices in the arithmetic of ``number``, without a rounding error.
+
+        ``which`` holds indices; without it these are all vertices.
+        """
+        which = range(len(self.vertices)) if which is None else which
+        vertices = [self.vertices[k].map(number) for k in which]
         if self.K_A is None:
             return vertices
         K_A, n, loops = number(self.K_A), self.plant.n, []
-        for d, v in zip(vertices, self.plant.vertices):
-            E = d.E.copy()
+        for d, k in zip(vertices, which):
+            v, E = self.plant.vertices[k], d.E.copy()
             E[n : 2 * n, n : 2 * n] = number(v.M) - number(v.B) @ K_A
             loops.append(replace(d, E=E))
         return loops

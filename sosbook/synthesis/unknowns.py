@@ -50,10 +50,12 @@ class InUnknowns:
 
         Parameters
         ----------
-        frame, number, levels, pairs
+        frame, number, levels
             As in `blocks`.
         sizes : dict, optional
             Numbers for some of the unknown sizes, by their names.
+        pairs : iterable, optional
+            As in `blocks`.
 
         Returns
         -------
@@ -75,7 +77,10 @@ class InUnknowns:
         return self.blocks(P, Y, number, frame, V, levels, own, pairs)
 
     def taken_apart(self, values, number=lambda x: x, frame=None):
-        """P, Y, V and own, as `blocks` takes them, of values by name."""
+        """P, Y, V and own, as `blocks` takes them, of ``values`` by name.
+
+        ``number`` and ``frame`` are as in `blocks`.
+        """
         values = dict(values)
         P = [values[name] for name in self.lyapunov]
         values = {name: x for name, x in values.items() if name not in self.lyapunov}
