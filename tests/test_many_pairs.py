@@ -159,7 +159,7 @@ def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
 
 def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
     monkeypatch.setattr(feasibility, "CUTTING_PLANE_ABOVE_PAIRS", 20)
-    design = sos.design_pid(plants(k=3), region=sos.PoleRegion(sigma=0.4), gamma=1e-3)
+    design = sos.design_pid(plants(k=3), region=REGION, gamma=1e-3)
     assert design.status == "infeasible"
     proof = design.infeasibility
     assert (

@@ -63,9 +63,9 @@ def guarded(request, seconds, work):
     except MemoryError as error:
         reason = f"The request is too large: {error}."
     except (ArithmeticError, np.linalg.LinAlgError) as error:
-        mode = excluding_mode(request)  # exact, whatever floats say
-        if mode is not None:
-            return refused_by(request, mode)
+        certain = without_lmis(request)  # exact, whatever floats say
+        if certain is not None:
+            return certain
         reason = f"The numerics gave up ({error}): are the units far apart?"
     return Solution(request, "undecided", request.gain, reason=reason)
 
