@@ -76,7 +76,8 @@ DESIGN_ERRATA = (
     Erratum(
         "claim refuted",
         "Theorems 2.1, 2.2, 2.4, proofs",
-        '"it suffices to check the LMIs at the vertices of the convex polytope"',
+        '"it suffices to check the LMIs at the vertices of the convex polytope" '
+        "(2.2; the others likewise)",
         "true if E is certain or E^-1 [A B_u B_w] stays in the hull of "
         "its vertices, as in Examples 1-4; otherwise check the pairs "
         "too, or use a slack matrix",
