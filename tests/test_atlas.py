@@ -309,6 +309,12 @@ def test_the_poles_are_drawn_in_the_shaded_region(tab):
     assert inside == [True] * 6
 
 
+def test_the_page_says_that_it_has_a_grid_and_why(tab, atlas):
+    text = first(tab).inner_text()
+    assert f"Solved beforehand at {len(atlas)} positions" in text
+    assert "the page's own solver doesn't know" in text
+
+
 def test_infeasible_is_drawn_and_says_what_to_relax(tab, atlas, robot):
     place = list(atlas.start)
     for label, key in [

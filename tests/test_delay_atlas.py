@@ -172,6 +172,12 @@ def test_every_control_has_its_own_visible_label(tab):
     assert first(tab).locator("svg[role=img][aria-label]").count() == 3
 
 
+def test_the_page_says_that_it_has_a_grid_and_why(tab, atlas):
+    text = tab.page.locator("sos-delay").first.inner_text()
+    assert f"Solved beforehand at {len(atlas.data['designs'])} positions" in text
+    assert "doesn't know the LMIs of a delay" in text
+
+
 def test_the_page_says_what_was_solved(tab, atlas):
     fresh, text = design_at(atlas, atlas.start), say(tab)
     assert text.startswith(

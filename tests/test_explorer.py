@@ -382,6 +382,10 @@ def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert_fits_a_phone(tab, "sos-explorer", ["Decay rate σ"])
 
 
+def test_an_explorer_weighs_less_than_a_picture(explorer):
+    assert len(explorer.html.encode()) < 125_000  # bytes, the solver among them
+
+
 def test_the_output_is_the_same_twice_and_survives_any_title(robot):
     def html(title):
         return design_explorer(

@@ -1,6 +1,7 @@
 """The solver of the rendered page against the package, in a real browser."""
 
 import json
+from importlib.resources import files
 from itertools import count, islice
 
 import numpy as np
@@ -370,3 +371,11 @@ def test_modules_are_short_and_need_nothing_from_elsewhere():
     text = source()
     assert "http" not in text and "import" not in text
     assert len(MODULES) == len({*MODULES})
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_no_text_of_a_module_spans_lines(name):
+    """Else the lines that `source` strips could be parts of a text."""
+    module = (files("sosbook.book.kernel") / f"{name}.js").read_text("utf8")
+    assert all(line.count("`") % 2 == 0 for line in module.splitlines())
+    assert "/*" not in module

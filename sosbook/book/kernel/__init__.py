@@ -32,12 +32,14 @@ EXPORTS = (
 def source():
     """The kernel as a script that defines ``window.sosKernel``, a function.
 
-    Calling it returns an object whose ``design(request)`` solves a request.
+    Calling it returns an object whose ``design(request)`` solves a request. Readers
+    load neither indentation nor lines of comment: they are in this folder's files.
     """
-    body = "\n".join(
-        (files(__package__) / f"{name}.js").read_text("utf8").strip()
-        for name in MODULES
-    )
+    modules = [
+        (files(__package__) / f"{name}.js").read_text("utf8") for name in MODULES
+    ]
+    lines = (line.strip() for module in modules for line in module.splitlines())
+    body = "\n".join(line for line in lines if line and not line.startswith("//"))
     return (
         'globalThis.sosKernel ??= function sosKernel() {\n"use strict";\n'
         f"{body}\nreturn {{{EXPORTS}}};\n}};"

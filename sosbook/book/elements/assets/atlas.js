@@ -86,7 +86,16 @@
     markup() {
       return controls("Requirements", this.sliders()) +
         panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-          panel("step", escape(this.data.caption))) + READOUT;
+          panel("step", escape(this.data.caption))) + READOUT + this.note;
+    }
+
+    // Why there is a grid.
+    get unknown() { return "all requirements, nor large plants"; }
+
+    get note() {
+      const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
+      return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
+        `the page's own solver doesn't know ${this.unknown}.</p>`;
     }
 
     // A pole's mark, its number and the curve by which it decays belong together.

@@ -54,8 +54,10 @@
         panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
           panel("step", escape(this.data.caption)) +
           panel("input", `The control signal: ${mark("--sos-first", "┄ as asked")}, ${mark("--sos-second", "— as it arrives")}.`) +
-          READOUT);
+          READOUT) + this.note;
     }
+
+    get unknown() { return "the LMIs of a delay"; }
 
     wire() {
       const kind = this.view.querySelector("select");

@@ -33,6 +33,8 @@
   }
 
   class Explorer extends Atlas {
+    get note() { return ""; }
+
     // ---------------------------------------------------------------- controls
     markup() {
       const buttons = BUTTONS.map(([key, words]) =>
