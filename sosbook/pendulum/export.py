@@ -12,7 +12,7 @@ from .drive import Drive
 from .firmware import FAULTS, Firmware
 from .template import comment, fill, python_comment, written_by
 
-__all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance"]
+__all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance", "serial_main"]
 
 C_TYPES = {"double": "double", "single": "float"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
@@ -296,6 +296,29 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
         **signs,
         **_limits(drive),
     )
+
+
+def serial_main(firmware, name="balance", precision="double"):
+    """A main program for hardware in the loop: lines in, volts out.
+
+    Parameters
+    ----------
+    firmware, name, precision
+        As for `c_header`.
+
+    Returns
+    -------
+    str
+        The text of serial_<name>.c, which stands beside <name>.h and <name>.c.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> "int main(void)" in serial_main(Firmware(law))
+    True
+    """
+    return fill("serial.c", _words(firmware, name, precision))
 
 
 def _limits(drive):

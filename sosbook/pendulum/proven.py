@@ -13,7 +13,7 @@ from ..proofs import CHECKER
 from ..sampled import certify_sampled
 from .boards import PYCTRL_WIRING
 from .drive import Drive
-from .export import c_header, c_source, pyctrl_script, rc_balance
+from .export import c_header, c_source, pyctrl_script, rc_balance, serial_main
 from .facts import facts
 from .firmware import SOFTNESS, Firmware, share
 from .law import SampledLaw
@@ -346,6 +346,7 @@ class Deployment:
             texts[f"{name}{suffix}.c"] = c_source(
                 self.firmware, f"{name}{suffix}", precision
             )
+        texts[f"serial_{name}.c"] = serial_main(self.firmware, name)
         texts[f"{name}_stand.h"] = c_header(self.bench_firmware, f"{name}_stand")
         texts[f"{name}_stand.c"] = c_source(self.bench_firmware, f"{name}_stand")
         for program, firmware, drive in (

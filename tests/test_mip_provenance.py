@@ -1,0 +1,138 @@
+"""Every number in every written file comes from a place that is known."""
+
+import re
+from dataclasses import replace
+from math import pi, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sosbook.mip import Robot, recommend
+from sosbook.mip.boards import PYCTRL_COUNTS_PER_TURN
+from sosbook.mip.firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
+from sosbook.mip.recording import BAUD, GYRO_RANGES
+
+import sosbook.pendulum
+from sosbook.pendulum.spread import vertices
+from tests.test_mip_robot import exact_data
+
+FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
+TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
+NUMBER = re.compile(
+    r"0x1(?:\.[0-9a-f]+)?p[+-]\d+"
+    r"|(?<![\w.])\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
+    r"|(?<![\w.])\.\d+"
+)
+#: No digit of them is the thesis's robot's.
+STRANGE = dict(
+    M_b=0.2713,
+    l=0.0397,
+    r=0.03217,
+    M_w=0.02731,
+    g=9.7913,
+    counts=2119.3,
+    gyro_range=33.77,
+    limit=7.313,
+    delay=0.00913,
+    blend=0.00537,
+    tip=0.8371,
+    missing=17,
+    frozen=23,
+    stall=61,
+    deaf=29,
+    compensation=0.1373,
+)
+BOARDS = {
+    "beaglebone": dict(mount=0.4719, nominal=7.279, battery=(5.193, 8.917)),
+    "other": {},
+}
+
+
+def values(text):
+    """The numbers of a text, as it spells them, and their values."""
+    for spelled in NUMBER.findall(text):
+        value = float.fromhex(spelled) if "p" in spelled else float(spelled)
+        yield spelled, value
+
+
+def flat(*things):
+    """All numbers in numbers, arrays and tuples of them."""
+    for thing in things:
+        yield from np.ravel(np.asarray(thing, float)).tolist()
+
+
+def known(found):
+    """Where the numbers of a deployment's files may come from."""
+    robot, law, bench = found.robot, found.law, found.bench_firmware
+    T, drive = robot.T, found.drive
+    sizes = [getattr(law, x) for x in ("A", "B", "C", "D", "W", "start")]
+    plants = [found.mip, *vertices(found.mip, found.spread)]
+    described = [
+        v
+        for v in vars(robot).values()
+        if isinstance(v, (int, float, tuple)) and not isinstance(v, bool)
+    ]
+    setting = next(x for x in GYRO_RANGES if radians(x) > 0.99 * robot.gyro_range)
+    derived = [T / 2, 1 / T, 1e6 * T, BAUD, PYCTRL_COUNTS_PER_TURN, TRUSTED_VOLTS]
+    derived += [2 * pi / robot.counts, radians(setting) / 2**15]
+    derived += [PUSHING_SHARE * found.firmware.limit, PUSHING_SHARE * bench.limit]
+    derived += [bench.limit, found.firmware.fastest * T, found.spread]
+    derived += [SOFTNESS * robot.compensation, 1 / SOFTNESS]
+    derived += [drive.speed, drive.acceleration, FLT_DIGITS, DBL_DIGITS]
+    linear = [getattr(m.plant(), x) for m in plants[:1] for x in "MDSB"]
+    letters = [v for v in vars(found.mip).values() if v is not None]
+    facts = [v for x in found.facts.values() for _, v in values(x)]
+    given = [v for p in TEMPLATES.iterdir() for _, v in values(p.read_text("utf-8"))]
+    every = [*described, *sizes, *derived, *linear, *letters, *facts, *given]
+    return np.array([abs(v) for v in flat(*every, *bench.law.D)])
+
+
+def strangers(text, places, digits):
+    """Numbers of a text that stand in none of the places; small counts are free."""
+    foreign = []
+    for spelled, value in values(text):
+        if value == int(value) and value < 10:
+            continue
+        if not (abs(places - value) <= digits * value).any():
+            foreign.append(spelled)
+    return foreign
+
+
+@pytest.fixture(scope="module", params=BOARDS)
+def strange(request, tmp_path_factory):
+    """A deployment with strange numbers, and its files."""
+    robot = Robot.shipped("thesis").but(**STRANGE, **BOARDS["beaglebone"])
+    if request.param == "other":
+        robot = Robot(**STRANGE, name="strange", T=0.01, rotors=False, friction=False)
+    base = recommend(sosbook.pendulum.Mip.printed(), robot=robot)
+    found = replace(base, data={"identified": "by hand"})
+    object.__setattr__(found, "lacking", ())
+    object.__setattr__(found, "sampled", {})
+    paths = found.write(tmp_path_factory.mktemp("strange"))
+    return found, [p for p in paths if not p.name.startswith(("proof_", "check_"))]
+
+
+def test_every_number_in_every_file_has_a_source(strange):
+    found, paths = strange
+    places, seen, foreign = known(found), 0, {}
+    assert len(paths) > 8
+    for path in paths:
+        text = path.read_text("utf-8")
+        # single precision keeps seven digits, the comments nine
+        digits = 1e-12 if exact_data(path.name) else 1e-7
+        if path.suffix != ".json":
+            text = re.sub(r"sosbook [\w.]+", "", text)
+        found_here = strangers(text, places, digits)
+        if found_here:
+            foreign[path.name] = found_here
+        seen += len(list(values(text)))
+    assert not foreign
+    assert seen > 1000
+
+
+@pytest.mark.parametrize(
+    "stranger", ["35.577", "2122.2", "0.49", "0x1.8f5c28f5c28f6p-2", "7.4", "0.272"]
+)
+def test_a_number_of_another_robot_is_found(stranger, strange):
+    found, _ = strange
+    assert strangers(f"#define X {stranger}\n", known(found), 1e-7) == [stranger]
