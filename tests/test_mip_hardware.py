@@ -122,6 +122,11 @@ def test_an_avr_refuses_doubles_that_it_doesnt_have(tmp_path):
         pytest.skip("NO avr-gcc: apt-get install gcc-avr brings it")
     command = ["avr-gcc", "-mmcu=atmega328p", "-std=c99", "-c", source(tmp_path)]
     done = subprocess.run(
-        command, capture_output=True, text=True, cwd=tmp_path, check=False
+        command,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        cwd=tmp_path,
+        check=False,
     )
     assert done.returncode and "other digits" in done.stderr
