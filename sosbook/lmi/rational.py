@@ -1,6 +1,7 @@
 """Rational numbers in numpy arrays (python-flint's), and decimals as text."""
 
 import re
+from math import isfinite
 
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpz
@@ -159,7 +160,7 @@ def decimal(x):
     >>> decimal(0.1), decimal(150.0), decimal(-0.0), decimal(1e-7)
     ('0.1', '150', '0', '1e-07')
     """
-    if not np.isfinite(x):
+    if not isfinite(x):
         raise ValueError(f"{x!r} is no decimal number")
     return repr(float(x) + 0.0).removesuffix(".0")
 
@@ -182,8 +183,11 @@ def expanded(x):
 
 def decimals(x):
     """An array x of floats as nested lists of decimals."""
-    x = np.asarray(x, float)
-    return [decimals(row) for row in x] if x.ndim else decimal(x)
+    return _decimals(np.asarray(x, float).tolist())
+
+
+def _decimals(x):
+    return [_decimals(row) for row in x] if isinstance(x, list) else decimal(x)
 
 
 def read_number(text):

@@ -70,29 +70,31 @@ class Certificate(GainProof):
             name: read_array(data["unknowns"][name], *shape)
             for name, shape in shapes.items()
         }
-        again = cls.contents(request, K, values)
         own = {name: exact(value) for name, value in values.items()}
         P = [own[name] for name in request.lyapunov]
         own = {name: x for name, x in own.items() if name not in request.lyapunov}
-        if not all((p == p.T).all() for p in P):
-            return again, Examined.nothing("P isn't symmetric")
         V = own.pop("V", None)
         right = P[0] if V is None else V
         blocks = request.blocks(
             P[0] if V is None else P, exact(K) @ right.T, exact, V=V, own=own
         )
-        again["blocks"] = [_key(name) for name in blocks]
+        again = cls.contents(request, K, values, blocks)
+        if not all((p == p.T).all() for p in P):
+            return again, Examined.nothing("P isn't symmetric")
         return again, Examined.of(blocks, claims(request))
 
     @classmethod
-    def contents(cls, request, K, values):
-        """The data of the file for a request, a rounded K and exact values."""
+    def contents(cls, request, K, values, blocks):
+        """The data of the file for a request, a rounded K and exact values.
+
+        ``blocks`` are the names of the blocks.
+        """
         return {
             "claims": list(claims(request)),
             **request_data(request),
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
-            "blocks": [_key(name) for name in block_names(request, values)],
+            "blocks": [_key(name) for name in blocks],
         }
 
 
@@ -174,11 +176,12 @@ def prove(request, K, P, digits=6, V=None, own=None):
             values[name] = matrix(name, own[name], size)
 
     asked = _recorded(request)
+    blocks = block_names(asked, values)
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
         return Certificate.of(
-            Certificate.contents(asked, round_digits(K, digits), rounded)
+            Certificate.contents(asked, round_digits(K, digits), rounded, blocks)
         )
 
     return first_proven(attempt, digits, **given_gain(request.gain))
