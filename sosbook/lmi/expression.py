@@ -13,6 +13,7 @@ scalars. It is written once and read with
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -155,7 +156,7 @@ class Affine:
                 full = full + outer.transpose(axes)
         if not unknown.symmetric:
             return full.reshape((rows * cols,) + self.shape)
-        i, j = np.tril_indices(rows)
+        i, j = lower_triangle(rows)
         off = (i != j).astype(int)[:, None, None]
         return full[i, j] + off * full[j, i]
 
@@ -203,7 +204,7 @@ class Unknown(Affine):
         if not self.symmetric:
             return np.asarray(entries).reshape(rows, cols)
         matrix = np.zeros((rows, rows), np.asarray(entries).dtype)
-        i, j = np.tril_indices(rows)
+        i, j = lower_triangle(rows)
         matrix[i, j] = matrix[j, i] = entries
         return matrix
 
@@ -212,7 +213,13 @@ class Unknown(Affine):
         matrix = np.asarray(matrix)
         if not self.symmetric:
             return matrix.ravel()
-        return matrix[np.tril_indices(self.shape[0])]
+        return matrix[lower_triangle(self.shape[0])]
+
+
+@lru_cache(64)
+def lower_triangle(size):
+    """Row and column indices of the entries on and below the diagonal."""
+    return np.tril_indices(size)
 
 
 def _affine(x):

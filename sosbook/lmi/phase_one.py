@@ -85,8 +85,9 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
     newton = newton_of(blocks).joined([-D for D in units])
     x = np.zeros(blocks.variables)
-    least, below = _least(newton, blocks, x), 1.0
-    if start is not None and (better := _least(newton, blocks, start)) > least:
+    scales = newton.stacked_diagonals(blocks.diagonal_scales)
+    least, below = _least(newton, scales, x), 1.0
+    if start is not None and (better := _least(newton, scales, start)) > least:
         x, least, below = start, better, max(abs(better), 0.1)
     x = np.append(x, min(least, 0) - below)
     verdict, last = maximize_t(newton, x, watch=watch)
@@ -104,13 +105,11 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     return _central_path(asked, blocks, newton, x, weight, radius, wide)
 
 
-def _least(newton, blocks, x):
-    """The smallest eigenvalue of all blocks, their diagonals near one."""
-    unstacked = newton.unstacked(newton.at(np.append(x, 0.0)))
-    return min(
-        np.linalg.eigvalsh(g * np.outer(d, d))[0]
-        for g, d in zip(unstacked, blocks.diagonal_scales)
-    )
+def _least(newton, scales, x):
+    """The smallest eigenvalue of all blocks, their diagonals near one; at most 1."""
+    stacks = newton.at(np.append(x, 0.0))
+    scaled = [d[..., None] * g * d[..., None, :] for d, g in zip(scales, stacks)]
+    return min(np.linalg.eigvalsh(g).min() for g in scaled)
 
 
 def _central_path(asked, blocks, newton, x, weight, radius, wide):

@@ -130,6 +130,14 @@ class Stacked:
 
         return self._by_block(Z, cut)
 
+    def stacked_diagonals(self, diagonals):
+        """Diagonals of all blocks by stack: arrays (blocks, q), padded with ones."""
+        stacks = [np.ones(s.constant.shape[:2]) for s in self.stacks]
+        for s, stack in zip(self.stacks, stacks):
+            for row, index, k in zip(stack, s.indices, s.sizes):
+                row[:k] = diagonals[index][:k]  # of a folded one the first half
+        return stacks
+
     def _by_block(self, stacks, cut):
         """A list of ``cut(entry, stack, size)``, one for each block."""
         parts = {}

@@ -10,6 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from .expression import lower_triangle
+
 __all__ = ["Product", "StructuredBlock", "UnknownLayout", "fold", "structure", "unfold"]
 
 
@@ -64,7 +66,7 @@ class UnknownLayout:
 
 @lru_cache(64)
 def _lower(n):
-    i, j = np.tril_indices(n)
+    i, j = lower_triangle(n)
     return i, j, (i != j).astype(float)
 
 
