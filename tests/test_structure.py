@@ -13,6 +13,7 @@ from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.structure import structure
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 
 EXAMPLES = {
@@ -231,3 +232,15 @@ def test_without_multipliers_a_refusal_is_left_open():
     assert sos.lmi.centre.phase_one(blocks).verdict == "infeasible"
     open_ = sos.lmi.centre.phase_one(blocks, multipliers=False)
     assert open_.verdict == "undecided" and open_.Z is None
+
+
+def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
+    """Between E = diag(1, 1) and diag(1, -1) a diagonal entry cancels out."""
+    E = [np.eye(2), np.diag([1.0, -1.0])]
+    plant = sos.DescriptorSystem(E, np.array([[0.1, 0.7], [0.3, 0.2]]), [[0], [1]])
+    lmis = ScaledLMIs(request := Request(plant), Frame.of(request))
+    for entries in (0, 1e9):
+        monkeypatch.setattr(stacks_module, "MOST_TABLE_ENTRIES", entries)
+        blocks = Blocks.of(lmis.expressions.values(), lmis.unknowns)
+        assert max(d.max() for d in blocks.diagonal_scales) < 100
+    assert sos.design_pid(plant).status == "infeasible"
