@@ -178,13 +178,15 @@ def run(words):
 
 
 def bench(words):
-    """Measure (all cases, or those named) and run the chapter about it."""
+    """Measure (everything, or what is named) and run the chapter about it."""
     prepare()
     needs = ("--quiet", "--no-compile", "-r", "benchmarks/requirements.txt")
     if status := call(PYTHON, "-m", "pip", "install", *needs):
         return fail("The solvers to compare with could not be installed.", status)
-    if status := call(PYTHON, "-m", "benchmarks", *words):
-        return status
+    programs = ["benchmarks"] if words else ["benchmarks", "benchmarks.waiting"]
+    for program in programs:
+        if status := call(PYTHON, "-m", program, *words):
+            return status
     return run(["book/18_performance.ipynb"])
 
 

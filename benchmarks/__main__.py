@@ -1,9 +1,9 @@
-"""Measure sosbook against its peers; write benchmarks/results.json.
+"""Measure sosbook against its peers; write benchmarks/profile.json.
 
-python -m benchmarks            everything, half an hour or more
-python -m benchmarks --quick    the small cases
-python -m benchmarks "chain 8" map    these only, the others are kept
-python -m benchmarks --table    print the file as tables, measure nothing
+python -m benchmarks            everything
+python -m benchmarks --quick    a minute: small sizes of three families
+python -m benchmarks --competitors sosbook     these anew, the rest is kept
+python -m benchmarks --families tree+grid --sections profile     the same
 """
 
 import os
@@ -15,45 +15,41 @@ os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
-from . import report, run
-from .cases import CASES
+from . import run
+from .catalogue import FAMILIES
+from .competitors import COMPETITORS
 
-RESULTS = Path(__file__).with_name("results.json")
+RESULTS = Path(__file__).with_name("profile.json")
 
 
 def main(words=None):
-    names = [*CASES, *run.SPECIAL]
     parser = argparse.ArgumentParser(
         "python -m benchmarks",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "cases", nargs="*", metavar="case", help="one of: " + ", ".join(names)
+    known = dict(
+        families=FAMILIES, competitors=COMPETITORS, sections=["profile", *run.SECTIONS]
     )
+    for option, names in known.items():
+        parser.add_argument(
+            f"--{option}", nargs="+", default=[], choices=[*names], metavar="NAME"
+        )
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--table", action="store_true")
     parser.add_argument("--output", type=Path, default=RESULTS)
     asked = parser.parse_args(words)
-    if asked.table:
-        if not asked.output.exists():
-            sys.exit(f"{asked.output.name} isn't there: measure first")
-        print(report.table(json.loads(asked.output.read_text("utf8"))))
-        return
-    if wrong := set(asked.cases) - set(names):
-        sys.exit(
-            f"no such case: {', '.join(sorted(wrong))}. There are: " + ", ".join(names)
-        )
+    chosen = {option: getattr(asked, option) for option in known}
+
+    def save(document):
+        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+        asked.output.write_text(text + "\n", "utf-8")
+
     old = None
-    if asked.cases and asked.output.exists():
-        old = json.loads(asked.output.read_text("utf8"))
-    found = run.measure(asked.cases, asked.quick, old)
-    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
-    asked.output.write_text(text + "\n", "utf8")
-    print(report.table(found))
+    if any(chosen.values()) and asked.output.exists():
+        old = json.loads(asked.output.read_text("utf-8"))
+    save(run.measure(**chosen, old=old, quick=asked.quick, save=save))
 
 
 if __name__ == "__main__":

@@ -101,7 +101,7 @@ FAMILIES = {
         "pairs",
         TUNING,
         "pairs in both halves",
-        (1, 2, 4, 8, 16),
+        (1, 2, 4, 8),
         "vertices",
     ),
     "uncertain springs": Family(
@@ -131,7 +131,7 @@ FAMILIES = {
         TUNING,
         "every change was tried on them",
         tuple(range(1, 9)),
-        "place in the collection",
+        "in the collection",
     ),
     "grid": Family(
         masses.grid, "pid", "gamma", HELD_BACK, "two-dimensional, random", SIZES
@@ -159,7 +159,7 @@ FAMILIES = {
         continua.rotor, "lqr", "least cost", HELD_BACK, "gyroscopic", (4, 8, 12, 16)
     ),
     "arm": Family(
-        machines.arm, "pid", "pairs", HELD_BACK, "unstable, uncertain M", (1, 2, 3, 4)
+        machines.arm, "pid", "pairs", HELD_BACK, "unstable, uncertain M", (1, 2, 3)
     ),
     "bicycles": Family(
         machines.bicycles,
@@ -188,6 +188,6 @@ FAMILIES = {
         HELD_BACK,
         "of other people",
         tuple(range(1, 19)),
-        "place in the collection",
+        "in the collection",
     ),
 }

@@ -29,6 +29,7 @@ class Competitor:
 
     name = package = ""
     asked = "max t <= 1 with G >= t I"
+    growth = 4  # time grows at least like this power of the degrees of freedom
 
     @classmethod
     def installed(cls):
@@ -114,6 +115,7 @@ class SCS(Direct):
     """Accuracy 1e-4 (its default)."""
 
     name = package = "scs"
+    growth = 2
 
     def point(self, cones, cost):
         import scs
@@ -203,7 +205,7 @@ class Cvxpy(Competitor):
 
 
 class CvxpyDPP(Competitor):
-    """Compiled once; timed is a second solve, with another Parameter."""
+    """Compiled once, within the limit; timed is a second solve."""
 
     name, package = "cvxpy + clarabel, DPP", "cvxpy"
     asked = Competitor.asked + ", compiled before"

@@ -1,4 +1,4 @@
-"""A request's blocks as the sparse data that conic solvers take.
+"""A question's blocks as the sparse data that conic solvers take.
 
 The cost of this step is part of a peer's "end to end" time, so it is done
 well: every product L X R becomes a sparse Kronecker product.
@@ -9,74 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from sosbook.lmi import Unknown
-from sosbook.lmi.centre import margin
-from sosbook.synthesis.problem import Request
-from sosbook.synthesis.scaling import Frame
-
-__all__ = ["Cones", "Task", "compiled"]
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """A request in given coordinates, with the way back from them.
-
-    Parameters
-    ----------
-    request : Request
-    frame : Frame or None
-        The coordinates; None for the plant's own.
-    """
-
-    request: Request
-    frame: Frame = None
-
-    @classmethod
-    def of(cls, plant, requirements, coordinates="raw"):
-        request = Request(plant, **requirements)
-        framed = coordinates == "frame"
-        return cls(request, Frame.of(request) if framed else None)
-
-    objective = None  # maximise the margin t
-
-    @property
-    def unknowns(self):
-        N, m = self.request.order, self.request.plant.m
-        return [Unknown("P", N, symmetric=True), Unknown("Y", m, N)]
-
-    def blocks(self, P, Y, levels=()):
-        """The request's blocks in these coordinates, in any arithmetic."""
-        return self.request.blocks(P, Y, frame=self.frame, levels=levels)
-
-    def expressions(self):
-        """The blocks as `Affine` expressions, and the unknowns P and Y."""
-        unknowns = self.unknowns
-        return list(self.blocks(*unknowns).values()), unknowns
-
-    def first(self, unknowns):
-        """sosbook's first guess, a vector of variables."""
-        return self.frame.guess(unknowns)
-
-    def home(self, P, Y):
-        """P and Y in the plant's own coordinates."""
-        P = (P + P.T) / 2
-        if self.frame is None:
-            return P, Y
-        T = self.frame.T
-        return T @ P @ T.T, self.frame.scale * Y @ T.T
-
-    def judge(self, P, Y):
-        """Smallest eigenvalue of the blocks, in the plant's coordinates.
-
-        Each block's diagonal is scaled to one. Positive means right.
-        """
-        blocks = self.request.blocks(*self.home(P, Y))
-        return dict(margin=min(margin(g) for g in blocks.values()))
-
-    def gain(self, P, Y):
-        """K = Y P^-1, the end of "end to end"."""
-        P, Y = self.home(P, Y)
-        return np.linalg.solve(P, Y.T).T
+__all__ = ["Cones", "compiled"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 Without ``--family`` the families are listed, and which half is held back.
 ``--sizes 2,4,8`` chooses sizes, any that the family can make. sosbook alone is
-timed unless ``--peers`` names others ("clarabel,sdpa", or "all").
+timed unless ``--peers`` names others: ``--peers clarabel sdpa``, or ``all``.
 """
 
 import os
@@ -31,7 +31,9 @@ def main(words=None):
     )
     parser.add_argument("--family", help="one of those that are listed without it")
     parser.add_argument("--sizes", help="such as 2,4,8; else those of the profile")
-    parser.add_argument("--peers", default="sosbook", help="names by commas, or all")
+    parser.add_argument(
+        "--peers", nargs="+", default=["sosbook"], choices=["all", *COMPETITORS]
+    )
     parser.add_argument(
         "--seconds", type=float, default=SECONDS, help="CPU time of a call"
     )
@@ -43,9 +45,7 @@ def main(words=None):
         return
     if asked.family not in FAMILIES:
         sys.exit(f"no such family: {asked.family}. There are: {', '.join(FAMILIES)}")
-    peers = list(COMPETITORS) if asked.peers == "all" else asked.peers.split(",")
-    if wrong := set(peers) - set(COMPETITORS):
-        sys.exit(f"no such competitor: {wrong}. There are: {', '.join(COMPETITORS)}")
+    peers = COMPETITORS if "all" in asked.peers else asked.peers
     family = FAMILIES[asked.family]
     sizes = family.sizes
     if asked.sizes is not None:

@@ -8,6 +8,7 @@ import numpy as np
 
 import sosbook as sos
 
+from .elements import beam_element
 from .plants import public
 
 __all__ = ["foreign"]
@@ -360,27 +361,12 @@ def damped_beam(elements=6):
     """
     n, h = elements, 1 / elements
     EI, rho = 7e10 * 0.05 * 0.005**3 / 12, 0.674
-    bend = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-        ]
-    )
-    mass = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-        ]
-    )
+    mass, bend = beam_element(h)
     M, S = np.zeros((2, 2 * n + 2, 2 * n + 2))
     for e in range(n):
         nodes = slice(2 * e, 2 * e + 4)
-        M[nodes, nodes] += rho * h / 420 * mass
-        S[nodes, nodes] += EI / h**3 * bend
+        M[nodes, nodes] += rho * mass
+        S[nodes, nodes] += EI * bend
     free = [k for k in range(2 * n + 2) if k not in (0, 2 * n)]
     M, S = (x[np.ix_(free, free)] for x in (M, S))
     middle = np.eye(2 * n)[:, [free.index(2 * (n // 2))]]

@@ -1,17 +1,14 @@
 """The LQR of the thesis's mobile inverted pendulum as an LMI.
 
-Theorem 2.4: minimise tr J. Its answer is judged by the closed loop's true
-cost (a Lyapunov equation) against the Riccati equation's optimum.
+Theorem 2.4: minimise tr J. See `benchmarks.questions.Lqr` for the judge.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.centre import margin
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
@@ -41,8 +38,6 @@ class LqrTask:
     T: np.ndarray
     left: np.ndarray
     unit: float  # of w, in which J is small
-
-    objective = 2  # minimise the trace of the third unknown
 
     @classmethod
     def of(cls, plant, requirements=None, coordinates="raw"):
@@ -86,9 +81,6 @@ class LqrTask:
         unknowns = self.unknowns
         return list(self.blocks(*unknowns).values()), unknowns
 
-    def first(self, unknowns):
-        return None
-
     def cost(self):
         """The trace of J in the free entries of P, Y, J."""
         *others, J = self.unknowns
@@ -101,20 +93,3 @@ class LqrTask:
 
     def gain(self, P, Y, J):
         return np.linalg.solve(self.T.T, np.linalg.solve(P.T, Y.T)).T
-
-    def judge(self, P, Y, J):
-        """Excess of the loop's true cost over the optimum, relative.
-
-        The eigenvalue margin of the blocks is about zero at an optimum.
-        """
-        A, B, Bw = descriptors(self.plant)[0].state_space()
-        X = solve_continuous_are(A, B, np.eye(len(A)), np.eye(B.shape[1]))
-        K = self.gain(P, Y, J)
-        loop = A + B @ K
-        least = min(margin(g) for g in self.blocks(P, Y, J).values())
-        if np.linalg.eigvals(loop).real.max() >= 0:
-            return dict(margin=least, excess=np.inf)
-        Z = solve_continuous_lyapunov(loop.T, -np.eye(len(A)) - K.T @ K)
-        best = np.trace(Bw.T @ X @ Bw)
-        excess = float(np.trace(Bw.T @ Z @ Bw) / best - 1)
-        return dict(margin=least, excess=abs(excess))

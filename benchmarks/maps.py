@@ -8,13 +8,11 @@ from sosbook.maps import designs, feasibility_map, sweep
 from sosbook.maps.search import replaced, requirements
 
 import sosbook as sos
-from sosbook.lmi.centre import Blocks, margin, phase_one
 from sosbook.synthesis.problem import Request
-from sosbook.synthesis.scaling import Frame
 
-from .cones import Task
-from .measure import SMALLEST, record
-from .peers import PEERS, NoAnswer, unpacked
+from .competitors import Cvxpy
+from .questions import NoAnswer, Pid, right
+from .records import record
 
 __all__ = ["grid", "one_by_one", "records", "staircase"]
 
@@ -33,20 +31,15 @@ def grid(rows=25, columns=40):
 
 
 def point(request):
-    """(P, Y) in the plant's own coordinates, or None."""
-    task = Task(request, Frame.of(request))
-    expressions, unknowns = task.expressions()
-    phase = phase_one(
-        Blocks.of(expressions, unknowns), start=task.frame.guess(unknowns)
-    )
-    if phase.x is None:
-        return None
-    return task.home(*unpacked(unknowns, phase.x))
+    """P, Y and so on in the plant's own coordinates, or None."""
+    lmis = Pid.of(request, framed=True).lmis
+    values = lmis.find(refute=False, start=lmis.guess()).values
+    return None if values is None else lmis.in_plant_units(values)
 
 
-def keeps(request, P, Y):
-    """Whether all blocks are positive definite at (P, Y)."""
-    return all(margin(g) > SMALLEST for g in request.blocks(P, Y).values())
+def keeps(request, answer):
+    """Whether all blocks are positive definite at an answer."""
+    return right(Pid.of(request).judge(answer))
 
 
 def staircase(requests):
@@ -76,7 +69,7 @@ def one_by_one(requests):
     """The same map, one solve for each cell."""
     return np.array(
         [
-            [(p := point(r)) is not None and keeps(r, *p) for r in line]
+            [(p := point(r)) is not None and keeps(r, p) for r in line]
             for line in requests
         ]
     )
@@ -84,13 +77,11 @@ def one_by_one(requests):
 
 def naive(request):
     """cvxpy and Clarabel, built anew; judged by the eigenvalues."""
-    task = Task(request)
-    peer = PEERS["cvxpy + clarabel"]()
     try:
-        answer = peer.solve(peer.prepare(task))
+        question, answer = Cvxpy().answer(lambda: Pid.of(request))
     except NoAnswer:
         return False
-    return bool(task.judge(*answer)["margin"] > SMALLEST)
+    return right(question.judge(answer))
 
 
 def records(quick=False, seed=0):
@@ -116,22 +107,17 @@ def records(quick=False, seed=0):
         family="map",
         case="example 1 over sigma and theta",
         n=2,
-        states=6,
-        unknowns=33,
         vertices=1,
         clock="whole map",
         count=total,
         repeats=1,
         status="right",
-        formulation="which specifications have a design",
     )
     yield record(
         **common,
         competitor="sosbook, staircase",
-        coordinates="frame",
         median_s=walk,
         min_s=walk,
-        ratio=1.0,
         measured=total,
         solves=solves,
         agreement=float((stairs == cells).mean()),
@@ -141,10 +127,8 @@ def records(quick=False, seed=0):
     yield record(
         **common,
         competitor="sosbook, cell by cell",
-        coordinates="frame",
         median_s=single,
         min_s=single,
-        ratio=single / walk,
         measured=total,
         solves=total,
         agreement=1.0,
@@ -153,10 +137,8 @@ def records(quick=False, seed=0):
     yield record(
         **common,
         competitor="cvxpy + clarabel, cell by cell",
-        coordinates="raw",
         median_s=scaled,
         min_s=scaled,
-        ratio=scaled / walk,
         measured=len(chosen),
         solves=total,
         agreement=float((truth[chosen] == words).mean()),
@@ -175,19 +157,13 @@ def records(quick=False, seed=0):
         lambda: sweep(naive, [flat[k] for k in chosen], n_jobs=2, progress=False)
     )
     get_reusable_executor().shutdown()
-    common |= dict(
-        family="designs",
-        clock="all designs, two cores",
-        formulation="one design for each specification, two processes",
-    )
+    common |= dict(family="designs", clock="all designs, two cores")
     found = np.array([d.status == "feasible" for d in found])
     yield record(
         **common,
         competitor="sosbook, complete designs",
-        coordinates="frame",
         median_s=ours,
         min_s=ours,
-        ratio=1.0,
         measured=total,
         solves=total,
         agreement=float((truth == found).mean()),
@@ -197,10 +173,8 @@ def records(quick=False, seed=0):
     yield record(
         **common,
         competitor="cvxpy + clarabel, points",
-        coordinates="raw",
         median_s=scaled,
         min_s=scaled,
-        ratio=scaled / ours,
         measured=len(chosen),
         solves=total,
         agreement=float((truth[chosen] == words).mean()),

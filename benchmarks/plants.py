@@ -7,6 +7,8 @@ import numpy as np
 
 import sosbook as sos
 
+from .elements import beam_matrices
+
 __all__ = [
     "beam",
     "bicycle",
@@ -112,36 +114,7 @@ def beam(n):
     """
     if n < 1:
         raise ValueError(f"n = {n} must be 1 or more")
-    h = 1 / n
-    stiffness = (
-        np.array(
-            [
-                [12, 6 * h, -12, 6 * h],
-                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                [-12, -6 * h, 12, -6 * h],
-                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-            ]
-        )
-        / h**3
-    )
-    mass = (
-        h
-        / 420
-        * np.array(
-            [
-                [156, 22 * h, 54, -13 * h],
-                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                [54, 13 * h, 156, -22 * h],
-                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-            ]
-        )
-    )
-    M, S = np.zeros((2, 2 * n + 2, 2 * n + 2))
-    for e in range(n):
-        nodes = slice(2 * e, 2 * e + 4)
-        M[nodes, nodes] += mass
-        S[nodes, nodes] += stiffness
-    M, S = M[2:, 2:], S[2:, 2:]  # the clamped node
+    M, S = beam_matrices(n)
     tip = np.eye(2 * n)[:, [-2]]
     B = tip
     if n >= 4:

@@ -49,11 +49,20 @@ class Pid:
     cost = None
 
     def __init__(self, plant, asked, framed=False):
+        self._put(Request(plant, **asked), framed)
         self.plant, self.asked = plant, asked
-        self.request = Request(plant, **asked)
-        one = np.eye(self.request.order)
-        frame = Frame.of(self.request) if framed else Frame(one, one, one, 1.0)
-        self.lmis = ScaledLMIs(self.request, frame)
+
+    @classmethod
+    def of(cls, request, framed=False):
+        """The question of a request that was made already."""
+        question = object.__new__(cls)
+        question._put(request, framed)
+        return question
+
+    def _put(self, request, framed):
+        one = np.eye(request.order)
+        frame = Frame.of(request) if framed else Frame(one, one, one, 1.0)
+        self.request, self.lmis = request, ScaledLMIs(request, frame)
 
     def expressions(self):
         """The blocks as `Affine` expressions, and the unknowns."""

@@ -1,224 +1,222 @@
-"""All cases, one after the other; what they give as one document."""
+"""All families and competitors; what they give as one document."""
 
 import importlib.metadata
 import os
 import platform
+import subprocess
 import time
-from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
 from datetime import date
 from pathlib import Path
 
-import numpy as np
+from .catalogue import FAMILIES
+from .clock import MEMORY, SECONDS, Job, trial
+from .clock import sizes as sizes_of
+from .competitors import COMPETITORS
 
-from . import maps, sliders
-from .cases import CASES
-from .measure import FIELDS, Job, rounds, summary, trial
-from .peers import PEERS
+__all__ = ["FIELDS", "SECTIONS", "machine", "measure"]
 
-__all__ = ["SPECIAL", "growth", "machine", "measure"]
+#: What is measured besides the profile: sosbook alone, families and sizes.
+SECTIONS = {
+    "growth": {"free chain": (40, 60, 100, 200), "grid": (40, 60, 100, 200)},
+    "monotony": {
+        "grounded chain": range(2, 25),
+        # a force in the middle of 3, 5 or 7 masses leaves modes alone
+        "free chain": (2, 4, 6, *range(8, 25)),
+        "grid": range(2, 25),
+    },
+}
+LONG = 60.0  # CPU seconds of a call of those
+QUICK = dict(families=("free chain", "bicycles", "arm"), largest=4)
 
-SPECIAL = ("sliders", "map")
-REFERENCE = "sosbook"  # the ratios' denominator
-ALONE = 2.0  # seconds from which a call is timed in its own process, once
+FIELDS = {
+    "section": "profile, growth or monotony",
+    "family": "see families",
+    "size": "what it counts stands there",
+    "n": "degrees of freedom",
+    "m": "inputs",
+    "unknowns": "free numbers in all unknowns",
+    "vertices": "of the polytope",
+    "competitor": "see competitors",
+    "status": "right; wrong: the answer breaks a block or isn't the optimum; no "
+    "answer; over the limit; not tried: over the limit at a smaller size, or by "
+    "extrapolation; not installed",
+    "coordinates": "raw: the plant's own; frame: sosbook's well conditioned ones, "
+    "the second try",
+    "cpu_s": "median CPU seconds of a call, from the plant to the answer",
+    "calls": "how many",
+    "margin": "smallest eigenvalue of all blocks at the answer, each diagonal "
+    "scaled to one, in the plant's own coordinates; right demands more than 1e-9",
+    "excess": "of an optimum: true cost of the loop over the Riccati equation's, "
+    "relative; right demands less than 1e-3",
+    "base_mb": "resident memory before the call, MB",
+    "peak_mb": "the largest during the calls",
+    "why": "there is no right answer",
+    "measured": "date, and git's names of the source that was measured",
+}
 
 
-def measure(names=(), quick=False, old=None, log=print):
-    """Measure the named cases, or all.
+def measure(
+    families=(),
+    competitors=(),
+    sections=(),
+    old=None,
+    quick=False,
+    log=print,
+    save=None,
+):
+    """Measure the named ones, or all; of ``old`` the others are kept.
 
     Parameters
     ----------
-    names : sequence of str
-    quick : bool
-        The small cases, fewer repeats, shorter limits.
+    families, competitors, sections : sequences of str
+        Empty for all.
     old : dict, optional
-        A document whose other cases are kept.
+        A document whose other records are kept.
+    quick : bool
+        Small sizes of three families.
+    save : callable, optional
+        Is given the document after each family.
 
     Returns
     -------
     dict
-        machine, fields, records, growth: see README.md.
+        machine, families, fields, records and so on: see README.md.
     """
-    begin = time.perf_counter()
-    budget = 2.0 if quick else 6.0
-    chosen = [
-        c
-        for c in CASES.values()
-        if (c.name in names if names else c.quick or not quick)
-    ]
-    special = [s for s in SPECIAL if not names or s in names]
-    records, last = [], {}
-    for case in chosen:
-        fresh = case_records(case, limit(case, quick), budget, last)
-        records += fresh
-        right = sum(r["status"] == "right" for r in fresh)
-        log(
-            f"{time.perf_counter() - begin:6.0f} s  {case.name}: {right} of "
-            f"{len(fresh)} records are right",
-            flush=True,
-        )
-    if "sliders" in special:
-        for k in (1, 2, 3):
-            records += sliders.moves(k, 12 if quick else 60)
-            records += sliders.answers(k, 3 if quick else 15)
-        log(f"{time.perf_counter() - begin:6.0f} s  sliders", flush=True)
-    if "map" in special:
-        records += maps.records(quick)
-        log(f"{time.perf_counter() - begin:6.0f} s  map", flush=True)
+    begin, records = time.perf_counter(), []
+    chosen = list(families) or (QUICK["families"] if quick else list(FAMILIES))
+    who = list(competitors) or list(COMPETITORS)
+    parts = list(sections) or ["profile", *([] if quick else SECTIONS)]
+
+    def document():
+        return gathered(records, old, quick)
+
+    for section in parts:
+        for name in chosen:
+            if section == "profile":
+                sizes = FAMILIES[name].sizes
+                if quick:
+                    sizes = [s for s in sizes if s <= QUICK["largest"]]
+                fresh = of_family(name, sizes, who, SECONDS)
+            elif name in SECTIONS[section] and "sosbook" in who:
+                fresh = of_family(name, SECTIONS[section][name], ["sosbook"], LONG)
+            else:
+                continue
+            fresh = [dict.fromkeys(FIELDS) | r | dict(section=section) for r in fresh]
+            records += fresh
+            right = sum(r["status"] == "right" for r in fresh)
+            passed = time.perf_counter() - begin
+            log(
+                f"{passed:6.0f} s  {section}, {name}: {right} of {len(fresh)} right",
+                flush=True,
+            )
+            if save is not None:
+                save(document())
+    return document()
+
+
+def gathered(records, old, quick=False):
+    """The document of some records and of an old one's others."""
+    kept = []
     if old is not None:
-        again = {(r["family"], r["case"]) for r in records}
-        kept = [r for r in old["records"] if (r["family"], r["case"]) not in again]
-        records = kept + records
-        begin -= old["seconds"]
+        again = {_key(r) for r in records}
+        kept = [r for r in old["records"] if _key(r) not in again]
+    order = list(FAMILIES)
+    both = [r for r in kept + records if _wanted(r)]
+    both.sort(key=lambda r: (r["section"], order.index(r["family"]), r["size"]))
     return dict(
-        about="Times of sosbook and its peers. One thread, calls in turns, "
-        "medians; every answer judged by the eigenvalues of its LMIs. "
-        "Compare ratios, not seconds.",
+        about="CPU seconds of sosbook and its peers on families of plants. One "
+        "thread; every answer judged by the eigenvalues of its LMIs.",
         quick=quick,
-        seconds=time.perf_counter() - begin,
         machine=machine(),
+        seconds=SECONDS,
+        memory_mb=MEMORY,
         fields=FIELDS,
-        records=records,
-        growth=growth(records),
+        competitors={
+            c.name: dict(asked=c.asked, note=c.__doc__) for c in COMPETITORS.values()
+        },
+        families={
+            name: {k: v for k, v in asdict(f).items() if k != "make"}
+            for name, f in FAMILIES.items()
+        },
+        records=both,
     )
 
 
-def limit(case, quick):
-    """Seconds that a call may take."""
-    if quick or case.family == "vertices":
-        return 60.0
-    return 300.0 if case.size >= 200 else 200.0
+def _wanted(r):
+    """Whether a record's family and size are still those of the table."""
+    name, section = r["family"], r["section"]
+    if section == "profile":
+        return name in FAMILIES and r["size"] in FAMILIES[name].sizes
+    return r["size"] in SECTIONS.get(section, {}).get(name, ())
 
 
-def case_records(case, most, budget, last):
-    """Records of one case.
+def _key(r):
+    return tuple(r[k] for k in ("section", "family", "size", "competitor"))
 
-    Parameters
-    ----------
-    most : float
-        Seconds that a call may take.
-    budget : float
-        Seconds for all the calls in turns.
-    last : dict
-        From (family, peer) to the previous size and its seconds, None if
-        over the limit; updated.
-    """
-    sizes = Job(case.name, REFERENCE, "frame").sizes() | dict(limit_s=most)
-    found, idle, calls = {}, [], []
-    for name, peer in PEERS.items():
-        if not peer.suits(case):
-            continue
-        job = Job(case.name, name, peer.coordinates)
-        before = last.get((case.family, name), (case.size, 0.0))
-        if not peer.installed():
-            idle.append((job, "not installed"))
-        elif not peer.reaches(case) or before[1] is None:
-            idle.append((job, "not tried"))
-        else:
-            calls.append((job, expected(before, case)))
-    again = budget > 2  # in the full run
-    found |= trials(calls, most, again)
-    framed = [
-        (Job(case.name, job.peer, "frame"), seconds)
-        for job, seconds in calls
-        if PEERS[job.peer].framed and found[job]["status"] in ("wrong", "no answer")
-    ]
-    found |= trials(framed, most, again)
-    quick = {}
-    for job, one in found.items():
-        seconds = max(one.get("times", {}).values(), default=None)
-        if one["status"] == "over the limit" and case.size:
-            last[case.family, job.peer] = (case.size, None)
-        if seconds is not None:
-            if case.size:
-                last[case.family, job.peer] = (case.size, seconds)
-            if one["status"] == "right" and seconds < ALONE:
-                quick[job] = seconds
-    timed = rounds(quick, budget)
-    records = [job.record(status=word, **sizes) for job, word in idle]
-    for job, one in found.items():
-        records += clocks(job, one, timed.get(job), sizes)
-    ours = {r["clock"]: r["median_s"] for r in records if r["competitor"] == REFERENCE}
-    for r in records:
-        if r["median_s"] is not None and ours.get(r["clock"]):
-            r["ratio"] = r["median_s"] / ours[r["clock"]]
+
+def of_family(name, sizes, competitors, seconds):
+    """Records of a family; whoever exceeds the limit isn't asked larger sizes."""
+    last, records, state = {}, [], source()
+    for size in sizes:
+        known = dict(family=name, size=size, measured=state) | sizes_of(name, size)
+        for competitor in competitors:
+            why = not_tried(name, size, competitor, last.get(competitor), seconds)
+            if why is None:
+                found = trial(Job(name, size, competitor, seconds))
+                last[competitor] = (size, found)
+            else:
+                found = why
+            records.append(known | dict(competitor=competitor) | found)
     return records
 
 
-def clocks(job, one, timed, sizes):
-    """One record for each clock, or one that says why there is none."""
-    known = {
-        k: one.get(k) for k in ("status", "margin", "excess", "base_mb", "peak_mb")
-    }
-    if known["excess"] == float("inf"):
-        known["excess"] = None
-    if one["status"] != "right":
-        made = job.record(**sizes, **known)
-        more = [one["why"]] if "why" in one else []
-        if one.get("times"):
-            more.append(f"after {max(one['times'].values()):.3g} s")
-        made["note"] = "; ".join(filter(None, [made["note"], *more]))
-        return [made]
-    times = timed or {c: [s] for c, s in one["times"].items()}
-    return [
-        job.record(clock=clock, **sizes, **known, **summary(seconds))
-        for clock, seconds in times.items()
-    ]
+def not_tried(family, size, competitor, last, seconds):
+    """Why it isn't asked, as a record's fields; None if it is.
 
-
-def trials(calls, most, again):
-    """Trials of (job, expected seconds); the short ones two at a time."""
-    short = [job for job, seconds in calls if seconds < ALONE]
-    long = [job for job, seconds in calls if seconds >= ALONE]
-    with ThreadPoolExecutor(2) as pool:
-        found = dict(zip(short, pool.map(lambda j: trial(j, most), short)))
-    for job in short:  # longer than expected: again, alone
-        seconds = max(found[job].get("times", {}).values(), default=0)
-        if again and seconds >= ALONE:
-            long.append(job)
-    return found | {job: trial(job, most) for job in long}
-
-
-def expected(before, case):
-    """Seconds, from those of the size before: like n^5, like vertices."""
-    size, seconds = before
-    power = 1 if case.family == "vertices" else 5
-    return seconds * (case.size / size) ** power if size else seconds
-
-
-def growth(records):
-    """Exponents of time against n between a chain's two largest sizes.
-
-    For sosbook between 40 and 100, where both were measured.
+    Parameters
+    ----------
+    last : (int, dict) or None
+        The size before and what was found there.
     """
-    found = []
-    chains = [
-        r
-        for r in records
-        if r["family"] == "chain" and r["median_s"] and r["status"] == "right"
-    ]
-    keys = {(r["competitor"], r["coordinates"], r["clock"]) for r in chains}
-    for key in sorted(keys):
-        times = {
-            r["n"]: r["median_s"]
-            for r in chains
-            if key == (r["competitor"], r["coordinates"], r["clock"])
-        }
-        ends = [40, 100] if {40, 100} <= set(times) else sorted(times)[-2:]
-        if len(ends) < 2:
-            continue
-        small, large = ends
-        exponent = np.log(times[large] / times[small]) / np.log(large / small)
-        found.append(
-            dict(
-                competitor=key[0],
-                coordinates=key[1],
-                clock=key[2],
-                from_n=small,
-                to_n=large,
-                exponent=float(exponent),
-            )
+    peer, counts = COMPETITORS[competitor], FAMILIES[family].size
+    if not peer.installed():
+        return dict(status="not installed")
+    if last is None or counts == "in the collection":
+        return None
+    before, found = last
+    if found["status"] == "over the limit":
+        return dict(status="not tried", why=f"over the limit at {before}")
+    if found.get("cpu_s") is None:
+        return None
+    power = peer.growth if counts == "degrees of freedom" else 1
+    least = found["cpu_s"] * (size / before) ** power
+    if competitor != "sosbook" and least > seconds:
+        return dict(
+            status="not tried",
+            why=f"{least:.0f} s or more, by its {found['cpu_s']:.3g} s at {before}",
         )
-    return found
+    return None
+
+
+def source():
+    """The date, and git's names for the rooms of the solver as they were measured."""
+    folder = Path(__file__).parents[1]
+    rooms = [f"sosbook/{room}" for room in ("lmi", "synthesis", "delay")]
+
+    def git(*words):
+        ran = subprocess.run(
+            ["git", *words], cwd=folder, capture_output=True, check=True
+        )
+        return ran.stdout.decode("utf-8").split()
+
+    try:
+        trees = git("rev-parse", *(f"HEAD:{room}" for room in rooms))
+        trees = " ".join(tree[:10] for tree in trees)
+        trees += " and changes" if git("status", "--porcelain", *rooms) else ""
+    except (OSError, subprocess.CalledProcessError):
+        trees = "unknown"
+    return f"{date.today().isoformat()}, {trees}"
 
 
 def machine():
@@ -232,7 +230,6 @@ def machine():
         "cvxopt",
         "sdpa-python",
         "scs",
-        "picos",
     )
     versions = {}
     for name in packages:

@@ -11,7 +11,7 @@ from sosbook.widgets.design import _design_page
 import sosbook as sos
 from sosbook.synthesis.problem import Request
 
-from .measure import record, summary
+from .records import record, summary
 
 __all__ = ["answers", "moves"]
 
@@ -50,12 +50,9 @@ def moves(example, count=MOVES):
             family="slider",
             case=f"example {example}, {name}",
             n=plant.n,
-            states=request.order,
             vertices=len(plant.vertices),
             competitor=way,
-            coordinates="frame",
             clock="slider move",
-            formulation="design_pid, poles, response, SVG and tables as text",
             note=f"{sum(r[3] for r in rows)} of {len(rows)} requests had a "
             "design; the rest were refused, without a response",
             status="right",
@@ -104,7 +101,6 @@ def answers(example, count=15):
             family="answers",
             case=f"example {example}, answers",
             n=given.plant.n,
-            states=design.request.order,
             vertices=len(given.plant.vertices),
             competitor=name,
             clock="one call",

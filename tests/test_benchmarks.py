@@ -1,32 +1,37 @@
 """The benchmarks: peers agree, wrong answers are caught, records are tidy."""
 
 import json
+import math
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import sosbook as sos
-from benchmarks import maps, run
-from benchmarks.cases import CASES, many_vertices
-from benchmarks.cones import Task, compiled
+from benchmarks import clock, maps, run, waiting
+from benchmarks.catalogue import FAMILIES, case
+from benchmarks.clock import Job, trial
+from benchmarks.competitors import COMPETITORS, Competitor
+from benchmarks.cones import compiled
 from benchmarks.foreign import foreign
-from benchmarks.lqr import LqrTask, pendulum
-from benchmarks.measure import FIELDS, Job, record, status, summary, trial
-from benchmarks.peers import PEERS
+from benchmarks.lqr import pendulum
+from benchmarks.questions import Lqr, NoAnswer, Pid, right
+from benchmarks.records import FIELDS, record
 from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, loop, poles
+from sosbook.book.plots import profiles
 
-RESULTS = Path(run.__file__).with_name("results.json")
-ROBOT = CASES["example 1"].build()
+HOME = Path(run.__file__).parent
+PROFILE, WAITING = HOME / "profile.json", HOME / "waiting.json"
+EXAMPLE = sos.thesis.example_1()
+ROBOT = EXAMPLE.plant, {k: v for k, v in EXAMPLE.requirements.items() if v is not None}
 
 
-@pytest.mark.parametrize("coordinates", ["raw", "frame"])
-@pytest.mark.parametrize("name", ["example 2", "chain 8", "pendulum LQR"])
-def test_cone_data_are_the_blocks(name, coordinates):
-    case = CASES[name]
-    task = case.kind.of(*case.build(), coordinates)
-    expressions, unknowns = task.expressions()
+@pytest.mark.parametrize("framed", [False, True])
+@pytest.mark.parametrize("name", ["grid", "tree", "pendulums", "delayed modes"])
+def test_cone_data_are_the_blocks(name, framed):
+    expressions, unknowns = case(name, FAMILIES[name].sizes[0], framed).expressions()
     rng = np.random.default_rng(0)
     x = [rng.normal(size=u.size) for u in unknowns]
     values = {u: u.unpack(part) for u, part in zip(unknowns, x)}
@@ -38,7 +43,7 @@ def test_cone_data_are_the_blocks(name, coordinates):
 
 
 def test_both_ways_to_cone_data_agree(monkeypatch):
-    expressions, unknowns = Task.of(*ROBOT).expressions()
+    expressions, unknowns = Pid(*ROBOT).expressions()
     dense = compiled(expressions, unknowns)
     monkeypatch.setattr("benchmarks.cones.SMALL", 0)
     sparse = compiled(expressions, unknowns)
@@ -58,55 +63,143 @@ def _all(q):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("peer", [p for p in PEERS if PEERS[p].feasible])
-def test_every_peer_solves_example_1(peer):
-    if not PEERS[peer].installed():
-        pytest.skip(f"{PEERS[peer].package} is not installed")
-    job = Job("example 1", peer, PEERS[peer].coordinates)
-    times, judgement = job.run()
-    assert status(judgement) == "right"
-    assert judgement["margin"] > 1e-3
-    assert min(times.values()) > 0
+@pytest.mark.parametrize("kind", ["grid", "tree", "pendulums", "delayed chain"])
+@pytest.mark.parametrize("name", COMPETITORS)
+def test_every_competitor_solves_every_kind(name, kind):
+    if not COMPETITORS[name].installed():
+        pytest.skip(f"{COMPETITORS[name].package} is not installed")
+    times, judgement = Job(kind, FAMILIES[kind].sizes[0], name).run(framed=True)
+    assert right(judgement) and min(times) > 0
 
 
-def test_gains_of_all_coordinates_are_the_plants():
-    for coordinates in ("raw", "frame"):
-        task = Task.of(*ROBOT, coordinates)
-        peer = PEERS["clarabel"]()
-        K = task.gain(*peer.solve(peer.prepare(task)))
-        design = sos.analyse_pid(ROBOT[0], K, **ROBOT[1])
-        assert design.status == "feasible"
-
-
-def test_a_wrong_answer_is_caught():
-    task = Task.of(*ROBOT)
-    peer = PEERS["sosbook"]()
-    framed = Task.of(*ROBOT, "frame")
-    P, Y = framed.home(*peer.solve(peer.prepare(framed)))
-    assert status(task.judge(P, Y)) == "right"
-    assert status(task.judge(P, 0 * Y)) == "wrong"
-    assert status(task.judge(-P, Y)) == "wrong"
-    harder = Task.of(ROBOT[0], ROBOT[1] | dict(gamma=0.1))
-    assert status(harder.judge(P, Y)) == "wrong"
+@pytest.mark.parametrize("framed", [False, True])
+def test_gains_of_all_coordinates_are_the_plants(framed):
+    question, answer = COMPETITORS["clarabel"]().answer(lambda: Pid(*ROBOT, framed))
+    assert right(question.judge(answer))
+    K = np.linalg.solve(answer["P"], answer["Y"].T).T
+    assert sos.analyse_pid(ROBOT[0], K, **ROBOT[1]).status == "feasible"
+    harder = Pid(ROBOT[0], ROBOT[1] | dict(gamma=0.1))
+    assert not right(harder.judge(answer))
 
 
 def test_the_lqr_is_judged_by_the_riccati_equation():
-    task = LqrTask.of(pendulum())
-    peer = PEERS["scipy, Riccati"]()
-    P, Y, J = peer.solve(peer.prepare(task))
+    question = Lqr(pendulum(), {})
+    K = question.design()["K"]
     # thesis, Table 4.1, R = 1; print was made from rounded matrices
-    np.testing.assert_allclose(
-        task.gain(P, Y, J), [[38.3431, 1.0001, 4.0221, 1.5153]], rtol=5e-4
+    np.testing.assert_allclose(K, [[38.3431, 1.0001, 4.0221, 1.5153]], rtol=5e-4)
+    assert right(question.judge(dict(K=K)))
+    assert not right(question.judge(dict(K=1.5 * K)))
+    assert question.judge(dict(K=0 * K))["excess"] == np.inf
+
+
+def test_a_profile_by_hand():
+    """Two competitors and three cases, the last of which nobody solves."""
+    seconds = {
+        ("a", 2): {"sosbook": 1.0, "x": 2.0},
+        ("a", 4): {"sosbook": 6.0, "x": 4.0},
+        ("b", 2): {"sosbook": math.inf, "x": math.inf},
+        ("b", 4): {"sosbook": 1.0, "x": math.inf},
+    }
+    found = profiles.ratios(seconds)
+    assert found == {
+        "sosbook": [1.0, 1.5, math.inf, 1.0],
+        "x": [2.0, 1.0, math.inf, math.inf],
+    }
+    shares = [profiles.share(found["sosbook"], tau) for tau in (1, 1.2, 1.5, 1e9)]
+    assert shares == [0.5, 0.5, 0.75, 0.75]
+    assert [profiles.share(found["x"], tau) for tau in (1, 2)] == [0.25, 0.5]
+    assert profiles.faster(seconds) == [(("a", 4), "x", 1.5)]
+    seconds["b", 2]["x"] = 1.0
+    assert profiles.faster(seconds)[0] == (("b", 2), "x", math.inf)
+    assert profiles.speedup(seconds, 2, "x") == 2.0
+    assert profiles.speedup(seconds, 4, "x") == pytest.approx(2 / 3)
+    assert profiles.speedup(seconds, 8, "x") is None
+    assert profiles.uphill({2: 1.0, 3: 3.0, 5: 2.0}) == (1.5, 3, 5)
+    assert profiles.power({10: 2.0, 100: 200.0}, 10, 100) == pytest.approx(2)
+
+
+def test_a_profile_as_steps():
+    _, ax = plt.subplots()
+    profiles.curves(ax, {"sosbook": [1.0, 4.0], "scs": [2.0, math.inf]}, most=10.0)
+    ours, theirs = (dict(zip(*line.get_data())) for line in ax.get_lines())
+    assert ours == {1.0: 0.5, 4.0: 1.0, 10.0: 1.0}
+    assert theirs == {1.0: 0.0, 2.0: 0.5, 10.0: 0.5}
+    plt.close()
+
+
+def test_who_is_missing_has_not_solved_it():
+    found = profiles.ratios({1: {"a": 1.0}, 2: {"a": 2.0, "b": 1.0}})
+    assert found == {"a": [1.0, 2.0], "b": [math.inf, 1.0]}
+
+
+class Failing(Competitor):
+    name = package = "sosbook"
+
+    def __init__(self, error):
+        self.error = error
+
+    def answer(self, make):
+        raise self.error
+
+
+@pytest.mark.parametrize("error", [NoAnswer("none"), ValueError("odd"), MemoryError()])
+def test_a_failing_competitor_counts(monkeypatch, error):
+    monkeypatch.setitem(clock.COMPETITORS, "clarabel", lambda: Failing(error))
+    found = clock._tried(Job("free chain", 2, "clarabel"), False)
+    assert found["status"] == "no answer"
+    known = dict(family="free chain", size=2, cpu_s=None)
+    rows = [
+        known | dict(competitor="sosbook", status="right", cpu_s=1.0),
+        known | dict(competitor="clarabel") | found,
+    ]
+    ratios = profiles.ratios(profiles.times(rows))
+    assert ratios == {"sosbook": [1.0], "clarabel": [math.inf]}
+
+
+class Wrong(Competitor):
+    def answer(self, make):
+        question, answer = COMPETITORS["sosbook"]().answer(make)
+        return question, answer | dict(P=-answer["P"])
+
+
+def test_a_wrong_answer_has_no_time_that_counts(monkeypatch):
+    monkeypatch.setitem(clock.COMPETITORS, "clarabel", Wrong)
+    found = clock._tried(Job("free chain", 2, "clarabel"), True)
+    assert found["status"] == "wrong" and found["margin"] < 0
+    row = dict(family="f", size=2, competitor="clarabel") | found
+    assert profiles.times([row]) == {("f", 2): {"clarabel": math.inf}}
+
+
+@pytest.mark.slow
+def test_a_trial_tells_time_memory_and_limit():
+    found = trial(Job("free chain", 2, "clarabel"))
+    assert found["status"] == "right" and found["coordinates"] == "raw"
+    assert 0 < found["cpu_s"] and found["calls"] >= 1
+    assert 10 < found["base_mb"] <= found["peak_mb"]
+    late = trial(Job("free chain", 24, "cvxpy + clarabel", 1.0))
+    assert late["status"] == "over the limit"
+
+
+def test_who_was_over_the_limit_is_not_asked_again(monkeypatch):
+    monkeypatch.setattr(Competitor, "installed", classmethod(lambda c: True))
+
+    def asked(competitor, last, family="grid", size=8):
+        return run.not_tried(family, size, competitor, last, 20.0)
+
+    over = 4, dict(status="over the limit")
+    slow, quick = (
+        (4, dict(status="right", cpu_s=2.0)),
+        (4, dict(cpu_s=0.5, status="right")),
     )
-    assert status(task.judge(P, Y, J)) == "right"
-    assert status(task.judge(P, 1.5 * Y, J)) == "wrong"
-    assert status(task.judge(P, 0 * Y, J)) == "wrong"
-    assert status(dict(margin=1.0, excess=np.inf)) == "wrong"
-
-
-def test_the_lqr_lmi_finds_the_riccati_gain():
-    _, judgement = Job("pendulum LQR", "sosbook", "frame").run()
-    assert status(judgement) == "right"
+    assert asked("clarabel", None) is None
+    assert asked("clarabel", over)["status"] == "not tried"
+    assert "32 s" in asked("clarabel", slow)["why"]  # 2 s times 2^4
+    assert asked("scs", slow) is asked("clarabel", quick) is None
+    assert asked("sosbook", slow) is None  # we are always asked
+    assert (
+        asked("clarabel", over, "foreign") is None
+    )  # one has nothing to do with another
+    assert asked("clarabel", slow, "bicycles") is None  # of vertices it is linear
 
 
 def test_the_staircase_is_the_map():
@@ -116,83 +209,58 @@ def test_the_staircase_is_the_map():
     np.testing.assert_array_equal(stairs, cells)
     assert 0 < cells.sum() < cells.size
     assert solves < cells.size
-
-
-@pytest.mark.slow
-def test_a_trial_tells_time_memory_and_limit():
-    job = Job("chain 2", "clarabel", "raw")
-    found = trial(job, 60)
-    assert found["status"] == "right"
-    assert set(found["times"]) == {"end to end", "solve only"}
-    assert 10 < found["base_mb"] <= found["peak_mb"]
-    assert trial(job, 1e-9) == dict(status="over the limit")
-
-
-def test_many_vertices_differ_in_stiffness_only():
-    plant, _ = many_vertices(4)
-    assert len(plant.vertices) == 4
-    assert len({v.S.tobytes() for v in plant.vertices}) == 4
-    assert len({v.M.tobytes() for v in plant.vertices}) == 1
+    assert maps.naive(requests[0][0]) and not maps.naive(requests[-1][-1])
 
 
 def test_records_have_the_fields_and_no_others():
-    job = Job("example 1", "clarabel", "raw")
-    one = dict(
-        status="right", times={"solve only": 0.5}, margin=0.1, base_mb=1.0, peak_mb=2.0
-    )
-    (made,) = run.clocks(job, one, None, job.sizes())
-    assert set(made) == set(FIELDS)
-    assert (made["n"], made["states"], made["unknowns"]) == (2, 6, 33)
-    assert (made["median_s"], made["repeats"]) == (0.5, 1)
+    assert set(record(case="one")) == set(FIELDS)
     with pytest.raises(ValueError, match="colour"):
         record(colour="red")
 
 
-def test_a_wrong_answer_has_no_time():
-    job = Job("example 1", "scs", "raw")
-    one = dict(status="wrong", times={"solve only": 0.5}, margin=-0.1)
-    (made,) = run.clocks(job, one, None, job.sizes())
-    assert made["status"] == "wrong" and made["median_s"] is None
-    assert "after 0.5 s" in made["note"]
+@pytest.mark.slow
+def test_the_quick_run_is_a_document(tmp_path):
+    found = run.measure(["free chain"], ["sosbook", "clarabel"], quick=True)
+    text = json.dumps(found, allow_nan=False)
+    _check_profile(json.loads(text))
+    assert {r["size"] for r in found["records"]} == {2, 4}
+    kept = run.measure(["arm"], ["sosbook"], old=found, quick=True)
+    assert {r["family"] for r in kept["records"]} == {"free chain", "arm"}
 
 
-def test_growth_is_the_slope_between_40_and_100():
-    records = [
-        record(
-            family="chain",
-            case=f"chain {n}",
-            n=n,
-            competitor="sosbook",
-            coordinates="frame",
-            clock="solve only",
-            status="right",
-            **summary([2e-6 * n**3]),
-        )
-        for n in (20, 40, 100, 200)
-    ]
-    (one,) = run.growth(records)
-    assert (one["from_n"], one["to_n"]) == (40, 100)
-    assert one["exponent"] == pytest.approx(3)
+@pytest.mark.skipif(not PROFILE.exists(), reason="nothing was measured yet")
+def test_the_stored_profile_is_consistent():
+    document = json.loads(PROFILE.read_text("utf-8"))
+    _check_profile(document)
+    assert set(document["families"]) == set(FAMILIES)
+    for name, family in FAMILIES.items():
+        kept = document["families"][name]
+        assert kept["half"] == family.half and tuple(kept["sizes"]) == family.sizes
 
 
-@pytest.mark.skipif(not RESULTS.exists(), reason="nothing was measured yet")
-def test_the_stored_results_are_consistent():
-    document = json.loads(RESULTS.read_text("utf8"))
-    assert document["fields"] == FIELDS
+def _check_profile(document):
+    assert document["fields"] == run.FIELDS
     assert {"cpu", "cores", "python", "packages", "date"} <= set(document["machine"])
-    assert document["growth"] == run.growth(document["records"])
     for r in document["records"]:
-        assert set(r) == set(FIELDS)
+        assert set(r) == set(run.FIELDS)
         if r["status"] != "right":
-            assert r["median_s"] is None and r["ratio"] is None
+            assert r["why"] or r["status"] == "not installed"
             continue
-        assert 0 < r["min_s"] <= r["median_s"] and r["repeats"] >= 1
-        if r["family"] == "lqr":
-            assert 0 <= r["excess"] < 1e-3
-        elif r["margin"] is not None:
-            assert r["margin"] > 0
+        assert r["cpu_s"] > 0 and r["calls"] >= 1
+        assert 0 < r["base_mb"] <= r["peak_mb"]
+        if r["excess"] is None:
+            assert r["margin"] > 1e-9
         else:
-            assert r["family"] in ("map", "designs", "slider", "answers")
+            assert 0 <= r["excess"] < 1e-3
+
+
+def test_what_one_waits_for_is_consistent():
+    document = json.loads(WAITING.read_text("utf-8"))
+    assert document["fields"] == FIELDS
+    known = {family for families in waiting.PARTS.values() for family in families}
+    for r in document["records"]:
+        assert set(r) == set(FIELDS) and r["family"] in known
+        assert r["status"] == "right" and 0 < r["min_s"] <= r["median_s"]
 
 
 @pytest.mark.slow

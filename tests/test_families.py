@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.spatial import ConvexHull
 
-from benchmarks import continua, machines, masses
+from benchmarks import continua, elements, machines, masses
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.questions import KINDS, right
 from sosbook.plants.descriptor import descriptors
@@ -132,7 +132,7 @@ def test_signs_are_all_combinations():
 
 
 def test_beams_vibrate_as_in_books():
-    M, S = continua.beam_matrices(10)
+    M, S = elements.beam_matrices(10)
     wanted = np.array([1.8751040687, 4.6940911330, 7.8547574382]) ** 2
     np.testing.assert_allclose(rates(M, S)[:3], wanted, rtol=1e-3)
     with pytest.raises(ValueError, match="multiple of 2"):
@@ -142,7 +142,7 @@ def test_beams_vibrate_as_in_books():
 def test_plates_vibrate_as_in_books():
     """Simply supported: pi^2 (i^2 + j^2 / 4) for two metres by one, turned."""
     columns, rows = 16, 8
-    M, S = continua.plate_matrices(columns, rows, 2.0, 1.0)
+    M, S = elements.plate_matrices(columns, rows, 2.0, 1.0)
     free = rates(M, S)
     assert (free[:3] < 1e-3).all() and free[3] > 1  # moves and turns as a body
     held = []

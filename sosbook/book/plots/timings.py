@@ -1,4 +1,4 @@
-"""Measured times as pictures, from the records of benchmarks/results.json.
+"""Measured times as pictures, from the records of benchmarks/waiting.json.
 
 A record is a dict; what its fields mean stands in the file. Every function
 copes with records that are missing and with competitors that gave no right
@@ -7,22 +7,10 @@ answer: where there is no time, the picture says why.
 
 import numpy as np
 
-from .peers import competitors, empty, growth, legend, mark, memory, pick, ratios
+from .peers import empty, mark, pick
 from .style import BLUE, GREY, INK, ORANGE, VERMILLION
 
-__all__ = [
-    "competitors",
-    "growth",
-    "legend",
-    "memory",
-    "pick",
-    "ratios",
-    "seconds",
-    "shares",
-    "two",
-    "verdicts",
-    "words",
-]
+__all__ = ["pick", "seconds", "shares", "two", "verdicts", "words"]
 
 SHARE_COLOURS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
 SAVED_FIGURE = dict(facecolor="white", edgecolor="none", pad=0.4)
@@ -64,7 +52,7 @@ def seconds(ax, records, label="competitor"):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        The records of benchmarks/results.json, one a row.
+        The records of benchmarks/waiting.json, one a row.
     label : str
         The field that names a row.
 
@@ -76,23 +64,16 @@ def seconds(ax, records, label="competitor"):
     if not records:
         return empty(ax)
     times = [r["median_s"] for r in records if r["median_s"]]
-    ends = [
-        r["limit_s"]
-        for r in records
-        if r["status"] == "over the limit" and r.get("limit_s")
-    ]
-    extent = times + ends or [1.0]
-    middle = np.sqrt(min(extent) * max(extent))
+    if not times:
+        return empty(ax)
+    middle = np.sqrt(min(times) * max(times))
     for k, r in enumerate(records):
         x, said = r["median_s"], r["status"]
         scaled = r["measured"] is not None and r["measured"] < r["count"]
         if x:
             said = words(x) + (", scaled" if scaled else "")
-            mark(ax, x, k, r, hollow=scaled)
-        elif r["status"] == "over the limit":
-            x, said = r["limit_s"], f"over {words(r['limit_s'])}"
-            mark(ax, x, k, r, hollow=True)
-        place = x or min(extent)
+            mark(ax, x, k, r["competitor"], hollow=scaled)
+        place = x or min(times)
         leftwards = place > middle
         ax.annotate(
             said,
@@ -106,7 +87,7 @@ def seconds(ax, records, label="competitor"):
             color=INK if x else GREY,
         )
     ax.set_xscale("log")
-    ax.set_xlim(min(extent) / 3, max(extent) * 3)
+    ax.set_xlim(min(times) / 3, max(times) * 3)
     ax.set_yticks(range(len(records)), [r[label] for r in records])
     ax.set_ylim(len(records) - 0.4, -0.6)
     ax.set_xlabel("seconds")
@@ -124,7 +105,7 @@ def shares(ax, records, limit=0.025):
     ax : matplotlib Axes
         The axes to draw on.
     records : list of dict
-        The records of benchmarks/results.json.
+        The records of benchmarks/waiting.json.
     limit : float
         Seconds; a dashed line.
 

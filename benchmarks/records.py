@@ -1,0 +1,39 @@
+"""A flat record of a time that somebody waits for."""
+
+import statistics
+
+__all__ = ["FIELDS", "record", "summary"]
+
+FIELDS = {
+    "family": "slider, answers, map or designs",
+    "case": "what was timed",
+    "n": "degrees of freedom",
+    "vertices": "of the polytope",
+    "competitor": "who solved it, and how",
+    "clock": "which time",
+    "note": "what else to know",
+    "status": "right or wrong",
+    "margin": "smallest eigenvalue of all blocks, each diagonal scaled to one",
+    "median_s": "median time of a call in seconds, None unless right",
+    "min_s": "the shortest",
+    "repeats": "how many calls",
+    "count": "how many designs, moves or specifications the time is for",
+    "measured": "how many of them were measured, if the rest is scaled",
+    "solves": "how many LMI problems were solved",
+    "agreement": "share of verdicts that equal the one-by-one verdicts",
+    "share_solver": "of the time, slider moves",
+    "share_simulation": "of the time: poles and response",
+    "share_drawing": "of the time: SVG and tables as text",
+}
+
+
+def record(**values):
+    """A record with every field; unknown names are refused."""
+    if wrong := set(values) - set(FIELDS):
+        raise ValueError(f"{sorted(wrong)} aren't fields of a record")
+    return dict.fromkeys(FIELDS) | values
+
+
+def summary(times):
+    """Median, shortest and number of some times."""
+    return dict(median_s=statistics.median(times), min_s=min(times), repeats=len(times))

@@ -1,0 +1,337 @@
+"""Performance profiles: how often a competitor is within a factor of the best.
+
+Source: E. D. Dolan and J. J. Moré, Benchmarking optimization software with
+performance profiles, Math. Program. 91, 2002. Times are by case and competitor,
+infinite where there is no right answer.
+"""
+
+import math
+from statistics import median
+
+import numpy as np
+
+from .peers import competitors, empty, look_of, pick
+from .style import GREY
+
+__all__ = [
+    "best_of_others",
+    "curves",
+    "faster",
+    "growth",
+    "memory",
+    "power",
+    "ratios",
+    "share",
+    "speedup",
+    "times",
+    "uphill",
+]
+
+
+def times(records):
+    """Seconds by case and competitor.
+
+    Parameters
+    ----------
+    records : list of dict
+        With family, size, competitor, status and cpu_s.
+
+    Returns
+    -------
+    dict
+        From (family, size) to a dict from competitor to seconds, infinite where
+        the answer isn't right.
+
+    Examples
+    --------
+    >>> one = dict(family="chain", size=2, competitor="a", status="right", cpu_s=0.5)
+    >>> times([one, one | dict(competitor="b", status="wrong", cpu_s=0.1)])
+    {('chain', 2): {'a': 0.5, 'b': inf}}
+    """
+    found = {}
+    for r in records:
+        seconds = r["cpu_s"] if r["status"] == "right" else math.inf
+        found.setdefault((r["family"], r["size"]), {})[r["competitor"]] = seconds
+    return found
+
+
+def ratios(seconds):
+    """Each competitor's times over the best one's, case by case.
+
+    Parameters
+    ----------
+    seconds : dict
+        From a case to a dict from competitor to seconds, as of `times`. Who is
+        missing in a case hasn't solved it.
+
+    Returns
+    -------
+    dict
+        From a competitor to one ratio a case, infinite where it has no answer.
+        Cases that nobody solved are among them.
+
+    Examples
+    --------
+    >>> ratios({1: {"a": 2.0, "b": 1.0}, 2: {"a": 3.0, "b": math.inf}})
+    {'a': [2.0, 1.0], 'b': [1.0, inf]}
+    """
+    names = dict.fromkeys(name for case in seconds.values() for name in case)
+    found = {name: [] for name in names}
+    for case in seconds.values():
+        best = min(case.values())
+        for name in names:
+            t = case.get(name, math.inf)
+            found[name].append(t / best if t < math.inf else math.inf)
+    return found
+
+
+def share(factors, tau):
+    """The part of all cases in which a ratio is at most tau.
+
+    Parameters
+    ----------
+    factors : sequence of float
+        One ratio a case.
+    tau : float
+        One or more.
+
+    Returns
+    -------
+    float
+        Between zero and one.
+
+    Examples
+    --------
+    >>> share([1.0, 1.1, 3.0, math.inf], 1.2)
+    0.5
+    """
+    return sum(r <= tau for r in factors) / len(factors)
+
+
+def best_of_others(case, ours="sosbook"):
+    """The fastest of the others, and its seconds.
+
+    Parameters
+    ----------
+    case : dict
+        Seconds by competitor.
+    ours : str
+        Who is left out.
+
+    Returns
+    -------
+    (str or None, float)
+        None and infinity where no other has an answer.
+
+    Examples
+    --------
+    >>> best_of_others({"sosbook": 1.0, "a": 3.0, "b": 2.0})
+    ('b', 2.0)
+    """
+    others = {n: t for n, t in case.items() if n != ours and t < math.inf}
+    name = min(others, key=others.get, default=None)
+    return name, others.get(name, math.inf)
+
+
+def faster(seconds, ours="sosbook"):
+    """Where somebody else is faster, the worst case first.
+
+    Parameters
+    ----------
+    seconds : dict
+        As of `times`.
+    ours : str
+        Who is compared with all others.
+
+    Returns
+    -------
+    list of (case, str, float)
+        The case, the fastest one there, and how many times as long we take,
+        which is infinite where only others have an answer.
+
+    Examples
+    --------
+    >>> faster({1: {"sosbook": 2.0, "b": 1.0}, 2: {"sosbook": 3.0, "b": math.inf}})
+    [(1, 'b', 2.0)]
+    """
+    found = []
+    for name, case in seconds.items():
+        who, best = best_of_others(case, ours)
+        mine = case.get(ours, math.inf)
+        if best < mine:
+            found.append((name, who, mine / best))
+    return sorted(found, key=lambda entry: -entry[2])
+
+
+def speedup(seconds, size, theirs, ours="sosbook"):
+    """The median over families of their time over ours, at a size.
+
+    Parameters
+    ----------
+    seconds : dict
+        As of `times`, by (family, size).
+    size : int
+        The size.
+    theirs, ours : str
+        Two competitors.
+
+    Returns
+    -------
+    float or None
+        None where no family has both times.
+
+    Examples
+    --------
+    >>> speedup({("a", 8): {"sosbook": 1.0, "b": 5.0}}, 8, "b")
+    5.0
+    """
+    found = [
+        case[theirs] / case[ours]
+        for (_, at), case in seconds.items()
+        if at == size
+        and max(case.get(theirs, math.inf), case.get(ours, math.inf)) < math.inf
+    ]
+    return median(found) if found else None
+
+
+def power(seconds, first, last):
+    """The exponent of growth between two sizes.
+
+    Parameters
+    ----------
+    seconds : dict
+        By size.
+    first, last : int
+        Two sizes.
+
+    Returns
+    -------
+    float
+        p, where the time grows like the size to the power p.
+
+    Examples
+    --------
+    >>> power({40: 1.0, 80: 8.0}, 40, 80)
+    3.0
+    """
+    return math.log2(seconds[last] / seconds[first]) / math.log2(last / first)
+
+
+def uphill(seconds):
+    """The largest ratio of a smaller size's time to a larger one's.
+
+    Parameters
+    ----------
+    seconds : dict
+        By size.
+
+    Returns
+    -------
+    (float, int, int)
+        The ratio and the two sizes; below one where time only grows.
+
+    Examples
+    --------
+    >>> uphill({2: 1.0, 3: 2.0, 4: 1.0, 5: 3.0})
+    (2.0, 3, 4)
+    """
+    return max(
+        (seconds[a] / seconds[b], a, b) for a in seconds for b in seconds if a < b
+    )
+
+
+def curves(ax, factors, most=100.0):
+    """Performance profiles: a rising step for each competitor.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+        The axes to draw on.
+    factors : dict
+        As of `ratios`.
+    most : float
+        The largest factor that is drawn.
+
+    Returns
+    -------
+    matplotlib Axes
+        The same axes.
+    """
+    if not factors:
+        return empty(ax)
+    for name in competitors([dict(competitor=name) for name in factors]):
+        inside = sorted(r for r in factors[name] if r <= most)
+        x = [1.0, *inside, most]
+        y = [share(factors[name], tau) for tau in x]
+        colour, dash, _ = look_of(name)
+        ax.step(x, y, where="post", color=colour, ls=dash)
+    ax.set_xscale("log")
+    ax.set_xlim(1, most)
+    ax.set_ylim(0, 1.03)
+    ax.set_xlabel("time over the best one's, at most")
+    return ax
+
+
+def growth(ax, records, field="cpu_s"):
+    """A field over the size, one line a competitor, on logarithmic axes.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+        The axes to draw on.
+    records : list of dict
+        Of one family.
+    field : str
+        "cpu_s" or "peak_mb".
+
+    Returns
+    -------
+    matplotlib Axes
+        The same axes.
+    """
+    known = [r for r in pick(records, status="right") if r[field]]
+    if not known:
+        return empty(ax)
+    for name in competitors(known):
+        points = {r["size"]: r[field] for r in pick(known, competitor=name)}
+        colour, dash, marker = look_of(name)
+        sizes = sorted(points)
+        y = [points[s] for s in sizes]
+        ax.plot(sizes, y, color=colour, ls=dash, marker=marker, ms=4)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ticks = [s for s in (2, 4, 8, 16, 32, 64, 128, 200) if s <= max_size(known)]
+    ax.set_xticks(ticks, [str(s) for s in ticks])
+    ax.minorticks_off()
+    ax.set_xlabel("n")
+    return ax
+
+
+def memory(ax, records):
+    """Peak memory over the size; the dotted line is what there was before.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+        The axes to draw on.
+    records : list of dict
+        Of one family.
+
+    Returns
+    -------
+    matplotlib Axes
+        The same axes.
+    """
+    growth(ax, records, "peak_mb")
+    before = [r["base_mb"] for r in records if r["base_mb"]]
+    if before:
+        ax.axhline(np.median(before), color=GREY, ls=":", lw=1)
+        most = max(r["peak_mb"] for r in records if r["peak_mb"])
+        ticks = [m for m in 100 * 2 ** np.arange(8) if m < 1.5 * most]
+        ax.set_yticks(ticks, [str(m) for m in ticks])
+    return ax
+
+
+def max_size(records):
+    """The largest size in the records."""
+    return max(r["size"] for r in records)
