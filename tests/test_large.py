@@ -7,12 +7,14 @@ import sys
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.linalg import schur
 
 import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.bounded import any_centre, bounded
 from sosbook.lmi.centre import centre
+from sosbook.lmi.modal import _Conjugates
 from sosbook.lmi.newton import Newton
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.sums import Sums
@@ -157,3 +159,18 @@ def test_shared_left_factors_are_few():
     sums = Sums(Stacked(blocks))
     assert max(len(tall) for tall in sums.lefts) == 2 * 10
     assert len(sums.rights) <= 3
+
+
+def test_pairs_of_a_real_schur_form_make_a_complex_one():
+    A = np.random.default_rng(4).standard_normal((9, 9))
+    triangle, Q = schur(A)
+    pairs = _Conjugates(triangle)
+    U = pairs.columns(Q)
+    assert_allclose(U.conj().T @ U, np.eye(9), atol=1e-6)
+    assert_allclose(np.tril(U.conj().T @ A @ U, -1), 0, atol=2e-6)
+    M = np.random.default_rng(5).standard_normal((9, 9))
+    assert_allclose(pairs.both(Q.T @ M @ Q), U.conj().T @ M @ U, atol=1e-5)
+    X = M + 1j * M.T
+    wanted = (U @ X @ U.conj().T).real
+    assert_allclose(Q @ pairs.real_both(X) @ Q.T, wanted, atol=1e-5)
+    assert_allclose(pairs.real_rows(X) @ Q.T, (X @ U.conj().T).real, atol=1e-5)

@@ -59,6 +59,17 @@ def test_values_and_gradients_are_those_of_the_slopes(case, work, monkeypatch):
     assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
+def test_the_adjoint_of_expressions_is_that_of_the_slopes(case):
+    blocks, _ = case
+    rng = np.random.default_rng(3)
+    Z = [rng.standard_normal(c.shape) for c in blocks.constants]
+    Z = [z + z.T for z in Z]
+    wanted = sum(np.tensordot(s, z, 2) for s, z in zip(blocks.slopes, Z))
+    fresh = Blocks.of(blocks.expressions, blocks.unknowns)
+    assert_allclose(fresh.adjoint(Z), wanted, atol=1e-12 * abs(wanted).max())
+    assert "slopes" not in vars(fresh)
+
+
 def test_the_hessian_is_that_of_the_slopes(case):
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)

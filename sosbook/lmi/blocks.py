@@ -151,7 +151,21 @@ class Blocks:
 
         Z has one symmetric matrix for each block.
         """
-        return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
+        if not hasattr(self, "expressions"):
+            return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
+        gradients = {u: np.zeros(u.shape) for u in self.unknowns}
+        for g, z in zip(self.expressions, Z):
+            for t in g.terms:
+                if t.unknown in gradients:
+                    left, right = t.left.astype(float), t.right.astype(float)
+                    of_X = left.T @ z @ right.T
+                    gradients[t.unknown] += of_X.T if t.transposed else of_X
+        return np.concatenate(
+            [
+                u.pack(X + np.tril(X.T, -1) if u.symmetric else X)
+                for u, X in gradients.items()
+            ]
+        )
 
     def value(self, Z):
         """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""

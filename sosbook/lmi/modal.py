@@ -47,7 +47,7 @@ class Modal:
         ]
         self._diagonalise(modal)
         # single precision is enough for what is approximate anyway
-        self.basis = (self.T @ self.U).astype(np.complex64)
+        self.basis = (self.T @ self.Q).astype(np.float32)
         self.dX = self.dX.astype(np.float32)
         self.scalars = 1 / np.array(
             [
@@ -78,9 +78,11 @@ class Modal:
     def _diagonalise(self, groups):
         """Modal coordinates U of X, V of Z, and the Hessian's diagonals there."""
         loop = sum(R @ w @ L for _, w, factors in groups for L, _, R in factors)
-        U = schur(loop.astype(complex), output="complex")[1]
-        N = len(U)
-        self.U, self.dX = U, np.zeros((N, N))
+        triangle, self.Q = schur(loop.real)
+        self.pairs = _Conjugates(triangle)
+        self.U = self.pairs.columns(self.Q)
+        N = len(self.U)
+        self.dX = np.zeros((N, N))
         if self.Y is not None:
             m = self.Y.rows
             effort = np.zeros((m, m))
@@ -123,10 +125,10 @@ class Modal:
             of_Y = Y.matrix(g)
             through_K = self.K.T @ of_Y
             G += (through_K + through_K.T) / 2
-            Z = self.V.T @ (of_Y.astype(np.float32) @ basis) / self.dZ
-            Z = self.V @ (Z @ basis.conj().T).real
-        X = basis.conj().T @ (G @ basis) / self.dX
-        dP = (basis @ X @ basis.conj().T).real.astype(float)
+            Z = self.V.T @ self.pairs.columns(of_Y.astype(np.float32) @ basis)
+            Z = self.V @ self.pairs.real_rows(Z / self.dZ) @ basis.T
+        X = self.pairs.both(basis.T @ (G @ basis)) / self.dX
+        dP = (basis @ self.pairs.real_both(X) @ basis.T).astype(float)
         dP = (dP + dP.T) / 2
         out[P.start : P.start + P.size] = dP[i, j]
         if Y is not None:
@@ -135,6 +137,51 @@ class Modal:
         scalars = self.stacked.scalars
         out[scalars] = self.scalars * g[scalars]
         return out
+
+
+class _Conjugates:
+    """Complex Schur vectors U = Q V of a real Schur form, without a product.
+
+    V is unitary and mixes only the two columns of Q that belong to two
+    conjugate eigenvalues: column j of U is own_j q_j + other_j q_p, where p
+    is the partner of j, and j itself where the eigenvalue is real.
+
+    Parameters
+    ----------
+    triangle : (N, N) array
+        The real Schur form, with a block of two rows for each such pair.
+    """
+
+    def __init__(self, triangle):
+        N = len(triangle)
+        self.partner = np.arange(N)
+        own, other = np.ones(N, np.complex64), np.zeros(N, np.complex64)
+        for j in np.flatnonzero(np.diagonal(triangle, -1)):
+            a, b = np.linalg.eig(triangle[j : j + 2, j : j + 2])[1][:, 0]
+            self.partner[[j, j + 1]] = j + 1, j
+            own[j], other[j] = a, b
+            own[j + 1], other[j + 1] = np.conj(a), -np.conj(b)
+        self.own, self.other = own, other
+
+    def columns(self, M):
+        """M V."""
+        return M * self.own + M[:, self.partner] * self.other
+
+    def both(self, M):
+        """V* M V."""
+        right = self.columns(M)
+        own, other = self.own.conj()[:, None], self.other.conj()[:, None]
+        return own * right + other * right[self.partner]
+
+    def real_rows(self, M):
+        """The real part of M V*."""
+        back = self.other[self.partner].conj()
+        return (M * self.own.conj() + M[:, self.partner] * back).real
+
+    def real_both(self, M):
+        """The real part of V M V*."""
+        back = self.other[self.partner][:, None]
+        return self.real_rows(self.own[:, None] * M + back * M[self.partner])
 
 
 def _layouts(stacked):

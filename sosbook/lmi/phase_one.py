@@ -16,6 +16,7 @@ from .primal_dual import maximize_t, positive
 
 __all__ = ["LONGEST_SOLUTION", "Phase", "phase_one", "refine"]
 
+MOST_SLOPES = 1e8  # entries of all slopes that `refine` may make: 800 MB
 LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
 
 
@@ -177,8 +178,11 @@ def refine(blocks, Z):
     Returns
     -------
     list of arrays
-        The refined ones; Z itself where they wouldn't be positive definite.
+        The refined ones; Z itself where they wouldn't be positive definite,
+        or where there are too many slopes to hold them all.
     """
+    if blocks.variables * sum(z.size for z in Z) > MOST_SLOPES:
+        return Z
     slopes = [s.astype(float) for s in blocks.slopes]
     try:
         factors = [np.linalg.cholesky(z) for z in Z]
