@@ -93,3 +93,40 @@ def test_the_first_page_links_the_file_once_it_is_there(tmp_path):
         text = first.read_text("utf-8")
         assert f'<a href="../sosbook.pdf">PDF</a> ({size})' in text
         assert text.count("sos-pdf") == 1
+
+
+def test_the_book_is_tagged_and_each_page_and_link_finds_its_tags(printed):
+    """Chromium tags each chapter; bound, the numbers still lead to the right tags."""
+    reader = pypdf.PdfReader(printed.path)
+    root = reader.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
+    tree = root["/StructTreeRoot"]
+    assert len(tree["/K"]) == CHAPTERS + 1  # the contents, too
+    numbers = tree["/ParentTree"]["/Nums"]
+    owners = dict(zip(numbers[::2], numbers[1::2]))
+    assert len(owners) == len(numbers) / 2 == tree["/ParentTreeNextKey"]
+    links = 0
+    for page in reader.pages:
+        tags = [tag.get_object() for tag in owners[page["/StructParents"]].get_object()]
+        homes = [tag.raw_get("/Pg") for tag in tags if "/Pg" in tag]
+        assert page.indirect_reference in homes
+        for note in page.get("/Annots", ()):
+            if "/StructParent" in (note := note.get_object()):
+                assert owners[note["/StructParent"]].get_object()["/S"] == "/Link"
+                links += 1
+    assert links > 20
+    kinds = {tag["/S"] for tag in every(tree["/K"])}
+    assert {"/Document", "/H1", "/H2", "/P", "/Figure", "/Link", "/Table"} <= kinds
+
+
+def every(tags):
+    """All tags below, without what isn't one."""
+    tags = tags.get_object()
+    if isinstance(tags, pypdf.generic.ArrayObject):
+        for tag in tags:
+            yield from every(tag)
+    elif isinstance(tags, pypdf.generic.DictionaryObject):
+        if "/S" in tags:
+            yield tags
+        if "/K" in tags:
+            yield from every(tags["/K"])

@@ -7,6 +7,7 @@ from urllib.parse import unquote, urlsplit
 from urllib.request import url2pathname
 
 from ...runtime.libraries import library
+from .tags import Tags
 
 __all__ = ["Bound", "bind"]
 
@@ -68,6 +69,7 @@ def bind(printed, output):
     """
     pypdf = library("pypdf")
     writer, places, owners = pypdf.PdfWriter(), _Places(), []
+    tags = Tags(pypdf, writer)
     part, parent = None, None
     for chapter, data in printed:
         reader = pypdf.PdfReader(io.BytesIO(data))
@@ -76,6 +78,7 @@ def bind(printed, output):
         for page in reader.pages:
             writer.add_page(page)
             owners.append(chapter.path)
+        tags.add(reader, start)
         if chapter.opens and chapter.part != part:
             part = chapter.part
             parent = writer.add_outline_item(title=part, page_number=start, bold=True)
@@ -88,8 +91,7 @@ def bind(printed, output):
             _outline(writer, reader, reader.outline, start, item)
     for page, owner in zip(writer.pages, owners):
         _relink(pypdf, writer, page, owner, places)
-        page.pop("/StructParents", None)
-        page.pop("/Tabs", None)
+    tags.finish()
     writer.add_metadata(
         {
             "/Title": "Uncertain Second Order Systems",
@@ -155,7 +157,6 @@ def _relink(pypdf, writer, page, owner, places):
         target += [_number(generic, left), _number(generic, top), generic.NullObject()]
         note.pop("/A", None)
         note[generic.NameObject("/Dest")] = generic.ArrayObject(target)
-        note.pop("/StructParent", None)
         kept.append(reference)
     page[generic.NameObject("/Annots")] = kept
 
