@@ -55,4 +55,6 @@ def test_cppcheck_finds_nothing(folder):
     if cppcheck is None:
         pytest.skip("no cppcheck")
     checks = ["--enable=warning,performance,portability", "--error-exitcode=1", "-q"]
-    silent(cppcheck, *checks, *sorted(folder.glob("*.c")))
+    # it reads no float.h, and would stop at the first #error without a word
+    known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
+    silent(cppcheck, *checks, *known, *sorted(folder.glob("*.c")))
