@@ -54,6 +54,7 @@ EXACT = {
     "FixedModeCertificate": "uncontrollable mode",
     "SingularMassCertificate": "singular mass",
     "SmallInputCertificate": "small input",
+    "UnreachedResponseCertificate": "unreached response",
 }
 
 
@@ -71,8 +72,8 @@ class Row:
     backing : str
         Of "feasible": "6 digits", "12 digits", "17 digits", the length
         of the gain that was certified. Of "infeasible": "exact
-        multipliers", "uncontrollable mode", "singular mass", "small input". Otherwise
-        "none".
+        multipliers", "uncontrollable mode", "singular mass", "small input",
+        "unreached response". Otherwise "none".
     seconds : float
         CPU time of `design_pid` alone.
     elsewhere : tuple of str

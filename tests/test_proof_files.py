@@ -56,6 +56,17 @@ def twins(damping, coupling=0.0, stiffness=1.0):
     )
 
 
+ONE_OF_TWO = [[1.0, 0.0]]
+
+
+def pushed(stiffness=1.0):
+    """Two masses, a spring between them, an input at the first, w at the second."""
+    S = [[2.0, -1.0], [-1.0, 1.0 + stiffness]]
+    return sos.SecondOrderSystem(
+        np.eye(2), 0.2 * np.eye(2), S, [[1.0], [0.0]], [[0.0], [1.0]]
+    )
+
+
 def mass2(M):
     """Three masses, each with an input."""
     return sos.SecondOrderSystem(np.diag(M), np.eye(3), np.eye(3), np.eye(3))
@@ -234,6 +245,13 @@ EXCLUDED = {
     "a pole of a given loop": lambda: sos.analyse_pid(spring(M=3.0), [[-1, 2]]),
     "a pole of a closed loop": lambda: sos.analyse_loop(np.eye(2), [[0, 1], [1, 0]]),
     "an unstable mode, for H-infinity": lambda: sos.design_pid(twins(-0.1), gamma=3.0),
+    "a response out of reach": lambda: sos.design_pid(pushed(), gamma=0.4),
+    "a response out of reach, at a vertex": lambda: sos.design_pid(
+        sos.Polytope([pushed(), pushed(2.0)]), ONE_OF_TWO, gamma=0.2
+    ),
+    "a given loop's response": lambda: sos.analyse_pid(
+        pushed(), [[-1.0, -1.0, 0.0, 0.0]], gamma=0.4
+    ),
     "a singular mass": lambda: sos.design_pid(
         sos.DescriptorSystem([np.eye(2), np.diag([1, -1])], A2, [[0], [1]])
     ),

@@ -20,6 +20,7 @@ from sosbook.lmi.rational import decimal
 from sosbook.requirements.base import Requirement
 from sosbook.synthesis.records import read_request
 from tests.least_input import least_input
+from tests.least_norm import least_norm
 from tests.test_proof_files import BEYOND, EXCLUDED, ONE, PROOFS, TWO, checker
 
 CLASSES = {cls.kind: cls for cls in kinds()}
@@ -48,6 +49,7 @@ NEW = (  # one of each kind that is small enough for the quick lane
     "a mode between two plants",
     "a pole of a given loop",
     "a singular mass",
+    "a response out of reach",
     "an LMI of one's own",
     "an LMI of one's own, empty",
     "a loop that is late",
@@ -189,6 +191,10 @@ def true_claims(whole):
         request = read_request(whole)
         least = least_input(request)
         return None if least is None else least > 0.999 * request.saturation.u_max
+    if whole["kind"] == "unreached response":
+        plant = whole["plant"]["vertices"][whole["vertex"]]
+        parts = [np.array(plant[x], float) for x in "MDSBF"]
+        return least_norm(*parts) > 0.999 * float(whole["gamma"])
     if whole["kind"] == "singular mass":
         i, j = whole["between"]
         E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))

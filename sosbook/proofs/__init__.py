@@ -22,6 +22,7 @@ from ..synthesis.exclusion_certificates import (
 from ..synthesis.observer_certificate import ObserverCertificate, ObserverInfeasibility
 from ..synthesis.regularity import MassInfeasibility, RegularityCertificate
 from ..synthesis.small_input_certificate import SmallInputCertificate
+from ..synthesis.unreached import UnreachedResponseCertificate
 
 __all__ = [
     "CHECKER",
@@ -42,6 +43,7 @@ __all__ = [
     "SchurCertificate",
     "SingularMassCertificate",
     "SmallInputCertificate",
+    "UnreachedResponseCertificate",
     "kinds",
     "load",
 ]

@@ -14,7 +14,8 @@ Contents
  4. Designs: Theorems 2.1, 2.2, 2.4, Lemma 2.2, with pairs or a slack matrix
  5. Inputs that come late: Theorems 2.3 and A.3, Legendre, interval
  6. Lemma 2.1, the observer of Theorem 2.5, matrices, LMIs of one's own
- 7. A mode that no gain moves, a singular mass, an input bound too small for modes
+ 7. A mode that no gain moves, a singular mass, a response that no input reaches, an
+    input bound too small for modes
  8. The verdict: blocks that are positive, or multipliers that exclude them
 To trust a proof of one kind read 1, 2, 8 and that part.
 """
@@ -1155,6 +1156,35 @@ def singular_mass(file):
             f"vertices {i + 1} and {j + 1} has a singular matrix E"]  # fmt: skip
 
 
+def unreached_response(file):
+    """v (s E - A) = y C and v B + y D = 0: y z = v W w at s, whatever u is.
+
+    A stable loop has a bounded transfer matrix T in Re s >= 0, with y T = v W,
+    so its norm is at least |v W| / |y|.
+    """
+    vertices, (m, _) = vertices_of(file)
+    k, gamma = file["vertex"], positive(file["gamma"])
+    inside = type(k) is int and 0 <= k < len(vertices)
+    need(inside, "vertex must be one of the plant's, from 0")
+    d = vertices[k]
+    A, B, C, D = d.A, d.B, d.C, d.D
+    if file["K"] is not None:
+        K = matrix(file["K"], m, len(A)) or zeros(1, len(A))
+        A, B, C, D = A + B @ K, 0 * B, C + D @ K, 0 * D
+    sigma, omega = (row[0] for row in matrix(file["s"], 2, 1, ratio))
+    v, y = matrix(file["v"], 2, len(A), ratio), matrix(file["y"], 2, len(C), ratio)
+    turned = Matrix([[-e for e in v[1]], v[0]])  # j v
+    left = sigma * (v @ d.E) + omega * (turned @ d.E) - v @ A - y @ C
+    need(left == 0 * left, "v (s E - A) isn't y C")
+    need(v @ B + y @ D == 0 * (v @ B), "an input reaches this response")
+    reached = sum(e * e for row in v @ d.W for e in row)
+    asked = gamma**2 * sum(e * e for row in y for e in row)
+    need(sigma >= 0 and reached > 0 and reached >= asked, "it is below gamma")
+    where = f"the vertex {k + 1}" if len(vertices) > 1 else "the plant"
+    who = "no gain makes" if file["K"] is None else "the given gain doesn't make"
+    return [f"{who} {where} stable with an H-infinity norm below {file['gamma']}"]
+
+
 def determinant(x):
     rows, product = [list(row) for row in x], Fraction(1)
     for k in range(len(rows)):
@@ -1490,6 +1520,7 @@ KINDS = {  # what reads it, and the keys of its file
     "fixed mode": (fixed_mode, LOOP + "K requirement place polynomial rows point "
                    "witness"),
     "singular mass": (singular_mass, LOOP + "between"),
+    "unreached response": (unreached_response, LOOP + "K gamma vertex s v y"),
     "small input": (small_input, LOOP + "K coupling epsilon E0 requirements vertex "
                     "rows columns spread blur multipliers share price"),
 }  # fmt: skip
@@ -1526,7 +1557,7 @@ def check(text):
         names = " ".join(set(names.split()) - set(LESS.get(kind, "").split()))
     keys(file, HEAD + names)
     problem = reader(file)
-    if isinstance(problem, list):  # a mode, a mass, a small input
+    if isinstance(problem, list):  # of section 7
         claims = problem
     elif refuted:
         exclude(problem, file)

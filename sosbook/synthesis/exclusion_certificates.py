@@ -13,7 +13,13 @@ from ..requirements.base import Requirement
 from ..requirements.stability import Stability
 from .records import read_request
 
-__all__ = ["FixedModeCertificate", "SingularMassCertificate", "plant_at"]
+__all__ = [
+    "FixedModeCertificate",
+    "SingularMassCertificate",
+    "loop_data",
+    "loop_request",
+    "plant_at",
+]
 
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
 
@@ -58,7 +64,7 @@ class FixedModeCertificate(ProofFile):
 
     @classmethod
     def examine(cls, data):
-        request = _request(data)
+        request = loop_request(data)
         r, place = _requirement(data), data["place"]
         h, V = fmpq_poly(_fractions(data["polynomial"])), _rows(data)
         c = tuple(_fractions(data["point"]))
@@ -137,7 +143,7 @@ class FixedModeCertificate(ProofFile):
             mode = f"{where} has {given}a mode near s = {s}"
         return {
             "claims": [f"{mode}, which breaks: {requirement.broken()}"],
-            **_loop_data(request),
+            **loop_data(request),
             "K": None if request.gain is None else decimals(request.gain),
             "requirement": None if stable else requirement.data(),
             "place": [i, j],
@@ -164,7 +170,7 @@ class SingularMassCertificate(ProofFile):
 
     @classmethod
     def examine(cls, data):
-        request, (i, j) = _request(data), data["between"]
+        request, (i, j) = loop_request(data), data["between"]
         again = cls.contents(request, i, j)
         E, F = (matrix_of(plant_at(request, (k, k))[0]) for k in (i, j))
         if E.det() * F.det() > 0 and (E + F).det() != 0:
@@ -184,12 +190,13 @@ class SingularMassCertificate(ProofFile):
                 "no gain makes every plant of the polytope stable: a plant between "
                 f"the vertices {i + 1} and {j + 1} has a singular matrix E"
             ],
-            **_loop_data(request),
+            **loop_data(request),
             "between": [i, j],
         }
 
 
-def _loop_data(request):
+def loop_data(request):
+    """What a file says of the plant of a request."""
     K_A = request.K_A
     return {
         "plant": plant_data(request.plant),
@@ -198,7 +205,8 @@ def _loop_data(request):
     }
 
 
-def _request(data):
+def loop_request(data):
+    """A request with the plant of `loop_data`, and nothing asked."""
     asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
     return read_request(data | asked, gain=data.get("K"))
 

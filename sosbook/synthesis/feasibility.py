@@ -17,6 +17,7 @@ from .scaling import Frame
 from .small_input import excluding_input
 from .small_input_certificate import input_bound
 from .solution import Solution
+from .unreached import excluding_response
 
 __all__ = [
     "answer",
@@ -245,10 +246,16 @@ def _listed(modes):
 
 
 def without_lmis(request):
-    """The Solution of a request that a mode or a mass excludes; else None."""
+    """The Solution that a mode, a response or a mass excludes; else None."""
     mode = excluding_mode(request)
     if mode is not None:
         return refused_by(request, mode)
+    response = excluding_response(request)
+    if response is not None:
+        text = f"{response.claims[0].capitalize()}: no input reaches that response."
+        return Solution(
+            request, "infeasible", request.gain, reason=text, exclusion=response
+        )
     mass = excluding_mass(request)
     if mass is None:
         return None

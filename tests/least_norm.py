@@ -1,0 +1,18 @@
+"""The least H-infinity norm that any gain leaves, from second-order matrices."""
+
+import numpy as np
+from scipy.linalg import null_space
+
+__all__ = ["least_norm"]
+
+
+def least_norm(M, D, S, B, F):
+    """A lower bound: N' B = 0 gives N' (S + j w D - w^2 M) z = N' F in every loop."""
+    N = null_space(B.T).T
+    if not len(N):
+        return 0.0
+    rates = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, S))))
+    return max(
+        np.linalg.norm(np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
+        for w in [0, *np.geomspace(rates.min() / 30, rates.max() * 30, 2000)]
+    )

@@ -1,0 +1,72 @@
+"""A gamma below what no input reaches is refused, and no other."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.lmi.cones import clarabel_phase_one
+from sosbook.proofs import UnreachedResponseCertificate
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
+from sosbook.synthesis.unreached import excluding_response
+from tests.least_norm import least_norm
+from tests.random_plants import float_blocks, scaled
+
+
+def plant(seed):
+    """2 to 4 masses with fewer inputs, and the least norm of any loop."""
+    rng = np.random.default_rng(900 + seed)
+    n = int(rng.integers(2, 5))
+    m = int(rng.integers(1, n))
+    X, Y, Z = rng.normal(size=(3, n, n))
+    parts = (X @ X.T + np.eye(n), 0.1 * Y @ Y.T + 0.1 * np.eye(n), Z @ Z.T + np.eye(n))
+    parts = (*parts, rng.normal(size=(n, m)), rng.normal(size=(n, 2)))
+    return sos.SecondOrderSystem(*parts), least_norm(*parts)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_bound_is_exact(seed):
+    one, bound = plant(seed)
+    U = np.eye(one.n)[:1] if seed % 2 else None
+    assert excluding_response(Request(one, U, gamma=1.01 * bound)) is None
+    proof = excluding_response(Request(one, U, gamma=0.97 * bound))
+    assert proof.proven and proof.verify()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_clarabel_finds_no_loop_either(seed):
+    one, bound = plant(seed)
+    design = sos.design_pid(one, gamma=0.9 * bound)
+    assert design.status == "infeasible"
+    assert isinstance(design.infeasibility, UnreachedResponseCertificate)
+    request = Request(one, gamma=0.9 * bound)
+    _, t, _ = clarabel_phase_one(scaled(float_blocks(request, Frame.of(request))))
+    assert t < 1e-6
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_units_and_vertices_do_not_matter(unit):
+    one, bound = plant(1)
+    other, _ = plant(1)
+    soft = sos.SecondOrderSystem(
+        other.M * unit, 2 * other.D * unit, other.S * unit, other.B, other.F * unit
+    )
+    hard = sos.SecondOrderSystem(
+        one.M * unit, one.D * unit, one.S * unit, one.B, one.F * unit
+    )
+    both = Request(sos.Polytope([soft, hard]), gamma=0.97 * bound)
+    assert excluding_response(both).data["vertex"] == 1
+
+
+def test_a_given_gain_has_its_norm():
+    one, _ = plant(2)
+    K = np.zeros((one.m, 2 * one.n))
+    norm = sos.analyse_pid(one, K, gamma=1e3).hinf()
+    for factor, excluded in ((0.99, True), (1.01, False)):
+        proof = excluding_response(Request(one, gamma=factor * norm, gain=K))
+        assert (proof is not None) == excluded
+
+
+def test_inputs_that_reach_everything_exclude_nothing():
+    full = sos.SecondOrderSystem(*[np.eye(2)] * 5)
+    assert excluding_response(Request(full, gamma=1e-9)) is None
