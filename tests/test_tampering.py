@@ -194,7 +194,7 @@ def true_claims(whole):
     if whole["kind"] == "unreached response":
         plant = whole["plant"]["vertices"][whole["vertex"]]
         parts = [np.array(plant[x], float) for x in "MDSBF"]
-        return least_norm(*parts) > 0.999 * float(whole["gamma"])
+        return least_norm(*parts) > 0.999 * float(whole["bound"])
     if whole["kind"] == "singular mass":
         i, j = whole["between"]
         E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))

@@ -1163,7 +1163,7 @@ def unreached_response(file):
     so its norm is at least |v W| / |y|.
     """
     vertices, (m, _) = vertices_of(file)
-    k, gamma = file["vertex"], positive(file["gamma"])
+    k, gamma = file["vertex"], positive(file["bound"])
     inside = type(k) is int and 0 <= k < len(vertices)
     need(inside, "vertex must be one of the plant's, from 0")
     d = vertices[k]
@@ -1182,7 +1182,7 @@ def unreached_response(file):
     need(sigma >= 0 and reached > 0 and reached >= asked, "it is below gamma")
     where = f"the vertex {k + 1}" if len(vertices) > 1 else "the plant"
     who = "no gain makes" if file["K"] is None else "the given gain doesn't make"
-    return [f"{who} {where} stable with an H-infinity norm below {file['gamma']}"]
+    return [f"{who} {where} stable with an H-infinity norm below {file['bound']}"]
 
 
 def determinant(x):
@@ -1520,7 +1520,7 @@ KINDS = {  # what reads it, and the keys of its file
     "fixed mode": (fixed_mode, LOOP + "K requirement place polynomial rows point "
                    "witness"),
     "singular mass": (singular_mass, LOOP + "between"),
-    "unreached response": (unreached_response, LOOP + "K gamma vertex s v y"),
+    "unreached response": (unreached_response, LOOP + "K bound vertex s v y"),
     "small input": (small_input, LOOP + "K coupling epsilon E0 requirements vertex "
                     "rows columns spread blur multipliers share price"),
 }  # fmt: skip

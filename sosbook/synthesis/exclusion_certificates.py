@@ -206,7 +206,7 @@ def loop_data(request):
 
 
 def loop_request(data):
-    """A request with the plant of `loop_data`, and nothing asked."""
+    """A request with the plant in the ``data`` of a file, and nothing asked."""
     asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
     return read_request(data | asked, gain=data.get("K"))
 

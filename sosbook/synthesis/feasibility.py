@@ -246,7 +246,7 @@ def _listed(modes):
 
 
 def without_lmis(request):
-    """The Solution that a mode, a response or a mass excludes; else None."""
+    """What a mode, a response or a mass makes of a ``request``: a Solution or None."""
     mode = excluding_mode(request)
     if mode is not None:
         return refused_by(request, mode)

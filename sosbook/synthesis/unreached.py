@@ -34,7 +34,7 @@ class UnreachedResponseCertificate(ProofFile):
     @classmethod
     def examine(cls, data):
         request = loop_request(data)
-        gamma, k = read_number(data["gamma"]), data["vertex"]
+        gamma, k = read_number(data["bound"]), data["vertex"]
         s, v, y = ([[fraction(e) for e in row] for row in data[n]] for n in "svy")
         again = cls.contents(request, gamma, k, s, v, y)
         E, A, B, Bw, C, Du = _matrices(request, k)
@@ -76,7 +76,7 @@ class UnreachedResponseCertificate(ProofFile):
             ],
             **loop_data(request),
             "K": None if K is None else decimals(K),
-            "gamma": decimal(gamma),
+            "bound": decimal(gamma),
             "vertex": k,
             **{
                 n: [[str(e) for e in row] for row in x]
@@ -105,7 +105,7 @@ def excluding_response(request):
     for r in asked:
         for k in request.distinct[:MOST_VERTICES]:
             check_time()
-            proof = _at_vertex(request, r.gamma, k)
+            proof = _at_vertex(request, r.bound, k)
             if proof is not None and proof.proven:
                 return proof
     return None
