@@ -9,8 +9,6 @@ from .structure import StructuredBlock, structure
 
 __all__ = ["Blocks"]
 
-ROUNDING = 1e-13  # of a diagonal entry that is zero, by the largest of its block
-
 
 class Blocks:
     """Affine symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka.
@@ -130,7 +128,7 @@ class Blocks:
         """
         scales = []
         for magnitudes in newton_of(self).diagonal_magnitudes():
-            magnitudes[magnitudes <= ROUNDING * magnitudes.max()] = 1
+            magnitudes[magnitudes == 0] = 1
             scales.append(2.0 ** np.round(-np.log2(magnitudes) / 2))
         return scales
 

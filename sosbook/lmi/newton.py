@@ -115,6 +115,8 @@ class Newton(Stacked):
             H += np.outer(2 * x / s, 2 * x / s)
         unused = H.diagonal() == 0  # variables that no block depends on
         H[unused, unused] = 1.0
+        if not H.diagonal().min() > 0:
+            raise np.linalg.LinAlgError("the Hessian isn't positive definite")
         scale = 1 / np.sqrt(H.diagonal())
         factor = _cholesky(scale[:, None] * H * scale)
 

@@ -16,7 +16,7 @@ from .primal_dual import maximize_t, positive
 
 __all__ = ["LONGEST_SOLUTION", "Phase", "phase_one", "refine"]
 
-MOST_SLOPES = 1e8  # entries of all slopes that `refine` may make: 800 MB
+MOST_SLOPES = 2e7  # entries of all slopes that `refine` may make, thrice: 500 MB
 LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
 
 

@@ -15,6 +15,7 @@ from .work import sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
+ROUNDING = 1e-13  # of what cancels in a diagonal entry that is zero
 FOLD_ABOVE_ROWS = 10  # smaller complex blocks are faster among the real ones
 MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
 
@@ -85,7 +86,8 @@ class Stacked:
         """How large each diagonal entry of a block may become.
 
         It is the constant's entry plus the 2-norm of the entry's derivatives,
-        which bounds the entry for all variables of norm one.
+        which bounds the entry for all variables of norm one. Where products
+        cancel and leave nothing but rounding, it is zero.
 
         Returns
         -------
@@ -97,6 +99,9 @@ class Stacked:
             np.abs(s.constant.diagonal(0, 1, 2)) + np.sqrt(np.maximum(e, 0))
             for s, e in zip(self.stacks, squares)  # rounding may leave -1e-17
         ]
+        for s, e in zip(self.stacks, large):
+            for b, k, row in zip(s.blocks, s.sizes, e):
+                row[:k][row[:k] <= ROUNDING * _before_cancelling(b)] = 0
         return self._by_block(large, lambda e, s, k: np.tile(e[:k], s.weight))
 
     def at(self, x):
@@ -131,7 +136,18 @@ class Stacked:
         return self._by_block(Z, cut)
 
     def stacked_diagonals(self, diagonals):
-        """Diagonals of all blocks by stack: arrays (blocks, q), padded with ones."""
+        """Diagonals of all blocks by stack, padded with ones.
+
+        Parameters
+        ----------
+        diagonals : list of (q,) arrays
+            One for each block.
+
+        Returns
+        -------
+        list of (blocks, q) arrays
+            One for each stack.
+        """
         stacks = [np.ones(s.constant.shape[:2]) for s in self.stacks]
         for s, stack in zip(self.stacks, stacks):
             for row, index, k in zip(stack, s.indices, s.sizes):
@@ -173,6 +189,15 @@ class _Stack:
         joined = copy(self)
         joined.slopes = np.concatenate([self.slopes, last[None]])
         return joined
+
+
+def _before_cancelling(block):
+    """How large a block's diagonal entries were if no product cancelled another."""
+    large = np.abs(block.constant.diagonal())
+    for t in block.products:
+        left = np.linalg.norm(t.left, axis=1)
+        large = large + 2 * left * np.linalg.norm(t.right, axis=0)
+    return large
 
 
 def _stacks(blocks):

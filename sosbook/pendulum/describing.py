@@ -56,8 +56,8 @@ def backlash(amplitude, play):
 
     Examples
     --------
-    >>> backlash(1.0, 0.0), backlash(1.0, 3.0)
-    ((1+0j), 0j)
+    >>> abs(backlash(1.0, 0.0)), abs(backlash(1.0, 3.0))
+    (1.0, 0.0)
     """
     half = play / 2
     if half >= amplitude:

@@ -37,6 +37,8 @@ OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes i
 RIDGE = 1e-10  # relative; keeps multipliers positive definite when they are rounded
 DIGITS = 14  # of the multipliers
 ROOM = 1.01  # by which bounds are wider than their image, in three digits
+WIDE_ROOM = 2.0  # the same, where they grow slowly
+SMALL_STEPS = 8  # before the room is wide
 LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
 
 
@@ -116,7 +118,8 @@ def _enclosed(request, bound, k, bases, count):
     near, N = part.in_floats(), request.order
     least = LEAST_BOUND * np.abs(near.K).max()
     spread, blur = np.zeros((count, N - count)), np.zeros((count, count))
-    for _ in range(4 * N + 20):
+    for step in range(4 * N + 20):
+        room = ROOM if step < SMALL_STEPS else WIDE_ROOM
         new_spread, gaps, new_blur = near.within(spread, blur).image()
         if not (gaps > 0).all():
             return None
@@ -124,15 +127,15 @@ def _enclosed(request, bound, k, bases, count):
         if (new_spread <= spread).all() and (new_blur <= blur).all():
             part = part.within(exact(spread), exact(blur))
             return part if part.holds() else None
-        spread = _rounded_up(np.maximum(spread, new_spread + LEAST_BOUND))
-        blur = _rounded_up(np.maximum(blur, new_blur + least))
+        spread = _rounded_up(np.maximum(spread, new_spread + LEAST_BOUND), room)
+        blur = _rounded_up(np.maximum(blur, new_blur + least), room)
         if not max(spread.max(), blur.max() / np.abs(near.K).max()) < 1:
             return None
     return None
 
 
-def _rounded_up(x):
-    return round_digits(ROOM * x, 3)
+def _rounded_up(x, room):
+    return round_digits(room * x, 3)
 
 
 def _multipliers(first, block, turn):
