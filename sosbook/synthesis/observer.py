@@ -128,6 +128,9 @@ class ObserverProblem:
             raise ValueError("R_F must be regular: each output has noise")
         try:
             X = riccati(A.T, C.T, source + small, R_F @ R_F.T)
+            errors = A - X @ C.T @ np.linalg.solve(R_F @ R_F.T, C)
+            if not np.linalg.eigvals(errors).real.max() < 0:
+                raise np.linalg.LinAlgError("the error doesn't decay")
         except np.linalg.LinAlgError:
             raise ValueError(
                 "C doesn't see an unstable mode of the mean plant (or one "
