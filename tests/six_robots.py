@@ -7,7 +7,7 @@ accelerometers that feel how the body moves. q = (theta, phi), phi the
 wheels' angle against the ground.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -299,39 +299,26 @@ SIX = (
     ),
 )
 
+LIGHT = Machine(
+    "0.2 kg",
+    0.17,
+    0.028,
+    0.016,
+    0.009,
+    0.035,
+    60.0,
+    6.0,
+    30.0,
+    1.2e-8,
+    360.0,
+    0.005,
+    0.001,
+)
+
 #: Unlike the six: very light, very heavy, gears that rub, a slow clock.
 OTHERS = (
-    Machine(
-        "0.2 kg",
-        0.17,
-        0.028,
-        0.016,
-        0.009,
-        0.035,
-        60.0,
-        6.0,
-        30.0,
-        1.2e-8,
-        360.0,
-        0.005,
-        0.001,
-    ),
-    Machine(
-        "0.2 kg with friction",
-        0.17,
-        0.028,
-        0.016,
-        0.009,
-        0.035,
-        60.0,
-        6.0,
-        30.0,
-        1.2e-8,
-        360.0,
-        0.005,
-        0.001,
-        friction=0.15,
-    ),
+    LIGHT,
+    replace(LIGHT, name="0.2 kg with friction", friction=0.15),
     Machine(
         "30 kg, 24 V",
         30.0,

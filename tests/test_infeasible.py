@@ -273,7 +273,7 @@ def test_a_gain_whose_proof_is_too_long_for_floats_is_undecided():
     d = sos.analyse_pid(plant, K, region=region)
     assert d.status != "infeasible"
     if d.status == "undecided":
-        assert "a P exists" in d.reason
+        assert "a P exists" in d.reason or "what floats can tell" in d.reason
 
 
 def test_asking_an_infeasible_design_for_its_gain():
