@@ -33,6 +33,16 @@ SHORTHAND = {
 }
 
 
+KINDS = {"hinf", "input_bound", "cost"}  # modules of single requirements
+MAKERS = {  # make one of the keywords of their functions
+    "synthesis/design.py",
+    "synthesis/pid.py",
+    "synthesis/lqr.py",
+    "sampled/lqr.py",
+    "studies/gamma_bounds.py",
+}
+
+
 def known(file):
     """Requirements that a module knows by name, with their lines."""
     tree = ast.parse(file.read_text("utf8"))
@@ -65,6 +75,25 @@ def known(file):
 def test_no_other_module_knows_a_requirement(file):
     allowed = SHORTHAND.get(file.relative_to(PACKAGE).as_posix(), set())
     assert [(name, line) for name, line in known(file) if name not in allowed] == []
+
+
+def imported(file):
+    """Modules of single requirements that a module imports."""
+    for node in ast.walk(ast.parse(file.read_text("utf8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            room, _, module = node.module.rpartition(".")
+            if room.endswith("requirements") and module in KINDS:
+                yield module
+
+
+def test_no_other_module_imports_a_requirement():
+    files = {f.relative_to(PACKAGE).as_posix(): f for f in PACKAGE.rglob("*.py")}
+    importers = {
+        name
+        for name, f in files.items()
+        if name.split("/")[0] not in HOMES and any(imported(f))
+    }
+    assert importers <= MAKERS
 
 
 def test_names_are_seen(tmp_path):

@@ -136,6 +136,10 @@ class Requirement(ABC, ReadOnly):
         """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
         return None
 
+    def bounds_response(self) -> float | None:
+        """A number that the H-infinity norm from w to z must stay below, or None."""
+        return None
+
     def broken(self) -> str:
         """What a pole outside breaks, in words that say no more than is asked."""
         return self.claim()

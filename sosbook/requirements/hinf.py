@@ -73,6 +73,9 @@ class HInfinity(Requirement):
     def truth(self, loops, K, K_A=None):
         return max(hinf_norm(d, K) for d in loops)
 
+    def bounds_response(self):
+        return self.gamma
+
     def size_of_P(self, T, Bw, omega):
         noise = np.linalg.norm(np.linalg.solve(T, Bw), 2) ** 2
         return noise / self._mu / omega

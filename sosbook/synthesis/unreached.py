@@ -7,7 +7,6 @@ from ..lmi.exact import exact, round_digits
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
 from ..lmi.time_limit import check_time
-from ..requirements.hinf import HInfinity
 from .exclusion_certificates import loop_data, loop_request
 
 __all__ = ["UnreachedResponseCertificate", "excluding_response"]
@@ -101,11 +100,11 @@ def _matrices(request, k):
 
 def excluding_response(request):
     """The `UnreachedResponseCertificate` of a request, or None without one."""
-    asked = [r for r in request.requirements if isinstance(r, HInfinity)]
-    for r in asked:
+    bounds = [r.bounds_response() for r in request.requirements]
+    for gamma in (bound for bound in bounds if bound is not None):
         for k in request.distinct[:MOST_VERTICES]:
             check_time()
-            proof = _at_vertex(request, r.bound, k)
+            proof = _at_vertex(request, gamma, k)
             if proof is not None and proof.proven:
                 return proof
     return None
