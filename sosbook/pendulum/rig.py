@@ -3,6 +3,7 @@
 ``python -m sosbook.pendulum.rig`` writes the logs that the package ships.
 """
 
+import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from .experiments import chirp, motion
 from .log import Log
 from .model import R_G, Mip
 
-__all__ = ["COUNTS_PER_TURN", "DATA", "Rig", "shipped"]
+__all__ = ["COUNTS_PER_TURN", "DATA", "Rig", "gear_motors", "shipped"]
 
 __getattr__ = renamed(__name__, COUNTS="COUNTS_PER_TURN")
 
@@ -22,6 +23,11 @@ DATA = Path(__file__).parent / "data"
 COUNTS_PER_TURN = 60 * R_G  # of a wheel: 60 a turn of the motor
 GYRO_STEP = np.deg2rad(2000 / 2**15)  # rad/s: 16 bits over +-2000 deg/s
 STEPS_PER_SAMPLE = 10  # of Runge and Kutta's method
+
+#: One gear motor of the robot in ``gearmotors.toml``, and where it stands.
+STALL_TORQUE, STALL_VOLTS, FREE_SPEED = 0.5, 12.0, 21.0  # N m, V, rad/s at the wheel
+GEARS, ROTOR = 34.0, 4e-7  # turns of the rotor a turn, its inertia in kg m^2
+GRAVITY = 9.81  # m/s^2
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,14 @@ class Rig:
         default is the thesis's: (4.24) over (4.23).
     amplitude : float
         The amplitude of the chirps, in V.
+    rate : float
+        Samples per second.
+    seconds : float
+        How long a chirp sweeps, either way.
+    counts : float
+        An encoder's counts per turn of a wheel.
+    gyro_step : float
+        The step of the gyro's 16 bits, in rad/s.
     ideal : bool
         The sensors say the truth: no noise, offset or rounding.
     seed : int
@@ -74,6 +88,10 @@ class Rig:
     friction: float = 0.0
     second: tuple = (208.5 / 208.8, 33.32 / 33.02)
     amplitude: float = 1.85
+    rate: float = 100.0
+    seconds: float = 30.0
+    counts: float = COUNTS_PER_TURN
+    gyro_step: float = GYRO_STEP
     ideal: bool = False
     seed: int = 2023
 
@@ -85,7 +103,43 @@ class Rig:
         for name in ("noise", "friction"):
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name} can't be negative")
-        positive("amplitude", self.amplitude)
+        for name in ("amplitude", "rate", "seconds", "counts", "gyro_step"):
+            positive(name, getattr(self, name))
+
+    @classmethod
+    def of(cls, robot, mip, **changes):
+        """The rig of a described robot, whose wheels are alike.
+
+        The chirps have a quarter of its limit, as the thesis's have of 7.4 V.
+
+        Parameters
+        ----------
+        robot : Robot
+            Its description: the clock, counts, gyro and limit.
+        mip : Mip
+            The truth.
+        **changes
+            Other parameters of `Rig`.
+
+        Examples
+        --------
+        >>> from sosbook.pendulum import Robot
+        >>> rig = Rig.of(Robot.shipped("gearmotors"), gear_motors())
+        >>> rig.rate, rig.amplitude
+        (200.0, 3.0)
+        """
+        own = dict(
+            second=(1.0, 1.0),
+            amplitude=robot.limit / 4,
+            rate=1 / robot.T,
+            counts=robot.counts,
+            gyro_step=robot.gyro_range / 2**15,
+        )
+        return cls(mip, **(own | changes))
+
+    def _chirp(self, first, last):
+        """The `chirp` between two frequencies in Hz, with this rig's clock."""
+        return chirp(first, last, self.seconds, self.rate, self.amplitude)
 
     @property
     def ratios(self):
@@ -107,7 +161,7 @@ class Rig:
         Log
             A log with t, V and gyro.
         """
-        t, V = chirp(1, 20, amplitude=self.amplitude)
+        t, V = self._chirp(1, 20)
         x = self.ratios
         _, gyro = motion(
             -x["e_c"], x["f_c"], x["d_c"], V, t[1], self.friction, STEPS_PER_SAMPLE
@@ -116,7 +170,7 @@ class Rig:
             random = np.random.default_rng(self.seed)
             gyro = gyro + self.noise * random.standard_normal(len(t))
             gyro += self.offset
-            gyro = GYRO_STEP * np.round(gyro / GYRO_STEP)
+            gyro = self.gyro_step * np.round(gyro / self.gyro_step)
         return Log(t, V, gyro=gyro)
 
     def wheels(self):
@@ -127,7 +181,7 @@ class Rig:
         Log
             A log with t, V, encoder1 and encoder2.
         """
-        t, V = chirp(0.3, 30, amplitude=self.amplitude)
+        t, V = self._chirp(0.3, 30)
         x, random = self.ratios, np.random.default_rng(self.seed + 1)
         counts = []
         for e, f in ((1.0, 1.0), self.second):
@@ -140,11 +194,46 @@ class Rig:
                 self.friction,
                 STEPS_PER_SAMPLE,
             )
-            count = angle * COUNTS_PER_TURN / (2 * np.pi)
+            count = angle * self.counts / (2 * np.pi)
             if not self.ideal:  # it starts somewhere between two counts
                 count = np.floor(count + random.random()) + 0.0
             counts.append(count)
         return Log(t, V, encoder1=counts[0], encoder2=counts[1])
+
+
+def gear_motors():
+    """The robot that ``gearmotors.toml`` describes, as its parts make it.
+
+    What stands below is the truth of a simulation: two 12 V motors with
+    gears of 1:34 that stall at 0.5 N m and turn freely with 21 rad/s, disc
+    wheels, and a body whose inertia about the axle is 1.4 M_b l^2.
+
+    Returns
+    -------
+    Mip
+        With the rotors' J.
+
+    Examples
+    --------
+    >>> mip = gear_motors()
+    >>> round(mip.e, 4), round(mip.f, 4), round(1e3 * mip.J, 3)
+    (0.0833, 0.0476, 0.925)
+    """
+    with open(DATA / "gearmotors.toml", "rb") as file:
+        robot = tomllib.load(file)
+    M_b, l, r, M_w = (robot[x] for x in ("M_b", "l", "r", "M_w"))
+    J = 2 * GEARS**2 * ROTOR
+    double = M_w * r**2 + J  # 2 I_w: two discs and two rotors
+    return Mip(
+        a=r**2 * (M_b + 2 * M_w) + double,
+        b=M_b * l * r,
+        c=1.4 * M_b * l**2 + J,
+        d=M_b * GRAVITY * l,
+        e=2 * STALL_TORQUE / STALL_VOLTS,
+        f=2 * STALL_TORQUE / FREE_SPEED,
+        I_w=double / 2,
+        J=J,
+    )
 
 
 def shipped(name):
