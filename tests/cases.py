@@ -60,3 +60,23 @@ def random_request(seed):
             10 ** rng.uniform(0, 3), 0.3 * rng.standard_normal(2 * n + a)
         )
     return asked
+
+
+def random_cost_request(seed):
+    """A `random_request` that bounds a cost, too; every fourth holds mu."""
+    asked, rng = random_request(seed), np.random.default_rng([seed, 1])
+    plant, N = asked["plant"], 2 * asked["plant"].n + len(asked.get("U", ()))
+    root = rng.standard_normal((N, int(rng.integers(1, N + 1))))
+    full = np.round(root @ root.T, 3) + 0.01 * np.eye(N)
+    Q = (
+        full
+        if rng.random() < 0.5
+        else np.diag(np.round(10 ** rng.uniform(-2, 1, N), 3))
+    )
+    root = rng.standard_normal((plant.m, plant.m))
+    R = np.round(root @ root.T, 3) + 0.1 * np.eye(plant.m)
+    noise, bound = rng.choice(["states", "F"]), 10 ** rng.uniform(0, 3.5)
+    asked["cost"] = sos.QuadraticCost(Q, R, str(noise), bound)
+    if "gamma" in asked and seed % 4 == 0:
+        asked["mu"] = 10 ** rng.uniform(-1, 1)
+    return asked

@@ -14,13 +14,14 @@ def page_request(
     mu=None,
     coupling="pairs",
     K_A=None,
+    cost=None,
     **asked,
 ):
     """Keywords of `design_pid` as the kernel's ``design`` takes them.
 
     Parameters
     ----------
-    plant, U, region, gamma, saturation, mu, coupling, K_A
+    plant, U, region, gamma, saturation, mu, coupling, K_A, cost
         As in `design_pid`.
     **asked
         More for the kernel, such as ``minimize``.
@@ -39,6 +40,10 @@ def page_request(
         asked["gamma"] = gamma
     if mu is not None:
         asked["mu"] = mu
+    if cost is not None:
+        asked |= {"Q": cost.Q.tolist(), "R": cost.R.tolist(), "noise": cost.noise}
+        if cost.bound is not None:
+            asked["cost"] = cost.bound
     if saturation is not None:
         asked["x0"] = np.asarray(saturation.x0).tolist()
         if saturation.u_max is not None:

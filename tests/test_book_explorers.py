@@ -55,13 +55,14 @@ def theirs(data, asked):
     request = data["request"]
     plants = [sos.SecondOrderSystem(**v) for v in request["vertices"]]
     region = {k: asked[k] for k in ("sigma", "theta", "rho") if k in asked}
-    bound = asked.get("u_max")
+    bound, weights = asked.get("u_max"), data.get("cost")
     return sos.design_pid(
         plants[0] if len(plants) == 1 else sos.Polytope(plants),
         request["U"] or None,
         region=sos.PoleRegion(**region) if region else None,
         gamma=asked.get("gamma"),
         saturation=None if bound is None else sos.Saturation(bound, data["x0"]),
+        cost=weights and sos.QuadraticCost(**weights, bound=asked["cost"]),
         K_A=request["K_A"],
         coupling=request["coupling"],
         mu=data["mu"],
@@ -70,7 +71,7 @@ def theirs(data, asked):
 
 def test_the_chapters_with_a_design_have_an_explorer():
     numbers = {chapter[:2] for chapter in EXPLORERS}
-    assert numbers >= {"04", "05", "06", "07", "10", "11", "12", "13", "14"}
+    assert numbers >= {"04", "05", "06", "07", "10", "11", "12", "13", "14", "23"}
 
 
 @pytest.mark.slow
@@ -81,6 +82,7 @@ def test_an_explorer_s_designs_are_the_package_s(page, chapter):
         asked = asked_at(data, shown)
         extra = {"x0": data["x0"]} if "u_max" in asked else {}
         extra |= {} if data["mu"] is None else {"mu": data["mu"]}
+        extra |= data.get("cost") or {}
         request = data["request"] | {"asked": asked | extra}
         mine = page.evaluate(
             """request => {

@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
-from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 LABELS = {
@@ -369,6 +369,56 @@ def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     assert len(answer["poles"]) == 2 and answer["norm"] is None
 
 
+@pytest.fixture
+def priced(visit, tmp_path, robot):
+    """An explorer with a cost, in a page of its own."""
+    element = design_explorer(
+        robot.plant, robot.U, sigma=(0.1, 2), cost_bound=(0.3, 300),
+        cost=sos.QuadraticCost(np.diag([1, 2, 0.5, 0, 1, 3]), np.eye(2), "F"),
+        start={"sigma": 0.7, "cost": 30},
+    )  # fmt: skip
+    page = tmp_path / "cost.html"
+    page.write_text(
+        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
+        f"<title>t</title>{element.html}",
+        "utf8",
+    )
+    tab = visit(page)
+    settled(tab)
+    yield tab
+    assert tab.errors == []
+
+
+def test_a_cost_is_bounded_told_and_copied(priced):
+    answer, names = state(priced)["answer"], {}
+    assert answer["status"] == "feasible"
+    first(priced).get_by_role("button", name="As Python").click()
+    exec(first(priced).locator("pre").inner_text(), names)
+    design = names["design"]
+    assert design.request.cost.bound == 30
+    assert np.abs(answer["K"] - design.K).max() < 1e-7 * np.abs(design.K).max()
+    assert answer["cost"] == pytest.approx(design.noise_cost(), rel=1e-6)
+    assert f"True cost {answer['cost']:.4g} (bound J = 30)." in say(priced)
+
+
+def test_a_cost_that_is_too_small_is_refused_and_says_what_helps(priced):
+    slider = first(priced).get_by_label("Bound of the cost")
+    slider.focus()
+    for _ in range(6):
+        slider.press("PageDown")
+    settled(priced, "edges")
+    assert say(priced).startswith("Infeasible")
+    priced.page.wait_for_function(
+        "document.querySelector('sos-explorer .sos-readout')"
+        ".textContent.includes('Relax first: J = ')"
+    )
+    first(priced).get_by_role("button", name="Prove it exactly").click()
+    with priced.page.expect_download() as loading:
+        first(priced).locator("a[download]").click()
+    proof = DesignInfeasibility(loading.value.path().read_text("utf8"))
+    assert proof.proven and "its quadratic cost is below" in proof.claims[0]
+
+
 @schemes
 def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
     tab = visit(sheet, scheme=scheme)
@@ -408,6 +458,8 @@ def test_the_output_is_the_same_twice_and_survives_any_title(robot):
         ({"sigma": (0.5, 0.7), "start": {"sigma": 0.9}}, "outside of its slider"),
         ({"sigma": (0.5, 0.7), "start": {"rho": 5}}, "names no slider"),
         ({"u_max": (10, 20)}, "u_max needs saturation"),
+        ({"cost_bound": (10, 20)}, "a cost needs both"),
+        ({"sigma": (1, 2), "cost": sos.QuadraticCost([[1]], [[1]], bound=1)}, "Q"),
         ({"sigma": (0.5, 0.7), "coupling": "slack"}, "coupling must be"),
     ],
 )

@@ -56,10 +56,14 @@ def test_typed_matrices_are_designed_for(tab):
         F="0\n1",
         U="0 1",
         x0="0.2 0.2 0 0 0",
+        Q="1 1 0.5 0.5 2",
+        R="0.3",
     )
     tab.page.get_by_label("bound what w does").check()
     tab.page.wait_for_function(READY)
     tab.page.get_by_label("bound the input").check()
+    tab.page.wait_for_function(READY)
+    tab.page.get_by_label("bound the cost").check()
     tab.page.wait_for_function(READY)
     answer, names = design(tab), {}
     assert answer["status"] == "feasible"
@@ -67,7 +71,26 @@ def test_typed_matrices_are_designed_for(tab):
     plant, K = names["plant"], names["design"].K
     assert plant.S.tolist() == [[30, -20], [-20, 20]]
     assert names["design"].request.saturation.x0.tolist() == [0.2, 0.2, 0, 0, 0]
+    cost = names["design"].request.cost
+    assert cost.Q.diagonal().tolist() == [1, 1, 0.5, 0.5, 2] and cost.noise == "F"
+    assert answer["cost"] == pytest.approx(names["design"].noise_cost(), rel=1e-6)
     assert np.abs(np.array(answer["K"]) - K).max() < 1e-6 * np.abs(K).max()
+
+
+@pytest.mark.parametrize(
+    "texts, words",
+    [
+        ({"Q": "1 1"}, "Q needs 6 numbers"),
+        ({"R": "1 0; 0 -1"}, "R must be positive definite"),
+        ({"R": "1 0.5; 0 1"}, "R must be symmetric"),
+        ({"Q": "1 1 1 -1 1 1"}, "Q must have no negative eigenvalue"),
+    ],
+)
+def test_weights_that_do_not_fit_are_named(tab, texts, words):
+    type_in(tab, **texts)
+    assert design(tab)["status"] == "feasible"  # nobody asks for them
+    tab.page.get_by_label("bound the cost").check()
+    assert words in tab.page.locator("[role=alert]").inner_text()
 
 
 @pytest.mark.parametrize("example", range(4))

@@ -17,14 +17,15 @@ from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from sosbook.synthesis.problem import Request
-from tests.cases import random_plant, random_request
+from tests.cases import random_cost_request, random_plant, random_request
 from tests.page_requests import page_request
 
 SOLVE = """requests => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
   return requests.map(([request, exact]) => {
     const r = design(request), kept = {status: r.status, K: r.K, poles: r.poles,
-      margins: r.margins, lid: r.lid, least: r.least, bound: r.gamma ?? r.u_max};
+      margins: r.margins, lid: r.lid, least: r.least,
+      bound: r.gamma ?? r.u_max ?? r.cost};
     if (exact && r.status === "feasible") kept.proof = prove(request, r).text;
     if (exact && r.status === "infeasible")
       kept.refusal = refusalFile(request, r.refusal).text;
@@ -48,9 +49,9 @@ def solved(page, requests, exact=1):
     )
 
 
-def requests(n, count_=None):
+def requests(n, count_=None, kind=random_request):
     """Random requests of n degrees of freedom at the most, without end."""
-    seeds = (random_request(seed) for seed in count())
+    seeds = (kind(seed) for seed in count())
     return islice((r for r in seeds if r["plant"].n <= n), count_)
 
 
@@ -92,10 +93,20 @@ def test_200_random_requests_have_the_package_s_verdicts_gains_and_proofs(page):
         assert verdicts.count((verdict, verdict)) > least
 
 
+@pytest.mark.slow
+def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(page):
+    asked = list(requests(2, 120, random_cost_request))
+    verdicts = agree(page, asked, undecided=2)
+    for verdict in ("feasible", "infeasible"):
+        assert verdicts.count((verdict, verdict)) > 40
+    assert {r["cost"].noise for r in asked} == {"states", "F"}
+
+
 @pytest.mark.campaign
 @pytest.mark.timeout(1800)
-def test_a_thousand_random_requests(page):
-    agree(page, list(islice(requests(3), 200, 1200)), undecided=20)
+@pytest.mark.parametrize("kind", [random_request, random_cost_request])
+def test_a_thousand_random_requests(page, kind):
+    agree(page, list(islice(requests(3, kind=kind), 200, 1200)), undecided=20)
 
 
 EXAMPLES = {
@@ -128,8 +139,12 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(page, name):
         assert Certificate(r["proof"]).proven
 
 
-def test_every_block_is_the_theorem_s(page):
-    """The products L X R against the blocks that the theorems write."""
+@pytest.mark.parametrize("noise", [None, "states", "F"])
+def test_every_block_is_the_theorem_s(page, noise):
+    """The products L X R against the blocks that the theorems write.
+
+    The page multiplies some from both sides, and says by what.
+    """
     rng = np.random.default_rng(3)
     for n, m, a, vertices in ((1, 1, 1, 1), (2, 1, 1, 2), (2, 2, 2, 3), (4, 2, 2, 2)):
         plant = random_plant(rng, n, m, 2, vertices, 0.1)
@@ -143,35 +158,54 @@ def test_every_block_is_the_theorem_s(page):
             gamma=1.3,
             saturation=sos.Saturation(7, rng.standard_normal(N)),
         )
+        sizes, J = {"input": s}, np.zeros((0, 0))
+        if noise:
+            root = rng.standard_normal((N, N - 1))
+            asked["cost"] = sos.QuadraticCost(
+                root @ root.T, plant.vertices[0].B.T @ plant.vertices[0].B, noise, 40
+            )
+            q = N if noise == "states" else 2
+            J, sizes["cost"] = rng.standard_normal((q, q)), 0.6
+            J = J + J.T
         blocks = page.evaluate(
-            """([request, P, Y, s]) => {
+            """([request, P, Y, J, sizes]) => {
           const k = globalThis.kernel ??= sosKernel();
           const plain = k.descriptors(request), frame = k.plainFrame(P.length);
           const blocks = k.assembled(plain, request.asked, "pairs", frame);
-          const x = blocks.packed({P: k.matrix(P), Y: k.matrix(Y),
-            "size for u_max": k.matrix([[s]])});
-          return Object.fromEntries(blocks.at(x).map((G, b) => {
-            const {name, d} = blocks.list[b], rows = k.rowsOf(G);
-            return [name, rows.map((row, i) => row.map((g, j) => g / d[i] / d[j]))];
+          const values = {P: k.matrix(P), Y: k.matrix(Y), J: k.matrix(J)};
+          const names = {input: "size for u_max", cost: "size for cost"};
+          for (const [name, s] of Object.entries(sizes))
+            values[names[name]] = k.matrix([[s]]);
+          const list = blocks.at(blocks.packed(values));
+          return Object.fromEntries(list.map((G, b) => {
+            const {name, d, multiplied} = blocks.list[b], rows = k.rowsOf(G);
+            return [name, [rows.map((row, i) => row.map((g, j) => g / d[i] / d[j])),
+              multiplied && k.rowsOf(multiplied)]];
           })); }""",
-            [page_request(**asked), P.tolist(), Y.tolist(), s],
+            [page_request(**asked), P.tolist(), Y.tolist(), J.tolist(), sizes],
         )
         request = Request(**asked)
-        whole = request.blocks(P, Y)
-        own = {"size for input saturation": np.array([[1.0]])}
-        small = request.blocks(P / s, Y / s, own=own)
-        assert len(blocks) == len(whole) + 1  # and the size itself
+        whole = request.blocks(P, Y, own={"J": J})
+        assert len(blocks) == len(whole) + len(sizes)  # and the sizes themselves
         for name, theirs in whole.items():
-            if name.requirement == ("input", "saturation"):
-                theirs = s * small[name]
-            assert np.allclose(blocks[name], theirs, rtol=1e-12, atol=1e-12), name
+            owner = name.requirement[0] if name.requirement else ""
+            size = sizes.get(owner, 1)
+            theirs = (
+                size * request.blocks(P / size, Y / size, own={"J": J / size})[name]
+            )
+            mine, by = blocks[name]
+            if by is not None:
+                theirs = np.array(by) @ theirs @ np.array(by).T
+            assert np.allclose(mine, theirs, rtol=1e-11, atol=1e-11), name
 
 
 def test_the_least_bound_is_the_package_s(page):
     example = sos.thesis.example_1()
     asked = dict(plant=example.plant, U=example.U, region=example.region)
     x0 = example.saturation.x0
+    price = sos.QuadraticCost(np.eye(6), np.eye(2), "F")
     for name, more in {
+        "cost": {"cost": price, "saturation": example.saturation},
         "gamma": {"saturation": example.saturation},
         "u_max": {"saturation": sos.Saturation(None, x0), "gamma": 1.257},
     }.items():
@@ -180,7 +214,7 @@ def test_the_least_bound_is_the_package_s(page):
         r = page.evaluate(SOLVE, [[request, False]])[0]
         design = sos.design_pid(**asked, **more, minimize=name)
         assert r["status"] == "feasible"
-        bound = getattr(design.request, name, None) or design.request.saturation.u_max
+        bound = design.request.owner(name).bound
         assert r["bound"] == pytest.approx(bound, rel=2e-3)
         assert 1.009 < r["bound"] / r["least"] < 1.021
 
@@ -305,6 +339,23 @@ def test_a_proof_of_the_page_passes_both_checkers(page, tmp_path, capsys):
     assert check.check(text) == list(Certificate(text).claims)
     broken = text.replace('"gamma": "0.1732"', '"gamma": "0.01732"')
     assert broken != text and not Certificate(broken).proven
+
+
+@pytest.mark.parametrize("noise", ["states", "F"])
+def test_a_cost_s_proof_and_refusal_pass_both_checkers(page, noise):
+    example = sos.thesis.example_1()
+    Q, R = np.diag([1, 2, 0.5, 0, 1, 3]), [[2, 0.3], [0.3, 1]]
+    asked = {"plant": example.plant, "U": example.U, "gamma": 1.257}
+    bounds = {"states": (300, 30), "F": (30, 0.3)}[noise]
+    costs = [sos.QuadraticCost(Q, R, noise, bound) for bound in bounds]
+    good, bad = solved(page, [asked | {"cost": cost} for cost in costs])
+    assert Certificate(good["proof"]).proven
+    assert DesignInfeasibility(bad["refusal"]).proven
+    for text, bound in ((good["proof"], bounds[0]), (bad["refusal"], bounds[1])):
+        words = f"quadratic cost is below {bound} times the largest noise"
+        assert any(words in claim for claim in check.check(text))
+    easier = good["proof"].replace(f'"bound": "{bounds[0]}"', '"bound": "0.1"')
+    assert easier != good["proof"] and not Certificate(easier).proven
 
 
 TOO_MUCH = {

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...requirements.shorthand import parameter
 from ...runtime.threads import one_thread
+from ...synthesis.problem import Request
 from ..kernel import source
 from .designs import page_loop
 from .page import PageElement, significant
@@ -54,6 +55,8 @@ def design_explorer(
     theta=None,
     rho=None,
     u_max=None,
+    cost=None,
+    cost_bound=None,
     K_A=None,
     coupling="pairs",
     mu=None,
@@ -64,8 +67,8 @@ def design_explorer(
 ):
     """An `Explorer` of the requirements of Procedure 2.1.
 
-    Each of sigma, theta, rho, gamma and u_max is left out (not asked), a number
-    (asked, fixed) or a pair (a slider from the one to the other).
+    Each of sigma, theta, rho, gamma, u_max and cost_bound is left out (not asked), a
+    number (asked, fixed) or a pair (a slider from the one to the other).
 
     Parameters
     ----------
@@ -79,6 +82,10 @@ def design_explorer(
         Its x0 also serves the slider u_max, which overrides its u_max.
     sigma, theta, rho, u_max : float or pair, optional
         theta in radians; shown in degrees.
+    cost : QuadraticCost, optional
+        The weights of the cost, and how the noise enters.
+    cost_bound : float or pair, optional
+        Bound of the cost; overrides that of ``cost``.
     K_A, coupling, mu
         As in `design_pid`; ``coupling`` is "pairs" or "vertices".
     r : (n,) array_like, optional
@@ -100,7 +107,7 @@ def design_explorer(
     ------
     ValueError
         If nothing is a pair, a pair isn't rising, ``start`` lies outside, the plant
-        is too large, or u_max is given without a saturation.
+        is too large, u_max is given without a saturation, or a cost doesn't fit.
 
     Examples
     --------
@@ -120,7 +127,19 @@ def design_explorer(
         u_max = saturation.u_max
     if u_max is not None and saturation is None:
         raise ValueError("u_max needs saturation=Saturation(u_max, x0)")
-    asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma, "u_max": u_max}
+    weights = _weights(plant, U, K_A, cost)
+    if cost is not None and cost_bound is None:
+        cost_bound = cost.bound
+    if (cost is None) != (cost_bound is None):
+        raise ValueError("a cost needs both cost=QuadraticCost(Q, R) and a cost_bound")
+    asked = {
+        "sigma": sigma,
+        "theta": theta,
+        "rho": rho,
+        "gamma": gamma,
+        "cost": cost_bound,
+        "u_max": u_max,
+    }
     asked = {key: value for key, value in asked.items() if value is not None}
     start = dict(start or {})
     sliders = [
@@ -153,8 +172,17 @@ def design_explorer(
             },
             "x0": None if saturation is None else _table([saturation.x0])[0],
             "mu": mu,
+            "cost": weights,
         }
     )
+
+
+def _weights(plant, U, K_A, cost):
+    """The weights of a cost that fits the plant, or None."""
+    if cost is None:
+        return None
+    Request(plant, U, K_A=K_A, cost=cost.with_bound(1.0))  # refuses
+    return {"Q": _table(cost.Q), "R": _table(cost.R), "noise": cost.noise}
 
 
 def _slider(key, ends, value):

@@ -3,6 +3,7 @@
 from importlib.resources import files
 
 from ...display.escape import json_text, page_text
+from ..kernel import lean
 
 __all__ = ["PageElement", "significant"]
 
@@ -27,7 +28,7 @@ class PageElement:
         """The element as HTML; ``kit.js`` is the same for all of them."""
         sheets = [_asset(name) for name in ("kit.css", *self.sheets)]
         style = " ".join(" ".join(sheets).split()).replace("sos-element", self.tag)
-        script = "\n".join(_asset(name).strip() for name in ("kit.js", *self.scripts))
+        script = "\n".join(lean(_asset(name)) for name in ("kit.js", *self.scripts))
         data = json_text(self.data)
         return (
             f'<{self.tag} role="group" aria-label="{page_text(self.title)}">'

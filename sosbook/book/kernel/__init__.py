@@ -6,7 +6,7 @@ page runs as it stands or hands to a worker as text.
 
 from importlib.resources import files
 
-__all__ = ["MODULES", "source"]
+__all__ = ["MODULES", "lean", "source"]
 
 #: In the order in which they need each other.
 MODULES = (
@@ -33,14 +33,30 @@ def source():
     """The kernel as a script that defines ``window.sosKernel``, a function.
 
     Calling it returns an object whose ``design(request)`` solves a request. Readers
-    load neither indentation nor lines of comment: they are in this folder's files.
+    load neither indentation nor comments: they are in this folder's files.
     """
-    modules = [
-        (files(__package__) / f"{name}.js").read_text("utf8") for name in MODULES
-    ]
-    lines = (line.strip() for module in modules for line in module.splitlines())
-    body = "\n".join(line for line in lines if line and not line.startswith("//"))
+    body = "\n".join(
+        lean((files(__package__) / f"{name}.js").read_text("utf8")) for name in MODULES
+    )
     return (
         'globalThis.sosKernel ??= function sosKernel() {\n"use strict";\n'
         f"{body}\nreturn {{{EXPORTS}}};\n}};"
     )
+
+
+def lean(script):
+    """A ``script``, JavaScript, without indentation and comments, as readers load it.
+
+    A comment is a line of its own, or stands three spaces behind the code. Where
+    a text spans lines, the script stays as it is.
+
+    Examples
+    --------
+    >>> lean("  // why\\n  f();   // how\\n")
+    'f();'
+    """
+    lines = script.strip().splitlines()
+    if any(line.count("`") % 2 for line in lines):
+        return script.strip()
+    lines = (line.split("   //")[0].strip() for line in lines)
+    return "\n".join(line for line in lines if line and not line.startswith("//"))

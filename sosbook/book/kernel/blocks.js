@@ -17,7 +17,7 @@ class Blocks {
 
   // terms: [name, L, R] each; slopes: [name, Gs] each. Powers of two bring the
   // diagonal near one, which rounds nothing.
-  add(name, constant, terms, slopes = []) {
+  add(name, constant, terms, slopes = [], multiplied = null) {
     const q = constant.rows, size = new Float64Array(q);
     const index = key => this.unknowns.findIndex(u => u.name === key);
     for (let i = 0; i < q; i++) {
@@ -27,7 +27,7 @@ class Blocks {
     }
     const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
-    const block = {name, q, d, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
+    const block = {name, q, d, multiplied, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
     block.terms = terms.map(([key, L, R]) =>
       ({of: index(key), L: mapped(L, (x, i) => x * d[i]), R: mapped(R, (x, i, j) => x * d[j])}));
     let width = 0;

@@ -54,11 +54,8 @@ const rounded = (x, digits) => Number(x.toExponential(digits - 1));
 // What asks for a size of P, the leader first: see `Request` of the package. The others
 // have P / s, Y / s in their blocks, with an unknown s.
 function sized(asked) {
-  const names = [];
-  if (asked.gamma !== undefined) names.push("gamma");
-  if (asked.u_max !== undefined) names.push("u_max");
-  if (asked.minimize === "u_max") names.reverse();
-  return names;
+  const names = ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined), first = names.indexOf(asked.minimize);
+  return first < 0 ? names : [...names.splice(first, 1), ...names];
 }
 
 // Coordinates x = T xi, u = scale v in which the LMIs are well conditioned, from the
@@ -68,7 +65,35 @@ function frameOf(vertices, asked) {
   const most = Math.max(...vertices.map(({Bu}) => Math.sqrt(inner(Bu, Bu))));
   const typical = Math.sqrt(inner(mean.Bu, mean.Bu)) > 0.1 * most ? mean : vertices[0];
   const [A, B] = stateSpace(typical), omega = typicalRate(asked, mean);
-  const weight = energy(vertices, omega);
+  const noise = asked.cost !== undefined && asked.noise;
+  const cheap = noise && leastCost(A, B, asked), {T: T0, K} = cheap || ofEnergy(vertices, A, B, omega);
+  const reaches = reach(asked, T0, stateSpace(mean)[2], omega), names = sized(asked);
+  const tied = asked.mu !== undefined && asked.mu !== null && names.length > 1, many = names.length > 1 && !tied;
+  const large = many ? reaches[names[0]] : cheap || !names.length ? 1 : Math.max(1e-300, ...names.map(k => reaches[k]));
+  let T = scaled(Math.sqrt(large), T0);
+  const scale = (cheap ? norm(times(K, T)) : omega / (norm(solve(times(mean.E, T), mean.Bu)) || 1)) || 1;
+  const gain = K && scaled(1 / scale, times(K, T));
+  T = mapped(T, x => rounded(x, 6));
+  const followers = tied ? [] : names.slice(1), now = reach(asked, T, stateSpace(mean)[2], omega);
+  const sizes = Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
+  return {...withInverses(T, mean, noise), scale: rounded(scale, 6), gain, sizes, n};
+}
+
+// {T, K} of the regulator of least cost, x = T xi, whose P is the identity there; null
+// without one. In coordinates in which both weights are the identity.
+function leastCost(A, B, {Q, R}) {
+  const most = Math.max(...Q.map((row, i) => row[i])), more = x => x + 1e-6 * Math.max(x, 1e-6 * most);
+  const left = cholesky(mapped(matrix(Q), (x, i, j) => i === j ? more(x) : x)), right = cholesky(matrix(R));
+  if (!left || !right) return null;
+  const turn = transposed(left), back = inverse(turn), push = transposed(inverseLower(right));
+  const input = times(times(turn, B), push), X = riccati(times(times(turn, A), back), input), L = X && cholesky(X);
+  if (!L) return null;
+  return {T: times(back, transposed(inverseLower(L))), K: scaled(-1, times(push, times(times(transposed(input), X), turn)))};
+}
+
+// The same of a regulator whose weights are energies.
+function ofEnergy(vertices, A, B, omega) {
+  const N = A.rows, weight = energy(vertices, omega);
   const effort = Array.from({length: B.cols}, (_, j) => {
     let sum = 0;
     for (let i = 0; i < N; i++) sum += weight[i] * B.at[i * B.cols + j] ** 2;
@@ -78,30 +103,21 @@ function frameOf(vertices, asked) {
   const shift = mapped(A, (x, i, j) => size[i] * x / size[j] / omega + (i === j ? 0.1 : 0));
   const push = mapped(B, (x, i, j) => size[i] * x / force[j] / omega);
   const X = riccati(shift, push), L = X && cholesky(X);
-  let T = L ? mapped(transposed(inverseLower(L)), (x, i) => x / size[i]) : mapped(identity(N), (x, i) => x / size[i]);
-  let gain = L && mapped(times(transposed(push), X), (x, i, j) => -x * size[j] / force[i]);
-  const reaches = reach(asked, T, stateSpace(mean)[2], omega), names = sized(asked);
-  const tied = asked.mu !== undefined && asked.mu !== null && names.length > 1;
-  const large = names.length > 1 && !tied ? reaches[names[0]] : Math.max(1e-300, ...names.map(k => reaches[k])) ;
-  T = scaled(Math.sqrt(names.length ? large : 1), T);
-  const scale = omega / (norm(solve(times(mean.E, T), mean.Bu)) || 1);
-  if (gain) gain = scaled(1 / scale, times(gain, T));
-  T = mapped(T, x => rounded(x, 6));
-  const followers = tied ? [] : names.slice(1), now = reach(asked, T, stateSpace(mean)[2], omega);
-  const sizes = Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
-  return {...withInverses(T, mean), scale: rounded(scale, 6), gain, sizes, n};
+  return {T: mapped(L ? transposed(inverseLower(L)) : identity(N), (x, i) => x / size[i]),
+    K: L && mapped(times(transposed(push), X), (x, i, j) => -x * size[j] / force[i])};
 }
 
 // To six digits, as T is: the blocks only undergo congruences, whatever `left` and `back`
 // are, and exact arithmetic stays short. `near` is the identity, nearly.
-function withInverses(T, mean) {
+function withInverses(T, mean, noise) {
   const [left, back] = [times(mean.E, T), T].map(X => mapped(inverse(X), x => rounded(x, 6)));
-  return {T, left, back, near: times(back, T)};
+  const push = noise && times(back, noise === "F" ? solve(mean.E, mean.Bw) : identity(T.rows));
+  return {T, left, back, near: times(back, T), noise, root: noise ? 2 ** Math.round(Math.log2(norm(push) || 1)) : 1};
 }
 
 // The plant's own coordinates.
 function plainFrame(N, {identity} = FLOATS) {
-  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, sizes: {}};
+  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, root: 1, sizes: {}};
 }
 
 function typicalRate({sigma, rho}, mean) {
@@ -135,5 +151,5 @@ function energy(vertices, omega) {
 function reach({mu, x0}, T, Bw, omega) {
   const X = x0 && solve(T, {rows: x0.length, cols: 1, at: Float64Array.from(x0)});
   const noise = norm(solve(T, Bw)) ** 2;
-  return {gamma: noise / (mu || 1) / omega || 1, u_max: x0 ? 2 * inner(X, X) || 1 : 1};
+  return {gamma: noise / (mu || 1) / omega || 1, cost: 1, u_max: x0 ? 2 * inner(X, X) || 1 : 1};
 }

@@ -45,7 +45,7 @@ function design(request, start = null, hasty = false) {
 function guess(blocks, frame) {
   if (!frame.gain) return null;
   const values = {P: identity(frame.T.rows), Y: frame.gain};
-  for (const {name} of blocks.unknowns.slice(2)) values[name] = identity(1);
+  for (const {name, rows} of blocks.unknowns.slice(2)) values[name] = identity(rows, name === "J" ? 2 : 1);
   return blocks.packed(values);
 }
 
@@ -64,11 +64,14 @@ function anyCentre(blocks, x) {
 }
 
 // A point of another frame, in this one.
-function inFrame(blocks, frame, {P, Y, sizes}) {
+function inFrame(blocks, frame, {P, Y, J, sizes}) {
   if (P.rows !== frame.T.rows || Y.rows !== blocks.unknowns[1].rows) return null;
   const back = inverse(frame.T), right = transposed(back);
   const values = {P: times(times(back, P), right), Y: scaled(1 / frame.scale, times(Y, right))};
-  for (const {name} of blocks.unknowns.slice(2)) {
+  const own = blocks.unknowns.find(({name}) => name === "J");
+  if (own && J?.rows !== own.rows) return null;
+  if (own) values.J = scaled((sizes.cost || 1) / frame.root ** 2, J);
+  for (const {name} of scalarsOf(blocks)) {
     const owner = name.replace("size for ", "");
     if (!(sizes[owner] > 0)) return null;
     values[name] = identity(1, sizes[owner] * (frame.sizes[owner] || 1) ** 2);
@@ -78,46 +81,47 @@ function inFrame(blocks, frame, {P, Y, sizes}) {
 
 // Coordinates in which the P of a point is the identity, and the sizes are one.
 function around(plain, frame, blocks, x) {
-  const [P, Y, ...rest] = blocks.unpacked(x), values = symmetricEigenvalues(P), n = P.rows;
+  const [P, Y] = blocks.unpacked(x), values = symmetricEigenvalues(P), n = P.rows;
   const lift = Math.max(0, 1e-6 * values[n - 1] - values[0]);
   const L = values[n - 1] > 0 && cholesky(combined(1, P, 1, identity(n, lift)));
   if (!L) return null;
   const T = mapped(times(frame.T, L), v => rounded(v, 6));
   if (!inverse(T)) return null;
   const K = times(Y, inverse(times(L, transposed(L)))), scale = frame.scale * (norm(times(K, L)) || 1), sizes = {...frame.sizes};
-  blocks.unknowns.slice(2).forEach(({name}, k) => {
-    const owner = name.replace("size for ", ""), s = rest[k].at[0];
+  scalarsOf(blocks).forEach(({name, from}) => {
+    const owner = name.replace("size for ", ""), s = x[from];
     if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
   });
-  return {...frame, sizes, ...withInverses(T, meanDescriptor(plain)), scale, gain: scaled(frame.scale / scale, times(K, L))};
+  return {...frame, sizes, ...withInverses(T, meanDescriptor(plain), frame.noise), scale, gain: scaled(frame.scale / scale, times(K, L))};
 }
 
-// K, P, Y and the sizes of a point, in the plant's units.
+// K, P, Y, J and the sizes of a point, in the plant's units.
 function inPlantUnits(frame, blocks, x) {
-  const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {};
+  const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {}, own = blocks.unknowns.findIndex(({name}) => name === "J");
   const P = symmetrized(times(times(T, P0), transposed(T)));
   const K = scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
-  blocks.unknowns.slice(2).forEach(({name}, k) => {
+  scalarsOf(blocks).forEach(({name, from}) => {
     const owner = name.replace("size for ", "");
-    sizes[owner] = rest[k].at[0] / (frame.sizes[owner] || 1) ** 2;
+    sizes[owner] = x[from] / (frame.sizes[owner] || 1) ** 2;
   });
-  return {K, P, Y: times(K, P), sizes};
+  const J = own < 0 ? null : scaled(frame.root ** 2 / (sizes.cost || 1), rest[own - 2]);
+  return {K, P, Y: times(K, P), J, sizes};
 }
 
 // What is known of a point: in the plant's units, with margins and poles.
 function finished(plain, asked, coupling, frame, blocks, {x, lid, steps}, searched) {
-  const {K, P, Y, sizes} = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, asked, coupling, P, Y, sizes);
+  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, asked, coupling, point), {K, P, sizes} = point;
   const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
-  return {status: good ? "feasible" : "undecided", K: rowsOf(K), P, Y, sizes, margins, lid, frame,
-    naturalP: scaled(1 / (sizes.u_max || 1), P), reason: good ? "" : "The margins are too small for floating point.",
+  return {status: good ? "feasible" : "undecided", ...point, K: rowsOf(K), margins, lid, frame,
+    naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P), reason: good ? "" : "The margins are too small for floating point.",
     poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
 }
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
 // coordinates: what phase one and the centre say isn't believed.
-function marginsOf(plain, asked, coupling, P, Y, sizes) {
+function marginsOf(plain, asked, coupling, {P, Y, J, sizes}) {
   const blocks = assembled(plain, {...asked, minimize: undefined}, coupling, plainFrame(P.rows));
-  const values = {P, Y};
+  const values = {P, Y, J: J && scaled(sizes.cost || 1, J)};
   for (const [owner, s] of Object.entries(sizes)) values[sizeName(owner)] = identity(1, s);
   const margins = {};
   blocks.at(blocks.packed(values)).forEach((G, k) => { margins[blocks.list[k].name] = margin(G); });
@@ -143,7 +147,7 @@ function least(request, plain, coupling) {
   }
   const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
   if (!optimum) return {status: "undecided", steps: [found.steps, 0], reason: `${name} has no minimum: limit the gains.`};
-  const unit = name === "u_max" ? frame.scale : 1, bound = unit * Math.sqrt(optimum.x[at]);
+  const unit = name === "u_max" ? frame.scale : 1, bound = name === "cost" ? optimum.x[at] * frame.root ** 2 : unit * Math.sqrt(optimum.x[at]);
   const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
   const next = {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
   return {...design({...request, asked: next}), least: bound, [name]: next[name]};

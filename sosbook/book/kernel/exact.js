@@ -75,8 +75,12 @@ function exactInner(X, Y) {
 
 const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
-// The same operations as those of FLOATS.
+// The nearest floats, whatever the decimals' length.
+const floatsOf = X => ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
+
+// The same operations as those of FLOATS; `known` brings decimals into the arithmetic.
 const EXACT = {
+  known: X => X,
   matrix: exactMatrix, zeros: exactZeros, transposed: exactTransposed, times: exactTimes,
   identity: (n, value = 1) => {
     const s = exactScalar(value), X = exactZeros(n, n);
@@ -106,6 +110,33 @@ function definite({rows: n, at}) {
     last = lead;
   }
   return true;
+}
+
+// {L, W, d} with Q = L inv(W) L' for a Q that isn't negative: W is diagonal, and the columns
+// of L are those that begin with one, times d (Bareiss, with a common factor taken out).
+function weightFactors(Q) {
+  const {at, places, rows: N} = exactMatrix(Q), columns = [], W = [], d = [];
+  let rest = Array.from({length: N}, (_, i) => at.slice(i * N, (i + 1) * N)), last = 1n;
+  for (let k = 0; k < N; k++) {
+    const pivot = rest[k][k], column = rest.map(row => row[k]), head = rest[k];
+    if (pivot <= 0n) continue;
+    const g = column.reduce(divisor, last), e = String(pivot / g).length - 1, unit = 10n ** BigInt(places);
+    columns.push({at: column.map(x => x / g), places: e});
+    W.push({at: [last * pivot / g / g * unit], places: 2 * e});
+    d.push({at: [pivot / g], places: e});
+    rest = rest.map((row, i) => row.map((x, j) => (pivot * x - column[i] * head[j]) / last));
+    last = pivot;
+  }
+  const along = list => list.reduce((X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}), exactZeros(list.length, list.length));
+  const L = columns.reduce((X, x, k) => EXACT.place(X, 0, k, {rows: N, cols: 1, ...x}), exactZeros(N, columns.length));
+  return {L, W: along(W), d: along(d)};
+}
+
+// The greatest common divisor, for x of any sign and y > 0.
+function divisor(y, x) {
+  let a = x < 0n ? -x : x;
+  while (a) [y, a] = [a, y % a];
+  return y;
 }
 
 // ------------------------------------------------- correctly rounded functions

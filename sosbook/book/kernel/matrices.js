@@ -58,7 +58,7 @@ function place(X, top, left, Y, ...factors) {
 }
 
 // What the blocks of a request are laid out with; exact.js has the same for decimals.
-const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place};
+const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place, known: X => floatsOf(X)};
 
 function symmetrized(X) {
   const n = X.rows, x = X.at;

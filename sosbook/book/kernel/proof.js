@@ -10,20 +10,23 @@ function prove(request, result) {
     for (const places of PLACES) {
       const to = (rows, d) => rows.map(row => row.map(x => rounded(x, d)));
       const own = Object.fromEntries(ownSizes(request, result).map(([key, s]) => [key, rounded(s, places)]));
-      last = examined(request, to(result.K, digits), to(rowsOf(result.naturalP), places), own);
+      last = examined(request, to(result.K, digits), to(rowsOf(result.naturalP), places), own, result.J && to(rowsOf(result.J), places));
       if (last.proven) return {...last, digits};
     }
   }
   return last;
 }
 
-// With two requirements that fix the size of P, the file's P is that of the last one.
-const ownSizes = ({asked}, {sizes}) => sized(asked).length > 1 && sizes.u_max ? [["size for gamma", 1 / sizes.u_max]] : [];
+// With requirements that fix the size of P, the file's P is that of the last one.
+function ownSizes({asked}, {sizes}) {
+  const names = sized(asked), last = sizes[names.pop()];
+  return last ? names.map(name => [sizeName(name), (sizes[name] || 1) / last]) : [];
+}
 
-function examined(request, K, P, own) {
-  const blocks = blocksAt(request, K, P, own), claims = claimsOf(request);
+function examined(request, K, P, own, J) {
+  const blocks = blocksAt(request, K, P, own, J), claims = claimsOf(request);
   const failed = blocks.filter(([, G]) => !definite(G)).map(([key]) => key);
-  const unknowns = {P: decimals(P), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))};
+  const unknowns = {P: decimals(P), ...(J && {J: decimals(J)}), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))};
   const more = {K: decimals(K), unknowns, blocks: blocks.map(([key]) => key)};
   return {proven: !failed.length, failed, claims: failed.length ? [] : claims, blocks: more.blocks,
     text: fileOf("design", claims, request, more)};
@@ -46,7 +49,7 @@ function sortedKeys(x) {
 }
 
 // What a file says of the requirements: words and decimals, by field.
-function requirements({sigma, theta, rho, gamma, mu = null, u_max, x0}) {
+function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
   const list = [];
   const region = (name, more, alpha, beta) => list.push({kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
   if (sigma !== undefined) region("half-plane", {sigma: decimal(sigma)}, [[twiceAtLeast(sigma)]], [[1]]);
@@ -56,6 +59,7 @@ function requirements({sigma, theta, rho, gamma, mu = null, u_max, x0}) {
   }
   if (rho !== undefined) region("disk", {rho: decimal(rho), centre: "0"}, [[-rho, 0], [0, -rho]], [[0, 1], [0, 0]]);
   if (gamma !== undefined) list.push({kind: "gamma", name: "gamma", gamma: decimal(gamma), mu: mu === null ? null : decimal(mu)});
+  if (cost !== undefined) list.push({kind: "cost", name: "cost", Q: decimals(Q), R: decimals(R), noise, bound: decimal(cost)});
   if (u_max !== undefined) list.push({kind: "input", name: "saturation", u_max: decimal(u_max), x0: decimals(x0), acceleration: false});
   return list;
 }
@@ -70,6 +74,7 @@ function claimsOf(request) {
   if (asked.theta !== undefined) claims.push(`its poles lie in the sector of half-angle ${sector(asked.theta).degrees} degrees`);
   if (asked.rho !== undefined) claims.push(`its poles lie in the disk of radius ${decimal(asked.rho)} around 0`);
   if (asked.gamma !== undefined) claims.push(`its H-infinity norm is below ${decimal(asked.gamma)}`);
+  if (asked.cost !== undefined) claims.push(`its quadratic cost is below ${decimal(asked.cost)} times the largest noise intensity`);
   if (asked.u_max !== undefined) claims.push(`|K x(t)| <= ${decimal(asked.u_max)} from x0 (with r = 0, w = 0)`);
   return claims;
 }
@@ -80,12 +85,14 @@ const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "r
 
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:
 // those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
-function blocksAt(request, K, P, own) {
+function blocksAt(request, K, P, own, J) {
   const {asked, coupling = "pairs"} = request, pairs = coupledPairs(descriptors(request), coupling);
   const X = exactMatrix(P), frame = plainFrame(P.length, EXACT), followers = Object.keys(own).map(key => key.replace("size for ", ""));
   const {list} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
   const values = {P: X, Y: exactTimes(exactMatrix(K), X)};
   for (const [key, s] of Object.entries(own)) values[key] = exactScalar(s);
+  const size = values[sizeName("cost")];
+  if (J) values.J = size ? exactScaled(size, exactMatrix(J)) : exactMatrix(J);
   return list.map(({key, terms, constant, slopes}) => {
     let G = constant;
     for (const [name, L, R] of terms) {

@@ -9,7 +9,7 @@ const MULTIPLIER_DIGITS = 15;
 function refuted(request, frame, blocks, floats) {
   const {asked, coupling = "pairs"} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
-  const there = {left: exact(frame.left), T, back, near, scale: frame.scale, sizes: {}};
+  const there = {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
   const pairs = coupledPairs(descriptors(request), coupling);
   const {list, unknowns} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), there, followersOf(asked), EXACT);
   const whole = floats.map((z, k) => {   // the floats' sizes have units, those of a file have none
@@ -19,11 +19,26 @@ function refuted(request, frame, blocks, floats) {
   const Z = whole.map(z => exact(mapped(z, x => rounded(x, MULTIPLIER_DIGITS))));
   const mended = withoutP(list, unknowns, Z, whole);
   if (!mended) return null;
-  const {repaired, scale} = mended, P = symmetricSlope(list.slice(1), repaired.slice(1), unknowns.P.rows);
+  const {repaired, scale} = mended;
+  if (unknowns.J) withoutJ(list, repaired, unknowns.J.rows);
+  const P = symmetricSlope(list.slice(1), repaired.slice(1), unknowns.P.rows);
   repaired[0] = EXACT.scaled(-1, P);   // the first block is P itself
   const value = list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
   if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scale))) return null;
   return {list, Z: repaired, scale, frame};
+}
+
+// J is a corner of each block of (2.35), and minus its trace is that of (2.34): the
+// multiplier's corner cancels it.
+function withoutJ(list, Z, channels) {
+  const at = list.map(({key}, k) => key[2] === "cost" ? k : -1).filter(k => k >= 0), trace = Z[list.findIndex(({key}) => key[2] === "trace")];
+  let sum = exactScaled(trace, EXACT.identity(channels, -1));
+  for (const k of at) {
+    const {rows: q, places} = Z[k], corner = {...exactZeros(channels, channels), places};
+    for (let i = 0; i < channels; i++) for (let j = 0; j < channels; j++) corner.at[i * channels + j] = Z[k].at[i * q + j];
+    sum = exactSum(sum, corner);
+  }
+  EXACT.place(Z[at[0]], 0, 0, sum, -1);
 }
 
 // sum over the blocks of <G_a, Z> by the entries of a symmetric unknown P.
@@ -37,10 +52,10 @@ function symmetricSlope(list, Z, N) {
   return sum;
 }
 
-// Multipliers {repaired, scale}, multiplied by scale > 0, that cancel all variables but P:
+// Multipliers {repaired, scale}, multiplied by scale > 0, that cancel all variables but P and J:
 // as few entries are changed as there are variables, those with the most room.
 function withoutP(list, unknowns, Z, floats) {
-  const {rows: m, cols: N} = unknowns.Y, sizes = Object.keys(unknowns).filter(name => name !== "P" && name !== "Y");
+  const {rows: m, cols: N} = unknowns.Y, sizes = Object.keys(unknowns).filter(name => !["P", "Y", "J"].includes(name));
   let residual = exactZeros(m, N);
   const values = sizes.map(() => exactScalar(0));
   list.forEach(({terms, slopes}, k) => {
@@ -160,14 +175,12 @@ function refusalFile(request, {list, Z, scale, frame}) {
   const tied = names.length > 1 && !followersOf(asked).length ? ` for mu = ${decimal(asked.mu)}` : "";
   const claims = [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
   const multipliers = list.map(({key, multiplied}, k) => {
-    const q = Z[k].rows, D = identity(q);
-    for (const [from, to, by] of multiplied || []) for (let i = from; i < to; i++) D.at[i * q + i] = by;
-    const exact = exactMatrix(rowsOf(D)), X = exactTimes(exactTimes(exact, Z[k]), exact);
+    const q = Z[k].rows, X = multiplied ? exactTimes(exactTimes(multiplied, Z[k]), multiplied) : Z[k];
     const below = scale * 10n ** BigInt(X.places), rows = [];
     for (let i = 0; i < q; i++) rows.push(X.at.slice(i * q, (i + 1) * q).map(x => ratio(x, below)));
     return [key, rows];
   });
-  const coordinates = {left: decimals(rowsOf(left)), T: decimals(rowsOf(T)), back: decimals(rowsOf(back)), scale: decimal(frame.scale), sizes: {}, roots: {}};
+  const coordinates = {left: decimals(rowsOf(left)), T: decimals(rowsOf(T)), back: decimals(rowsOf(back)), scale: decimal(frame.scale), sizes: {}, roots: asked.cost === undefined ? {} : {J: decimal(frame.root)}};
   return {proven: true, claims, blocks: list.map(({key}) => key), text: fileOf("infeasible design", claims, request, {K: null, coordinates, multipliers})};
 }
 

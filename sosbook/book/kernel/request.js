@@ -1,7 +1,8 @@
 // A plant and what is asked of it as LMI blocks: the theorems of the thesis, laid out
 // in products L X R. A column of blocks is one product.
 //
-// asked: {sigma, theta, rho, gamma, mu, u_max, x0, minimize}; what is missing isn't asked.
+// asked: {sigma, theta, rho, gamma, mu, cost, Q, R, noise, u_max, x0, minimize}; what is
+// missing isn't asked.
 
 // (2.18), (2.19), (2.20): regions alpha + beta s + beta' s* < 0, rounded inwards
 // as the package's proofs want them.
@@ -16,11 +17,14 @@ function regions({sigma, theta, rho}) {
   return list;
 }
 
+// The unknown scalars: sizes, and the level that is sought.
+const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
+
 // The blocks of a request in a frame, affine in P, Y, the sizes s and the level.
 function assembled(plain, asked, coupling, frame) {
   const {unknowns, list} = laidOut(plain, coupledPairs(plain, coupling), asked, regions(asked), frame);
   const blocks = new Blocks(unknowns);
-  for (const {name, constant, terms, slopes} of list) blocks.add(name, constant, terms, slopes);
+  for (const {name, constant, terms, slopes, multiplied} of list) blocks.add(name, constant, terms, slopes, multiplied);
   return blocks;
 }
 
@@ -30,18 +34,19 @@ function followersOf(asked) {
   return tied ? [] : names.slice(1);
 }
 
-const KINDS = {gamma: ["gamma", "gamma"], u_max: ["input", "saturation"]};   // in the words of a proof file
+const KINDS = {gamma: ["gamma", "gamma"], cost: ["cost", "cost"], u_max: ["input", "saturation"]};   // in the words of a proof file
 const sizeName = name => `size for ${name}`;
 
 // {unknowns, list}: each block has its name, its key in a proof file, its products
-// [unknown, L, R], its constant, the slopes of scalars, and by what its rows are
-// `multiplied` to have neither 1 / mu nor 1 / scale among its numbers. In the ring
-// EXACT nothing is rounded.
+// [unknown, L, R], its constant, the slopes of scalars, and the symmetric matrix by which
+// it is `multiplied` from both sides, so that its numbers are decimals where the
+// theorem's have 1 / mu, 1 / scale or inv(R). In the ring EXACT nothing is rounded.
 function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(asked), ring = FLOATS) {
   const {zeros, identity, scaled} = ring, vertices = plain.map(d => changed(d, frame, ring));
-  const N = vertices[0].E.rows, m = vertices[0].Bu.cols, list = [];
+  const N = vertices[0].E.rows, m = vertices[0].Bu.cols, list = [], channels = asked.noise === "F" ? vertices[0].Bw.cols : N;
   const unknowns = {P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}};
   for (const name of followers) unknowns[sizeName(name)] = {rows: 1, cols: 1};
+  if (asked.cost !== undefined) unknowns.J = {rows: channels, cols: channels, symmetric: true};
   if (asked.minimize) unknowns.level = {rows: 1, cols: 1};
   list.push({name: "P", key: ["", "", "P"], terms: [["P", identity(N, 0.5), identity(N)]], constant: zeros(N, N), slopes: []});
   for (const name of followers) {
@@ -53,10 +58,20 @@ function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(aske
     if (s && constant.at.some(x => x)) slopes.unshift([s, scaled((frame.sizes[owner] || 1) ** -2, constant)]);
     list.push({name, key, terms, constant: s ? zeros(constant.rows, constant.rows) : constant, slopes, multiplied});
   };
-  const all = asked.sigma === undefined && asked.gamma === undefined ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
+  if (asked.cost !== undefined) {
+    add("trace", [...KINDS.cost, "trace"], "cost", traceBound(asked, channels, frame, ring));
+    const near = frame.near || identity(N);
+    if (asked.noise !== "F") add("cost", [...KINDS.cost, "cost"], "cost", noiseShare([[near, near, 0.5]], frame.back, frame, ring));
+  }
+  const all = [asked.sigma, asked.gamma, asked.cost].every(x => x === undefined) ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
   for (const [i, j] of pairs) {
     const place = plain.length > 1 ? ` ${i + 1}${i === j ? "" : `,${j + 1}`}` : "", where = i === j ? [i] : [i, j];
     const a = vertices[i], b = vertices[j], ends = i === j ? [[a, a, 1]] : [[a, b, 0.5], [b, a, 0.5]];
+    if (asked.cost !== undefined) {
+      add("lqr" + place, [...KINDS.cost, "lqr", ...where], "cost", costDecay(ends, asked, frame, ring));
+      const inner = ends.map(([v, w, share]) => [v.E, w.E, share / 2]), noise = ring.combined(0.5, a.Bw, 0.5, b.Bw);
+      if (asked.noise === "F") add("cost" + place, [...KINDS.cost, "cost", ...where], "cost", noiseShare(inner, noise, frame, ring));
+    }
     for (const part of all) {
       const key = part.name === "stability" ? Array(3).fill("stability") : ["region", part.name, ""];
       add(part.name + place, [...key, ...where], part.name, polePart(part, ends, N, ring));
@@ -74,6 +89,10 @@ function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(aske
 // X among zero rows, and among zero columns.
 const below = ({zeros, place}, rows, top, X, ...factors) => place(zeros(rows, X.cols), top, 0, X, ...factors);
 const beside = ({zeros, place}, cols, left, X) => place(zeros(X.rows, cols), 0, left, X);
+
+// The identity of q rows, but for X on its diagonal.
+const stretched = ({zeros, identity, place}, q, from, X) =>
+  place(place(place(zeros(q, q), 0, 0, identity(from)), from, from, X), from + X.rows, from + X.rows, identity(q - from - X.rows));
 
 // Theorem 2.2, (A.9): minus the matrix of alpha_kl EPE' + beta_kl Theta + beta_lk Theta',
 // with Theta = (A_i P + B_i Y) E_j' and its mirror image for a pair of vertices.
@@ -109,7 +128,7 @@ function boundedReal(ends, {gamma, mu, minimize}, ring) {
   place(constant, N + n, N + n, identity(p), size);
   if (level) place(level, N, N, identity(n), size);
   else place(constant, N, N, identity(n), gamma, gamma, size);
-  return {terms, constant, level, multiplied: [[N, N + n, size]]};
+  return {terms, constant, level, multiplied: stretched(ring, q, N, identity(n, size))};
 }
 
 // Lemma 2.2, (2.21): x(0) lies in the ellipsoid of P, and |K x| <= u_max on it.
@@ -120,20 +139,58 @@ function inputBound({u_max, x0, minimize}, {back, near, scale}, N, m, ring) {
   const inside = [["P", below(ring, N + 1, 1, turn, 0.5), beside(ring, N + 1, 1, transposed(turn))]];
   const terms = [["P", below(ring, N + m, 0, identity(N, 0.5)), beside(ring, N + m, 0, identity(N))],
     ["Y", below(ring, N + m, N, identity(m), scale), beside(ring, N + m, 0, identity(N))]];
-  const bound = {terms, constant: zeros(N + m, N + m), multiplied: [[N, N + m, scale]]};
+  const bound = {terms, constant: zeros(N + m, N + m), multiplied: stretched(ring, N + m, N, identity(m, scale))};
   if (minimize === "u_max") bound.level = place(zeros(N + m, N + m), N, N, identity(m), scale, scale);
   else place(bound.constant, N, N, identity(m), u_max, u_max);
   return [{terms: inside, constant: corner}, bound];
+}
+
+// Theorem 2.4, (2.34): the bound less the trace of J, which is measured in the square of
+// the frame's unit of noise.
+function traceBound({cost, minimize}, channels, {root}, ring) {
+  const {zeros, identity, place} = ring, one = identity(1), terms = [];
+  for (let k = 0; k < channels; k++) {
+    terms.push(["J", place(zeros(1, channels), 0, k, one, -0.5, root, root), place(zeros(channels, 1), k, 0, one)]);
+  }
+  const free = minimize === "cost", multiplied = identity(1, root);
+  return {terms, constant: free ? zeros(1, 1) : identity(1, cost), level: free && place(zeros(1, 1), 0, 0, one, root, root), multiplied};
+}
+
+// (2.35): [[J, noise'], [noise, E P E']]; inner: [L, R, share] for the products L P R' of E P E'.
+function noiseShare(inner, noise, {root}, ring) {
+  const {zeros, identity, place, transposed} = ring, N = noise.rows, p = noise.cols, q = p + N;
+  const terms = [["J", below(ring, q, 0, identity(p, 0.5), root, root), beside(ring, q, 0, identity(p))],
+    ...inner.map(([L, R, share]) => ["P", below(ring, q, p, L, share), beside(ring, q, p, transposed(R))])];
+  const constant = place(place(zeros(q, q), p, 0, noise), 0, p, transposed(noise));
+  return {terms, constant, multiplied: stretched(ring, q, 0, identity(p, root))};
+}
+
+// (2.36): minus [[he Theta, E P L, E Y'], [., -W, 0], [., 0, -inv(R)]] with Q = L inv(W) L'.
+function costDecay(ends, asked, {T, scale}, ring) {
+  const {zeros, identity, matrix, place, scaled, combined, times, transposed} = ring, {L, W, d} = weightFactors(asked.Q);
+  const [a, b] = ends[0], N = a.E.rows, k = W.rows, R = matrix(asked.R), q = N + k + R.rows, terms = [];
+  for (const [v, w, share] of ends) {
+    const right = beside(ring, q, 0, transposed(w.E));
+    terms.push(["P", below(ring, q, 0, v.A, -share), right], ["Y", below(ring, q, 0, v.Bu, -share), right]);
+  }
+  const mean = combined(-0.5, a.E, -0.5, b.E);
+  if (k) terms.push(["P", below(ring, q, 0, mean), beside(ring, q, N, times(transposed(T), ring.known(L)))]);
+  terms.push(["Y", below(ring, q, N + k, R, scale), beside(ring, q, 0, transposed(mean))]);
+  const constant = place(place(zeros(q, q), N, N, ring.known(W)), N + k, N + k, R);
+  const rows = place(place(zeros(q - N, q - N), 0, 0, ring.known(d)), k, k, scaled(scale, R));
+  return {terms, constant, multiplied: stretched(ring, q, N, rows)};
 }
 
 // Blocks that bound P, Y and the sizes where the set has no bound: [[r I - P, Y'], [Y, r I]].
 function joined(blocks, r) {
   const more = new Blocks(Object.fromEntries(blocks.unknowns.map(u => [u.name, u])));
   more.list = [...blocks.list];
-  const [P, Y] = blocks.unknowns, N = P.rows, m = Y.rows, q = N + m;
-  more.add("scale", identity(q, r), [["P", below(FLOATS, q, 0, identity(N, -0.5)), beside(FLOATS, q, 0, identity(N))],
-    ["Y", below(FLOATS, q, N, identity(m)), beside(FLOATS, q, 0, identity(N))]]);
-  for (const {name} of blocks.unknowns.slice(2)) {
+  const [P, Y, ...others] = blocks.unknowns, N = P.rows, m = Y.rows, q = N + m;
+  const below_r = ({name, rows: n}, q) => [name, below(FLOATS, q, 0, identity(n, -0.5)), beside(FLOATS, q, 0, identity(n))];
+  const own = others.filter(u => u.symmetric), input = ["Y", below(FLOATS, q, N, identity(m)), beside(FLOATS, q, 0, identity(N))];
+  more.add("scale", identity(q, r), own.length ? [input] : [below_r(P, q), input]);
+  for (const X of own.length ? [P, ...own] : []) more.add("scale", identity(X.rows, r), [below_r(X, X.rows)]);
+  for (const {name} of scalarsOf(blocks)) {
     more.add("scale", identity(2, r), [], [[name, matrix([[0, 1], [1, 0]])]]);
   }
   return more;

@@ -62,13 +62,21 @@ function peakInput(A, K, x0, spectrum) {
   return most;
 }
 
-// {norm, peak} of the worst vertex under a design's gain.
+// The mean of x'Qx + u'Ru under white noise, (2.30) and (2.31).
+function quadraticCost(d, A, gain, {Q, R, noise}) {
+  const effort = times(transposed(gain), times(matrix(R), gain)), X = lyapunov(A, combined(1, matrix(Q), 1, effort));
+  const push = noise === "F" ? solve(d.E, d.Bw) : identity(A.rows);
+  return inner(push, times(X, push));
+}
+
+// {norm, peak, cost} of the worst vertex under a design's gain.
 function truth(request, {K, poles}) {
-  let worst = null, peak = null;
+  let worst = null, peak = null, cost = null;
   descriptors(request).forEach((d, k) => {
     const gain = matrix(K), A = solve(d.E, combined(1, d.A, 1, times(d.Bu, gain)));
     if (d.Bw.cols) worst = Math.max(worst, hinfNorm(A, solve(d.E, d.Bw), d.C));
     if (request.asked.x0) peak = Math.max(peak, peakInput(A, gain, request.asked.x0, poles[k]));
+    if (request.asked.Q) cost = Math.max(cost, quadraticCost(d, A, gain, request.asked));
   });
-  return {norm: worst, peak};
+  return {norm: worst, peak, cost};
 }

@@ -264,7 +264,7 @@
     }
 
     readout(design) {
-      const {status, asked, K, poles, norm, peak} = design, verdict = this.verdict(design);
+      const {status, asked, K, poles, norm, peak, cost = null} = design, verdict = this.verdict(design);
       if (status === "undecided") return verdict + `<p>Neither a design nor a proof that there is none was found.</p>`;
       if (status === "infeasible") {
         const empty = asked.rho <= asked.sigma;
@@ -273,6 +273,7 @@
       const [block, margin] = design.margin, truth = [];
       if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
       if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
+      if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
       return verdict + gains(K, this.data.shape, 5) +
         `<p>Poles: ${poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(...p)}</span>`).join(", ")}.</p>` +
         `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;

@@ -19,14 +19,15 @@
 
   // ------------------------------------------------------------ Python's words
   const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : String(x);
-  function python({vertices, U, K_A, coupling}, bounds, x0, mu) {
+  function python({vertices, U, K_A, coupling}, bounds, {x0, mu, cost}) {
     const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
       Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
     const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
     const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]].filter(([key]) => bounds[key] !== undefined)
       .map(([key, name]) => `${name}=${bounds[key]}`).join(", ");
     const words = [["U", U.length && list(U)], ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
-      ["gamma", bounds.gamma], ["mu", mu], ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
+      ["gamma", bounds.gamma], ["mu", mu],
+      ["cost", bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`], ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
       ["coupling", coupling !== "pairs" && `"${coupling}"`]].filter(([, value]) => value);
     return `import sosbook as sos\n\nplant = ${plant}\ndesign = sos.design_pid(\n    plant,\n` +
       words.map(([name, value]) => `    ${name}=${value},\n`).join("") + ")\nprint(design.status)\nprint(design.K)\n";
@@ -100,7 +101,7 @@
       else if (what === "python") {
         const bounds = {...this.data.shownFixed};
         this.data.sliders.forEach(({key}, k) => { bounds[key] = this.values[k]; });
-        this.code = python(this.data.request, bounds, this.data.x0, this.data.mu);
+        this.code = python(this.data.request, bounds, this.data);
         this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(this.code)}</pre>`;
         navigator.clipboard?.writeText(this.code).then(() => this.part("more").insertAdjacentHTML("afterbegin", "<p>Copied.</p>"), () => {});
       } else if (what === "prove") this.prove();
@@ -134,7 +135,8 @@
     }
 
     request(values = this.values) {
-      const asked = this.askedAt(values), {x0, mu} = this.data;
+      const asked = this.askedAt(values), {x0, mu, cost} = this.data;
+      if (cost && asked.cost !== undefined) Object.assign(asked, cost);
       if (x0 && asked.u_max !== undefined) asked.x0 = x0;
       if (mu !== null) asked.mu = mu;
       return {...this.data.request, asked};
@@ -205,11 +207,11 @@
 
     // --------------------------------------------------------------- the design
     get design() {
-      const {status, asked, K, poles, margins, norm, peak} = this.answer;
+      const {status, asked, K, poles, margins, norm, peak, cost} = this.answer;
       if (status !== "feasible") return {status, asked};
       const upper = poles.flat().filter(([, im]) => im >= 0), least = Math.min(...Object.values(margins));
       const block = Object.keys(margins).find(name => margins[name] === least);
-      return {status, asked, K, poles: upper, margin: [block, least], norm, peak};
+      return {status, asked, K, poles: upper, margin: [block, least], norm, peak, cost};
     }
 
     update() {

@@ -5,7 +5,7 @@
   const Explorer = customElements.get("sos-explorer");
   const LARGEST = 4;   // degrees of freedom
   const FIELDS = [["M", "Mass M"], ["D", "Damping D"], ["S", "Stiffness S"], ["B", "Inputs B"], ["F", "Disturbances F"],
-    ["U", "Integrated errors U"], ["x0", "Initial state x(0)"]];
+    ["U", "Integrated errors U"], ["x0", "Initial state x(0)"], ["Q", "Weight Q of the state"], ["R", "Weight R of the input"]];
 
   // "1 2; 3 4", lines of numbers, or [[1, 2], [3, 4]] as Python writes it.
   function parse(name, text) {
@@ -20,9 +20,26 @@
 
   const written = rows => rows.map(row => row.join(" ")).join("\n");
 
+  // A weight of so many rows, symmetric; one row is a diagonal.
+  function weight(name, text, size, who) {
+    const rows = parse(name, text), X = rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
+    if (X.length !== size || X[0].length !== size) throw new Error(`${name} needs ${size} numbers (a diagonal) or ${size} rows, ${who}.`);
+    if (X.some((row, i) => row.some((x, j) => x !== X[j][i]))) throw new Error(`${name} must be symmetric.`);
+    const kernel = window.sosPlain, least = Math.min(...kernel.eigenvalues(kernel.matrix(X)).map(([re]) => re)), most = Math.max(...X.flat().map(Math.abs));
+    if (name === "R" ? least <= 0 : least < -1e-12 * most) throw new Error(`${name} must ${name === "R" ? "be positive definite" : "have no negative eigenvalue"}.`);
+    return X;
+  }
+
+  // The cost that the fields weigh; noise enters by F, or every state without one.
+  function costOf({Q, R}, {vertices: [{M, B, F}], U}) {
+    const N = 2 * M.length + U.length;
+    return {Q: weight("Q", Q, N, "for z, z', and the integrals of U z"), R: weight("R", R, B[0].length, "one for each input"), noise: F ? "F" : "states"};
+  }
+
   // The request of the typed matrices; an Error that names what doesn't fit.
   function requestOf(texts) {
-    const given = Object.fromEntries(FIELDS.map(([name]) => [name, parse(name, texts[name])]));
+    const typed = FIELDS.map(([name]) => name).filter(name => name !== "Q" && name !== "R");
+    const given = Object.fromEntries(typed.map(name => [name, parse(name, texts[name])]));
     const {M, D, S, B, F, U} = given, n = M.length;
     if (!n || n > LARGEST) throw new Error(`M must have 1 to ${LARGEST} rows. For larger plants take the package.`);
     for (const [name, X] of [["M", M], ["D", D], ["S", S], ["B", B], ["F", F]]) {
@@ -43,8 +60,8 @@
     ({key, label, symbol, unit, looser, min: plain(min), max: plain(max), value: plain(value), degrees: false, log: true, ...more});
 
   // What the explorer needs to know of a plant; `before` is what is known of its last design.
-  function dataOf({request, x0}, wanted, before) {
-    const kernel = window.sosPlain ??= window.sosKernel(), {B, F, M} = request.vertices[0];
+  function dataOf({request, x0}, wanted, before, texts) {
+    const kernel = window.sosPlain ??= window.sosKernel(), cost = wanted.cost ? costOf(texts, request) : null, {B, F, M} = request.vertices[0];
     const [d] = kernel.descriptors(request), [A, Bu] = kernel.stateSpace(d);
     if (!A || !Bu || A.at.some(x => !isFinite(x))) throw new Error("M is singular: such plants need acceleration feedback, see the package.");
     const rates = kernel.eigenvalues(A).map(s => Math.hypot(...s)).filter(x => x > 1e-6);
@@ -58,12 +75,17 @@
       const norm = before?.norm || 1;
       sliders.push(slider("gamma", "H∞ bound γ", "γ", "", 1, norm / 20, norm * 50, norm * 3));
     }
+    if (cost) {
+      const fits = before && before.K[0].length === cost.Q.length && before.K.length === cost.R.length;
+      const now = fits ? kernel.truth({...request, asked: cost}, before).cost : 0, typical = now > 0 ? now : 100;
+      sliders.push(slider("cost", "Bound of the cost", "J", "", 1, typical / 20, typical * 50, typical * 3));
+    }
     if (wanted.u_max && x0) {
       const peak = before?.peak || 10;
       sliders.push(slider("u_max", "Input bound u_max", "u_max", "", 1, peak / 20, peak * 50, peak * 3));
     }
     const far = 10 * omega, s = [...Array(2 * n).fill(0), ...request.U.map(row => -row.reduce((sum, u) => sum + u, 0))];
-    return {request, x0, mu: null, sliders, fixed: {}, shownFixed: {}, also: [], shape: [n, B[0].length, a], r,
+    return {request, x0, mu: null, cost, sliders, fixed: {}, shownFixed: {}, also: [], shape: [n, B[0].length, a], r,
       horizon: plain(40 / omega), window: [-1.06 * far, 0.2 * far, far],
       vertices: [{A: kernel.rowsOf(A), B: kernel.rowsOf(Bu), s}],
       caption: `Step response from rest to the set point (${r.join(", ")}).`};
@@ -110,7 +132,7 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
       return `<div class="sos-form">${select({id: `${this.name}-example`, key: "example", label: "Start from", names})}` +
         `<div class="sos-fields">${FIELDS.map(field).join("")}</div><div class="sos-row">` +
         `<button type="button" class="sos-button sos-design" ${QUIET}>Design for these matrices</button>` +
-        box("gamma", "bound what w does (γ)") + box("u_max", "bound the input from x(0)") + `</div>` +
+        box("gamma", "bound what w does (γ)") + box("cost", "bound the cost (Q, R)") + box("u_max", "bound the input from x(0)") + `</div>` +
         `<p class="sos-fault" role="alert"></p></div><div class="sos-inner">${this.inner()}</div>`;
     }
 
@@ -128,7 +150,8 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
     }
 
     fill({request, x0}) {
-      const [{M, D, S, B, F = []}] = request.vertices, values = {M, D, S, B, F, U: request.U, x0: x0 ? [x0] : []};
+      const [{M, D, S, B, F = []}] = request.vertices, ones = X => [Array(X).fill(1)];
+      const values = {M, D, S, B, F, U: request.U, x0: x0 ? [x0] : [], Q: ones(2 * M.length + request.U.length), R: ones(B[0].length)};
       this.view.querySelectorAll("textarea").forEach(area => { area.value = written(values[area.dataset.field]); });
     }
 
@@ -140,7 +163,7 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
       try {
         if (wanted.u_max && !parse("x0", texts.x0).length) throw new Error("The bound of the input needs x(0).");
         if (wanted.gamma && !parse("F", texts.F).length) throw new Error("The bound γ needs F: say where the disturbance enters.");
-        Object.assign(this.data, dataOf(requestOf(texts), wanted, this.found));
+        Object.assign(this.data, dataOf(requestOf(texts), wanted, this.found, texts));
       } catch (error) {
         fault.textContent = error.message;
         return;
