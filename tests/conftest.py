@@ -5,6 +5,7 @@
              file ``SOSBOOK_BUILT`` appears and holds a 0. Without them the
              book is built once in a scratch folder.
 ``browser``  a headless Chromium (playwright), one for each test module.
+``kernel``   a page of it with the solver of the rendered book.
 ``visit``    opens a page with the network cut and everything recorded::
 
     def test_slider(site, visit):
@@ -197,6 +198,17 @@ def browser():
         window = engine.chromium.launch(**chromium.options(path))
         yield window
         window.close()
+
+
+@pytest.fixture(scope="module")
+def kernel(browser):
+    """An empty page with the solver of the rendered book in it."""
+    from sosbook.book.kernel import source
+
+    page = browser.new_page()
+    page.add_script_tag(content=source())
+    yield page
+    page.close()
 
 
 @dataclass

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.book.kernel import source
 from sosbook.book.notebooks import BOOK
 from tests.test_page_elements import stored
 
@@ -21,14 +20,6 @@ EXPLORERS = {
     for chapter, text in stored()
     if text.startswith("<sos-explorer")
 }
-
-
-@pytest.fixture(scope="module")
-def page(browser):
-    page = browser.new_page()
-    page.add_script_tag(content=source())
-    yield page
-    page.close()
 
 
 def places(data, count):
@@ -76,7 +67,7 @@ def test_the_chapters_with_a_design_have_an_explorer():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("chapter", EXPLORERS)
-def test_an_explorer_s_designs_are_the_package_s(page, chapter):
+def test_an_explorer_s_designs_are_the_package_s(kernel, chapter):
     data, verdicts = EXPLORERS[chapter], []
     for shown in places(data, 4):
         asked = asked_at(data, shown)
@@ -84,7 +75,7 @@ def test_an_explorer_s_designs_are_the_package_s(page, chapter):
         extra |= {} if data["mu"] is None else {"mu": data["mu"]}
         extra |= data.get("cost") or {}
         request = data["request"] | {"asked": asked | extra}
-        mine = page.evaluate(
+        mine = kernel.evaluate(
             """request => {
           const r = (globalThis.kernel ??= sosKernel()).design(request);
           return {status: r.status, K: r.K, lid: r.lid}; }""",

@@ -33,18 +33,9 @@ SOLVE = """requests => {
   }); }"""
 
 
-@pytest.fixture(scope="module")
-def page(browser):
-    """An empty page from the disk, with the kernel in it."""
-    page = browser.new_page()
-    page.add_script_tag(content=source())
-    yield page
-    page.close()
-
-
-def solved(page, requests, exact=1):
+def solved(kernel, requests, exact=1):
     """What the kernel says; every ``exact``-th with a proof."""
-    return page.evaluate(
+    return kernel.evaluate(
         SOLVE, [[page_request(**r), k % exact == 0] for k, r in enumerate(requests)]
     )
 
@@ -60,9 +51,9 @@ def off(K, L):
     return np.abs(np.array(K) - L).max() / np.abs(L).max()
 
 
-def agree(page, asked, undecided):
+def agree(kernel, asked, undecided):
     """No verdict contradicts the package, few are undecided, gains are equal."""
-    mine = solved(page, asked, exact=5)
+    mine = solved(kernel, asked, exact=5)
     verdicts, apart, of_cones = [], [], []
     for request, r in zip(asked, mine, strict=True):
         theirs = sos.design_pid(**request)
@@ -87,16 +78,16 @@ def agree(page, asked, undecided):
 
 
 @pytest.mark.slow
-def test_200_random_requests_have_the_package_s_verdicts_gains_and_proofs(page):
-    verdicts = agree(page, list(requests(2, 200)), undecided=4)
+def test_200_random_requests_have_the_package_s_verdicts_gains_and_proofs(kernel):
+    verdicts = agree(kernel, list(requests(2, 200)), undecided=4)
     for verdict, least in {"feasible": 120, "infeasible": 15}.items():
         assert verdicts.count((verdict, verdict)) > least
 
 
 @pytest.mark.slow
-def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(page):
+def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
     asked = list(requests(2, 120, random_cost_request))
-    verdicts = agree(page, asked, undecided=2)
+    verdicts = agree(kernel, asked, undecided=2)
     for verdict in ("feasible", "infeasible"):
         assert verdicts.count((verdict, verdict)) > 40
     assert {r["cost"].noise for r in asked} == {"states", "F"}
@@ -105,8 +96,8 @@ def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(page):
 @pytest.mark.campaign
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("kind", [random_request, random_cost_request])
-def test_a_thousand_random_requests(page, kind):
-    agree(page, list(islice(requests(3, kind=kind), 200, 1200)), undecided=20)
+def test_a_thousand_random_requests(kernel, kind):
+    agree(kernel, list(islice(requests(3, kind=kind), 200, 1200)), undecided=20)
 
 
 EXAMPLES = {
@@ -118,11 +109,11 @@ EXAMPLES = {
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_thesis_s_examples_with_both_readings_of_mu(page, name):
+def test_the_thesis_s_examples_with_both_readings_of_mu(kernel, name):
     example = EXAMPLES[name]()
     asked = [{"plant": example.plant} | example.requirements]
     asked.append(asked[0] | {"mu": None})
-    for request, r in zip(asked, solved(page, asked), strict=True):
+    for request, r in zip(asked, solved(kernel, asked), strict=True):
         request = {k: v for k, v in request.items() if v is not None}
         design = sos.design_pid(**request)
         assert r["status"] == design.status == "feasible"
@@ -140,7 +131,7 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(page, name):
 
 
 @pytest.mark.parametrize("noise", [None, "states", "F"])
-def test_every_block_is_the_theorem_s(page, noise):
+def test_every_block_is_the_theorem_s(kernel, noise):
     """The products L X R against the blocks that the theorems write.
 
     The page multiplies some from both sides, and says by what.
@@ -167,7 +158,7 @@ def test_every_block_is_the_theorem_s(page, noise):
             q = N if noise == "states" else 2
             J, sizes["cost"] = rng.standard_normal((q, q)), 0.6
             J = J + J.T
-        blocks = page.evaluate(
+        blocks = kernel.evaluate(
             """([request, P, Y, J, sizes]) => {
           const k = globalThis.kernel ??= sosKernel();
           const plain = k.descriptors(request), frame = k.plainFrame(P.length);
@@ -199,7 +190,7 @@ def test_every_block_is_the_theorem_s(page, noise):
             assert np.allclose(mine, theirs, rtol=1e-11, atol=1e-11), name
 
 
-def test_the_least_bound_is_the_package_s(page):
+def test_the_least_bound_is_the_package_s(kernel):
     example = sos.thesis.example_1()
     asked = dict(plant=example.plant, U=example.U, region=example.region)
     x0 = example.saturation.x0
@@ -211,7 +202,7 @@ def test_the_least_bound_is_the_package_s(page):
     }.items():
         request = page_request(**asked, **more) | {}
         request["asked"]["minimize"] = name
-        r = page.evaluate(SOLVE, [[request, False]])[0]
+        r = kernel.evaluate(SOLVE, [[request, False]])[0]
         design = sos.design_pid(**asked, **more, minimize=name)
         assert r["status"] == "feasible"
         bound = design.request.owner(name).bound
@@ -219,10 +210,10 @@ def test_the_least_bound_is_the_package_s(page):
         assert 1.009 < r["bound"] / r["least"] < 1.021
 
 
-def test_a_warm_start_changes_nothing_but_the_time(page):
+def test_a_warm_start_changes_nothing_but_the_time(kernel):
     example = sos.thesis.example_1()
     request = page_request(example.plant, **example.requirements)
-    steps, apart = page.evaluate(
+    steps, apart = kernel.evaluate(
         """request => {
       const {design} = globalThis.kernel ??= sosKernel();
       let before = null, steps = [0, 0], apart = 0;
@@ -271,12 +262,12 @@ def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
 # ----------------------------------------------------------------- the parts
 
 
-def test_eigenvalues_are_numpy_s(page):
+def test_eigenvalues_are_numpy_s(kernel):
     rng = np.random.default_rng(8)
     matrices = [rng.standard_normal((n, n)) * 10.0 ** rng.uniform(-3, 3, (n, 1))
                 for n in (1, 2, 3, 5, 8, 12) for _ in range(6)]  # fmt: skip
     matrices += [np.diag([1.0, 1, 1]), np.eye(4, k=1), np.zeros((3, 3))]
-    found = page.evaluate(
+    found = kernel.evaluate(
         "list => { const k = globalThis.kernel ??= sosKernel();"
         "return list.map(X => k.eigenvalues(k.matrix(X))); }",
         [X.tolist() for X in matrices],
@@ -290,23 +281,23 @@ def test_eigenvalues_are_numpy_s(page):
         assert abs(mine.sum() - np.trace(X)) < 1e-10 * size
 
 
-def test_numbers_are_written_as_python_writes_them(page):
+def test_numbers_are_written_as_python_writes_them(kernel):
     rng = np.random.default_rng(9)
     numbers = [0.0, -0.0, 1.0, 150.0, 0.1, 1e-4, 1e-5, 1e15, 1e16, 1e22, 5e-324, -2.5]
     numbers += list(rng.standard_normal(300) * 10.0 ** rng.integers(-20, 20, 300))
-    texts = page.evaluate(
+    texts = kernel.evaluate(
         "list => list.map((globalThis.kernel ??= sosKernel()).decimal)",
         [float(x) for x in numbers],
     )
     assert texts == [decimal(float(x)) for x in numbers]
 
 
-def test_regions_are_rounded_as_the_package_rounds_them(page):
+def test_regions_are_rounded_as_the_package_rounds_them(kernel):
     thetas = np.append(
         np.radians(np.arange(0.5, 90.5, 0.5)), np.arange(0.01, 1.57, 0.01)
     )
     sigmas = round_digits(np.random.default_rng(1).uniform(0.01, 9, 400), 3)
-    mine, bounds = page.evaluate(
+    mine, bounds = kernel.evaluate(
         "([t, s]) => { const k = globalThis.kernel ??= sosKernel();"
         "return [t.map(k.sector), s.map(k.twiceAtLeast)]; }",
         [thetas.tolist(), sigmas.tolist()],
@@ -318,20 +309,20 @@ def test_regions_are_rounded_as_the_package_rounds_them(page):
         assert LMIRegion.half_plane(sigma).alpha[0, 0] == bound
 
 
-def test_the_checksum_is_python_s(page):
+def test_the_checksum_is_python_s(kernel):
     for text in ("", "abc", "x" * 55, "x" * 56, "x" * 64, json.dumps(list(range(99)))):
         data = {"text": text}
         plain = json.dumps(data, sort_keys=True, separators=(",", ":"))
-        mine = page.evaluate(
+        mine = kernel.evaluate(
             "t => (globalThis.kernel ??= sosKernel()).sha256(t)", plain
         )
         assert mine == checksum(data)
 
 
-def test_a_proof_of_the_page_passes_both_checkers(page, tmp_path, capsys):
+def test_a_proof_of_the_page_passes_both_checkers(kernel, tmp_path, capsys):
     example = sos.thesis.example_2()
     asked = {"plant": example.plant} | example.requirements
-    text = solved(page, [asked])[0]["proof"]
+    text = solved(kernel, [asked])[0]["proof"]
     path = tmp_path / "proof.json"
     path.write_text(text, "utf8")
     assert main(["verify", str(path)]) == 0
@@ -342,13 +333,13 @@ def test_a_proof_of_the_page_passes_both_checkers(page, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("noise", ["states", "F"])
-def test_a_cost_s_proof_and_refusal_pass_both_checkers(page, noise):
+def test_a_cost_s_proof_and_refusal_pass_both_checkers(kernel, noise):
     example = sos.thesis.example_1()
     Q, R = np.diag([1, 2, 0.5, 0, 1, 3]), [[2, 0.3], [0.3, 1]]
     asked = {"plant": example.plant, "U": example.U, "gamma": 1.257}
     bounds = {"states": (300, 30), "F": (30, 0.3)}[noise]
     costs = [sos.QuadraticCost(Q, R, noise, bound) for bound in bounds]
-    good, bad = solved(page, [asked | {"cost": cost} for cost in costs])
+    good, bad = solved(kernel, [asked | {"cost": cost} for cost in costs])
     assert Certificate(good["proof"]).proven
     assert DesignInfeasibility(bad["refusal"]).proven
     for text, bound in ((good["proof"], bounds[0]), (bad["refusal"], bounds[1])):
@@ -369,7 +360,9 @@ TOO_MUCH = {
 @pytest.mark.slow
 @pytest.mark.parametrize("tied", [True, False])
 @pytest.mark.parametrize("name", TOO_MUCH)
-def test_a_refusal_of_the_page_passes_both_checkers(page, name, tied, tmp_path, capsys):
+def test_a_refusal_of_the_page_passes_both_checkers(
+    kernel, name, tied, tmp_path, capsys
+):
     example = EXAMPLES[name]()
     region = example.requirements["region"]
     region = sos.PoleRegion(**TOO_MUCH[name], theta=region.theta, rho=region.rho)
@@ -378,7 +371,7 @@ def test_a_refusal_of_the_page_passes_both_checkers(page, name, tied, tmp_path, 
         assert not asked.get("mu")
     elif not tied:
         asked.pop("mu", None)
-    (r,) = solved(page, [asked])
+    (r,) = solved(kernel, [asked])
     assert r["status"] == "infeasible"
     refusal = DesignInfeasibility(r["refusal"])
     assert refusal.proven and refusal.value <= 0
@@ -390,11 +383,11 @@ def test_a_refusal_of_the_page_passes_both_checkers(page, name, tied, tmp_path, 
         assert check.check(r["refusal"]) == list(refusal.claims)
 
 
-def test_a_refusal_of_another_plant_is_none(page):
+def test_a_refusal_of_another_plant_is_none(kernel):
     example = sos.thesis.example_4()
     region = sos.PoleRegion(10.5, np.pi / 3, 15)
     asked = {"plant": example.plant, "U": example.U, "region": region}
-    data = json.loads(solved(page, [asked])[0]["refusal"])
+    data = json.loads(solved(kernel, [asked])[0]["refusal"])
     del data["checksum"]
     for vertex in data["plant"]["vertices"]:
         vertex["B"][0][0] = "1.5"
@@ -404,10 +397,10 @@ def test_a_refusal_of_another_plant_is_none(page):
         check.check(json.dumps(data))
 
 
-def test_multipliers_that_are_not_exact_refuse_nothing(page):
+def test_multipliers_that_are_not_exact_refuse_nothing(kernel):
     """Floats are sure, and the word is undecided where no exact ones are found."""
     request = page_request(**random_request(230))
-    hasty, careful = page.evaluate(
+    hasty, careful = kernel.evaluate(
         """request => {
       const {design} = globalThis.kernel ??= sosKernel();
       return [design(request, null, true), design(request)].map(
