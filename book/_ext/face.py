@@ -94,6 +94,12 @@ def describe(app, pagename, templatename, context, doctree):
     context["metatags"] = context.get("metatags", "") + "\n" + "\n".join(lines)
 
 
+def number(app, pagename, templatename, context, doctree):
+    """The title that a page has on paper is numbered as on the screen."""
+    if "pagetitle" in context:
+        context["pagetitle"] = context["title"]
+
+
 def _text(title):
     """A title without the tags that it has in a page."""
     return (
@@ -127,5 +133,6 @@ def setup(app):
     """Tell Sphinx."""
     app.connect("config-inited", configure, priority=100)
     app.connect("html-page-context", describe)
+    app.connect("html-page-context", number, priority=900)  # after the theme
     app.connect("build-finished", finish)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
