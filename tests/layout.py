@@ -16,12 +16,14 @@ CUT_FORMULAS = """
 }).map((box) => box.querySelector("mjx-assistive-mml").textContent.slice(0, 80))
 """
 
-#: Displayed formulas that are wider than their box.
-WIDE_FORMULAS = """
-() => [...document.querySelectorAll("mjx-container[display=true]")]
-  .filter((box) => box.scrollWidth > box.clientWidth + 1)
-  .map((box) => [box.scrollWidth - box.clientWidth, box.parentElement.id ||
-    box.querySelector("mjx-assistive-mml").textContent.slice(0, 80)])
+#: Boxes of a desk's page that are wider than their place: formulas, tables,
+#: code, figures. Each of them fades at an edge and has a bar to scroll it.
+WIDE_BOXES = """
+() => [...document.querySelectorAll(".bd-article *")]
+  .filter((box) => box.scrollWidth > box.clientWidth + 1 && box.clientWidth > 1)
+  .filter((box) => box.checkVisibility())
+  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
+  .map((box) => [box.scrollWidth - box.clientWidth, box.outerHTML.slice(0, 120)])
 """
 
 #: Boxes that scroll sideways and either can't be reached by the keyboard or

@@ -128,7 +128,7 @@ def faults(tab, *names):
 @each_page
 def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     """A page takes seconds to typeset: one visit for all of these."""
-    tab = visit(site / f"{page}.html")
+    tab = visit(site / f"{page}.html", width=1265)  # 1280 with a bar to scroll
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith("file:")] == []
     assert tab.page.evaluate(UNNAMED) == []
@@ -140,8 +140,7 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
         tab.page.locator("mjx-assistive-mml").count()
     )
     assert (
-        faults(tab, "WIDE_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS")
-        == {}
+        faults(tab, "WIDE_BOXES", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS") == {}
     )
     assert_readable(tab, LIGHT)
     tab.page.emulate_media(color_scheme="dark")

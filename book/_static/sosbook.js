@@ -11,6 +11,7 @@
     const more = [];
     if (scrolls && box.scrollLeft > 1) more.push("left");
     if (scrolls && box.scrollLeft < hidden - 1) more.push("right");
+    box.style.setProperty("--sos-hidden", `${hidden}px`);
     if (more.length) box.dataset.more = more.join(" ");
     else delete box.dataset.more;
     if (scrolls && box.tabIndex < 0) {
