@@ -6,8 +6,9 @@ import subprocess
 import pytest
 from sosbook.mip import Firmware
 from sosbook.mip.drive import Drive
-from sosbook.mip.export import rc_balance
+from sosbook.mip.export import c_steering, rc_balance
 from sosbook.mip.recording import recorders
+from sosbook.mip.steering import Steering
 
 from tests.test_mip_export import HEADER, LAWS, STRICT, write
 from tests.test_mip_robot import THESIS
@@ -21,8 +22,14 @@ def folder(tmp_path):
     firmware = Firmware(LAWS["PID"], blend=0.02, frozen=12, deaf=25)
     write(tmp_path, firmware)
     write(tmp_path, firmware, "single", "single")
-    main = rc_balance(firmware, robot=THESIS, drive=Drive(3.0, 5.0))
-    (tmp_path / "rc_balance.c").write_text(main, "utf-8")
+    drive = Drive(3.0, 5.0, 2.0, 8.0)
+    steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+    for name, more in (("rc_balance", None), ("rc_steers", steering)):
+        main = rc_balance(firmware, robot=THESIS, drive=drive, steering=more)
+        (tmp_path / f"{name}.c").write_text(main, "utf-8")
+    for name, precision in (("balance", "double"), ("single", "single")):
+        for file, text in c_steering(steering, name, precision).items():
+            (tmp_path / file).write_text(text, "utf-8")
     recorder = recorders(THESIS)["rc_identify.c"]
     (tmp_path / "rc_identify.c").write_text(recorder, "utf-8")
     (tmp_path / "robotcontrol.h").write_text(HEADER, "utf-8")

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
 from sosbook.mip.compiled import FLAGS
-from sosbook.mip.export import c_header, c_source, pyctrl_script, rc_balance
+from sosbook.mip.export import c_header, c_source, c_steering, pyctrl_script, rc_balance
 from sosbook.mip.rig import COUNTS_PER_TURN
 
 import sosbook
@@ -392,11 +392,23 @@ int rc_enable_signal_handler(void);
 void rc_usleep(unsigned int us);
 uint64_t rc_nanos_since_boot(void);
 int rc_mpu_is_gyro_calibrated(void);
+int rc_dsm_init(void);
+int rc_dsm_cleanup(void);
+int rc_dsm_is_new_data(void);
+double rc_dsm_ch_normalized(int ch);
+"""
+#: For systems that have none: there is always something to read, or the end.
+POLL = """\
+#define POLLIN 1
+struct pollfd { int fd; short events, revents; };
+static inline int poll(struct pollfd *f, unsigned long n, int t)
+{ f->revents = POLLIN; return n == 1 && t == 0; }
 """
 
 # Time passes in rc_usleep alone. Each line of input is a tick: a word
 # (t tick, p tick after PAUSE, s a silent IMU), pitch, gyro, encoders at
-# channels 3 and 2, battery. Each tick's duties go out.
+# channels 3 and 2, battery. Each tick's duties go out. The word d is no
+# tick: the radio's channels 3 and 2.
 STUB = """\
 #include <stdio.h>
 #include "robotcontrol.h"
@@ -407,6 +419,12 @@ static int encoder[5], standby = -1, pid, off;
 static double duty[5], battery = 8.0;
 static rc_state_t state;
 static uint64_t now = 5000000000;
+static double sticks[10];
+static int fresh;
+int rc_dsm_init(void) { return 0; }
+int rc_dsm_cleanup(void) { return 0; }
+int rc_dsm_is_new_data(void) { return fresh; }
+double rc_dsm_ch_normalized(int ch) { fresh = 0; return sticks[ch]; }
 rc_mpu_config_t rc_mpu_default_config(void)
 { rc_mpu_config_t c = {0, 0, 0}; return c; }
 int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf)
@@ -456,6 +474,12 @@ void rc_usleep(unsigned int us)
         state = EXITING;
         return;
     }
+    if (word == 'd') {
+        sticks[3] = pitch;
+        sticks[2] = rate;
+        fresh = 1;
+        return;
+    }
     if (word == 's')
         return;
     now += 10000000;
@@ -473,13 +497,22 @@ void rc_usleep(unsigned int us)
 class Robot:
     """The program against stubs of the library."""
 
-    def __init__(self, compiler, folder, firmware, precision="double", drive=None):
+    def __init__(
+        self, compiler, folder, firmware, precision="double", stub=STUB, **more
+    ):
         self.folder, self.command = folder, compiler
-        source = write(folder, firmware, precision=precision)
+        sources = [write(folder, firmware, precision=precision)]
         main = folder / "rc_balance.c"
-        main.write_text(rc_balance(firmware, precision=precision, drive=drive), "utf-8")
+        main.write_text(rc_balance(firmware, precision=precision, **more), "utf-8")
+        if more.get("steering"):
+            texts = c_steering(more["steering"], precision=precision)
+            for name, text in texts.items():
+                (folder / name).write_text(text, "utf-8")
+            sources.append(folder / "balance_steer.c")
         (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
-        (folder / "stub.c").write_text(STUB, "utf-8")
+        (folder / "stub.c").write_text(stub, "utf-8")
+        if sys.platform == "win32":
+            (folder / "poll.h").write_text(POLL, "utf-8")
         run(
             *compiler,
             *FLAGS,
@@ -496,7 +529,7 @@ class Robot:
             "-std=c99",
             "-ffp-contract=off",
             folder / "stub.c",
-            source,
+            *sources,
             folder / "main.o",
             "-o",
             folder / "rc_balance",

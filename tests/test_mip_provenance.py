@@ -14,6 +14,7 @@ from sosbook.mip.recording import BAUD, GYRO_RANGES
 
 import sosbook.pendulum
 from sosbook.pendulum.spread import vertices
+from sosbook.pendulum.steering import MOST_LOST
 from tests.test_mip_robot import exact_data
 
 FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
@@ -46,6 +47,8 @@ BOARDS = {
     "beaglebone": dict(mount=0.4719, nominal=7.279, battery=(5.193, 8.917)),
     "other": {},
 }
+STEERS = dict(track=0.0717, steering=0.2319, unequal=0.0917)
+KINDS = [(board, more) for board in BOARDS for more in ({}, STEERS)]
 
 
 def values(text):
@@ -83,6 +86,10 @@ def known(found):
     letters = [v for v in vars(found.mip).values() if v is not None]
     facts = [v for x in found.facts.values() for _, v in values(x)]
     given = [v for p in TEMPLATES.iterdir() for _, v in values(p.read_text("utf-8"))]
+    if found.steering:
+        ours = found.steering.law
+        derived += [ours.per_radian, ours.volts, ours.reach, ours.unwinding]
+        derived += [*ours.K[0], MOST_LOST, drive.turn, drive.turn_acceleration]
     every = [*described, *sizes, *derived, *linear, *letters, *facts, *given]
     return np.array([abs(v) for v in flat(*every, *bench.law.D)])
 
@@ -98,12 +105,18 @@ def strangers(text, places, digits):
     return foreign
 
 
-@pytest.fixture(scope="module", params=BOARDS)
+@pytest.fixture(
+    scope="module",
+    params=KINDS,
+    ids=lambda kind: kind[0] + " that steers" * bool(kind[1]),
+)
 def strange(request, tmp_path_factory):
     """A deployment with strange numbers, and its files."""
-    robot = Robot.shipped("thesis").but(**STRANGE, **BOARDS["beaglebone"])
-    if request.param == "other":
-        robot = Robot(**STRANGE, name="strange", T=0.01, rotors=False, friction=False)
+    board, more = request.param
+    robot = Robot.shipped("thesis").but(**STRANGE, **BOARDS["beaglebone"], **more)
+    if board == "other":
+        about = dict(name="strange", T=0.01, rotors=False, friction=False)
+        robot = Robot(**STRANGE, **about, **more)
     base = recommend(sosbook.pendulum.Mip.printed(), robot=robot)
     found = replace(base, data={"identified": "by hand"})
     object.__setattr__(found, "lacking", ())

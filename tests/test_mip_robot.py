@@ -14,6 +14,8 @@ from sosbook.mip.log import Log
 from sosbook.mip.modelled import Model
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
+from sosbook.pendulum.robot import STEERING
+
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 
 
@@ -60,6 +62,18 @@ def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
         )
         == Mip.printed()
     )
+
+
+LAW, RC, PYCTRL = "balance.c", "rc_balance.c", "pyctrl_balance.py"
+STEER = "balance_steer.c"
+#: Keys of a robot that steers: another value, and whose code it changes. Balance
+#: is the same with each.
+STEERED = {
+    "track": (0.08, {RC, PYCTRL}),
+    "steering": (0.3, {STEER, RC, PYCTRL}),
+    "unequal": (0.05, set()),
+    "turning": ((1e-4, 2e-4), {STEER, RC, PYCTRL}),
+}
 
 
 @pytest.mark.parametrize("robot", [THESIS, GEARS])
@@ -115,6 +129,7 @@ def test_a_wrong_key_is_named_with_what_it_must_be(change, words, tmp_path):
             "stall",
             "deaf",
             "board",
+            *STEERED,
         )
     ],
 )
@@ -196,7 +211,6 @@ def record(robot, folder, amplitude=4.0):
 
 #: What a change of each key must and mustn't change in the code, with
 #: all comments and notes left out.
-LAW, RC, PYCTRL = "balance.c", "rc_balance.c", "pyctrl_balance.py"
 ARRIVES = {
     "M_b": {LAW, PYCTRL},
     "l": {LAW, PYCTRL},
@@ -301,7 +315,26 @@ CHANGES = {
 
 def test_the_list_of_keys_is_whole():
     keys = {x.name for x in fields(Robot)}
-    assert keys == set(ARRIVES) | SAID == set(CHANGES) | {"board"}
+    assert keys - set(STEERED) == set(ARRIVES) | SAID == set(CHANGES) | {"board"}
+    assert keys > set(STEERED) == {"track", *STEERING}
+
+
+@pytest.mark.parametrize("key", STEERED)
+def test_each_key_of_steering_arrives_where_it_belongs(key, base, tmp_path):
+    change, arrives = STEERED[key]
+    robots = [THESIS.but(**{"track": 0.07, **more}) for more in ({}, {key: change})]
+    files = [
+        written(replace(base, robot=robot), tmp_path / str(k))
+        for k, robot in enumerate(robots)
+    ]
+    before, after = ({name: code(path) for name, path in x.items()} for x in files)
+    assert set(before) == set(after)
+    whole = {LAW, STEER, RC, PYCTRL}
+    assert {name for name in whole if before[name] != after[name]} == arrives
+    said = f"{key} = " + robots[1].words.split(f"{key} = ")[1].split(",")[0]
+    for name in whole | {"balance_steer.h"}:
+        text = re.sub(r"^ \*", "", files[1][name].read_text("utf-8"), flags=re.M)
+        assert said in " ".join(text.split()), name
 
 
 #: The fits take these, the proofs the next ones: both take their time.

@@ -26,8 +26,8 @@ DRIVE = Drive(4.0, 6.0)
 
 #: The pipe of the recorder's test, with a tilt and with lines of commands.
 LATER = """now += 97;
-        if (k == 20000)
-            letters = "v 3\\n";
+        if (k >= 20000 && k < 40000 && k % 5000 == 0)
+            letters = "v 3\\n"; /* again and again, or it stops */
         if (k == 40000)
             letters = argv[1];"""
 BOARD = PIPE

@@ -1,8 +1,9 @@
 """How fast a robot may be told to roll, and how soon."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 from ..plants.checks import finite
+from .steering import inertia_bounds
 
 __all__ = ["Drive"]
 
@@ -23,6 +24,10 @@ class Drive:
         The largest speed phi' that is obeyed, in rad/s; zero stays in place.
     acceleration : float
         By which the set point of phi' moves, in rad/s^2.
+    turn : float
+        The fastest turn of the heading that is obeyed, in rad/s.
+    turn_acceleration : float
+        By which the set point of the turn rate moves, in rad/s^2.
 
     Raises
     ------
@@ -39,9 +44,11 @@ class Drive:
 
     speed: float = 0.0
     acceleration: float = 0.0
+    turn: float = 0.0
+    turn_acceleration: float = 0.0
 
     def __post_init__(self):
-        for name in ("speed", "acceleration"):
+        for name in (x.name for x in fields(self)):
             if finite(name, getattr(self, name)) < 0:
                 raise ValueError(f"{name} must be 0 or more, got {getattr(self, name)}")
 
@@ -69,6 +76,31 @@ class Drive:
         return cls(
             speed=SPEED_SHARE * limit * mip.e / mip.f,
             acceleration=RAMP_LEAN * mip.d / (mip.a + mip.b - mip.J),
+        )
+
+    def turning(self, mip, robot):
+        """The same, and how fast a robot may be told to turn.
+
+        Parameters
+        ----------
+        mip : Mip
+            The pendulum.
+        robot : Robot
+            Its track, wheels, and the share of the limit that steers.
+
+        Returns
+        -------
+        Drive
+            40 % of the turn rate that this share just holds, reached with
+            half of the torque that it has.
+        """
+        per_radian = robot.track / robot.r
+        volts = 2 * robot.steering * robot.limit  # on one side more than on the other
+        inertia = max(inertia_bounds(mip, robot))
+        return replace(
+            self,
+            turn=SPEED_SHARE * volts * mip.e / mip.f / per_radian,
+            turn_acceleration=volts * mip.e / inertia / 2 / per_radian,
         )
 
     def ramp(self, wanted, T, count, start=(0.0, 0.0)):

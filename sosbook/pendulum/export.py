@@ -10,9 +10,17 @@ from . import spelling
 from .boards import PYCTRL_COUNTS_PER_TURN, dmp_rate, pins, pyctrl_signs, wired
 from .drive import Drive
 from .firmware import FAULTS, Firmware
+from .steering_code import rc_steering, script_steering, steer_files
 from .template import comment, fill, python_comment, written_by
 
-__all__ = ["c_header", "c_source", "pyctrl_script", "rc_balance", "serial_main"]
+__all__ = [
+    "c_header",
+    "c_source",
+    "c_steering",
+    "pyctrl_script",
+    "rc_balance",
+    "serial_main",
+]
 
 C_TYPES = {"double": "double", "single": "float"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
@@ -171,7 +179,46 @@ def _command(firmware, output, real):
     )
 
 
-def rc_balance(firmware, name="balance", precision="double", robot=None, drive=None):
+def c_steering(steering, name="balance", precision="double"):
+    """The C program that holds a heading beside the one that balances.
+
+    Parameters
+    ----------
+    steering : Steering
+        The law, with the firmware beside which it runs.
+    name, precision
+        As for `c_header`.
+
+    Returns
+    -------
+    dict
+        From <name>_steer.h and <name>_steer.c to their texts.
+
+    Raises
+    ------
+    ValueError
+        As for `c_header`.
+
+    Notes
+    -----
+    It adds and takes as much voltage on either side, of what the limit leaves:
+    <name>.c, and what is proven of it, stays as it is.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import SampledLaw
+    >>> from sosbook.pendulum.steering import Steering
+    >>> firmware = Firmware(SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01))
+    >>> sorted(c_steering(Steering(firmware, [[-1, -0.1, -0.5]], 0.25, 0.08, 0.034)))
+    ['balance_steer.c', 'balance_steer.h']
+    """
+    words = _words(steering.firmware, name, precision)
+    return steer_files(steering, name, words, precision)
+
+
+def rc_balance(
+    firmware, name="balance", precision="double", robot=None, drive=None, steering=None
+):
     """A program for librobotcontrol on a BeagleBone Blue.
 
     Parameters
@@ -183,11 +230,14 @@ def rc_balance(firmware, name="balance", precision="double", robot=None, drive=N
         thesis's robot without it.
     drive : Drive, optional
         How fast it may be told to roll; without it, it stays in place.
+    steering : Steering, optional
+        What holds its heading; without it both motors get the same voltage.
 
     Returns
     -------
     str
-        The text of rc_<name>.c, which stands beside <name>.h and <name>.c.
+        The text of rc_<name>.c, which stands beside <name>.h and <name>.c, and
+        with ``steering`` beside the files of `c_steering`.
 
     Raises
     ------
@@ -224,10 +274,11 @@ def rc_balance(firmware, name="balance", precision="double", robot=None, drive=N
         high=repr(high),
         **pins(robot),
         **_limits(drive),
+        **rc_steering(steering, drive or Drive(), name, values["real"]),
     )
 
 
-def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
+def pyctrl_script(firmware, robot=None, drive=None, name="balance", steering=None):
     """A Python script for pyctrl 0.4.3, the thesis's own software.
 
     pyctrl's block for sampled systems presets no state and knows no
@@ -242,6 +293,8 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
         As for `rc_balance`.
     name : str
         The script is pyctrl_<name>.py.
+    steering : Steering, optional
+        As for `rc_balance`.
 
     Returns
     -------
@@ -295,6 +348,7 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance"):
         theirs=repr(PYCTRL_COUNTS_PER_TURN),
         **signs,
         **_limits(drive),
+        **script_steering(steering, drive or Drive()),
     )
 
 

@@ -5,6 +5,7 @@ from importlib.metadata import version
 import numpy as np
 
 from .firmware import SOFTNESS
+from .steering import inertia_bounds
 from .tuning import recoverable_tilt
 
 __all__ = ["facts"]
@@ -23,6 +24,7 @@ def facts(deployment):
         **(_optimal(deployment.design) if deployment.optimal else _gain(deployment)),
         "proof of the sampled loop": _sampled(deployment),
         **_compensation(deployment),
+        **(_steering(deployment.steering) if deployment.steering else {}),
         "sampling": f"T = {T:g} s, computed within {deployment.delay:g} s, "
         f"ticks late by at most {robot.jitter:g} s",
         "estimate": f"{deployment.blend:g} of the accelerometers' tilt per "
@@ -78,6 +80,35 @@ def _compensation(deployment):
         f"{len(deployment.loops)} sampled loops below are stable by the circle "
         f"criterion, in floats: a peak sensitivity of {peak:.3f} allows every gain "
         f"from 1 to {peak / (peak - 1):.3f}, however it varies"
+    }
+
+
+def _steering(design):
+    """What is known of the law that holds the heading."""
+    robot, law, mip = design.robot, design.law, design.robots[0]
+    low, high = inertia_bounds(mip, robot)
+    cost = design.design.request.cost
+    proven = all(x.proven for row in design.sampled.values() for x in row)
+    delays = ", ".join(f"{1000 * late:g}" for late in design.sampled)
+    return {
+        "steering": f"the right motor's volts less the left's, at most {law.volts:.6g} "
+        "V on either side and what balancing leaves. Of the wheels' difference, its "
+        f"rate and its sum, least quadratic cost (Theorem 2.4), Q = I, "
+        f"R = {cost.R[0, 0]:g}, U = 1; gain "
+        + " ".join(f"{k:.6g}" for k in law.K[0])
+        + f"; a radian of heading is {law.per_radian:.6g} rad of it",
+        "steering's plants": f"a_d delta'' + f delta' = e W, a_d from {low:.6g} to "
+        f"{high:.6g} kg m^2, e off by {100 * design.spread:g} % either way, and a_d "
+        "with it so that e/a is",
+        "steering's proof": "; ".join(
+            [*design.certificate.claims, *design.held.claims]
+            + proven * [f"sampled, stable for each of the delays {delays} ms"]
+        ),
+        "motors that differ": "the proofs above are of equal motors, with which "
+        "neither law feels the other. With one motor stronger by "
+        f"{100 * robot.unequal:g} % and the other weaker, both loops as one have the "
+        f"spectral radius {design.coupled_radius:.4f}, in floats, worst of "
+        f"{len(design.robots)} robots, two inertias and {len(design.sampled)} delays",
     }
 
 

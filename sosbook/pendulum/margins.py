@@ -12,7 +12,14 @@ from ..sampled.system import SampledSystem
 from .law import SampledLaw
 from .model import Mip
 
-__all__ = ["SENSING", "SampledLoop", "lowest_rate", "sensing"]
+__all__ = [
+    "SENSING",
+    "SampledLoop",
+    "loop_radius",
+    "lowest_rate",
+    "peak_sensitivity",
+    "sensing",
+]
 
 #: What the law is given for [theta, phi, theta', phi'].
 SENSING = ("exact", "differenced", "raw", "firmware")
@@ -177,7 +184,7 @@ class SampledLoop:
         at one are left out without a look at what they are; a law whose
         own states make a ramp would need that look.
         """
-        return float(np.abs(_moving(self.matrix)).max())
+        return loop_radius(self.loop_gain)
 
     @property
     def sensitivity(self):
@@ -186,16 +193,7 @@ class SampledLoop:
         Its inverse is the distance of Nyquist's curve from the critical
         point, the modulus margin.
         """
-        if self.radius >= 1:
-            return np.inf
-
-        def inverse(angles):
-            return np.abs(1 - self.loop_gain.at(np.exp(1j * angles))[:, 0, 0])
-
-        angles = np.linspace(0, np.pi, 2001)[1:]
-        coarse = inverse(angles)
-        fine = angles[coarse.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000
-        return float(1 / min(coarse.min(), inverse(fine).min()))
+        return peak_sensitivity(self.loop_gain)
 
     @property
     def gain_margins(self):
@@ -233,6 +231,32 @@ def _moving(F):
     """Eigenvalues of F but those at one."""
     poles = np.linalg.eigvals(F)
     return poles[np.abs(poles - 1) >= INTEGRATION_TOLERANCE]
+
+
+def loop_radius(gain):
+    """The largest |eigenvalue| of a loop's ``gain`` that is closed, but those at one.
+
+    The gain is a `SampledSystem` with as many outputs as inputs and no direct
+    way from one to the other.
+    """
+    return float(np.abs(_moving(gain.A + gain.B @ gain.C)).max())
+
+
+def peak_sensitivity(gain):
+    """The peak of |1 / (1 - L)| of a loop's ``gain`` L; infinite if unstable.
+
+    The gain is a `SampledSystem` with one input and one output.
+    """
+    if loop_radius(gain) >= 1:
+        return np.inf
+
+    def inverse(angles):
+        return np.abs(1 - gain.at(np.exp(1j * angles))[:, 0, 0])
+
+    angles = np.linspace(0, np.pi, 2001)[1:]
+    coarse = inverse(angles)
+    fine = angles[coarse.argmin()] + np.linspace(-1, 1, 201) * np.pi / 2000
+    return float(1 / min(coarse.min(), inverse(fine).min()))
 
 
 def lowest_rate(

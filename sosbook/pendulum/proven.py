@@ -2,7 +2,7 @@
 written as."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,14 @@ from ..proofs import CHECKER
 from ..sampled import certify_sampled
 from .boards import PYCTRL_WIRING
 from .drive import Drive
-from .export import c_header, c_source, pyctrl_script, rc_balance, serial_main
+from .export import (
+    c_header,
+    c_source,
+    c_steering,
+    pyctrl_script,
+    rc_balance,
+    serial_main,
+)
 from .facts import facts
 from .firmware import SOFTNESS, Firmware, share
 from .law import SampledLaw
@@ -24,6 +31,7 @@ from .recording import write_texts
 from .robot import Robot
 from .sketch import sketch
 from .spread import polytope, triangles, vertices
+from .steering import steer
 from .tuning import U, loops
 
 __all__ = ["Deployment"]
@@ -199,6 +207,21 @@ class Deployment:
             for late, row in self.loops.items()
         }
 
+    @cached_property
+    def steering(self):
+        """The `SteeringDesign` of a robot that has a track; else None."""
+        if self.robot.track is None:
+            return None
+        return steer(
+            self.mip,
+            self.robots,
+            self.robot,
+            self._firmware(self.law, self.robot.limit, (), self.robot.compensation),
+            self.loops[0.0][0].controller,
+            self.spread,
+            self.peak,
+        )
+
     @property
     def continuous_proofs(self):
         """What is proven of the gain in continuous time; nothing of an `OptimalLaw`."""
@@ -220,7 +243,7 @@ class Deployment:
                 failures.append(
                     f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(reasons))
                 )
-        return tuple(failures)
+        return (*failures, *(self.steering.lacking if self.steering else ()))
 
     @property
     def proven(self):
@@ -288,8 +311,18 @@ class Deployment:
 
     @property
     def drive(self):
-        """The `Drive`: how fast this robot may be told to roll."""
-        return Drive.of(self.mip, self.robot.limit)
+        """The `Drive`: how fast this robot may be told to roll and to turn."""
+        drive = Drive.of(self.mip, self.robot.limit)
+        return drive.turning(self.mip, self.robot) if self.steering else drive
+
+    def _check_coupling(self):
+        """A ValueError if motors that differ as described unsettle the robot."""
+        if self.steering and self.steering.coupled_radius >= 1:
+            raise ValueError(
+                f"unequal = {self.robot.unequal:g}: with motors that differ so much "
+                "balance and steering aren't stable together: match the motors, or "
+                "take a larger R"
+            )
 
     stand = renamed_attribute("stand", "bench_firmware")
 
@@ -335,6 +368,8 @@ class Deployment:
                 f"that varies from 1 to {sector:g} isn't known to be stable: take a "
                 "larger R, or leave it out"
             )
+        self._check_coupling()
+        steering = self.steering and replace(self.steering.law, firmware=self.firmware)
         texts = {
             f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n",
             f"model_{name}.json": Model.of(self).text,
@@ -346,16 +381,18 @@ class Deployment:
             texts[f"{name}{suffix}.c"] = c_source(
                 self.firmware, f"{name}{suffix}", precision
             )
+            if steering:
+                texts |= c_steering(steering, f"{name}{suffix}", precision)
         texts[f"serial_{name}.c"] = serial_main(self.firmware, name)
         texts[f"{name}_stand.h"] = c_header(self.bench_firmware, f"{name}_stand")
         texts[f"{name}_stand.c"] = c_source(self.bench_firmware, f"{name}_stand")
-        for program, firmware, drive in (
-            (name, self.firmware, self.drive),
-            (f"{name}_stand", self.bench_firmware, Drive()),
+        for program, firmware, drive, steers in (
+            (name, self.firmware, self.drive, steering),
+            (f"{name}_stand", self.bench_firmware, Drive(), None),
         ):
             if self.robot.board == "beaglebone":
                 texts[f"rc_{program}.c"] = rc_balance(
-                    firmware, program, robot=self.robot, drive=drive
+                    firmware, program, robot=self.robot, drive=drive, steering=steers
                 )
                 if all(
                     getattr(self.robot, word) == pins
@@ -363,10 +400,10 @@ class Deployment:
                     if "channels" in word
                 ):
                     texts[f"pyctrl_{program}.py"] = pyctrl_script(
-                        firmware, robot=self.robot, drive=drive, name=program
+                        firmware, self.robot, drive, program, steers
                     )
         if self.robot.board == "other":
-            texts |= sketch(self.firmware, self.robot, name, self.drive)
+            texts |= sketch(self.firmware, self.robot, name, self.drive, steering)
         texts |= self._proofs(name)
         return write_texts(folder, texts)
 
@@ -380,5 +417,11 @@ class Deployment:
                 for file, proof in zip(files, self.continuous_proofs.values())
             },
             **{f"proof_{name}_sampled_{k}.json": proof.text for k, proof in rows},
+            **{
+                f"proof_{name}_{file}.json": proof.text
+                for file, proof in (
+                    self.steering.proofs if self.steering else {}
+                ).items()
+            },
             "check_proof.py": CHECKER.read_text("utf-8"),
         }

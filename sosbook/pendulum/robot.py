@@ -24,6 +24,9 @@ BOARD_KEYS = (
     "encoder_polarities",
 )
 
+#: Keys that a robot with a track takes, and what they are without being given.
+STEERING = {"steering": 0.25, "unequal": 0.1, "turning": None}
+
 
 def key(text, unit="", default=..., low=0.0, high=float("inf")):
     """A key of the description; ``low`` itself isn't allowed."""
@@ -80,6 +83,17 @@ class Robot:
         Channels of the left and the right motor; 1 or -1.
     encoder_channels, encoder_polarities : (int, int)
         Channels of the left and the right encoder; 1 or -1.
+    track : float, optional
+        The distance between the wheels' middles, in m: with it the program
+        steers, too.
+    steering : float
+        The most that steering takes of the limit; 0.25 without it.
+    unequal : float
+        By this share one motor may be stronger, and the other weaker, than
+        their mean; 0.1 without it.
+    turning : (float, float), optional
+        Bounds of the body's inertia about the vertical, in kg m^2; without
+        them it is that of any body within the circle through both wheels.
 
     Raises
     ------
@@ -125,6 +139,10 @@ class Robot:
     motor_polarities: tuple = key("left and right, 1 or -1", "", None)
     encoder_channels: tuple = key("left and right", "", None)
     encoder_polarities: tuple = key("left and right, 1 or -1", "", None)
+    track: float = key("between the wheels' middles", "m", None, high=5.0)
+    steering: float = key("share of the limit that steers", "", None, high=0.5)
+    unequal: float = key("by which the motors may differ", "", None, None, 0.5)
+    turning: tuple = key("inertia about the vertical, bounds", "kg m^2", None)
 
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name.strip():
@@ -134,6 +152,7 @@ class Robot:
         if self.law not in LAWS:
             raise ValueError(f"law must be one of {LAWS}, got {self.law!r}")
         self._check_board()
+        self._check_steering()
         if self.blend is None:
             object.__setattr__(
                 self, "blend", round(_number(self, "T") / TILT_MEMORY, 12)
@@ -171,6 +190,18 @@ class Robot:
             raise ValueError(
                 f'{", ".join(lost)} must be given for board = "{self.board}"'
             )
+
+    def _check_steering(self):
+        """Steering's keys with a track, and none without."""
+        present = [k for k in STEERING if getattr(self, k) is not None]
+        if self.track is None and present:
+            raise ValueError(
+                f"{', '.join(present)}: without track the program doesn't steer: "
+                "give track, the distance between the wheels, or leave this out"
+            )
+        for name, value in STEERING.items() if self.track is not None else ():
+            if getattr(self, name) is None and value is not None:
+                object.__setattr__(self, name, value)
 
     @classmethod
     def of(cls, table, source="the description"):
@@ -293,6 +324,12 @@ def _pair(name, value):
             "two voltages, low and high",
             [5.0, 9.0],
             lambda v: isfinite(v) and v > 0,
+            (int, float),
+        ),
+        "turning": (
+            "two inertias, least and largest",
+            [0.0004, 0.0009],
+            lambda v: isfinite(v) and v >= 0 and value[0] <= value[1],
             (int, float),
         ),
     }[name.split("_")[-1]]

@@ -1,15 +1,16 @@
 """A sketch for Arduino and PlatformIO around the law in single precision."""
 
 from .drive import Drive
-from .export import c_header, c_source, provenance
+from .export import c_header, c_source, c_steering, provenance
 from .firmware import FAULTS
 from .recording import BAUD, board_files
+from .steering_code import sketch_steering
 from .template import comment, fill, written_by
 
 __all__ = ["sketch"]
 
 
-def sketch(firmware, robot, name="balance", drive=None):
+def sketch(firmware, robot, name="balance", drive=None, steering=None):
     """The files of a sketch that balances a robot.
 
     Parameters
@@ -22,6 +23,8 @@ def sketch(firmware, robot, name="balance", drive=None):
         The name of the law's files; the sketch is <name>_sketch.
     drive : Drive, optional
         How fast it may be told to roll; without it, it stays in place.
+    steering : Steering, optional
+        What holds its heading; without it both motors get the same voltage.
 
     Returns
     -------
@@ -53,7 +56,9 @@ def sketch(firmware, robot, name="balance", drive=None):
         rest=round(1 / T),
         reasons=", ".join(f'"{fault}"' for fault in FAULTS),
         baud=BAUD,
+        **sketch_steering(steering, drive, single),
     )
+    steers = {} if steering is None else c_steering(steering, single, "single")
     return {
         f"{folder}/{folder}.ino": code,
         f"{folder}/{single}.h": c_header(firmware, single, "single"),
@@ -61,5 +66,6 @@ def sketch(firmware, robot, name="balance", drive=None):
         f"{folder}/platformio.ini": fill(
             "platformio.ini", {"note": written_by(), "baud": BAUD}
         ),
+        **{f"{folder}/{file}": text for file, text in steers.items()},
         **board_files(folder, robot, note),
     }

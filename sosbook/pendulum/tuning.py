@@ -23,6 +23,7 @@ __all__ = [
     "largest_hold",
     "peak_of",
     "prove",
+    "proven_decay",
     "recoverable_tilt",
 ]
 
@@ -232,7 +233,16 @@ def prove(mip, robot, spread, K, decay):
         If not even stability can be proven; it says what is known of
         the loop itself.
     """
-    plants, half = polytope(mip, spread), largest_hold(robot) / 2
+    return proven_decay(polytope(mip, spread), U, robot, K, decay)
+
+
+def proven_decay(plants, U, robot, K, decay):
+    """As `prove`, for a polytope ``plants`` with its integrated angles U.
+
+    The robot gives the times, K is the gain, and ``decay`` the most that is
+    asked for.
+    """
+    half = largest_hold(robot) / 2
     true, at = DelayDesign(
         DelayRequest(plants, U, half, half, gain=K), "undecided", K
     ).slowest_decay()

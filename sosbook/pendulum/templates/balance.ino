@@ -14,16 +14,18 @@ $note
  *   g      wait for rest and balance (so it begins)
  *   s      stop
  *   l      log every tick, for sosbook.mip's compare; again: don't
- *   v 2.5  roll with 2.5 rad/s, reached on a ramp
+ *   v 2.5${steer_use}  roll with 2.5 rad/s${steer_turns}, reached on a ramp; say it again
+ *          within a second, or the robot stops
  */
 #include "robot_io.h"
-#include "${name}_single.h"
+#include "${name}_single.h"${steer_include}
 
 static const unsigned long TICK = $micros; /* us */
 static const float HERTZ = $hertz;
 static const float TURN = 6.2831853f / $counts; /* rad a count */
 static const float SPEED = $speed; /* rad/s, at most */
 static const float ACCELERATION = $acceleration; /* rad/s^2 */
+${steer_limits}static const unsigned long SILENCE = 1000000UL; /* us without a command */
 static const int REST_TICKS = $rest;
 static const float REST_TILT = 0.2f, REST_GYRO = 0.1f, REST_TURN = 0.05f;
 static const char *const REASON[] = {$reasons};
@@ -35,8 +37,10 @@ static bool logging;
 static int calm;
 static float gyro_sum, tilt_sum, wheels_at_rest;
 static float wanted, target, rate;
-static unsigned long begun, next; /* us */
-static char line[16];
+static unsigned long begun, next, heard; /* us */
+${steer_state}static const char *why_waiting = "";
+static unsigned waited;
+static char line[24];
 static uint8_t length;
 
 static void drive(float volts)
@@ -45,7 +49,7 @@ static void drive(float volts)
     io_drive(1, volts);
 }
 
-static void change(int to)
+${steer_drive}static void change(int to)
 {
     drive(0);
     mode = to;
@@ -82,15 +86,14 @@ static void note(unsigned long now, float gyro, float wheels, float tilt,
     print(robot.theta);
     print(io_supply());
     Serial.print(',');
-    Serial.println(fault);
-}
+${steer_fault}}
 
 static void ramp(void)
 {
     const float step = ACCELERATION / HERTZ, more = wanted - rate;
     rate += more > step ? step : more < -step ? -step : more;
     target += rate / HERTZ;
-}
+${steer_ramp}}
 
 static bool within(float x, float bound)
 {
@@ -101,6 +104,9 @@ static bool at_rest(float gyro, float wheels, float tilt)
 {
     if (calm == 0 || !within(tilt, REST_TILT) || !within(gyro, REST_GYRO) ||
         !within(wheels - wheels_at_rest, REST_TURN)) {
+        why_waiting = !within(tilt, REST_TILT) ? "hold it upright" :
+            !within(gyro, REST_GYRO) ? "hold it still, the gyro turns" :
+            calm > 0 ? "hold its wheels still" : "";
         wheels_at_rest = wheels;
         gyro_sum = tilt_sum = 0;
         calm = 1;
@@ -115,25 +121,31 @@ static void tick(unsigned long now)
 {
     const bool read = io_read();
     const float gyro = read ? io_gyro() : NAN, tilt = read ? io_tilt() : NAN;
-    const float wheels = TURN * (float)(io_encoder(0) + io_encoder(1)) / 2;
-
+${steer_wheels}
     if (mode == BALANCING) {
+        if (now - heard > SILENCE) {
+            wanted = 0;
+${steer_stop}        }
         ramp();
         const float volts = ${name}_single_step(&robot, gyro, wheels, tilt,
             target, rate);
-        drive(volts);
-        note(now, gyro, wheels, tilt, volts, robot.fault);
+${steer_tick}        note(now, gyro, wheels, tilt, volts, robot.fault);
         if (robot.fault) {
             change(STOPPED);
             Serial.print("# motors off: ");
             Serial.println(REASON[robot.fault]);
         }
-    } else if (mode == WAITING && at_rest(gyro, wheels, tilt)) {
+    } else if (mode == WAITING && !at_rest(gyro, wheels, tilt)) {
+        if (++waited % (3 * (unsigned)REST_TICKS) == 0 && why_waiting[0]) {
+            Serial.print("# waiting: ");
+            Serial.println(why_waiting);
+        }
+    } else if (mode == WAITING) {
         const float mean = tilt_sum / (float)REST_TICKS;
         const float bias = gyro_sum / (float)REST_TICKS;
         ${name}_single_start(&robot, mean, wheels, bias);
         wanted = target = rate = 0;
-        mode = BALANCING;
+${steer_start}        mode = BALANCING;
         note(now, bias, wheels, mean, 0, -1);
     } else if (mode == CHECKING && calm++ % 50 == 0) {
         Serial.print("# tilt, gyro, wheels: ");
@@ -154,14 +166,17 @@ static void obey(void)
     if (line[0] == 's')
         change(STOPPED);
     if (line[0] == 'v') {
-        const float x = (float)atof(line + 1);
+        char *end;
+        const float x = (float)strtod(line + 1, &end);
+        const float turn = (float)strtod(end, &end);
         wanted = x > SPEED ? SPEED : x < -SPEED ? -SPEED : x;
+${steer_want}        heard = micros();
     }
     if (line[0] == 'l') {
         logging = !logging;
         if (logging)
             Serial.println(
-                "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault");
+                "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault"${steer_columns});
     }
 }
 

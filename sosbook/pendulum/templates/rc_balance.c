@@ -3,7 +3,7 @@
 $note
  *
  * Build on the robot:
- *   gcc -std=gnu99 -O2 -ffp-contract=off rc_$name.c $name.c \
+ *   gcc -std=gnu99 -O2 -ffp-contract=off rc_$name.c $name.c${steer_file} \
  *       -o rc_$name -lrobotcontrol -lm -pthread
  *
  * FIRST check the signs on a stand, wheels in the air, PAUSE at hand:
@@ -25,12 +25,18 @@ $note
  *                                   which sosbook.mip's compare reads
  *   rc_$name log.csv speed.txt  also obeys the number in speed.txt, the
  *                                   wheels' speed in rad/s: echo 2 > speed.txt
+ *   rc_$name log.csv -          obeys lines that come in: v 2
+ *   rc_$name log.csv dsm        obeys a DSM radio's sticks
+ *${steer_use}
+ * A second without a command, a readable file or the radio stops the wheels.
  */
+#include <poll.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 #include <robotcontrol.h>
-#include "$name.h"
+#include "$name.h"${steer_include}
 
 #define RATE_HZ $hertz
 
@@ -44,6 +50,12 @@ $note
 /* A set point that moves. */
 #define SPEED $speed /* rad/s, at most */
 #define ACCELERATION $acceleration /* rad/s^2 */
+${steer_limits}#define SILENCE 20 /* rounds of the main loop without a command: a second */
+
+/* Sticks of a DSM radio: forward is positive${steer_stick}. */
+#define DSM_SPEED 3 /* channel */
+#define DSM_SPEED_POLARITY 1
+${steer_dsm}#define DSM_DEAD 0.04 /* of the stick's full way */
 
 /* Left and right. */
 static const int MOTOR_CHANNEL[2] = $motor_channels;
@@ -67,7 +79,7 @@ static int balancing;
 static int calm;            /* ticks at rest so far */
 static double gyro_sum, tilt_sum, wheels_at_rest;
 static double target, rate; /* set points of phi and phi' */
-static const char *why_waiting = ""; /* for a robot that doesn't start */
+${steer_state}static const char *why_waiting = ""; /* for a robot that doesn't start */
 static volatile int reason; /* the last fault */
 static volatile unsigned ticks;
 
@@ -75,15 +87,20 @@ static volatile unsigned ticks;
  * atomic. */
 static volatile int battery = (int)(1000 * V_NOMINAL);
 static volatile int wanted;
-
+${steer_wanted}
 /* The ticks, from the callback to the main loop and its file. */
 #define LOG_ROWS 1024
 static struct {
     double t, gyro, wheels, tilt, target, rate, volts, theta, battery;
-    int fault;
+${steer_row}    int fault;
 } row[LOG_ROWS];
 static volatile unsigned logged, saved;
 static int logging;
+
+static double cut(double value, double bound)
+{
+    return value > bound ? bound : value < -bound ? -bound : value;
+}
 
 /* rad, theta: about the IMU's x axis, forward is positive */
 static double read_tilt(void)
@@ -112,16 +129,7 @@ static void motors_off(void)
     calm = 0;
 }
 
-/* Both motors get the same voltage, as far as the battery has it. */
-static void drive(double volts)
-{
-    double duty = 1000 * volts / battery;
-    duty = duty > 1 ? 1 : duty < -1 ? -1 : duty;
-    for (int side = 0; side < 2; side++)
-        rc_motor_set(MOTOR_CHANNEL[side], MOTOR_POLARITY[side] * duty);
-}
-
-/* True once the robot rested near upright for long enough. */
+${steer_drive}/* True once the robot rested near upright for long enough. */
 static int at_rest(double gyro, double wheels, double tilt)
 {
     const double turned = wheels - wheels_at_rest;
@@ -158,26 +166,23 @@ static void note(double gyro, double wheels, double tilt, double volts,
     row[n].volts = volts;
     row[n].theta = (double)robot.theta;
     row[n].battery = battery / 1000.0;
-    row[n].fault = fault;
+${steer_note}    row[n].fault = fault;
     logged++;
 }
 
-/* Move the set points towards the speed that is wanted. */
+/* Move the set points towards what is wanted. */
 static void ramp(void)
 {
-    const double step = ACCELERATION / RATE_HZ;
-    const double more = wanted / 1000.0 - rate;
-    rate += more > step ? step : more < -step ? -step : more;
+    rate += cut(wanted / 1000.0 - rate, ACCELERATION / RATE_HZ);
     target += rate / RATE_HZ;
-}
+${steer_ramp}}
 
 /* Called by the IMU at RATE_HZ. */
 static void tick(void)
 {
     const double gyro = read_gyro();
     const double tilt = read_tilt();
-    const double wheels = (read_wheel(0) + read_wheel(1)) / 2;
-
+${steer_wheels}
     ticks++;
     if (rc_get_state() != RUNNING) {
         if (balancing)
@@ -187,9 +192,9 @@ static void tick(void)
         ramp();
         const double volts = (double)${name}_step(&robot, ($real)gyro,
             ($real)wheels, ($real)tilt, ($real)target, ($real)rate);
-        note(gyro, wheels, tilt, volts, robot.fault);
+${steer_tick}        note(gyro, wheels, tilt, volts, robot.fault);
         if (robot.fault == ${NAME}_RUNNING) {
-            drive(volts);
+            drive(${steer_volts});
         } else {
             reason = robot.fault;
             rc_set_state(PAUSED);
@@ -199,7 +204,7 @@ static void tick(void)
         ${name}_start(&robot, ($real)(tilt_sum / REST_TICKS),
             ($real)wheels, ($real)(gyro_sum / REST_TICKS));
         target = rate = 0;
-        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
+${steer_start}        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
         rc_motor_set(0, 0.0);
         rc_motor_standby(0);
         balancing = 1;
@@ -229,18 +234,74 @@ static void measure_battery(void)
     battery = (int)(1000 * (sane ? volts : V_NOMINAL));
 }
 
-/* The number in a file: rad/s, cut to SPEED. */
-static void obey(const char *path)
+/* Take a command, cut to what the robot may do. */
+static int silence;
+static void want(double speed, double turn)
+{
+    if (!(speed >= -1e6 && speed <= 1e6 && turn >= -1e6 && turn <= 1e6))
+        return;
+    wanted = (int)(1000 * cut(speed, SPEED));
+${steer_want}    silence = 0;
+}
+
+/* The numbers in a file. */
+static void obey_file(const char *path)
 {
     FILE *file = fopen(path, "r");
-    double speed = 0;
+    double speed = 0, turn = 0;
     if (file == NULL)
         return;
-    if (fscanf(file, "%lf", &speed) == 1 && speed >= -1e6 && speed <= 1e6) {
-        speed = speed > SPEED ? SPEED : speed < -SPEED ? -SPEED : speed;
-        wanted = (int)(1000 * speed);
-    }
+    if (fscanf(file, "%lf %lf", &speed, &turn) >= 1)
+        want(speed, turn);
     fclose(file);
+}
+
+/* Lines of standard input: v and the numbers. */
+static void obey_lines(void)
+{
+    static char line[64];
+    static size_t length;
+    struct pollfd input = {0, POLLIN, 0};
+    char letter;
+    while (poll(&input, 1, 0) > 0 && read(0, &letter, 1) == 1) {
+        double speed = 0, turn = 0;
+        if (letter != '\n') {
+            line[length] = letter;
+            length += length < sizeof line - 1;
+            continue;
+        }
+        line[length] = 0;
+        length = 0;
+        if (line[0] == 'v' && sscanf(line + 1, "%lf %lf", &speed, &turn) >= 1)
+            want(speed, turn);
+    }
+}
+
+/* A stick between -1 and 1; near its middle it is zero. */
+static double stick(int channel, int polarity)
+{
+    const double way = polarity * rc_dsm_ch_normalized(channel);
+    return way > DSM_DEAD || way < -DSM_DEAD ? way : 0;
+}
+
+static void obey_radio(void)
+{
+    if (rc_dsm_is_new_data())
+        want(SPEED * stick(DSM_SPEED, DSM_SPEED_POLARITY), ${steer_radio});
+}
+
+/* The source says what to do, and nothing for long means: stop. */
+static void obey(const char *source)
+{
+    silence++;
+    if (strcmp(source, "-") == 0)
+        obey_lines();
+    else if (strcmp(source, "dsm") == 0)
+        obey_radio();
+    else
+        obey_file(source);
+    if (silence > SILENCE)
+        want(0, 0);
 }
 
 /* Write the ticks that the callback has left. */
@@ -249,15 +310,15 @@ static void save(FILE *file)
     for (; saved != logged; saved++) {
         const unsigned n = saved % LOG_ROWS;
         fprintf(file, "%.6f,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-                "%.4g,%d\n", row[n].t, row[n].gyro, row[n].wheels,
+                "%.4g,%d${steer_format}\n", row[n].t, row[n].gyro, row[n].wheels,
                 row[n].tilt, row[n].target, row[n].rate, row[n].volts,
-                row[n].theta, row[n].battery, row[n].fault);
+                row[n].theta, row[n].battery, row[n].fault${steer_save});
     }
     fflush(file);
 }
 
 /* Look after everything slow until the program ends. */
-static void watch(int checking, FILE *file, const char *speed)
+static void watch(int checking, FILE *file, const char *source)
 {
     int told = 0, silent = 0, waited = 0;
     unsigned seen = ticks;
@@ -266,8 +327,8 @@ static void watch(int checking, FILE *file, const char *speed)
         measure_battery();
         if (file)
             save(file);
-        if (speed)
-            obey(speed);
+        if (source)
+            obey(source);
         waited = rc_get_state() == RUNNING && !balancing ? waited + 1 : 0;
         if (waited % 60 == 59 && why_waiting[0]) {
             printf("waiting: %s\n", why_waiting);
@@ -303,6 +364,7 @@ static int fail(const char *part)
 int main(int argc, char *argv[])
 {
     const int checking = argc > 1 && strcmp(argv[1], "check") == 0;
+    const int radio = argc > 2 && strcmp(argv[2], "dsm") == 0;
     FILE *file = NULL;
     rc_mpu_config_t config = rc_mpu_default_config();
     config.dmp_sample_rate = RATE_HZ;
@@ -313,7 +375,7 @@ int main(int argc, char *argv[])
         file = fopen(argv[1], "w");
         if (file == NULL)
             return fail("log");
-        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault\n", file);
+        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault${steer_columns}\n", file);
         logging = 1;
     }
     if (rc_kill_existing_process(2.0f) < -2)
@@ -335,6 +397,8 @@ int main(int argc, char *argv[])
     if (rc_adc_init())
         fprintf(stderr, "no ADC: taking %.1f V for granted\n", V_NOMINAL);
     measure_battery();
+    if (radio && rc_dsm_init())
+        return fail("DSM radio");
     if (rc_mpu_initialize_dmp(&imu, config))
         return fail("IMU");
     rc_make_pid_file();
@@ -348,6 +412,8 @@ int main(int argc, char *argv[])
         save(file);
         fclose(file);
     }
+    if (radio)
+        rc_dsm_cleanup();
     rc_motor_cleanup();
     rc_encoder_eqep_cleanup();
     rc_adc_cleanup();

@@ -1,0 +1,603 @@
+"""The law that holds a heading: proven, as C, and on unequal motors."""
+
+import ctypes
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sosbook.mip import Firmware, Mip, Robot, SampledLaw, recommend
+from sosbook.mip.compiled import FLAGS, Compiled
+from sosbook.mip.drive import Drive
+from sosbook.mip.export import c_steering, pyctrl_script
+from sosbook.mip.sketch import sketch
+from sosbook.mip.ticks import TickLog
+
+import tests.test_mip_export as programs
+from sosbook.pendulum.steering import (
+    Steering,
+    inertia_bounds,
+    steer,
+    turning_plants,
+    unequal_plant,
+)
+from sosbook.proofs import load
+from tests.compiler import run
+from tests.test_mip_hardware import CROSS
+from tests.test_mip_recording import cpp, sketch_flags
+from tests.test_mip_sketch import BOARD
+from tests.turning import TURNER, advance, drive
+
+assert cpp  # a fixture
+fake_pyctrl = programs.fake_pyctrl
+MACHINE = TURNER.machine
+ROBOT = Robot.shipped("thesis").but(
+    M_b=MACHINE.M_b,
+    l=MACHINE.l,
+    r=MACHINE.r,
+    M_w=MACHINE.M_w,
+    g=9.81,
+    counts=MACHINE.counts,
+    delay=MACHINE.delay,
+    rotors=True,
+    track=TURNER.track,
+)
+MIP = Mip(
+    a=MACHINE.r**2 * (MACHINE.M_b + 2 * MACHINE.M_w) + 2 * MACHINE.I_w + MACHINE.J,
+    b=MACHINE.M_b * MACHINE.l * MACHINE.r,
+    c=MACHINE.I_o + MACHINE.J,
+    d=MACHINE.M_b * 9.81 * MACHINE.l,
+    e=MACHINE.e,
+    f=MACHINE.f,
+    I_w=MACHINE.I_w + MACHINE.J / 2,
+    J=MACHINE.J,
+)
+FIRMWARE = Firmware(
+    SampledLaw.of_gain(programs.PRINTED.pid[5], 0.01), blend=0.02, limit=7.4
+)
+STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """A deployment that steers."""
+    return recommend(MIP, R=None, robot=ROBOT)
+
+
+# The plant and the law
+
+
+def test_own_equations_keep_their_energy():
+    free = replace(MACHINE, stall=1e-9)  # motors without torque or back-EMF
+    turner = replace(TURNER, machine=free)
+    x = np.array([0.3, 0.0, 0.0, 0.4, 3.0, 2.0])
+    before = turner.energy(x)
+    after = turner.energy(advance(turner.rate, x, np.zeros(2), 0.3, 3000))
+    assert after == pytest.approx(before, rel=1e-7)
+
+
+def test_the_plant_is_the_machines_about_upright():
+    """Slopes of its own equations: a_d delta'' + f delta' = e W."""
+    robot = ROBOT.but(turning=(TURNER.upright, TURNER.upright))
+    inertia, same = inertia_bounds(MIP, robot)
+    assert inertia == same
+    per = ROBOT.track / ROBOT.r
+
+    def ddelta(turn, W):
+        x = np.array([0, 0, 0, 0, 0, turn / per])
+        return TURNER.rate(x, [-W / 2, W / 2])[5] * per
+
+    assert ddelta(0, 1.0) == pytest.approx(MIP.e / inertia, rel=1e-9)
+    assert ddelta(1.0, 0) == pytest.approx(-MIP.f / inertia, rel=1e-9)
+    low, high = inertia_bounds(MIP, ROBOT)
+    assert low < inertia < high == pytest.approx(MIP.a)
+
+
+def test_the_rectangle_and_its_triangles_hold_every_plant_that_is_meant():
+    whole, *parts = turning_plants(MIP, ROBOT, 0.04)
+    corners = [(p.M[0, 0], p.D[0, 0]) for p in whole.vertices]
+    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+    for e in (0.96, 1.04):
+        for inertia in inertia_bounds(MIP, ROBOT):
+            # 2 I_w and a move with e, or stay: both quotients lie within
+            for moved in (e, 1.0):
+                m = inertia * moved / (MIP.e * e)
+                assert low[0] <= m * (1 + 1e-12) and m <= high[0] * (1 + 1e-12)
+        assert low[1] <= MIP.f / (MIP.e * e) * (1 + 1e-12)
+    assert [p.N for p in parts] == [3, 3]
+
+
+def test_it_is_designed_and_proven_and_balance_is_as_without(found):
+    design = found.steering
+    assert found.proven and design.lacking == ()
+    assert design.sensitivity <= 2 and design.coupled_radius < 1
+    assert np.array_equal(design.law.K, design.certificate.K)
+    assert design.delayed.request.tau + design.delayed.request.mu == pytest.approx(
+        ROBOT.T + ROBOT.delay
+    )
+    plain = replace(found, robot=replace(ROBOT, **dict.fromkeys(KEYS)))
+    assert plain.steering is None
+    assert np.array_equal(plain.law.D, found.law.D)
+
+
+KEYS = "track", "steering", "unequal", "turning"
+
+
+@pytest.mark.slow
+def test_what_is_written(found, tmp_path):
+    paths = {path.name: path for path in found.write(tmp_path / "with")}
+    plain = replace(found, robot=replace(ROBOT, **dict.fromkeys(KEYS)))
+    others = {path.name: path for path in plain.write(tmp_path / "without")}
+    more = set(paths) - set(others)
+    assert {x for x in more if x.startswith("balance")} == {
+        f"balance{x}_steer.{end}" for x in ("", "_single") for end in "ch"
+    }
+    for name in ("balance.c", "balance_single.c"):  # but for the header's words
+        code = [p.read_text("utf-8").split("*/", 1)[1] for p in (paths[name],)]
+        assert code == [others[name].read_text("utf-8").split("*/", 1)[1]]
+    for name, proof in found.steering.proofs.items():
+        assert load(paths[f"proof_balance_{name}.json"]) == proof
+    header = " ".join(paths["balance_steer.h"].read_text("utf-8").split())
+    assert "motors that differ" in header and "steering's proof" in header
+
+
+def test_the_loops_as_one_are_the_machines():
+    """With equal motors the coupled loop has both loops' eigenvalues."""
+    found = recommend(MIP, R=5.0, robot=ROBOT.but(unequal=0.0))
+    design = found.steering
+    steered = max(
+        abs(np.linalg.eigvals(matrix)).max()
+        for plants in design.plants[1:]
+        for late in design.sampled
+        for matrix in programs.sosbook.sampled.sampled_loop(
+            plants, design.law.system, ROBOT.T, late
+        )
+    )
+    # the corners' inertia is larger than any of a_d here
+    assert design.coupled_radius <= max(found.radius, steered) * (1 + 1e-9)
+    assert design.coupled_radius >= found.radius * (1 - 1e-9)
+
+
+def test_the_plant_of_unequal_motors_has_the_machines_slopes():
+    turner, per = replace(TURNER, more=0.1, brake=-0.07), ROBOT.track / ROBOT.r
+    inertia = inertia_bounds(MIP, ROBOT.but(turning=2 * (TURNER.upright,)))[0]
+    plant = unequal_plant(MIP, inertia, 0.1, -0.07)
+    scale = np.array([1, 1, per])
+
+    def acceleration(z, u):
+        x, (V, W) = np.divide(z, np.tile(scale, 2)), u
+        return turner.rate(x, [V - W / 2, V + W / 2])[3:] * scale
+
+    step = 1e-6
+    for z in step * np.eye(6):
+        force = plant.S @ z[:3] + plant.D @ z[3:]
+        ours = -np.linalg.solve(plant.M, force) / step
+        assert ours == pytest.approx(acceleration(z, (0, 0)) / step, rel=1e-5, abs=1e-3)
+    for u in step * np.eye(2):
+        ours = np.linalg.solve(plant.M, plant.B @ u) / step
+        theirs = acceleration(np.zeros(6), u) / step
+        assert ours == pytest.approx(theirs, rel=1e-6)
+
+
+# The arithmetic
+
+
+class Program:
+    """The C of both laws in a library."""
+
+    def __init__(self, gcc, folder, steering, precision):
+        self.law = Compiled(steering.firmware, precision, folder)
+        for name, text in c_steering(steering, precision=precision).items():
+            (folder / name).write_text(text, "utf-8")
+        library = folder / "steer.so"
+        flags = [*FLAGS, *programs.STRICT, "-shared", "-fPIC"]
+        run(*gcc, *flags, folder / "balance_steer.c", "-o", library)
+        self.real = {"double": ctypes.c_double, "single": ctypes.c_float}[precision]
+        library = ctypes.CDLL(str(library))
+        fields = [(x, self.real) for x in ("turned", "zero", "sum")]
+        State = type(
+            "S", (ctypes.Structure,), {"_fields_": [*fields, ("lost", ctypes.c_int)]}
+        )
+        self.state, self.volts = State(), (self.real * 2)()
+        self._start, self._step = library.balance_steer_start, library.balance_steer
+        self._start.argtypes = [ctypes.POINTER(State), self.real, self.real]
+        self._step.argtypes = [
+            ctypes.POINTER(State),
+            ctypes.c_void_p,
+            *4 * [self.real],
+            ctypes.POINTER(self.real),
+        ]
+        self._start.restype = self._step.restype = None
+
+    def start(self, tilt, left, right, bias=0.0):
+        self.law.start(tilt, (left + right) / 2, bias)
+        self._start(self.state, left, right)
+
+    def step(self, gyro, left, right, tilt, target, rate, heading, turn):
+        self.law.step(gyro, (left + right) / 2, tilt, target, rate)
+        state = ctypes.byref(self.law.states[0])
+        self._step(self.state, state, left, right, heading, turn, self.volts)
+        return tuple(self.volts)
+
+
+@pytest.mark.parametrize("precision, kind", [("double", float), ("single", np.float32)])
+def test_the_c_is_the_controller_to_the_last_bit(precision, kind, gcc, tmp_path):
+    program = Program(gcc, tmp_path, STEERING, precision)
+    ours, steered = FIRMWARE.controller(kind=kind), STEERING.controller(kind=kind)
+    random = np.random.default_rng(5)
+    rows = random.normal(0, 0.03, (400, 8)).astype(kind)
+    rows[:, 1:3] = np.cumsum(random.normal(0, 0.05, (400, 2)), axis=0)
+    rows[:, 6] *= 20  # headings that ask for more than there is
+    rows[40, 2] += 7.0  # a jump
+    rows[60:63, 1] = np.nan
+    rows[90, 6], rows[95, 7] = np.nan, np.inf
+    rows[397, 3] = rows[398, 0] = 90.0
+    program.start(0.05, 0.3, 0.1)
+    ours.start(kind(0.05), (kind(0.3) + kind(0.1)) / 2)
+    steered.start(0.3, 0.1)
+    used = []
+    for row in rows:
+        gyro, left, right, tilt, target, rate, heading, turn = map(kind, row)
+        V = ours.step(gyro, (left + right) / 2, tilt, target, rate)
+        volts = steered.step(V, ours.fault, left, right, heading, turn)
+        theirs = program.step(*map(float, row))
+        if kind is np.float32:  # the mean in single precision, as the sketch has it
+            theirs = tuple(map(np.float32, theirs))
+        assert theirs == (volts[0][0], volts[1][0])
+        if not ours.fault[0] and np.isfinite(V[0]):
+            assert np.mean(volts) == pytest.approx(float(V[0]), abs=1e-5)
+            assert abs(np.array(volts)).max() <= kind(FIRMWARE.limit)
+            used.append(abs(float(volts[1][0] - volts[0][0])) / 2)
+    assert max(used) == pytest.approx(STEERING.volts, rel=1e-6) and min(used) == 0.0
+
+
+def test_balance_takes_what_it_needs_first():
+    steered = STEERING.controller()
+    for V, room in ((0.0, 1.85), (6.4, 1.0), (7.4, 0.0), (-7.0, 0.4)):
+        steered.start(0.0, 0.0)
+        left, right = steered.step([V], [0], -0.4, 0.4, target=50.0)
+        assert (right - left)[0] / 2 == pytest.approx(room)
+        assert (right + left)[0] / 2 == pytest.approx(V)
+    assert steered.step([3.0], [2], 0, 0) == (0, 0)  # after a fault
+
+
+def test_encoders_that_come_back_are_believed_again():
+    steered = STEERING.controller()
+    steered.start(0.0, 0.0)
+    for k in range(4):
+        left, right = steered.step([1.0], [0], 0.0, np.nan)
+        assert left == right == 1.0 and steered.lost == k + 1
+    left, right = steered.step([1.0], [0], 0.0, 8.0)  # in five ticks it may turn so
+    assert left > right and steered.lost == 0
+
+
+@pytest.mark.parametrize("target", CROSS)
+def test_no_computers_compiler_warns(target, tmp_path):
+    command, flags, precision = CROSS[target]
+    if shutil.which(command) is None:
+        pytest.skip(f"NO {command}")
+    programs.write(tmp_path, FIRMWARE, precision=precision)
+    for name, text in c_steering(STEERING, precision=precision).items():
+        (tmp_path / name).write_text(text, "utf-8")
+    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", *programs.STRICT]
+    out = tmp_path / "a.o"
+    run(command, *flags, *strict, "-c", tmp_path / "balance_steer.c", "-o", out)
+
+
+# On a robot whose motors differ
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("more", [0.1, -0.1])
+def test_unequal_motors_turn_a_robot_that_does_not_steer(more, found, gcc, tmp_path):
+    turner = replace(TURNER, more=more, brake=-more)
+    program = Program(gcc, tmp_path, found.steering.law, "double")
+
+    def steered(gyro, left, right, tilt, target, rate, psi, turn):
+        per = found.steering.law.per_radian
+        return program.step(
+            gyro, left, right, tilt, target, rate, per * psi, per * turn
+        )
+
+    def plain(gyro, left, right, tilt, target, rate, psi, turn):
+        program.step(gyro, left, right, tilt, target, rate, 0, 0)
+        return 2 * [float(program.law.states[0].volts)]
+
+    ends, worst = {}, {}
+    for name, law in (("steered", steered), ("plain", plain)):
+        program.start(0.05, 0.0, 0.0)
+        path, volts = drive(turner, law, speed=8.0)
+        assert len(path) == 1200 and program.law.fault[0] == 0
+        assert abs(path[:, 0]).max() < 0.35
+        assert abs(volts).max() <= ROBOT.limit
+        assert path[-1, 4] == pytest.approx(8.0, abs=1.5)
+        ends[name], worst[name] = path[-1, 2], abs(path[:, 2]).max()
+    print(more, ends, worst)
+    assert abs(ends["plain"]) > 1.0  # rad: it drives in a circle
+    assert worst["steered"] < 0.3 and abs(ends["steered"]) < 0.03
+
+
+@pytest.mark.slow
+def test_a_turn_is_followed_while_it_rolls(found, gcc, tmp_path):
+    turner = replace(TURNER, more=0.1, brake=-0.1)
+    program = Program(gcc, tmp_path, found.steering.law, "single")
+    per = found.steering.law.per_radian
+
+    def steered(gyro, left, right, tilt, target, rate, psi, turn):
+        return program.step(
+            gyro, left, right, tilt, target, rate, per * psi, per * turn
+        )
+
+    program.start(0.05, 0.0, 0.0)
+    turn = 0.8 * found.drive.turn
+    path, _ = drive(turner, steered, speed=4.0, turn=turn)
+    assert program.law.fault[0] == 0 and abs(path[:, 0]).max() < 0.35
+    assert path[-1, 5] == pytest.approx(turn, rel=0.05)
+    assert path[-1, 2] == pytest.approx(path[-1, 8], abs=0.1)
+
+
+# The programs
+
+
+def heard(rows):
+    """What rc_balance's wheels read, left and right."""
+    one = 6.283185307179586 / programs.COUNTS_PER_TURN
+    return [(row[3] * one, -row[4] * one) for row in rows]
+
+
+LINES = "#define _POSIX_C_SOURCE 200809L\n" + programs.STUB.replace(
+    '#include "robotcontrol.h"',
+    '#include <unistd.h>\n#include "robotcontrol.h"\nstatic int way[2];\n'
+    "static FILE *ticks;",
+)
+for _old, _new in (
+    ("    if (scanf(", '    if (!ticks) {\n        ticks = fdopen(dup(0), "r");\n'
+     "        if (pipe(way) || dup2(way[0], 0))\n            return;\n    }\n"
+     "    if (fscanf(ticks, "),
+    ("    if (word == 's')", "    if (word == 'v') {\n        char line[64];\n"
+     '        const int n = sprintf(line, "v %.3f %.3f\\n", pitch, rate);\n'
+     "        if (write(way[1], line, (size_t)n) != n)\n            state = EXITING;\n"
+     "        return;\n    }\n    if (word == 's')"),
+):  # fmt: skip
+    assert LINES.count(_old) == 1
+    LINES = LINES.replace(_old, _new)
+LIMITS = Drive(3.0, 5.0, 2.0, 8.0)
+
+
+def command(word, speed, turn):
+    return (word, speed, turn, 0, 0, 0.0)
+
+
+def rc_log(robot, folder, rows, source):
+    ticks, output = robot.live([*programs.REST, *rows], str(folder / "log.csv"), source)
+    return TickLog.read(folder / "log.csv"), ticks, output
+
+
+@pytest.mark.skipif(programs.sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.parametrize("source, word", [("-", "v"), ("dsm", "d")])
+def test_librobotcontrols_program_steers_and_obeys_at_run_time(
+    source, word, gcc, tmp_path
+):
+    robot = programs.Robot(
+        gcc, tmp_path, FIRMWARE, stub=LINES, drive=LIMITS, steering=STEERING
+    )
+    moves = programs.moves(200)
+    full = (3.0, 2.0) if word == "v" else (1.0, 1.0)
+    more = (9.0, 9.0) if word == "v" else (3.0, 3.0)  # more than it may
+    rows = []
+    for k, row in enumerate(moves):
+        if k < 100 and k % 5 == 0:
+            rows.append(command(word, *(full if k < 50 else more)))
+        rows.append(row)
+    log, ticks, _ = rc_log(robot, tmp_path, rows, source)
+    assert abs(log.rate).max() == 3.0 and log.rate[-1] == 0.0  # nobody says more
+    assert log.rate[96:116].min() == 3.0  # a second's rounds after the last word
+    steps = abs(np.diff(log.rate[1:]))
+    assert steps.max() == pytest.approx(LIMITS.acceleration * 0.01)
+
+    names = (tmp_path / "log.csv").read_text("utf-8").splitlines()[0].split(",")
+    table = np.genfromtxt(tmp_path / "log.csv", delimiter=",", skip_header=1)
+    extra = {x: table[:, names.index(x)] for x in ("left", "right", "heading")}
+    assert np.allclose(extra["left"][1:], [a for a, _ in heard(moves)])
+    ours, steered = FIRMWARE.controller(), STEERING.controller()
+    first = heard(programs.REST[-1:])[0]
+    ours.start(log.theta[0], log.wheels[0], log.gyro[0])
+    steered.start(*first)
+    turns = np.diff(extra["heading"], prepend=0.0) / 0.01
+    assert turns.max() == pytest.approx(2.0) and turns[-1] == pytest.approx(0.0)
+    battery = programs.REST[-1][-1]
+    for k in range(1, len(log.t)):
+        V = ours.step(
+            log.gyro[k], log.wheels[k], log.tilt[k], log.target[k], log.rate[k]
+        )
+        assert V[0] == log.V[k]
+        per = STEERING.per_radian
+        left, right = steered.step(
+            V, ours.fault, extra["left"][k], extra["right"][k],
+            per * extra["heading"][k], per * turns[k],
+        )  # fmt: skip
+        sane = int(1000 * (battery if 5 < battery < 9 else 7.4)) / 1000
+        mean = np.clip((left + right) / 2, -sane, sane)
+        half = np.clip((right - left) / 2, abs(mean) - sane, sane - abs(mean))
+        duty = (mean - half)[0] / sane, -(mean + half)[0] / sane
+        assert ticks[101 + k - 1][:2] == pytest.approx(duty, abs=1e-6)
+        battery = moves[k - 1][-1]
+
+
+def test_a_file_that_goes_away_stops_the_wheels(gcc, tmp_path):
+    robot = programs.Robot(gcc, tmp_path, FIRMWARE, drive=LIMITS)
+    (tmp_path / "speed.txt").write_text("2 1\n", "utf-8")
+    source = str(tmp_path / "speed.txt")
+    log, *_ = rc_log(robot, tmp_path, programs.moves(90), source)
+    assert log.rate[-1] == 2.0  # a file that stays is a command that stays
+    log, *_ = rc_log(robot, tmp_path, programs.moves(90), str(tmp_path / "none"))
+    assert set(log.rate) == {0.0}
+
+
+@pytest.mark.usefixtures("fake_pyctrl")
+def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
+    space = {"__name__": "script"}
+    text = pyctrl_script(FIRMWARE, drive=LIMITS, steering=STEERING)
+    exec(compile(text, "balance.py", "exec"), space)
+    law, steers = space["Law"](), space["Steering"]()
+    ours, steered = FIRMWARE.controller(), STEERING.controller()
+    random = np.random.default_rng(8)
+    rows = random.normal(0, 0.03, (200, 6))
+    rows[:, 1:3] = np.cumsum(random.normal(0, 0.05, (200, 2)), axis=0)
+    rows[:, 4] *= 20
+    rows[30, 1], rows[50, 2], rows[70, 4] = np.nan, 50.0, np.inf
+    law.start(0.05, 0.0, 0.0)
+    ours.start(0.05)
+    steers.start(0.0, 0.0)
+    steered.start()
+    for gyro, left, right, tilt, heading, turn in rows.tolist():
+        V = ours.step(gyro, (left + right) / 2, tilt)
+        law.step(gyro, (left + right) / 2, tilt)
+        volts = steered.step(V, ours.fault, left, right, heading, turn)
+        assert steers.step(law, left, right, heading, turn) == (volts[0], volts[1])
+    assert ours.fault[0] == 0
+
+    block = space["Balance"](clock=iter(range(999)).__next__)
+    block.logging = True
+    (tmp_path / "speed.txt").write_text("2 -1.5", "utf-8")
+    block.obey(tmp_path / "speed.txt")
+    assert (block.wanted, block.wanted_turn) == (2.0, -1.5)
+    for _ in range(100):
+        block.write(-0.065, 0.001, 0.2, 0.3)
+    for row in random.normal(0, 0.003, (60, 4)) + [-0.065, 0.001, 0.2, 0.3]:
+        block.write(*row)
+        left, right = block.motors
+        assert block.read() == pytest.approx((100 * left / 7.4, 100 * right / 7.4))
+    assert right < left  # it turns right
+    for _ in range(space["SILENCE"] + 1):
+        block.obey(tmp_path / "none.txt")
+    assert block.wanted == block.wanted_turn == 0.0
+    block.save(tmp_path / "log.csv")
+    names = (tmp_path / "log.csv").read_text("utf-8").splitlines()[0]
+    assert names.endswith("fault,left,right,V_left,V_right,heading")
+    assert len(TickLog.read(tmp_path / "log.csv").t) == 61
+
+
+#: The board of the sketch's tests with two wheels, which says both motors' volts.
+TWO = BOARD
+for _old, _new in (
+    ("static long count;", "static long count, other;"),
+    ("return side ? count : count;", "return side ? other : count;"),
+    ('"%.9g %lu\\n", volts[0], now', '"%.9g %.9g %lu\\n", volts[0], volts[1], now'),
+    ('"%lf %ld %lf", &rate, &count, &tilt) == 3',
+     '"%lf %ld %ld %lf", &rate, &count, &other, &tilt) == 4'),
+    ("k >= 20000 && k < 40000 && k % 5000 == 0", "k == 20000"),
+    ('letters = "v 3\\n";', 'letters = "v 3 1.5\\n";'),
+):  # fmt: skip
+    assert TWO.count(_old) == 1, _old
+    TWO = TWO.replace(_old, _new)
+
+
+@pytest.mark.slow
+def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path):
+    law = replace(found.steering.law, firmware=found.firmware)
+    limits = Drive(3.0, 6.0, 1.5, 6.0)
+    for name, text in sketch(found.firmware, ROBOT, "balance", limits, law).items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, "utf-8")
+    folder = tmp_path / "balance_sketch"
+    source = (folder / "balance_sketch.ino").read_text("utf-8")
+    (folder / "sketch.cpp").write_text('#include "Arduino.h"\n' + source, "utf-8")
+    (folder / "pipe.cpp").write_text(TWO, "utf-8")
+    objects = []
+    for name in ("sketch", "robot_io"):
+        objects.append(folder / f"{name}.o")
+        flags = [*sketch_flags(folder), "-c"]
+        run(*cpp, *flags, folder / f"{name}.cpp", "-o", objects[-1])
+    for name in ("balance_single", "balance_single_steer"):
+        objects.append(folder / f"{name}.o")
+        flags = [*FLAGS, *programs.STRICT, "-c"]
+        run(*gcc, *flags, folder / f"{name}.c", "-o", objects[-1])
+    program = folder / "program"
+    objects.remove(folder / "robot_io.o")
+    run(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", program)
+
+    turner = replace(TURNER, more=0.1, brake=-0.1)
+    x, last, random, path = np.zeros(6), None, np.random.default_rng(2), []
+    x[0], per_count = 0.03, 2 * np.pi / MACHINE.counts
+    serial = tmp_path / "log.csv"
+    with (
+        open(serial, "w", encoding="utf-8") as file,
+        subprocess.Popen(
+            [str(program), "x\n"],
+            stdin=subprocess.PIPE,
+            stdout=file,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+        ) as process,
+    ):
+        for line in process.stderr:
+            left, right, now = map(float, line.split())
+            if last is not None and len(path) > 101:
+                x = advance(turner.rate, x, [left, right], (now - last) * 1e-6, 3)
+            last = now
+            path.append(x)
+            counts = np.floor(turner.wheels(x[:3]) / per_count).astype(int)
+            gyro = x[3] + 0.01 + 0.002 * random.standard_normal()
+            tilt = x[0] + 0.01 * random.standard_normal()
+            process.stdin.write(
+                f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}\n"
+            )
+            process.stdin.flush()
+        process.stdin.close()
+    path = np.array(path)
+    said = serial.read_text("utf-8")
+    assert "motors off" not in said and abs(path[:, 0]).max() < 0.3
+    log = TickLog.read(serial)
+    # v 3 1.5 is said once, at 1.94 s, and a second later it is forgotten
+    assert log.rate.max() == 3.0 and log.rate[-1] == 0.0
+    names = next(x for x in said.splitlines() if x.startswith("t,")).split(",")
+    rows = [x.split(",") for x in said.splitlines()[1:] if x[:1].isdigit()]
+    heading = np.array([float(r[names.index("heading")]) for r in rows])
+    # a second at 1.5 rad/s, up and down in a quarter of a second each
+    assert heading[-1] == pytest.approx(1.5, rel=0.05)
+    assert path[-1, 2] == pytest.approx(heading[-1], abs=0.15)
+
+
+# The description
+
+
+def test_the_description_of_steering():
+    robot = Robot.shipped("thesis")
+    assert robot.track is robot.steering is robot.unequal is None
+    assert "track" not in robot.words
+    steered = robot.but(track=0.07)
+    assert (steered.steering, steered.unequal, steered.turning) == (0.25, 0.1, None)
+    assert "track = 0.07 m, steering = 0.25, unequal = 0.1" in steered.words
+    given = robot.but(track=0.07, steering=0.3, turning=[1e-4, 2e-4])
+    assert given.steering == 0.3 and given.turning == (1e-4, 2e-4)
+    for changes, words in (
+        (dict(steering=0.2), "steering: without track"),
+        (dict(track=0.0), "track .between the wheels' middles. must be a number above"),
+        (dict(track=0.07, steering=0.6), "steering .share of the limit that steers."),
+        (dict(track=0.07, turning=[2e-4, 1e-4]), "turning must be two inertias"),
+        (dict(track=0.07, unequal=-0.1), "unequal"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            robot.but(**changes)
+
+
+def test_bad_input_is_named():
+    with pytest.raises(ValueError, match="share must be below 1"):
+        replace(STEERING, share=1.0)
+    with pytest.raises(ValueError, match="K's last entry"):
+        replace(STEERING, K=[[-1, -0.1, 0]])
+    with pytest.raises(ValueError, match="firmware must be"):
+        replace(STEERING, firmware=None)
+    with pytest.raises(ValueError, match="no track"):
+        turning_plants(MIP, Robot.shipped("thesis"))
+    with pytest.raises(ValueError, match="no I_w"):
+        turning_plants(replace(MIP, I_w=None), ROBOT)
+    with pytest.raises(ValueError, match="steering must be a Steering"):
+        pyctrl_script(FIRMWARE, steering="yes")
+    slow = ROBOT.but(T=0.2, delay=0.2)
+    with pytest.raises(ValueError, match="steering: no R keeps the peak"):
+        steer(MIP, [MIP], slow, FIRMWARE, None, 0.04, 1.01)
