@@ -13,6 +13,8 @@ import pytest
 import sosbook as sos
 from sosbook.lmi.time_limit import OutOfTime
 from sosbook.synthesis import exclusion, feasibility, objectives, regularization, slack
+from sosbook.synthesis.placement import placed_gain
+from sosbook.synthesis.problem import Request
 
 ONE = [[1.0]]
 
@@ -57,9 +59,19 @@ def no_multipliers(monkeypatch):
 
 def nearly_out_of_reach(_):
     plant = sos.SecondOrderSystem(
-        np.eye(2), 0.01 * np.eye(2), np.diag([1, 1 + 1e-9]), [[1], [1]]
+        np.eye(2), 0.01 * np.eye(2), np.diag([1, 1 + 2**-52]), [[1], [1]]
     )
     return sos.design_pid(plant, region=sos.PoleRegion(sigma=1))
+
+
+def hidden_P(monkeypatch):
+    monkeypatch.setattr(feasibility, "decided_by_poles", lambda _: None)
+    plant = sos.SecondOrderSystem(
+        np.eye(2), 0.01 * np.eye(2), np.diag([1, 1 + 1e-12]), [[1], [1]]
+    )
+    region = sos.PoleRegion(sigma=1)
+    K = placed_gain(Request(plant, region=region))
+    return sos.analyse_pid(plant, K, region=region)
 
 
 REASONS = {
@@ -87,7 +99,8 @@ REASONS = {
         saturation=sos.Saturation(0.1, [1, 0]),
         coupling="slack",
     ),
-    "floating point didn't find its P": nearly_out_of_reach,
+    "none was found that does it with the digits of a float": nearly_out_of_reach,
+    "floating point didn't find it": hidden_P,
     "by multipliers in floating point|found neither": no_multipliers,
     "Stopped after 1e-06 s": lambda _: sos.design_pid(mass(), time_limit=1e-6),
     "The request is too large: by far": broken("search", MemoryError("by far")),

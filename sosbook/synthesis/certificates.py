@@ -5,7 +5,14 @@ import numpy as np
 from ..lmi.exact import exact, round_digits
 from ..lmi.gain_proof import GainProof, given_gain
 from ..lmi.proof import Examined, Proof, first_proven
-from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.rational import (
+    decimal,
+    decimals,
+    numerals,
+    read_array,
+    read_number,
+    read_numerals,
+)
 from ..lmi.refutation import Exclusion, InfeasibilityCertificate, excluded_by
 from ..plants.checks import matrix
 from .records import read_request, request_data
@@ -20,6 +27,7 @@ __all__ = [
     "frame_data",
     "prove",
     "prove_infeasible",
+    "prove_with",
     "read_frame",
 ]
 
@@ -49,15 +57,15 @@ class Certificate(GainProof):
         """
         unknowns = self.data["unknowns"]
         if "P" in unknowns:
-            return read_array(unknowns["P"], None, None)
+            return _floats(unknowns["P"])
         names = read_request(self.data).lyapunov
-        return np.array([read_array(unknowns[name], None, None) for name in names])
+        return np.array([_floats(unknowns[name]) for name in names])
 
     @property
     def V(self):
         """The rational slack matrix, or None."""
         V = self.data["unknowns"].get("V")
-        return None if V is None else read_array(V, None, None)
+        return None if V is None else _floats(V)
 
     @classmethod
     def examine(cls, data):
@@ -67,10 +75,10 @@ class Certificate(GainProof):
         if shapes.keys() != data["unknowns"].keys():
             raise ValueError(f"unknowns must be {', '.join(shapes)}")
         values = {
-            name: read_array(data["unknowns"][name], *shape)
+            name: read_numerals(data["unknowns"][name], *shape)
             for name, shape in shapes.items()
         }
-        own = {name: exact(value) for name, value in values.items()}
+        own = dict(values)
         P = [own[name] for name in request.lyapunov]
         own = {name: x for name, x in own.items() if name not in request.lyapunov}
         V = own.pop("V", None)
@@ -93,9 +101,13 @@ class Certificate(GainProof):
             "claims": list(claims(request)),
             **request_data(request),
             "K": decimals(K),
-            "unknowns": {name: decimals(x) for name, x in values.items()},
+            "unknowns": {name: numerals(x) for name, x in values.items()},
             "blocks": [_key(name) for name in blocks],
         }
+
+
+def _floats(rows):
+    return read_numerals(rows, None, None).astype(float)
 
 
 def _shapes(request, known):
@@ -180,11 +192,29 @@ def prove(request, K, P, digits=6, V=None, own=None):
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
-        return Certificate.of(
-            Certificate.contents(asked, round_digits(K, digits), rounded, blocks)
-        )
+        return _filed(asked, round_digits(K, digits), rounded, blocks)
 
     return first_proven(attempt, digits, **given_gain(request.gain))
+
+
+def prove_with(request, K, values):
+    """The `Certificate` of a gain and matrices that aren't rounded any more.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    K : (m, N) array
+        The gain, in floats.
+    values : dict
+        P and the other unknowns by name, in rationals.
+    """
+    asked = _recorded(request)
+    return _filed(asked, K, values, block_names(asked, values))
+
+
+def _filed(asked, K, values, blocks):
+    return Certificate.of(Certificate.contents(asked, K, values, blocks))
 
 
 def _recorded(request):

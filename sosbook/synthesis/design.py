@@ -20,6 +20,7 @@ from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
 from .exclusion import FixedModeCertificate
 from .gains import Gains
+from .pole_proof import prove_poles
 from .slack import feasible
 from .solution import Solution
 
@@ -115,7 +116,10 @@ class Design(Gains, Solution):
                 f"the design is {self.status}: there is nothing to "
                 "certify; see its advice and infeasibility"
             )
-        return prove(self.request, self.K, self.P, digits, self.V, self.own)
+        proof = prove(self.request, self.K, self.P, digits, self.V, self.own)
+        if not proof.proven:  # floats may be too short for P
+            proof = prove_poles(self.request, self.K, digits) or proof
+        return proof
 
     def to_cvxpy(self, margin: float = 0.0) -> tuple[list, Any, Any]:
         """The same LMIs as cvxpy constraints, for other solvers.

@@ -3,9 +3,7 @@
 from itertools import combinations, islice
 
 import numpy as np
-from flint import fmpq_poly
 
-from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
 from ..lmi.time_limit import check_time
 from ..plants.controllability import fixed_part, matrix_of
@@ -15,6 +13,7 @@ from .exclusion_certificates import (
     SingularMassCertificate,
     plant_at,
 )
+from .pole_places import real_places
 
 __all__ = [
     "FixedModeCertificate",
@@ -105,17 +104,7 @@ def solvable(request):
         return False
     if len(part) == request.order:
         return True
-    scale = max(map(abs, np.linalg.eigvals(request.mean.state_space()[0]))) or 1.0
-    return any(
-        all(r.holds_at(place) for r in request.demands)
-        for unit in {1.0, float(scale)}
-        for place in map(_point, -unit * np.geomspace(1e-6, 1e6, 241))
-    )
-
-
-def _point(x):
-    """A float as a root of the polynomial s - x."""
-    return roots_of(fmpq_poly([-exact(float(x)), 1]))[0]
+    return bool(real_places(request))
 
 
 def _proven_reach(first):
@@ -174,9 +163,10 @@ def why_refused(first):
         )
     if known:
         text += (
-            ". But a P exists: the poles lie where they should"
+            ". But a P exists: the poles lie where they should; floating point "
+            "didn't find it"
             if request.gain is not None
-            else ". But a gain exists: the modes out of place are controllable"
+            else ". But a gain exists: the modes out of place are controllable; none "
+            "was found that does it with the digits of a float"
         )
-        text += "; floating point didn't find its P"
     return text + "."

@@ -12,6 +12,7 @@ from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
 from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
+from .pole_proof import decided_by_poles
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .small_input import excluding_input
@@ -167,6 +168,9 @@ def answer(request):
     mode = excluding_mode(request)
     if mode is not None:
         return refused_by(request, mode)
+    placed = decided_by_poles(request)
+    if placed is not None:
+        return placed
     reason = _too_thin(solution)
     if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
@@ -187,7 +191,8 @@ def refused(first):
     """The Solution of a request for which no point was found.
 
     "infeasible" where exact arithmetic excludes every point: by a mode
-    that no gain moves, or by multipliers. Otherwise "undecided".
+    that no gain moves, or by multipliers. "feasible" where it is about poles
+    alone and many digits find what floats don't. Otherwise "undecided".
 
     Parameters
     ----------
@@ -200,6 +205,9 @@ def refused(first):
     certain = without_lmis(request)
     if certain is not None:
         return replace(certain, frame=frame, multipliers=Z)
+    placed = decided_by_poles(request)
+    if placed is not None:
+        return placed
     refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
     proof = first.infeasibility
     if proof is not None and proof.proven:
