@@ -279,3 +279,12 @@ def test_a_bar_shows_the_seconds(monkeypatch):
     found = analyse_delay(SCALAR, tau=1.0, time_limit=1e5, progress=True)
     assert found.status == "feasible" and totals[-1] == (100000, "s", True)
     assert sum(moved) > 3 and set(moved) <= {1, 2}
+
+
+def test_the_largest_value_comes_with_the_centre():
+    """The search stops at any point inside; the answer is the centre."""
+    loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+    found = largest("tau", loop, tau=4, method="legendre", order=0, refuse=False)
+    wanted = solve_delay(found.design.request)
+    for name, margin in wanted.margins.items():
+        assert found.design.margins[name] == pytest.approx(margin, rel=1e-3)

@@ -10,7 +10,7 @@ from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.kronecker import Hessian
 from sosbook.lmi.newton import Newton
-from sosbook.lmi.stacks import Stacked
+from sosbook.lmi.stacks import Stacked, gram
 from sosbook.lmi.structure import structure
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -82,6 +82,32 @@ def test_the_hessian_is_that_of_the_slopes(case):
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
     mine = Hessian(stacked)(roots)
     assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+
+
+@pytest.mark.parametrize("work", [np.inf, 0], ids=["sums", "table"])
+def test_a_row_is_a_block_of_one_entry(case, work, monkeypatch):
+    """c + g.x beside the blocks: values, gradients, the Hessian."""
+    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: work)
+    blocks, x = case
+    lift, slopes, G = lifted(blocks, x)
+    gradient = np.random.default_rng(4).standard_normal(blocks.variables)
+    c = 1 - gradient @ x[:-1]
+    slopes.append(np.append(gradient, 0.0)[:, None, None])
+    G.append(np.ones((1, 1)))
+    stacked = Newton(blocks).joined(lift, (c, gradient))
+    assert stacked.degree == Newton(blocks).degree + 1
+    found = stacked.unstacked(stacked.at(x))
+    for mine, plain in zip(found, G, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
+    W = [np.linalg.inv(g) for g in G]
+    plain = sum(np.tensordot(s, w, 2) for s, w in zip(slopes, W))
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
+    assert_allclose(stacked.adjoint(gram(roots)), plain, atol=1e-11 * abs(plain).max())
+    plain = sum(
+        np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
+        for s, w in zip(slopes, W)
+    )
+    assert_allclose(Hessian(stacked)(roots), plain, atol=1e-11 * abs(plain).max())
 
 
 def test_sizes_are_those_of_the_slopes(case):

@@ -9,7 +9,7 @@ from ..lmi.time_limit import time_limit as limited
 from ..runtime.threads import one_thread
 from .design import DelayDesign
 from .request import DelayRequest, check_loop
-from .solve import first_design
+from .solve import centred_design, first_design
 
 __all__ = ["Largest", "largest"]
 
@@ -153,9 +153,8 @@ class _Search:
         try:
             with limited(self.seconds, progress):
                 low, high = self._bracket()
-                if low is not None:  # now with its centre
-                    best = first_design(self._request(low), refuse=False)
-                    self.known[low] = best
+                if low is not None:
+                    self.known[low] = centred_design(self.known[low])
                 refused = None if high is None else self._refused(high, refuse)
         except OutOfTime:
             if self.seconds is None:  # somebody else's limit

@@ -18,10 +18,13 @@ from .certificates import prove_delay
 from .design import DelayDesign
 from .refutation import refuted
 
-__all__ = ["ALPHA_RATIOS", "first_design", "solve_delay"]
+__all__ = ["ALPHA_RATIOS", "centred_design", "first_design", "solve_delay"]
 
 # alpha in units of tau, in the order of trial
 ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
+
+# how accurately the depth is known where any solution will do
+ROUGHLY = 100.0
 
 
 @one_thread
@@ -70,15 +73,15 @@ def within(seconds, request, work, progress=False):
 
 
 def _solved(request, refuse, centred):
-    problem = LMIProblem(request.blocks, request.unknowns())
-    blocks = Blocks.of(problem.in_unknowns().values(), problem.unknowns)
+    problem, blocks = _problem(request)
     check_time()
-    deep = deepest(blocks)
-    if deep.depth > 0:
-        for x in _candidates(blocks, problem.unknowns, deep.x, centred):
-            design = _at(request, problem, x)
-            if design is not None:
-                return design
+    for accuracy in (1.0,) if centred else (ROUGHLY, 1.0):
+        deep = deepest(blocks, accuracy)
+        if deep.depth <= 0:
+            break
+        design = _best(request, problem, blocks, deep.x, centred)
+        if design is not None:
+            return design
     refused = DelayDesign(request, "undecided", request.gain, reason=_reason(deep))
     if not refuse or deep.depth > 0 or deep.Z is None:
         return refused
@@ -86,6 +89,38 @@ def _solved(request, refuse, centred):
     if proof is None:
         return refused
     return replace(refused, status="infeasible", reason="", infeasibility=proof)
+
+
+def _problem(request):
+    problem = LMIProblem(request.blocks, request.unknowns())
+    return problem, Blocks.of(problem.in_unknowns().values(), problem.unknowns)
+
+
+def centred_design(design):
+    """The centre of a request's LMIs, from a `DelayDesign` of any point inside.
+
+    Parameters
+    ----------
+    design : DelayDesign
+        A feasible one, of `solve_delay` with ``centred=False``.
+
+    Returns
+    -------
+    DelayDesign
+        The same as `solve_delay` finds; the given one where it finds none.
+    """
+    problem, blocks = _problem(design.request)
+    x = np.concatenate([u.pack(design.values[u.name]) for u in problem.unknowns])
+    return _best(design.request, problem, blocks, x, True) or design
+
+
+def _best(request, problem, blocks, x, centred):
+    """The first design of the `_candidates`, or None."""
+    designs = (
+        _at(request, problem, point)
+        for point in _candidates(blocks, problem.unknowns, x, centred)
+    )
+    return next((design for design in designs if design is not None), None)
 
 
 def _reason(deep):

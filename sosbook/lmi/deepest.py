@@ -18,8 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .blocks import Blocks
-from .expression import Affine, Term, eye
 from .newton import newton_of
 from .primal_dual import interior_steps
 
@@ -77,10 +75,10 @@ def deepest(blocks, accuracy=1.0, watch=None):
     """
     if any(c.any() for c in blocks.constants):
         raise ValueError("blocks must be homogeneous: a constant isn't zero")
-    roof = float(blocks.degree) * eye(1) - _size(blocks)
-    sized = Blocks.of([*blocks.expressions, roof], blocks.unknowns)
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
-    newton = newton_of(sized).joined([*(-d for d in units), np.zeros((1, 1))])
+    size = blocks.adjoint([np.diag(d**2) for d in blocks.diagonal_scales])
+    roof = float(blocks.degree), -size
+    newton = newton_of(blocks).joined([-d for d in units], roof)
     x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
     x[-1] = cost[-1] = -1.0
     state = dict(x=x, gap=np.inf, Z=None)
@@ -92,29 +90,3 @@ def deepest(blocks, accuracy=1.0, watch=None):
             break
     Z = None if state["Z"] is None else newton.unstacked(state["Z"])[:-1]
     return Deepest(state["x"][:-1], state["x"][-1], state["gap"], Z)
-
-
-def _size(blocks):
-    """sum <G_k, inv(D_k)> as an expression, one term for each row."""
-    terms = []
-    for u in blocks.unknowns:
-        weight = sum(
-            _of_term(t, d)
-            for g, d in zip(blocks.expressions, blocks.diagonal_scales)
-            for t in g.terms
-            if t.unknown is u
-        )
-        if np.ndim(weight) == 0:  # this unknown occurs in no block
-            continue
-        one = np.eye(len(weight))
-        terms += [
-            Term(weight[j : j + 1], u, False, one[:, j : j + 1])
-            for j in range(len(weight))
-        ]
-    return Affine(np.zeros((1, 1)), terms)
-
-
-def _of_term(t, d):
-    """M with <L X R, diag(d^2)> = <M', X> for each X."""
-    M = (t.right * d**2) @ t.left
-    return M.T if t.transposed else M

@@ -54,6 +54,10 @@ class Hessian:
             return flat @ flat.T
         H = np.zeros((stacked.variables,) * 2)
         self.pairs.add(H, roots)
+        for s, N in zip(stacked.stacks, roots):
+            if s.gradient is not None:
+                g = N.item() ** 2 * s.gradient
+                H += np.outer(g, g)
         if len(stacked.scalars):
             inverses = gram(roots)
         for a, index in enumerate(stacked.scalars):

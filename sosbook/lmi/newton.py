@@ -68,8 +68,8 @@ class Newton(Stacked):
         """Whether a dense matrix fits into the memory."""
         return self.variables <= MOST_DENSE_VARIABLES
 
-    def joined(self, slopes):
-        joined = super().joined(slopes)
+    def joined(self, slopes, row=None):
+        joined = super().joined(slopes, row)
         joined.iterations = []
         joined._hessian = None
         joined._prepare()

@@ -9,7 +9,7 @@ from copy import copy
 
 import numpy as np
 
-from .structure import fold, unfold
+from .structure import StructuredBlock, fold, unfold
 from .sums import Sums
 from .work import sums_work, table_work
 
@@ -62,13 +62,15 @@ class Stacked:
         table = few and table_work(self) < sums_work(self)
         self._values = _Table(self) if table else Sums(self)
 
-    def joined(self, slopes):
+    def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
 
         Parameters
         ----------
         slopes : list of (q, q) arrays
             Its slopes, one for each block.
+        row : (float, (k,) array), optional
+            One more block, the last: the number c + g.x for a row (c, g).
 
         Returns
         -------
@@ -79,6 +81,9 @@ class Stacked:
         joined.variables += 1
         joined.scalars = np.append(self.scalars, self.variables)
         joined.stacks = [s.joined(slopes) for s in self.stacks]
+        if row is not None:
+            joined.stacks.append(_Row(joined, len(slopes), *row))
+            joined.degree += 1
         joined._values = self._values.joined(joined)
         return joined
 
@@ -166,6 +171,8 @@ class Stacked:
 class _Stack:
     """Blocks of one kind, padded to one size q; ``indices`` says which."""
 
+    gradient = None
+
     def __init__(self, indices, blocks):
         self.indices, self.blocks = indices, blocks
         self.sizes = [len(b.constant) for b in blocks]
@@ -189,6 +196,16 @@ class _Stack:
         joined = copy(self)
         joined.slopes = np.concatenate([self.slopes, last[None]])
         return joined
+
+
+class _Row(_Stack):
+    """One block of one entry, with its ``gradient`` by all variables."""
+
+    def __init__(self, owner, index, constant, gradient):
+        self.gradient = np.append(gradient, 0.0)
+        slopes = self.gradient[owner.scalars].reshape(-1, 1, 1)
+        block = StructuredBlock(np.array([[float(constant)]]), [], slopes)
+        super().__init__([index], [block])
 
 
 def _before_cancelling(block):
@@ -243,8 +260,15 @@ class _Table:
 
     def joined(self, owner):
         joined = copy(self)
-        last = np.concatenate([real(s.slopes[-1]) for s in owner.stacks])
+        blocks = [s for s in owner.stacks if s.gradient is None]
+        last = np.concatenate([real(s.slopes[-1]) for s in blocks])
         joined.owner, joined.table = owner, np.vstack([self.table, last])
+        for s in owner.stacks[len(blocks) :]:  # a row is one more column
+            end = len(joined.constant)
+            joined.parts = [*self.parts, (slice(end, end + 1), float, (1, 1, 1))]
+            joined.constant = np.append(joined.constant, s.constant)
+            joined.weights = np.append(joined.weights, 1.0)
+            joined.table = np.column_stack([joined.table, s.gradient])
         return joined
 
     def diagonal_squares(self):

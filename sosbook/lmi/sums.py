@@ -32,22 +32,21 @@ class Sums:
         self._belong(owner)
         self.rights, pieces = [], []
         places, self.plans = {}, []  # of each block: (rows, columns, sum of pieces)
-        for s in owner.stacks:
-            for b in s.blocks:
-                plan = []
-                for t in b.products:
-                    cols = _span(t.right.any(axis=0))
-                    right = np.ascontiguousarray(t.right[:, cols])
-                    key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
-                    if key not in places:
-                        places[key] = len(self.rights)
-                        self.rights.append((t.unknown, right))
-                        pieces.append([])
-                    here = places[key]
-                    for rows in _rows(t.left, max(t.left.shape[1], len(t.right))):
-                        plan.append((rows, cols, here, len(pieces[here])))
-                        pieces[here].append(t.left[rows])
-                self.plans.append(plan)
+        for b in (b for s in owner.stacks if s.gradient is None for b in s.blocks):
+            plan = []
+            for t in b.products:
+                cols = _span(t.right.any(axis=0))
+                right = np.ascontiguousarray(t.right[:, cols])
+                key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
+                if key not in places:
+                    places[key] = len(self.rights)
+                    self.rights.append((t.unknown, right))
+                    pieces.append([])
+                here = places[key]
+                for rows in _rows(t.left, max(t.left.shape[1], len(t.right))):
+                    plan.append((rows, cols, here, len(pieces[here])))
+                    pieces[here].append(t.left[rows])
+            self.plans.append(plan)
         found = [_shared(some) for some in pieces]
         self.lefts = [tall for tall, _ in found]
         self.plans = [
@@ -59,6 +58,7 @@ class Sums:
         self.owner, self.scalars = owner, owner.scalars
         self.constants = [s.constant for s in owner.stacks]
         self.slopes = [s.slopes for s in owner.stacks]
+        self.gradients = [s.gradient for s in owner.stacks]
 
     def joined(self, owner):
         """The same with one more scalar variable, which the ``owner`` has."""
@@ -100,7 +100,11 @@ class Sums:
         ]
         scalars = direction[self.scalars]
         plans, changes = iter(self.plans), []
-        for constant, slopes in zip(self.constants, self.slopes):
+        parts = zip(self.constants, self.slopes, self.gradients)
+        for constant, slopes, gradient in parts:
+            if gradient is not None:
+                changes.append(np.full_like(constant, gradient @ direction))
+                continue
             total = np.zeros_like(constant)
             for g in total:
                 for rows, cols, here, combination in next(plans):
@@ -122,15 +126,18 @@ class Sums:
             np.zeros((len(tall), right.shape[1]), right.dtype)
             for tall, (_, right) in zip(self.lefts, self.rights)
         ]
-        out = np.zeros(self.owner.variables)
+        out, row = np.zeros((2, self.owner.variables))
         plans = iter(self.plans)
         for s, stack, slopes in zip(self.owner.stacks, Z, self.slopes):
+            if s.gradient is not None:
+                row += stack.item() * s.gradient
+                continue
             for z in stack:
                 for rows, cols, here, combination in next(plans):
                     total, here_z = gathered[here], z[rows, cols]
                     for weight, part in combination:
-                        term = (2 * s.weight * np.conj(weight)) * here_z
-                        total[part] += term if np.iscomplexobj(total) else term.real
+                        term = (2 * s.weight * weight.conjugate()) * here_z
+                        total[part] += term if total.dtype == complex else term.real
             for index, slope in zip(self.scalars, slopes):
                 out[index] += s.weight * np.vdot(slope, stack).real
         X = [np.zeros((layout.rows, layout.cols)) for layout in self.layouts]
@@ -138,7 +145,7 @@ class Sums:
             X[unknown] += ((tall.T @ total) @ right.conj().T).real
         for layout, x in zip(self.layouts, X):
             out[layout.start : layout.start + layout.size] = layout.gradient(x)
-        return out
+        return out + row
 
 
 def _rows(left, height):
