@@ -28,6 +28,10 @@ MODEL_ERROR = 0.01  # relative: what the linear pendulum and the counts leave
 #: The logarithms of three factors, the delay over T and the friction in V.
 NOMINAL = 0.0, 0.0, 0.0, 0.3, 0.05
 NAMES = "body", "wheels", "back-EMF", "delay", "friction"
+SMALLEST = np.array([-0.5, -0.5, -0.5, 0.0, 0.0])
+LARGEST = np.array([0.5, 0.5, 0.5, 1.0, 5.0])
+SIZES = np.array([0.1, 0.1, 0.1, 0.3, 0.1])
+STEP = 1e-3  # of the sizes, for slopes: a share of the value drowns near zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +113,9 @@ def track(log, mip, T, counts):
         return least_squares(
             left,
             start,
-            bounds=([-0.5, -0.5, -0.5, 0.0, 0.0], [0.5, 0.5, 0.5, 1.0, 5.0]),
-            diff_step=1e-4,
-            x_scale=[0.1, 0.1, 0.1, 0.3, 0.1],
+            jac=lambda x: _slopes(left, x),
+            bounds=(SMALLEST, LARGEST),
+            x_scale=SIZES,
             max_nfev=25,
         )
 
@@ -133,6 +137,17 @@ def track(log, mip, T, counts):
         e * scale[:, None],
         log.t[use][-e.shape[1] :],
     )
+
+
+def _slopes(function, x):
+    """The Jacobian by central differences; one-sided ones at a bound."""
+    columns = []
+    for k, size in enumerate(STEP * SIZES):
+        low, high = x.copy(), x.copy()
+        low[k] = max(x[k] - size, SMALLEST[k])
+        high[k] = min(x[k] + size, LARGEST[k])
+        columns.append((function(high) - function(low)) / (high[k] - low[k]))
+    return np.stack(columns, axis=1)
 
 
 def _friction(wheels, T):
