@@ -44,6 +44,7 @@ def test_the_example_is_designed_verified_and_checked(tmp_path):
     assert done.returncode == 2 and "checksum" in done.stderr
 
 
+@pytest.mark.slow
 def test_it_needs_no_pictures_and_no_widgets():
     code = (
         "import sys; from sosbook.proofs.command import main; "

@@ -259,6 +259,7 @@ def multipliers(A, Ad, low, period):
     return np.linalg.eigvals(step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["functional", "shift"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_no_sampled_loop_refutes_a_proof(seed, method):

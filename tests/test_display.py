@@ -169,6 +169,7 @@ def test_names_with_all_that_is_allowed_are_shown():
     assert "left of minus-1 now" in Reader(design._repr_html_()).text
 
 
+@pytest.mark.slow
 def test_a_card_needs_neither_matplotlib_nor_control():
     code = """
 import sys

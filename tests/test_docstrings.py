@@ -108,6 +108,7 @@ def faults(name):
     return [f"{x} isn't documented" for x in sorted(undocumented(thing, doc))] + found
 
 
+@pytest.mark.slow
 def test_every_public_object_is_documented():
     assert len(public()) > 500
     found = {name: faults(name) for name in sorted(public())}

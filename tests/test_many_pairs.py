@@ -114,6 +114,7 @@ def test_a_text_that_needs_single_matrices_is_read_pair_by_pair(requirement):
         assert_allclose(found[name], margin(g), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
 def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
     plant = plants()
@@ -127,6 +128,7 @@ def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
     assert check.check(proof.text) == list(proof.claims)
 
 
+@pytest.mark.slow
 def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
     plant, asked = plants(1), ASKED["least"]
     whole = sos.design_pid(plant, **asked)
@@ -157,6 +159,7 @@ def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
     assert cuts.holds(far) and not cuts.holds(-far)
 
 
+@pytest.mark.slow
 def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
     monkeypatch.setattr(feasibility, "CUTTING_PLANE_ABOVE_PAIRS", 20)
     design = sos.design_pid(plants(k=3), region=REGION, gamma=1e-3)

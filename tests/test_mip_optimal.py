@@ -126,6 +126,7 @@ def test_c_does_what_python_does(kind):
         assert said[0] == said[1]
 
 
+@pytest.mark.slow
 def test_a_clock_too_slow_for_a_gain_is_one_for_the_observer():
     assert recoverable_tilt(SLOW, LAZY.limit) > 0.3
     with pytest.raises(ValueError, match='law = "observer" would do'):

@@ -125,6 +125,7 @@ def strange(request, tmp_path_factory):
     return found, [p for p in paths if not p.name.startswith(("proof_", "check_"))]
 
 
+@pytest.mark.slow
 def test_every_number_in_every_file_has_a_source(strange):
     found, paths = strange
     places, seen, foreign = known(found), 0, {}
@@ -143,6 +144,7 @@ def test_every_number_in_every_file_has_a_source(strange):
     assert seen > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stranger", ["35.577", "2122.2", "0.49", "0x1.8f5c28f5c28f6p-2", "7.4", "0.272"]
 )

@@ -165,6 +165,7 @@ def test_an_unknown_name_is_an_error():
         importlib.import_module("sosbook.mip.nothing")
 
 
+@pytest.mark.slow
 def test_the_robots_program_runs_by_its_short_name():
     done = subprocess.run(
         [sys.executable, "-m", "sosbook.mip", "--help"],

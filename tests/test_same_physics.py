@@ -94,6 +94,7 @@ def accuracy(asked):
     return 1e-6 if "gamma" in asked else 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2])
 @few
 @given(seeds, units)
@@ -119,6 +120,7 @@ def test_design_and_analysis(count, seed, powers):
     assert never[0].status == never[1].status != "feasible"
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_order_and_repetition_of_vertices(seed):

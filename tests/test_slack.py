@@ -378,6 +378,7 @@ def sharp(seed):
     return plants, asked, key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     """A bound below the least one of a vertex alone."""

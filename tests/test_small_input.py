@@ -114,6 +114,7 @@ def test_a_part_excludes_nothing_that_is_possible(seed):
         assert excluding_input(easy, search) is None
 
 
+@pytest.mark.slow
 def test_several_plants_and_more_requirements():
     plants = sos.Polytope([one_mass(1, 0, -2, 1), one_mass(1, 0, -2, 5)])
     plants = sos.Polytope(

@@ -104,6 +104,7 @@ def test_a_point_that_always_kills_is_named():
         sweep(fatal, [5, 6, 7, 8], n_jobs=2, retries=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_jobs", [1, 2])
 def test_an_exception_comes_back_with_its_point(n_jobs):
     def fail(k):

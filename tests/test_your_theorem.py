@@ -51,6 +51,7 @@ def test_its_own_tests_pass_outside_the_package(folder):
     assert "3 passed" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_design_with_the_file_alone(folder):
     text = """
 from energy_to_peak import *
