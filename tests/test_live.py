@@ -11,8 +11,10 @@ from pathlib import Path
 
 import nbformat
 import pytest
+from nbformat.sign import NotebookNotary
 
 import sosbook as sos
+from sosbook.book.notebooks import BOOK
 
 pytestmark = pytest.mark.live
 TOKEN = "sosbook"
@@ -49,6 +51,7 @@ EXPLORERS = {
     "sampling": "explore_sampling()",
     "robot": "explore_robot()",
 }
+CHAPTER = "04_lmi_regions.ipynb"
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 
 
@@ -81,6 +84,11 @@ def lab(tmp_path_factory):
         nbformat.v4.new_notebook(cells=[atlas], metadata={"kernelspec": kernel}),
         folder / "stranger.ipynb",
     )
+    if (chapter := BOOK / CHAPTER).exists():
+        notebook = nbformat.read(chapter, as_version=4)
+        nbformat.write(notebook, folder / CHAPTER)
+        (folder / "data").mkdir()
+        NotebookNotary(data_dir=str(folder / "data")).sign(notebook)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -244,4 +252,18 @@ def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
         timeout=60_000
     )
     assert page.locator("sos-atlas input").count() == 0
+    context.close()
+
+
+@pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
+def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab(CHAPTER))
+    figure = page.locator("figure.sos-figure svg").first
+    figure.wait_for(timeout=60_000)
+    assert figure.bounding_box()["width"] > 300
+    text = "".join(page.locator(".jp-MarkdownCell").all_inner_texts())
+    assert "Before:" in text
+    assert not any(mark in text for mark in (":::", "{eq}", "{prf", "{numref}", "]("))
     context.close()

@@ -74,6 +74,22 @@ def test_a_chapter_tells_its_time_in_one_form(path):
     assert all(re.match(r"\*\*Time:\*\* \d+ min to read\b", line) for line in told)
 
 
+def test_viewers_that_convert_a_notebook_show_its_figures():
+    """nbviewer does so. Beside HTML it would choose no other kind of picture."""
+    exporter = pytest.importorskip("nbconvert").HTMLExporter()
+    notebook = notebooks.read(ROOT / "book" / "04_lmi_regions.ipynb")
+    figures = []
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            if output.get("data", {}).get("text/html", "").startswith("<figure"):
+                figures.append(output.data["text/html"])
+                output.data["image/png"] = "bmV2ZXI="
+    page, _ = exporter.from_notebook_node(notebook)
+    assert len(figures) == page.count('class="sos-figure"') > 0
+    assert page.count("<path") >= sum(figure.count("<path") for figure in figures)
+    assert "bmV2ZXI=" not in page
+
+
 def code(source="1", count=1, tags=(), outputs=()):
     cell = v4.new_code_cell(source, execution_count=count, outputs=list(outputs))
     cell.metadata["tags"] = list(tags)
