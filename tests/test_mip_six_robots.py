@@ -73,3 +73,21 @@ def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     assert abs(tilts).max() < 0.5
     assert abs(tilts[len(tilts) // 2 :]).max() < np.deg2rad(3)
     print(f"{machine.name}: {found.facts['specification']}, {found.sensitivity:.2f}")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX + OTHERS]
+)
+def test_it_is_proven_for_all_that_its_fit_allows(machine, tmp_path):
+    """All five ratios are uncertain, and the machine is one of the pendulums."""
+    body, wheels = logs(machine)
+    write(tmp_path / "body.csv", "t,V,gyro", body)
+    write(tmp_path / "wheels.csv", "t,V,encoder1,encoder2", wheels)
+    paths = tmp_path / "body.csv", tmp_path / "wheels.csv"
+    found = deploy(*paths, described(machine), confidence=0.99)
+    assert found.sensitivity <= 2 and found.proven, found.lacking
+    mip = found.mip
+    truth = [machine.I_o + machine.J, machine.e, machine.f, machine.I_w + machine.J / 2]
+    moved = np.divide(truth, [mip.c, mip.e, mip.f, mip.I_w]) - 1
+    assert (found.spread.weights(moved) > 0).all(), moved

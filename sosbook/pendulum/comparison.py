@@ -7,6 +7,7 @@ import numpy as np
 
 from ..display.escape import page_text
 from .finding import Finding
+from .fit_spread import FitSpread
 from .modelled import Model
 from .report import PAGE, curve
 from .ticks import TickLog
@@ -50,12 +51,22 @@ class Comparison:
         """
         if self.tracking is None:
             return None
-        low, high = 1 - self.model.spread, 1 + self.model.spread
         ends = [self.tracking.interval(name) for name in ("body", "wheels")]
+        if isinstance(self.model.spread, FitSpread):
+            return self._within_fit(*ends)
+        low, high = 1 - self.model.spread, 1 + self.model.spread
         if any(b < low or a > high for a, b in ends):
             return False
         inside = all(low <= a and b <= high for a, b in ends)
         return True if inside else None
+
+    def _within_fit(self, body, wheels):
+        """The same for a `FitSpread` and the intervals of e/c and e/a."""
+        moved = [[0, e - 1, 0, e / w - 1] for e in body for w in wheels]
+        weights = self.model.spread.weights(moved)
+        if (weights < 0).all(axis=0).any():
+            return False  # all of them lie beyond one face
+        return True if (weights >= 0).all() else None
 
     @property
     def verdict(self):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..plants.checks import finite, positive
+from .fit_spread import FitSpread
 from .gate import Inspection, refused, widened
 from .log import Log
 from .proven import LARGEST_PEAK, Deployment
@@ -46,8 +47,8 @@ def recommend(
         Weight of the voltage. None searches the smallest of 1, 2, 5,
         10, ... with which no sampled loop's sensitivity exceeds
         ``peak``.
-    spread : float
-        Relative spread of e/c and of e/a.
+    spread : float or FitSpread
+        Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
     T, delay, blend : float, optional
         Time between samples and the longest time from the sample to
         the voltage, in s; as in `Firmware`. Without them those of
@@ -114,7 +115,7 @@ def recommend(
     )
 
 
-def deploy(body, wheels, robot=None, force=False, **asked):
+def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
     """From the logs of the two experiments to a controller.
 
     Parameters
@@ -128,6 +129,9 @@ def deploy(body, wheels, robot=None, force=False, **asked):
     force : bool
         Go on with logs that `check_log` or `check_fits` refuses; the
         header says so.
+    confidence : float, optional
+        With it all five ratios are uncertain: the spread is the `FitSpread` of the
+        logs, around the ellipsoid of this probability. Not beside ``spread``.
     **asked
         As for `recommend`; a described robot's R is searched.
 
@@ -149,6 +153,10 @@ def deploy(body, wheels, robot=None, force=False, **asked):
         raise ValueError(seen.refusal)
     identified = seen.identified
     sd = widened(identified)
+    if confidence is not None:
+        if "spread" in asked:
+            raise ValueError("give spread or confidence: each says which robots")
+        asked["spread"] = FitSpread.of(identified, sd, confidence)
     data = {
         f"log of the {name}": f"{Path(path).name}, sha256 " + digest(path)
         for name, path in (("body", body), ("wheels", wheels))

@@ -5,6 +5,7 @@ from importlib.metadata import version
 import numpy as np
 
 from .firmware import SOFTNESS
+from .spread import spread_words
 from .steering import inertia_bounds
 from .tuning import recoverable_tilt
 
@@ -20,7 +21,7 @@ def facts(deployment):
         **deployment.data,
         "robot": robot.words,
         "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}, J = {mip.J:.6g}",
-        "spread": f"e/c and e/a off by {100 * deployment.spread:g} %, either way",
+        "spread": spread_words(deployment.spread),
         **(_optimal(deployment.design) if deployment.optimal else _gain(deployment)),
         "proof of the sampled loop": _sampled(deployment),
         **_compensation(deployment),
@@ -98,8 +99,8 @@ def _steering(design):
         + " ".join(f"{k:.6g}" for k in law.K[0])
         + f"; a radian of heading is {law.per_radian:.6g} rad of it",
         "steering's plants": f"a_d delta'' + f delta' = e W, a_d from {low:.6g} to "
-        f"{high:.6g} kg m^2, e off by {100 * design.spread:g} % either way, and a_d "
-        "with it so that e/a is",
+        f"{high:.6g} kg m^2 in the middle; a_d / e and f / e in the rectangle around "
+        "the balance's spread",
         "steering's proof": "; ".join(
             [*design.certificate.claims, *design.held.claims]
             + proven * [f"sampled, stable for each of the delays {delays} ms"]

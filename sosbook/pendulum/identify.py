@@ -304,7 +304,7 @@ class Identified:
         return x["e_a"] / x["f_a"] / (x["e_c"] / x["f_c"])
 
     def polytope(self, spread=0.04):
-        """`polytope` of the pendulum, with the ``spread`` of (4.25)."""
+        """`polytope` of the pendulum, with a ``spread`` as that of (4.25)."""
         return polytope(self.mip, spread)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .firmware import Firmware
+from .fit_spread import FitSpread
 from .law import SampledLaw
 from .model import Mip
 from .robot import Robot
@@ -28,15 +29,15 @@ class Model:
         The pendulum in the middle.
     robot : Robot
         The robot's description.
-    spread : float
-        The relative spread of e/c and of e/a that was proven.
+    spread : float or FitSpread
+        The relative spread of e/c and of e/a that was proven, or that of a fit.
     law : SampledLaw
         The law.
     """
 
     mip: Mip
     robot: Robot
-    spread: float
+    spread: object
     law: SampledLaw
 
     @classmethod
@@ -74,7 +75,7 @@ class Model:
         return cls(
             Mip(**table["pendulum"]),
             Robot.of(table["robot"], str(paths[0])),
-            table["spread"],
+            _spread(table["spread"]),
             SampledLaw(**matrices, T=law["T"]),
         )
 
@@ -94,7 +95,7 @@ class Model:
             "linear plant, M z'' + D z' + S z = B V of z = [theta, phi]": {
                 x: getattr(plant, x).tolist() for x in PLANT
             },
-            "spread": self.spread,
+            "spread": _noted(self.spread),
             "law": law,
             "robot": robot,
         }
@@ -116,3 +117,18 @@ class Model:
             deaf=robot.deaf,
             compensation=robot.compensation,
         )
+
+
+def _noted(spread):
+    """A spread as JSON has it: a number, or a fit's covariance and confidence."""
+    if not isinstance(spread, FitSpread):
+        return spread
+    return {
+        "covariance of c, e, f, I_w, relative": spread.covariance.tolist(),
+        "confidence": spread.confidence,
+    }
+
+
+def _spread(noted):
+    """The spread that was noted."""
+    return FitSpread(*noted.values()) if isinstance(noted, dict) else noted

@@ -49,8 +49,8 @@ class Deployment:
     ----------
     mip : Mip
         The robot in the middle.
-    spread : float
-        Relative spread of e/c and of e/a.
+    spread : float or FitSpread
+        Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
     design : Design or OptimalLaw
         Theorem 2.4 over the polytope, or an optimal law of the robot in the
         middle, of which the sampled loops alone are proven.
@@ -81,7 +81,7 @@ class Deployment:
     """
 
     mip: Mip
-    spread: float
+    spread: object
     design: object
     delayed: object
     T: float
@@ -169,7 +169,7 @@ class Deployment:
 
     @property
     def robots(self):
-        """The one in the middle and the four vertices."""
+        """The one in the middle and the vertices."""
         return (self.mip, *vertices(self.mip, self.spread))
 
     @cached_property
@@ -195,7 +195,7 @@ class Deployment:
     def sampled(self):
         """Proofs of `loops` for every plant of the polytope.
 
-        A dict from the delay in s to two `SampledCertificate`, one for each of
+        A dict from the delay in s to a `SampledCertificate` for each of
         `triangles`. They presume accelerometers that measure theta exactly.
         """
         parts = triangles(self.mip, self.spread)

@@ -7,9 +7,10 @@ import numpy as np
 from ..plants.checks import finite
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import Polytope
+from .fit_spread import FitSpread
 from .model import Mip  # noqa: F401 (for the examples)
 
-__all__ = ["polytope", "reduced", "triangles", "vertices"]
+__all__ = ["polytope", "reduced", "spread_words", "triangles", "vertices"]
 
 
 def vertices(mip, spread=0.04):
@@ -19,14 +20,14 @@ def vertices(mip, spread=0.04):
     ----------
     mip : Mip
         The one in the middle, with I_w.
-    spread : float
-        The relative spread, between 0 and 1.
+    spread : float or FitSpread
+        The relative spread, between 0 and 1; or what a fit allows.
 
     Returns
     -------
     tuple of Mip
         In the order of (4.25): (e/c, e/a) times (1 - s, 1 - s),
-        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s).
+        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s). Of a `FitSpread` its five.
 
     Raises
     ------
@@ -40,6 +41,8 @@ def vertices(mip, spread=0.04):
     """
     if mip.I_w is None:
         raise ValueError("mip has no I_w: say which part of a is geared")
+    if isinstance(spread, FitSpread):
+        return spread.vertices(mip)
     if not 0 <= finite("spread", spread) < 1:
         raise ValueError(f"spread must lie in [0, 1), got {spread!r}")
     return tuple(
@@ -73,7 +76,7 @@ def polytope(mip, spread=0.04):
     Returns
     -------
     Polytope
-        A polytope with four vertices.
+        A polytope with four vertices, or five of a `FitSpread`.
 
     Notes
     -----
@@ -101,15 +104,31 @@ def triangles(mip, spread=0.04):
     Returns
     -------
     tuple of Polytope
-        The triangles of the vertices 1, 4, 2 and 1, 4, 3.
+        The triangles of the vertices 1, 4, 2 and 1, 4, 3. Of a `FitSpread`, whose
+        polytope is a simplex, this polytope alone.
 
     Examples
     --------
     >>> [part.N for part in triangles(Mip.printed())]
     [3, 3]
     """
-    plants = polytope(mip, spread).vertices
+    whole = polytope(mip, spread)
+    if isinstance(spread, FitSpread):
+        return (whole,)
+    plants = whole.vertices
     return tuple(Polytope([plants[0], plants[3], plants[k]]) for k in (1, 2))
+
+
+def spread_words(spread):
+    """A ``spread``, a number or a `FitSpread`, in a sentence."""
+    if not isinstance(spread, FitSpread):
+        return f"e/c and e/a off by {100 * spread:g} %, either way"
+    return (
+        "c, e, f and I_w in a simplex of five pendulums around the fit's "
+        f"{100 * spread.confidence:g} % confidence ellipsoid (normal errors to first "
+        "order, their covariance widened by the misfit; masses, lengths and g taken "
+        f"for exact); it reaches {', '.join(spread.reached)}"
+    )
 
 
 def reduced(mip, spread=0.04):

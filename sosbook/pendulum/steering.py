@@ -21,6 +21,7 @@ from ..synthesis.lqr import design_lqr
 from .firmware import TRUSTED_VOLTS, Firmware, within
 from .law import combine
 from .margins import loop_radius, peak_sensitivity
+from .spread import vertices
 from .tuning import DELAY_SHARES, WEIGHTS, proven_decay
 
 __all__ = [
@@ -240,8 +241,8 @@ def turning_plants(mip, robot, spread=0.04):
         The pendulum in the middle, with its I_w.
     robot : Robot
         The robot's description, with its track.
-    spread : float
-        As for `polytope`: e moves by it either way, and I_w so that e/a does.
+    spread : float or FitSpread
+        As for `polytope`, whose pendulums' quotients the rectangle holds.
 
     Returns
     -------
@@ -259,10 +260,10 @@ def turning_plants(mip, robot, spread=0.04):
         raise ValueError("mip has no I_w: say which part of a is geared")
     if robot.track is None:
         raise ValueError("the robot has no track: how far apart are its wheels?")
-    least, most = inertia_bounds(mip, robot)
-    low, high = 1 / (1 + spread), 1 / (1 - spread)
-    inertia = least / mip.e * low, most / mip.e * high
-    damping = mip.f / mip.e * low, mip.f / mip.e * high
+    around = vertices(mip, spread)
+    quotients = [x / m.e for m in around for x in inertia_bounds(m, robot)]
+    inertia = min(quotients), max(quotients)
+    damping = min(m.f / m.e for m in around), max(m.f / m.e for m in around)
     plants = [
         SecondOrderSystem([[m]], [[d]], [[0]], B=[[1]])
         for m, d in product(inertia, damping)
@@ -281,7 +282,7 @@ class SteeringDesign:
         The robot's description, with its track.
     robots : tuple of Mip
         The pendulum in the middle and those at the polytope's corners.
-    spread : float
+    spread : float or FitSpread
         As in `turning_plants`.
     design : Design
         The least cost of Theorem 2.4 over the rectangle of `turning_plants`.
@@ -295,7 +296,7 @@ class SteeringDesign:
 
     robot: object
     robots: tuple
-    spread: float
+    spread: object
     design: object
     delayed: object
     law: Steering
@@ -385,7 +386,7 @@ def steer(mip, robots, robot, firmware, balance, spread, peak):
         What balances.
     balance : SampledSystem
         The same, from the true [theta, phi, theta', phi'] to V.
-    spread : float
+    spread : float or FitSpread
         As in `turning_plants`.
     peak : float
         The largest peak of the sensitivity.

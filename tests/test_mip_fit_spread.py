@@ -1,0 +1,161 @@
+"""The spread of all five ratios from the fit: a simplex around its ellipsoid."""
+
+import json
+
+import numpy as np
+import pytest
+from sosbook.mip import Mip, Robot, recommend
+from sosbook.mip.__main__ import main
+from sosbook.mip.comparison import Comparison
+from sosbook.mip.deployment import deploy
+from sosbook.mip.fit_spread import FitSpread
+from sosbook.mip.gate import widened
+from sosbook.mip.identify import identify
+from sosbook.mip.modelled import Model
+from sosbook.mip.rig import DATA, shipped
+from sosbook.mip.spread import polytope, triangles, vertices
+from sosbook.mip.steering import inertia_bounds, turning_plants
+
+LOGS = DATA / "body.csv", DATA / "wheels.csv"
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return identify(shipped("body"), shipped("wheels"))
+
+
+@pytest.fixture(scope="module")
+def spread(fit):
+    return FitSpread.of(fit, widened(fit))
+
+
+def numbers(mip):
+    return np.array([mip.c, mip.e, mip.f, mip.I_w])
+
+
+def test_the_ellipsoid_lies_in_the_simplex_and_touches_each_face(spread):
+    random = np.random.default_rng(3)
+    ball = random.normal(size=(4000, 4))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    weights = spread.weights(ball @ spread.axes.T)
+    assert weights.min() > -1e-12
+    assert (weights.min(axis=0) < 0.02).all()  # none of the faces is far
+    # the ellipsoid is that of the covariance
+    inside = ball @ spread.axes.T
+    distance = np.einsum(
+        "ki,ij,kj->k", inside, np.linalg.inv(spread.covariance), inside
+    )
+    assert distance == pytest.approx(13.2767, rel=1e-5)  # chi-square, 4, 0.99
+    # each face touches it: the nearest point of a face has the radius one
+    inverse = np.linalg.inv(spread.axes)
+    for k in range(5):
+        face = np.delete(spread.corners, k, axis=0) @ inverse.T
+        assert np.linalg.norm(face.mean(axis=0)) == pytest.approx(1.0)
+
+
+def test_the_plants_between_the_corners_are_pendulums_of_the_simplex(fit, spread):
+    """M, D, S and B are affine in c, e, f and I_w, with rotors too."""
+    random = np.random.default_rng(4)
+    rotors = Mip.from_ratios(**fit.ratios, rotors=True)
+    for mip in (fit.mip, rotors):
+        corners = spread.vertices(mip)
+        plants = polytope(mip, spread).vertices
+        for weights in random.dirichlet(np.ones(5), 20):
+            moved = weights @ spread.corners
+            assert spread.weights(moved) == pytest.approx(weights)
+            middle = spread._moved(mip, *moved)
+            for letter in "abcdefJ":
+                mixed = weights @ [getattr(x, letter) for x in corners]
+                assert getattr(middle, letter) == pytest.approx(mixed, rel=1e-12)
+            for name in "MDSB":
+                mixed = sum(w * getattr(p, name) for w, p in zip(weights, plants))
+                assert np.allclose(getattr(middle.plant(), name), mixed, rtol=1e-12)
+
+
+def test_the_four_numbers_follow_from_the_five_ratios(fit, spread):
+    """Its covariance is that of `Mip.from_ratios` of ratios that err."""
+    random = np.random.default_rng(5)
+    value, sd = np.array(list(fit.ratios.values())), widened(fit)
+    covariance = fit.covariance.copy()
+    np.fill_diagonal(covariance, sd**2)
+    drawn = random.multivariate_normal(value, covariance, 20000)
+    moved = [
+        numbers(Mip.from_ratios(**dict(zip(fit.ratios, x)))) / numbers(fit.mip) - 1
+        for x in drawn
+    ]
+    assert np.cov(np.array(moved).T) == pytest.approx(
+        spread.covariance, rel=0.05, abs=0.02 * spread.covariance.max()
+    )
+    inverse = np.linalg.inv(spread.covariance)
+    inside = np.einsum("ki,ij,kj->k", moved, inverse, moved) < spread.radius**2
+    assert inside.mean() == pytest.approx(0.99, abs=0.003)
+    assert (spread.weights(moved) > 0).all(axis=1).mean() > 0.99
+
+
+def test_places_that_take_a_number_take_it(fit, spread):
+    assert len(vertices(fit.mip, spread)) == 5
+    assert [part.N for part in triangles(fit.mip, spread)] == [5]
+    robot = Robot.shipped("thesis").but(track=0.07)
+    whole = turning_plants(fit.mip, robot, spread)[0].vertices
+    for mip in vertices(fit.mip, spread):
+        for inertia in inertia_bounds(mip, robot):
+            m, d = inertia / mip.e, mip.f / mip.e
+            assert min(p.M[0, 0] for p in whole) <= m <= max(p.M[0, 0] for p in whole)
+            assert min(p.D[0, 0] for p in whole) <= d <= max(p.D[0, 0] for p in whole)
+
+
+@pytest.mark.slow
+def test_a_robot_is_proven_within_it_and_says_so(spread, tmp_path):
+    found = main([*map(str, LOGS), str(tmp_path), "--confidence", "0.99"])
+    assert found.proven and len(found.robots) == 6
+    assert np.allclose(found.spread.covariance, spread.covariance)
+    assert [len(row) for row in found.sampled.values()] == [1, 1, 1]
+    facts = json.loads((tmp_path / "provenance_balance.json").read_text("utf-8"))
+    assert "99 % confidence ellipsoid" in facts["spread"]
+    assert f"c by {100 * abs(spread.corners[:, 0]).max():.2g} %" in facts["spread"]
+    model = Model.read(tmp_path)
+    assert np.array_equal(model.spread.covariance, found.spread.covariance)
+    assert model.spread.confidence == 0.99 and model.text == Model.of(found).text
+
+
+@pytest.mark.slow
+def test_steering_is_proven_within_it(fit, spread):
+    robot = Robot.shipped("thesis").but(track=0.07)
+    design = recommend(fit.mip, spread=spread, robot=robot).steering
+    assert design.lacking == () and design.coupled_radius < 1
+
+
+class Tracked:
+    """What `track` found: intervals of e/c and e/a over the model's."""
+
+    def __init__(self, body, wheels):
+        self.ends = {"body": body, "wheels": wheels}
+
+    def interval(self, name):
+        return self.ends[name]
+
+
+@pytest.mark.parametrize(
+    "body, wheels, verdict",
+    [
+        ((0.9999, 1.0001), (0.9999, 1.0001), True),
+        ((0.9, 1.1), (0.9, 1.1), None),
+        ((1.2, 1.3), (0.9, 1.1), False),
+        ((0.99, 1.01), (0.7, 0.8), False),
+    ],
+)
+def test_a_running_robot_is_held_against_it(body, wheels, verdict, fit, spread):
+    model = Model(fit.mip, Robot.shipped("thesis"), spread, None)
+    found = Comparison(model, None, Tracked(body, wheels), ())
+    assert found.within is verdict
+
+
+def test_bad_input_is_named(fit, spread):
+    with pytest.raises(ValueError, match="confidence must lie between 0 and 1"):
+        FitSpread(spread.covariance, 1.0)
+    with pytest.raises(ValueError, match="covariance must be positive definite"):
+        FitSpread(np.zeros((4, 4)))
+    with pytest.raises(ValueError, match="too uncertain: .* reaches c by .* logs"):
+        FitSpread(0.2**2 * np.eye(4))
+    with pytest.raises(ValueError, match="give spread or confidence"):
+        deploy(*LOGS, confidence=0.9, spread=0.04)
