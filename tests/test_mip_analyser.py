@@ -1,12 +1,13 @@
 """What static analysers say of every generated C program: once a week."""
 
+import re
 import shutil
 import subprocess
 
 import pytest
 from sosbook.mip import Firmware
 from sosbook.mip.drive import Drive
-from sosbook.mip.export import c_steering, rc_balance
+from sosbook.mip.export import c_source, c_steering, rc_balance
 from sosbook.mip.recording import recorders
 from sosbook.mip.steering import Steering
 
@@ -65,3 +66,40 @@ def test_cppcheck_finds_nothing(folder):
     # it reads no float.h, and would stop at the first #error without a word
     known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
     silent(cppcheck, *checks, *known, *sorted(folder.glob("*.c")))
+
+
+#: What the docstrings of c_source and c_steering say isn't met.
+MISRA = {"2.4", "5.9", "8.9", "12.1", "14.4", "15.5", "15.6", "17.8"}
+MISRA_STEERING = MISRA | {"10.4", "10.8"}
+
+
+@pytest.mark.parametrize(
+    "name, allowed",
+    [
+        ("balance", MISRA),
+        ("single", MISRA),
+        ("balance_steer", MISRA_STEERING),
+        ("single_steer", MISRA_STEERING),
+    ],
+)
+def test_the_rules_of_misra_that_are_not_met_are_those_named(name, allowed, folder):
+    cppcheck = shutil.which("cppcheck")
+    if cppcheck is None:
+        pytest.skip("no cppcheck")
+    known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
+    command = [cppcheck, "--addon=misra", "--enable=style", "-q", *known]
+    done = subprocess.run(
+        [*command, str(folder / f"{name}.c")],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        timeout=200,
+    )
+    if "misra.py" in done.stderr:
+        pytest.skip("cppcheck has no addon misra")
+    rules = set(re.findall(r"misra-c2012-([\d.]+)", done.stderr))
+    assert "8.9" in rules  # it looked
+    assert rules <= allowed
+    words = (c_source if allowed is MISRA else c_steering).__doc__
+    assert all(rule in words + c_source.__doc__ for rule in rules)

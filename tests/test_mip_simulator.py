@@ -444,3 +444,43 @@ def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
         for late in (0.0, 5e-10)
     )
     assert np.allclose(plain.x, hair.x, atol=1e-6)
+
+
+def test_a_battery_gives_what_it_has():
+    """A constant command is cut to the battery, or scaled where it isn't measured."""
+    cases = (
+        (6.0, dict(battery=5.0), 5.0),
+        (-6.0, dict(battery=5.0), -5.0),
+        (4.0, dict(battery=5.0), 4.0),
+        (4.0, dict(battery=5.0, nominal=8.0), 2.5),
+        (4.0, dict(battery=12.0, nominal=8.0), 6.0),
+    )
+    for asked, supply, got in cases:
+        run = simulate(MIP, Source(asked), 0.1, 0.05, sensors=IDEAL, **supply)
+        same = simulate(MIP, Source(got), 0.1, 0.05, sensors=IDEAL)
+        assert np.array_equal(run.x, same.x) and (run.V == asked).all()
+
+
+def test_a_battery_that_sinks_takes_the_tilt_from_which_it_stands():
+    def sinks(t):
+        return max(7.4 - 3.0 * t, 1.0)
+
+    tilt = [0.1, 0.7]
+    full = simulate(MIP, FIRMWARE, tilt, 2.0, sensors=IDEAL, battery=7.4)
+    low = simulate(MIP, FIRMWARE, tilt, 2.0, sensors=IDEAL, battery=2.0)
+    assert full.settled.tolist() == [True, True]
+    assert low.settled.tolist() == [True, False]
+    plain = simulate(MIP, FIRMWARE, tilt, 2.0, sensors=IDEAL)
+    assert np.array_equal(plain.x, full.x)
+    assert simulate(MIP, FIRMWARE, 0.1, 3.0, sensors=IDEAL, battery=sinks).settled[0]
+
+
+def test_a_bad_battery_is_named():
+    for supply, words in (
+        (dict(battery=0.0), "battery must"),
+        (dict(battery=lambda t: -1.0), "battery must"),
+        (dict(nominal=7.4), "give battery"),
+        (dict(battery=7.4, nominal=-1.0), "nominal must"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            simulate(MIP, FIRMWARE, 0.1, 0.1, **supply)

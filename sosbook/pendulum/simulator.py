@@ -91,6 +91,8 @@ def simulate(
     start=(0, 0, 0),
     friction=0.0,
     backlash=0.0,
+    battery=None,
+    nominal=None,
 ):
     """Let robots go at a tilt and run their controller.
 
@@ -137,6 +139,13 @@ def simulate(
     backlash : float
         Play between the wheels and the encoders, which sit at the motors, in
         rad from one end to the other. The motors' rotors have no part in it.
+    battery : float or callable, optional
+        Its voltage under load, in V, or a function of t that gives it. The
+        motors get no more, whatever is asked for.
+    nominal : float, optional
+        A program that doesn't measure its battery takes it for this, in V: the
+        motors get battery / nominal of what is asked for. Without it the
+        battery is measured.
 
     Returns
     -------
@@ -166,6 +175,7 @@ def simulate(
     for name, value in (("friction", friction), ("backlash", backlash)):
         if finite(name, value) < 0:
             raise ValueError(f"{name} must be 0 or more, got {value!r}")
+    supply = _Supply(battery, nominal)
     fleet.friction, play = friction, _Play(backlash / 2)
     if isinstance(controller, Firmware):
         controller = controller.controller(runs)
@@ -204,7 +214,7 @@ def simulate(
         estimate[:, k] = getattr(controller, "theta", np.nan)
         fault[:, k] = getattr(controller, "fault", 0)
 
-        hold.send(now + delay[k], V[:, k])
+        hold.send(now + delay[k], supply.gives(V[:, k], now))
         for stop in hold.stops(now, then, edges):
             hold.reach(now)
             torques = _torques(push, (now + stop) / 2)
@@ -228,6 +238,25 @@ class _Play:
         last = turned if self.angle is None else self.angle
         self.angle = np.clip(last, turned - self.half, turned + self.half)
         return np.vstack([x[:1], x[:1] + self.angle, x[2:]])
+
+
+class _Supply:
+    """What a battery makes of the voltages that are asked for."""
+
+    def __init__(self, battery, nominal):
+        if nominal is not None and battery is None:
+            raise ValueError("nominal is what a battery is taken for: give battery")
+        self.battery = battery
+        self.nominal = None if nominal is None else positive("nominal", nominal)
+
+    def gives(self, V, t):
+        """The voltages (runs,) that the motors get at the time t."""
+        if self.battery is None:
+            return V
+        there = self.battery(t) if callable(self.battery) else self.battery
+        there = positive("battery", there)
+        scale = 1.0 if self.nominal is None else there / self.nominal
+        return np.clip(scale * V, -there, there)
 
 
 class _Hold:
