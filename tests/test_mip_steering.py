@@ -1,9 +1,12 @@
 """The law that holds a heading: proven, as C, and on unequal motors."""
 
 import ctypes
+import io
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from sosbook.mip import Firmware, Mip, Robot, SampledLaw, recommend
 from sosbook.mip.compiled import FLAGS, Compiled
 from sosbook.mip.drive import Drive
 from sosbook.mip.export import c_steering, pyctrl_script
+from sosbook.mip.ros import ros_node
 from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
@@ -374,7 +378,7 @@ def rc_log(robot, folder, rows, source):
     return TickLog.read(folder / "log.csv"), ticks, output
 
 
-@pytest.mark.skipif(programs.sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 @pytest.mark.parametrize("source, word", [("-", "v"), ("dsm", "d")])
 def test_librobotcontrols_program_steers_and_obeys_at_run_time(
     source, word, gcc, tmp_path
@@ -560,6 +564,60 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
     # a second at 1.5 rad/s, up and down in a quarter of a second each
     assert heading[-1] == pytest.approx(1.5, rel=0.05)
     assert path[-1, 2] == pytest.approx(heading[-1], abs=0.15)
+
+
+def test_the_node_of_ros_passes_commands_on(monkeypatch, tmp_path):
+    """With as much of rclpy as it needs, and a program that writes what it hears."""
+    twist = SimpleNamespace(
+        linear=SimpleNamespace(x=0.17), angular=SimpleNamespace(z=-0.5)
+    )
+    calls, obeyed = [], []
+
+    class Node:
+        def create_subscription(self, kind, topic, obey, depth):
+            obeyed.append(obey)
+            calls.append((kind, topic, depth))
+
+        def destroy_node(self):
+            calls.append("destroyed")
+
+    class Program:
+        def __init__(self, command, stdin, text):
+            calls.append(command)
+            self.stdin, self.ended = io.StringIO(), None
+
+        def poll(self):
+            return self.ended
+
+        def terminate(self):
+            self.ended = 0
+            calls.append(self.stdin.getvalue())
+
+        def wait(self):
+            return self.ended
+
+    rclpy, msg = ModuleType("rclpy"), ModuleType("geometry_msgs.msg")
+    rounds = iter([True, True, False])
+    rclpy.init, rclpy.create_node = lambda: None, lambda name: Node()
+    rclpy.ok, rclpy.try_shutdown = lambda: next(rounds), lambda: calls.append("shut")
+    rclpy.spin_once = lambda node, timeout_sec: obeyed[0](twist)
+    msg.Twist = "Twist"
+    for module in (rclpy, ModuleType("geometry_msgs"), msg):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    space = {"__name__": "script"}
+    exec(compile(ros_node(FIRMWARE, ROBOT), "ros_balance.py", "exec"), space)
+    monkeypatch.setattr(space["subprocess"], "Popen", Program)
+    monkeypatch.setattr(sys, "argv", ["ros_balance.py"])
+    space["main"]()
+    assert calls == [
+        ["./rc_balance", "/dev/null", "-"],
+        ("Twist", "cmd_vel", 1),
+        2 * "v 5.000000 -0.500000\n",  # 0.17 m/s on wheels of 34 mm
+        "destroyed",
+        "shut",
+    ]
+    with pytest.raises(ValueError, match="this program is for a BeagleBone"):
+        ros_node(FIRMWARE, Robot.shipped("gearmotors"))
 
 
 # The description

@@ -29,6 +29,7 @@ from .modelled import Model
 from .optimal import OptimalLaw
 from .recording import write_texts
 from .robot import Robot
+from .ros import ros_node
 from .sketch import sketch
 from .spread import polytope, triangles, vertices
 from .steering import steer
@@ -402,6 +403,8 @@ class Deployment:
                     texts[f"pyctrl_{program}.py"] = pyctrl_script(
                         firmware, self.robot, drive, program, steers
                     )
+        if steering and self.robot.board == "beaglebone":
+            texts[f"ros_{name}.py"] = ros_node(self.firmware, self.robot, name)
         if self.robot.board == "other":
             texts |= sketch(self.firmware, self.robot, name, self.drive, steering)
         texts |= self._proofs(name)
