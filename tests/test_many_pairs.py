@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.lmi.centre import margin
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis import feasibility
+from sosbook.synthesis import certificates, feasibility
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_margins import named_margins, pair_margins
 from sosbook.synthesis.problem import Request
@@ -174,3 +174,37 @@ def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
     data = proof.data
     del data["multipliers"][0]
     assert not type(proof).of(data).proven
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_keys_of_many_pairs_are_those_of_their_blocks(asked, monkeypatch):
+    """What is written of one pair stands for all: with every block it is the same."""
+    design = sos.design_pid(plants(k=3), **ASKED[asked])
+    short = design.certify()
+    monkeypatch.setattr(certificates, "MANY_PAIRS", 10**9)
+    whole = design.certify()
+    assert short.proven and short.text == whole.text
+    assert len(design.request.pairs) > 10
+
+
+def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):
+    """One vertex of eight is refused: 36 pairs have no multiplier."""
+    whole = plants(k=3)
+    asked = dict(
+        region=sos.PoleRegion(sigma=4.0),
+        saturation=sos.Saturation(1e-3, [1.0, 1.0, 0, 0]),
+    )
+    first = feasibility.search(Request(whole.vertices[0], **asked))
+    request = Request(whole, **asked)
+    Z, frame = first.multipliers, first.problem.frame
+    proof = certificates.prove_infeasible(request, frame, Z, [(0, 0)])
+    assert proof.proven and len(request.pairs) > 10
+    built, make = [], check.Pair.__init__
+
+    def counted(self, *given):
+        built.append(given[:2])
+        make(self, *given)
+
+    monkeypatch.setattr(check.Pair, "__init__", counted)
+    assert check.check(proof.text) == list(proof.claims)
+    assert set(built) == {(0, 0)}

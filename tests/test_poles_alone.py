@@ -11,12 +11,14 @@ import pytest
 import sosbook as sos
 from benchmarks.plants import beam
 from benchmarks.robustness import SYSTEMS, asked_in_units
+from benchmarks.truth import broken
 from sosbook.lmi.proof_text import written
 from sosbook.proofs.check import Refused, check
 from sosbook.synthesis.exclusion import solvable
 from sosbook.synthesis.placement import placed_gain
 from sosbook.synthesis.pole_proof import decided_by_poles
 from sosbook.synthesis.problem import Request
+from tests.random_plants import random_case
 
 UNITS = {"N, m": (1, 1, 1), **SYSTEMS}
 
@@ -226,3 +228,15 @@ def test_a_changed_digit_is_refused():
     P[0][0] = "1" * 2000 + "e-7"
     with pytest.raises(Refused):
         check(written("design", dict(data, unknowns={"P": P})))
+
+
+@pytest.mark.parametrize("seed", [9011, 9029, 9130])
+def test_no_gain_lives_on_rounding_errors(seed):
+    """The mode is within reach by rounding only: binary and decimal plants differ.
+
+    `benchmarks.truth` reads floats as the binary numbers that they hold.
+    """
+    case = random_case(seed, 6)
+    assert "out of reach" in case.reason
+    d = sos.design_pid(case.plant, **case.requirements)
+    assert d.status == "undecided" or not broken(case.plant, case.requirements, d.K)

@@ -131,3 +131,32 @@ def test_lmis_of_ones_own_too(monkeypatch):
     ticks = itertools.count()
     monkeypatch.setattr(clock, "monotonic", lambda: next(ticks))
     assert problem.solve().status == "undecided"
+
+
+LATE = sos.SecondOrderSystem(*[[[1.0]]] * 5)
+PROVEN = {
+    "design": lambda: sos.design_pid(ONE),
+    "delay": lambda: sos.design_delay_pid(LATE, tau=0.1, delta=0.1),
+    "regularization": lambda: sos.regularize(polytope([0.0, 1.0]), beta=0.1),
+    "observer": lambda: sos.design_observer(
+        LATE, sos.design_pid(LATE).K, np.eye(4)[:, :1], [[1.0]]
+    ),
+    "sampled": lambda: sos.design_sampled_lqr(LATE, np.eye(2), [[1.0]], T=0.1),
+}
+
+
+@pytest.mark.parametrize("name", PROVEN)
+def test_a_proof_that_has_no_time_says_so(name):
+    result = PROVEN[name]()
+    assert result.certify(time_limit=600).proven
+    stopped = result.certify(time_limit=1e-9)
+    assert not stopped.proven and not stopped.verify() and stopped.claims == ()
+    assert str(stopped) == "not proven: stopped after 1e-09 s; raise time_limit"
+    with pytest.raises(ValueError, match="time_limit must be positive"):
+        result.certify(time_limit=0)
+    with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
+        result.certify(time_limit=600)  # the outer limit is somebody else's
+
+
+def test_a_long_proof_shows_its_bar(capsys):
+    assert sos.design_pid(ONE).certify(time_limit=600, progress=True).proven

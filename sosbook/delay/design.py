@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..lmi.proof import Stopped, proven_within
 from ..lmi.read_only import ReadOnly
 from ..plants.signals import Sine, Step
 from ..synthesis.gains import Gains
@@ -59,7 +60,12 @@ class DelayDesign(Gains, ReadOnly):
         """The alpha that was given or found, in seconds."""
         return self.request.alpha
 
-    def certify(self, digits: int | None = None) -> DelayCertificate:
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> DelayCertificate | Stopped:
         """Prove the decay rate in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10.
@@ -71,6 +77,10 @@ class DelayDesign(Gains, ReadOnly):
             is about the gain as it is printed. Without it 6, 8, 10, 12
             and 17 are tried; a gain that was given to `analyse_delay`
             isn't rounded.
+        time_limit : float, optional
+            Seconds after which nothing is proven, and the answer says so.
+        progress : bool
+            Show a bar of the seconds that have passed.
 
         Returns
         -------
@@ -87,7 +97,7 @@ class DelayDesign(Gains, ReadOnly):
                 f"the design is {self.status}: there is nothing to "
                 "certify; ask for a smaller delta or mu"
             )
-        return prove_delay(self, digits)
+        return proven_within(time_limit, lambda: prove_delay(self, digits), progress)
 
     @cached_property
     def advice(self) -> str:

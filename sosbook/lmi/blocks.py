@@ -7,7 +7,7 @@ import numpy as np
 from .newton import newton_of
 from .structure import StructuredBlock, structure
 
-__all__ = ["Blocks"]
+__all__ = ["AffineBlocks", "Blocks"]
 
 
 class Blocks:
@@ -26,8 +26,8 @@ class Blocks:
         self.slopes = list(slopes)
         self.variables = len(self.slopes[0])
 
-    @classmethod
-    def of(cls, expressions, unknowns):
+    @staticmethod
+    def of(expressions, unknowns):
         """Blocks that are `Affine` expressions, and keep their structure.
 
         Parameters
@@ -39,67 +39,23 @@ class Blocks:
 
         Returns
         -------
-        Blocks
+        AffineBlocks
             Its slopes are made when they are asked for.
         """
-        self = object.__new__(cls)
-        self.expressions, self.unknowns = list(expressions), list(unknowns)
-        self.constants = [g.constant for g in self.expressions]
-        self.variables = sum(u.size for u in unknowns)
-        return self
-
-    @classmethod
-    def compiled(cls, expressions, blocks, unknowns):
-        """Blocks whose structure is known.
-
-        Parameters
-        ----------
-        expressions : iterable of Affine
-            As for `of`.
-        blocks : sequence of StructuredBlock
-            Their structures.
-        unknowns : iterable of Unknown
-            As for `of`.
-        """
-        self = cls.of(expressions, unknowns)
-        layouts, scalars, _ = structure([], self.unknowns)
-        self.structure = layouts, scalars, list(blocks)
-        return self
-
-    def joined(self, expressions):
-        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
-        more = Blocks.of(expressions, self.unknowns)
-        return Blocks.compiled(
-            [*self.expressions, *more.expressions],
-            [*self.structure[2], *more.structure[2]],
-            self.unknowns,
-        )
-
-    @cached_property
-    def slopes(self):
-        """Derivatives of each block: a list of (k, q, q) arrays."""
-        return [
-            np.concatenate([g.jacobian(u) for u in self.unknowns])
-            for g in self.expressions
-        ]
+        return AffineBlocks(expressions, unknowns)
 
     @cached_property
     def structure(self):
         """Layouts, indices of the scalars, blocks: see `structure`."""
-        if "slopes" in self.__dict__ and not hasattr(self, "unknowns"):
-            return (
-                [],
-                np.arange(self.variables),
-                [
-                    StructuredBlock(c.astype(float), [], s.astype(float))
-                    for c, s in zip(self.constants, self.slopes)
-                ],
-            )
-        return structure(self.expressions, self.unknowns)
+        parts = zip(self.constants, self.slopes)
+        blocks = [
+            StructuredBlock(c.astype(float), [], s.astype(float)) for c, s in parts
+        ]
+        return [], np.arange(self.variables), blocks
 
     def with_constants(self, constants):
         """Blocks with the same slopes and these constants."""
-        changed = object.__new__(Blocks)
+        changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, constants=list(constants))
         layouts, scalars, blocks = self.structure
         vars(changed).pop("newton", None)
@@ -109,16 +65,6 @@ class Blocks:
             [b.with_constant(c) for b, c in zip(blocks, constants)],
         )
         return changed
-
-    def only(self, indices):
-        """The blocks with these indices, in the same variables."""
-        some = object.__new__(Blocks)
-        some.unknowns, some.variables = self.unknowns, self.variables
-        some.expressions = [self.expressions[k] for k in indices]
-        some.constants = [self.constants[k] for k in indices]
-        layouts, scalars, blocks = self.structure
-        some.structure = layouts, scalars, [blocks[k] for k in indices]
-        return some
 
     @cached_property
     def diagonal_scales(self):
@@ -149,8 +95,79 @@ class Blocks:
 
         Z has one symmetric matrix for each block.
         """
-        if not hasattr(self, "expressions"):
-            return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
+        return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
+
+    def value(self, Z):
+        """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""
+        return sum((c * z).sum() for c, z in zip(self.constants, Z))
+
+
+class AffineBlocks(Blocks):
+    """Blocks that are `Affine` expressions in unknowns; see `Blocks.of`.
+
+    Parameters
+    ----------
+    expressions, unknowns
+        As for `Blocks.of`.
+    """
+
+    def __init__(self, expressions, unknowns):
+        self.expressions, self.unknowns = list(expressions), list(unknowns)
+        self.constants = [g.constant for g in self.expressions]
+        self.variables = sum(u.size for u in self.unknowns)
+
+    @classmethod
+    def compiled(cls, expressions, blocks, unknowns):
+        """Blocks whose structure is known.
+
+        Parameters
+        ----------
+        expressions : iterable of Affine
+            As for `Blocks.of`.
+        blocks : sequence of StructuredBlock
+            Their structures.
+        unknowns : iterable of Unknown
+            As for `Blocks.of`.
+        """
+        self = cls(expressions, unknowns)
+        layouts, scalars, _ = structure([], self.unknowns)
+        self.structure = layouts, scalars, list(blocks)
+        return self
+
+    def joined(self, expressions):
+        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
+        more = Blocks.of(expressions, self.unknowns)
+        return AffineBlocks.compiled(
+            [*self.expressions, *more.expressions],
+            [*self.structure[2], *more.structure[2]],
+            self.unknowns,
+        )
+
+    @cached_property
+    def slopes(self):
+        """Derivatives of each block: a list of (k, q, q) arrays."""
+        return [
+            np.concatenate([g.jacobian(u) for u in self.unknowns])
+            for g in self.expressions
+        ]
+
+    @cached_property
+    def structure(self):
+        """Layouts, indices of the scalars, blocks: see `structure`."""
+        return structure(self.expressions, self.unknowns)
+
+    def only(self, indices):
+        """The blocks with these indices, in the same variables."""
+        some = AffineBlocks.compiled(
+            [self.expressions[k] for k in indices],
+            [self.structure[2][k] for k in indices],
+            self.unknowns,
+        )
+        some.constants = [self.constants[k] for k in indices]
+        return some
+
+    def adjoint(self, Z):
+        """As in `Blocks`, of ``Z`` too, but term by term: without the slopes."""
         gradients = {u: np.zeros(u.shape) for u in self.unknowns}
         for g, z in zip(self.expressions, Z):
             for t in g.terms:
@@ -164,7 +181,3 @@ class Blocks:
                 for u, X in gradients.items()
             ]
         )
-
-    def value(self, Z):
-        """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""
-        return sum((c * z).sum() for c, z in zip(self.constants, Z))

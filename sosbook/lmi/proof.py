@@ -8,15 +8,26 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
 
 from .exact import definite
 from .proof_text import parse, same, written
 from .rational import digit_count
-from .time_limit import check_time
+from .time_limit import OutOfTime, check_time, time_limit
 
-__all__ = ["DIGITS", "Examined", "Proof", "ProofFile", "first_proven", "kinds", "load"]
+__all__ = [
+    "DIGITS",
+    "Examined",
+    "Proof",
+    "ProofFile",
+    "Stopped",
+    "first_proven",
+    "kinds",
+    "load",
+    "proven_within",
+]
 
 DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
 PLACES = (12, 17)  # of the matrices that only the proof needs
@@ -38,6 +49,7 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
         tries = (digit_count(digits),)
     for gain_digits in tries:
         for matrix_digits in places:
+            check_time()
             proof = attempt(gain_digits, matrix_digits)
             if proof.proven:
                 return proof
@@ -157,6 +169,60 @@ class Proof(_Verdict):
     def verify(self):
         """The verdict, computed again."""
         return Examined.of(self.matrices, self.statement).proven
+
+
+@dataclass(frozen=True)
+class Stopped(_Verdict):
+    """What `proven_within` returns where the time was over before a proof was done.
+
+    Nothing is proven then, and nothing is excluded.
+
+    Parameters
+    ----------
+    seconds : float
+        The limit of the time.
+    """
+
+    seconds: float
+
+    @property
+    def examined(self):
+        """The verdict: nothing is proven."""
+        why = f"stopped after {self.seconds:g} s; raise time_limit"
+        return Examined.nothing(why)
+
+    def verify(self):
+        """Never proven: there is nothing to compute again."""
+        return False
+
+
+def proven_within(seconds, work, progress=False):
+    """The proof that ``work()`` returns, or `Stopped` after some ``seconds``.
+
+    Parameters
+    ----------
+    seconds : float or None
+        None sets no limit.
+    work : callable
+        Without arguments; examines the proof that it returns.
+    progress : bool
+        Show a bar of the seconds that have passed.
+
+    Examples
+    --------
+    >>> print(proven_within(1e-9, lambda: first_proven(None)))
+    not proven: stopped after 1e-09 s; raise time_limit
+    """
+    if seconds is not None and not seconds > 0:
+        raise ValueError(f"time_limit must be positive, got {seconds!r}")
+    begun = monotonic()
+    try:
+        with time_limit(seconds, progress):
+            return work()
+    except OutOfTime:
+        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
+            raise
+        return Stopped(float(seconds))
 
 
 @dataclass(frozen=True, repr=False)

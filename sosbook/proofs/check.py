@@ -1479,6 +1479,9 @@ def exclude(problem, file):
     shapes, Z, owners = problem.unknowns(), {}, getattr(problem, "sizes", {})
     shapes = {name: shape for name, shape in shapes.items() if name not in owners}
     zero = {name: zeros(rows, columns) for name, (rows, columns, _) in shapes.items()}
+    if isinstance(problem, Design):  # blocks without a multiplier add nothing
+        named = [(key[3:] * 2)[:2] for key, _ in file["multipliers"]]
+        problem.pairs = [pair for pair in problem.pairs if list(pair) in named]
     constant = dict(problem.blocks(zero))
     given = {json.dumps(key): z for key, z in file["multipliers"]}
     need(len(given) == len(file["multipliers"]), "two multipliers have one key")

@@ -14,6 +14,7 @@ from scipy.linalg import (
     solve_discrete_lyapunov,
 )
 
+from ..lmi.proof import Stopped
 from ..plants.checks import matrix, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
@@ -179,16 +180,20 @@ class SampledLQR(Result):
         )
 
     def certify(
-        self, rate: float = 1.0, digits: int | None = None
-    ) -> SampledCertificate:
+        self,
+        rate: float = 1.0,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> SampledCertificate | Stopped:
         """Prove the loop stable at this ``rate`` by `certify_sampled`.
 
         ``digits`` are those of the gain; without it 6, 8, 10, 12 and 17
-        are tried.
+        are tried. After ``time_limit`` seconds nothing is proven, and the answer
+        says so; ``progress`` shows a bar of them.
         """
-        return certify_sampled(
-            self.plant, self.K, self.T, self.delay, self.U, rate=rate, digits=digits
-        )
+        asked = dict(rate=rate, digits=digits, time_limit=time_limit, progress=progress)
+        return certify_sampled(self.plant, self.K, self.T, self.delay, self.U, **asked)
 
 
 @one_thread

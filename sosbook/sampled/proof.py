@@ -10,8 +10,9 @@ from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 from ..lmi import Unknown
 from ..lmi.exact import exact, round_digits
 from ..lmi.problem import LMIProblem
-from ..lmi.proof import first_proven
+from ..lmi.proof import Stopped, first_proven, proven_within
 from ..lmi.rational import decimals
+from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
 from ..plants.kinds import Plant
 from ..runtime.threads import one_thread
@@ -86,7 +87,9 @@ def certify_sampled(
     rate: float = 1.0,
     digits: int | None = None,
     cells: int = 64,
-) -> SampledCertificate:
+    time_limit: float | None = None,
+    progress: bool = False,
+) -> SampledCertificate | Stopped:
     """Prove a sampled loop stable, for every plant of a polytope.
 
     Parameters
@@ -105,6 +108,10 @@ def certify_sampled(
     cells : int
         How many simplices of weights may resist one Lyapunov function
         and are halved, at most.
+    time_limit : float, optional
+        Seconds after which nothing is proven, and the answer says so.
+    progress : bool
+        Show a bar of the seconds that have passed.
 
     Returns
     -------
@@ -150,7 +157,9 @@ def certify_sampled(
             SampledCertificate.contents(plant, U, T, delay, gain, rate, tree, failed)
         )
 
-    return first_proven(attempt, digits, places=(12,))
+    return proven_within(
+        time_limit, lambda: first_proven(attempt, digits, places=(12,)), progress
+    )
 
 
 def _rate(rate):
@@ -164,6 +173,7 @@ def _cover(family, rate, budget):
     one, tree, proven = len(family.vertices) == 1, {}, 0
     queue = [(exact(np.eye(len(family.vertices))), tree)]
     while queue:
+        check_time()
         weights, node = queue.pop()
         near = "weights around " + np.array2string(
             weights.astype(float).mean(axis=0), precision=3, separator=", "

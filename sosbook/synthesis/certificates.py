@@ -31,6 +31,8 @@ __all__ = [
     "read_frame",
 ]
 
+MANY_PAIRS = 10  # of vertices; from here on the keys of their blocks are copied
+
 
 class Certificate(GainProof):
     """An exact proof that a gain does what was asked, or its failure.
@@ -86,7 +88,7 @@ class Certificate(GainProof):
         blocks = request.blocks(
             P[0] if V is None else P, exact(K) @ right.T, exact, V=V, own=own
         )
-        again = cls.contents(request, K, values, blocks)
+        again = cls.contents(request, K, values, map(_key, blocks))
         if not all((p == p.T).all() for p in P):
             return again, Examined.nothing("P isn't symmetric")
         return again, Examined.of(blocks, claims(request))
@@ -95,14 +97,14 @@ class Certificate(GainProof):
     def contents(cls, request, K, values, blocks):
         """The data of the file for a request, a rounded K and exact values.
 
-        ``blocks`` are the names of the blocks.
+        ``blocks`` are the keys of the blocks.
         """
         return {
             "claims": list(claims(request)),
             **request_data(request),
             "K": decimals(K),
             "unknowns": {name: numerals(x) for name, x in values.items()},
-            "blocks": [_key(name) for name in blocks],
+            "blocks": list(blocks),
         }
 
 
@@ -121,19 +123,44 @@ def _shapes(request, known):
     return shapes | {name: shape for name, shape in sizes.items() if name in known}
 
 
-def block_names(request, known=()):
-    """The names of a request's blocks.
+def _block_keys(request, known=()):
+    """The keys of a request's blocks.
 
     Parameters
     ----------
     request : Request
     known : collection of str
         Names of the unknowns; the requirements' sizes are among them.
+
+    Notes
+    -----
+    Pairs of vertices have the same blocks: those of one vertex and of one pair are
+    written, for each of the others their names stand. A requirement that writes
+    others has no proof.
     """
     values = {name: np.eye(*shape) for name, shape in _shapes(request, known).items()}
     if request.gain is None:
         values["Y"] = np.eye(request.plant.m, request.order)
-    return list(request.blocks_at(values))
+
+    def keys(pairs):
+        return [_key(name) for name in request.blocks_at(values, pairs=pairs)]
+
+    if request.coupling == "slack" or len(request.pairs) < MANY_PAIRS:
+        return keys(None)
+    once, first = keys([]), {}
+    for pair in request.pairs:
+        first.setdefault(pair[0] == pair[1], (pair, keys([pair])))
+        if len(first) == 2:
+            break
+    ((_, several), *_) = first.values()
+    start = next(k for k, key in enumerate(several) if key not in once)
+    between = [
+        [*key[:3], *dict.fromkeys(pair)]
+        for pair in request.pairs
+        for key in first[pair[0] == pair[1]][1]
+        if key not in once
+    ]
+    return [*once[:start], *between, *once[start:]]
 
 
 def _key(name):
@@ -188,7 +215,7 @@ def prove(request, K, P, digits=6, V=None, own=None):
             values[name] = matrix(name, own[name], size)
 
     asked = _recorded(request)
-    blocks = block_names(asked, values)
+    blocks = _block_keys(asked, values)
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
@@ -210,7 +237,7 @@ def prove_with(request, K, values):
         P and the other unknowns by name, in rationals.
     """
     asked = _recorded(request)
-    return _filed(asked, K, values, block_names(asked, values))
+    return _filed(asked, K, values, _block_keys(asked, values))
 
 
 def _filed(asked, K, values, blocks):

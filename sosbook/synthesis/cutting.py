@@ -5,7 +5,7 @@ from collections import defaultdict
 import numpy as np
 
 from ..lmi import Affine
-from ..lmi.blocks import Blocks
+from ..lmi.blocks import AffineBlocks, Blocks
 from ..lmi.bounded import any_centre, unpacked
 from ..lmi.centre import margin, phase_one
 from ..lmi.newton import newton_of
@@ -61,7 +61,7 @@ class Cuts:
             self._written.setdefault(pair, {})[key] = block
         parts = [p for pair in [(), *self.chosen] for p in self._written[pair].items()]
         self.keys = [key for key, _ in parts]
-        return Blocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
+        return AffineBlocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
 
     def margins(self, x, below=np.inf):
         """The least margin of the blocks of each pair at x, in their order.

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis import linear
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
+from ..lmi.proof import Stopped, proven_within
 from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.checks import count, finite
 from ..plants.descriptor import descriptors
@@ -91,7 +92,25 @@ class Design(Gains, Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
 
-    def certify(self, digits: int | None = None) -> Certificate:
+    @overload
+    def certify(
+        self, digits: int | None = None, *, progress: bool = False
+    ) -> Certificate: ...
+
+    @overload
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> Certificate | Stopped: ...
+
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> Certificate | Stopped:
         """Prove the design in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10.
@@ -103,6 +122,10 @@ class Design(Gains, Solution):
             is about the gain as it is printed. Without it 6, 8, 10, 12
             and 17 are tried, and the certificate says which; a gain that
             was given to `analyse_pid` isn't rounded.
+        time_limit : float, optional
+            Seconds after which nothing is proven, and the answer says so.
+        progress : bool
+            Show a bar of the seconds that have passed.
 
         Returns
         -------
@@ -116,10 +139,14 @@ class Design(Gains, Solution):
                 f"the design is {self.status}: there is nothing to "
                 "certify; see its advice and infeasibility"
             )
-        proof = prove(self.request, self.K, self.P, digits, self.V, self.own)
-        if not proof.proven:  # floats may be too short for P
-            proof = prove_poles(self.request, self.K, digits) or proof
-        return proof
+
+        def proven():
+            proof = prove(self.request, self.K, self.P, digits, self.V, self.own)
+            if not proof.proven:  # floats may be too short for P
+                proof = prove_poles(self.request, self.K, digits) or proof
+            return proof
+
+        return proven_within(time_limit, proven, progress)
 
     def to_cvxpy(self, margin: float = 0.0) -> tuple[list, Any, Any]:
         """The same LMIs as cvxpy constraints, for other solvers.

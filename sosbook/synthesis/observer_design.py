@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..analysis import linear
 from ..lmi.exact import round_digits
-from ..lmi.proof import first_proven
+from ..lmi.proof import Stopped, first_proven, proven_within
 from ..lmi.read_only import ReadOnly
 from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.descriptor import mean_descriptor
@@ -185,7 +185,12 @@ class ObserverDesign(Result, ReadOnly):
         z, rate = d.C @ x, A @ x + B @ u + Bw @ both.w
         return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
 
-    def certify(self, digits: int | None = None) -> ObserverCertificate:
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> ObserverCertificate | Stopped:
         """Prove Theorem 2.5 at the vertices, in exact arithmetic.
 
         Parameters
@@ -193,6 +198,10 @@ class ObserverDesign(Result, ReadOnly):
         digits : int, optional
             L is rounded to so many significant digits first; without it
             6, 8, 10, 12 and 17 are tried.
+        time_limit : float, optional
+            Seconds after which nothing is proven, and the answer says so.
+        progress : bool
+            Show a bar of the seconds that have passed.
 
         Returns
         -------
@@ -209,7 +218,9 @@ class ObserverDesign(Result, ReadOnly):
             )
             return ObserverCertificate.of(contents)
 
-        return first_proven(attempt, digits)
+        return proven_within(
+            time_limit, lambda: first_proven(attempt, digits), progress
+        )
 
     def analyse(self, **asked: Any) -> Any:
         """`analyse_loop` of the whole polytope, with K and L fixed.

@@ -15,11 +15,12 @@ from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 from ..analysis.linear import balancing
 from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
+from ..lmi.rational import rational_matrix
 from ..lmi.time_limit import check_time
 from ..plants.controllability import fixed_part, matrix_of
 from .pole_places import dyadic, goals, modes_of, real_places
 
-__all__ = ["MOST_STATES", "bits_of", "keeps", "loop_matrix", "placed_gain"]
+__all__ = ["MOST_STATES", "binary", "bits_of", "keeps", "loop_matrix", "placed_gain"]
 
 MOST_STATES = 60  # up to which characteristic polynomials are computed
 FORMULA_BITS = 1024, 4096, 16384  # of Ackermann's formula, until it is known
@@ -27,13 +28,13 @@ MIXTURES = 2  # of several inputs that are tried
 FEEDBACK = 0.0, 0.01, 1.0  # sizes of a first feedback, relative
 
 
-def loop_matrix(request, K):
-    """E^-1 (A + B K) of a request's one plant, in rationals."""
-    (d,) = request.vertices_in(exact)
-    return matrix_of(d.E).inv() * matrix_of(d.A + d.Bu @ exact(K))
+def loop_matrix(request, K, number=exact):
+    """E^-1 (A + B K) of a request's one plant, in rationals that ``number`` makes."""
+    (d,) = request.vertices_in(number)
+    return matrix_of(d.E).inv() * matrix_of(d.A + d.Bu @ number(K))
 
 
-def keeps(request, K):
+def keeps(request, K, number=exact):
     """Whether all poles of the loop provably lie where a request asks.
 
     Parameters
@@ -41,10 +42,18 @@ def keeps(request, K):
     request : Request
         Of one plant; all that it asks is of poles.
     K : (m, N) array
-        A gain of floats, which are read as decimals.
+        A gain of floats.
+    number : callable
+        How floats are read: as decimals without it, or `binary`.
     """
-    poles = roots_of(loop_matrix(request, K).charpoly())
+    poles = roots_of(loop_matrix(request, K, number).charpoly())
     return all(r.holds_at(s) is True for s in poles for r in request.demands)
+
+
+def binary(x):
+    """The numbers that floats x hold: 0.1 becomes 3602879701896397 / 2^55."""
+    entries = [fmpq(*e.as_integer_ratio()) for e in np.asarray(x, float).ravel()]
+    return rational_matrix(entries).reshape(np.shape(x))
 
 
 def placed_gain(request):
@@ -58,7 +67,9 @@ def placed_gain(request):
     Returns
     -------
     (m, N) array or None
-        Floats, which are read as decimals; None where none was found.
+        It does so whether floats are read as decimals or as the binary numbers
+        that they hold, so that it doesn't live on rounding errors. None where
+        none was found.
 
     Notes
     -----
@@ -85,7 +96,9 @@ def placed_gain(request):
                 check_time()
                 F = first + direction * _formula(row, A, factors)
                 K = plant.gain(F)
-                if np.isfinite(K).all() and keeps(request, K):
+                if np.isfinite(K).all() and all(
+                    keeps(request, K, number) for number in (exact, binary)
+                ):
                     return K
             controlled = True
         if controlled:

@@ -13,6 +13,7 @@ from ..lmi import Unknown, he
 from ..lmi.centre import Unbounded
 from ..lmi.exact import exact
 from ..lmi.problem import LMIProblem, LMISolution
+from ..lmi.proof import Stopped, proven_within
 from ..lmi.read_only import ReadOnly
 from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.checks import positive
@@ -147,7 +148,12 @@ class Regularization(Result, ReadOnly):
             )
         return self.plant, self._gain()
 
-    def certify(self, digits: int | None = None) -> RegularityCertificate:
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> RegularityCertificate | Stopped:
         """Prove (2.12) in exact arithmetic, for the rounded K_A.
 
         For a fixed K_A it is affine in M and B, so the vertices do
@@ -158,13 +164,22 @@ class Regularization(Result, ReadOnly):
         digits : int, optional
             Significant digits to which K_A is rounded first; without it
             6, 8, 10, 12 and 17 are tried.
+        time_limit : float, optional
+            Seconds after which nothing is proven, and the answer says so.
+        progress : bool
+            Show a bar of the seconds that have passed.
 
         Returns
         -------
         RegularityCertificate
             Its ``K`` is the rounded K_A.
         """
-        return prove_regular(self.plant, self._gain(), self.beta, digits)
+        K_A = self._gain()
+        return proven_within(
+            time_limit,
+            lambda: prove_regular(self.plant, K_A, self.beta, digits),
+            progress,
+        )
 
     @cached_property
     def infeasibility(self) -> MassInfeasibility | InfeasibilityCertificate | None:

@@ -35,10 +35,17 @@ class Result(ABC):
     pole_axis = "poles, rad/s"  # below the picture of its poles
 
     @abstractmethod
-    def certify(self, digits: int = 6) -> Proof:
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+    ) -> Proof:
         """The exact proof of what was asked; ValueError without a gain.
 
         It has so many ``digits``; without them it finds out how many it needs.
+        After ``time_limit`` seconds the answer is that nothing is proven;
+        ``progress`` shows a bar of them.
 
         It is about ``certify().K``, the gain with ``digits`` significant
         digits, as it is printed: where a gain leaves the program, take
