@@ -22,6 +22,7 @@ The browser lives as long as its module and no longer: playwright's event loop
 would disturb the notebooks which the same process runs next.
 """
 
+import importlib.util
 import os
 import pickle
 import re
@@ -254,3 +255,13 @@ def visit(browser):
     yield visit
     for context in contexts:
         context.close()
+
+
+@pytest.fixture(scope="session")
+def axe():
+    """The script of axe-core, which knows the rules of accessible pages."""
+    found = importlib.util.find_spec("axe_playwright_python")
+    if found is None:
+        refuse = pytest.fail if os.environ.get("CI") else pytest.skip
+        refuse("axe-core is missing: pip install axe-playwright-python")
+    return (Path(found.origin).parent / "axe.min.js").read_text("utf-8")

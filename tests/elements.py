@@ -57,6 +57,44 @@ def assert_readable(tab, element, theme, dark, *more):
     assert tab.errors == []
 
 
+def assert_buttons(tab, visit, tag, label):
+    """Reset, a link that leads back, and a program; returns what it leaves behind.
+
+    The slider with this label is moved first.
+    """
+    element = tab.page.locator(tag).first
+    readout, slider = (
+        element.locator(".sos-readout"),
+        element.get_by_role("slider", name=label),
+    )
+    begin = readout.inner_text()
+    last = slider.input_value() == slider.get_attribute("max")
+    slider.press("ArrowLeft" if last else "ArrowRight")
+    moved = readout.inner_text()
+    assert moved != begin
+    element.get_by_role("button", name="Link to this").click()
+    again = visit(tab.page.url)
+    assert again.page.locator(tag).first.locator(".sos-readout").inner_text() == moved
+    assert again.errors == []
+    element.get_by_role("button", name="As Python").click()
+    names = {}
+    exec(element.locator("pre").inner_text(), names)
+    element.get_by_role("button", name="Reset").click()
+    assert readout.inner_text() == begin and element.locator("pre").count() == 0
+    return names
+
+
+def green(tab, tag):
+    """For each slider of the first element the stretches of its band, in parts."""
+    return tab.page.evaluate(
+        """tag => [...document.querySelector(tag).querySelectorAll(".sos-band")].map(
+          band => [...band.style.background.matchAll(
+            /(region|line)\\) (-?[\\d.]+)% ([\\d.]+)%/g)].map(
+            ([, colour, from, to]) => [colour === "region", from / 100, to / 100]))""",
+        tag,
+    )
+
+
 def assert_fits_a_phone(tab, element, labels):
     """No sideways scroll, and controls that a thumb can hit."""
     assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -12,7 +12,14 @@ from sosbook.analysis.linear import poles as loop_poles
 from sosbook.book.elements.designs import Atlas, Slider, design_atlas
 from sosbook.book.elements.records import record
 from sosbook.plants.response import simulate
-from tests.elements import assert_fits_a_phone, assert_readable, schemes
+from tests import energy_to_peak
+from tests.elements import (
+    assert_buttons,
+    assert_fits_a_phone,
+    assert_readable,
+    green,
+    schemes,
+)
 
 ANGLES = np.radians([30, 45, 60])
 
@@ -247,6 +254,44 @@ def test_each_slider_works_by_mouse(tab, label):
     tab.page.mouse.up()
     assert slider.input_value() == "0"
     assert say(tab) != before
+
+
+def test_reset_a_link_and_python(tab, visit, robot, atlas):
+    names = assert_buttons(tab, visit, "sos-atlas", "Half-angle θ")
+    place = [s.values.index(v) for s, v in zip(atlas.sliders, (0.7, ANGLES[2]))]
+    fresh = request_at(robot, atlas, (*place, *atlas.start[2:]))
+    assert names["design"].status == fresh.status == "feasible"
+    assert np.abs(names["design"].K - fresh.K).max() < 1e-9 * np.abs(fresh.K).max()
+
+
+def test_a_requirement_of_ones_own_is_in_the_program(visit, tmp_path):
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
+    element = design_atlas(
+        plant, requirements=[energy_to_peak.EnergyToPeak(0.6)], sigma=0.2,
+        slide={"peak": [0.5, 0.6]}, progress=False,
+    )  # fmt: skip
+    element.data["own"][0]["note"] = "from tests.energy_to_peak import EnergyToPeak"
+    page = tmp_path / "own.html"
+    page.write_text(
+        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
+        f"<title>t</title>{element.html}",
+        "utf8",
+    )
+    names = assert_buttons(visit(page), visit, "sos-atlas", "peak")
+    asked = {r.name: r for r in names["design"].request.requirements}
+    assert asked["peak"].peak == 0.5 and asked["half-plane"].bound == 0.2
+
+
+def test_bands_are_green_where_a_design_is_stored(tab, atlas):
+    for k, stretches in enumerate(green(tab, "sos-atlas")):
+        stored = [
+            not isinstance(
+                atlas.designs[(*atlas.start[:k], at, *atlas.start[k + 1 :])], int
+            )
+            for at in range(len(atlas.sliders[k].values))
+        ]
+        assert [good for good, _, _ in stretches] == stored
+        assert stretches[0][1] < 0 and stretches[-1][2] > 1
 
 
 def test_the_second_atlas_moves_alone(tab):

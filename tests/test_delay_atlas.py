@@ -11,7 +11,13 @@ import sosbook as sos
 from sosbook.book.elements.delay import DELAY_KINDS, delay_atlas, signal_of
 from sosbook.book.elements.records import delay_record
 from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
-from tests.elements import assert_fits_a_phone, assert_readable, schemes
+from tests.elements import (
+    assert_buttons,
+    assert_fits_a_phone,
+    assert_readable,
+    green,
+    schemes,
+)
 from tests.test_atlas import numbers
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -214,6 +220,31 @@ def test_each_slider_works_by_keyboard_and_mouse(tab, label):
     tab.page.mouse.move(left if place == "1" else right, middle, steps=4)
     tab.page.mouse.up()
     assert say(tab) == other
+
+
+def test_reset_a_link_and_python(tab, visit, atlas):
+    kind = first(tab).get_by_label(KIND)
+    kind.select_option("3")
+    first(tab).get_by_role("button", name="Link to this").click()
+    again = visit(tab.page.url)
+    assert first(again).get_by_label(KIND).input_value() == "3"
+    first(tab).get_by_role("button", name="Reset").click()
+    assert kind.input_value() == "0"
+    design = assert_buttons(tab, visit, "sos-delay", "Decay rate δ")["design"]
+    fresh = design_at(atlas, (1, 1, 1))
+    assert design.status == fresh.status
+    assert (design.request.mu, design.request.delta) == (0.2, 0.2)
+
+
+def test_bands_are_green_where_a_design_is_stored(tab, atlas):
+    for k, stretches in enumerate(green(tab, "sos-delay")):
+        stored = [
+            not isinstance(
+                atlas.designs[(*atlas.start[:k], at, *atlas.start[k + 1 :])], int
+            )
+            for at in range(2)
+        ]
+        assert [good for good, _, _ in stretches] == stored
 
 
 def test_the_second_atlas_moves_alone(tab):

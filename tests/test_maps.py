@@ -10,6 +10,7 @@ from sosbook.maps.search import replaced
 import sosbook as sos
 from sosbook import maps
 from sosbook.synthesis.certificates import prove, prove_infeasible
+from tests.elements import assert_buttons, green
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
 
@@ -382,6 +383,36 @@ def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
     assert "ρ = 12 s⁻¹ is infeasible" in label
     ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
     assert len(ids) == len(set(ids)) > 8
+    assert tab.errors == []
+
+
+def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
+    tab = visit(sheet)
+    box = tab.page.locator("sos-map").first
+    design = assert_buttons(tab, visit, "sos-map", "Input bound uₘₐₓ")["design"]
+    axes = atlas.data["groups"][0]["maps"][0]
+    x, y = (axes[k]["values"] for k in "xy")
+    at = [int(box.get_by_role("slider", name=label).input_value())
+          for label in ("H∞ bound γ", "Input bound uₘₐₓ")]  # fmt: skip
+    assert design.request.gamma == x[at[0]]
+    assert design.request.saturation.u_max in (
+        y[at[1] - 1],
+        y[min(at[1] + 1, len(y) - 1)],
+    )
+    assert design.request.saturation.x0.tolist() == force.request.saturation.x0.tolist()
+    across, up = green(tab, "sos-map")
+    assert [g for g, _, _ in across] == [
+        force.status(v, y[at[1]]) == "feasible" for v in x
+    ]
+    assert [g for g, _, _ in up] == [force.status(x[at[0]], v) == "feasible" for v in y]
+    box.get_by_label("Plant", exact=True).select_option(label="Arm")
+    box.get_by_role("button", name="Link to this").click()
+    again = visit(tab.page.url).page.locator("sos-map").first
+    assert again.get_by_label("Plant", exact=True).input_value() == "1"
+    box.get_by_role("button", name="As Python").click()
+    names = {}
+    exec(box.locator("pre").inner_text(), names)
+    assert len(names["design"].request.vertices) == 2
     assert tab.errors == []
 
 

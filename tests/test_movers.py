@@ -245,6 +245,66 @@ def test_a_tap_moves_a_slider(desk, tag):
     assert values(desk, tag) != before
 
 
+BANDS = sorted(
+    {"sos-centre", "sos-chain", "sos-circulation", "sos-clock", "sos-delayed",
+     "sos-integral", "sos-kalman", "sos-regulator", "sos-segment", "sos-trust"}
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("tag", TAGS)
+def test_bands_are_green_where_the_verdict_is(desk, tag):
+    """At random places of each slider, a step or more away from an end of green."""
+    element = desk.page.locator(tag)
+    assert element.get_by_text("Green under a slider").count() == (tag in BANDS)
+    if tag not in BANDS:
+        return
+    desk.compute(tag, [])
+    element.scroll_into_view_if_needed()
+    desk.page.wait_for_function("t => document.querySelector(t).surveyed", arg=tag)
+    told = desk.page.evaluate(
+        """tag => {
+      const element = document.querySelector(tag), told = [];
+      for (const control of element.data.controls.filter(c => !c.names)) {
+        const input = element.inputs[control.key], last = Number(input.max);
+        const band = input.parentElement.querySelector(".sos-band").style.background;
+        const ends = [...band.matchAll(/(region|line)\\) ([\\d.]+)% ([\\d.]+)%/g)]
+          .map(([, colour, from, to]) => [colour === "region", from / 100, to / 100]);
+        for (let k = 0; k < 12; k++) {
+          const at = Math.round(last * ((0.618 * (k + 1)) % 1));
+          const [good, from, to] = ends.find(e => at / last <= e[2]);
+          const inside = at / last - from > 1.1 / last || from === 0;
+          if (!inside || (to - at / last < 1.1 / last && to < 1)) continue;
+          element.reset();
+          input.value = at;
+          input.dispatchEvent(new Event("input"));
+          const said = element.part("readout").classList.contains("sos-feasible");
+          told.push([control.key, at, good, said]);
+        }
+      }
+      element.reset();
+      return told; }""",
+        tag,
+    )
+    assert len(told) > 5
+    assert [t for t in told if t[2] != t[3]] == []
+
+
+@pytest.mark.parametrize("tag", TAGS)
+def test_a_link_leads_back_to_the_setting(desk, browser, sheet, tag):
+    desk.compute(tag, [])
+    slider = desk.page.locator(f"{tag} input[type=range]").first
+    slider.focus()
+    for _ in range(3):
+        desk.page.keyboard.press("ArrowRight")
+    place = desk.page.evaluate("t => document.querySelector(t).place", tag)
+    desk.page.locator(f"{tag} .sos-address").click()
+    again = browser.new_page(reduced_motion="reduce")
+    again.goto(desk.page.url)
+    assert again.evaluate("t => document.querySelector(t).place", tag) == place
+    again.close()
+    desk.compute(tag, [])
+
+
 def test_all_fit_a_phone_and_answer_at_once(browser, sheet):
     context = browser.new_context(
         viewport={"width": 390, "height": 844}, color_scheme="dark"

@@ -19,6 +19,7 @@ from sosbook.book.elements.own_plant import OwnPlant
 from sosbook.book.elements.page import PageElement, significant
 from sosbook.book.elements.robot import Animation
 from sosbook.book.notebooks import BOOK
+from tests import layout
 
 KINDS = {kind.tag: kind for kind in (Atlas, DelayAtlas, MapAtlas, Animation)}
 MOVERS = {kind.tag: kind for kind in movers.Mover.__subclasses__()}
@@ -116,6 +117,89 @@ def test_a_control_moves_its_own_element_only(tab):
         moved = [one != two for one, two in zip(before, after, strict=True)]
         assert sum(moved) == 1, tag
     assert tab.errors == []
+
+
+@pytest.fixture(scope="module")
+def shelf(browser, tmp_path_factory):
+    """A page with the first of every kind, movers too, that fingers can touch."""
+    first = {}
+    for _, text in stored():
+        first.setdefault(re.match(r"<(sos-\w+)", text)[1], text)
+    assert set(first) == set(KINDS | MOVERS)
+    sheet = tmp_path_factory.mktemp("shelf") / "all.html"
+    sheet.write_text(
+        '<!doctype html><html lang="en"><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title><main><h1>All</h1>'
+        + "".join(first.values())
+        + "</main>",
+        "utf8",
+    )
+    context = browser.new_context(reduced_motion="reduce", has_touch=True)
+    page, errors = context.new_page(), []
+    page.on("pageerror", lambda e: errors.append(str(e)))
+    page.goto(sheet.as_uri())
+    yield page
+    assert errors == []
+    context.close()
+
+
+def words(slider):
+    return slider.get_attribute("aria-valuetext")
+
+
+@pytest.mark.parametrize("tag", sorted(KINDS | MOVERS))
+def test_every_slider_by_key_mouse_and_finger(shelf, tag):
+    sliders = shelf.locator(f"{tag} input[type=range]:enabled").all()
+    assert sliders or tag == "sos-digits"
+    for slider in sliders:
+        slider.focus()
+        before = words(slider)
+        last = float(slider.input_value()) == float(slider.get_attribute("max"))
+        shelf.keyboard.press("ArrowLeft" if last else "ArrowRight")
+        moved = words(slider)
+        box = slider.bounding_box()
+        at = [{"x": box["width"] * part, "y": box["height"] / 2} for part in (0.2, 0.9)]
+        clicked = [slider.click(position=place) or words(slider) for place in at]
+        tapped = [slider.tap(position=place) or words(slider) for place in at]
+        assert moved != before and clicked[0] != clicked[1] and tapped == clicked
+
+
+@pytest.mark.parametrize("tag", sorted(KINDS | MOVERS))
+def test_a_swipe_gives_every_slider_back(shelf, tag):
+    faults = shelf.evaluate(
+        """tag => {
+      const all = document.querySelectorAll(tag + " input[type=range]:enabled");
+      return [...all].filter(input => {
+        const fire = kind => input.dispatchEvent(kind), before = input.value;
+        fire(new PointerEvent("pointerdown"));
+        input.value = Number(input.value) > Number(input.max) / 2 ? 0 : input.max;
+        fire(new Event("input"));
+        fire(new PointerEvent("pointercancel"));
+        return Math.abs(input.value - before) > 1e-9;
+      }).length; }""",
+        tag,
+    )
+    assert faults == 0
+
+
+@pytest.mark.parametrize("tag", sorted(KINDS | MOVERS))
+def test_axe_has_no_objection_after_any_button(shelf, axe, tag):
+    """With what each button brings; contrast has tests of its own."""
+    shelf.evaluate(axe + "; 0")
+    shelf.evaluate(
+        "tag => document.querySelectorAll('main > *').forEach(e => {"
+        "e.style.display = [tag, 'h1'].includes(e.localName) ? '' : 'none'; })",
+        tag,
+    )
+    for button in [None, *shelf.locator(f"{tag} button").all()]:
+        if button:
+            button.click()
+            shelf.wait_for_timeout(100)
+        assert shelf.evaluate(layout.AXE) == [], button
+    shelf.evaluate(
+        "document.querySelectorAll('main > *').forEach(e => {e.style.display = ''})"
+    )
 
 
 def test_numbers_are_short_and_have_powers_of_ten(tab):

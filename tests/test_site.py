@@ -1,7 +1,5 @@
 """The built book in a real browser, opened as a file and without a network."""
 
-import importlib.util
-import os
 import re
 from functools import cache
 from html.parser import HTMLParser
@@ -107,16 +105,6 @@ def assert_fits_a_phone(tab):
         " document.documentElement.clientWidth]"
     )
     assert needed <= there == 390
-
-
-@pytest.fixture(scope="session")
-def axe():
-    """The script of axe-core, which knows the rules of accessible pages."""
-    found = importlib.util.find_spec("axe_playwright_python")
-    if found is None:
-        refuse = pytest.fail if os.environ.get("CI") else pytest.skip
-        refuse("axe-core is missing: pip install axe-playwright-python")
-    return (Path(found.origin).parent / "axe.min.js").read_text("utf-8")
 
 
 def faults(tab, *names):

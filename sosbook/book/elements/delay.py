@@ -21,6 +21,7 @@ from ...delay.solve import solve_delay
 from ...runtime.progress import each
 from .designs import Atlas, Slider, page_loop, start_place
 from .page import significant
+from .program import plant_data
 from .records import DELAY_BLOCKS, delay_record
 
 __all__ = [
@@ -148,7 +149,11 @@ class DelayAtlas(Atlas):
     Its title, sliders, designs, loop and start are those of `Atlas`.
     """
 
-    tag, sheets, scripts = "sos-delay", ("delay.css",), ("atlas.js", "delay.js")
+    tag, sheets, scripts = (
+        "sos-delay",
+        ("delay.css",),
+        ("program.js", "atlas.js", "delay.js"),
+    )
 
     def __repr__(self):
         return "Delay" + super().__repr__()
@@ -233,6 +238,8 @@ def delay_atlas(
     count = int(loop["horizon"] / (DWELL_TIME * min(taus))) + 2
     loop |= {
         "also": [f"α = {example.alpha:.4g} s"] if alphas is None else [],
+        "alpha": example.alpha,
+        "request": plant_data(example.plant, example.U),
         "output": output_name(example.U),
         "caption": "Response from rest to a unit set point in "
         f"{output_name(example.U)}.",

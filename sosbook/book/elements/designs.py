@@ -17,6 +17,7 @@ from ...runtime.progress import each
 from ...synthesis.pid import design_pid
 from ...synthesis.problem import Request
 from .page import PageElement, significant
+from .program import program_data
 from .records import BLOCKS, record
 
 __all__ = ["Atlas", "Slider", "design_atlas"]
@@ -97,7 +98,7 @@ class Atlas(PageElement):
         Where the sliders stand at first; the middle if left out.
     """
 
-    tag, scripts = "sos-atlas", ("atlas.js",)
+    tag, scripts = "sos-atlas", ("program.js", "atlas.js")
     notice = "Sliders over solved designs. They need JavaScript"
 
     def __init__(self, title, sliders, designs, loop, start=None):
@@ -251,9 +252,13 @@ def design_atlas(
     designs, spread = _solve_grid(sliders, solve, progress, blocks)
     loop = page_loop(plant, U, K_A, r, horizon or 8.0)
     loop["fixed"] = {k: significant(v, 8) for k, v in fixed.items()}
+    loop["shownFixed"] = {k: parameter(k, held).shown(v) for k, v in fixed.items()}
     loop["also"] = [parameter(key, held).text(value) for key, value in fixed.items()]
     loop["window"] = _window(sliders, fixed, spread)
     loop["blocks"] = blocks
+    first = moved(held, fixed | {s.key: s.values[0] for s in sliders})
+    request = Request(plant, U, K_A=K_A, coupling=coupling, requirements=first)
+    loop |= program_data(request) | {"mu": mu}
     return Atlas(title, sliders, designs, loop, start_place(sliders, start))
 
 

@@ -8,11 +8,11 @@ from ...synthesis.problem import Request
 from ..kernel import source
 from .designs import page_loop
 from .page import PageElement, significant
+from .program import program_data
 
 __all__ = ["Explorer", "design_explorer"]
 
 LARGEST = 4  # degrees of freedom and vertices that a browser solves while one waits
-DIGITS = 15  # of the plant's matrices: all that a decimal keeps
 
 
 class Explorer(PageElement):
@@ -28,7 +28,7 @@ class Explorer(PageElement):
 
     tag = "sos-explorer"
     sheets = ("explorer.css",)
-    scripts = ("solver.js", "atlas.js", "explorer.js")
+    scripts = ("solver.js", "program.js", "atlas.js", "explorer.js")
     notice = "Sliders that solve the LMIs in your browser. They need JavaScript"
 
     def __init__(self, data):
@@ -127,7 +127,6 @@ def design_explorer(
         u_max = saturation.u_max
     if u_max is not None and saturation is None:
         raise ValueError("u_max needs saturation=Saturation(u_max, x0)")
-    weights = _weights(plant, U, K_A, cost)
     if cost is not None and cost_bound is None:
         cost_bound = cost.bound
     if (cost is None) != (cost_bound is None):
@@ -164,25 +163,19 @@ def design_explorer(
             "shownFixed": {k: parameter(k).shown(v) for k, v in fixed.items()},
             "also": [parameter(key).text(value) for key, value in fixed.items()],
             "window": [significant(c * far, 3) for c in (-1.06, 0.2, 1.0)],
-            "request": {
-                "vertices": [_matrices(v) for v in plant.vertices],
-                "U": [] if U is None else _table(U),
-                "K_A": None if K_A is None else _table(K_A),
-                "coupling": coupling,
-            },
-            "x0": None if saturation is None else _table([saturation.x0])[0],
+            **program_data(
+                Request(
+                    plant,
+                    U,
+                    K_A=K_A,
+                    coupling=coupling,
+                    saturation=saturation and saturation.with_bound(1.0),
+                    cost=cost and cost.with_bound(1.0),
+                )
+            ),
             "mu": mu,
-            "cost": weights,
         }
     )
-
-
-def _weights(plant, U, K_A, cost):
-    """The weights of a cost that fits the plant, or None."""
-    if cost is None:
-        return None
-    Request(plant, U, K_A=K_A, cost=cost.with_bound(1.0))  # refuses
-    return {"Q": _table(cost.Q), "R": _table(cost.R), "noise": cost.noise}
 
 
 def _slider(key, ends, value):
@@ -211,12 +204,3 @@ def _slider(key, ends, value):
         "looser": -which.harder,
         "log": bool(wide),
     }
-
-
-def _matrices(v):
-    names = "MDSBF" if v.p else "MDSB"
-    return {name: _table(getattr(v, name)) for name in names}
-
-
-def _table(x):
-    return [[significant(e, DIGITS) for e in row] for row in np.asarray(x, float)]

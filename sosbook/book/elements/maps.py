@@ -8,6 +8,7 @@ import numpy as np
 
 from ...studies.maps.search import requirements, round_numbers
 from .page import PageElement, significant
+from .program import program_data
 from .records import BLOCKS, map_record
 
 __all__ = ["MapAtlas"]
@@ -29,7 +30,7 @@ class MapAtlas(PageElement):
         If there is no frontier.
     """
 
-    tag, sheets, scripts = "sos-map", ("map.css",), ("map.js",)
+    tag, sheets, scripts = "sos-map", ("map.css",), ("program.js", "map.js")
     notice = "Maps of solved requests. They need JavaScript"
 
     def __init__(self, frontiers, title="Feasibility maps"):
@@ -82,6 +83,8 @@ def _map(frontier, blocks):
             for name, value in asked.items()
             if name not in (frontier.x, frontier.y)
         ],
+        "bounds": {name: _side(which[name], value) for name, value in asked.items()},
+        "program": program_data(frontier.request),
         "rows": rows,
         "shape": _shape(frontier.request),
         "designs": [_asked(d, (x, y)) | map_record(d, blocks) for d in designs],

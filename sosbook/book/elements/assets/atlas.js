@@ -1,7 +1,7 @@
 (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
-    panel, panels, printed, slider, withConjugates} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
+    panel, panels, places, printed, slider, steady, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
   const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
@@ -86,8 +86,10 @@
     markup() {
       return controls("Requirements", this.sliders()) +
         panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-          panel("step", escape(this.data.caption))) + READOUT + this.note;
+          panel("step", escape(this.data.caption))) + READOUT + this.note + buttons(this.buttons);
     }
+
+    get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]; }
 
     // Why there is a grid.
     get unknown() { return "all requirements, nor large plants"; }
@@ -100,6 +102,7 @@
 
     // A pole's mark, its number and the curve by which it decays belong together.
     listen() {
+      this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
       this.view.addEventListener("pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
     }
 
@@ -123,13 +126,35 @@
 
     wire() {
       this.listen();
-      this.place = [...this.data.start];
-      this.view.querySelectorAll("input").forEach((input, k) =>
-        input.addEventListener("input", () => {
-          this.place[k] = Number(input.value);
-          this.update();
-        }));
+      this.inputs = [...this.view.querySelectorAll("input[type=range]")];
+      this.inputs.forEach((input, k) => {
+        input.addEventListener("input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
+        steady(input);
+      });
+      const linked = this.linked();
+      this.move(this.data.sliders.map(({key, values}, k) => {
+        const at = values.indexOf(Number(linked[key] ?? NaN));
+        return at < 0 ? this.data.start[k] : at;
+      }));
+    }
+
+    move(place) {
+      this.place = [...place];
+      this.inputs.forEach((input, k) => { input.value = place[k]; });
       this.update();
+    }
+
+    press(what) {
+      this.part("more").innerHTML = "";
+      if (what === "reset") this.move(this.data.start);
+      else if (what === "link") this.link(this.asked);
+      else if (what === "python") this.print(this.program);
+    }
+
+    get program() {
+      const {sliders, shownFixed} = this.data, degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
+      const shown = sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
+      return window.sosProgram.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
     }
 
     index(place) {
@@ -202,7 +227,10 @@
     update() {
       this.lit = undefined;
       const design = this.design;
-      this.view.querySelectorAll("input").forEach((input, k) => announce(input, this.texts[k]));
+      this.inputs.forEach((input, k) => {
+        announce(input, this.texts[k]);
+        places(input, this.data.sliders[k].values.map((_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
+      });
       this.part("map").innerHTML = this.map(design);
       this.part("step").innerHTML = this.step(design);
       this.tell(design.status, this.readout(design));

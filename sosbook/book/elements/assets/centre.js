@@ -44,6 +44,10 @@
       return path;
     }
 
+    good({feasible}) { return feasible; }
+    get means() { return "your point is feasible"; }
+    probe({sigma, p, q}) { return this.inside(this.blocks(sigma), [p, q]); }
+
     compute({sigma, p, q}) {
       const blocks = this.blocks(sigma), shifted = combine(1, this.data.A, sigma, eye(2));
       const eigen = blocks.write([p, q]).map(least), feasible = this.inside(blocks, [p, q]);

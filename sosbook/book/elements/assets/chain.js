@@ -15,6 +15,9 @@
   class Chain extends Mover {
     figures() { return [["links", "Each link hands its numbers to the next; what changed with your last move is framed."], ["radius", "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."]]; }
 
+    good({radius, right}) { return right < 0 && radius.every(r => r < 1); }
+    get means() { return "the loop is stable"; }
+
     compute({e_c, f_c, d_c, e_a, R, spread, late}) {
       const mip = pendulum({e_c, f_c, d_c, e_a}, this.data), K = regulator(...linear(mip, 5), eye(5), [[R]])[0];
       const radius = vertices(mip, spread / 100).map(robot => Math.max(...eigenvalues(this.sampled(robot, K, late / 100 * T)).map(p => Math.hypot(...p))));
@@ -30,7 +33,7 @@
     }
 
     show({mip, K, radius, right}, ghost, place) {
-      const good = right < 0 && radius.every(r => r < 1), old = ghost;
+      const good = this.good({radius, right}), old = ghost;
       this.tell(good ? "feasible" : "infeasible", verdict(good ? "These numbers may go into the program, as far as eigenvalues can say." : right < 0 ? "Stopped: the loop is unstable at 100 Hz." : "Stopped: the loop is unstable for a vertex.") +
         `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${number(Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
       const links = [["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]], ["letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])],

@@ -17,6 +17,9 @@
         ["energy", "Energy of masses and springs. Damping takes, circulation gives."]];
     }
 
+    good({poles}) { return poles.every(([re]) => re < 0); }
+    get means() { return "it comes to rest"; }
+
     compute({kappa, damping}) {
       const {M, D, S, K, start} = this.data, n = M.length, stiff = combine(1, S, kappa, K), damp = scale(damping, D);
       const A = block([[zeros(n, n), eye(n)], [scale(-1, solve(M, stiff)), scale(-1, solve(M, damp))]]);
@@ -27,7 +30,7 @@
     }
 
     show({poles, z, energy}, ghost, {kappa}) {
-      const right = Math.max(...poles.map(([re]) => re)), good = right < 0, most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
+      const right = Math.max(...poles.map(([re]) => re)), good = this.good({poles}), most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
       this.tell(good ? "feasible" : "infeasible", verdict(good ? "It comes to rest." : "It never comes to rest: circulation gives more than damping takes.") +
         `<p>κ = ${number(kappa)}. Rightmost pole: real part ${number(right, " s⁻¹")}. After ${this.horizon} s ${number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
       this.poleMap("poles", {x: [-0.7, 0.3], y: [0.6, 1.2], label: "Poles of the robot", poles, ghost: ghost?.poles});

@@ -26,6 +26,9 @@
       return [add(free, mul(make(7, 1, i => i < 4 ? fresh[i][0] : i === 4 ? 1 : 0), volts)), volts];
     }
 
+    good({radius}) { return radius.every(r => r < 1); }
+    get means() { return "all five robots are stable"; }
+
     compute({law, T: milliseconds, delay, sensing}) {
       const T = milliseconds / 1000, {K} = this.data.laws[law], late = delay / 100 * T;
       const loops = this.data.robots.map(robot => this.loop(robot, K, T, late, sensing === 1));
@@ -42,7 +45,7 @@
     }
 
     show({poles, radius, theta, V, T, late}, ghost) {
-      const worst = Math.max(...radius), good = worst < 1, plot = new Plot({x: [-1.6, 1.6], y: [-1.6, 1.6], labels: ["Re z", "Im z"]});
+      const worst = Math.max(...radius), good = this.good({radius}), plot = new Plot({x: [-1.6, 1.6], y: [-1.6, 1.6], labels: ["Re z", "Im z"]});
       plot.body += `<ellipse class="sos-target" style="fill:none" cx="${plot.X(0)}" cy="${plot.Y(0)}" rx="${plot.X(1) - plot.X(0)}" ry="${plot.Y(0) - plot.Y(1)}"/>`;
       const live = list => list.filter(p => Math.hypot(...p) > 1e-9 && plot.has(p));
       live(ghost?.poles ?? []).forEach(p => mark(plot, p, "--sos-first", 0, "opacity:.3"));

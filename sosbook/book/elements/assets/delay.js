@@ -1,6 +1,6 @@
 (() => {
   "use strict";
-  const {Plot, READOUT, clean, controls, define, escape, gainRows, gains, panel, panels, select, withConjugates} = window.sosKit;
+  const {Plot, READOUT, buttons, clean, controls, define, escape, gainRows, gains, panel, panels, select, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];
   const SHAPES = ["○", "+", "✕"], DELAYS = ["shortest", "nominal", "longest"];
   const product = (X, x) => X.map(row => row.reduce((sum, a, k) => sum + a * x[k], 0));
@@ -54,20 +54,31 @@
         panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
           panel("step", escape(this.data.caption)) +
           panel("input", `The control signal: ${mark("--sos-first", "┄ as asked")}, ${mark("--sos-second", "— as it arrives")}.`) +
-          READOUT) + this.note;
+          READOUT) + this.note + buttons(this.buttons);
     }
 
     get unknown() { return "the LMIs of a delay"; }
 
     wire() {
       const kind = this.view.querySelector("select");
-      kind.value = "0";
-      this.kind = 0;
+      this.kind = kind.value = Math.min(Number(this.linked().kind) || 0, this.data.kinds.length - 1);
       kind.addEventListener("change", () => {
         this.kind = Number(kind.value);
         this.update();
       });
       super.wire();
+    }
+
+    press(what) {
+      if (what === "reset") this.kind = this.view.querySelector("select").value = 0;
+      super.press(what);
+      if (what === "link") this.link({...this.asked, kind: this.kind});
+    }
+
+    get program() {
+      const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data, {list, program} = window.sosProgram;
+      return program(request, "design_delay_pid", [["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))],
+        ["delta", delta], ["alpha", alpha]]);
     }
 
     get design() {

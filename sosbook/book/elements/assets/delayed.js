@@ -48,7 +48,11 @@
   const LATE = {constant: h => () => h,
     clinging: (h, rest) => t => Math.min((t + 1e-9) % (rest + h), h)};      // d grows with the time, as if the input stood still
 
+  const growing = x => Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
+
   class Delayed extends Mover {
+    good({roots: [[right]], x}) { return right < 0 && !growing(x); }
+    get means() { return "the loop is stable"; }
     get horizon() { return this.data.horizon; }
     get still() { return this.horizon; }
     get pace() { return this.horizon / 6; }
@@ -92,8 +96,8 @@
     show({roots: all, t, x, old, d}, ghost, {h, kind}) {
       const right = all[0][0], wide = this.data.window;
       const top = Math.min(3, 1.1 * Math.max(...x.map(Math.abs).filter(Number.isFinite)));
-      const grows = Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
-      this.tell(right < 0 && !grows ? "feasible" : "infeasible", verdict(right >= 0 ? "Unstable for this constant delay." : kind && grows ? "Stable if the delay stands still, and yet this moving one makes it grow." : kind ? "Stable if the delay stands still; this moving one does it no visible harm." : "Stable for this constant delay.") +
+      const grows = growing(x);
+      this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible", verdict(right >= 0 ? "Unstable for this constant delay." : kind && grows ? "Stable if the delay stands still, and yet this moving one makes it grow." : kind ? "Stable if the delay stands still; this moving one does it no visible harm." : "Stable for this constant delay.") +
         `<p>Rightmost root: real part ${number(right, " s⁻¹")}${all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
       this.poleMap("roots", {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
       const line = (values, more) => ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), ...more}), axis = {x: [0, this.horizon]};

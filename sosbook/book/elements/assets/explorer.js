@@ -2,10 +2,9 @@
 // browser solves. What is drawn is what the atlas draws.
 (() => {
   "use strict";
-  const {Plot, QUIET, announce, clean, define, escape, printed, withConjugates} = window.sosKit;
+  const {Plot, QUIET, announce, band, clean, define, escape, printed, withConjugates} = window.sosKit;
   const Atlas = customElements.get("sos-atlas");
   const STEPS = 200;   // of a slider
-  const BUTTONS = [["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]];
 
   // ------------------------------------------------------------------ values
   const valueAt = ({min, max, log}, at) => {
@@ -17,32 +16,11 @@
   const inRadians = ({degrees}, shown) => degrees ? shown * Math.PI / 180 : shown;
   const textOf = ({symbol, unit}, shown) => `${symbol} = ${Number(shown.toPrecision(4))}${unit}`;
 
-  // ------------------------------------------------------------ Python's words
-  const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : String(x);
-  function python({vertices, U, K_A, coupling}, bounds, {x0, mu, cost}) {
-    const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
-      Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
-    const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
-    const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]].filter(([key]) => bounds[key] !== undefined)
-      .map(([key, name]) => `${name}=${bounds[key]}`).join(", ");
-    const words = [["U", U.length && list(U)], ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
-      ["gamma", bounds.gamma], ["mu", mu],
-      ["cost", bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`], ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
-      ["coupling", coupling !== "pairs" && `"${coupling}"`]].filter(([, value]) => value);
-    return `import sosbook as sos\n\nplant = ${plant}\ndesign = sos.design_pid(\n    plant,\n` +
-      words.map(([name, value]) => `    ${name}=${value},\n`).join("") + ")\nprint(design.status)\nprint(design.K)\n";
-  }
-
   class Explorer extends Atlas {
     get note() { return ""; }
+    get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]]; }
 
     // ---------------------------------------------------------------- controls
-    markup() {
-      const buttons = BUTTONS.map(([key, words]) =>
-        `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("");
-      return super.markup() + `<div class="sos-buttons">${buttons}</div><div class="sos-more" aria-live="polite"></div>`;
-    }
-
     sliders() {
       return this.data.sliders.map((s, k) => `<div class="sos-slider"><label for="${this.name}-${k}">` +
         `<span>${escape(printed(s.label))}</span><output for="${this.name}-${k}"></output></label><input id="${this.name}-${k}" type="range" ` +
@@ -55,14 +33,13 @@
       this.inputs = [...this.view.querySelectorAll("input[type=range]")];
       this.values = this.data.sliders.map(s => s.value);
       this.found = this.ghost = null;
-      this.read(location.hash);
+      this.read();
       this.inputs.forEach((input, k) => {
         input.addEventListener("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
         input.addEventListener("keydown", event => this.key(event, k));
         input.addEventListener("pointerdown", () => { this.held = this.values[k]; this.remember(); });
         input.addEventListener("pointercancel", () => this.set(k, this.held));   // a swipe that scrolls
       });
-      this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
       this.part("map").addEventListener("pointerdown", event => this.grab(event));
       // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
       this.part("map").addEventListener("touchstart", event => {
@@ -81,10 +58,14 @@
       this.set(k, valueAt(slider, at));
     }
 
-    set(k, value) {
+    put(k, value) {
       const {min, max} = this.data.sliders[k];
       this.values[k] = Math.max(min, Math.min(max, value));
       this.inputs[k].value = placeOf(this.data.sliders[k], this.values[k]);
+    }
+
+    set(k, value) {
+      this.put(k, value);
       this.solve();
     }
 
@@ -95,36 +76,22 @@
       this.part("more").innerHTML = "";
       if (what === "reset") {
         this.remember();
-        this.data.sliders.forEach((s, k) => { this.values[k] = s.value; this.inputs[k].value = placeOf(s, s.value); });
+        this.data.sliders.forEach((s, k) => this.put(k, s.value));
         this.solve();
-      } else if (what === "link") this.link();
-      else if (what === "python") {
-        const bounds = {...this.data.shownFixed};
-        this.data.sliders.forEach(({key}, k) => { bounds[key] = this.values[k]; });
-        this.code = python(this.data.request, bounds, this.data);
-        this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(this.code)}</pre>`;
-        navigator.clipboard?.writeText(this.code).then(() => this.part("more").insertAdjacentHTML("afterbegin", "<p>Copied.</p>"), () => {});
-      } else if (what === "prove") this.prove();
+      } else if (what === "link") this.link(this.named);
+      else if (what === "python") this.print(this.program);
+      else if (what === "prove") this.prove();
     }
 
-    // ---------------------------------------------------------------- the link
-    link() {
-      const words = this.data.sliders.map(({key}, k) => `${key}=${this.values[k]}`).join("&");
-      history.replaceState(null, "", `#${this.name}:${words}`);
-      this.part("more").innerHTML = `<p>The address of this page now leads to this design.</p>`;
-    }
+    // The sliders' values by name, in the units shown.
+    get named() { return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]])); }
+    get program() { return window.sosProgram.design(this.data, {...this.data.shownFixed, ...this.named}); }
 
-    read(hash) {
-      const [name, words] = decodeURIComponent(hash).slice(1).split(":");
-      if (name !== this.name || !words) return;
-      for (const [key, text] of new URLSearchParams(words)) {
-        const k = this.data.sliders.findIndex(s => s.key === key), value = Number(text);
-        if (k < 0 || !isFinite(value)) continue;
-        const {min, max} = this.data.sliders[k];
-        this.values[k] = Math.max(min, Math.min(max, value));
-        this.inputs[k].value = placeOf(this.data.sliders[k], this.values[k]);
+    read() {
+      for (const [key, text] of Object.entries(this.linked())) {
+        const k = this.data.sliders.findIndex(s => s.key === key);
+        if (k >= 0 && isFinite(Number(text))) this.put(k, Number(text));
       }
-      this.scrollIntoView?.();
     }
 
     // ------------------------------------------------------------ the requests
@@ -187,12 +154,8 @@
     }
 
     band(k, edge) {
-      const share = edge === null ? 0 : 100 * edge / STEPS, {looser} = this.data.sliders[k];
-      const good = "var(--sos-region)", bad = "var(--sos-line)";
-      const [first, second] = looser > 0 ? [bad, good] : [good, bad];
-      const band = this.inputs[k].parentElement.querySelector(".sos-band");
-      band.classList.remove("sos-old");
-      band.style.background = edge === null ? bad : `linear-gradient(to right, ${first} ${share}%, ${second} ${share}%)`;
+      const share = edge / STEPS, {looser} = this.data.sliders[k];
+      band(this.inputs[k], edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
     }
 
     advice() {

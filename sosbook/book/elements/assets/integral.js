@@ -15,6 +15,13 @@
         ["poles", "Poles of the loop."], ["time", "Displacements z₁ (solid) and z₂ (dashed). The set point is 1."]];
     }
 
+    // Without an integral its state is a pole at zero, which nobody sees.
+    good({poles}, {first, second}) {
+      const off = [first, second].filter(f => f === 0).length;
+      return [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off).every(([re]) => re < -1e-9);
+    }
+    get means() { return "the loop is stable"; }
+
     compute({first, second, force}) {
       const {M, D, S, B, F, U, K} = this.data, n = M.length, a = U.length, m = B[0].length, N = 2 * n + a;
       const gain = K.map((row, i) => row.map((k, j) => j < 2 * n ? k : k * [first, second][j - 2 * n]));
@@ -30,7 +37,7 @@
 
     show({poles, z}, ghost, {first, second}) {
       const off = [first, second].filter(f => f === 0).length, live = [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off);
-      const right = Math.max(...live.map(([re]) => re)), good = right < -1e-9, far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
+      const right = Math.max(...live.map(([re]) => re)), good = this.good({poles}, {first, second}), far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
       const both = off ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.") : "";
       this.tell(good ? "feasible" : "infeasible", verdict(good ? "Stable." : Math.min(first, second) < 0 ? "Unstable: a wrong sign drives the error away, however small the gain." : "Unstable.") +
         `<p>${both} Rightmost pole: real part ${number(right, " s⁻¹")}. Errors z − r at 10 s: ${far(z[PUSH][0])} and ${far(z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${far(z.at(-1)[1])}.</p>`);

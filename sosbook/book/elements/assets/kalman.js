@@ -15,6 +15,9 @@
         ["volts", "Voltage K x̂."], ["poles", "Poles of the loop with the observer, as far as the window shows them."]];
     }
 
+    good({poles}) { return poles.every(([re]) => re < 0); }
+    get means() { return "the loop with the observer is stable"; }
+
     compute({gyro, wheels, push, plant}) {
       const {E, A, B, C, K} = this.data, mean = X => scale(1 / E.length, X.slice(1).reduce((sum, x) => add(sum, x), X[0]));
       const inertia = mean(E), [a, b] = [mean(A), mean(B)].map(X => solve(inertia, X)), G = scale(push, b);
@@ -38,7 +41,7 @@
     show({L, poles, filter, theta, belief, V}, ghost) {
       const right = Math.max(...poles.map(([re]) => re)), fast = Math.min(...filter.map(([re]) => re)), rms = list => Math.sqrt(list.reduce((sum, x) => sum + x * x, 0) / list.length);
       const degrees = x => x * 180 / Math.PI, late = (list, f) => rms(list.slice(STEPS / 2).map(f)), error = late(theta.map((x, k) => x - belief[k]), degrees);
-      this.tell(right < 0 ? "feasible" : "infeasible", verdict(right < 0 ? "The loop with the observer is stable." : "Unstable: this plant isn't the one that the observer has in mind.") +
+      this.tell(this.good({poles}) ? "feasible" : "infeasible", verdict(right < 0 ? "The loop with the observer is stable." : "Unstable: this plant isn't the one that the observer has in mind.") +
         `<p>Kalman's gain, computed here: L = ${L.map(row => `[${row.map(x => number(x)).join(", ")}]`).join(" ")}. Rightmost pole of the loop ${number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
         (right < 0 ? `In the second half: error ${number(error, "°", 2)} rms, voltage ${number(late(V, x => x), " V", 2)} rms.` : "") + "</p>");
       const x = [0, this.horizon], deg = list => series(list.map(degrees), T);

@@ -49,6 +49,36 @@ window.sosKit ??= (() => {
     `<figcaption class="sos-caption${kind}">${caption}</figcaption></figure>`;
   const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
+  // Buttons, and the place for what they answer.
+  const buttons = list => `<div class="sos-buttons">${list.map(([key, words]) =>
+    `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("")}</div><div class="sos-more" aria-live="polite"></div>`;
+
+  // The band under a slider: stretches [from, to, good] of its way, in parts of one.
+  function band(input, stretches) {
+    const at = input.parentElement.querySelector(".sos-band") || input.parentElement.appendChild(document.createElement("div"));
+    at.className = "sos-band";
+    at.setAttribute("aria-hidden", "true");
+    const colours = stretches.map(([from, to, good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
+    at.style.background = `linear-gradient(to right, ${colours.join(", ")})`;
+  }
+
+  // The same for a slider that snaps: whether each of its places is good.
+  const places = (input, goods) => {
+    const last = Math.max(1, goods.length - 1);
+    band(input, goods.map((good, k) => [(k - 0.5) / last, (k + 0.5) / last, good]));
+  };
+
+  // A swipe that scrolls the page gives a slider back its value.
+  function steady(input) {
+    let held;
+    input.addEventListener("pointerdown", () => { held = input.value; });
+    input.addEventListener("pointercancel", () => {
+      if (input.value === held) return;
+      input.value = held;
+      input.dispatchEvent(new Event("input"));
+    });
+  }
+
   // What a slider's value means, for eyes and for screen readers.
   function announce(input, words) {
     const text = printed(words);
@@ -149,6 +179,26 @@ window.sosKit ??= (() => {
       this.wire();
     }
 
+    // The page's address leads back to these values, which `linked` reads.
+    link(values) {
+      history.replaceState(null, "", `#${this.name}:${new URLSearchParams(values)}`);
+      this.part("more").innerHTML = "<p>The address of this page now leads to this setting.</p>";
+    }
+
+    linked() {
+      const [, name, words] = /^#([^:]*):(.*)$/.exec(location.hash) || [];
+      if (name !== this.name) return {};
+      this.scrollIntoView();
+      return Object.fromEntries(new URLSearchParams(words));
+    }
+
+    // Code to read, and to paste where that is allowed.
+    print(code) {
+      this.code = code;
+      this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(code)}</pre>`;
+      navigator.clipboard?.writeText(code).then(() => this.part("more").insertAdjacentHTML("afterbegin", "<p>Copied.</p>"), () => {});
+    }
+
     part(name) { return this.view.querySelector(`.sos-${name}`); }
 
     tell(status, html) {
@@ -162,6 +212,6 @@ window.sosKit ??= (() => {
     document.querySelectorAll(tag).forEach(element => element.start && element.start());
   }
 
-  return {PageElement, Plot, READOUT, QUIET, announce, capital, clean, complex, controls, define, escape, gainRows, gains,
-    options, panel, panels, printed, round, row, select, slider, upright, withConjugates};
+  return {PageElement, Plot, READOUT, QUIET, announce, band, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
+    options, panel, panels, places, printed, round, row, select, slider, steady, upright, withConjugates};
 })();

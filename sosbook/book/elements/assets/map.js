@@ -1,7 +1,7 @@
 (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, clean, controls, define, escape, gainRows, gains, options,
-    panel, panels, printed, select, slider} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, buttons, clean, controls, define, escape, gainRows, gains, options,
+    panel, panels, places, printed, select, slider, steady} = window.sosKit;
 
   class FeasibilityMap extends PageElement {
     markup() {
@@ -10,14 +10,41 @@
       return controls("Plant and requirements",
         select(named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
         select(named("pair", {label: "Requirements", names: []})) + slide("x") + slide("y")) +
-        panels(panel("plot", "") + READOUT);
+        panels(panel("plot", "") + READOUT) + buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
     }
 
     wire() {
       this.control("group").addEventListener("change", () => this.choose());
       this.control("pair").addEventListener("change", () => this.open());
-      for (const key of ["x", "y"]) this.control(key).addEventListener("input", () => this.update());
-      this.choose();
+      for (const key of ["x", "y"]) {
+        this.control(key).addEventListener("input", () => this.update());
+        steady(this.control(key));
+      }
+      this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
+      const {group = 0, pair = 0, x, y} = this.linked();
+      this.control("group").value = group in this.data.groups ? group : 0;
+      this.choose(pair);
+      if (x && y) {
+        this.put("x", Number(x));
+        this.put("y", Number(y));
+        this.update();
+      }
+    }
+
+    // A slider at the value next to this one.
+    put(key, value) {
+      const far = this.map[key].values.map(v => Math.abs(Math.log(v / value)));
+      this.control(key).value = far.indexOf(Math.min(...far));
+    }
+
+    get values() { return ["x", "y"].map((key, k) => this.map[key].values[this.place[k]]); }
+
+    press(what) {
+      this.part("more").innerHTML = "";
+      const {x, y, bounds, program} = this.map, [u, v] = this.values;
+      if (what === "reset") this.open();
+      else if (what === "link") this.link({group: this.control("group").value, pair: this.control("pair").value, x: u, y: v});
+      else if (what === "python") this.print(window.sosProgram.design(program, {...bounds, [x.key]: u, [y.key]: v}));
     }
 
     control(key) { return this.view.querySelector(`[data-key=${key}]`); }
@@ -25,9 +52,9 @@
     get map() { return this.group.maps[Number(this.control("pair").value)]; }
     get place() { return [Number(this.control("x").value), Number(this.control("y").value)]; }
 
-    choose() {
+    choose(pair = 0) {
       this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => `${x.symbol} and ${y.symbol}`));
-      this.control("pair").value = "0";
+      this.control("pair").value = pair in this.group.maps ? pair : 0;
       this.open();
     }
 
@@ -36,8 +63,7 @@
       ["x", "y"].forEach((key, k) => {
         const axis = this.map[key], input = this.control(key);
         input.max = axis.values.length - 1;
-        const far = axis.values.map(v => Math.abs(Math.log(v / this.map.asked[k])));
-        input.value = far.indexOf(Math.min(...far));
+        this.put(key, this.map.asked[k]);
         input.parentElement.querySelector("span").textContent = printed(axis.label);
       });
       this.update();
@@ -47,8 +73,8 @@
     say(axis, value) { return printed(`${axis.symbol} = ${clean(value, 4)}${axis.unit}`); }
 
     // By the proofs kept: one that asks for as much, or one that asks for no more.
-    get verdict() {
-      const {x, y, rows, designs, refusals} = this.map, [i, j] = this.place, v = y.values[j];
+    verdict([i, j]) {
+      const {y, rows, designs, refusals} = this.map, v = y.values[j];
       const least = (a, b) => (a - b) * y.harder >= -1e-9 * Math.abs(b);
       for (let k = i; k < rows.length; k++) {
         if (rows[k][0] !== null && least(rows[k][0], v)) return {status: "feasible", kept: designs[rows[k][2]]};
@@ -60,7 +86,10 @@
     }
 
     update() {
-      const {x, y} = this.map, [i, j] = this.place, verdict = this.verdict;
+      const {x, y} = this.map, [i, j] = this.place, verdict = this.verdict([i, j]);
+      const held = at => this.verdict(at).status === "feasible";
+      places(this.control("x"), x.values.map((_, k) => held([k, j])));
+      places(this.control("y"), y.values.map((_, k) => held([i, k])));
       announce(this.control("x"), this.say(x, x.values[i]));
       announce(this.control("y"), this.say(y, y.values[j]));
       this.part("plot").innerHTML = this.plot(verdict);

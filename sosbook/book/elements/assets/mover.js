@@ -2,8 +2,9 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 window.sosMover ??= (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, clean, controls, escape, panel, panels, select, slider} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, select, slider, steady} = window.sosKit;
 
+  const LOOKS = 25;   // at a slider, before those by halves
   const steps = control => Math.round((control.max - control.min) / control.step);
   const value = (control, position) => {
     const at = control.min + position * control.step;
@@ -13,8 +14,9 @@ window.sosMover ??= (() => {
     Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
 
   // A subclass has `figures()`: [name, caption] of each panel, `compute(place)`,
-  // numbers alone, and `show(result, ghost)`, which draws and tells. With a
-  // `horizon` in seconds it moves: `pose(result, time)` draws an instant.
+  // numbers alone, and `show(result, ghost, place)`, which draws and tells. With a
+  // `horizon` in seconds it moves: `pose(result, time)` draws an instant. Where
+  // `good(result, place)` is true, the bands under the sliders are green; `means` says it.
   class Mover extends PageElement {
     markup() {
       const named = (control, more) => ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
@@ -22,7 +24,8 @@ window.sosMover ??= (() => {
       return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>` : "") +
         controls("Setting", this.data.controls.map(control => control.names ? select(named(control, {names: control.names}))
           : slider(named(control, {max: steps(control)}))).join("")) +
-        `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}</div>` +
+        (this.good ? `<p class="sos-soft">Green under a slider: there ${escape(this.means)}, while the others stay.</p>` : "") +
+        `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}${button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
         panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
     }
 
@@ -32,23 +35,23 @@ window.sosMover ??= (() => {
         this.inputs[input.dataset.key] = input;
         input.addEventListener("input", () => this.update());
         input.addEventListener("change", () => { this.ghost = this.result; });
-        // A swipe that scrolls the page gives the slider back its value.
-        input.addEventListener("pointerdown", () => { this.held = input.value; });
-        input.addEventListener("pointercancel", () => {
-          if (input.value === this.held) return;
-          input.value = this.held;
-          this.update();
-        });
+        steady(input);
       }
       this.part("reset").addEventListener("click", () => this.reset());
+      this.part("address").addEventListener("click", () => this.link(this.place));
       if (this.horizon) this.ready();
-      this.reset();
+      if (this.good) {
+        new IntersectionObserver(([entry]) => { this.near = entry.isIntersecting; this.survey(); }, {rootMargin: "25%"}).observe(this.view);
+      }
+      this.reset(this.linked());
     }
 
-    reset() {
+    reset(to = {}) {
       for (const control of this.data.controls) {
-        this.inputs[control.key].value = control.names ? control.start : position(control, control.start);
+        const {key, names, start} = control, wanted = Number(to[key] ?? NaN), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
+        this.inputs[key].value = names ? x : position(control, x);
       }
+      this.part("more").innerHTML = "";
       this.ghost = undefined;
       this.update();
     }
@@ -68,6 +71,53 @@ window.sosMover ??= (() => {
       this.result = this.compute(place);
       this.show(this.result, this.ghost, place);
       if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
+      this.view.querySelectorAll(".sos-band").forEach(old => old.classList.add("sos-old"));
+      this.surveyed = false;
+      this.survey();
+    }
+
+    // ----------------------------------------------------------------- bands
+    probe(place) { return this.good(this.compute(place), place); }
+
+    // When nothing has moved for a while and readers may see it: a few milliseconds at a time.
+    survey() {
+      clearTimeout(this.idle);
+      if (!this.good || !this.near || this.surveyed) return;
+      const work = this.looks(this.place), go = () => {
+        const until = performance.now() + 8;
+        do {
+          if (work.next().done) { this.surveyed = true; return; }
+        } while (performance.now() < until);
+        this.idle = setTimeout(go, 20);
+      };
+      this.idle = setTimeout(go, 250);
+    }
+
+    // Each slider at some places, then by halves where the verdict changes.
+    *looks(place) {
+      for (const control of this.data.controls.filter(c => !c.names)) {
+        const last = steps(control), known = new Map(), ends = [];
+        const at = k => {
+          const there = {...place, [control.key]: value(control, k)};
+          if (!known.has(k)) known.set(k, this.probe(there));
+          return known.get(k);
+        };
+        for (let k = 0; k < LOOKS; k++) { at(Math.round(k * last / (LOOKS - 1))); yield; }
+        const seen = [...known.keys()];
+        for (let i = 1; i < seen.length; i++) {
+          let [from, to] = [seen[i - 1], seen[i]];
+          if (at(from) === at(to)) continue;
+          while (to - from > 1) {
+            const middle = (from + to) >> 1;
+            if (at(middle) === at(from)) from = middle; else to = middle;
+            yield;
+          }
+          ends.push([(from + to) / 2 / last, at(to)]);
+        }
+        const stretches = [[0, at(0)], ...ends];
+        band(this.inputs[control.key], stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
+        yield;
+      }
     }
 
     // ----------------------------------------------------------------- plots

@@ -183,7 +183,7 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
     }
 
     // A link leads to the first plant's sliders only.
-    read(hash) { if (!this.rebuilt) super.read(hash); }
+    read() { if (!this.rebuilt) super.read(); }
 
     press(what) {
       super.press(what);

@@ -46,6 +46,9 @@
         `proven, with a cost below ${clean(table.bound[i][j], 4)}`};
     }
 
+    good({loops, stands}) { return stands.every(x => x) && loops.every(({poles}) => poles.every(([re]) => re < 0)); }
+    get means() { return "it stands at all four vertices"; }
+
     compute(place) {
       const {mip, limit, horizon} = this.data, {K, from} = this.gain(place), N = K.length;
       const loops = vertices(mip, place.spread / 100).map(robot => {
@@ -64,7 +67,7 @@
       const rightmost = Math.max(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
       const fastest = Math.min(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
       const word = fallen ? `falls at ${fallen} of 4 vertices` : bad ? `unstable at ${bad} of 4 vertices, though it hasn't fallen yet` : "stands at all four vertices";
-      this.tell(fallen || bad ? "infeasible" : "feasible", `<p><span class="sos-status">From ${clean(tilt)}° it ${word}.</span></p>` +
+      this.tell(this.good({loops, stands}) ? "feasible" : "infeasible", `<p><span class="sos-status">From ${clean(tilt)}° it ${word}.</span></p>` +
         gains([K], [2, 1, law], 4) + `<p>${from}. Peak voltage <span class="sos-number">${clean(peak)} V</span>${peak >= limit ? ", the motors' limit" : ""}; ` +
         `worst cost at a vertex <span class="sos-number">${worst < Infinity ? clean(worst, 4) : "infinite"}</span>; rightmost pole ` +
         `<span class="sos-number">${clean(rightmost)} s⁻¹</span>, fastest <span class="sos-number">${clean(fastest)} s⁻¹</span>.</p>`);

@@ -1,7 +1,7 @@
 (() => {
   "use strict";
   const {PageElement, QUIET, READOUT, announce, capital, clean, controls, define, escape, gains, panel, panels, round, row,
-    select, slider, upright} = window.sosKit;
+    select, slider, steady, upright} = window.sosKit;
   const HORIZON = 8, LENGTH = 30, WINDOW = 4;                // s
   const PUSH = 0.06, HEIGHT = 0.1, HALF = 0.017;             // N s; m, of the body above the axle
   const SCALE = 1250, GROUND = 258, MIDDLE = 170, SLACK = 0.03;
@@ -186,6 +186,7 @@
       for (const input of this.view.querySelectorAll("[data-key]")) {
         input.value = this.place[input.dataset.key];
         input.addEventListener("input", () => this.change(input.dataset.key, Number(input.value)));
+        steady(input);
       }
       const on = (name, act) => this.part(name).addEventListener("click", act);
       on("play", () => this.ended ? this.restart(true) : this.play(!this.playing));

@@ -21,6 +21,11 @@
       return {poles: eigenvalues(solve(E, A)), least: Math.min(...eigenvalues(L).map(([re]) => re))};
     }
 
+    good({poles}) { return poles.every(([re]) => re < 0); }
+    get means() { return "this plant is stable"; }
+
+    probe({plant, weight}) { return this.good(this.look(this.data.plants[plant], weight)); }
+
     compute({plant, weight}) {
       const chosen = this.data.plants[plant], all = Array.from({length: POINTS + 1}, (_, k) => this.look(chosen, k / POINTS));
       const {E, A, P} = chosen, pair = add(mul(A[0], P, transpose(E[1])), mul(A[1], P, transpose(E[0])));
@@ -30,7 +35,7 @@
     show({poles, least, way, pair}, ghost, {plant, weight}) {
       const rightmost = list => Math.max(...list.map(([re]) => re)), right = rightmost(poles), {window} = this.data.plants[plant];
       const bad = way.filter(p => rightmost(p.poles) >= 0).length / way.length;
-      this.tell(right < 0 ? "feasible" : "infeasible", verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +
+      this.tell(this.good({poles}) ? "feasible" : "infeasible", verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +
         `<p>Weight of the second vertex ${number(weight)}: rightmost pole ${number(right, " s⁻¹")}, smallest eigenvalue of −L ${number(least)}. ` +
         `At the vertices ${number(way[0].least)} and ${number(way.at(-1).least)}; of the pair ${number(pair)}. About ${number(100 * bad, " %", 2)} of the way is unstable.</p>`);
       this.poleMap("poles", {x: window[0], y: window[1], label: "Poles along the segment", poles, ghost: ghost?.poles, draw: plot => {

@@ -39,6 +39,9 @@
       return [block([[eye(n), zeros(n, n)], [zeros(n, n), M]]), block([[zeros(n, n), eye(n)], [scale(-1, stiff), scale(-1, D)]])];
     }
 
+    good({status, stable}) { return stable || !status; }
+    get means() { return "the status tells no falsehood"; }
+
     compute({kappa, digits, tolerance}) {
       const {held} = this.data, [E, A] = this.plant(kappa), poles = eigenvalues(solve(E, A));
       // P belongs to this plant, or, where there is none, to the last stable one
@@ -56,7 +59,7 @@
         ["3 exact proof of these very digits", proven, proven ? "proven" : "no proof"], ["4 the poles", stable, stable ? "stable" : "unstable"]];
       this.part("rungs").innerHTML = `<table><tr><th scope="col">Rung</th><th scope="col">Says</th></tr>` + rows.map(([name, good, word]) =>
         `<tr><th scope="row">${name}</th><td style="color:var(${good ? "--sos-good" : "--sos-bad"});font-weight:600">${good ? "✓" : "✗"} ${word}</td></tr>`).join("") + "</table>";
-      const lie = status && !stable, missed = stable && !proven;
+      const lie = !this.good({status, stable}), missed = stable && !proven;
       this.tell(lie ? "infeasible" : "feasible", verdict(lie ? "The status is wrong: the plant is unstable, and the tolerance hides it." : missed ? "The plant is stable, but these digits of P don't prove it." : proven ? "Proven, and true." : "Nothing is claimed.") +
         `<p>Smallest eigenvalues: of P ${number(least[0])}, of the inequality ${number(least[1])}. Rightmost pole ${number(Math.max(...poles.map(([re]) => re)), " s⁻¹")}.</p>`);
       this.poleMap("poles", {x: [-0.6, 0.2], y: [-1.2, 1.2], label: "Poles of the plant", poles, ghost: ghost?.poles});

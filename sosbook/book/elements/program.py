@@ -1,0 +1,83 @@
+"""What a page needs to write the Python of a design: the plant, and what is asked."""
+
+from dataclasses import fields
+
+import numpy as np
+
+from .page import significant
+
+__all__ = ["PLACE", "plant_data", "program_data"]
+
+DIGITS = 15  # of the plant's matrices: all that a decimal keeps
+PLACE = "{}"  # of the bound, in the words of a requirement
+
+
+def program_data(request):
+    """What the page's ``sosProgram.design`` takes, but the bounds.
+
+    Parameters
+    ----------
+    request : Request
+        Its bounds are left to the page, which knows them by their names.
+
+    Returns
+    -------
+    dict
+        The plant as "request", "x0", "mu" and "cost" (None where they aren't asked),
+        and as "own" the requirements that the page doesn't know, in Python's words.
+    """
+    cost, saturation = request.cost, request.saturation
+    return {
+        "request": plant_data(request.plant, request.U, request.K_A)
+        | {"coupling": request.coupling},
+        "x0": None if saturation is None else _table([saturation.x0])[0],
+        "mu": request.mu,
+        "cost": cost
+        and {"Q": _table(cost.Q), "R": _table(cost.R), "noise": cost.noise},
+        "own": [_own(r) for r in request.requirements if not _known(r)],
+    }
+
+
+def plant_data(plant, U, K_A=None):
+    """The matrices of a plant or polytope as JSON has them."""
+    return {
+        "vertices": [_matrices(v) for v in plant.vertices],
+        "U": [] if U is None else _table(U),
+        "K_A": None if K_A is None else _table(K_A),
+    }
+
+
+def _known(r):
+    ours = type(r).__module__.startswith("sosbook.requirements")
+    return ours and r.parameter is not None
+
+
+def _own(r):
+    """A requirement as Python writes it, with `PLACE` where its bound stands."""
+    cls, key = type(r), r.parameter and r.parameter.key
+    words = ", ".join(
+        f"{f.name}={PLACE if f.name == key else _literal(getattr(r, f.name))}"
+        for f in fields(r)
+        if f.init
+    )
+    ours = cls.__module__.startswith("sosbook.")
+    note = (
+        f"# {cls.__name__} is a class of your own: define or import it first."
+        if cls.__module__ == "__main__"
+        else f"from {cls.__module__} import {cls.__name__}"
+    )
+    name = f"sos.{cls.__name__}" if ours else cls.__name__
+    return {"key": key, "text": f"{name}({words})", "note": "" if ours else note}
+
+
+def _literal(value):
+    return repr(value.tolist() if isinstance(value, np.ndarray) else value)
+
+
+def _matrices(v):
+    names = "MDSBF" if v.p else "MDSB"
+    return {name: _table(getattr(v, name)) for name in names}
+
+
+def _table(x):
+    return [[significant(e, DIGITS) for e in row] for row in np.asarray(x, float)]
