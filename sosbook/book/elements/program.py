@@ -39,7 +39,20 @@ def program_data(request):
 
 
 def plant_data(plant, U, K_A=None):
-    """The matrices of a plant or polytope as JSON has them."""
+    """The matrices of a plant or polytope as JSON has them.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+        Its vertices' M, D, S, B, and F where it has one.
+    U, K_A : array_like or None
+        As in `design_pid`.
+
+    Returns
+    -------
+    dict
+        "vertices", "U" and "K_A", lists of rows with fifteen digits.
+    """
     return {
         "vertices": [_matrices(v) for v in plant.vertices],
         "U": [] if U is None else _table(U),
