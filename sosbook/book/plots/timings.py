@@ -13,7 +13,7 @@ from .style import BLUE, GREY, INK, ORANGE, VERMILLION
 __all__ = ["pick", "seconds", "shares", "two", "verdicts", "words"]
 
 SHARE_COLOURS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
-SAVED_FIGURE = dict(facecolor="white", edgecolor="none", pad=0.4)
+LABEL_BOX = dict(facecolor="white", edgecolor="none", pad=0.4)
 UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
 
@@ -83,7 +83,7 @@ def seconds(ax, records, label="competitor"):
             textcoords="offset points",
             fontsize=8,
             ha="right" if leftwards else "left",
-            bbox=SAVED_FIGURE,
+            bbox=LABEL_BOX,
             color=INK if x else GREY,
         )
     ax.set_xscale("log")
@@ -132,7 +132,7 @@ def shares(ax, records, limit=0.025):
             " warm" if warm else " cold",
             va="center",
             fontsize=7,
-            bbox=SAVED_FIGURE,
+            bbox=LABEL_BOX,
         )
     for name, colour in SHARE_COLOURS:
         ax.barh(0, 0, color=colour, label=name)
