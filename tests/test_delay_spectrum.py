@@ -160,6 +160,16 @@ def test_extreme_delays_and_gains(a, b, h):
     assert apart(found, wanted) < 1e-12 * abs(found).max()
 
 
+@pytest.mark.parametrize("h", [1e-7, 1e-9, 1e-12, 2e-16, 1e-90])
+def test_a_delay_far_below_the_loops_own_times(h):
+    """The root -1 was missed from 1e-12 on; 1e-14 was "too long"."""
+    (root,) = characteristic_roots([[0]], [[-1]], h, count=1)
+    assert root == pytest.approx(w_roots(0, -1, h)[0] if h > 1e-9 else -1, rel=1e-8)
+    A, A_d = [[-1, 2], [0, -3]], [[-0.5, 0], [1, -0.2]]
+    wanted = np.linalg.eigvals(np.add(A, A_d)).real.max()
+    assert spectral_abscissa(A, A_d, h) == pytest.approx(wanted, rel=1e-6)
+
+
 @given(
     st.complex_numbers(max_magnitude=3),
     st.floats(0.1, 3),
@@ -168,7 +178,7 @@ def test_extreme_delays_and_gains(a, b, h):
 )
 @settings(max_examples=30)
 def test_complex_scalars_as_two_states(a, size, angle, h):
-    b = size * np.exp(1j * angle)
+    a, b = np.round(a, 9), size * np.exp(1j * angle)  # 1e-292 is refused as a unit
     wanted = w_roots(a, b, h)
     wanted = np.concatenate([wanted, wanted.conj()])
     wanted = wanted[np.argsort(-wanted.real)]
@@ -455,7 +465,7 @@ def test_slowest_decay_of_an_oscillator_peaks_inside():
 
 
 def test_slowest_decay_at_one_delay():
-    assert slowest_decay([[-1]], [[0.5]], 0, 0) == (0.5, 0)
+    assert slowest_decay([[-1]], [[0.5]], 0, 0) == pytest.approx((0.5, 0), rel=1e-12)
     rate, where = slowest_decay([[0]], [[-1]], 0.25, 0.25)
     assert where == 0.25
     assert rate == pytest.approx(-w_roots(0, -1, 0.25)[0].real)

@@ -103,7 +103,7 @@ def test_hold_of_a_lag_in_closed_form(delay, old, new):
     (step,) = c2d(lag(-1), 1.0, delay)
     assert step.dt == 1.0
     assert step.A[0, 0] == pytest.approx(np.exp(-1))
-    assert step.B[0, 0] == pytest.approx(new, abs=1e-15)
+    assert step.B[0, 0] == pytest.approx(new, rel=1e-12, abs=1e-15)
     if delay:
         old = np.exp(-0.75) - np.exp(-1) if old is None else old
         assert step.A[0, 1] == pytest.approx(old)
@@ -150,7 +150,9 @@ def test_a_delay_of_three_tenths_is_three_samples():
 def test_older_inputs_come_newest_first():
     (step,) = c2d(CART, 1.0, 3.0)
     assert step.A[2:].tolist() == [[0, 0, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0]]
-    assert step.A[:2, 2:].tolist() == [[0, 0, 0.5], [0, 0, 1]]
+    assert step.A[:2, 2:] == pytest.approx(
+        np.array([[0, 0, 0.5], [0, 0, 1]]), rel=1e-12
+    )
     assert step.B[:, 0].tolist() == [0, 0, 1, 0, 0]
 
 

@@ -11,6 +11,7 @@ from scipy.linalg import eigvals, matrix_balance
 __all__ = ["EPS", "balanced", "rank_factors", "rightmost_roots", "root_radius"]
 
 LARGEST_ORDER = 1000  # of an eigenvalue problem that is solved
+SHORT = 1e-8  # of the loop's own times: a delay of which squares are rounding
 EPS = np.finfo(float).eps
 
 
@@ -33,6 +34,10 @@ def rightmost_roots(A, A_d, delay, count):
         return _paired(roots[roots.imag >= 0], count)
     # in the delay's unit of time, as a product of thin matrices
     A, A_d = A * delay, A_d * delay
+    if np.linalg.norm(A) + np.linalg.norm(A_d) < SHORT:
+        # e^-s = 1 - s; other roots lie left of -18, a billion times as far
+        roots = eigvals(np.linalg.solve(np.eye(len(A)) + A_d, A + A_d)) / delay
+        return _paired(roots[roots.imag >= 0], count)
     left, right = rank_factors(A_d)
     nodes, enough = 20, max(160, 4 * count)
     while True:

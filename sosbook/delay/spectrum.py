@@ -76,7 +76,8 @@ def characteristic_roots(A, A_d, delay, count=10):
         a multiple root as often as its multiplicity. No root right of
         the last one is missing. There are fewer than ``count`` where
         the loop has only finitely many, or where rounding errors in A_d
-        decide about those further left.
+        decide about those further left; N where the delay is below 1e-8
+        of the loop's own times, and the others are far away.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def spectral_abscissa(A, A_d, delay):
 
     Examples
     --------
-    >>> spectral_abscissa([[-1]], [[0.5]], 0)
+    >>> round(spectral_abscissa([[-1]], [[0.5]], 0), 9)
     -0.5
     """
     A, A_d = checked_pair(A, A_d)
