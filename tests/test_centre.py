@@ -6,6 +6,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi.barrier import Barrier
 from sosbook.lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
 from sosbook.lmi.cones import cvxpy_constraints
 
@@ -34,6 +35,16 @@ def test_centre_of_an_unbounded_set_is_refused():
     x = Unknown("x", 1)
     with pytest.raises(Unbounded, match="no analytic centre"):
         centre(Blocks.of([x - eye(1)], [x]), np.full(1, 2.0))
+
+
+def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
+    """Near a centre each step squares it; else nothing is found by waiting."""
+    taken = iter([3.0, 0.2, 1e-6, 2e-6, 1e-2, 0.1, 0.2, 1e-9])
+    monkeypatch.setattr(Barrier, "step", lambda self, x, *_: (x, next(taken)))
+    disk = sos.lmi.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
+    with pytest.raises(Unbounded):
+        centre(disk, np.zeros(1))
+    assert list(taken) == [0.2, 1e-9]  # two that grew; rounding's 2e-6 isn't one
 
 
 def test_example_1_is_the_centre_that_cvxpy_finds():

@@ -28,6 +28,13 @@ __all__ = [
 ]
 
 
+#: A decrement below it is squared by each step (section 9.6.4). One that grows
+#: again, beyond what rounding leaves of it near a centre, is lost: the equations
+#: are too ill-conditioned, or there is no centre. Once may be bad luck.
+CONVERGES_BELOW = 0.25
+LOST_ABOVE = 1e-3
+
+
 class Unbounded(ValueError):
     """Raised where a set has no analytic centre."""
 
@@ -63,8 +70,11 @@ def centre(blocks, x, watch=None, enough=None):
     zero, decrement = np.zeros(len(x)), 1.0
     # a step leaves decrement^2, or as much as its equations were solved to
     enough = enough or (1e-3 if newton.iterative else 1e-8)
+    lost = 0
     for count in range(200):
+        before = decrement
         x, decrement = barrier.step(x, zero, min(0.1, decrement))
+        lost += before < CONVERGES_BELOW and decrement > max(before, LOST_ABOVE)
         if watch is not None:
             watch(
                 dict(
@@ -76,7 +86,7 @@ def centre(blocks, x, watch=None, enough=None):
             )
         if decrement < enough:
             return x
-        if x @ x > 1e16:
+        if x @ x > 1e16 or lost > 1:
             break
     raise Unbounded("the feasible set is unbounded and has no analytic centre")
 
