@@ -5,10 +5,20 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from benchmarks.catalogue import case
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.centre import Blocks, Unbounded, centre, minimize, phase_one
+from sosbook.lmi.centre import (
+    STEPS_TO_RAYS,
+    Blocks,
+    Unbounded,
+    centre,
+    minimize,
+    phase_one,
+)
 from sosbook.lmi.cones import cvxpy_constraints
+from sosbook.synthesis.feasibility import search
+from sosbook.synthesis.problem import Request
 
 
 def lyapunov(A, Q):
@@ -45,6 +55,51 @@ def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
     with pytest.raises(Unbounded):
         centre(disk, np.zeros(1))
     assert list(taken) == [0.2, 1e-9]  # two that grew; rounding's 2e-6 isn't one
+
+
+def settled_modes(sigma, n=4):
+    """A plant some of whose modes are settled without input, and an input bound."""
+    rng = np.random.default_rng(8)
+    Q = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    rates = np.linspace(1, 5, n)
+    plant = sos.SecondOrderSystem(
+        np.eye(n),
+        Q * (0.02 * rates) @ Q.T,
+        Q * rates**2 @ Q.T,
+        rng.standard_normal((n, 2)),
+    )
+    x0 = rng.standard_normal(2 * n)
+    limit = sos.Saturation(30.0, x0 / np.linalg.norm(x0))
+    return plant, dict(region=sos.PoleRegion(sigma, rho=12), saturation=limit)
+
+
+@pytest.mark.parametrize("sigma, settled", [(0.02, True), (0.1, False)])
+def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
+    """Its part of P may grow forever; a walk of many steps found that, too."""
+    plant, asked = settled_modes(sigma)
+    problem = search(Request(plant, **asked)).problem
+    blocks, x = problem.compiled, problem.packed(problem.find().values)
+    steps = []
+    if settled:
+        with pytest.raises(Unbounded):
+            centre(blocks, x, steps.append, rays=problem.rays)
+        assert len(steps) == STEPS_TO_RAYS
+        with pytest.raises(Unbounded):  # without a hint
+            centre(blocks, x)
+    else:  # no ray
+        found = centre(blocks, x, rays=problem.rays)
+        assert (found == centre(blocks, x)).all()
+    design = sos.design_pid(plant, **asked)
+    assert design.status == "feasible" and design.certify().proven
+
+
+def test_a_ray_that_leaves_the_set_is_not_believed():
+    x = Unknown("x", 2, 1)
+    shift = np.array([[3.0], [4.0]])
+    ball = block([[np.eye(2), (x - shift) / 1e9], [(x - shift).T / 1e9, eye(1)]])
+    far = np.array([0.999e9, 0.0])
+    found = centre(Blocks.of([ball], [x]), far, rays=lambda: np.eye(2))
+    assert np.allclose(found, [3, 4], atol=1)
 
 
 def test_example_1_is_the_centre_that_cvxpy_finds():
@@ -109,6 +164,17 @@ def test_smallest_trace_is_lyapunovs_solution():
     wanted = np.array([[5 / 6, 1 / 6], [1 / 6, 1 / 3]])
     assert np.allclose(P.unpack(x), wanted, rtol=1e-5)
     assert bound <= np.trace(wanted) <= cost @ x
+
+
+def test_a_minimum_takes_few_steps_from_a_point_near_the_edge(monkeypatch):
+    """An observer's: the first method gets there, though Z is hardly feasible."""
+    steps, whole = [], Barrier.step
+    monkeypatch.setattr(
+        Barrier, "step", lambda *given: steps.append(1) or whole(*given)
+    )
+    question = case("observed beam", 8)
+    assert question.judge(question.design())["excess"] < 1e-9
+    assert len(steps) < 25  # near the path before the minimum, and to the centre
 
 
 def test_an_infimum_that_is_not_attained_is_refused():

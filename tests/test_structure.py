@@ -110,6 +110,18 @@ def test_a_row_is_a_block_of_one_entry(case, work, monkeypatch):
     assert_allclose(Hessian(stacked)(roots), plain, atol=1e-11 * abs(plain).max())
 
 
+def test_slabs_are_the_same_matrix(case, monkeypatch):
+    """Unknowns of many rows are taken row by row."""
+    blocks, x = case
+    stacked = Stacked(blocks)
+    rng = np.random.default_rng(2)
+    roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
+    at_once = Hessian(stacked)(roots)
+    monkeypatch.setattr("sosbook.lmi.kronecker.SLABS_FROM_ROWS", 1)
+    in_slabs = Hessian(stacked)(roots)
+    assert_allclose(in_slabs, at_once, rtol=0, atol=1e-13 * abs(at_once).max())
+
+
 def test_sizes_are_those_of_the_slopes(case):
     blocks, _ = case
     for c, s, d in zip(blocks.constants, blocks.slopes, blocks.diagonal_scales):

@@ -11,6 +11,7 @@ from .stacks import gram, transposed
 
 __all__ = ["Barrier"]
 
+RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 LINE_SEARCH_ABOVE = 0.2  # a decrement; smaller ones are squared by a full step
 
 
@@ -76,6 +77,15 @@ class Barrier:
             length /= 2
             if length < 1e-12:
                 return x, 0.0
+
+    def recedes(self, x, direction):
+        """Whether all points from x, inside, along a direction are inside, too.
+
+        Then no block decreases along it: up to rounding no rate is negative.
+        """
+        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        rates, _ = self._rates(roots, direction)
+        return rates.min() > -RATE_ROUNDING * rates.max()
 
     def _rates(self, roots, direction):
         """Eigenvalues r of inv(L) dG inv(L') for all blocks, and their weights.

@@ -17,15 +17,15 @@ def unpacked(unknowns, x):
     return {u.name: u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))}
 
 
-def any_centre(blocks, unknowns, x, enough=None):
+def any_centre(blocks, unknowns, x, enough=None, rays=None):
     """The analytic centre from x, of a bounded part if there is no other.
 
-    The ``blocks`` are affine in the ``unknowns``; ``enough`` is as for
-    `centre`.
+    The ``blocks`` are affine in the ``unknowns``; ``enough`` and ``rays`` are as
+    for `centre`.
     """
     if any(c.any() for c in blocks.constants):  # else a cone, which has none
         try:
-            return centre(blocks, x, enough=enough)
+            return centre(blocks, x, enough=enough, rays=rays)
         except Unbounded:
             pass
     try:
@@ -83,7 +83,7 @@ def bounded(blocks, unknowns, x, r=16.0):
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
     block is homogeneous the gain doesn't depend on r, and a multiple of x
     lies inside. Else r grows until there is a point inside, which is
-    returned too: x if that will do.
+    returned too: x or a multiple if that will do.
     """
     P = [u for u in unknowns if u.symmetric]
     unbounded = [u for u in unknowns if not u.symmetric]
@@ -100,14 +100,13 @@ def bounded(blocks, unknowns, x, r=16.0):
         [g + eye(len(g.constant)) for g in bounded_blocks], blocks.unknowns
     )
     reach = 1 - newton_of(without_r).least(x).min()  # x lies inside if r is larger
-    homogeneous = not any(c.any() for c in blocks.constants)
     while r < 1e16:
         bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
         joined = blocks.joined(bounds)
-        near = x * (r / 2 / reach) if homogeneous and reach >= r else x
+        near = x * (r / 2 / reach) if reach >= r else x
         if newton_of(joined).least(near).min() > 0:
             return joined, near
-        inside = phase_one(joined).x
+        inside = phase_one(joined, start=near).x
         if inside is not None:
             return joined, inside
         r *= 16

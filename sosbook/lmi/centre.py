@@ -27,6 +27,10 @@ __all__ = [
     "saddle_point",
 ]
 
+STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
+LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
+STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
+
 
 #: A decrement below it is squared by each step (section 9.6.4). One that grows
 #: again, beyond what rounding leaves of it near a centre, is lost: the equations
@@ -40,7 +44,7 @@ class Unbounded(ValueError):
 
 
 @one_thread
-def centre(blocks, x, watch=None, enough=None):
+def centre(blocks, x, watch=None, enough=None, rays=None):
     """The analytic centre, which maximises sum log det G_k (section 8.5.3).
 
     Parameters
@@ -54,6 +58,9 @@ def centre(blocks, x, watch=None, enough=None):
         the iterations of conjugate gradients.
     enough : float, optional
         Stop at a smaller decrement than this.
+    rays : callable, optional
+        Without arguments: directions, (k,) arrays, in which the set may be
+        unbounded. They are looked at where a centre is slow to show itself.
 
     Returns
     -------
@@ -88,6 +95,10 @@ def centre(blocks, x, watch=None, enough=None):
             return x
         if x @ x > 1e16 or lost > 1:
             break
+        # below one there is a centre (section 9.6.4)
+        if count + 1 == STEPS_TO_RAYS and decrement >= 1 and rays is not None:
+            if any(barrier.recedes(x, d) for d in rays()):
+                break
     raise Unbounded("the feasible set is unbounded and has no analytic centre")
 
 
@@ -123,11 +134,17 @@ def minimize(blocks, cost, x, gap=1e-6):
         If no such point is found: the infimum is zero or isn't attained.
     """
     newton = newton_of(blocks)
-    optimum = minimize_linear(newton, x, cost, gap)
-    if optimum is not None and Barrier(newton).factors(optimum[0]) is not None:
-        return optimum
     barrier = Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
+    try:  # the primal-dual method is slow from a point near the boundary
+        x = barrier.descend(x, weight * cost, 1.0, STEPS_TO_PATH)
+    except np.linalg.LinAlgError:
+        pass
+    optimum = minimize_linear(newton, x, cost, gap, weight)
+    if optimum is not None and barrier.factors(optimum[0]) is not None:
+        near, reached, shift = optimum
+        if shift < LARGEST_SHIFT * abs(cost @ near):
+            return near, cost @ near - reached - shift
     for _ in range(20):
         try:
             x = barrier.descend(x, weight * cost, 0.1)

@@ -26,6 +26,8 @@ from .stacks import gram, real, transposed
 
 __all__ = ["Hessian"]
 
+SLABS_FROM_ROWS = 18  # of an unknown; of smaller ones all entries at once are faster
+
 
 class Hessian:
     """The matrix H_ab = sum_k <G_ka, W_k G_kb W_k>.
@@ -109,6 +111,10 @@ class _Pairs:
             flat.append(real(transposed(white) @ white))
         flat = np.concatenate(flat)
         for u, v, straight, crossed in self.jobs:
+            if self.layouts[u].symmetric and self.layouts[v].symmetric:
+                if self.layouts[u].rows >= SLABS_FROM_ROWS:
+                    self._add_slabs(H, flat, u, v, straight)
+                    continue
             a, b = self.layouts[u].rows, self.layouts[u].cols
             c, d = self.layouts[v].rows, self.layouts[v].cols
             total = _kronecker(flat, straight).reshape(b, c, d, a)
@@ -124,6 +130,39 @@ class _Pairs:
             H[i : i + rows, j : j + cols] = total
             if u != v:
                 H[j : j + cols, i : i + rows] = total.T
+
+    def _add_slabs(self, H, flat, u, v, job):
+        """The part of two symmetric unknowns, in its place from the beginning.
+
+        An entry for dX_ab and dY_cd is the sum of four A_bc B_da, which differ
+        by the order of a and b, and of c and d. For each a a product of two
+        matrices has those of all b <= a; of one unknown with itself only those
+        of c <= a are needed, for H is symmetric.
+        """
+        of_u, of_v = self.layouts[u], self.layouts[v]
+        n, k, same = of_u.rows, of_v.rows, u == v
+        A, B, weights = job
+        A = (flat[A] * weights).reshape(-1, n, k)
+        B = flat[B].reshape(-1, k, n)
+        left = np.concatenate([A.transpose(1, 2, 0), B.transpose(2, 1, 0)], axis=2)
+        right = np.concatenate([B.transpose(2, 0, 1), A.transpose(1, 0, 2)], axis=1)
+        c, d, off = of_v.lower
+        start, first = of_u.start, of_v.start
+        for a in range(n):
+            used = a + 1 if same else k
+            slab = left[: a + 1, :used] @ right[a, :, :used]
+            slab = slab.reshape(a + 1, -1)
+            slab[a] /= 2  # both orders of a and b are one
+            count = used * (used + 1) // 2
+            i, j = c[:count], d[:count]
+            rows = slab[:, i * used + j] + off[:count] * slab[:, j * used + i]
+            H[start : start + a + 1, first : first + count] = rows
+            start += a + 1
+        at = slice(of_u.start, start), slice(first, first + of_v.size)
+        if same:
+            H[at] = np.tril(H[at]) + np.tril(H[at], -1).T
+        else:
+            H[at[::-1]] = H[at].T
 
 
 @lru_cache(16)  # the same for every request of one shape

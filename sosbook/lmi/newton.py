@@ -228,7 +228,7 @@ def _cholesky(matrix):
     diagonal = matrix.diagonal().copy()
     for ridge in RIDGES:
         np.fill_diagonal(matrix, diagonal + ridge)
-        factor, failed = dpotrf(matrix, lower=1)
+        factor, failed = dpotrf(matrix.T, lower=1, clean=0)  # of the lower triangle
         if not failed:
             return factor
     raise np.linalg.LinAlgError("the Hessian has no factor")

@@ -124,12 +124,12 @@ def maximize_t(newton, x, most=60, watch=None):
         if x[-1] > 0 and positive(newton.at(x * without_t)):
             return "feasible", x * without_t
         # weak duality: the largest t is at most t + gap
-        if x[-1] + 1.1 * state["gap"] < 0 and state["residual"] < 1e-6:
+        if x[-1] + 1.1 * state["gap"] < 0 and np.linalg.norm(state["residual"]) < 1e-6:
             return "infeasible", x
     return "undecided", x
 
 
-def minimize_linear(newton, x, cost, gap, most=40):
+def minimize_linear(newton, x, cost, gap, weight, most=40):
     """Minimise cost.x over the blocks, from a point inside.
 
     Parameters
@@ -142,24 +142,27 @@ def minimize_linear(newton, x, cost, gap, most=40):
         The linear objective.
     gap : float
         Stop when the optimum is known to this relative accuracy.
+    weight : float
+        Of the cost, as in `interior_steps`.
     most : int
         The largest number of steps.
 
     Returns
     -------
-    (x, bound) or None
-        A nearly optimal point and a lower bound of the optimum; None where
-        that accuracy isn't reached, for there may be no minimum.
+    (x, gap, shift) or None
+        A nearly optimal point, how far the dual objective is below its cost,
+        and how much of that the dual residual makes uncertain; None where no
+        such gap is reached, for there may be no minimum.
     """
-    weight = newton.degree / max(abs(cost @ x), 1e-12)
     for state in interior_steps(newton, x, cost, weight, most):
-        x, uncertainty = state["x"], state["gap"]
-        uncertainty += state["residual"] * np.linalg.norm(x)
+        last, x, residual = x, state["x"], state["residual"]
         if x @ x > FARTHEST_POINT**2:
             return None
-        accurate = state["residual"] < 1e-6 * np.linalg.norm(cost)
-        if accurate and uncertainty < gap * abs(cost @ x):
-            return x, cost @ x - uncertainty
+        norm = np.linalg.norm(residual)
+        if state["gap"] < gap * abs(cost @ x) and norm < 1e-6 * np.linalg.norm(cost):
+            # the minimum is hardly farther away than the last point
+            shift = abs(residual @ x) + norm * np.linalg.norm(x - last)
+            return x, state["gap"], shift
     return None
 
 
@@ -210,7 +213,7 @@ def interior_steps(newton, x, cost, weight, most):
             Z=Z,
             gap=newton.inner(S, Z),
             primal=primal,
-            residual=np.linalg.norm(cost - newton.adjoint(Z)),
+            residual=cost - newton.adjoint(Z),
             dual=dual,
             iterations=newton.iterations[-2:],
         )

@@ -98,7 +98,7 @@ class LMIProblem(LMIText):
         return self._limited(lambda: self._first(refute, start))
 
     @one_thread
-    def solve(self, refute=True, within_bounds=False):
+    def solve(self, refute=True, within_bounds=False, start=None):
         """The analytic centre, or multipliers that exclude every point.
 
         Parameters
@@ -107,13 +107,15 @@ class LMIProblem(LMIText):
             As in `find`.
         within_bounds : bool
             Bound the unknowns even where the set has a centre.
+        start : dict, optional
+            As in `find`.
 
         Returns
         -------
         LMISolution
             Where the set has no centre: that of a bounded part.
         """
-        first = self.find(refute)
+        first = self.find(refute, start)
         if first.values is None:
             return first
 

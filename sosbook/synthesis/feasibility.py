@@ -6,7 +6,7 @@ from time import monotonic
 import numpy as np
 
 from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import LONGEST_SOLUTION, Unbounded
+from ..lmi.centre import LONGEST_SOLUTION, Unbounded, centre
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
@@ -314,7 +314,8 @@ def follow(request, start):
     if len(request.pairs) > CENTRE_UP_TO_PAIRS:
         return finish(lmis, inside)
     try:
-        return lmis.solution(lmis.centre(inside).values)
+        x = centre(lmis.compiled, lmis.packed(inside), rays=lmis.rays)
+        return lmis.solution(unpacked(lmis.unknowns, x))
     except Unbounded:
         return None
 
@@ -342,7 +343,7 @@ def finish(lmis, values):
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         x = Cuts(lmis).centre(x)
     else:
-        x = any_centre(lmis.compiled, lmis.unknowns, x)
+        x = any_centre(lmis.compiled, lmis.unknowns, x, rays=lmis.rays)
     return lmis.solution(unpacked(lmis.unknowns, x))
 
 

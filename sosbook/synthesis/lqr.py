@@ -11,12 +11,13 @@ from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import Region
 from ..runtime.threads import one_thread
 from .design import Design
-from .feasibility import answer, guarded
+from .feasibility import answer, follow, guarded
 from .objectives import Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT
 from .problem import Request
 from .regularization import Regularization
 from .slack import with_slack, without_slack
+from .solution import Solution
 
 __all__ = ["design_lqr"]
 
@@ -108,7 +109,10 @@ def _least(request, name):
     gain = best.problem.gain(best.values)
     bound = float(f"{bounds[name] * (1 + BOUND_BACKOFF):.5e}")
     asked = request.with_bounds({name: bound})
-    solution = answer(replace(asked, gain=gain))
+    given = replace(asked, gain=gain)
+    natural = best.problem.in_plant_units(best.values)
+    near = Solution(given, "feasible", frame=best.problem.frame, **natural)
+    solution = follow(given, near) or answer(given)
     if solution.status != "feasible":
         return solution
     return replace(solution, request=asked)  # nobody gave the gain: it may be rounded

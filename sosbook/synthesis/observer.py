@@ -248,11 +248,11 @@ class ObserverProblem:
         L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
         least = float(np.trace(known["J"])) * self.unit**2
         bound = float(f"{least * (1 + BOUND_BACKOFF):.5e}")
-        return self.certain(plant, L, bound)
+        return self.certain(plant, L, bound, known)
 
-    def certain(self, plant, L, bound):
-        """The design of this L, with P1, P2 and J for the bound."""
-        solution = self.bounded(L, bound).solve()
+    def certain(self, plant, L, bound, near=None):
+        """The design of this L, with P1, P2 and J for the bound, ``near`` these."""
+        solution = self.bounded(L, bound).solve(start=near)
         if solution.values is None:
             return ObserverDesign(plant, self.K, self.C, "undecided", problem=self)
         return ObserverDesign(

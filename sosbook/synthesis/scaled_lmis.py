@@ -128,6 +128,24 @@ class ScaledLMIs(LMIProblem):
         x = self.frame.guess(self.unknowns)
         return None if x is None else unpacked(self.unknowns, x)
 
+    def rays(self):
+        """Directions in which the points may have no end, (k,) arrays.
+
+        A mode v of the plant that lies where it is asked without any input lets P
+        grow by v v* forever, unless something else bounds P.
+        """
+        request, frame = self.request, self.frame
+        if len(request.vertices) > 1 or request.gain is not None:
+            return
+        (d,) = request.vertices
+        A, *_ = d.change(frame.left, frame.T, frame.scale).state_space()
+        modes, vectors = np.linalg.eig(A)
+        zero = {u.name: np.zeros(u.shape) for u in self.unknowns}
+        for k in np.argsort(modes.real):
+            if modes[k].imag >= 0:
+                grown = np.outer(vectors[:, k], vectors[:, k].conj()).real
+                yield self.packed(zero | dict.fromkeys(request.lyapunov, grown))
+
     def bounds(self, values):
         """The bounds of the free requirements, by parameter.
 
