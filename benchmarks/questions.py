@@ -5,7 +5,12 @@ perhaps a cost to be least. Its ``design`` is what sosbook makes of it. Any
 answer is brought to the plant's own coordinates and judged there: by the
 eigenvalues of the blocks, and, where there is an optimum or a loop to look at,
 by that.
+
+The LMIs are written down when somebody asks for them: sosbook doesn't, who
+makes its own.
 """
+
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigvals, solve_continuous_are, solve_continuous_lyapunov
@@ -49,20 +54,24 @@ class Pid:
     cost = None
 
     def __init__(self, plant, asked, framed=False):
-        self._put(Request(plant, **asked), framed)
-        self.plant, self.asked = plant, asked
+        self.plant, self.asked, self.framed = plant, asked, framed
 
     @classmethod
     def of(cls, request, framed=False):
         """The question of a request that was made already."""
-        question = object.__new__(cls)
-        question._put(request, framed)
+        question = cls(request.plant, None, framed)
+        vars(question)["request"] = request
         return question
 
-    def _put(self, request, framed):
-        one = np.eye(request.order)
-        frame = Frame.of(request) if framed else Frame(one, one, one, 1.0)
-        self.request, self.lmis = request, ScaledLMIs(request, frame)
+    @cached_property
+    def request(self):
+        return Request(self.plant, **self.asked)
+
+    @cached_property
+    def lmis(self):
+        one = np.eye(self.request.order)
+        frame = Frame.of(self.request) if self.framed else Frame(one, one, one, 1.0)
+        return ScaledLMIs(self.request, frame)
 
     def expressions(self):
         """The blocks as `Affine` expressions, and the unknowns."""
@@ -90,9 +99,15 @@ class Lqr:
     """The least cost with Q = I and R = I under noise at F (Theorem 2.4)."""
 
     def __init__(self, plant, asked, framed=False):
-        self.plant = plant
-        self.task = LqrTask.of(plant, asked, "frame" if framed else "raw")
-        self.cost = self.task.cost()
+        self.plant, self.asked, self.framed = plant, asked, framed
+
+    @cached_property
+    def task(self):
+        return LqrTask.of(self.plant, self.asked, "frame" if self.framed else "raw")
+
+    @cached_property
+    def cost(self):
+        return self.task.cost()
 
     def expressions(self):
         return self.task.expressions()
@@ -125,12 +140,19 @@ class Delay:
     cost = None
 
     def __init__(self, plant, asked, framed=False):
-        self.plant, self.asked = plant, asked
-        self.request = DelayRequest(plant, **asked)
-        if not framed:
-            one = np.eye(self.request.states)
-            vars(self.request)["frame"] = Frame(one, one, one, 1.0)
-        self.lmis = LMIProblem(self.request.blocks, self.request.unknowns())
+        self.plant, self.asked, self.framed = plant, asked, framed
+
+    @cached_property
+    def request(self):
+        request = DelayRequest(self.plant, **self.asked)
+        if not self.framed:
+            one = np.eye(request.states)
+            vars(request)["frame"] = Frame(one, one, one, 1.0)
+        return request
+
+    @cached_property
+    def lmis(self):
+        return LMIProblem(self.request.blocks, self.request.unknowns())
 
     def expressions(self):
         return list(self.lmis.in_unknowns().values()), self.lmis.unknowns
@@ -171,20 +193,30 @@ class Observer:
 
     def __init__(self, plant, asked, framed=True):
         self.plant, self.asked = plant, asked
-        (d,) = descriptors(plant)
-        given = (asked[name] for name in ("K", "Q_F", "R_F", "C"))
-        problem = ObserverProblem(plant, (d,), *given, [d.Bw])
-        self.T, self.lmis = problem.T[0], problem.open()
+
+    @cached_property
+    def problem(self):
+        (d,) = descriptors(self.plant)
+        given = (self.asked[name] for name in ("K", "Q_F", "R_F", "C"))
+        return ObserverProblem(self.plant, (d,), *given, [d.Bw])
+
+    @cached_property
+    def lmis(self):
+        return self.problem.open()
+
+    @cached_property
+    def cost(self):
         J = self.lmis.unknowns[-1]
-        self.cost = np.zeros(sum(u.size for u in self.lmis.unknowns))
-        self.cost[-J.size :] = J.pack(np.eye(J.shape[0])).astype(float)
+        cost = np.zeros(sum(u.size for u in self.lmis.unknowns))
+        cost[-J.size :] = J.pack(np.eye(J.shape[0])).astype(float)
+        return cost
 
     def expressions(self):
         return list(self.lmis.in_unknowns().values()), self.lmis.unknowns
 
     def home(self, values):
         P1, Y = values["P1"], values["Y"]
-        return dict(L=np.linalg.solve(self.T.T, np.linalg.solve(P1, Y.T)))
+        return dict(L=np.linalg.solve(self.problem.T[0].T, np.linalg.solve(P1, Y.T)))
 
     def design(self):
         found = sos.design_observer(self.plant, **self.asked)

@@ -72,6 +72,11 @@ def test_every_competitor_solves_every_kind(name, kind):
     assert right(judgement) and min(times) > 0
 
 
+def test_sosbook_is_not_timed_on_lmis_that_others_are_asked():
+    question, _ = COMPETITORS["sosbook"]().answer(lambda: Pid(*ROBOT, True))
+    assert "request" not in vars(question) and "lmis" not in vars(question)
+
+
 @pytest.mark.parametrize("framed", [False, True])
 def test_gains_of_all_coordinates_are_the_plants(framed):
     question, answer = COMPETITORS["clarabel"]().answer(lambda: Pid(*ROBOT, framed))

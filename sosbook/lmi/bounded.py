@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .centre import Blocks, Unbounded, centre, minimize, phase_one
+from .centre import Unbounded, centre, minimize, phase_one
 from .expression import block, eye
 from .newton import newton_of
 
@@ -96,11 +96,10 @@ def bounded(blocks, unknowns, x, r=16.0):
     for X in unbounded:
         rows, cols = X.shape
         bounded_blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    without_r = Blocks.of(
-        [g + eye(len(g.constant)) for g in bounded_blocks], blocks.unknowns
-    )
-    reach = 1 - newton_of(without_r).least(x).min()  # x lies inside if r is larger
-    while r < 1e16:
+    values = unpacked(blocks.unknowns, x)
+    at_x = {u: values[u.name] for u in blocks.unknowns}
+    reach = -min(np.linalg.eigvalsh(g.value(at_x))[0] for g in bounded_blocks)
+    while r < 1e16:  # x lies inside if r is larger than its reach
         bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
         joined = blocks.joined(bounds)
         near = x * (r / 2 / reach) if reach >= r else x

@@ -5,6 +5,8 @@ of several ways to the same numbers the shortest is taken. So nothing depends
 on the processor at hand, and a request is solved the same way everywhere.
 """
 
+import numpy as np
+
 __all__ = ["hessian_work", "iteration_work", "products_work", "sums_work", "table_work"]
 
 FLOPS = 2e10  # additions and multiplications a second, in products of matrices
@@ -83,24 +85,24 @@ def hessian_work(stacked):
         The blocks.
     """
     k, seconds = stacked.variables, 0.0
+    terms = _terms(stacked)
     for i, u in enumerate(stacked.layouts):
-        for v in stacked.layouts[i:]:
+        for j, v in enumerate(stacked.layouts[i:], i):
             entries = u.rows * u.cols * v.rows * v.cols
-            terms = _terms(stacked, u, v)
-            if terms:
-                seconds += 2 * terms * entries / FLOPS + PASSES * entries / NUMBERS
-    return seconds + k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS
+            if terms[i, j]:
+                seconds += 2 * terms[i, j] * entries / FLOPS
+                seconds += PASSES * entries / NUMBERS
+    return float(seconds + k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS)
 
 
-def _terms(stacked, u, v):
-    """How many Kronecker products make the part of two unknowns."""
-    terms = 0
+def _terms(stacked):
+    """How many Kronecker products make the part of each two unknowns."""
+    terms = np.zeros((len(stacked.layouts),) * 2)
     for s in stacked.stacks:
         for b in s.blocks:
-            of_u, of_v = (
-                sum(stacked.layouts[t.unknown] is x for t in b.products) for x in (u, v)
-            )
-            terms += 2 * s.weight * of_u * of_v
+            held = np.array([t.unknown for t in b.products], int)
+            count = np.bincount(held, minlength=len(terms))
+            terms += 2 * s.weight * np.outer(count, count)
     return terms
 
 
