@@ -12,7 +12,7 @@ from .barrier import Barrier
 from .blocks import Blocks
 from .newton import newton_of
 from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
-from .primal_dual import minimize_linear
+from .primal_dual import FARTHEST_POINT, minimize_linear
 
 __all__ = [
     "LONGEST_SOLUTION",
@@ -137,14 +137,15 @@ def minimize(blocks, cost, x, gap=1e-6):
     barrier = Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     try:  # the primal-dual method is slow from a point near the boundary
-        x = barrier.descend(x, weight * cost, 1.0, STEPS_TO_PATH)
+        near = barrier.descend(x, weight * cost, 1.0, STEPS_TO_PATH)
+        x = near if np.abs(near).max() < FARTHEST_POINT else x
     except np.linalg.LinAlgError:
         pass
     optimum = minimize_linear(newton, x, cost, gap, weight)
     if optimum is not None and barrier.factors(optimum[0]) is not None:
-        near, reached, shift = optimum
-        if shift < LARGEST_SHIFT * abs(cost @ near):
-            return near, cost @ near - reached - shift
+        found, reached, shift = optimum
+        if shift < LARGEST_SHIFT * abs(cost @ found):
+            return found, cost @ found - reached - shift
     for _ in range(20):
         try:
             x = barrier.descend(x, weight * cost, 0.1)
