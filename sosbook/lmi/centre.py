@@ -28,7 +28,6 @@ __all__ = [
 ]
 
 STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
-LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
 STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
 
 
@@ -142,10 +141,8 @@ def minimize(blocks, cost, x, gap=1e-6):
     except np.linalg.LinAlgError:
         pass
     optimum = minimize_linear(newton, x, cost, gap, weight)
-    if optimum is not None and barrier.factors(optimum[0]) is not None:
-        found, reached, shift = optimum
-        if shift < LARGEST_SHIFT * abs(cost @ found):
-            return found, cost @ found - reached - shift
+    if optimum is not None:
+        return optimum
     for _ in range(20):
         try:
             x = barrier.descend(x, weight * cost, 0.1)

@@ -32,6 +32,8 @@ STEP_FRACTION = 0.95  # of the longest step that stays inside
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
 SMALLEST_SQUARE = 1e-8  # of Lambda^2, by the largest; eigenvalues lose smaller ones
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
+LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
+POLISHING_STEPS = 3  # after a minimum is known: they bring the point nearer
 DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 
 
@@ -149,21 +151,26 @@ def minimize_linear(newton, x, cost, gap, weight, most=40):
 
     Returns
     -------
-    (x, gap, shift) or None
-        A nearly optimal point, how far the dual objective is below its cost,
-        and how much of that the dual residual makes uncertain; None where no
-        such gap is reached, for there may be no minimum.
+    (x, bound) or None
+        A nearly optimal point and a lower bound of the optimum; None where
+        that accuracy isn't reached, for there may be no minimum.
     """
+    near, count = None, 0
     for state in interior_steps(newton, x, cost, weight, most):
         last, x, residual = x, state["x"], state["residual"]
         if x @ x > FARTHEST_POINT**2:
             return None
-        norm = np.linalg.norm(residual)
-        if state["gap"] < gap * abs(cost @ x) and norm < 1e-6 * np.linalg.norm(cost):
-            # the minimum is hardly farther away than the last point
-            shift = abs(residual @ x) + norm * np.linalg.norm(x - last)
-            return x, state["gap"], shift
-    return None
+        size, norm = abs(cost @ x), np.linalg.norm(residual)
+        # the minimum is hardly farther away than the last point
+        shift = abs(residual @ x) + norm * np.linalg.norm(x - last)
+        known = state["gap"] < gap * size and shift < LARGEST_SHIFT * size
+        if known and norm < 1e-6 * np.linalg.norm(cost) and positive(newton.at(x)):
+            near, count = (x, cost @ x - state["gap"] - shift), count + 1
+            if count > POLISHING_STEPS:
+                break
+        elif near is not None:
+            break
+    return near
 
 
 def interior_steps(newton, x, cost, weight, most):
