@@ -95,9 +95,8 @@ def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
 
 @pytest.mark.campaign
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("kind", [random_request, random_cost_request])
-def test_a_thousand_random_requests(kernel, kind):
-    agree(kernel, list(islice(requests(3, kind=kind), 200, 1200)), undecided=20)
+def test_a_thousand_random_requests(kernel):
+    agree(kernel, list(islice(requests(3), 200, 1200)), undecided=20)
 
 
 EXAMPLES = {
