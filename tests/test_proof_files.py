@@ -344,6 +344,7 @@ SPEAKERS = {
     "FeasibilityMap": "those of the designs of its cells",
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",
+    "Stopped": "never proven: the time was over",
 }
 
 
