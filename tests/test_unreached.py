@@ -2,15 +2,19 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import sosbook as sos
+from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import UnreachedResponseCertificate
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.unreached import excluding_response
 from tests.least_norm import least_norm
-from tests.random_plants import float_blocks, scaled
+from tests.random_plants import float_blocks, random_case, scaled
+from tests.test_same_physics import as_units
 
 
 def plant(seed):
@@ -70,3 +74,34 @@ def test_a_given_gain_has_its_norm():
 def test_inputs_that_reach_everything_exclude_nothing():
     full = sos.SecondOrderSystem(*[np.eye(2)] * 5)
     assert excluding_response(Request(full, gamma=1e-9)) is None
+
+
+@pytest.mark.parametrize("system", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize("seed", [9148, 9193])
+def test_random_requests_are_refused_in_all_units(seed, system):
+    """Forces are small in their rows next to the inputs' in some of the units."""
+    plant, asked = in_units(random_case(seed, 6), *SYSTEMS.get(system, (1, 1, 1)))
+    proof = excluding_response(Request(plant, **asked))
+    assert proof is not None and proof.verify()
+
+
+@settings(max_examples=10, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 40), st.tuples(*5 * [st.floats(-9, 9)]))
+def test_no_units_hide_a_response(seed, powers):
+    one, bound = plant(seed)
+    there = as_units(one, powers, 0)
+    for factor, excluded in ((0.97, True), (1.01, False)):
+        asked = there.requirements({"gamma": factor * bound})
+        proof = excluding_response(Request(there.plant(one), **asked))
+        assert (proof is not None) == excluded
+
+
+def test_integrators_hold_what_they_integrate():
+    """At rest U z = 0: the input stands still only where it holds one coordinate."""
+    one = sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[2.0, -1], [-1, 2]], [[1.0], [0]], [[0.0], [1]]
+    )
+    held = Request(one, [[0.0, 1]], gamma=0.9)  # z1 = -1 at rest, z2 = 0
+    free = Request(one, gamma=0.9)
+    assert excluding_response(held).proven
+    assert excluding_response(free) is None

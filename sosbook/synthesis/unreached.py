@@ -2,6 +2,7 @@
 
 import numpy as np
 from flint import fmpq_mat
+from scipy.linalg import qr
 
 from ..lmi.exact import exact, round_digits
 from ..lmi.proof import Examined, ProofFile
@@ -15,6 +16,8 @@ MOST_VERTICES = 32  # that are tried
 FREQUENCIES = 120  # that are tried
 DIGITS = 12  # of what is free in the rows
 BALANCINGS = 8  # rounds of scaling rows and columns
+RIDGE = 1e-9  # to equations of scales that leave a factor open
+NOISE = 1e-12  # relative, of singular values and of rates
 
 
 class UnreachedResponseCertificate(ProofFile):
@@ -116,26 +119,29 @@ def _at_vertex(request, gamma, k):
     if len(C) <= B.shape[1] or not Bw.size:
         return None  # the inputs reach all outputs
     rates = np.abs(np.linalg.eigvals(np.linalg.solve(E, A)))
-    rates = rates[rates > 0]
+    rates = rates[rates > NOISE * rates.max(initial=0.0)]
     low, high = (0.1 * rates.min(), 10 * rates.max()) if rates.size else (0.01, 100.0)
     points = [0.0, *rates, *np.geomspace(low, high, FREQUENCIES)]
     omega = max(points, key=lambda w: _response(E, A, B, Bw, C, Du, w)[0])
     omega = float(round_digits(np.array(omega), DIGITS))
-    size, row = _response(E, A, B, Bw, C, Du, omega)
+    size, row, order = _response(E, A, B, Bw, C, Du, omega)
     if not size >= gamma:
         return None
     w = exact(omega)
     E, A, B, Bw, C, Du = matrices
-    zero = np.zeros((len(C), len(E)), int)
+    N, count = len(E), len(E) + len(C)
+    zero = np.zeros((len(C), N), int)
     real = np.vstack([np.hstack([-A, B]), np.hstack([-C, Du])])
     imaginary = np.hstack(
         [np.vstack([w * E, w * exact(zero)]), np.vstack([0 * B, 0 * Du])]
     )
     system = np.block([[real, imaginary], [-imaginary, real]]).T
-    free = _completed(
-        system, exact(round_digits(np.hstack([row.real, row.imag]), DIGITS))
+    both = np.stack([order, order + count], axis=1).ravel()
+    free = np.empty(2 * count, object)
+    free[both] = _completed(
+        system[:, both],
+        exact(round_digits(np.hstack([row.real, row.imag])[both], DIGITS)),
     )
-    N, count = len(E), len(real)
     v = [free[:N], free[count : count + N]]
     y = [free[N:count], free[count + N :]]
     return UnreachedResponseCertificate.of(
@@ -144,22 +150,47 @@ def _at_vertex(request, gamma, k):
 
 
 def _response(E, A, B, Bw, C, Du, omega):
-    """The largest |v B_w| / |y| at s = j omega, and [v y]; 0 without any."""
+    """The largest |v B_w| / |y| at s = j omega, [v y], and the order of its entries.
+
+    In that order the last ones determine the others best.
+    """
     M = np.vstack([np.hstack([1j * omega * E - A, B]), np.hstack([-C, Du])])
-    rows = np.ones(len(M))
+    rows, M = _balanced(M)
+    directions, sizes, _ = np.linalg.svd(M)
+    left = directions[:, (sizes > NOISE * sizes[0]).sum() :].conj().T
+    chosen = qr(left, mode="r", pivoting=True)[1]
+    left = left * rows
+    turn, sizes, _ = np.linalg.svd(left[:, len(E) :], full_matrices=False)
+    held = sizes > NOISE * sizes[0]
+    if not held.any():
+        return 0.0, None, None
+    left = (turn[:, held] / sizes[held]).conj().T @ left  # now y y* = I
+    c, sizes, _ = np.linalg.svd(left[:, : len(E)] @ Bw)
+    return sizes[0], c[:, 0].conj() @ left, chosen[::-1]
+
+
+def _balanced(M):
+    """Scales of the rows of M, and a balanced M.
+
+    The first scales bring the logarithms of the entries near zero, by least
+    squares (Curtis and Reid 1972): the same matrix comes out whatever its units.
+    """
+    entries = np.abs(M)
+    there = entries > 0
+    logs = np.log(np.where(there, entries, 1))
+    sums = np.concatenate([logs.sum(axis=1), logs.sum(axis=0)])
+    count = np.concatenate([there.sum(axis=1), there.sum(axis=0)])
+    pairs = np.zeros((len(sums), len(sums)))
+    pairs[: len(M), len(M) :] = there
+    pairs += pairs.T + np.diag(count + RIDGE)
+    scales = np.exp(-np.linalg.solve(pairs, sums))
+    rows, columns = scales[: len(M)], scales[len(M) :]
+    M = M * columns * rows[:, None]
     for _ in range(BALANCINGS):
         M = M / (np.abs(M).max(axis=0) + 1e-300)
         sizes = np.abs(M).max(axis=1) + 1e-300
         M, rows = M / sizes[:, None], rows / sizes
-    left = np.linalg.svd(M)[0][:, M.shape[1] :].conj().T * rows
-    v, y = left[:, : len(E)], left[:, len(E) :]
-    try:
-        L = np.linalg.cholesky(y @ y.conj().T)
-        left, v = np.linalg.solve(L, left), np.linalg.solve(L, v)
-    except np.linalg.LinAlgError:
-        return 0.0, None
-    c, sizes, _ = np.linalg.svd(v @ Bw)
-    return sizes[0], c[:, 0].conj() @ left
+    return rows, M
 
 
 def _completed(system, x):
