@@ -4,13 +4,19 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import sosbook as sos
+from benchmarks.robustness import SYSTEMS, in_units
+from sosbook.plants.descriptor import descriptors
 from sosbook.proofs import SmallInputCertificate
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.small_input import excluding_input
 from tests.least_input import least_input
+from tests.random_plants import random_case
+from tests.test_same_physics import as_units
 
 
 def one_mass(M, D, S, B):
@@ -146,3 +152,41 @@ def test_the_file_says_which_modes():
     assert "1.414 rad/s" in design.reason
     again = json.loads(proof.text)
     assert again["vertex"] == 0 and len(again["spread"]) == 1
+
+
+@pytest.mark.parametrize("system", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize("seed", [7006, 7322, 9190])
+def test_random_requests_are_refused_in_all_units(seed, system):
+    """Modes that are hardly normal, and one bound 2e-4 below the least."""
+    plant, asked = in_units(random_case(seed, 6), *SYSTEMS.get(system, (1, 1, 1)))
+    proof = excluding_input(Request(plant, **asked), search)
+    assert proof is not None and proof.verify()
+
+
+def moved(seed, share):
+    """A chain of masses that falls, and an input bound below what a mode needs."""
+    rng = np.random.default_rng([seed, 7])
+    n = int(rng.integers(2, 5))
+    springs = np.diff(np.eye(n + 1), axis=0)[:, 1:]
+    S = springs.T * rng.uniform(0.5, 2, n) @ springs - rng.uniform(1, 3) * np.eye(n)
+    M, D = np.diag(rng.uniform(0.5, 2, n)), 0.05 * np.diag(rng.uniform(0.5, 2, n))
+    plant = sos.SecondOrderSystem(M, D, S, rng.normal(size=(n, n - 1)))
+    sigma, x0 = 0.4, rng.normal(size=2 * n)
+    A, B, _ = descriptors(plant)[0].state_space()
+    modes, rows = np.linalg.eig(A.T)
+    reach = np.maximum(modes.real + sigma, 0) * np.abs(rows.T @ x0)
+    need = max(reach / np.linalg.norm(rows.T @ B, axis=1))
+    bound = sos.Saturation(share * need, x0)
+    return plant, {"region": sos.PoleRegion(sigma), "saturation": bound}
+
+
+@settings(max_examples=6, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 10**6), st.tuples(*5 * [st.floats(-9, 9)]))
+def test_no_units_hide_the_mode_that_asks_for_most(seed, powers):
+    plant, asked = moved(seed, 0.99)
+    there = as_units(plant, powers, 0)
+    here = excluding_input(Request(plant, **asked), search)
+    request = Request(there.plant(plant), **there.requirements(asked))
+    other = excluding_input(request, search)
+    assert here.proven and other.proven
+    assert other.modes * there.w0 == pytest.approx(here.modes)

@@ -244,7 +244,7 @@ def _listed(modes):
     noise = 1e-9 * np.abs(modes).max()
     upper = sorted((s for s in modes if s.imag > -noise), key=abs)
     texts = [
-        f"{s.real:.4g}±{s.imag:.4g}j" if s.imag > noise else f"{s.real:.4g}"
+        f"{s.real:.4g}±{s.imag:.4g}j" if s.imag > noise else f"{s.real + 0.0:.4g}"
         for s in np.where(np.abs(np.real(upper)) > noise, upper, 1j * np.imag(upper))
     ]
     texts = list(dict.fromkeys(texts))

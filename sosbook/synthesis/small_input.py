@@ -8,7 +8,9 @@ instead of the whole because there multipliers may be positive definite; those o
 the whole vanish on the other modes, which have irrational entries.
 
 For one mode s and a half-plane the multipliers exist if and only if
-dist(s) |W E x0| >= |W B| u_max.
+dist(s) |W E x0| >= |W B| u_max: the mode that asks for most is tried first. Rows are
+scaled until the multipliers of P and of y have entries near one: errors are bounded
+row by row, which would depend on units.
 """
 
 from dataclasses import replace
@@ -16,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import schur
 
-from ..lmi.exact import exact, round_digits
+from ..lmi.exact import exact, inverse, round_digits
 from ..lmi.time_limit import check_time
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import LMIRegion
@@ -35,6 +37,7 @@ __all__ = ["excluding_input"]
 MOST_VERTICES = 32  # that are tried
 OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes inside
 RIDGE = 1e-10  # relative; keeps multipliers positive definite when they are rounded
+MARGIN = 1e-9  # relative; the least eigenvalue of a share
 DIGITS = 14  # of the multipliers
 ROOM = 1.01  # by which bounds are wider than their image, in three digits
 WIDE_ROOM = 2.0  # the same, where they grow slowly
@@ -57,50 +60,133 @@ def excluding_input(request, search):
         return None
     for k in request.distinct[:MOST_VERTICES]:
         check_time()
-        try:
-            proof = _at_vertex(request, bound, k, search)
-        except (ArithmeticError, ValueError):  # LinAlgError is a ValueError
-            continue
-        if proof is not None and proof.proven:
-            return proof
+        vertex = _tried(_Vertex, request, bound, k)
+        for candidates in () if vertex is None else (_of_one_mode, _of_all_modes):
+            for candidate in _tried(candidates, vertex, search) or ():
+                proof = _tried(vertex.proof, *candidate)
+                if proof is not None:
+                    return proof
     return None
 
 
-def _at_vertex(request, bound, k, search):
-    d, frame = request.vertices[k], Frame.of(request)
-    left = np.linalg.inv(d.E @ frame.T)
-    A = left @ d.A @ frame.T
-    regions = pole_demands(request).values()
+def _tried(work, *arguments):
+    """What ``work`` makes of its arguments, or None where the numbers give out."""
+    try:
+        return work(*arguments)
+    except (ArithmeticError, ValueError):  # LinAlgError is a ValueError
+        return None
 
-    def bad(x, y=None):
+
+class _Vertex:
+    """A plant of a request, in a frame."""
+
+    def __init__(self, request, bound, k):
+        self.request, self.bound, self.k = request, bound, k
+        d, self.frame = request.vertices[k], Frame.of(request)
+        self.left = np.linalg.inv(d.E @ self.frame.T)
+        self.A, self.B = self.left @ d.A @ self.frame.T, self.left @ d.Bu
+        self.start = np.linalg.solve(self.frame.T, bound.bounds_input_from())
+        self.regions = pole_demands(request)
+        self.modes, vectors = np.linalg.eig(self.A)
+        self.fastest = np.abs(self.modes).max()
+        self.vectors = vectors
+
+    def bad(self, x, y=None):
+        """Whether a mode, x or x + j y, is outside."""
         s = x if y is None else complex(x, y)
-        return min(_distance(r, s) for r in regions) < -OUTSIDE * fastest
+        least = min(_distance(r, s) for r in self.regions.values())
+        return least < -OUTSIDE * self.fastest
 
-    fastest = np.abs(np.linalg.eigvals(A)).max()
-    _, rows, count = schur(A.T, output="complex", sort=bad)
-    real = schur(A.T, sort=bad)
-    if not 0 < count < len(A) or real[2] != count:
-        return None
-    rows, small = rows.conj().T, real[1][:, :count].T
-    turn = rows[:count] @ small.T  # from the real basis of the part to the complex
-    start = np.linalg.solve(frame.T, bound.bounds_input_from())
-    part = DescriptorSystem(np.eye(count), small @ A @ small.T, small @ left @ d.Bu)
-    kept = [r for r in request.requirements if isinstance(r, LMIRegion)]
-    reduced = Request(part, requirements=[*kept, replace(bound, x0=small @ start)])
-    first = search(reduced)
+    def rows(self, first):
+        """Left eigenvectors, those of some modes first; they may not exist."""
+        order = np.argsort(~np.asarray(first), kind="stable")
+        rows = np.linalg.inv(self.vectors[:, order])
+        return rows / np.linalg.norm(rows, axis=1)[:, None]
+
+    def bases(self, count):
+        """Rows that begin with those of the part.
+
+        Eigenvectors keep an enclosure narrow; vectors of Schur always exist.
+        """
+        first = [self.bad(s) for s in self.modes]
+        if sum(first) == count:
+            try:
+                yield self.rows(first)
+            except np.linalg.LinAlgError:
+                pass
+        _, rows, same = schur(self.A.T, output="complex", sort=self.bad)
+        if same == count:
+            yield rows.conj().T
+
+    def proof(self, rows, count, Z, U):
+        """The `SmallInputCertificate` of so many of the rows, or None."""
+        columns = self.frame.T @ np.linalg.inv(rows)
+        bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
+        part = _enclosed(self.request, self.bound, self.k, bases, count)
+        if part is None:
+            return None
+        spread, blur = (x.astype(float) for x in (part.spread, part.blur))
+        completed = _completed(self.request, part, Z, U)
+        proof = SmallInputCertificate.of(
+            SmallInputCertificate.contents(
+                self.request, self.k, bases, spread, blur, *completed
+            )
+        )
+        return proof if proof.proven else None
+
+
+def _of_one_mode(vertex, _):
+    """Rows, 1, Z and U for the mode that asks for most, if it asks too much.
+
+    With c' f(s) c = 2 dist > 0 and the multiplier c c' of f, half of what is
+    left of p for each block is best.
+    """
+    best, found = 1.0, None
+    rows = vertex.rows(np.zeros(len(vertex.A), bool))
+    for i, s in enumerate(vertex.modes):
+        if s.imag < 0 or not vertex.bad(s):
+            continue
+        for key, r in vertex.regions.items():
+            alpha, beta = (x.astype(float) for x in r.pole_matrices())
+            sizes, c = np.linalg.eigh(alpha + beta * s + beta.T * np.conj(s))
+            c = c[:, -1:]
+            push = abs(c.conj().T @ beta @ c).item() * rows[i] @ vertex.B
+            given = vertex.bound.bound * np.linalg.norm(push)
+            needed = sizes[-1] / 2 * abs(rows[i] @ vertex.start)
+            if given < best * needed:
+                best = given / needed
+                force = np.linalg.norm(push) / sizes[-1] or 1.0
+                found = i, force, {key: c @ c.conj().T / sizes[-1]}
+    if found is None:
+        return []
+    i, force, Z = found
+    rows = vertex.rows(np.arange(len(rows)) == i) / force
+    return [(rows, 1, Z, np.array([[0.5]]))]
+
+
+def _of_all_modes(vertex, search):
+    """Rows, their number, Z and U for all modes outside, in two bases."""
+    small, count = schur(vertex.A.T, sort=vertex.bad)[1:]
+    if not 0 < count < len(vertex.A):
+        return []
+    small = small[:, :count].T
+    part = DescriptorSystem(np.eye(count), small @ vertex.A @ small.T, small @ vertex.B)
+    kept = [r for r in vertex.request.requirements if isinstance(r, LMIRegion)]
+    bound = replace(vertex.bound, x0=small @ vertex.start)
+    first = search(Request(part, requirements=[*kept, bound]))
     if first.values is not None or first.multipliers is None:
-        return None
-    bases = [[x.real, x.imag] for x in (rows @ left, frame.T @ rows.conj().T)]
-    enclosure = _enclosed(request, bound, k, bases, count)
-    if enclosure is None:
-        return None
-    spread, blur = (x.astype(float) for x in (enclosure.spread, enclosure.blur))
-    multipliers = _completed(
-        request, enclosure, *_multipliers(first, bound.parameter.key, turn)
-    )
-    return SmallInputCertificate.of(
-        SmallInputCertificate.contents(request, k, bases, spread, blur, *multipliers)
-    )
+        return []
+    candidates = []
+    for rows in vertex.bases(count):
+        turn = rows[:count] @ small.T  # from the real basis of the part
+        Z, U, Q, N = _multipliers(first, bound.parameter.key, turn)
+        size = np.sqrt(Q.diagonal().real)  # of the rows: free of units
+        Z = {key: _scaled(z, 1 / size) for key, z in Z.items()}
+        U, N = _scaled(U, 1 / size), N / size[:, None]
+        rows[:count] *= size[:, None] / size.mean()
+        rows *= size.mean() / (np.abs(N).max() or 1.0)
+        candidates.append((rows, count, Z, U))
+    return candidates
 
 
 def _distance(requirement, s):
@@ -139,7 +225,7 @@ def _rounded_up(x, room):
 
 
 def _multipliers(first, block, turn):
-    """Those of the part, in its complex basis.
+    """Those of the part, in the basis of its rows.
 
     Parameters
     ----------
@@ -148,32 +234,49 @@ def _multipliers(first, block, turn):
     block : str
         The name of the block of the input bound.
     turn : (k, k) array
-        The unitary matrix from one to the other.
+        From one basis to the other.
 
     Returns
     -------
     Z : dict
         Of the poles' blocks, by the requirement's key.
-    U : (k, k) array
-        Of P in that block.
+    U, Q : (k, k) arrays
+        Of P in that block, and in "x0" as well.
+    N : (k, m) array
+        Of Y' in that block.
     """
-    frame, Z, U = first.problem.frame, {}, None
+    frame, k = first.problem.frame, len(turn)
+    Z, back = {}, np.linalg.inv(turn)
+    inward = np.linalg.solve(frame.T, back)  # frame.back has six digits only
     for name, z in zip(first.problem.expressions, first.multipliers):
         if name.block == block:
-            back = frame.back @ turn.conj().T
-            U = back.conj().T @ z[: len(turn), : len(turn)] @ back
+            U = _turned(z[:k, :k], inward)
+            N = inward.conj().T @ z[:k, k:] / frame.scale
+        elif name.block == "x0":
+            D = _turned(z[1:, 1:], inward)
         elif name.requirement is not None and name.block in ("", "stability"):
-            q = len(z) // len(turn)
-            back = np.kron(np.eye(q), frame.left @ turn.conj().T)
-            Z[name.requirement] = back.conj().T @ z @ back
-    size = max(np.abs(z).max() for z in Z.values())
-    return {key: _rounded(z / size) for key, z in Z.items()}, _rounded(U / size)
+            q = len(z) // k
+            Z[name.requirement] = _turned(z, np.kron(np.eye(q), frame.left @ back))
+    return Z, U, U + D, N
+
+
+def _turned(z, back):
+    return back.conj().T @ z @ back
+
+
+def _scaled(z, size):
+    """z for p in other units, of each of the modes."""
+    size = np.tile(size, len(z) // len(size))
+    return size[:, None] * z * size
 
 
 def _rounded(z):
-    """Hermitian, a little larger, as decimals: real and imaginary part."""
+    """Hermitian z, a little larger, as decimals: real and imaginary part."""
     z = (z + z.conj().T) / 2
-    z = z + RIDGE * np.abs(z).max() * np.eye(len(z))
+    weight = np.abs(z.diagonal()) + RIDGE**2 * np.abs(z).max()
+    size = np.sqrt(weight)
+    least = np.linalg.eigvalsh(z / size / size[:, None])[0]
+    z = z + (RIDGE + 2 * max(0.0, -least)) * np.diag(weight)
     return [round_digits(z.real, DIGITS), round_digits(z.imag, DIGITS)]
 
 
@@ -181,12 +284,26 @@ def _completed(request, part, Z, U):
     """The multipliers, the share and the price of the file."""
     asked = pole_demands(request)
     demands = [asked[key].pole_matrices() for key in Z]
+    Z = {key: _rounded(z) for key, z in Z.items()}
     exactly = [real_form(*map(exact, z)) for z in Z.values()]
-    _, N, _, N_blur = part.sums(demands, exactly)
+    Q, N, Q_blur, N_blur = part.sums(demands, exactly)
     k, m = part.k, N.shape[1] // 2
-    N, N_blur = N.astype(float), N_blur.astype(float)
-    N = N[:k, :m] + 1j * N[k:, :m]
-    room = np.diag(N_blur.sum(axis=1))
-    U_room = U[0] + 1j * U[1] - room
-    price = N.conj().T @ np.linalg.solve(U_room, N) + np.diag(N_blur.sum(axis=0))
-    return list(Z.items()), U, _rounded(price)
+    own, paid = (np.diag(N_blur.astype(float).sum(axis=i)) for i in (1, 0))
+    Q = Q.astype(float)
+    room = np.diag(Q_blur.astype(float).sum(axis=1)) + own
+    U = _share(Q[:k, :k] + 1j * Q[k:, :k], U, room)
+    U = [round_digits(x, DIGITS) for x in (U.real, U.imag)]
+    inner = real_form(*map(exact, U)) - real_form(*map(exact, (own, 0 * own)))
+    price = (N.T @ inverse(inner) @ N).astype(float)
+    price = price[:m, :m] + 1j * price[m:, :m] + paid
+    return list(Z.items()), U, _rounded(price + RIDGE * np.abs(price).max() * np.eye(m))
+
+
+def _share(Q, U, room):
+    """The U near this one of which both U and Q - U exceed ``room``, clearly."""
+    root = np.linalg.inv(np.linalg.cholesky(Q))
+    least = MARGIN + np.linalg.norm(root @ room @ root.conj().T, 2)
+    sizes, vectors = np.linalg.eigh(root @ U @ root.conj().T)
+    back = np.linalg.solve(root, vectors)
+    U = (back * np.clip(sizes, least, 1 - least)) @ back.conj().T
+    return (U + U.conj().T) / 2
