@@ -366,6 +366,19 @@ def test_the_page_says_what_python_says(visit, sheet, atlas, force):
     )
 
 
+def test_names_stand_in_the_page_as_the_book_prints_them(visit, sheet):
+    box = visit(sheet).page.locator("sos-map").first
+    menu = box.get_by_label("Requirements", exact=True)
+    assert menu.inner_text() == "γ and uₘₐₓ"
+    slider = box.get_by_role("slider", name="Input bound uₘₐₓ")
+    for key, words in ("Home", "certified for γ = "), ("End", "every design for γ = "):
+        slider.press(key)
+        text = box.evaluate("e => e.view.textContent")
+        assert re.search(words + r"[\d.]+, uₘₐₓ = \d", text)
+        assert "u_max" not in text
+    assert "Input bound uₘₐₓ: " in text  # a refusal's share
+
+
 def test_it_works_by_keyboard_and_says_what_it_does(visit, sheet):
     tab = visit(sheet)
     box = tab.page.locator("sos-map").first

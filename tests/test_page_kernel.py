@@ -10,13 +10,16 @@ import pytest
 import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.book.kernel import MODULES, source
+from sosbook.lmi.barrier import Barrier
 from sosbook.lmi.exact import round_digits
+from sosbook.lmi.newton import newton_of
 from sosbook.lmi.proof_text import checksum
 from sosbook.lmi.rational import decimal
 from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
 from tests.page_requests import page_request
 
@@ -73,7 +76,7 @@ def agree(kernel, asked, undecided):
     different = [v for v in verdicts if v[0] != v[1]]
     assert len(different) <= undecided, different
     assert max(apart) < 1e-6
-    assert np.mean(np.array(of_cones) < 1e-6) > 0.95
+    assert sum(x > 1e-6 for x in of_cones) <= 0.05 * len(of_cones)
     return verdicts
 
 
@@ -97,6 +100,26 @@ def test_120_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
 @pytest.mark.timeout(1800)
 def test_a_thousand_random_requests(kernel):
     agree(kernel, list(islice(requests(3), 200, 1200)), undecided=20)
+
+
+@pytest.mark.campaign
+@pytest.mark.timeout(1800)
+def test_500_random_costs(kernel):
+    costs = requests(2, kind=random_cost_request)
+    agree(kernel, list(islice(costs, 120, 620)), undecided=10)
+
+
+@pytest.mark.parametrize("seed", [198, 382, 415, 537])
+def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
+    """Newton's method alone takes hundreds of steps to it."""
+    asked = random_cost_request(seed)
+    (r,), design = solved(kernel, [asked]), sos.design_pid(**asked)
+    assert r["status"] == design.status == "feasible" and not r["lid"]
+    assert off(r["K"], design.K) < 1e-9
+    lmis = ScaledLMIs(design.request, design.frame)
+    x = lmis.packed(lmis.point(design))
+    _, decrement = Barrier(newton_of(lmis.compiled)).step(x, 0 * x)
+    assert decrement < 0.1  # rounding leaves no less of it in the plant's units
 
 
 EXAMPLES = {

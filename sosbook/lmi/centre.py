@@ -12,7 +12,7 @@ from .barrier import Barrier
 from .blocks import Blocks
 from .newton import newton_of
 from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
-from .primal_dual import FARTHEST_POINT, minimize_linear
+from .primal_dual import FARTHEST_POINT, minimize_linear, near_centre
 
 __all__ = [
     "LONGEST_SOLUTION",
@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
+STEPS_ALONE = 40  # of Newton's method, before multipliers help it to a centre
 STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
 
 
@@ -98,6 +99,11 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
         if count + 1 == STEPS_TO_RAYS and decrement >= 1 and rays is not None:
             if any(barrier.recedes(x, d) for d in rays()):
                 break
+        if count + 1 == STEPS_ALONE and not newton.iterative:
+            near = near_centre(newton, x)
+            if near is None:
+                break
+            x = near
     raise Unbounded("the feasible set is unbounded and has no analytic centre")
 
 

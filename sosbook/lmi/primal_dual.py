@@ -26,7 +26,7 @@ import numpy as np
 
 from .stacks import gram, transposed
 
-__all__ = ["interior_steps", "maximize_t", "minimize_linear", "positive"]
+__all__ = ["interior_steps", "maximize_t", "minimize_linear", "near_centre", "positive"]
 
 STEP_FRACTION = 0.95  # of the longest step that stays inside
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
@@ -173,7 +173,32 @@ def minimize_linear(newton, x, cost, gap, weight, most=40):
     return near
 
 
-def interior_steps(newton, x, cost, weight, most):
+def near_centre(newton, x, most=100):
+    """A point next to the analytic centre, or None where none is seen.
+
+    At the centre S Z = I with sum <G_ka, Z_k> = 0. Newton's method creeps through
+    a curved valley; steps of S and of Z pass it in some twenty.
+
+    Parameters
+    ----------
+    newton : Newton
+        The blocks G_k(x) > 0.
+    x : (k,) array
+        A start at which all of them are positive definite.
+    most : int
+        The largest number of steps.
+    """
+    for state in interior_steps(newton, x, np.zeros(len(x)), 1.0, most, target=1.0):
+        far = np.linalg.norm(state["x"])
+        if far > FARTHEST_POINT:
+            return None
+        inside = np.linalg.norm(state["residual"]) * far < 0.1
+        if inside and positive(newton.at(state["x"])):
+            return state["x"]
+    return None
+
+
+def interior_steps(newton, x, cost, weight, most, target=None):
     """Yield what is known after each step, until no step helps.
 
     The start is the dual point of the central path at this weight of the
@@ -191,6 +216,8 @@ def interior_steps(newton, x, cost, weight, most):
         The weight of the cost at the start.
     most : int
         The largest number of steps.
+    target : float, optional
+        The steps go towards S Z = target I, else towards S Z = 0.
 
     Yields
     ------
@@ -205,7 +232,7 @@ def interior_steps(newton, x, cost, weight, most):
     for count in range(most):
         try:
             scalings = [_Scaling(s, z) for s, z in zip(S, Z)]
-            dx, dz, primal, dual = _direction(newton, scalings, S, Z, x, cost)
+            dx, dz, primal, dual = _direction(newton, scalings, S, Z, x, cost, target)
         except np.linalg.LinAlgError:
             return
         if max(primal, dual) < SHORTEST_STEP or not np.isfinite(dx).all():
@@ -226,7 +253,7 @@ def interior_steps(newton, x, cost, weight, most):
         )
 
 
-def _direction(newton, scalings, S, Z, x, cost):
+def _direction(newton, scalings, S, Z, x, cost, target=None):
     """Mehrotra's predictor and corrector: dx, dZ and both step lengths.
 
     In scaled coordinates Newton's equations for S Z = target read
@@ -265,6 +292,8 @@ def _direction(newton, scalings, S, Z, x, cost):
     )
     # corrector: the target is sigma mu, less the error dS dZ of the predictor
     sigma_mu = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
+    if target is not None:
+        sigma_mu = target
     T = [
         s.divide(
             sigma_mu * np.eye(h.shape[-1]) - h @ h - (a @ b + transposed(a @ b)) / 2

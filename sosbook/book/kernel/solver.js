@@ -3,6 +3,7 @@
 
 const STEP_FRACTION = 0.95;         // of the longest step that stays inside
 const LONGEST_CENTRE = 1e8;         // a norm of x beyond it is taken for infinity
+const STEPS_ALONE = 40;             // of Newton's method, before multipliers help it to a centre
 const EXCLUDED_ENOUGH = 1e11;       // the |x| that multipliers must exclude; solutions are shorter
 
 const factored = list => {
@@ -38,8 +39,9 @@ function newtonSolver(H) {
 // ------------------------------------------------------- primal-dual steps
 // Minimise c.x subject to S_k = G_k(x) >= 0, with multipliers Z_k >= 0 and
 // sum <G_ka, Z_k> = c_a: the direction of Helmberg, Kojima and Monteiro, which needs
-// Cholesky factors only, with Mehrotra's predictor and corrector. Yields after each step.
-function* interiorSteps(blocks, x, cost, weight, most = 60) {
+// Cholesky factors only, with Mehrotra's predictor and corrector, towards S Z = 0 or
+// S Z = `target` I. Yields after each step.
+function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
   const degree = blocks.degree;
   let S = blocks.at(x), factors = factored(S);
   if (!factors) return;
@@ -64,7 +66,7 @@ function* interiorSteps(blocks, x, cost, weight, most = 60) {
     // corrector: the target is sigma mu, less the predictor's second-order error
     const sigma = Math.min(Math.max(predicted / mu, 0), 1) ** 3;
     const second = aS.map((d, k) => symmetrized(times(times(W[k], d), aZ[k])));
-    const [dx, dS, dZ] = towards(sigma * mu, second);
+    const [dx, dS, dZ] = towards(target ?? sigma * mu, second);
     let primal = Math.min(1, STEP_FRACTION * longest(roots, dS));
     const step = Math.min(1, STEP_FRACTION * longest(dual, dZ));
     if (!dx.every(isFinite) || Math.max(primal, step) < 1e-8) return;
@@ -172,6 +174,22 @@ function centre(blocks, x, enough = 1e-8) {
     x = moved;
     if (decrement < enough) return {x, steps: count};
     if (dot(x, x) > LONGEST_CENTRE ** 2) return null;
+    if (count === STEPS_ALONE) {
+      x = nearCentre(blocks, x);
+      if (!x) return null;
+      factors = factored(blocks.at(x));
+    }
+  }
+  return null;
+}
+
+// A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method
+// creeps through a curved valley, which such steps, of S and of Z, pass in some twenty.
+function nearCentre(blocks, x) {
+  for (const state of interiorSteps(blocks, x, new Float64Array(blocks.size), 1, 1, 100)) {
+    const size = Math.sqrt(dot(state.x, state.x));
+    if (size > LONGEST_CENTRE) return null;
+    if (state.residual * size < 0.1) return state.x;
   }
   return null;
 }

@@ -53,7 +53,7 @@
     get place() { return [Number(this.control("x").value), Number(this.control("y").value)]; }
 
     choose(pair = 0) {
-      this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => `${x.symbol} and ${y.symbol}`));
+      this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
       this.control("pair").value = pair in this.group.maps ? pair : 0;
       this.open();
     }
@@ -134,12 +134,12 @@
       if (status === "undecided") return head + "<p>Neither a certified design nor a proof that there is none is stored for this point.</p>";
       if (status === "infeasible") {
         const bars = kept.shares.map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
-          `${escape(name)}: ${Math.round(100 * share)} %</li>`).join("");
-        return head + `<p>Exact multipliers exclude every design for ${escape(kept.asked)}: these LMIs have no solution there, nor where more is asked.</p>` +
+          `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`).join("");
+        return head + `<p>Exact multipliers exclude every design for ${escape(printed(kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
           (bars ? `<p>What a relaxation of each requirement by the same small factor would contribute:</p><ul class="sos-shares">${bars}</ul>` : "");
       }
-      return head + `<p>This design, certified for ${escape(kept.asked)}, keeps it; its tightest block is ` +
-        `${escape(this.data.blocks[kept.block])}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`;
+      return head + `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ` +
+        `${escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`;
     }
   }
 
