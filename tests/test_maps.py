@@ -163,6 +163,16 @@ def test_shares_do_not_depend_on_units(robot):
         assert np.isclose(share, two.shares[name], atol=2e-3)
 
 
+@pytest.mark.slow
+def test_shares_do_not_depend_on_the_last_digits():
+    chain = sos.thesis.example_3()
+    p = chain.plant
+    near = sos.SecondOrderSystem(p.M, p.D * (1 - 1e-12), p.S, p.B, p.F)
+    one, two = (maps.edge("rho", x, **chain.requirements).shares for x in (p, near))
+    for name, share in one.items():
+        assert np.isclose(share, two[name], atol=2e-4)
+
+
 @pytest.mark.parametrize(
     "change, fault",
     [

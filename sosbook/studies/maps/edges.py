@@ -24,6 +24,7 @@ from .search import Ask, Search, certified, refuted, replaced, requirements
 __all__ = ["Edge", "edge", "request"]
 
 TIME_LIMIT = 1800.0  # seconds
+SADDLE_GAP = 1e-3  # relative; nearer to the optimum rounding moves shares by per cents
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +166,7 @@ def _least_violation(request, frame, wide=1e3):
     start[-1] = min(least, 0.0) - 1.0
     cost = np.zeros(lifted.variables)
     cost[-1] = -1.0
-    x, Z = saddle_point(lifted, cost, start)
+    x, Z = saddle_point(lifted, cost, start, SADDLE_GAP)
     return x[:-1], Z[: len(blocks)]
 
 
