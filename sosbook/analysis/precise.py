@@ -93,7 +93,7 @@ class ExactLoop:
     def poles(self):
         """The poles as complex floats, each as often as it counts."""
         poles = []
-        with _Bits():
+        with ctx.workprec(POLYNOMIAL_BITS):
             for root, count in self.chi.complex_roots():
                 mid = root.mid()
                 poles += count * [complex(float(mid.real), float(mid.imag))]
@@ -111,7 +111,7 @@ class ExactLoop:
         numerators = self._numerators(self.C, self.Bw)
 
         def gain(log_omega):
-            with _Bits():
+            with ctx.workprec(POLYNOMIAL_BITS):
                 s = acb(0, float(np.exp(log_omega)))
                 below = self._denominator(s)
                 values = [
@@ -140,13 +140,13 @@ class ExactLoop:
             return None
         start = _flint(np.asarray(x0, float)[:, None])
         rows = [row[0] for row in self._numerators(self.K, start)]
-        with _Bits():
+        with ctx.workprec(POLYNOMIAL_BITS):
             roots = [root for root, _ in self.chi.complex_roots()]
             slope = acb_poly(self.chi.derivative())
             parts = [[n(s) / slope(s) for s in roots] for n in rows]
 
         def size(log_t):
-            with _Bits():
+            with ctx.workprec(POLYNOMIAL_BITS):
                 waves = [(s * float(np.exp(log_t))).exp() for s in roots]
                 signal = [sum(p * w for p, w in zip(row, waves)) for row in parts]
                 return np.linalg.norm([float(x.real.mid()) for x in signal])
@@ -176,7 +176,7 @@ class ExactLoop:
                 ]
             )
 
-        with _Bits():
+        with ctx.workprec(POLYNOMIAL_BITS):
             return [
                 [acb_poly(numerator(i, j)) for j in range(B.ncols())]
                 for i in range(C.nrows())
@@ -184,16 +184,6 @@ class ExactLoop:
 
     def _denominator(self, s):
         return acb_poly(self.chi)(s)
-
-
-class _Bits:
-    """flint's precision, set back afterwards."""
-
-    def __enter__(self):
-        self.before, ctx.prec = ctx.prec, POLYNOMIAL_BITS
-
-    def __exit__(self, *_):
-        ctx.prec = self.before
 
 
 def _flint(x):

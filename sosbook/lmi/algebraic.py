@@ -20,7 +20,7 @@ class _Factor:
     def balls(self, bits):
         """Disjoint balls, each with one root."""
         if bits not in self._known:
-            with _bits(bits):
+            with ctx.workprec(bits):
                 roots = [ball for ball, _ in self.polynomial.complex_roots()]
             self._known[bits] = roots
         return self._known[bits]
@@ -89,7 +89,7 @@ class Root:
         for bits in BALL_BITS:
             check_time()
             s = self.ball(bits)
-            with _bits(bits):
+            with ctx.workprec(bits):
                 verdict = _definite(alpha, beta, s, s.conjugate(), arb(0))
             if verdict is not None:
                 return verdict
@@ -107,7 +107,7 @@ class Root:
         for bits in BALL_BITS[1:]:
             check_time()
             balls, own = common.balls(bits), self.ball(bits)
-            with _bits(bits):
+            with ctx.workprec(bits):
                 same = [b for b in balls if b.overlaps(own)]
                 image = [b for b in balls if b.overlaps(reflect(own))]
             foreign = [b for b in cofactor.balls(bits) if b.overlaps(own)]
@@ -146,19 +146,6 @@ def roots_of(polynomial):
     return [
         Root(f, k) for f in map(_Factor, factors) for k in range(f.polynomial.degree())
     ]
-
-
-class _bits:
-    """flint's working precision, set back afterwards."""
-
-    def __init__(self, bits):
-        self.wanted = bits
-
-    def __enter__(self):
-        self.before, ctx.prec = ctx.prec, self.wanted
-
-    def __exit__(self, *_):
-        ctx.prec = self.before
 
 
 def _definite(alpha, beta, s, conjugate, zero):

@@ -20,7 +20,7 @@ from ..lmi.time_limit import check_time
 from ..plants.controllability import fixed_part, matrix_of
 from .pole_places import dyadic, goals, modes_of, real_places
 
-__all__ = ["MOST_STATES", "binary", "bits_of", "keeps", "loop_matrix", "placed_gain"]
+__all__ = ["MOST_STATES", "binary", "keeps", "loop_matrix", "placed_gain"]
 
 MOST_STATES = 60  # up to which characteristic polynomials are computed
 FORMULA_BITS = 1024, 4096, 16384  # of Ackermann's formula, until it is known
@@ -190,19 +190,6 @@ def _null_space(rows):
     return fmpq_mat(X)
 
 
-class bits_of:
-    """flint's precision in bits, set back afterwards."""
-
-    def __init__(self, bits):
-        self.wanted = bits
-
-    def __enter__(self):
-        self.before, ctx.prec = ctx.prec, self.wanted
-
-    def __exit__(self, *_):
-        ctx.prec = self.before
-
-
 def _last_row(A, b):
     """The last row of [b Ab A^2 b ...]^-1 in rationals; None if it has none."""
     N = A.nrows()
@@ -213,7 +200,7 @@ def _last_row(A, b):
     last = [[fmpq(k == N - 1)] for k in range(N)]
     for bits in FORMULA_BITS:
         check_time()
-        with bits_of(bits):
+        with ctx.workprec(bits):
             try:
                 row = arb_mat(fmpq_mat(rows)).solve(arb_mat(fmpq_mat(last)))
             except ZeroDivisionError:
@@ -231,7 +218,7 @@ def _middle(matrix):
 
 def _formula(row, A, factors):
     """- row phi(A), where phi is the product of factors without leading ones."""
-    with bits_of(FORMULA_BITS[-2]):
+    with ctx.workprec(FORMULA_BITS[-2]):
         y, A = arb_mat(row), arb_mat(A)
         for factor in factors:
             z, y = y, y * A

@@ -5,7 +5,7 @@ may be too short to write it; here it has all the digits that its proof needs.
 """
 
 import numpy as np
-from flint import acb_mat, arb, fmpq, fmpq_mat
+from flint import acb_mat, arb, ctx, fmpq, fmpq_mat
 
 from ..analysis.linear import balancing
 from ..lmi.exact import exact, inverse, round_digits
@@ -13,7 +13,7 @@ from ..lmi.proof import DIGITS
 from ..lmi.rational import digit_count, rational_matrix
 from ..lmi.time_limit import check_time
 from .certificates import prove_with
-from .placement import MOST_STATES, bits_of, keeps, loop_matrix, placed_gain
+from .placement import MOST_STATES, keeps, loop_matrix, placed_gain
 from .pole_places import dyadic
 from .scaling import Frame
 from .solution import Solution
@@ -104,7 +104,7 @@ def _of_eigenvectors(A, bits, places):
     floats = np.array([[float(e) for e in row] for row in A.table()])
     units = [fmpq(2) ** int(k) for k in np.log2(balancing(floats))]
     scaled = [[A[i, j] * units[j] / units[i] for j in range(N)] for i in range(N)]
-    with bits_of(bits):
+    with ctx.workprec(bits):
         _, V = acb_mat(fmpq_mat(scaled)).eig(right=True, algorithm="approx")
         sizes = [sum((abs(V[i, k]) ** 2 for i in range(N)), arb(0)) for k in range(N)]
 
