@@ -86,8 +86,7 @@ def broken(plant, asked, K):
     list of str
         Empty if nothing was found against the gain.
     """
-    before, ctx.prec = ctx.prec, BITS
-    try:
+    with ctx.workprec(BITS):
         found = []
         for parts in members(plant):
             A, F = loop(parts, K, asked.get("U"), asked.get("K_A"))
@@ -98,8 +97,6 @@ def broken(plant, asked, K):
             if "saturation" in asked:
                 found += _peak(A, K, balls, asked["saturation"])
         return found
-    finally:
-        ctx.prec = before
 
 
 def _places(balls, region):

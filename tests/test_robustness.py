@@ -1,6 +1,8 @@
 """Random requests of known verdict: no wrong answer, all of them backed."""
 
 import doctest
+import signal
+import time
 from functools import cache
 
 import numpy as np
@@ -9,8 +11,16 @@ from scipy.linalg import eigh
 
 import sosbook as sos
 from benchmarks import plants
-from benchmarks.robustness import SYSTEMS, Row, judge, summary
+from benchmarks.robustness import (
+    SYSTEMS,
+    Row,
+    at_most,
+    cpu_time_limits,
+    judge,
+    summary,
+)
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
+from sosbook.lmi.time_limit import OutOfTime, check_time, time_limit
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
@@ -182,6 +192,28 @@ def test_the_summary_counts_what_is_wrong():
     assert list(found["errors"]) == ["6"]
     assert found["feasible, not certified"] == [3]
     assert found["seconds"]["above 2 s"] == [3]
+
+
+def _busy(seconds):
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        check_time()
+
+
+def test_limits_count_the_seconds_of_this_process():
+    with cpu_time_limits(), time_limit(0.1):
+        time.sleep(0.2)
+        check_time()
+        with pytest.raises(OutOfTime):
+            _busy(0.5)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPROF"), reason="no such signal")
+def test_an_answer_that_takes_too_long_is_an_error():
+    with at_most(0.1):
+        time.sleep(0.2)
+    with at_most(0.1), pytest.raises(TimeoutError, match="no answer in 0.1 CPU s"):
+        _busy(0.5)
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])
