@@ -11,14 +11,7 @@ from scipy.linalg import eigh
 
 import sosbook as sos
 from benchmarks import plants
-from benchmarks.robustness import (
-    SYSTEMS,
-    Row,
-    at_most,
-    cpu_time_limits,
-    judge,
-    summary,
-)
+from benchmarks.robustness import SYSTEMS, Row, at_most, cpu_time_limits, judge, summary
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
 from sosbook.lmi.time_limit import OutOfTime, check_time, time_limit
 from sosbook.plants.descriptor import descriptors
