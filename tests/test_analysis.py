@@ -1,5 +1,7 @@
 """Poles, norms and peaks against python-control and brute force."""
 
+from dataclasses import replace
+
 import control
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import sosbook as sos
 from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
+from sosbook.analysis.precise import ExactLoop
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 
@@ -124,6 +127,61 @@ def test_peak_of_a_slow_beat():
     x0 = np.array([1.0, 0, 0, 0])
     dense = dense_peak(d, K, x0, 200)
     assert dense <= peak_input(d, K, x0) < 1.0001 * dense
+
+
+def oscillator(damping, omega):
+    """A loop with one resonance, the push of its gain, and its peak from z' = 1."""
+    k = 0.3 * omega**2
+    plant = sos.SecondOrderSystem(
+        [[1.0]], [[2 * damping * omega]], [[omega**2 + k]], [[1.0]], [[1.0]]
+    )
+    (d,) = descriptors(plant)
+    own = omega * np.sqrt(1 - damping**2)
+    time = np.arctan2(own, damping * omega) / own
+    peak = k * np.exp(-damping * omega * time) * np.sin(own * time) / own
+    return d, np.array([[k, 0.0]]), peak
+
+
+@pytest.mark.parametrize("omega", [1e-9, 1e-3, 1.0, 3.3e4, 1e9])
+@pytest.mark.parametrize("damping", [0.5, 1e-2, 1e-6, 1e-8])
+def test_norm_and_peak_of_a_resonance_against_closed_forms(damping, omega):
+    """Far from any sample, and whatever the unit of time."""
+    d, K, peak = oscillator(damping, omega)
+    norm = 1 / (2 * damping * np.sqrt(1 - damping**2)) / omega**2
+    for loop in (hinf_norm(d, K), ExactLoop(d, K).hinf_norm()):
+        assert loop == pytest.approx(norm, rel=1e-11)
+    for found in (peak_input(d, K, [0, 1]), ExactLoop(d, K).peak_input([0, 1])):
+        assert found == pytest.approx(peak, rel=1e-13)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_peak_of_two_resonances_that_beat(unit):
+    """u = exp(-1e-6 t) (cos t - cos 1.0037 t): largest after a hundred periods."""
+    damping, faster = 1e-6, 1.0037
+    rates = np.sqrt(np.array([1, faster]) ** 2 + damping**2)
+    K = np.array([[1e-13, -1e-13, 0, 0]])
+    plant = sos.SecondOrderSystem(
+        np.eye(2),
+        2 * damping * np.eye(2) / unit,
+        np.diag(rates**2) / unit**2,
+        [[1.0], [1.0]],
+    )
+    (d,) = descriptors(plant)
+    t = np.linspace(800, 900, 4_000_001)
+    peak = max(np.abs(np.exp(-damping * t) * (np.cos(t) - np.cos(faster * t))))
+    x0 = [1, 1, -damping / unit, -damping / unit]
+    found = peak_input(d, K / unit**2, x0) * unit**2
+    assert found == pytest.approx(1e-13 * peak, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_peak_of_several_inputs_in_other_units(seed):
+    d, v = stable_loop(seed)
+    x0 = np.random.default_rng(seed).standard_normal(6)
+    peak = peak_input(v, d.K, x0)
+    units = 10.0 ** np.random.default_rng(seed).integers(-9, 10, 6)
+    there = replace(v, E=v.E / units, A=v.A / units)
+    assert peak_input(there, d.K / units, x0 * units) == pytest.approx(peak, rel=1e-9)
 
 
 def test_one_answer_for_each_vertex():

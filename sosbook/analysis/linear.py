@@ -1,11 +1,11 @@
 """What a closed loop really does: poles, norms, peaks."""
 
 import numpy as np
-from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
-from scipy.optimize import minimize_scalar
+from scipy.linalg import matrix_balance
 
 from ..plants.second_order import sort_poles
 from ..runtime.libraries import library
+from .peaks import FreeMotion, largest_size
 from .precise import ExactLoop, sensitive
 
 __all__ = [
@@ -226,49 +226,17 @@ def peak_input(d, K, x0, K_A=None):
     """The largest |K x(t)| of the free response of d from x0.
 
     With K_A the largest |K x(t) + K_A z''(t)|, the whole signal. It is
-    infinite for an unstable loop. The motion is sampled closely enough for the
-    fastest mode that hasn't died out, until a Lyapunov function x'Xx excludes
-    a later peak. A loop too sensitive for floats is left to `ExactLoop`.
+    infinite for an unstable loop. See `sosbook.analysis.peaks`; a loop too
+    sensitive for floats is left to `ExactLoop`.
     """
     if K_A is None and sensitive(d, K) and ExactLoop.fits(d):
         peak = ExactLoop(d, K).peak_input(x0)
         if peak is not None:
             return peak
     A = loop_matrix(d, K)
-    poles, x = np.linalg.eigvals(A), np.asarray(x0, float)
-    if poles.real.max() >= 0:
+    if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
     if K_A is not None:
         n = len(d.C)
         K = K + K_A @ A[n : 2 * n]
-    rate = np.abs(poles).max()
-    X = solve_continuous_lyapunov(A.T / rate, -np.eye(len(A)))
-    reach = np.sqrt(np.linalg.norm(K @ np.linalg.solve(X, K.T), 2))
-    top, now = np.linalg.norm(K @ x), 0.0
-    start, span = x, 0.0
-    for _ in range(2000):
-        if x @ X @ x <= 0 or reach * np.sqrt(x @ X @ x) <= top:
-            break
-        alive = poles[np.exp(poles.real * now) > 1e-9]
-        step = 0.05 / np.abs(alive if len(alive) else poles).max()
-        states = _orbit(expm(A * step), x, 9)
-        sizes = np.linalg.norm(K @ states, axis=0)
-        k = int(sizes.argmax())
-        if sizes[k] > top:
-            top, start, span = sizes[k], states[:, max(k - 1, 0)], 2 * step
-        x, now = states[:, -1], now + step * (states.shape[1] - 1)
-    near = minimize_scalar(
-        lambda t: -np.linalg.norm(K @ expm(A * t) @ start),
-        bounds=(0, span),
-        method="bounded",
-    )
-    return float(max(top, -near.fun))
-
-
-def _orbit(forward, x, doublings):
-    """The columns x, Fx, F^2 x, ..., F^k x with k = 2^doublings."""
-    states = x[:, None]
-    for _ in range(doublings):
-        states = np.hstack([states, forward @ states])
-        forward = forward @ forward
-    return np.hstack([states, (forward @ x)[:, None]])
+    return largest_size(FreeMotion(A, K, x0))

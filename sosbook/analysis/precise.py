@@ -5,18 +5,20 @@ quotients of rational polynomials, and these are evaluated with many digits.
 """
 
 import numpy as np
-from flint import acb, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 from scipy.linalg import matrix_balance
 from scipy.optimize import minimize_scalar
 
 from ..lmi.exact import exact
+from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
 
 __all__ = ["ExactLoop", "sensitive"]
 
 POLYNOMIAL_BITS = 320  # of the arithmetic in which polynomials are evaluated
 MOST_STATES = 60  # up to which the characteristic polynomial is computed
 LARGEST_POLE_ERROR = 1e-5  # relative; beyond it floats don't know a pole
-SEARCH_POINTS = 400  # frequencies and times of the first, coarse search
+SEARCH_POINTS = 400  # frequencies of the first, coarse search
+MOST_RUNS = 100  # in search of a peak
 
 
 def sensitive(d, K):
@@ -144,17 +146,7 @@ class ExactLoop:
             roots = [root for root, _ in self.chi.complex_roots()]
             slope = acb_poly(self.chi.derivative())
             parts = [[n(s) / slope(s) for s in roots] for n in rows]
-
-        def size(log_t):
-            with ctx.workprec(POLYNOMIAL_BITS):
-                waves = [(s * float(np.exp(log_t))).exp() for s in roots]
-                signal = [sum(p * w for p, w in zip(row, waves)) for row in parts]
-                return np.linalg.norm([float(x.real.mid()) for x in signal])
-
-        first, last = 1e-3 / np.abs(poles).max(), 30 / np.abs(poles.real).min()
-        grid = np.linspace(np.log(first), np.log(last), SEARCH_POINTS)
-        now = np.linalg.norm([_float(e) for e in (self.K * start).entries()])
-        return float(max(now, _highest(size, grid)))
+            return largest_size(_Waves(roots, parts), MOST_RUNS)
 
     def _numerators(self, C, B):
         """The numerators of C (s - A)^-1 B: acb polynomials, in rows and columns."""
@@ -184,6 +176,53 @@ class ExactLoop:
 
     def _denominator(self, s):
         return acb_poly(self.chi)(s)
+
+
+class _Waves:
+    """Signals that are sums of ``parts[i][k] exp(roots[k] t)``: see `largest_size`."""
+
+    def __init__(self, roots, parts):
+        self.roots, self.poles, self.now = roots, np.array(list(map(complex, roots))), 0
+        self.weights = [acb_mat(parts)]  # of u, u' and u''
+        for _ in range(2):
+            parts = [[p * s for p, s in zip(row, roots)] for row in parts]
+            self.weights.append(acb_mat(parts))
+        table = self.weights[0].table()
+        self.parts = np.array([[complex(p) for p in row] for row in table])
+
+    def _decayed(self):
+        return self.parts * np.exp(self.poles.real * self.now)
+
+    def alive(self, top):
+        """Which modes haven't died out."""
+        return np.linalg.norm(self._decayed(), axis=0) > ALIVE * top
+
+    def run(self, step):
+        """u and u' at the samples; the motion goes on."""
+        self.begun, self.step = self.now, step
+        waves = [[(s * self.now).exp()] for s in self.roots]
+        for k in range(DOUBLINGS):
+            forward = [(s * step * 2**k).exp() for s in self.roots]
+            waves = [row + [f * w for w in row] for row, f in zip(waves, forward)]
+        self.now += step * 2**DOUBLINGS
+        for row, s in zip(waves, self.roots):
+            row.append((s * self.now).exp())
+        waves = acb_mat(waves)
+        return tuple(_reals(weight * waves) for weight in self.weights[:2])
+
+    def near(self, k, t):
+        """u, u' and u'' a little after a sample of the last run."""
+        t = self.begun + k * self.step + t
+        waves = acb_mat([[(s * t).exp()] for s in self.roots])
+        return tuple(_reals(weight * waves)[:, 0] for weight in self.weights)
+
+    def bound(self):
+        """Of |u| from now on."""
+        return amplitude(self._decayed(), self.poles)
+
+
+def _reals(x):
+    return np.array([[float(e.real.mid()) for e in row] for row in x.table()])
 
 
 def _flint(x):
