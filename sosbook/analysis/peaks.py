@@ -111,11 +111,11 @@ class FreeMotion:
             self.waves = self.C @ vectors, np.linalg.inv(vectors)
 
     def alive(self, top):
-        """Which modes haven't died out."""
+        """Which modes haven't died out, beside a ``top`` that is known."""
         return np.exp(self.poles.real * self.now) > ALIVE
 
     def run(self, step):
-        """u and u' at the samples; the motion goes on."""
+        """u and u' at samples every ``step``; the motion goes on."""
         forward, states = expm(self.A * step), self.x[:, None]
         for _ in range(DOUBLINGS):
             states = np.hstack([states, forward @ states])
@@ -125,7 +125,7 @@ class FreeMotion:
         return self.C @ self.states, self.C @ (self.A @ self.states)
 
     def near(self, k, t):
-        """u, u' and u'' a little after a sample of the last run."""
+        """u, u' and u'' at a time ``t`` after the ``k``-th sample of the last run."""
         x = expm(self.A * t) @ self.states[:, k]
         v = self.A @ x
         return self.C @ x, self.C @ v, self.C @ (self.A @ v)

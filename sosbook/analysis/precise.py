@@ -194,11 +194,11 @@ class _Waves:
         return self.parts * np.exp(self.poles.real * self.now)
 
     def alive(self, top):
-        """Which modes haven't died out."""
+        """Which modes haven't died out, beside a ``top`` that is known."""
         return np.linalg.norm(self._decayed(), axis=0) > ALIVE * top
 
     def run(self, step):
-        """u and u' at the samples; the motion goes on."""
+        """u and u' at samples every ``step``; the motion goes on."""
         self.begun, self.step = self.now, step
         waves = [[(s * self.now).exp()] for s in self.roots]
         for k in range(DOUBLINGS):
@@ -211,7 +211,7 @@ class _Waves:
         return tuple(_reals(weight * waves) for weight in self.weights[:2])
 
     def near(self, k, t):
-        """u, u' and u'' a little after a sample of the last run."""
+        """u, u' and u'' at a time ``t`` after the ``k``-th sample of the last run."""
         t = self.begun + k * self.step + t
         waves = acb_mat([[(s * t).exp()] for s in self.roots])
         return tuple(_reals(weight * waves)[:, 0] for weight in self.weights)
