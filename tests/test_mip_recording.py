@@ -255,6 +255,7 @@ ARDUINO = """\
 #define INPUT_PULLUP 2
 #define OUTPUT 1
 #define CHANGE 1
+#define RISING 3
 int digitalRead(uint8_t pin);
 void digitalWrite(uint8_t pin, uint8_t level);
 void analogWrite(uint8_t pin, int duty);

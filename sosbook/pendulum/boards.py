@@ -4,7 +4,7 @@ import numpy as np
 
 from .robot import Robot
 
-__all__ = ["dmp_rate", "pins", "pyctrl_signs", "wired"]
+__all__ = ["dmp_rate", "pins", "pyctrl_signs", "wired", "wired_as_pyctrl"]
 
 PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
 PYCTRL_WIRING = {  # which can't be changed from outside
@@ -26,6 +26,15 @@ def wired(robot):
             "a BeagleBone Blue"
         )
     return robot
+
+
+def wired_as_pyctrl(robot):
+    """Whether a ``robot`` has the channels that pyctrl knows."""
+    return all(
+        getattr(robot, word) == PYCTRL_WIRING[word]
+        for word in PYCTRL_WIRING
+        if "channels" in word
+    )
 
 
 def pyctrl_signs(robot):

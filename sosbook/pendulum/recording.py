@@ -9,11 +9,11 @@ from pathlib import Path
 from ..plants.checks import positive
 from .boards import (
     PYCTRL_COUNTS_PER_TURN,
-    PYCTRL_WIRING,
     dmp_rate,
     pins,
     pyctrl_signs,
     wired,
+    wired_as_pyctrl,
 )
 from .robot import Robot
 from .template import comment, fill, python_comment, written_by
@@ -124,7 +124,7 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
     files["rc_identify.c"] = fill(
         "rc_identify.c", values | board | pins(robot), low=repr(low), high=repr(high)
     ).replace(f"RATE_HZ {values['hertz']}", f"RATE_HZ {dmp_rate(robot.T)}")
-    if all(getattr(robot, w) == p for w, p in PYCTRL_WIRING.items() if "chan" in w):
+    if wired_as_pyctrl(robot):
         files["pyctrl_identify.py"] = fill(
             "pyctrl_identify.txt",
             values | board | {"note": python_comment(note)},
@@ -149,8 +149,14 @@ def board_files(folder, robot, note):
         ),
         len(GYRO_RANGES) - 1,
     )
+    seen = min(robot.edges, 2)  # of a period, with an interrupt on one channel
     values = {
         "note": comment(note, " * "),
+        "counts": f"{robot.counts:.12g}",
+        "edges": robot.edges,
+        "seen": seen,
+        "worth": robot.edges // seen,
+        "mode": "CHANGE" if seen == 2 else "RISING",
         "limit": f"{robot.limit!r}f",
         "gyro_step": f"{radians(GYRO_RANGES[setting]) / 2**15:.9g}f",
         "gyro_bits": f"0x{setting << 3:02X}",

@@ -11,6 +11,7 @@ from .rig import DATA
 __all__ = ["BOARDS", "LAWS", "Robot"]
 
 BOARDS = ("beaglebone", "other")
+EDGES = (1, 2, 4)  # of an encoder's period, which a counter may count
 LAWS = ("gain", "lqr", "observer")
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
@@ -51,6 +52,10 @@ class Robot:
         As for `Mip.from_ratios`, in SI units.
     counts : float
         An encoder's counts per turn of a wheel against the body.
+    edges : {4, 2, 1}
+        How many edges of an encoder's period ``counts`` has: all four of both
+        channels, both of one channel, or one. A program that sees fewer edges lets
+        each stand for several counts; the BeagleBone Blue sees four.
     gyro_range : float
         The gyro's full scale, in rad/s.
     limit : float
@@ -116,6 +121,7 @@ class Robot:
     M_w: float = key("mass of one wheel", "kg", high=20.0)
     g: float = key("gravity", "m/s^2", 9.81)
     counts: float = key("of an encoder, per turn of a wheel", "a turn")
+    edges: int = key("of an encoder's period, in counts", "", 4)
     gyro_range: float = key("full scale of the gyro", "rad/s")
     limit: float = key("largest voltage that is asked for", "V")
     rotors: bool = key("the rotors couple theta and phi")
@@ -149,6 +155,11 @@ class Robot:
             raise ValueError(f"name must be a few words in quotes, got {self.name!r}")
         if self.board not in BOARDS:
             raise ValueError(f"board must be one of {BOARDS}, got {self.board!r}")
+        if type(self.edges) is not int or self.edges not in EDGES:
+            raise ValueError(
+                f"edges (of an encoder's period, in counts) must be one of {EDGES}, "
+                f"got {self.edges!r}"
+            )
         if self.law not in LAWS:
             raise ValueError(f"law must be one of {LAWS}, got {self.law!r}")
         self._check_board()
@@ -184,6 +195,12 @@ class Robot:
             raise ValueError(
                 f'{", ".join(present)}: no program for board = "other" '
                 'takes this: leave it out, or set board = "beaglebone"'
+            )
+        if self.board != "other" and self.edges != 4:
+            raise ValueError(
+                f"edges = {self.edges}: the counters of this board count all four "
+                f"edges of a period: set counts = {4 / self.edges * self.counts:g} and "
+                "leave edges out"
             )
         lost = [k for k in BOARD_KEYS if k not in present]
         if self.board != "other" and lost:

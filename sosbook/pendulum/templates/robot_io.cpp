@@ -21,13 +21,17 @@ static const uint8_t IMU = 0x68;
 static const float GYRO_STEP = $gyro_step; /* rad/s a count of the gyro */
 static const uint8_t GYRO_RANGE = $gyro_bits; /* of the register 0x1B */
 
+/* The description counts $counts a turn of a wheel, with $edges edges of each
+ * period. Here $seen of them are seen, so each is worth: */
+static const int WORTH = $worth;
+
 static volatile long count[2];
 static float gyro, tilt;
 
 static void encoder(int side)
 {
     const int up = digitalRead(ENCODER_A[side]) == digitalRead(ENCODER_B[side]);
-    count[side] += (up ? 1 : -1) * ENCODER_POLARITY[side];
+    count[side] += (up ? WORTH : -WORTH) * ENCODER_POLARITY[side];
 }
 
 static void left_moved(void) { encoder(0); }
@@ -50,9 +54,10 @@ bool io_begin(void)
         pinMode(BACKWARD[side], OUTPUT);
         pinMode(PWM_PIN[side], OUTPUT);
     }
-    /* Both edges of A: half of the counts of both edges of A and B. */
-    attachInterrupt(digitalPinToInterrupt(ENCODER_A[0]), left_moved, CHANGE);
-    attachInterrupt(digitalPinToInterrupt(ENCODER_A[1]), right_moved, CHANGE);
+    /* Where B's pins have interrupts, too, all four edges can be counted: with
+     * functions of their own, in which up is the opposite, and WORTH halved. */
+    attachInterrupt(digitalPinToInterrupt(ENCODER_A[0]), left_moved, $mode);
+    attachInterrupt(digitalPinToInterrupt(ENCODER_A[1]), right_moved, $mode);
     Wire.begin();
     Wire.setClock(400000);
     return set_register(0x6B, 0) && set_register(0x1A, 1) &&

@@ -15,7 +15,8 @@ bool io_begin(void);       /* false if a sensor doesn't answer */
 bool io_read(void);        /* read the IMU; false: a bad reading */
 float io_gyro(void);       /* rad/s, theta', at the last io_read */
 float io_tilt(void);       /* rad, theta from the accelerometers */
-long io_encoder(int side); /* counts of the left (0) or the right (1) */
+long io_encoder(int side); /* of the left (0) or the right (1): so many a turn
+                              of the wheel as the description's counts */
 float io_supply(void);     /* V that the driver is fed with */
 void io_drive(int side, float volts);
 
