@@ -14,7 +14,7 @@ from sosbook.mip.identify import identify
 from sosbook.mip.modelled import Model
 from sosbook.mip.rig import DATA, shipped
 from sosbook.mip.spread import polytope, triangles, vertices
-from sosbook.mip.steering import inertia_bounds, turning_plants
+from sosbook.mip.turning import inertia_bounds, turning_plants
 
 LOGS = DATA / "body.csv", DATA / "wheels.csv"
 

@@ -19,13 +19,9 @@ from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
 import tests.test_mip_export as programs
-from sosbook.pendulum.steering import (
-    Steering,
-    inertia_bounds,
-    steer,
-    turning_plants,
-    unequal_plant,
-)
+from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.steering_design import steer
+from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load
 from tests.compiler import run
 from tests.test_mip_hardware import CROSS

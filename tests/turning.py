@@ -30,7 +30,8 @@ class Turner:
         m, wheels = self.machine, self.wheels(x[3:])
         side = np.array([-1, 1])
         e, f = m.e / 2 * (1 + self.more * side), m.f / 2 * (1 + self.brake * side)
-        return e * np.asarray(volts) - f * wheels
+        rub = m.friction * np.tanh(wheels / 0.05)
+        return e * (np.asarray(volts) - rub) - f * wheels
 
     def wheels(self, q):
         """Left and right against the body, of angles or of rates."""

@@ -8,10 +8,12 @@ import numpy as np
 from ..display.escape import page_text
 from .finding import Finding
 from .fit_spread import FitSpread
+from .heading import Heading, track_heading
 from .modelled import Model
 from .report import PAGE, curve
 from .ticks import TickLog
 from .tracking import Tracking, track
+from .turning import turning_plants
 
 __all__ = ["Comparison", "compare"]
 
@@ -20,6 +22,14 @@ FULL_SHARE = 0.05  # of the ticks at the voltage's limit, which is a lot
 LATE_TICKS = 0.01  # share of the ticks that may be later than the description says
 LEAST_COUNTS = 2.0  # a tick, rms: slower wheels say too little of the robot
 RUBBING_SHARE = 0.02  # of the limit: more friction than that is worth a word
+
+
+HEADING_WORDS = {
+    "inertia": "a_d/e of the turn (V s^2)",
+    "damping": "f/e of the turn (V s)",
+    "stronger": "the right motor's e above the mean",
+    "braking": "the right motor's f above the mean",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,19 +46,45 @@ class Comparison:
         The pendulum in the log; None where it doesn't move enough.
     findings : tuple of Finding
         What the log shows that the model and the proofs don't have.
+    turning : Heading or None
+        How the robot in the log turns; None where it doesn't, or not enough.
     """
 
     model: Model
     log: TickLog
     tracking: Tracking | None
     findings: tuple
+    turning: Heading | None = None
 
     @property
     def within(self):
         """Whether the robot is within what was proven: True, False or None.
 
-        None is undecided: the log allows both.
+        None is undecided: the log allows both. Of a robot that steers both the
+        balance and the heading must be.
         """
+        parts = [self.balance_within]
+        if self.model.steering:
+            parts.append(self.heading_within)
+        return False if False in parts else None if None in parts else True
+
+    @property
+    def heading_within(self):
+        """The same of the plants behind the heading, and of unequal motors."""
+        if self.turning is None:
+            return None
+        bounds = heading_bounds(self.model)
+        ends = {name: self.turning.interval(name) for name in bounds}
+        if any(a > bounds[x][1] or b < bounds[x][0] for x, (a, b) in ends.items()):
+            return False
+        inside = all(
+            bounds[x][0] <= a and b <= bounds[x][1] for x, (a, b) in ends.items()
+        )
+        return True if inside else None
+
+    @property
+    def balance_within(self):
+        """The same of the pendulum alone."""
         if self.tracking is None:
             return None
         ends = [self.tracking.interval(name) for name in ("body", "wheels")]
@@ -75,7 +111,12 @@ class Comparison:
             True: "The robot is within what was proven",
             False: "The robot is outside of what was proven: identify it again",
             None: "Undecided: this log doesn't say whether the robot is within "
-            "what was proven; drive it back and forth for longer",
+            "what was proven; "
+            + (
+                "drive it back and forth for longer"
+                if self.balance_within is None
+                else "let it turn left and right while it rolls"
+            ),
         }[self.within]
 
     @property
@@ -94,8 +135,34 @@ class Comparison:
             for name, value in self.tracking.values.items():
                 half = 1.96 * self.tracking.sd[name]
                 lines.append(f"{words[name]}: {value:.3g} +- {half:.2g}")
+        if log.steers and self.model.steering:
+            lines.append(self._heading_words)
+        if self.turning:
+            bounds = heading_bounds(self.model)
+            for name, words in HEADING_WORDS.items():
+                value, half = self.turning.values[name], 1.96 * self.turning.sd[name]
+                low, high = bounds[name]
+                lines.append(
+                    f"{words}: {value:.3g} +- {half:.2g}, proven from {low:.3g} "
+                    f"to {high:.3g}"
+                )
         lines += [f"{f.severity}: {f}" for f in self.findings]
         return "\n".join([*lines, self.verdict])
+
+    @property
+    def _heading_words(self):
+        """How far the heading was from its set point."""
+        off = np.degrees(self.heading - self.log.heading)
+        return (
+            f"heading: up to {np.nanmax(abs(off)):.3g} degrees from its set point, "
+            f"{np.sqrt(np.nanmean(off**2)):.2g} degrees rms"
+        )
+
+    @property
+    def heading(self):
+        """(N,) array: the heading in rad, from the wheels of a robot with a track."""
+        robot = self.model.robot
+        return self.log.turned * robot.r / robot.track
 
     @property
     def page(self):
@@ -109,6 +176,15 @@ class Comparison:
         for name, unit in (("theta", "rad"), ("wheels", "rad"), ("V", "V")):
             y = np.nan_to_num(getattr(log, name))
             parts += [f"<h2>{name}</h2>", curve(t, y, f"{name} in {unit}")]
+        if log.steers and self.model.steering:
+            for y, name in (
+                (self.heading, "heading"),
+                (self.heading - log.heading, "heading beyond its set point"),
+            ):
+                parts += [
+                    f"<h2>{name}</h2>",
+                    curve(t, np.nan_to_num(y), f"{name}, rad"),
+                ]
         if self.tracking:
             for y, name, unit in zip(
                 self.tracking.innovations, ("gyro", "wheels"), ("rad/s", "rad")
@@ -156,7 +232,33 @@ def compare(log, model):
             findings.append(Finding("warning", "the motion", str(error)))
     if tracking:
         findings += _motion(tracking, robot)
-    return Comparison(model, log, tracking, tuple(findings))
+    turning = None
+    if model.steering and log.steers:
+        late = tracking.values["delay"] if tracking else robot.delay
+        try:
+            turning = track_heading(log, model.law.T, robot.counts, late)
+        except ValueError as error:
+            findings.append(Finding("warning", "the heading", str(error)))
+    return Comparison(model, log, tracking, tuple(findings), turning)
+
+
+def heading_bounds(model):
+    """What was proven of the heading of a ``model``: (low, high) by name.
+
+    The proofs are of equal motors; motors that differ were looked at as both
+    loops together.
+    """
+    plants = turning_plants(model.mip, model.robot, model.spread)[0].vertices
+    values = {
+        "inertia": [p.M[0, 0] for p in plants],
+        "damping": [p.D[0, 0] for p in plants],
+    }
+    more = model.robot.unequal
+    return {
+        **{name: (min(x), max(x)) for name, x in values.items()},
+        "stronger": (-more, more),
+        "braking": (-more, more),
+    }
 
 
 def _clock(log, robot):
@@ -180,15 +282,27 @@ def _clock(log, robot):
 
 def _program(log, model):
     """Whether these readings give these volts."""
-    ran = log.running
-    apart = abs(log.replayed(model.firmware) - log.V)[ran]
-    if not len(apart) or apart.max() <= REPLAY_SHARE * model.robot.limit:
-        return []
-    text = (
-        f"its volts differ by up to {apart.max():.3g} V from those that this law "
-        "gives for the logged readings: another program ran, or the log has gaps"
-    )
-    return [Finding("warning", "the program", text)]
+    ran, texts = log.running, []
+    pairs = [("volts", log.replayed(model.firmware)[ran], log.V[ran])]
+    if model.steering and log.steers:
+        motors = np.column_stack([log.V_left, log.V_right])
+        replayed = log.replayed_motors(model.steering)
+        pairs.append(("motors' volts", replayed[ran], motors[ran]))
+    elif model.steering or log.steers:
+        steers = "has" if log.steers else "lacks"
+        texts.append(
+            f"the log {steers} the columns of a program that steers, and the model's "
+            f"{'does not' if log.steers else 'does'}: another program ran"
+        )
+    for name, ours, theirs in pairs:
+        apart = abs(ours - theirs)
+        if apart.size and apart.max() > REPLAY_SHARE * model.robot.limit:
+            texts.append(
+                f"its {name} differ by up to {apart.max():.3g} V from those that this "
+                "law gives for the logged readings: another program ran, or the log "
+                "has gaps"
+            )
+    return [Finding("warning", "the program", text) for text in texts]
 
 
 def _limits(log, model):

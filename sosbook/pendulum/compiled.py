@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .export import c_header, c_source
+from .c_code import c_header, c_source
 from .firmware import COUNTERS
 from .spelling import FLOAT_TYPES
 

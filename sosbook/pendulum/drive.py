@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields, replace
 
 from ..plants.checks import finite
-from .steering import inertia_bounds
+from .turning import inertia_bounds
 
 __all__ = ["Drive"]
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from .firmware import SOFTNESS
 from .spread import spread_words
-from .steering import inertia_bounds
 from .tuning import recoverable_tilt
+from .turning import inertia_bounds
 
 __all__ = ["facts"]
 

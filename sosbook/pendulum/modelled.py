@@ -11,6 +11,7 @@ from .fit_spread import FitSpread
 from .law import SampledLaw
 from .model import Mip
 from .robot import Robot
+from .steering import Steering
 
 __all__ = ["Model"]
 
@@ -33,17 +34,27 @@ class Model:
         The relative spread of e/c and of e/a that was proven, or that of a fit.
     law : SampledLaw
         The law.
+    K_steering : (1, 3) array_like, optional
+        The gain of the `Steering` of a robot that steers.
     """
 
     mip: Mip
     robot: Robot
     spread: object
     law: SampledLaw
+    K_steering: object = None
 
     @classmethod
     def of(cls, deployment):
         """The model of a ``deployment``."""
-        return cls(deployment.mip, deployment.robot, deployment.spread, deployment.law)
+        designed = deployment.steering
+        return cls(
+            deployment.mip,
+            deployment.robot,
+            deployment.spread,
+            deployment.law,
+            designed.law.K if designed else None,
+        )
 
     @classmethod
     def read(cls, folder):
@@ -77,6 +88,7 @@ class Model:
             Robot.of(table["robot"], str(paths[0])),
             _spread(table["spread"]),
             SampledLaw(**matrices, T=law["T"]),
+            table.get("gain of steering"),
         )
 
     @property
@@ -99,6 +111,8 @@ class Model:
             "law": law,
             "robot": robot,
         }
+        if self.K_steering is not None:
+            table["gain of steering"] = np.asarray(self.K_steering).tolist()
         return json.dumps(table, indent=1) + "\n"
 
     @property
@@ -116,6 +130,16 @@ class Model:
             gyro_range=robot.gyro_range,
             deaf=robot.deaf,
             compensation=robot.compensation,
+        )
+
+    @property
+    def steering(self):
+        """The `Steering` beside it; None of a robot that doesn't steer."""
+        if self.K_steering is None:
+            return None
+        robot = self.robot
+        return Steering(
+            self.firmware, self.K_steering, robot.steering, robot.track, robot.r
         )
 
 

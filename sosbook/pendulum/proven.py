@@ -1,39 +1,25 @@
-"""A controller for a robot with its proofs, and the programs it is
-written as."""
+"""A controller for a robot, with its proofs."""
 
-import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from ..deprecation import renamed_attribute
 from ..plants.checks import finite, positive
-from ..proofs import CHECKER
 from ..sampled import certify_sampled
-from .boards import PYCTRL_WIRING
 from .drive import Drive
-from .export import (
-    c_header,
-    c_source,
-    c_steering,
-    pyctrl_script,
-    rc_balance,
-    serial_main,
-)
 from .facts import facts
 from .firmware import SOFTNESS, Firmware, share
 from .law import SampledLaw
 from .model import Mip
-from .modelled import Model
 from .optimal import OptimalLaw
 from .recording import write_texts
 from .robot import Robot
-from .ros import ros_node
-from .sketch import sketch
 from .spread import polytope, triangles, vertices
-from .steering import steer
+from .steering_design import steer
 from .tuning import U, loops
+from .written import texts
 
 __all__ = ["Deployment"]
 
@@ -370,61 +356,4 @@ class Deployment:
                 "larger R, or leave it out"
             )
         self._check_coupling()
-        steering = self.steering and replace(self.steering.law, firmware=self.firmware)
-        texts = {
-            f"provenance_{name}.json": json.dumps(self.facts, indent=2) + "\n",
-            f"model_{name}.json": Model.of(self).text,
-        }
-        for precision, suffix in (("double", ""), ("single", "_single")):
-            texts[f"{name}{suffix}.h"] = c_header(
-                self.firmware, f"{name}{suffix}", precision
-            )
-            texts[f"{name}{suffix}.c"] = c_source(
-                self.firmware, f"{name}{suffix}", precision
-            )
-            if steering:
-                texts |= c_steering(steering, f"{name}{suffix}", precision)
-        texts[f"serial_{name}.c"] = serial_main(self.firmware, name)
-        texts[f"{name}_stand.h"] = c_header(self.bench_firmware, f"{name}_stand")
-        texts[f"{name}_stand.c"] = c_source(self.bench_firmware, f"{name}_stand")
-        for program, firmware, drive, steers in (
-            (name, self.firmware, self.drive, steering),
-            (f"{name}_stand", self.bench_firmware, Drive(), None),
-        ):
-            if self.robot.board == "beaglebone":
-                texts[f"rc_{program}.c"] = rc_balance(
-                    firmware, program, robot=self.robot, drive=drive, steering=steers
-                )
-                if all(
-                    getattr(self.robot, word) == pins
-                    for word, pins in PYCTRL_WIRING.items()
-                    if "channels" in word
-                ):
-                    texts[f"pyctrl_{program}.py"] = pyctrl_script(
-                        firmware, self.robot, drive, program, steers
-                    )
-        if steering and self.robot.board == "beaglebone":
-            texts[f"ros_{name}.py"] = ros_node(self.firmware, self.robot, name)
-        if self.robot.board == "other":
-            texts |= sketch(self.firmware, self.robot, name, self.drive, steering)
-        texts |= self._proofs(name)
-        return write_texts(folder, texts)
-
-    def _proofs(self, name):
-        """The proofs as files, and the checker of those in rationals."""
-        rows = enumerate((x for row in self.sampled.values() for x in row), 1)
-        files = ("", "_hold")
-        return {
-            **{
-                f"proof_{name}{file}.json": proof.text
-                for file, proof in zip(files, self.continuous_proofs.values())
-            },
-            **{f"proof_{name}_sampled_{k}.json": proof.text for k, proof in rows},
-            **{
-                f"proof_{name}_{file}.json": proof.text
-                for file, proof in (
-                    self.steering.proofs if self.steering else {}
-                ).items()
-            },
-            "check_proof.py": CHECKER.read_text("utf-8"),
-        }
+        return write_texts(folder, texts(self, name))

@@ -1,7 +1,7 @@
 """A node of ROS 2 that drives a robot which balances and steers."""
 
 from .boards import wired
-from .export import provenance
+from .c_code import provenance
 from .template import fill, python_comment
 
 __all__ = ["ros_node"]

@@ -1,10 +1,10 @@
 """A sketch for Arduino and PlatformIO around the law in single precision."""
 
+from .c_code import c_header, c_source, provenance
 from .drive import Drive
-from .export import c_header, c_source, c_steering, provenance
 from .firmware import FAULTS
 from .recording import BAUD, board_files
-from .steering_code import sketch_steering
+from .steering_code import c_steering, sketch_steering
 from .template import comment, fill, written_by
 
 __all__ = ["sketch"]

@@ -9,6 +9,7 @@ from .firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
 __all__ = [
     "FLOAT_TYPES",
     "braces",
+    "c_constants",
     "compensated",
     "constants",
     "counts",
@@ -18,6 +19,7 @@ __all__ = [
     "nested",
     "output",
     "plain",
+    "python_constants",
     "size",
     "total",
 ]
@@ -44,6 +46,22 @@ def constants(firmware):
         ("REACH", fastest * T, "rad a tick"),
         ("TRUSTED", TRUSTED_VOLTS, "V"),
     ]
+
+
+def c_constants(rows, real, number):
+    """Lines of C for ``rows`` of a name, a value and a unit.
+
+    The type of a number is ``real``, and ``number`` spells it.
+    """
+    return [
+        f"static const {real} {label} = {number(value)};  /* {value:.9g} {unit} */"
+        for label, value, unit in rows
+    ]
+
+
+def python_constants(rows):
+    """Lines of Python for ``rows`` of a name, a value and a unit."""
+    return [f"{label} = {float(value)!r}  # {unit}" for label, value, unit in rows]
 
 
 def counts(firmware):

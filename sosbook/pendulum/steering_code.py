@@ -1,22 +1,13 @@
 """A `Steering` as source code, and what the programs with it have more."""
 
 from . import spelling
+from .c_code import guards, words
 from .firmware import TRUSTED_VOLTS
 from .steering import MOST_LOST, Steering
 from .template import fill
+from .ticks import STEER_COLUMNS
 
-__all__ = [
-    "STEER_COLUMNS",
-    "rc_steering",
-    "script_steering",
-    "sketch_steering",
-    "steer_header",
-    "steer_source",
-]
-
-#: What a program that steers logs besides: the wheels' angles in rad, the motors'
-#: volts, and the set point of the heading in rad.
-STEER_COLUMNS = "left", "right", "V_left", "V_right", "heading"
+__all__ = ["c_steering", "rc_steering", "script_steering", "sketch_steering"]
 
 
 def constants(steering):
@@ -38,41 +29,58 @@ def gained(steering):
     return spelling.total([("K", steering.K[0], "y[{}]")])
 
 
-def steer_header(steering, words):
-    """The text of <name>_steer.h.
+def c_steering(steering, name="balance", precision="double"):
+    """The C program that holds a heading beside the one that balances.
 
     Parameters
     ----------
     steering : Steering
-        The law and its limits.
-    words : dict
-        What the header of the firmware is filled with.
+        The law, with the firmware beside which it runs.
+    name, precision
+        As for `c_header`.
+
+    Returns
+    -------
+    dict
+        From <name>_steer.h and <name>_steer.c to their texts.
+
+    Raises
+    ------
+    ValueError
+        As for `c_header`.
+
+    Notes
+    -----
+    It adds and takes as much voltage on either side, of what the limit leaves:
+    <name>.c, and what is proven of it, stays as it is. Of MISRA C:2012 it doesn't
+    meet 10.4 and 10.8 either (a sum of ints becomes a float, and is divided by 2).
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import Firmware, SampledLaw
+    >>> from sosbook.pendulum.steering import Steering
+    >>> firmware = Firmware(SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01))
+    >>> sorted(c_steering(Steering(firmware, [[-1, -0.1, -0.5]], 0.25, 0.08, 0.034)))
+    ['balance_steer.c', 'balance_steer.h']
     """
-    return fill("steer.h", words, per_radian=f"{steering.per_radian:.9g}")
-
-
-def steer_source(steering, words, precision):
-    """The text of <name>_steer.c, for a ``precision``; steering and words as above."""
+    values = words(steering.firmware, name, precision)
 
     def number(value):
         return spelling.literal(value, precision)
 
-    lines = [
-        f"static const {words['real']} {label} = {number(value)};  "
-        f"/* {value:.9g} {unit} */"
-        for label, value, unit in constants(steering)
-    ]
-    mantissa, digits = ("FLT", 24) if precision == "single" else ("DBL", 53)
-    return fill(
+    source = fill(
         "steer.c",
-        words,
-        mantissa=mantissa,
-        digits=digits,
-        constants="\n".join(lines),
+        values,
+        guards=guards(precision),
+        constants="\n".join(
+            spelling.c_constants(constants(steering), values["real"], number)
+        ),
         gain=spelling.braces(steering.K[0], number),
         output=gained(steering),
         most=MOST_LOST,
     )
+    header = fill("steer.h", values, per_radian=f"{steering.per_radian:.9g}")
+    return {f"{name}_steer.h": header, f"{name}_steer.c": source}
 
 
 def _kept(steering, places):
@@ -232,11 +240,8 @@ def script_steering(steering, drive):
 
 def _script_law(steering):
     """The class of Python that does what `Steered` does for one robot."""
-    lines = "".join(
-        f"    {label} = {float(value)!r}  # {unit}\n"
-        for label, value, unit in constants(steering)
-        if label not in ("HERTZ", "LIMIT", "TRUSTED")
-    )
+    own = [x for x in constants(steering) if x[0] not in ("HERTZ", "LIMIT", "TRUSTED")]
+    lines = "".join(f"    {line}\n" for line in spelling.python_constants(own))
     return f'''
 class Steering:
     """What holds the heading, beside the law."""
@@ -347,17 +352,6 @@ static void drive_both(void)
             fault="    Serial.println(fault);\n",
         )
     return {f"steer_{key}": text for key, text in texts.items()}
-
-
-def steer_files(steering, name, words, precision):
-    """Both files of a ``steering``: from their names to their texts.
-
-    The ``words`` fill the header of the firmware <name>.h in this precision.
-    """
-    return {
-        f"{name}_steer.h": steer_header(steering, words),
-        f"{name}_steer.c": steer_source(steering, words, precision),
-    }
 
 
 def _limits(steering, drive, line, number):

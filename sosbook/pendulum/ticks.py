@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["START", "TickLog"]
+__all__ = ["START", "STEER_COLUMNS", "TickLog"]
 
 START = -1  # in the column fault: the row in which the robot was at rest
 FORMATS = {
@@ -21,6 +21,9 @@ FORMATS = {
     "battery": "{:.5g}",
     "fault": "{:.0f}",
 }
+#: What a program that steers logs besides: the wheels' angles in rad, the motors'
+#: volts, and the set point of the heading in rad.
+STEER_COLUMNS = "left", "right", "V_left", "V_right", "heading"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,13 @@ class TickLog:
         In V; not a number where it isn't measured.
     fault : (N,) array
         `START` in the first row; then the index in `FAULTS`.
+    left, right : (N,) arrays, optional
+        The wheels' angles against the body, in rad. These and the following a
+        program has that steers: all of them, or none.
+    V_left, V_right : (N,) arrays, optional
+        What the motors were to get, in V.
+    heading : (N,) array, optional
+        The heading's set point, in rad, positive to the left.
 
     Raises
     ------
@@ -62,9 +72,19 @@ class TickLog:
     theta: np.ndarray
     battery: np.ndarray
     fault: np.ndarray
+    left: np.ndarray | None = None
+    right: np.ndarray | None = None
+    V_left: np.ndarray | None = None
+    V_right: np.ndarray | None = None
+    heading: np.ndarray | None = None
 
     def __post_init__(self):
+        lost = [name for name in STEER_COLUMNS if getattr(self, name) is None]
+        if 0 < len(lost) < len(STEER_COLUMNS):
+            raise ValueError(f"a log of steering lacks {', '.join(lost)}")
         for x in fields(self):
+            if getattr(self, x.name) is None:
+                continue
             value = np.array(getattr(self, x.name), float)
             if value.ndim != 1 or len(value) != len(self.t):
                 raise ValueError(f"{x.name} must have {len(self.t)} entries, as t has")
@@ -86,8 +106,8 @@ class TickLog:
         ----------
         path : str or Path
             A file with the columns t, gyro, wheels, tilt, target, rate, V,
-            theta, battery and fault in any order; a program that was
-            started several times has several runs.
+            theta, battery and fault in any order, and perhaps `STEER_COLUMNS`; a
+            program that was started several times has several runs.
 
         Returns
         -------
@@ -119,7 +139,11 @@ class TickLog:
             if len(row) != len(names):
                 raise ValueError(f"{path}: line {i} has {len(row)} entries")
         table = np.array(table).reshape(-1, len(names))
-        columns = {name: table[:, names.index(name)] for name in FORMATS}
+        columns = {
+            name: table[:, names.index(name)]
+            for name in (*FORMATS, *STEER_COLUMNS)
+            if name in names
+        }
         starts = np.flatnonzero(columns["fault"] == START)
         if not len(starts):
             raise ValueError(f"{path} has no start (fault = {START})")
@@ -130,10 +154,24 @@ class TickLog:
 
     def write(self, path):
         """Write the CSV file at ``path`` that `read` reads."""
-        form = ",".join(FORMATS.values())
-        rows = zip(*(getattr(self, name).tolist() for name in FORMATS))
-        lines = [",".join(FORMATS), *(form.format(*row) for row in rows)]
+        formats = FORMATS | (
+            dict.fromkeys(STEER_COLUMNS, "{:.9g}") if self.steers else {}
+        )
+        form = ",".join(formats.values())
+        rows = zip(*(getattr(self, name).tolist() for name in formats))
+        lines = [",".join(formats), *(form.format(*row) for row in rows)]
         Path(path).write_bytes(("\n".join(lines) + "\n").encode())
+
+    @property
+    def steers(self):
+        """Whether the program held a heading."""
+        return self.heading is not None
+
+    @property
+    def turned(self):
+        """(N,) array: the right wheel's angle less the left's, since the start."""
+        turned = self.right - self.left
+        return turned - turned[0]
 
     @property
     def running(self):
@@ -158,6 +196,35 @@ class TickLog:
         volts = [0.0]
         for row in zip(*(getattr(self, name)[1:] for name in READ)):
             volts.append(float(controller.step(*row)[0]))
+        return np.array(volts)
+
+    def replayed_motors(self, steering):
+        """The volts of both motors that a ``steering`` answers to these readings.
+
+        Parameters
+        ----------
+        steering : Steering
+            The one that is said to have run.
+
+        Returns
+        -------
+        (N, 2) array
+            In V, left and right; at the start zero.
+        """
+        steered, per = steering.controller(), steering.per_radian
+        steered.start(self.left[0], self.right[0])
+        turn = np.diff(self.heading, prepend=0.0) / steering.firmware.law.T
+        volts = [(0.0, 0.0)]
+        for k in range(1, len(self.t)):
+            left, right = steered.step(
+                self.V[k],
+                self.fault[k],
+                self.left[k],
+                self.right[k],
+                per * self.heading[k],
+                per * turn[k],
+            )
+            volts.append((float(left[0]), float(right[0])))
         return np.array(volts)
 
 

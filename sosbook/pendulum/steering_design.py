@@ -1,0 +1,195 @@
+"""The design of a law that holds a heading, with its proofs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..plants.checks import finite
+from ..sampled import certify_sampled
+from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.system import SampledSystem
+from ..synthesis.lqr import design_lqr
+from .margins import loop_radius, peak_sensitivity
+from .steering import Steering
+from .tuning import DELAY_SHARES, WEIGHTS, proven_decay
+from .turning import inertia_bounds, turning_plants, unequal_plant
+
+__all__ = ["SteeringDesign", "steer"]
+
+U = [[1]]  # integrate delta
+
+
+@dataclass(frozen=True, eq=False)
+class SteeringDesign:
+    """A steering law with its proofs.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot's description, with its track.
+    robots : tuple of Mip
+        The pendulum in the middle and those at the polytope's corners.
+    spread : float or FitSpread
+        As in `turning_plants`.
+    design : Design
+        The least cost of Theorem 2.4 over the rectangle of `turning_plants`.
+    delayed : DelayDesign
+        The same gain behind any delay up to `largest_hold`.
+    law : Steering
+        What runs on the robot.
+    balance : SampledSystem
+        What balances, from the true [theta, phi, theta', phi'] to V.
+    """
+
+    robot: object
+    robots: tuple
+    spread: object
+    design: object
+    delayed: object
+    law: Steering
+    balance: SampledSystem
+
+    @property
+    def plants(self):
+        """The three polytopes of `turning_plants`."""
+        return turning_plants(self.robots[0], self.robot, self.spread)
+
+    @cached_property
+    def sensitivity(self):
+        """The largest peak of the sensitivity at the corners and the delays."""
+        return _peak(self.plants[0], self.law.system, self.robot)
+
+    @cached_property
+    def certificate(self):
+        """The `Certificate` in continuous time."""
+        return self.design.certify()
+
+    @cached_property
+    def held(self):
+        """The `DelayCertificate` behind the hold."""
+        return self.delayed.certify()
+
+    @cached_property
+    def sampled(self):
+        """Proofs of the sampled loops: a dict from the delay to two certificates."""
+        return {
+            late: tuple(
+                certify_sampled(part, self.law.system, self.robot.T, late, cells=600)
+                for part in self.plants[1:]
+            )
+            for late in (share * self.robot.delay for share in DELAY_SHARES)
+        }
+
+    @property
+    def proofs(self):
+        """Every proof by a name, for a file or a sentence."""
+        rows = (x for row in self.sampled.values() for x in row)
+        return {
+            "steer": self.certificate,
+            "steer_hold": self.held,
+            **{f"steer_sampled_{k}": proof for k, proof in enumerate(rows, 1)},
+        }
+
+    @cached_property
+    def lacking(self):
+        """The proofs that fail, in words; empty if all hold."""
+        return tuple(
+            f"{name}: {', '.join(proof.failed)}"
+            for name, proof in self.proofs.items()
+            if not proof.proven
+        )
+
+    @cached_property
+    def coupled_radius(self):
+        """The largest spectral radius of balance and steering as one, in floats.
+
+        One motor's e is larger by the robot's ``unequal`` and the other's
+        smaller, and f likewise, alike or crosswise; for every robot, either
+        bound of the inertia, and each delay.
+        """
+        more = self.robot.unequal
+        return max(
+            loop_radius(_coupled(plant, self.balance, self.law.system, late))
+            for mip in self.robots
+            for inertia in inertia_bounds(mip, self.robot)
+            for crossed in (more, -more)
+            for plant in [unequal_plant(mip, inertia, more, crossed)]
+            for late in (share * self.robot.delay for share in DELAY_SHARES)
+        )
+
+
+def steer(mip, robots, robot, firmware, balance, spread, peak):
+    """The `SteeringDesign` of a robot: the smallest R with a good margin.
+
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum in the middle, with its I_w.
+    robots : sequence of Mip
+        It and those at the corners of its polytope.
+    robot : Robot
+        The robot's description, with its track.
+    firmware : Firmware
+        What balances.
+    balance : SampledSystem
+        The same, from the true [theta, phi, theta', phi'] to V.
+    spread : float or FitSpread
+        As in `turning_plants`.
+    peak : float
+        The largest peak of the sensitivity.
+
+    Raises
+    ------
+    ValueError
+        If no weight from 1 on keeps the peak, or no decay is proven.
+    """
+    plants = turning_plants(mip, robot, spread)[0]
+    for R in (R for R in WEIGHTS if R >= 1):
+        designed = design_lqr(plants, np.eye(3), [[R]], U)
+        if designed.status != "feasible":
+            continue
+        K = designed.certify().K
+        law = Steering(firmware, K, robot.steering, robot.track, robot.r)
+        if _peak(plants, law.system, robot) <= peak:
+            delayed = proven_decay(plants, U, robot, K, 0.0)
+            return SteeringDesign(
+                robot, tuple(robots), spread, designed, delayed, law, balance
+            )
+    raise ValueError(
+        f"steering: no R keeps the peak of the sensitivity at {finite('peak', peak):g} "
+        f"or below with T = {1000 * robot.T:g} ms: take a smaller T or delay, or "
+        "leave track out"
+    )
+
+
+def _held(plant, T, late):
+    """From the voltages to [z; z'] at the ticks."""
+    (vertex,) = input_vertices(plant, None)
+    A, B = SampleTiming.of(T, late).held(vertex)
+    states = 2 * plant.n
+    return SampledSystem(
+        A, B, np.eye(states, len(A)), np.zeros((states, B.shape[1])), T
+    )
+
+
+def _peak(plants, system, robot):
+    """The largest sensitivity of the corners for no, half and all delay."""
+    return max(
+        peak_sensitivity(_held(plant, robot.T, share * robot.delay).then(system))
+        for plant in plants.vertices
+        for share in DELAY_SHARES
+    )
+
+
+def _coupled(plant, balance, steering, late):
+    """From [V, W] to what both laws answer, one after the other."""
+    p, q = balance.nstates, steering.nstates
+    A, C = np.zeros((p + q, p + q)), np.zeros((2, p + q))
+    A[:p, :p], A[p:, p:] = balance.A, steering.A
+    C[0, :p], C[1, p:] = balance.C[0], steering.C[0]
+    B, D = np.zeros((p + q, 6)), np.zeros((2, 6))
+    B[:p, [0, 1, 3, 4]], B[p:, [2, 5]] = balance.B, steering.B
+    D[0, [0, 1, 3, 4]], D[1, [2, 5]] = balance.D[0], steering.D[0]
+    both = SampledSystem(A, B, C, D, balance.dt)
+    return _held(plant, balance.dt, late).then(both)
