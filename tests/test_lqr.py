@@ -10,6 +10,7 @@ from scipy.linalg import expm, solve_continuous_are
 import sosbook as sos
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
+from sosbook.synthesis import lqr
 
 
 def riccati(plant, Q, R, U=None):
@@ -62,6 +63,22 @@ def test_a_plant_of_tiny_masses_gives_the_riccati_gain(form):
     assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
     assert design.certify().proven
     assert design.noise_cost() == pytest.approx(cost, rel=1e-9)
+
+
+def test_one_plant_needs_no_search_of_the_optimum(monkeypatch):
+    """Its gain is that of the equation to all digits; pairs and regions search."""
+    asked = []
+    real = lqr.optimum
+    monkeypatch.setattr(lqr, "optimum", lambda *a: asked.append(a) or real(*a))
+    robot = sos.thesis.example_1().plant
+    for noise in ("states", "F"):
+        design = sos.design_lqr(robot, np.eye(4), np.eye(2), noise=noise)
+        K, _ = riccati(robot, np.eye(4), np.eye(2))
+        assert np.abs(design.K - K).max() < 1e-12 * np.abs(K).max()
+        assert design.request.gain is None and design.certify().proven
+    assert not asked
+    sos.design_lqr(robot, np.eye(4), np.eye(2), region=sos.PoleRegion(sigma=1.0))
+    assert asked
 
 
 @settings(max_examples=12, deadline=None, derandomize=True)

@@ -8,6 +8,7 @@ from sosbook.mip import Mip, reduced
 import sosbook as sos
 from sosbook import design_observer, observer_loop
 from sosbook.plants.descriptor import mean_descriptor
+from sosbook.synthesis import observer
 
 MIP = Mip.printed()
 C = np.array([[0, 1, 0], [0, 0, 1]])
@@ -98,7 +99,22 @@ def test_one_plant_gives_the_kalman_filter():
     design = design_observer(single, feedback(plant, 1), Q_F, NOISE)
     X = solve_continuous_are(A.T, C.T, half @ half.T, NOISE @ NOISE.T)
     kalman = -np.linalg.solve(NOISE @ NOISE.T, C @ X).T
-    assert np.allclose(design.L, kalman, rtol=1e-3, atol=1e-3)
+    assert np.allclose(design.L, kalman, rtol=1e-9, atol=1e-9)
+    assert design.status == "feasible" and design.certify().proven
+
+
+def test_one_plant_needs_no_search_of_the_optimum(monkeypatch):
+    plant = sos.SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
+    K = sos.design_lqr(plant, np.eye(2), [[1]]).K
+    Q_F = [[0], [1], [0.3], [0.2]]
+    monkeypatch.setattr(observer.ObserverProblem, "open", None)
+    design = design_observer(plant, K, Q_F, [[0.1]])
+    assert design.status == "feasible" and design.certify().proven
+    monkeypatch.undo()
+    monkeypatch.setattr(observer, "riccati_observer", lambda *a: None)
+    searched = design_observer(plant, K, Q_F, [[0.1]])
+    assert np.allclose(design.L, searched.L, rtol=1e-3)
+    assert design.bound == pytest.approx(searched.bound, rel=1e-5)
 
 
 def test_the_controller_has_the_printed_poles(designs):

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..deprecation import named_after
 from ..plants.kinds import Plant
-from ..requirements.cost import QuadraticCost
+from ..requirements.cost import QuadraticCost, noise_input
 from ..requirements.pole_region import Region
 from ..runtime.threads import one_thread
 from .design import Design
@@ -16,6 +16,7 @@ from .objectives import Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT
 from .problem import Request
 from .regularization import Regularization
+from .riccati_point import riccati_point
 from .slack import with_slack, without_slack
 from .solution import Solution
 
@@ -95,6 +96,11 @@ def design_lqr(
 
 def _least(request, name):
     """The Solution of least cost."""
+    near = riccati_point(request, _bound, noise_input)
+    if near is not None:
+        solution = follow(near.request, near)
+        if solution is not None and solution.status == "feasible":
+            return _with_any_gain(solution)
     objective = {name: 1.0}
     settled = with_slack(request, objective)
     if settled is None:
@@ -107,15 +113,23 @@ def _least(request, name):
     if bounds is None:
         return without_optimum(best)
     gain = best.problem.gain(best.values)
-    bound = float(f"{bounds[name] * (1 + BOUND_BACKOFF):.5e}")
-    asked = request.with_bounds({name: bound})
+    asked = request.with_bounds({name: _bound(bounds[name])})
     given = replace(asked, gain=gain)
     natural = best.problem.in_plant_units(best.values)
     near = Solution(given, "feasible", frame=best.problem.frame, **natural)
     solution = follow(given, near) or answer(given)
     if solution.status != "feasible":
         return solution
-    return replace(solution, request=asked)  # nobody gave the gain: it may be rounded
+    return _with_any_gain(solution)
+
+
+def _bound(least):
+    return float(f"{least * (1 + BOUND_BACKOFF):.5e}")
+
+
+def _with_any_gain(solution):
+    """The Solution of a request in which nobody gave the gain: it may be rounded."""
+    return replace(solution, request=replace(solution.request, gain=None))
 
 
 def _first_optimum(request, objective):

@@ -23,6 +23,7 @@ from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
 from .error_loop import error_loop, vertices_of
 from .observer_design import ObserverDesign
+from .riccati_point import riccati_observer
 
 __all__ = ["design_observer"]
 
@@ -102,6 +103,10 @@ def design_observer(
         raise ValueError("B_w is missing: the plant has no F")
     problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
     return problem.solve(plant)
+
+
+def _bound(least):
+    return float(f"{least * (1 + BOUND_BACKOFF):.5e}")
 
 
 class ObserverProblem:
@@ -228,6 +233,11 @@ class ObserverProblem:
         return blocks
 
     def solve(self, plant):
+        near = riccati_observer(self, _bound)
+        if near is not None:
+            design = self.certain(plant, *near)
+            if design.status == "feasible":
+                return design
         channels = self.noises[0].shape[1]
         optimum = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
         if optimum.values is None:
@@ -247,8 +257,7 @@ class ObserverProblem:
         T1 = self.T[0]
         L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
         least = float(np.trace(known["J"])) * self.unit**2
-        bound = float(f"{least * (1 + BOUND_BACKOFF):.5e}")
-        return self.certain(plant, L, bound, known)
+        return self.certain(plant, L, _bound(least), known)
 
     def certain(self, plant, L, bound, near=None):
         """The design of this L, with P1, P2 and J for the bound, ``near`` these."""

@@ -1,0 +1,135 @@
+"""The optima of one plant, from its Riccati equations.
+
+For one plant the optimum of Theorem 2.4 is known: P is the inverse of the
+equation's solution X, and tr J the trace of noise' X noise. So is that of
+Theorem 2.5, from the dual equation. What is left to the solver is a certificate
+of that gain, inside a bound that is a little larger.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+
+from ..analysis.riccati import riccati
+from ..plants.descriptor import twins
+from .scaling import Frame
+from .solution import Solution
+
+__all__ = ["riccati_observer", "riccati_point"]
+
+UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near one
+
+
+def riccati_point(request, bound_of, noise_input):
+    """The gain of least cost with a bound of it, and a point inside; or None.
+
+    Parameters
+    ----------
+    request : Request
+        Of a `QuadraticCost`.
+    bound_of : callable
+        From the least cost to the bound that is asked, which is larger.
+    noise_input : callable
+        From a vertex and the requirement to where its noise enters x'.
+
+    Returns
+    -------
+    Solution or None
+        Of the request with this bound and this gain; None where more is asked
+        than the cost of one plant, or where the equation has no solution that is
+        positive definite by far.
+    """
+    several = len(request.requirements) > 1 or len(request.distinct) > 1
+    if several or request.coupling == "slack":
+        return None
+    (cost,) = request.requirements
+    frame = Frame.of(request)
+    d, T, R = request.vertices[0], frame.T, cost.R
+    A, B, _ = d.change(frame.left, T).state_space()
+    noise = np.linalg.solve(T, noise_input(d, cost))
+    Q = T.T @ cost.Q @ T
+    try:
+        X = _near_one(riccati(A, B, Q, R))
+        K = -np.linalg.solve(R, B.T @ X)
+        least = np.trace(noise.T @ X @ noise)
+        bound = bound_of(least)
+        X, J, _ = _inside(X, (A + B @ K).T, Q + K.T @ R @ K, noise, bound - least)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    K = np.linalg.solve(T.T, K.T).T
+    P = T @ np.linalg.inv(X) @ T.T
+    given = replace(request.with_bounds({cost.parameter.key: bound}), gain=K)
+    return Solution(given, "feasible", K, P, K @ P, frame=frame, own={"J": J})
+
+
+def riccati_observer(problem, bound_of):
+    """The observer of least cost with a bound of it, and a point inside; or None.
+
+    Parameters
+    ----------
+    problem : ObserverProblem
+        Theorem 2.5 in its coordinates.
+    bound_of : callable
+        As in `riccati_point`.
+
+    Returns
+    -------
+    L, bound, values or None
+        Of one plant: the gain, the bound, and the unknowns by name.
+    """
+    if len(set(twins(problem.vertices))) > 1:
+        return None
+    T, rest = problem.T
+    d, N, back = problem.vertices[0], len(T), np.linalg.inv(T.T)
+    A, B, _ = d.state_space()
+    # x = T'^-1 xi of the error: there the solution is near the identity
+    C, source = problem.C @ back, T.T @ problem.Q_F[:N]
+    R = problem.R_F @ problem.R_F.T
+    Q, errors = source @ source.T, T.T @ A @ back
+    noise = back.T @ np.linalg.solve(d.E, problem.noises[0])
+    try:
+        X = _near_one(riccati(errors.T, C.T, Q, R))
+        L = -np.linalg.solve(R, C @ X).T
+        least = np.trace(noise.T @ X @ noise)
+        bound, spent = bound_of(least), Q + L @ R @ L.T
+        X, J, room = _inside(X, errors + L @ C, spent, noise, bound - least)
+        P1 = np.linalg.inv(X)
+        # the state's part is as large as the room of the error's allows
+        there = np.linalg.inv(rest.T)
+        push = rest.T @ B @ problem.K @ back
+        far = rest.T @ problem.Q_F[N:]
+        P2 = solve_continuous_lyapunov(
+            (rest.T @ (A + B @ problem.K) @ there).T, -np.eye(N)
+        )
+        mixed = (P1 @ source @ far.T - push.T) @ P2
+        taken = mixed.T @ np.linalg.solve(P1 @ room @ P1, mixed)
+        taken = taken + P2 @ far @ far.T @ P2
+        P2 = P2 / (2 * np.linalg.norm(taken, 2) or 1.0)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    values = dict(P1=P1, P2=P2, Y=L.T @ P1, J=J / problem.unit**2)
+    return np.linalg.solve(T.T, L), bound, values
+
+
+def _near_one(X):
+    """X, or a LinAlgError where it is singular in coordinates that suit it."""
+    if not np.linalg.eigvalsh(X)[0] > UNLIKE_ONE:
+        raise np.linalg.LinAlgError("the solution isn't positive definite")
+    return X
+
+
+def _inside(X, loop, spent, noise, room):
+    """A little more than X, J for it, and by what Lyapunov's equation falls short.
+
+    The equation is loop X + X loop' + spent = 0; of the ``room`` of tr J a third
+    goes to X, and a third to J.
+    """
+    more = spent + np.trace(spent) / len(X) * np.eye(len(X))
+    rise = solve_continuous_lyapunov(loop, -more)
+    step = room / 3 / np.trace(noise.T @ rise @ noise)
+    if not step > 0:
+        raise ValueError("there is no noise")
+    X = X + step * rise
+    J = noise.T @ X @ noise
+    return X, J + room / 3 / len(J) * np.eye(len(J)), step * more
