@@ -11,13 +11,13 @@ import pytest
 import sosbook as sos
 from benchmarks.plants import beam
 from benchmarks.robustness import SYSTEMS, asked_in_units
-from benchmarks.truth import broken
 from sosbook.lmi.proof_text import written
 from sosbook.proofs.check import Refused, check
 from sosbook.synthesis.exclusion import solvable
 from sosbook.synthesis.placement import placed_gain
 from sosbook.synthesis.pole_proof import decided_by_poles
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.rounding import modes_by_rounding
 from tests.random_plants import random_case
 
 UNITS = {"N, m": (1, 1, 1), **SYSTEMS}
@@ -230,13 +230,42 @@ def test_a_changed_digit_is_refused():
         check(written("design", dict(data, unknowns={"P": P})))
 
 
-@pytest.mark.parametrize("seed", [9011, 9029, 9130])
+@pytest.mark.parametrize("seed", [9011, 9029, 9127, 9130])
 def test_no_gain_lives_on_rounding_errors(seed):
-    """The mode is within reach by rounding only: binary and decimal plants differ.
+    """A turned plant has a mode within reach by rounding: undecided in all units.
 
-    `benchmarks.truth` reads floats as the binary numbers that they hold.
+    In decimals each of the plants has a gain; whose, depends on the last digits.
     """
     case = random_case(seed, 6)
-    assert "out of reach" in case.reason
-    d = sos.design_pid(case.plant, **case.requirements)
-    assert d.status == "undecided" or not broken(case.plant, case.requirements, d.K)
+    assert "but for rounding" in case.reason
+    for units in UNITS.values():
+        plant, asked = asked_in_units(case.plant, case.requirements, *units)
+        request = Request(plant, **asked)
+        assert solvable(request) and modes_by_rounding(request)
+        d = sos.design_pid(plant, **asked)
+        assert d.status == "undecided" and "last digits" in d.reason
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("push", [1e-15, 1e-30])
+def test_a_small_number_is_no_rounding_error(unit, push):
+    """An input that hardly moves a mode does move it."""
+    plant = sos.SecondOrderSystem(
+        np.diag([2.0, 3]), np.diag([0.3, 0.2]), np.diag([5.0, 7]), [[1.0], [push]]
+    )
+    asked = {"region": sos.PoleRegion(sigma=0.3)}
+    plant, asked = asked_in_units(plant, asked, *UNITS[unit])
+    assert modes_by_rounding(Request(plant, **asked)) == []
+    d = sos.design_pid(plant, **asked)
+    assert d.status == "feasible" and d.certify().proven
+
+
+@pytest.mark.parametrize("gap, found", [(1e-9, 0), (1e-12, 0), (1e-15, 2), (0.0, 2)])
+def test_a_mode_is_within_reach_by_digits_or_by_rounding(gap, found):
+    """Two masses pushed alike: their difference is moved by the gap alone."""
+    S = [[2.0, -1.0], [-1.0, 2.0]]
+    plant = sos.SecondOrderSystem(np.eye(2), np.zeros((2, 2)), S, [[1.0], [1.0 - gap]])
+    request = Request(plant, region=sos.PoleRegion(sigma=0.5))
+    assert len(modes_by_rounding(request)) == found
+    still = Request(plant, region=sos.PoleRegion(rho=5))
+    assert len(modes_by_rounding(still)) == found  # on the axis, which breaks it, too

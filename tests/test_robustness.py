@@ -163,8 +163,9 @@ def _robot():
 
 
 def test_the_summary_counts_what_is_wrong():
-    def row(seed, known, verdict, backing, seconds=0.1):
-        return Row(seed, "feasible", known, "", 2, 1, 1, verdict, backing, seconds)
+    def row(seed, known, verdict, backing, seconds=0.1, reason="", elsewhere=()):
+        found = seed, "feasible", known, reason, 2, 1, 1, verdict, backing, seconds
+        return Row(*found, elsewhere=elsewhere)
 
     found = summary(
         [
@@ -174,6 +175,15 @@ def test_the_summary_counts_what_is_wrong():
             row(4, "infeasible", "feasible", "12 digits"),
             row(5, "feasible", "undecided", "none"),
             row(6, "feasible", "error: ValueError: x", "none"),
+            row(7, "feasible", "feasible", "6 digits", elsewhere=("undecided",)),
+            row(
+                8,
+                "feasible",
+                "undecided",
+                "none",
+                reason="a mode out of reach" + ROUNDED,
+                elsewhere=("feasible",),
+            ),
         ]
     )
     assert found["wrong"] == {
@@ -181,7 +191,12 @@ def test_the_summary_counts_what_is_wrong():
         "infeasible, called feasible": [3],
     }
     assert found["known verdict disproven"] == [4]
-    assert found["undecided"] == [5]
+    assert found["undecided"] == [5, 8]
+    assert found["undecided share"] == 2 / 8
+    assert found["undecided share, not by rounding"] == 1 / 7
+    assert found["by rounding"] == {"undecided": 1}
+    assert found["units"]["another verdict"] == [7]
+    assert found["units"]["another verdict, by rounding"] == [8]
     assert list(found["errors"]) == ["6"]
     assert found["feasible, not certified"] == [3]
     assert found["seconds"]["above 2 s"] == [3]

@@ -14,6 +14,7 @@ from .exclusion_certificates import (
     plant_at,
 )
 from .pole_places import real_places
+from .rounding import modes_by_rounding
 
 __all__ = [
     "FixedModeCertificate",
@@ -107,6 +108,11 @@ def solvable(request):
     return bool(real_places(request))
 
 
+def _by_rounding(request):
+    """The modes that no gain would move but for rounding errors; not of a loop."""
+    return [] if request.gain is not None else modes_by_rounding(request)
+
+
 def _proven_reach(first):
     """No point is shorter than this; exact, 0 if unknown."""
     if first.multipliers is None or first.problem.request.order > MOST_STATES:
@@ -161,7 +167,13 @@ def why_refused(first):
         text = (
             f"The numerics found neither {unknowns} nor multipliers that exclude them"
         )
-    if known:
+    rounding = _by_rounding(request) if known else []
+    if rounding:
+        text += (
+            f". The mode at {rounding[0]:.4g} rad/s is out of place, and within the "
+            "inputs' reach only by the last digits of the plant's numbers"
+        )
+    elif known:
         text += (
             ". But a P exists: the poles lie where they should; floating point "
             "didn't find it"

@@ -19,6 +19,7 @@ from ..lmi.rational import rational_matrix
 from ..lmi.time_limit import check_time
 from ..plants.controllability import fixed_part, matrix_of
 from .pole_places import dyadic, goals, modes_of, real_places
+from .rounding import modes_by_rounding
 
 __all__ = ["MOST_STATES", "binary", "keeps", "loop_matrix", "placed_gain"]
 
@@ -69,7 +70,7 @@ def placed_gain(request):
     (m, N) array or None
         It does so whether floats are read as decimals or as the binary numbers
         that they hold, so that it doesn't live on rounding errors. None where
-        none was found.
+        none was found, or where every gain would: see `modes_by_rounding`.
 
     Notes
     -----
@@ -81,7 +82,7 @@ def placed_gain(request):
     """
     places = real_places(request) if request.order <= MOST_STATES else []
     plant = _Reachable.of(request) if places else None
-    if plant is None:
+    if plant is None or modes_by_rounding(request):
         return None
     rng = np.random.default_rng(0)
     for size in FEEDBACK:
