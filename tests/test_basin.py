@@ -10,6 +10,8 @@ from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
 from sosbook.lmi.exact import exact, pivots
 from sosbook.plants.descriptor import descriptors
 from sosbook.studies.region_of_attraction import region_of_attraction
+from sosbook.synthesis.scaling import Frame, in_unknowns_of
+from tests.random_plants import Units
 
 EX = sos.thesis.example_4()
 RELEASE = np.array([1.0, 1, 0, 0, 0])
@@ -80,6 +82,46 @@ def test_the_range_of_the_output_scales_the_ellipsoid():
 def test_no_common_p_means_no_basin():
     found = region_of_attraction(EX.plant, EX.K, EX.U, 7.0, **ASKED)
     assert (found.status, found.reach, found.proven) == ("infeasible", 0.0, False)
+
+
+def stiff_and_free(seed):
+    """Three rates that are far apart, some hardly damped; a range and a start."""
+    rng = np.random.default_rng([seed, 31])
+    omega, zeta = 10 ** rng.uniform(-2, 2, 3), 10 ** rng.uniform(-3, 0.5, 3)
+    Q = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    plant = sos.SecondOrderSystem(
+        np.eye(3), Q * (2 * zeta * omega) @ Q.T, Q * omega**2 @ Q.T, np.eye(3)[:, :1]
+    )
+    row, start = rng.standard_normal((2, 3))
+    return plant, np.append(row, np.zeros(3)), np.append(start, np.zeros(3))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rates_far_apart_in_any_units(seed):
+    """Coordinates so skew that six digits of their inverse are none."""
+    plant, row, start = stiff_and_free(seed)
+    reaches = []
+    for time, length, force in [(1, 1, 1), (1e-9, 1, 1e9), (1e9, 1e-9, 1), (1, 1e9, 1)]:
+        unit = Units(time, length * np.eye(3), force * np.eye(3), np.eye(1), np.eye(0))
+        found = region_of_attraction(
+            unit.plant(plant),
+            np.zeros((1, 6)),
+            row=np.linalg.solve(unit.state.T, row),
+            bound=1.0,
+            start=unit.state @ start,
+        )
+        assert found.proven, found.proof
+        reaches.append(found.reach)
+    assert reaches == pytest.approx(4 * reaches[:1], rel=2e-3)
+
+
+def test_a_solution_comes_back_into_skew_coordinates():
+    """`Frame.back` is an inverse up to six digits, times the condition of T."""
+    plant, row, start = stiff_and_free(2)
+    d = sos.analyse_pid(plant, np.zeros((1, 6)))
+    T = Frame.of(d.request).T
+    inside = in_unknowns_of(d.request, Frame.at(d.request, T, 1.0), d)["P"]
+    assert T @ inside @ T.T == pytest.approx(d.P, rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize(

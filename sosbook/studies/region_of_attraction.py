@@ -132,7 +132,7 @@ def region_of_attraction(
     request, frame = loop.request, Frame.of(loop.request)
     size = bound / np.linalg.norm(row @ frame.T)
     frame = frame.times(float(round_digits(size, 2)))  # P of the size of I
-    ray = frame.back @ start
+    ray = np.linalg.solve(frame.T, start)  # frame.back has six digits only
     length = np.linalg.norm(ray)
     ray = ray / length
 
@@ -149,13 +149,15 @@ def region_of_attraction(
         return kept(values, cast) | {"start": block([[t, column.T], [column, P]])}
 
     unknowns = [Unknown("P", N, symmetric=True), Unknown("t", 1)]
-    inside = frame.back @ loop.P @ frame.back.T
-    inside = inside * bound**2 / (2 * (row @ loop.P @ row.T).item())
+    inside = frame.inward(loop.P)
+    inside = (inside + inside.T) / 2 * bound**2 / (2 * (row @ loop.P @ row.T).item())
     t = 2 * ray @ np.linalg.solve(inside, ray)
+    problem = LMIProblem(long, unknowns)
+    first = problem.find(False, {"P": inside, "t": np.array([[t]])}).values
+    if first is None:
+        return RegionOfAttraction("undecided")
     try:
-        best = LMIProblem(long, unknowns).minimize(
-            {"t": 1.0}, 1e-4, {"P": inside, "t": np.array([[t]])}
-        )
+        best = problem.minimize({"t": 1.0}, 1e-4, first)
     except Unbounded:
         return RegionOfAttraction("undecided")
     reach = (1 - backoff) / np.sqrt(best.values["t"].item())
@@ -163,7 +165,8 @@ def region_of_attraction(
     def shorter(values, cast):
         return kept(values, cast) | {"start": initial_state(values["P"], reach * ray)}
 
-    P = LMIProblem(shorter, unknowns[:1]).centre(best.values).values["P"]
+    centred = LMIProblem(shorter, unknowns[:1]).solve(False, start=best.values).values
+    P = (centred or best.values)["P"]
     P = frame.T @ P @ frame.T.T
     reach = float(f"{reach / length:.6g}")
 

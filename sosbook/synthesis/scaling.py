@@ -20,7 +20,8 @@ class Frame(ReadOnly):
     The blocks only undergo congruences: neither the feasible set nor
     its centre depends on the frame, only the accuracy does. Entries
     are rounded to six digits, which keeps exact arithmetic short.
-    ``left`` multiplies x' from the left and ``back`` is the inverse of T;
+    ``left`` multiplies x' from the left and ``back`` is the inverse of T, to
+    six digits (`inward` has all);
     `gain` is that of the Riccati equation, v = gain xi. Requirements
     that fix the size of P may want it larger or smaller by far: those in
     `sizes`, by their `size_name`, have coordinates x = T c xi.
@@ -38,6 +39,16 @@ class Frame(ReadOnly):
         if c == 1.0:
             return self
         return Frame(self.left / c, self.T * c, self.back / c, self.scale * c)
+
+    def inward(self, P):
+        """T^-1 P T'^-1 without the rounding of ``back``.
+
+        Parameters
+        ----------
+        P : (N, N) array
+            A matrix of the states x, such as a Lyapunov matrix.
+        """
+        return np.linalg.solve(self.T, np.linalg.solve(self.T, P).T).T
 
     def owned(self, requirement):
         """The coordinates of a requirement."""
@@ -270,9 +281,9 @@ def in_unknowns_of(request, frame, solution):
         return None
     values.update({name: np.array([[s]]) for name, s in size.items()})
     V = solution.P if solution.V is None else solution.V
-    right = frame.back @ V @ frame.back.T / first
+    right = frame.inward(V) / first
     gain = solution.K @ frame.T / frame.scale
-    P = [frame.back @ p @ frame.back.T / first for p in np.atleast_3d(solution.P.T).T]
+    P = [frame.inward(p) / first for p in np.atleast_3d(solution.P.T).T]
     values.update(V=right, Y=gain @ right.T)
     values.update(zip(request.lyapunov, P, strict=True))
     return values
