@@ -220,41 +220,68 @@ class Tab:
     errors: list = field(default_factory=list)
     requests: list = field(default_factory=list)
 
+    def __post_init__(self):
+        self.ears = {
+            "request": lambda r: self.requests.append(r.url),
+            "requestfailed": lambda r: self.errors.append(f"failed: {r.url}"),
+            "pageerror": lambda e: self.errors.append(str(e)),
+            "console": lambda m: m.type == "error" and self.errors.append(m.text),
+        }
+        for event, ear in self.ears.items():
+            self.page.on(event, ear)
+
     def typeset(self):
         """Wait until the page is loaded and MathJax has nothing left to do."""
         self.page.wait_for_load_state()
         self.page.evaluate("() => window.MathJax?.startup?.promise")
         return self
 
+    def emptied(self):
+        """The browser's tab as if new, but for code that it has compiled."""
+        for event, ear in self.ears.items():
+            self.page.remove_listener(event, ear)
+        self.page.evaluate("() => { localStorage.clear(); sessionStorage.clear() }")
+        self.page.goto("about:blank")
+        for other in self.page.context.pages:
+            if other is not self.page:
+                other.close()
+        return self.page
+
+
+@pytest.fixture(scope="module")
+def sheets(browser):
+    """Tabs that a test has left, emptied; MathJax's code is compiled in them."""
+    left = []
+    yield left
+    for page in left:
+        page.context.close()
+
 
 @pytest.fixture
-def visit(browser):
+def visit(browser, sheets):
     """Open pages without a network; see the top of this file."""
-    contexts = []
+    open_tabs = []
 
     def visit(address, width=1280, height=900, scheme="light"):
         if isinstance(address, Path):
             address = address.resolve().as_uri()
-        context = browser.new_context(
-            viewport={"width": width, "height": height},
-            color_scheme=scheme,
-            reduced_motion="reduce",
-        )
-        contexts.append(context)
-        if address.startswith("file:"):
-            context.route(re.compile("^(https?|wss?):"), lambda r: r.abort())
-        page = context.new_page()
+        page = sheets.pop() if sheets else new_sheet(browser)
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme)
         tab = Tab(page)
-        page.on("request", lambda r: tab.requests.append(r.url))
-        page.on("requestfailed", lambda r: tab.errors.append(f"failed: {r.url}"))
-        page.on("pageerror", lambda e: tab.errors.append(str(e)))
-        page.on("console", lambda m: m.type == "error" and tab.errors.append(m.text))
+        open_tabs.append(tab)
         page.goto(address, wait_until="load")
         return tab.typeset()
 
     yield visit
-    for context in contexts:
-        context.close()
+    sheets += [tab.emptied() for tab in open_tabs]
+
+
+def new_sheet(browser):
+    """An empty tab of its own storage, from which a file reaches no network."""
+    context = browser.new_context(reduced_motion="reduce")
+    context.route(re.compile("^(https?|wss?):"), lambda route: route.abort())
+    return context.new_page()
 
 
 @pytest.fixture(scope="session")
