@@ -5,11 +5,14 @@ import re
 
 import numpy as np
 import pytest
+from sosbook.maps import search
 from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
+from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove, prove_infeasible
+from sosbook.synthesis.problem import Request
 from tests.elements import assert_buttons, green
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -77,6 +80,36 @@ def test_the_sides_are_neighbours_on_the_harder_side(edges, robot, name):
     ]
     assert abs(digits[0] - digits[1]) == 1
     assert edge.feasible > printed if name == "sigma" else (edge.feasible < printed)
+
+
+def test_most_places_of_a_bisection_need_no_proof(robot, monkeypatch):
+    """Refusals are proven where the walk ends and beside the edge; the rest is seen."""
+    asked, tried = [], []
+    whole = feasibility.refused
+    for module in (feasibility, search):
+        monkeypatch.setattr(
+            module, "refused", lambda first: asked.append(1) or whole(first)
+        )
+    glimpse = search.Ask.glimpse
+    monkeypatch.setattr(
+        search.Ask, "glimpse", lambda *a, **k: tried.append(1) or glimpse(*a, **k)
+    )
+    edge = maps.edge("sigma", robot.plant, **robot.requirements)
+    assert edge.proven
+    assert 0 < len(asked) < 4 < len(tried)
+
+
+def test_a_search_of_poles_alone_is_decided_without_asking_for_refusals(robot):
+    far, U = sos.PoleRegion(sigma=50.0), robot.requirements["U"]
+    both = Request(
+        robot.plant, U, region=far, saturation=robot.requirements["saturation"]
+    )
+    assert feasibility.answer(both).status == "infeasible"
+    seen = feasibility.answer(both, refuse=False)
+    assert seen.status == "undecided"
+    assert "isn't asked" in seen.reason
+    poles = Request(robot.plant, U, region=far)
+    assert feasibility.answer(poles, refuse=False).status == "feasible"
 
 
 def test_relaxing_keeps_the_solution(edges):

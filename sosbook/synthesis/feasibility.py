@@ -12,7 +12,7 @@ from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
 from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
-from .pole_proof import decided_by_poles
+from .pole_proof import decided_by_poles, of_poles_alone
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .small_input import excluding_input
@@ -148,15 +148,23 @@ def closer(lmis, near):
     )
 
 
-def answer(request):
-    """The Solution of a request that leaves nothing open."""
+def answer(request, refuse=True):
+    """The Solution of a request that leaves nothing open.
+
+    Without ``refuse`` it is undecided where floats find no point: what excludes
+    every point isn't looked for. A single plant of which only the poles are asked
+    is decided all the same.
+    """
     if request.order > MODES_FIRST_ABOVE_STATES:  # sooner known than phase one begins
         mode = excluding_mode(request)
         if mode is not None:
             return refused_by(request, mode)
     first = search(request)
     if first.values is None:
-        return refused(first)
+        if refuse or of_poles_alone(request):
+            return refused(first)
+        text = "The numerics found no point; a proof that there is none isn't asked."
+        return Solution(request, "undecided", request.gain, reason=text)
     try:
         solution = finish(first.problem, first.values)
     except OutOfTime:

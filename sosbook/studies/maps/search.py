@@ -1,5 +1,7 @@
 """Bisection over round numbers: how far one requirement can be pushed."""
 
+from functools import partial
+
 import numpy as np
 
 from ...bisection import narrowed
@@ -13,8 +15,8 @@ from ...requirements.shorthand import (
     parameter,
 )
 from ...synthesis.design import Design
-from ...synthesis.feasibility import finish, refused
-from ...synthesis.pid import design_pid
+from ...synthesis.feasibility import answer, finish, guarded, refused
+from ...synthesis.pid import TIME_LIMIT, design_pid
 from ...synthesis.problem import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
@@ -80,6 +82,20 @@ class Ask:
         """Whether two requirements exclude each other at sight, at these ``values``."""
         return contradictory(moved(self.requirements, values))
 
+    def glimpse(self, **values):
+        """A Design for these ``values``, without a proof where there is none; or None.
+
+        A bisection needs no more at most of its places.
+        """
+        slack = self.options.get("coupling") == "slack"
+        if slack or self.options.keys() - {"K_A", "coupling", "mu"}:
+            return self.solve(**values)
+        if self.empty(values):
+            return None
+        request = self.at(**values).request()
+        work = partial(answer, request, refuse=False)
+        return Design(**vars(guarded(request, TIME_LIMIT, work)))
+
     def solve(self, near=None, **values):
         """A Design for these ``values``, or None; its start is a design ``near``.
 
@@ -116,7 +132,7 @@ class Search:
         self.start = self.parameter.shown(bound or self.parameter.start)
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
-        self.seen = {}
+        self.seen, self.dark = {}, set()  # designs by place; where none was found
 
     def place(self, value):
         """The place of the round number next to a value in the unit shown."""
@@ -137,8 +153,16 @@ class Search:
         return self.seen[place]
 
     def holds(self, place):
-        """Whether the request at a place is feasible."""
-        design = self.at(place)
+        """Whether the request at a place is feasible; no refusal is proven for it."""
+        if place in self.dark:
+            return False
+        if place not in self.seen:
+            design = self.ask.glimpse(**{self.name: self.value(place)})
+            if design is None or design.status != "feasible":
+                self.dark.add(place)
+                return False
+            self.seen[place] = design
+        design = self.seen[place]
         return design is not None and design.status == "feasible"
 
     def fails(self, place):
