@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from benchmarks.robustness import SYSTEMS, in_units
+from benchmarks.robustness import SYSTEMS, asked_in_units, in_units
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import UnreachedResponseCertificate
 from sosbook.synthesis.problem import Request
@@ -105,3 +105,33 @@ def test_integrators_hold_what_they_integrate():
     free = Request(one, gamma=0.9)
     assert excluding_response(held).proven
     assert excluding_response(free) is None
+
+
+@pytest.mark.parametrize("unit", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize(
+    "coupling, damping",
+    [(1.0, 2e-6), (0.3, 2e-6), (0.3, 0.4), (1e-3, 2e-6), (0.0, 2e-6)],
+)
+def test_the_peak_between_frequencies_is_found(coupling, damping, unit):
+    """The least norm is 1 / |(k_c, k - w^2 + jwd)| at the worst w, in closed form."""
+    k = 2.0
+    plant = sos.SecondOrderSystem(
+        np.eye(2), [[0.1, 0], [0, damping]], [[1, -coupling], [-coupling, k]],
+        [[1.0], [0.0]], [[0.0], [1.0]],
+    )  # fmt: skip
+    peak = 1 / np.sqrt(coupling**2 + damping**2 * (k - damping**2 / 4))
+    for share, excluded in [(1 - 1e-9, True), (1 + 1e-9, False)]:
+        there, asked = asked_in_units(
+            plant, {"gamma": share * peak}, *SYSTEMS.get(unit, (1, 1, 1))
+        )
+        proof = excluding_response(Request(there, **asked))
+        assert (proof is not None and proof.verify()) == excluded
+
+
+def test_the_norm_of_a_given_loop_is_found():
+    """|1 / (1 - w^2 + 0.6jw)| is largest well below the pole."""
+    one = sos.SecondOrderSystem([[1.0]], [[0.6]], [[1.0]], [[1.0]], [[1.0]])
+    norm = 1 / (0.6 * np.sqrt(1 - 0.09))
+    d = sos.analyse_pid(one, [[0.0, 0.0]], gamma=(1 - 1e-9) * norm)
+    assert d.status == "infeasible" and d.infeasibility.proven
+    assert sos.analyse_pid(one, [[0.0, 0.0]], gamma=1.001 * norm).status == "feasible"

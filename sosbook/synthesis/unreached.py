@@ -3,6 +3,7 @@
 import numpy as np
 from flint import fmpq_mat
 from scipy.linalg import qr
+from scipy.optimize import minimize_scalar
 
 from ..lmi.exact import exact, round_digits
 from ..lmi.proof import Examined, ProofFile
@@ -14,6 +15,8 @@ __all__ = ["UnreachedResponseCertificate", "excluding_response"]
 
 MOST_VERTICES = 32  # that are tried
 FREQUENCIES = 120  # that are tried
+NEAR = 0.1  # of gamma; where the loudest of these is below, none reaches it
+REFINED = 3  # of the frequencies that are louder than their neighbours
 DIGITS = 12  # of what is free in the rows
 BALANCINGS = 8  # rounds of scaling rows and columns
 RIDGE = 1e-9  # to equations of scales that leave a factor open
@@ -121,8 +124,8 @@ def _at_vertex(request, gamma, k):
     rates = np.abs(np.linalg.eigvals(np.linalg.solve(E, A)))
     rates = rates[rates > NOISE * rates.max(initial=0.0)]
     low, high = (0.1 * rates.min(), 10 * rates.max()) if rates.size else (0.01, 100.0)
-    points = [0.0, *rates, *np.geomspace(low, high, FREQUENCIES)]
-    omega = max(points, key=lambda w: _response(E, A, B, Bw, C, Du, w)[0])
+    points = np.array([0.0, *rates, *np.geomspace(low, high, FREQUENCIES)])
+    omega = _loudest(lambda w: _response(E, A, B, Bw, C, Du, w)[0], points, gamma)
     omega = float(round_digits(np.array(omega), DIGITS))
     size, row, order = _response(E, A, B, Bw, C, Du, omega)
     if not size >= gamma:
@@ -147,6 +150,32 @@ def _at_vertex(request, gamma, k):
     return UnreachedResponseCertificate.of(
         UnreachedResponseCertificate.contents(request, gamma, k, [[0], [w]], v, y)
     )
+
+
+def _loudest(size, points, enough):
+    """The frequency at which ``size`` is largest, or ``enough``.
+
+    Of the ``points`` those louder than their neighbours are looked at closely.
+    """
+    points = np.unique(points)
+    sizes = np.array([size(w) for w in points])
+    best = points[sizes.argmax()]
+    if sizes.max() >= enough or sizes.max() < NEAR * enough:
+        return best
+    walls = np.concatenate([[-np.inf], sizes, [-np.inf]])
+    tops = np.flatnonzero((sizes >= walls[:-2]) & (sizes >= walls[2:]))
+    top = sizes.max()
+    for k in tops[np.argsort(-sizes[tops])][:REFINED]:
+        low, high = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
+        near = minimize_scalar(
+            lambda w: -size(w),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-10 * high},
+        )
+        if -near.fun > top:
+            best, top = near.x, -near.fun
+    return best
 
 
 def _response(E, A, B, Bw, C, Du, omega):
