@@ -785,7 +785,8 @@ def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
     assert block.read() == (0.0, 0.0) and block.rest == []
 
 
-def test_the_script_sets_pyctrl_up(fake_pyctrl, capsys):
+def test_the_script_sets_pyctrl_up(fake_pyctrl, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["pyctrl_balance.py"])
     script(Firmware(LAWS["PD"]))["main"]()
     (mip,) = fake_pyctrl.made
     calls = [name for name, _ in mip.calls]

@@ -19,7 +19,9 @@ from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
 import tests.test_mip_export as programs
+from sosbook.pendulum.spread import scaled
 from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.steering_design import _both as both_laws
 from sosbook.pendulum.steering_design import steer
 from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load
@@ -157,6 +159,50 @@ def test_the_loops_as_one_are_the_machines():
     # the corners' inertia is larger than any of a_d here
     assert design.coupled_radius <= max(found.radius, steered) * (1 + 1e-9)
     assert design.coupled_radius >= found.radius * (1 - 1e-9)
+
+
+@pytest.mark.slow
+def test_motors_that_differ_are_proven_at_each_robot(found, tmp_path):
+    """And between the robots, where they aren't, no plant is found that is unstable."""
+    design = found.steering
+    assert design.unequal_proven
+    assert len(design.unequal) == 5 * 2 * 3  # robots, inertias, delays
+    assert (
+        "every e and f of the right motor up to 10 %"
+        in found.facts["motors that differ"]
+    )
+    paths = [p for p in found.write(tmp_path) if p.parent.name == "unequal_motors"]
+    assert len(paths) == len(design.unequal)
+    proof = load(paths[7])
+    assert proof == design.unequal[7] and proof.proven
+
+    random, worst = np.random.default_rng(4), 0.0
+    for _ in range(300):
+        body, wheels = random.uniform(0.96, 1.04, 2)
+        mip = scaled(MIP, body, wheels)
+        low, high = inertia_bounds(mip, ROBOT)
+        pair = random.uniform(-ROBOT.unequal, ROBOT.unequal, 2)
+        plant = unequal_plant(mip, random.uniform(low, high), *pair)
+        (F,) = programs.sosbook.sampled.sampled_loop(
+            plant,
+            both_laws(design.balance, design.law.system),
+            ROBOT.T,
+            random.uniform(0, 1) * ROBOT.delay,
+        )
+        worst = max(worst, abs(np.linalg.eigvals(F)).max())
+    print(worst)
+    assert worst < 1
+
+
+@pytest.mark.slow
+def test_motors_of_which_nothing_is_proven_are_said_to_be_so(found):
+    design = replace(found.steering, robot=ROBOT.but(unequal=0.5))
+    assert not design.unequal_proven
+    again = replace(found, robot=ROBOT.but(unequal=0.0))
+    assert again.steering.unequal == ()
+    assert (
+        "Of motors that differ nothing is proven" in again.facts["motors that differ"]
+    )
 
 
 def test_the_plant_of_unequal_motors_has_the_machines_slopes():

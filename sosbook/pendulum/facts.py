@@ -105,12 +105,30 @@ def _steering(design):
             [*design.certificate.claims, *design.held.claims]
             + proven * [f"sampled, stable for each of the delays {delays} ms"]
         ),
-        "motors that differ": "the proofs above are of equal motors, with which "
-        "neither law feels the other. With one motor stronger by "
-        f"{100 * robot.unequal:g} % and the other weaker, both loops as one have the "
-        f"spectral radius {design.coupled_radius:.4f}, in floats, worst of "
-        f"{len(design.robots)} robots, two inertias and {len(design.sampled)} delays",
+        "motors that differ": _unequal(design),
     }
+
+
+def _unequal(design):
+    """What is known of both loops as one, where the motors differ."""
+    share, many = 100 * design.robot.unequal, len(design.robots)
+    floats = (
+        f"with one motor stronger by {share:g} % and the other weaker both loops as "
+        f"one have the spectral radius {design.coupled_radius:.4f}, in floats, worst "
+        f"of {many} robots, two inertias and {len(design.sampled)} delays"
+    )
+    equal = (
+        "the proofs above are of equal motors, with which neither law feels the other"
+    )
+    if not design.unequal_proven:
+        return f"{equal}. Of motors that differ nothing is proven: {floats}"
+    return (
+        f"{equal}. Proven, too: both loops as one, sampled, are stable for every e and "
+        f"f of the right motor up to {share:g} % above or below the mean, and the "
+        f"left's as much below or above it, for each of {many} robots (the middle and "
+        f"the corners of the spread), either bound of the inertia and each of these "
+        f"delays. Of robots between these that isn't proven. In floats: {floats}"
+    )
 
 
 def _weights(Q):

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..plants.checks import finite
+from ..plants.second_order import Polytope
 from ..sampled import certify_sampled
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.system import SampledSystem
@@ -18,6 +19,7 @@ from .turning import inertia_bounds, turning_plants, unequal_plant
 __all__ = ["SteeringDesign", "steer"]
 
 U = [[1]]  # integrate delta
+UNEQUAL_CELLS = 12  # of the motors' differences, for one proof
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,54 @@ class SteeringDesign:
         )
 
     @cached_property
+    def unequal(self):
+        """Proofs of balance and steering as one, with motors that differ.
+
+        A tuple of `SampledCertificate`, of each pendulum, either bound of the
+        inertia and each delay. Each holds for all shares by which the right motor's
+        e and f are above the mean, and the left's below, up to the robot's
+        ``unequal``: it is of the triangle of these pairs, whose other half is
+        its mirror image, left and right exchanged. Of pendulums between these
+        nothing is proven. At the first that isn't proven they end.
+        """
+        w, proofs = self.robot.unequal, []
+        if not w:
+            return ()
+        for mip, inertia, late in self._coupled_cases:
+            triangle = [
+                unequal_plant(mip, inertia, *pair)
+                for pair in ((-w, -w), (w, w), (w, -w))
+            ]
+            proofs.append(
+                certify_sampled(
+                    Polytope(triangle),
+                    _both(self.balance, self.law.system),
+                    self.robot.T,
+                    late,
+                    digits=12,
+                    cells=UNEQUAL_CELLS,
+                )
+            )
+            if not proofs[-1].proven:
+                break
+        return tuple(proofs)
+
+    @property
+    def unequal_proven(self):
+        """Whether all proofs of `unequal` hold."""
+        return bool(self.unequal) and all(proof.proven for proof in self.unequal)
+
+    @property
+    def _coupled_cases(self):
+        """Every pendulum, bound of the inertia and delay at which motors may differ."""
+        return [
+            (mip, inertia, share * self.robot.delay)
+            for mip in self.robots
+            for inertia in inertia_bounds(mip, self.robot)
+            for share in DELAY_SHARES
+        ]
+
+    @cached_property
     def coupled_radius(self):
         """The largest spectral radius of balance and steering as one, in floats.
 
@@ -111,11 +161,9 @@ class SteeringDesign:
         more = self.robot.unequal
         return max(
             loop_radius(_coupled(plant, self.balance, self.law.system, late))
-            for mip in self.robots
-            for inertia in inertia_bounds(mip, self.robot)
+            for mip, inertia, late in self._coupled_cases
             for crossed in (more, -more)
             for plant in [unequal_plant(mip, inertia, more, crossed)]
-            for late in (share * self.robot.delay for share in DELAY_SHARES)
         )
 
 
@@ -184,6 +232,11 @@ def _peak(plants, system, robot):
 
 def _coupled(plant, balance, steering, late):
     """From [V, W] to what both laws answer, one after the other."""
+    return _held(plant, balance.dt, late).then(_both(balance, steering))
+
+
+def _both(balance, steering):
+    """From [theta, phi, delta] and their rates to [V, W]: both laws side by side."""
     p, q = balance.nstates, steering.nstates
     A, C = np.zeros((p + q, p + q)), np.zeros((2, p + q))
     A[:p, :p], A[p:, p:] = balance.A, steering.A
@@ -191,5 +244,4 @@ def _coupled(plant, balance, steering, late):
     B, D = np.zeros((p + q, 6)), np.zeros((2, 6))
     B[:p, [0, 1, 3, 4]], B[p:, [2, 5]] = balance.B, steering.B
     D[0, [0, 1, 3, 4]], D[1, [2, 5]] = balance.D[0], steering.D[0]
-    both = SampledSystem(A, B, C, D, balance.dt)
-    return _held(plant, balance.dt, late).then(both)
+    return SampledSystem(A, B, C, D, balance.dt)

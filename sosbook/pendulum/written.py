@@ -70,7 +70,15 @@ def _proofs(deployment, name):
     proofs |= {f"_sampled_{k}": proof for k, proof in rows}
     if deployment.steering:
         proofs |= {f"_{x}": proof for x, proof in deployment.steering.proofs.items()}
-    return {
+        rows = enumerate(deployment.steering.unequal, 1)
+        unequal = {
+            f"unequal_motors/proof_{name}_{k}.json": proof.text
+            for k, proof in rows
+            if proof.proven
+        }
+    else:
+        unequal = {}
+    return unequal | {
         **{f"proof_{name}{file}.json": proof.text for file, proof in proofs.items()},
         "check_proof.py": CHECKER.read_text("utf-8"),
     }
