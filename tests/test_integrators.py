@@ -7,11 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
+from benchmarks.robustness import SYSTEMS, in_units
 from sosbook import proofs
+from sosbook.plants.checks import rank_deficient
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis import integrators
 from sosbook.synthesis.integrators import admissible_U, proven_everywhere
 from tests.cases import random_plant
+from tests.random_plants import random_case
 from tests.test_proof_files import checker
 
 EXAMPLES = [
@@ -414,3 +417,27 @@ def test_words():
     plants = sos.Polytope([two_masses(1), two_masses(-1)])
     assert repr(admissible_U(plants, [[[1, 0]]])[0]).endswith("not proven>")
     assert repr(admissible_U(robot())[1]) == ("<1 on z1: inadmissible, distance 0>")
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_units_of_rows_and_columns_hide_no_rank(seed):
+    """[-S B; U 0] with as many inputs as errors: alternating scaling is slow."""
+    rng = np.random.default_rng(seed)
+    n, a = 6, 5
+    S, B, U = (rng.normal(size=size) for size in ((n, n), (n, a), (a, n)))
+    plain = np.block([[-S, B], [U, np.zeros((a, a))]])
+    lacking = plain.copy()
+    lacking[0] = lacking[1:n].sum(axis=0)
+    for powers in (0, 3, 9):
+        rows, columns = 10.0 ** rng.integers(-powers, powers + 1, (2, n + a))
+        assert not rank_deficient(rows[:, None] * plain * columns)
+        assert rank_deficient(rows[:, None] * lacking * columns)
+
+
+@pytest.mark.parametrize("unit", SYSTEMS)
+def test_integrators_are_within_reach_in_any_units(unit):
+    """Stiffness of 1e-6 beside forces of 1e5: it was refused in some units."""
+    case = random_case(11601, 6)
+    plant, asked = in_units(case, *SYSTEMS[unit])
+    design = sos.design_pid(plant, **asked)
+    assert design.status == "feasible" and design.certify().proven

@@ -5,10 +5,18 @@ from scipy.sparse import issparse
 
 from ..deprecation import renamed
 
-__all__ = ["count", "finite", "matrix", "positive", "rank_deficient"]
+__all__ = [
+    "count",
+    "finite",
+    "logarithmic_scales",
+    "matrix",
+    "positive",
+    "rank_deficient",
+]
 
 __getattr__ = renamed(__name__, number="finite")
 
+RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 
@@ -113,13 +121,53 @@ def _holds(array, kinds):
     return array.dtype == object and any(isinstance(x, kinds) for x in array.flat)
 
 
+def logarithmic_scales(M):
+    """Factors of the rows and of the columns that bring the entries of M near one.
+
+    Parameters
+    ----------
+    M : (k, l) array
+        Any matrix; its zeros don't count.
+
+    Returns
+    -------
+    rows, columns : (k,) and (l,) arrays
+        The least squares of the logarithms of ``rows[i] |M[i, j]| columns[j]``.
+        The scaled matrix is the same whatever the units of rows and columns are.
+
+    Notes
+    -----
+    Source: A. R. Curtis and J. K. Reid, J. Inst. Maths Applics 10, 1972, 118-124.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows, columns = logarithmic_scales(np.array([[1e-9, 1.0], [1.0, 1e9]]))
+    >>> (rows[:, None] * np.array([[1e-9, 1.0], [1.0, 1e9]]) * columns).round(6)
+    array([[1., 1.],
+           [1., 1.]])
+    """
+    entries = np.abs(M)
+    there = entries > 0
+    logs = np.log(np.where(there, entries, 1))
+    sums = np.concatenate([logs.sum(axis=1), logs.sum(axis=0)])
+    count = np.concatenate([there.sum(axis=1), there.sum(axis=0)])
+    pairs = np.zeros((len(sums), len(sums)))
+    pairs[: len(M), len(M) :] = there
+    pairs += pairs.T + np.diag(count + RIDGE)
+    scales = np.exp(-np.linalg.solve(pairs, sums))
+    return scales[: len(M)], scales[len(M) :]
+
+
 def rank_deficient(M, tolerance=1e-10):
     """Whether M lacks rank, its rows and columns scaled to unit length.
 
-    Singular values below the ``tolerance`` count as zero.
-
-    The scaling is repeated until the units of rows and columns don't matter.
+    Singular values below the ``tolerance`` count as zero. The units of rows and
+    columns don't matter.
     """
+    if M.size:
+        rows, columns = logarithmic_scales(M)
+        M = rows[:, None] * M * columns
     for axis in 20 * (1, 0):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
         lengths[lengths == 0] = 1.0

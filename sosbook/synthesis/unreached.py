@@ -9,6 +9,7 @@ from ..lmi.exact import exact, round_digits
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
 from ..lmi.time_limit import check_time
+from ..plants.checks import logarithmic_scales
 from .exclusion_certificates import loop_data, loop_request
 
 __all__ = ["UnreachedResponseCertificate", "excluding_response"]
@@ -19,7 +20,6 @@ NEAR = 0.1  # of gamma; where the loudest of these is below, none reaches it
 REFINED = 3  # of the frequencies that are louder than their neighbours
 DIGITS = 12  # of what is free in the rows
 BALANCINGS = 8  # rounds of scaling rows and columns
-RIDGE = 1e-9  # to equations of scales that leave a factor open
 NOISE = 1e-12  # relative, of singular values and of rates
 
 
@@ -201,19 +201,10 @@ def _response(E, A, B, Bw, C, Du, omega):
 def _balanced(M):
     """Scales of the rows of M, and a balanced M.
 
-    The first scales bring the logarithms of the entries near zero, by least
-    squares (Curtis and Reid 1972): the same matrix comes out whatever its units.
+    The first scales are those of `logarithmic_scales`: the same matrix comes out
+    whatever its units.
     """
-    entries = np.abs(M)
-    there = entries > 0
-    logs = np.log(np.where(there, entries, 1))
-    sums = np.concatenate([logs.sum(axis=1), logs.sum(axis=0)])
-    count = np.concatenate([there.sum(axis=1), there.sum(axis=0)])
-    pairs = np.zeros((len(sums), len(sums)))
-    pairs[: len(M), len(M) :] = there
-    pairs += pairs.T + np.diag(count + RIDGE)
-    scales = np.exp(-np.linalg.solve(pairs, sums))
-    rows, columns = scales[: len(M)], scales[len(M) :]
+    rows, columns = logarithmic_scales(M)
     M = M * columns * rows[:, None]
     for _ in range(BALANCINGS):
         M = M / (np.abs(M).max(axis=0) + 1e-300)
