@@ -24,7 +24,8 @@ NAMES = {
 ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
 # keywords of the design functions, which become requirements at once
 SHORTHAND = {
-    "synthesis/design.py": {"gamma", "saturation", "cost"},
+    "synthesis/closed_loop.py": {"gamma", "saturation", "cost"},
+    "synthesis/design.py": {"gamma"},
     "synthesis/pid.py": {"gamma", "saturation", "cost"},
     "proofs/check.py": NAMES,  # stands alone: it can ask no object of the package
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
@@ -35,7 +36,7 @@ SHORTHAND = {
 
 KINDS = {"hinf", "input_bound", "cost"}  # modules of single requirements
 MAKERS = {  # make one of the keywords of their functions
-    "synthesis/design.py",
+    "synthesis/closed_loop.py",
     "synthesis/pid.py",
     "synthesis/lqr.py",
     "sampled/lqr.py",

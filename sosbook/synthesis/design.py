@@ -5,22 +5,13 @@ from functools import cached_property
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..analysis import linear
-from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from ..lmi.proof import Stopped, proven_within
 from ..lmi.refutation import InfeasibilityCertificate
-from ..plants.checks import count, finite
-from ..plants.descriptor import descriptors
-from ..plants.response import Response, simulate, vector
-from ..plants.second_order import Polytope
-from ..plants.signals import Sine, Step, Steps
-from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
+from .closed_loop import ClosedLoop
 from .exclusion import FixedModeCertificate
-from .gains import Gains
 from .pole_proof import prove_poles
 from .slack import feasible
 from .solution import Solution
@@ -29,7 +20,7 @@ __all__ = ["Design"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Gains, Solution):
+class Design(ClosedLoop, Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -245,180 +236,6 @@ class Design(Gains, Solution):
     def _region(self):
         parts = [r for r in self.request.requirements if isinstance(r, LMIRegion)]
         return PoleRegion.of(parts) if parts else None
-
-    def _each(self, function):
-        plant = self.request.plant
-        return plant.per_vertex([function(d) for d in self.request.vertices])
-
-    def _loops(self, samples, seed):
-        """Descriptors of the vertices and of random plants between."""
-        vertices, plant = self.request.vertices, self.request.plant
-        if not count("samples", samples):
-            return vertices
-        if not isinstance(plant, Polytope):
-            raise ValueError("samples needs a Polytope; the plant is one")
-        inside = Polytope(plant.sample(samples, seed))
-        return vertices + descriptors(inside, self.request.U, self.request.K_A)
-
-    def open_loop(self) -> Any:
-        """control.StateSpace from (u, w, r) to x; a list per vertex."""
-        self._second_order("set point")
-        return self._each(linear.open_loop)
-
-    def closed_loop(self) -> Any:
-        """control.StateSpace from (w, r) to (z, u); a list per vertex."""
-        K = self._gain()
-        self._second_order("set point")
-        return self._each(lambda d: linear.closed_loop(d, K))
-
-    def poles(self, samples: int = 0, seed: int = 0) -> np.ndarray:
-        """Closed-loop poles, in rad/s.
-
-        Parameters
-        ----------
-        samples : int
-            For a Polytope: how many random plants join the vertices.
-        seed : int
-            Of the random plants.
-
-        Returns
-        -------
-        (N,) array, or (vertices + samples, N) for a polytope
-            One row for each vertex or sample of a polytope.
-        """
-        K = self._gain()
-        poles = [linear.poles(d, K) for d in self._loops(samples, seed)]
-        return self.request.plant.per_vertex(np.array(poles))
-
-    def hinf(self, samples: int = 0, seed: int = 0) -> float:
-        """The largest true H-infinity norm from w to z.
-
-        Over the vertices and random plants; ``samples`` and ``seed`` are as in
-        `poles`.
-        """
-        K = self._gain()
-        if self.request.plant.p == 0:
-            raise ValueError("the plant has no F: there is no such norm")
-        return max(linear.hinf_norm(d, K) for d in self._loops(samples, seed))
-
-    def noise_cost(
-        self, cost: QuadraticCost | None = None, samples: int = 0, seed: int = 0
-    ) -> float:
-        """The largest true quadratic cost under white noise.
-
-        Parameters
-        ----------
-        cost : QuadraticCost, optional
-            That of the request without it.
-        samples, seed
-            As in `poles`.
-        """
-        K, cost = self._gain(), cost or self.request.cost
-        if cost is None:
-            raise ValueError("cost is missing: the design was made without")
-        return cost.truth(self._loops(samples, seed), K)
-
-    def peak_input(self, samples: int = 0, seed: int = 0) -> float:
-        """The largest signal that saturation bounds, from x0.
-
-        That is |K x(t)|, or |K x + K_A z''| with ``acceleration``. Over
-        the vertices and random plants; ``samples`` and ``seed`` are as in
-        `poles`.
-        """
-        K = self._gain()
-        saturation = self.request.saturation
-        if saturation is None:
-            raise ValueError("the design has no saturation, so no x0")
-        return saturation.truth(self._loops(samples, seed), K, self.K_A)
-
-    def peak_bound(self, x0: ArrayLike | None = None, energy: float = 0.0) -> float:
-        """What P says of |K x(t)|: it stays below this from x0, with r = 0.
-
-        Parameters
-        ----------
-        x0 : (N,) array_like, optional
-            Initial state; that of the saturation without it.
-        energy : float
-            The integral of w'w, which a design with gamma bears too.
-
-        Returns
-        -------
-        float
-            ``sqrt(|K P K'| (x0' P^-1 x0 + mu energy))``, for all plants
-            that the LMIs cover; with a slack matrix the largest factors of
-            the vertices. `peak_input` is the truth without w, and smaller.
-
-        Notes
-        -----
-        Source: thesis Lemma 2.2, Theorem 2.1: V(x) = x' P^-1 x rises by
-        less than mu w'w a second, and |K x|^2 is at most |K P K'| V.
-        K_A z'' isn't in it.
-        """
-        K = self._gain()
-        if self.P is None:
-            raise ValueError(f"the design is {self.status}: there is no P")
-        if x0 is None:
-            saturation = self.request.saturation
-            if saturation is None:
-                raise ValueError("x0 is missing: the design has no saturation")
-            x0 = saturation.x0
-        x0, energy = vector("x0", x0, K.shape[1]), finite("energy", energy)
-        if energy < 0 or (energy and self.gamma is None):
-            raise ValueError(
-                "energy must not be negative, and only a design with gamma bears "
-                f"any; got {energy!r}"
-            )
-        reach, height = [], []
-        for P in [self.P] if self.V is None else self.P:
-            spread = P if self.V is None else self.V @ np.linalg.solve(P, self.V.T)
-            reach.append(np.linalg.norm(K @ spread @ K.T, 2))
-            height.append(x0 @ np.linalg.solve(spread, x0))
-        rise = self.mu * energy if energy else 0.0
-        return float(np.sqrt(max(reach) * (max(height) + rise)))
-
-    def sensitivity_peak(self, samples: int = 0, seed: int = 0) -> float:
-        """The largest sensitivity at the plant's input.
-
-        Over the vertices and random plants; ``samples`` and ``seed`` are as in
-        `poles`.
-        See `sosbook.analysis.margins.sensitivity_peak`.
-        """
-        K = self._gain()
-        return max(sensitivity_peak(d, K) for d in self._loops(samples, seed))
-
-    def disk_margin(self, samples: int = 0, seed: int = 0) -> DiskMargin:
-        """The least `DiskMargin` at the plant's input.
-
-        Over the vertices and random plants; ``samples`` and ``seed`` are as in
-        `poles`.
-        """
-        K = self._gain()
-        margins = [disk_margin(d, K) for d in self._loops(samples, seed)]
-        return min(margins, key=lambda margin: margin.radius)
-
-    def simulate(
-        self,
-        t: ArrayLike,
-        r: ArrayLike | Step | Steps | None = None,
-        w: Sine | Step | None = None,
-        x0: ArrayLike | None = None,
-    ) -> Response | list[Response]:
-        """`Response` of the loop; a list of them per vertex.
-
-        Parameters
-        ----------
-        t : (k,) array_like
-            Increasing times in seconds, from 0.
-        r : (n,) array_like, Step or Steps, optional
-            Set point; an array holds from t = 0 on.
-        w : Sine or Step, optional
-            Disturbance.
-        x0 : (N,) array_like, optional
-            Initial state; zero without it.
-        """
-        K = self._gain()
-        self._second_order("displacement z")
-        return self._each(lambda d: simulate(d, K, t, r, w, x0, self.K_A))
 
 
 def _words(requirements):
