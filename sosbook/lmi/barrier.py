@@ -13,6 +13,35 @@ __all__ = ["Barrier"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 LINE_SEARCH_ABOVE = 0.2  # a decrement; smaller ones are squared by a full step
+STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
+FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
+FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
+
+
+class _Curve:
+    r"""Where Newton's method goes if it corrects its direction on the way.
+
+    On the curve x(s) the gradient is (1 - s) times that at x = x(0), so that
+    x(1) is the centre. Its derivatives at 0 are d with H d = -gradient and b with
+    H b = -D^3[d, d], the third derivative of the barrier. Their series ends at the
+    first pole, but a valley that leads far away has one soon after s = 1: so the
+    part of b along d, in the norm of H, is read as that of a geometric series
+    (Pade's approximant),
+
+        x(s) = x + (s d + s^2 c) / (1 - s rho),   rho = d.H b / (2 d.H d),
+
+    with c = b / 2 - rho d. Here t = s / (1 - s rho) goes on to infinity.
+    """
+
+    def __init__(self, x, direction, bend, gradient):
+        self.x, self.direction = x, direction
+        steep = gradient @ direction
+        rho = max(gradient @ bend / (2 * steep), 0.0) if steep else 0.0
+        self.rho, self.bend = rho, bend / 2 - rho * direction
+        self.end = 1 / (1 - rho) if rho < FARTHEST_POLE else 1 / (1 - FARTHEST_POLE)
+
+    def __call__(self, t):
+        return self.x + t * self.direction + t * t / (1 + t * self.rho) * self.bend
 
 
 class Barrier:
@@ -54,7 +83,8 @@ class Barrier:
 
         The gradient of the barrier is -adjoint(inv(G)); the direction solves
         H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
-        d in the norm of H (section 9.5).
+        d in the norm of H (section 9.5). Where H has a factor the step follows
+        a `_Curve`, else a straight line.
         """
         factors = self.factors(x)
         if factors is None:
@@ -66,10 +96,24 @@ class Barrier:
         solve = self.newton.solver(roots, x, self.radius)
         direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
-        length = 1.0
-        if decrement > LINE_SEARCH_ABOVE:  # below it the full step converges
-            rates, weights = self._rates(roots, direction)
-            length = self._search(x, direction, cost @ direction, rates, weights)
+        curved = self.radius is None and not self.newton.iterative
+        bends = curved and decrement > STRAIGHT_BELOW
+        searched = decrement > LINE_SEARCH_ABOVE  # below it the full step converges
+        changes = self._changes(roots, direction) if bends or searched else None
+        length, least = 1.0, np.inf
+        if searched:
+            rates, weights = self._rates(changes)
+            slope = cost @ direction
+            length = self._search(x, direction, slope, rates, weights)
+            least = length * slope - weights @ np.log1p(length * rates)
+        if bends:
+            third = self.newton.adjoint(
+                [transposed(N) @ (a @ a) @ N for N, a in zip(roots, changes)]
+            )
+            curve = _Curve(x, direction, 2 * solve(third), gradient)
+            moved = self._along(curve, factors, cost, length, least)
+            if moved is not None:
+                return moved, decrement
         while True:  # rounding may put the end point outside
             moved = x + length * direction
             if self.factors(moved) is not None:
@@ -78,24 +122,71 @@ class Barrier:
             if length < 1e-12:
                 return x, 0.0
 
+    def _along(self, curve, factors, cost, length, least):
+        """A point on a curve where the barrier falls below ``least``, or None.
+
+        That is what it falls by on the straight line, at its best ``length``.
+        Farther and farther points are looked at while it goes on falling.
+        """
+        if least == np.inf:
+            moved = curve(curve.end)
+            return moved if self.factors(moved) is not None else None
+        begin = self._logarithms(factors)
+
+        def change(t):
+            moved = curve(t)
+            factors = self.factors(moved)
+            if factors is None:
+                return np.inf, None
+            rise = begin - self._logarithms(factors) + cost @ (moved - curve.x)
+            return rise, (moved, factors)
+
+        longest = FARTHEST_CURVE * max(length, 1.0)
+        t = min(curve.end, longest)
+        for _ in range(3):
+            fallen, best = change(t)
+            if fallen < least:
+                break
+            t /= 2
+        else:
+            return None
+        while t >= longest:  # a valley that goes on
+            longest *= 2
+            t *= 2
+            further, there = change(t)
+            if not further < fallen:
+                break
+            fallen, best = further, there
+        self._last = best
+        return best[0]
+
+    def _logarithms(self, factors):
+        """log det of all blocks, from their Cholesky factors."""
+        return sum(
+            2 * s.weight * np.log(L.diagonal(0, 1, 2).real).sum()
+            for s, L in zip(self.newton.stacks, factors)
+        )
+
     def recedes(self, x, direction):
         """Whether all points from x, inside, along a direction are inside, too.
 
         Then no block decreases along it: up to rounding no rate is negative.
         """
         roots = [np.linalg.inv(L) for L in self.factors(x)]
-        rates, _ = self._rates(roots, direction)
+        rates, _ = self._rates(self._changes(roots, direction))
         return rates.min() > -RATE_ROUNDING * rates.max()
 
-    def _rates(self, roots, direction):
-        """Eigenvalues r of inv(L) dG inv(L') for all blocks, and their weights.
+    def _changes(self, roots, direction):
+        """inv(L) dG inv(L') of all blocks, by stack."""
+        changes = self.newton.along(direction)
+        return [N @ d @ transposed(N) for N, d in zip(roots, changes)]
+
+    def _rates(self, changes):
+        """Eigenvalues r of the `_changes`, and their weights.
 
         Along the direction det G(x + s d) = det G(x) prod (1 + s r).
         """
-        rates = [
-            np.linalg.eigvalsh(N @ d @ transposed(N)).ravel()
-            for N, d in zip(roots, self.newton.along(direction))
-        ]
+        rates = [np.linalg.eigvalsh(d).ravel() for d in changes]
         weights = [np.full(len(r), s.weight) for r, s in zip(rates, self.newton.stacks)]
         return np.concatenate(rates), np.concatenate(weights)
 

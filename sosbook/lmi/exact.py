@@ -1,7 +1,5 @@
 """Exact proofs in rational arithmetic (python-flint)."""
 
-from dataclasses import replace
-
 import numpy as np
 from flint import fmpq, fmpz, fmpz_mat
 from scipy.linalg import qr, solve_triangular
@@ -367,11 +365,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
 def in_floats(g):
     """An `Affine` expression g in rationals, in floats."""
     return Affine(
-        g.constant.astype(float),
-        [
-            replace(t, left=t.left.astype(float), right=t.right.astype(float))
-            for t in g.terms
-        ],
+        g.constant.astype(float), [t.map(lambda x: x.astype(float)) for t in g.terms]
     )
 
 

@@ -12,7 +12,6 @@ scalars. It is written once and read with
 `block`, `he` and `eye` are the only other words a theorem needs.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,14 +22,19 @@ from .matrices import Matrices, array_of
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
 
-@dataclass(frozen=True, eq=False)
 class Term:
     """The product ``left @ X @ right``, with ``X`` transposed if asked."""
 
-    left: np.ndarray
-    unknown: "Unknown"
-    transposed: bool
-    right: np.ndarray
+    __slots__ = "left", "right", "transposed", "unknown"
+
+    def __init__(self, left, unknown, transposed, right):
+        self.left, self.unknown = left, unknown
+        self.transposed, self.right = transposed, right
+
+    def map(self, function):
+        """Apply a function to both factors (change of arithmetic)."""
+        left, right = function(self.left), function(self.right)
+        return Term(left, self.unknown, self.transposed, right)
 
     @property
     def T(self):

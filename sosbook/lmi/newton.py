@@ -14,8 +14,16 @@ from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums, single
+from .table_hessian import TableHessian
 from .time_limit import check_time
-from .work import hessian_work, iteration_work, products_work, sums_work
+from .work import (
+    hessian_work,
+    iteration_work,
+    kronecker_work,
+    products_work,
+    sums_work,
+    table_hessian_work,
+)
 
 __all__ = ["Newton", "newton_of"]
 
@@ -109,7 +117,7 @@ class Newton(Stacked):
                     f"{self.variables} variables are too many for a dense "
                     "matrix, and conjugate gradients don't converge"
                 )
-            self._hessian = Hessian(self)
+            self._hessian = _hessian_of(self)
         H = self._hessian(roots)
         if radius is not None:  # 2 I / s + 4 x x' / s^2, with s = radius^2 - x.x
             s = radius**2 - x @ x
@@ -191,6 +199,13 @@ def newton_of(blocks):
     if "newton" not in vars(blocks):
         blocks.newton = Newton(blocks)
     return blocks.newton
+
+
+def _hessian_of(newton):
+    """A `TableHessian` or a `Hessian`, whichever takes less time."""
+    if newton.has_table and table_hessian_work(newton) < kronecker_work(newton):
+        return TableHessian(newton)
+    return Hessian(newton)
 
 
 def _conjugate_gradients(times, g, precondition, tolerance, most):

@@ -10,12 +10,14 @@ from copy import copy
 import numpy as np
 
 from .structure import StructuredBlock, fold, unfold
-from .sums import Sums
+from .sums import Sums, span
 from .work import sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
 ROUNDING = 1e-13  # of what cancels in a diagonal entry that is zero
+PADDED = 4, 8, 12, 20  # rows of blocks that are stacked together
+FEW_ROWS = 12  # where numpy's calls take longer than its work
 FOLD_ABOVE_ROWS = 10  # smaller complex blocks are faster among the real ones
 MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
 
@@ -159,6 +161,15 @@ class Stacked:
                 row[:k] = diagonals[index][:k]  # of a folded one the first half
         return stacks
 
+    @property
+    def has_table(self):
+        """Whether all slopes are held as a table."""
+        return isinstance(self._values, _Table)
+
+    def slope_table(self):
+        """The slopes of all variables by stack, arrays (k, blocks, q, q)."""
+        return self._values.slopes()
+
     def _by_block(self, stacks, cut):
         """A list of ``cut(entry, stack, size)``, one for each block."""
         parts = {}
@@ -220,10 +231,13 @@ def _before_cancelling(block):
 def _stacks(blocks):
     """Stacks of blocks by kind and rough size; large ones are not padded."""
     blocks = [b.unfolded() if len(b.constant) <= FOLD_ABOVE_ROWS else b for b in blocks]
-    groups = {}
+    groups, steps = {}, PADDED
+    small = [len(b.constant) for b in blocks if len(b.constant) <= FEW_ROWS]
+    if small and len(small) * max(small) ** 2 <= 1.7 * sum(q * q for q in small):
+        steps = [s for s in PADDED if s >= FEW_ROWS]  # fewer calls, hardly more work
     for index, b in enumerate(blocks):
         q = len(b.constant)
-        padded = next((s for s in (4, 8, 12, 20) if q <= s), q)
+        padded = next((s for s in steps if q <= s), q)
         groups.setdefault((b.weight, padded), []).append(index)
     return [_Stack(at, [blocks[k] for k in at]) for at in groups.values()]
 
@@ -244,11 +258,11 @@ class _Table:
         for s in owner.stacks:
             full = np.zeros((owner.variables, *s.constant.shape), s.constant.dtype)
             full[owner.scalars] = s.slopes
-            for i, (b, k) in enumerate(zip(s.blocks, s.sizes)):
+            for i, b in enumerate(s.blocks):
                 for t in b.products:
                     layout = owner.layouts[t.unknown]
                     end = layout.start + layout.size
-                    full[layout.start : end, i, :k, :k] += _slopes(layout, t)
+                    _add_slopes(full[layout.start : end, i], layout, t)
             columns.append(full.reshape(owner.variables, -1).view(float))
             place = slice(start, start + columns[-1].shape[1])
             self.parts.append((place, full.dtype, s.constant.shape))
@@ -276,6 +290,14 @@ class _Table:
         sums = self._split(np.einsum("ak,ak->k", self.table, self.table))
         return [g.real.diagonal(0, 1, 2) for g in sums]
 
+    def slopes(self):
+        """Arrays (k, blocks, q, q), one for each stack."""
+        k = len(self.table)
+        return [
+            np.ascontiguousarray(self.table[:, at]).view(kind).reshape(k, *shape)
+            for at, kind, shape in self.parts
+        ]
+
     def at(self, x):
         return self._split(self.constant + x @ self.table)
 
@@ -290,12 +312,16 @@ class _Table:
         return [flat[at].view(kind).reshape(shape) for at, kind, shape in self.parts]
 
 
-def _slopes(layout, product):
-    """Derivatives of a product and its mirror by the free entries."""
-    L, R = product.left, product.right
-    full = np.multiply.outer(L, R).transpose(1, 2, 0, 3)
-    full = full + transposed(full)
-    if not layout.symmetric:
-        return full.reshape(-1, *full.shape[2:])
-    i, j, off = layout.lower
-    return full[i, j] + off[:, None, None] * full[j, i]
+def _add_slopes(total, layout, product):
+    """Add the derivatives of a product and its mirror by the free entries."""
+    rows, cols = span(product.left.any(axis=1)), span(product.right.any(axis=0))
+    L, R = product.left[rows].T, product.right[:, cols]
+    if layout.symmetric:
+        i, j, off = layout.lower
+        part = L[i][:, :, None] * R[j][:, None, :]
+        part += (off[:, None] * L[j])[:, :, None] * R[i][:, None, :]
+    else:
+        part = L[:, None, :, None] * R[None, :, None, :]
+        part = part.reshape(-1, *part.shape[2:])
+    total[:, rows, cols] += part
+    total[:, cols, rows] += transposed(part)

@@ -280,7 +280,12 @@ def fold(g):
 
 def unfold(z):
     """The real block [[X, Y], [-Y, X]] of a Hermitian z = X + i Y."""
-    return np.block([[z.real, z.imag], [-z.imag, z.real]])
+    rows, cols = z.shape
+    g = np.empty((2 * rows, 2 * cols))
+    g[:rows, :cols] = g[rows:, cols:] = z.real
+    g[:rows, cols:] = z.imag
+    g[rows:, :cols] = -z.imag
+    return g
 
 
 def _merged(pairs, symmetric):

@@ -11,7 +11,7 @@ from copy import copy
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-__all__ = ["Sums", "single"]
+__all__ = ["Sums", "single", "span"]
 
 ROUNDING = 1e-14  # relative, of a left factor that is a combination of others
 LARGEST_WEIGHT = 100.0  # of such a combination; larger ones lose digits
@@ -35,7 +35,7 @@ class Sums:
         for b in (b for s in owner.stacks if s.gradient is None for b in s.blocks):
             plan = []
             for t in b.products:
-                cols = _span(t.right.any(axis=0))
+                cols = span(t.right.any(axis=0))
                 right = np.ascontiguousarray(t.right[:, cols])
                 key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
                 if key not in places:
@@ -150,11 +150,11 @@ class Sums:
 
 def _rows(left, height):
     """The rows of a left factor that aren't zero, in pieces of a height."""
-    used = _span(left.any(axis=1))
+    used = span(left.any(axis=1))
     for start in range(used.start // height * height, used.stop, height):
         piece = left[start : start + height].any(axis=1)
         if piece.any():
-            rows = _span(piece)
+            rows = span(piece)
             yield slice(start + rows.start, start + rows.stop)
 
 
@@ -222,7 +222,7 @@ def single(array):
     return array.astype(np.complex64 if np.iscomplexobj(array) else np.float32)
 
 
-def _span(used):
+def span(used):
     """The slice from the first to the last entry that is used."""
     indices = np.flatnonzero(used)
     return slice(indices[0], indices[-1] + 1)

@@ -7,7 +7,15 @@ on the processor at hand, and a request is solved the same way everywhere.
 
 import numpy as np
 
-__all__ = ["hessian_work", "iteration_work", "products_work", "sums_work", "table_work"]
+__all__ = [
+    "hessian_work",
+    "iteration_work",
+    "kronecker_work",
+    "products_work",
+    "sums_work",
+    "table_hessian_work",
+    "table_work",
+]
 
 FLOPS = 2e10  # additions and multiplications a second, in products of matrices
 NUMBERS = 1e9  # floats read or written a second, in large arrays
@@ -16,6 +24,9 @@ CALL = 0.8e-6  # seconds for each array that numpy makes
 ARRAYS_OF_PRODUCT = 4  # its right and left factor, its place, its mirror
 ARRAYS_OF_BLOCK = 5
 ARRAYS_OF_MODAL = 30  # of one application of the preconditioner
+ARRAYS_OF_STACK = 8  # of either Hessian
+ARRAYS_OF_PART = 17  # of the Kronecker products of two unknowns
+SMALL_PRODUCTS = 2.1e8  # numbers of the table that become part of a Hessian a second
 PASSES = 6  # over the matrix of a Kronecker product, until it is in its place
 
 
@@ -93,6 +104,31 @@ def hessian_work(stacked):
                 seconds += 2 * terms[i, j] * entries / FLOPS
                 seconds += PASSES * entries / NUMBERS
     return float(seconds + k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS)
+
+
+def table_hessian_work(stacked):
+    """Seconds for the matrix of all variables from the table of all slopes.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    arrays = ARRAYS_OF_STACK * len(stacked.stacks)
+    return arrays * CALL + _entries(stacked) * stacked.variables / SMALL_PRODUCTS
+
+
+def kronecker_work(stacked):
+    """Seconds for the same matrix as sums of Kronecker products.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    k, parts = stacked.variables, np.count_nonzero(np.triu(_terms(stacked)))
+    arrays = ARRAYS_OF_STACK * len(stacked.stacks) + ARRAYS_OF_PART * parts
+    return arrays * CALL + hessian_work(stacked) - k**3 / 3 / FLOPS
 
 
 def _terms(stacked):
