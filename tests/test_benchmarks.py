@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import flint
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -290,3 +291,10 @@ def test_a_loop_is_written_down_twice():
     wanted = sos.analyse_pid(plant, K, asked["U"]).poles()
     for s in wanted:
         assert abs(found - s).min() < 1e-9 * abs(s)
+
+
+def test_poles_far_apart_have_finite_balls():
+    """300 bits don't enclose the eigenvalues of this companion matrix."""
+    big = flint.fmpq(10)
+    A = flint.fmpq_mat([[0, 1, 0], [0, 0, 1], [-(big**100), -(big**90), -(big**60)]])
+    assert all(s.is_finite() for s in poles(A))

@@ -15,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from tests.random_plants import Units
+from benchmarks.robustness import SYSTEMS, in_units
+from tests.random_plants import Units, random_case
 
 some = settings(max_examples=8, derandomize=True, deadline=None)
 powers = st.floats(-6, 6)
@@ -242,3 +243,14 @@ def test_only_a_fixed_mu_knows_the_unit_of_w():
         assert np.allclose(units.Q @ good @ units.state, K, rtol=1e-6)
         same = np.allclose(units.Q @ other @ units.state, K, rtol=1e-6)
         assert same == (mu is None)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_equations_in_another_order_than_the_coordinates(name):
+    """M has a zero on its diagonal: no unit takes the place of that inertia."""
+    case = random_case(12002, 6)
+    assert (case.plant.M.diagonal() == 0).any()
+    plant, asked = in_units(case, *SYSTEMS[name])
+    here = sos.design_pid(case.plant, **case.requirements).poles()
+    there = sos.design_pid(plant, **asked).poles() * SYSTEMS[name][0]
+    assert np.abs(there - here).max() < 1e-4 * np.abs(here).max()

@@ -8,6 +8,7 @@ from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 from ..analysis.riccati import riccati
 from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
+from ..plants.checks import logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 
 __all__ = ["Frame", "in_unknowns_of", "typical_rate"]
@@ -244,10 +245,12 @@ def _energy(request, omega):
     plants = [request.plant.vertices[i] for i in request.distinct]
     n = plants[0].n
     d = request.vertices[0]
-    inertia = sum(
+    forces = sum(
         np.abs(v.M) + np.abs(v.D) / omega + np.abs(v.S) / omega**2 for v in plants
-    ).diagonal() / len(plants)
-    inertia = np.where(inertia > 0, inertia, 1.0)
+    ) / len(plants)
+    inertia = forces.diagonal()
+    if not inertia.all():  # equations in another order than the coordinates
+        inertia = np.where(inertia, inertia, logarithmic_scales(forces)[1] ** -2.0)
     U = d.A[2 * n :, :n]  # x3 is of the size of U z / omega
     return np.concatenate(
         [omega**2 * inertia, inertia, omega**4 / (U**2 @ (1 / inertia))]
