@@ -123,6 +123,18 @@ SPOILT = {
         lambda b, w: (rewritten(b, gyro=lambda g: late(g, 1)), w),
         "late",
     ),
+    "encoders two samples late": (
+        lambda b, w: (b, both(w, lambda n: late(n, 2))),
+        "encoder1 seems to be 2 sample.s. late",
+    ),
+    "one encoder lost a channel": (
+        lambda b, w: (b, rewritten(w, encoder2=lambda n: np.floor(n / 2))),
+        "encoder1 moves .* times as much as encoder2",
+    ),
+    "the gyro's column for V's": (
+        lambda b, w: (replace(b, V=b.gyro, gyro=b.V), w),
+        "another's place|motors|positive|model",
+    ),
     "gyro reversed": (
         lambda b, w: (rewritten(b, gyro=np.negative), w),
         "must be positive",

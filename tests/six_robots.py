@@ -315,7 +315,7 @@ LIGHT = Machine(
     0.001,
 )
 
-#: Unlike the six: very light, very heavy, gears that rub, a slow clock.
+#: Unlike the six: very light, very heavy, gears that rub, a slow clock, a fast one.
 OTHERS = (
     LIGHT,
     replace(LIGHT, name="0.2 kg with friction", friction=0.15),
@@ -350,5 +350,35 @@ OTHERS = (
         0.004,
         friction=0.3,
         law="observer",
+    ),
+    Machine(
+        "15 kg on 50 mm, 125 Hz",
+        15.0,
+        0.20,
+        0.05,
+        0.8,
+        3.0,
+        40.0,
+        24.0,
+        20.0,
+        2e-6,
+        2048.0,
+        0.008,
+        0.002,
+    ),
+    Machine(
+        "0.12 kg, 3.7 V, 333 Hz",
+        0.10,
+        0.03,
+        0.018,
+        0.006,
+        0.02,
+        70.0,
+        3.7,
+        30.0,
+        4e-9,
+        420.0,
+        0.003,
+        0.0008,
     ),
 )

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot
+from sosbook.mip import Robot, recommend
 from sosbook.mip.compiled import Compiled
 from sosbook.mip.deployment import deploy
 from sosbook.mip.gate import widened
 
 from tests.compiler import find, refuse
 from tests.six_robots import OTHERS, SIX, logs, stand, write
+from tests.test_mip_compare import pendulum
 
 
 def described(machine):
@@ -45,15 +46,22 @@ def test_the_gate_takes_one_of_them():
     assert sum(not marks(m.name) for m in SIX) == len(GATE)
 
 
+def identified(machine, folder, **asked):
+    """What comes of a machine's logs and its description."""
+    body, wheels = logs(machine)
+    write(folder / "body.csv", "t,V,gyro", body)
+    write(folder / "wheels.csv", "t,V,encoder1,encoder2", wheels)
+    return deploy(
+        folder / "body.csv", folder / "wheels.csv", described(machine), **asked
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX + OTHERS]
 )
 def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
-    body, wheels = logs(machine)
-    write(tmp_path / "body.csv", "t,V,gyro", body)
-    write(tmp_path / "wheels.csv", "t,V,encoder1,encoder2", wheels)
-    found = deploy(tmp_path / "body.csv", tmp_path / "wheels.csv", described(machine))
+    found = identified(machine, tmp_path)
 
     inertia = {"c": machine.I_o + machine.J, "a": 2 * machine.I_w + machine.J}
     torque = {"e": machine.e, "f": machine.f, "d": machine.M_b * 9.81 * machine.l}
@@ -77,15 +85,44 @@ def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
+    "name, warned", [("LEGO-like", True), ("gear motors 200 Hz", False)]
+)
+def test_counts_that_shake_the_motors_are_warned_of(name, warned):
+    """Of 360 counts a turn at 200 Hz each takes the whole voltage."""
+    (machine,) = (m for m in SIX if m.name == name)
+    found = recommend(pendulum(machine), R=None, robot=described(machine))
+    assert ("warning, counts" in found.facts) == warned
+    program = Compiled(found.firmware) if find() else refuse()
+    volts = []
+
+    class Heard:
+        """The program, and what it said."""
+
+        start = program.start
+        fault = property(lambda self: program.fault)
+
+        def step(self, *readings):
+            volts.append(program.step(*readings))
+            return volts[-1]
+
+    _, fault = stand(machine, Heard(), machine.V_n, seconds=8.0)
+    assert fault == 0
+    last = abs(np.ravel(volts))[len(volts) // 2 :]
+    assert (last.max() > 0.8 * machine.V_n) == warned
+    assert (last.max() < 0.5 * machine.V_n) == (not warned)
+    seeing = found.robot.but(law="observer")
+    again = recommend(pendulum(machine), R=None, robot=seeing)
+    assert "warning, counts" not in again.facts
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)  # one takes 40 s of a processor, the others six
+@pytest.mark.parametrize(
     "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX + OTHERS]
 )
 def test_it_is_proven_for_all_that_its_fit_allows(machine, tmp_path):
     """All five ratios are uncertain, and the machine is one of the pendulums."""
-    body, wheels = logs(machine)
-    write(tmp_path / "body.csv", "t,V,gyro", body)
-    write(tmp_path / "wheels.csv", "t,V,encoder1,encoder2", wheels)
-    paths = tmp_path / "body.csv", tmp_path / "wheels.csv"
-    found = deploy(*paths, described(machine), confidence=0.99)
+    found = identified(machine, tmp_path, confidence=0.99)
     assert found.sensitivity <= 2 and found.proven, found.lacking
     mip = found.mip
     truth = [machine.I_o + machine.J, machine.e, machine.f, machine.I_w + machine.J / 2]

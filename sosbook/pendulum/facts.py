@@ -11,6 +11,8 @@ from .turning import inertia_bounds
 
 __all__ = ["facts"]
 
+COARSE_SHARE = 0.5  # of the limit, by which one count may move the voltage
+
 
 def facts(deployment):
     """What is known of a ``deployment``, from a word to a sentence."""
@@ -25,6 +27,7 @@ def facts(deployment):
         **(_optimal(deployment.design) if deployment.optimal else _gain(deployment)),
         "proof of the sampled loop": _sampled(deployment),
         **_compensation(deployment),
+        **_coarse(deployment),
         **(_steering(deployment.steering) if deployment.steering else {}),
         "sampling": f"T = {T:g} s, computed within {deployment.delay:g} s, "
         f"ticks late by at most {robot.jitter:g} s",
@@ -81,6 +84,24 @@ def _compensation(deployment):
         f"{len(deployment.loops)} sampled loops below are stable by the circle "
         f"criterion, in floats: a peak sensitivity of {peak:.3f} allows every gain "
         f"from 1 to {peak / (peak - 1):.3f}, however it varies"
+    }
+
+
+def _coarse(deployment):
+    """A warning where one count of an encoder takes half of the voltage there is.
+
+    Between two counts the wheels' rate is nothing or a count a tick, and the law
+    answers a count by so many volts for a tick: two in opposite senses are then as
+    much as the motors can get, which no proof of a linear loop has.
+    """
+    robot, gain = deployment.robot, deployment.law.D[0]
+    volts = 2 * np.pi / robot.counts * abs(gain[1] + gain[3] / deployment.law.T)
+    if volts < COARSE_SHARE * robot.limit:
+        return {}
+    return {
+        "warning, counts": f"one count of an encoder moves V by {volts:.3g} V for a "
+        f"tick, and limit = {robot.limit:g} V: the motors will shake. Take encoders "
+        'with more counts, a larger R, a larger T, or law = "observer"'
     }
 
 

@@ -100,7 +100,8 @@ def output_error(model, y, start):
         raise ValueError(
             "the simulation with "
             + ", ".join(start)
-            + f" ran away from the log: {error}"
+            + " ran away from the log: does a column stand in another's place, V in "
+            f"the sensor's for example, or is a unit wrong? ({error})"
         ) from None
     names, J, r = tuple(start), solution.jac, -solution.fun
     scale = np.linalg.norm(J, axis=0)

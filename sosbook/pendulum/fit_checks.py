@@ -12,7 +12,9 @@ __all__ = [
     "check_lateness",
     "check_residuals",
     "check_start",
+    "check_wheels",
     "lateness",
+    "wheel_lateness",
     "widened",
 ]
 
@@ -20,6 +22,7 @@ CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
 STRUCTURED_RESIDUAL = 3.0  # times its own jitter, a residual is more than noise
 LATENESS_TRIED = 3  # samples of delay that are tried, either way
+MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
 PLAUSIBLE_SPEEDS = 1.0, 120.0  # rad/s, of free wheels under the whole voltage
@@ -58,8 +61,8 @@ def check_fits(identified, body, wheels, robot):
                 "both logs",
                 f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
                 "should be one on one robot: wrong counts per turn, a gyro in "
-                "another unit or late, V as a duty in one log, swapped columns, "
-                "or friction that is ignored",
+                "another unit, late or askew, V as a duty in one log, swapped "
+                "columns, or friction that is ignored",
             )
         )
     for name, value in identified.ratios.items():
@@ -130,12 +133,16 @@ def check_fits(identified, body, wheels, robot):
     for k, fit in enumerate(identified.wheels, 1):
         (count,) = wheels.need(f"encoder{k}")
         one = 2 * np.pi / robot.counts / wheels.T
+        y = np.diff(count) * one
         reports += check_residuals(
             "log of the wheels" + f", encoder{k}" * (len(identified.wheels) > 1),
             fit,
-            np.diff(count) * one,
+            y,
             one,
         )
+        late = wheel_lateness(fit, y, wheels)
+        reports += _late("log of the wheels", f"encoder{k}", late)
+    reports += check_wheels(identified.wheels)
     reports += check_start(identified.body, body)
     reports += check_lateness(identified.body, body)
     return reports
@@ -192,16 +199,38 @@ def check_start(fit, log):
     return []
 
 
+def check_wheels(fits):
+    """Whether both wheels, by their ``fits``, turn alike under the same voltage."""
+    if len(fits) < 2:
+        return []
+    ratio = fits[0]["e_a"] / fits[1]["e_a"]
+    if 1 / MOST_APART <= ratio <= MOST_APART:
+        return []
+    return [
+        Finding(
+            "refused",
+            "log of the wheels",
+            f"under the same V encoder1 moves {ratio:.3g} times as much as encoder2: "
+            "has one lost a channel, or other counts per turn? Does a wheel touch "
+            "something?",
+        )
+    ]
+
+
 def check_lateness(fit, log):
     """Whether the gyro of a log is late or early against its V, by the ``fit``."""
-    late = lateness(fit, log)
+    return _late("log of the body", "gyro", lateness(fit, log))
+
+
+def _late(subject, column, late):
+    """What to say of a column that is so many samples late."""
     if not late:
         return []
     return [
         Finding(
             "refused" if abs(late) >= 1 else "warning",
-            "log of the body",
-            f"gyro seems to be {abs(late):g} sample(s) "
+            subject,
+            f"{column} seems to be {abs(late):g} sample(s) "
             f"{'late' if late > 0 else 'early'} against V: read the sensors "
             "before V acts, in the same row",
         )
@@ -218,12 +247,47 @@ def lateness(fit, log):
     w = log.gyro - fit.residuals - fit["offset"]
     angle = np.cumsum(w) * log.T
     extra = np.tanh(w / STICTION_SPEED), angle - np.sin(angle)
+    return _best_shift(lambda shift: _shifted(fit, log, shift, extra))
+
+
+def wheel_lateness(fit, y, log):
+    """By how many samples an encoder is later than a ``fit``.
+
+    As `lateness`, of the wheel's mean speeds y between the samples of a log.
+    """
+    rub = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED)
+
+    def rms(shift):
+        V = _moved(log.V, shift)
+
+        def left(scale):
+            f = fit["f_a"] * np.exp(np.clip(scale[0], -1, 1))
+            angles = [respond([1.0], [1.0, f, 0.0], x, log.T) for x in (V, rub)]
+            columns = np.diff(angles).T / log.T
+            return y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+
+        fitted = least_squares(left, [0.0], diff_step=1e-4, max_nfev=6)
+        return float(np.sqrt(np.mean(fitted.fun**2)))
+
+    return _best_shift(rms)
+
+
+def _best_shift(rms):
+    """The shift that leaves clearly less than none does, of those tried; or 0."""
     residuals = {
-        shift: _shifted(fit, log, shift, extra)
-        for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1)
+        shift: rms(shift) for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1)
     }
     shift = min(residuals, key=residuals.get)
     return shift if residuals[shift] < LATE_IF_BETTER_THAN * residuals[0] else 0
+
+
+def _moved(V, shift):
+    """V that comes ``shift`` samples later; zero before."""
+    V = np.roll(V, shift)
+    V[: max(shift, 0)] = 0
+    if shift < 0:
+        V[shift:] = 0
+    return V
 
 
 def _shifted(fit, log, shift, extra):
@@ -232,10 +296,7 @@ def _shifted(fit, log, shift, extra):
     Its f/c and d/c are fitted anew, by least squares in the gains of V, of
     the ``extra`` inputs and in an offset.
     """
-    V = np.roll(log.V, shift)
-    V[: max(shift, 0)] = 0
-    if shift < 0:
-        V[shift:] = 0
+    V = _moved(log.V, shift)
 
     def left(scales):
         f, d = np.array([fit["f_c"], fit["d_c"]]) * np.exp(np.clip(scales, -1, 1))
