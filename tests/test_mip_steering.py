@@ -445,6 +445,9 @@ def test_librobotcontrols_program_steers_and_obeys_at_run_time(
     names = (tmp_path / "log.csv").read_text("utf-8").splitlines()[0].split(",")
     table = np.genfromtxt(tmp_path / "log.csv", delimiter=",", skip_header=1)
     extra = {x: table[:, names.index(x)] for x in ("left", "right", "heading")}
+    motors = np.column_stack([log.V_left, log.V_right])
+    assert abs(motors).max() > 0.5
+    assert abs(log.replayed_motors(STEERING) - motors)[log.running].max() < 1e-9
     assert np.allclose(extra["left"][1:], [a for a, _ in heard(moves)])
     ours, steered = FIRMWARE.controller(), STEERING.controller()
     first = heard(programs.REST[-1:])[0]
@@ -522,7 +525,10 @@ def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
     block.save(tmp_path / "log.csv")
     names = (tmp_path / "log.csv").read_text("utf-8").splitlines()[0]
     assert names.endswith("fault,left,right,V_left,V_right,heading")
-    assert len(TickLog.read(tmp_path / "log.csv").t) == 61
+    log = TickLog.read(tmp_path / "log.csv")
+    assert len(log.t) == 61 and log.steers
+    motors = np.column_stack([log.V_left, log.V_right])
+    assert abs(log.replayed_motors(STEERING) - motors).max() < 1e-9
 
 
 #: The board of the sketch's tests with two wheels, which says both motors' volts.
@@ -598,6 +604,10 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
     said = serial.read_text("utf-8")
     assert "motors off" not in said and abs(path[:, 0]).max() < 0.3
     log = TickLog.read(serial)
+    motors = np.column_stack([log.V_left, log.V_right])
+    replayed = log.replayed_motors(law)
+    assert abs(motors).max() > 0.5 and log.heading.max() > 1.0
+    assert abs(replayed - motors)[log.running].max() < 2e-3  # single precision
     # v 3 1.5 is said once, at 1.94 s, and a second later it is forgotten
     assert log.rate.max() == 3.0 and log.rate[-1] == 0.0
     names = next(x for x in said.splitlines() if x.startswith("t,")).split(",")
