@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -9,12 +10,15 @@ import time
 import urllib.request
 from pathlib import Path
 
+import jupyterlab_widgets
 import nbformat
+import numpy as np
 import pytest
 from nbformat.sign import NotebookNotary
 
 import sosbook as sos
 from sosbook.book.notebooks import BOOK
+from tests.test_page_elements import stored
 
 pytestmark = pytest.mark.live
 TOKEN = "sosbook"
@@ -51,6 +55,23 @@ EXPLORERS = {
     "sampling": "explore_sampling()",
     "robot": "explore_robot()",
 }
+EXPLORER = """\
+import numpy as np
+import sosbook as sos
+robot = sos.thesis.example_1()
+explorer = sos.atlas.design_explorer(
+    robot.plant, robot.U, (0.3, 4), robot.saturation,
+    sigma=(0.1, 2.5), theta=np.radians([15, 90]), rho=(1.5, 12),
+    start={"sigma": 0.7, "theta": np.pi / 4, "rho": 5, "gamma": 1.257})
+explorer"""
+SHELF = """\
+from pathlib import Path
+from IPython.display import HTML, display
+for path in sorted(Path("shelf").glob("*.html")):
+    display(HTML(path.read_text("utf8")))"""
+KINDS = {}  # the first stored element of each kind
+for _, text in stored():
+    KINDS.setdefault(re.match(r"<(sos-\w+)", text)[1], text)
 CHAPTER = "04_lmi_regions.ipynb"
 PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 
@@ -67,14 +88,21 @@ def lab(tmp_path_factory):
         ),
         folder / "live.ipynb",
     )
-    cells = [START, *("sos.widgets." + e for e in EXPLORERS.values())]
-    nbformat.write(
-        nbformat.v4.new_notebook(
-            cells=[nbformat.v4.new_code_cell(c) for c in cells],
-            metadata={"kernelspec": kernel},
-        ),
-        folder / "explorers.ipynb",
-    )
+    for name, cells in {
+        "explorers": [START, *("sos.widgets." + e for e in EXPLORERS.values())],
+        "pages": [EXPLORER, "sos.widgets.live(explorer)"],
+        "kinds": [SHELF],
+    }.items():
+        nbformat.write(
+            nbformat.v4.new_notebook(
+                cells=[nbformat.v4.new_code_cell(c) for c in cells],
+                metadata={"kernelspec": kernel},
+            ),
+            folder / f"{name}.ipynb",
+        )
+    (folder / "shelf").mkdir()
+    for tag, text in KINDS.items():
+        (folder / "shelf" / f"{tag}.html").write_text(text, "utf8")
     atlas.outputs = [
         nbformat.v4.new_output(
             "execute_result", {"text/html": _stored_atlas()}, execution_count=1
@@ -96,6 +124,7 @@ def lab(tmp_path_factory):
     environment = dict(
         os.environ,
         PYTHONPATH=str(root),
+        JUPYTER_PATH=_widgets_home(),
         JUPYTER_CONFIG_DIR=str(folder / "config"),
         JUPYTER_DATA_DIR=str(folder / "data"),
     )
@@ -121,6 +150,16 @@ def lab(tmp_path_factory):
     finally:
         server.terminate()
         server.wait(timeout=20)
+
+
+def _widgets_home():
+    """The folder that has the widgets' part of Lab, wherever they are installed."""
+    parents = Path(jupyterlab_widgets.__file__).parents
+    homes = [p / "share" / "jupyter" for p in parents]
+    manager = Path("labextensions", "@jupyter-widgets", "jupyterlab-manager")
+    found = [str(home) for home in homes if (home / manager).is_dir()]
+    assert found, f"jupyterlab_widgets has no extension of Lab above {parents[0]}"
+    return found[0]
 
 
 def _stored_atlas():
@@ -153,13 +192,30 @@ def page(lab, browser):
 @pytest.fixture(scope="module")
 def explorers(lab, browser):
     """The newer explorers, all in one notebook."""
+    yield from _notebook(lab, browser, "explorers")
+
+
+@pytest.fixture(scope="module")
+def elements(lab, browser):
+    """A page's explorer, and the same once more with the package behind it."""
+    yield from _notebook(lab, browser, "pages")
+
+
+@pytest.fixture(scope="module")
+def kinds(lab, browser):
+    """An element of each kind that the book shows, one below the other."""
+    yield from _notebook(lab, browser, "kinds")
+
+
+def _notebook(lab, browser, name):
+    """A tab of its own, in a workspace of its own, in which all cells have begun."""
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
-    page = context.new_page()
-    own = lab("explorers.ipynb").replace(  # a workspace without other tabs
-        "/lab/tree", "/lab/workspaces/explorers/tree"
-    )
+    page, errors = context.new_page(), []
+    page.on("pageerror", lambda e: errors.append(str(e)))
+    own = lab(f"{name}.ipynb").replace("/lab/tree", f"/lab/workspaces/{name}/tree")
     _run(page, own)
     yield page
+    assert errors == []
     context.close()
 
 
@@ -232,6 +288,108 @@ def test_every_explorer_moves(explorers, name):
             break
         time.sleep(0.1)
     assert picture.inner_html() != before
+
+
+SAID = """([k, values]) => {
+  const {answer} = document.querySelectorAll("sos-explorer")[k] ?? {};
+  return answer && values.every((v, i) => answer.values[i] === v) && answer; }"""
+
+
+def _ask(page, values):
+    """What page and package say where the sliders of both stand."""
+    page.wait_for_function(
+        "[...document.querySelectorAll('sos-explorer')].filter(e => e.answer)"
+        ".length === 2"
+    )
+    page.evaluate(
+        "values => document.querySelectorAll('sos-explorer').forEach("
+        "e => values.forEach((v, k) => e.set(k, v)))",
+        values,
+    )
+    return [page.wait_for_function(SAID, arg=[k, values]).json_value() for k in (0, 1)]
+
+
+@pytest.mark.parametrize(
+    "values, status",
+    [
+        ([0.7, 45, 5, 1.257], "feasible"),
+        ([0.3, 60, 8, 2], "feasible"),
+        ([2.3, 45, 5, 1.257], "infeasible"),
+    ],
+)
+def test_the_same_explorer_by_page_and_package(elements, values, status):
+    here, there = _ask(elements, values)
+    assert "by" not in here and there["by"] == "the package"
+    assert here["status"] == there["status"] == status
+    texts = elements.locator("sos-explorer .sos-readout").all_inner_texts()
+    assert len(texts) == 2
+    if status == "feasible":
+        apart = np.abs(np.subtract(here["K"], there["K"])).max()
+        assert apart < 1e-6 * np.abs(here["K"]).max()
+        assert "Solved in your browser" in texts[0]
+        assert "Solved by the package" in texts[1]
+        assert re.split("Solved", texts[0])[0] == re.split("Solved", texts[1])[0]
+    else:
+        assert here["reason"] == there["reason"] != ""
+
+
+def test_page_and_package_look_alike(elements):
+    """All but the names of their parts, the times, and where they stand."""
+    _ask(elements, [0.7, 45, 5, 1.257])
+    shown = elements.evaluate(
+        """[...document.querySelectorAll("sos-explorer")].map(e => {
+      const {width, height} = e.getBoundingClientRect(), style = getComputedStyle(e);
+      const parts = [...e.querySelectorAll("label, figcaption, button, svg text")];
+      const drawn = [...e.querySelectorAll("svg *")].map(
+        x => x.localName + "." + (x.getAttribute("class") ?? ""));
+      return [Math.round(width), style.color, style.backgroundColor, style.font,
+        parts.map(p => p.textContent), drawn]; })"""
+    )
+    here, there = shown
+    assert here[0] == pytest.approx(there[0], abs=20)  # Lab's own margins
+    assert here[1:] == there[1:]
+    assert len(here[4]) > 20 and len(here[5]) > 40
+
+
+def test_the_package_s_explorer_moves_by_key_and_proves(elements):
+    element = elements.locator("sos-explorer").nth(1)
+    _ask(elements, [0.7, 45, 5, 1.257])
+    before = element.locator(".sos-readout").inner_text()
+    element.get_by_label("Decay rate σ").press("ArrowRight")
+    elements.wait_for_function(
+        "old => document.querySelectorAll('sos-explorer .sos-readout')[1]"
+        ".innerText !== old",
+        arg=before,
+    )
+    assert "Solved by the package" in element.locator(".sos-readout").inner_text()
+    element.get_by_role("button", name="Prove it exactly").click()
+    element.get_by_text("Proven").wait_for()
+
+
+@pytest.mark.parametrize("tag", sorted(KINDS))
+def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
+    element = kinds.locator(tag).first
+    element.wait_for()
+    element.scroll_into_view_if_needed()
+    readout = element.locator(".sos-readout").first
+    kinds.wait_for_function(
+        "tag => document.querySelector(tag + ' .sos-readout')?.innerText", arg=tag
+    )
+    before = readout.inner_text()
+    sliders = element.locator("input[type=range]:enabled")
+    if sliders.count():
+        control = sliders.first
+        control.scroll_into_view_if_needed()
+        last = control.input_value() == control.get_attribute("max")
+        control.press("ArrowLeft" if last else "ArrowRight")
+    else:
+        choice = element.locator("select").first
+        choice.select_option("1" if choice.input_value() == "0" else "0")
+    kinds.wait_for_function(
+        "([tag, old]) => document.querySelector(tag + ' .sos-readout')"
+        ".innerText !== old",
+        arg=[tag, before],
+    )
 
 
 def test_the_atlas_works_in_the_notebook(page):

@@ -29,7 +29,7 @@ function design(request, start = null, hasty = false) {
   if (found.verdict !== "feasible") {
     const refusal = found.verdict === "infeasible" && !hasty ? refuted(request, frame, blocks, found.Z) : null;
     const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
-    if (refusal) return {status: "infeasible", refusal, steps, reason: `${seen}, in exact arithmetic.`};
+    if (refusal) return {status: "infeasible", refusal, steps, reason: "Exact multipliers of the LMIs exclude every solution."};
     if (found.verdict === "undecided") return {status: "undecided", steps, reason: "Neither a design nor a proof that there is none was found."};
     return {status: hasty ? "infeasible" : "undecided", steps, reason: `${seen} in floating point, and no exact ones were found.`};
   }

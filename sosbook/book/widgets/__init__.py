@@ -19,6 +19,7 @@ from .gamma import explore_mu
 from .hinf import explore_hinf
 from .identification import explore_identification
 from .integrators import explore_integrators
+from .live import live
 from .lqr import explore_lqr
 from .observer import explore_observer
 from .pendulum import explore_fall
@@ -53,4 +54,5 @@ __all__ = [
     "explore_segment",
     "explore_steps",
     "explore_swing",
+    "live",
 ]

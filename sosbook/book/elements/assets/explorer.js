@@ -5,6 +5,7 @@
   const {Plot, QUIET, announce, band, clean, define, escape, printed, withConjugates} = window.sosKit;
   const Atlas = customElements.get("sos-atlas");
   const STEPS = 200;   // of a slider
+  const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part of them.";
 
   // ------------------------------------------------------------------ values
   const valueAt = ({min, max, log}, at) => {
@@ -27,6 +28,8 @@
         `min="0" max="${STEPS}" step="any" value="${placeOf(s, s.value)}" data-key="${s.key}" ${QUIET}>` +
         `<div class="sos-band" aria-hidden="true"></div></div>`).join("");
     }
+
+    get solver() { return window.sosSolver.of(this); }
 
     wire() {
       this.listen();
@@ -114,7 +117,7 @@
     async solve() {
       this.inputs.forEach((input, k) => announce(input, this.texts[k]));
       this.view.querySelectorAll(".sos-band").forEach(band => band.classList.add("sos-old"));
-      const values = [...this.values], answer = await window.sosSolver.ask(this.name, "move", this.request(values));
+      const values = [...this.values], answer = await this.solver.ask(this.name, "move", this.request(values));
       if (!answer) return;
       this.answer = {...answer, asked: this.askedAt(values), values};
       if (answer.status === "feasible") this.found = this.answer;
@@ -130,7 +133,7 @@
       const holds = async (k, at) => {
         const moved = [...values];
         moved[k] = valueAt(this.data.sliders[k], at);
-        const answer = await window.sosSolver.ask(this.name, "probe", this.request(moved));
+        const answer = await this.solver.ask(this.name, "probe", this.request(moved));
         return answer && answer.status === "feasible";
       };
       const stale = () => values.some((v, k) => v !== this.values[k]);
@@ -172,7 +175,7 @@
     get design() {
       const {status, asked, K, poles, margins, norm, peak, cost} = this.answer;
       if (status !== "feasible") return {status, asked};
-      const upper = poles.flat().filter(([, im]) => im >= 0), least = Math.min(...Object.values(margins));
+      const upper = poles.flat().filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]), least = Math.min(...Object.values(margins));
       const block = Object.keys(margins).find(name => margins[name] === least);
       return {status, asked, K, poles: upper, margin: [block, least], norm, peak, cost};
     }
@@ -256,8 +259,8 @@
 
     readout(design) {
       const extra = design.status === "feasible"
-        ? `<p class="sos-soft">Solved in your browser in ${clean(this.answer.ms, 2)} ms` +
-          `${this.answer.lid ? "; the set of solutions has no bound, so it got one" : ""}.</p>` : "";
+        ? `<p class="sos-soft">Solved ${this.answer.by ? `by ${escape(this.answer.by)}` : "in your browser"} in ${clean(this.answer.ms, 2)} ms.` +
+          `${this.answer.lid ? ` ${PART}` : ""}</p>` : "";
       const {reason} = this.answer, said = ["These LMIs have no solution.", "Neither a design nor a proof that there is none was found."];
       return said.reduce((text, words) => text.replace(words, escape(reason || words)), super.readout(design)) + extra;
     }
@@ -265,7 +268,7 @@
     // ----------------------------------------------------------------- the proof
     async prove() {
       this.part("more").innerHTML = "<p>Computing with whole numbers …</p>";
-      const answer = await window.sosSolver.ask(this.name, "prove", this.request());
+      const answer = await this.solver.ask(this.name, "prove", this.request());
       if (!answer?.proof?.proven) {
         this.part("more").innerHTML = `<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`;
         return;

@@ -168,7 +168,7 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
         fault.textContent = error.message;
         return;
       }
-      window.sosSolver.cancel(this.name);
+      this.solver.cancel(this.name);
       clearTimeout(this.idle);
       this.rebuilt = true;
       this.part("inner").innerHTML = this.inner();

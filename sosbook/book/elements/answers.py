@@ -1,0 +1,171 @@
+"""What the package says where an explorer's sliders stand, in the page's words.
+
+In Jupyter an explorer asks the package instead of the page's own solver; both take
+the same request and give an answer of the same form.
+"""
+
+import time
+
+import numpy as np
+
+from ...analysis.linear import peak_input
+from ...lmi.barrier import Barrier
+from ...lmi.newton import newton_of
+from ...plants.second_order import Polytope, SecondOrderSystem
+from ...requirements.cost import QuadraticCost
+from ...requirements.input_bound import Saturation
+from ...requirements.pole_region import PoleRegion
+from ...synthesis.pid import design_pid
+from ...synthesis.scaled_lmis import ScaledLMIs
+
+__all__ = ["Answers", "asked_of", "is_central"]
+
+EMPTY = "The region is empty."
+CENTRAL = 0.25  # Newton decrement: a centre is nearer than that (section 9.6.4)
+
+
+class Answers:
+    """Answers for one explorer: each design starts from the last.
+
+    Examples
+    --------
+    >>> mass = {"M": [[1]], "D": [[1]], "S": [[1]], "B": [[1]]}
+    >>> request = {"vertices": [mass], "U": [], "K_A": None, "coupling": "pairs"}
+    >>> answers = Answers()
+    >>> answers("move", request | {"asked": {"sigma": 1, "rho": 3}})["status"]
+    'feasible'
+    >>> answers("move", request | {"asked": {"sigma": 3, "rho": 3}})["reason"]
+    'The region is empty.'
+    """
+
+    def __init__(self):
+        self.last = None
+
+    def __call__(self, kind, request):
+        """The answer to a request of the page.
+
+        Parameters
+        ----------
+        kind : {"move", "probe", "prove"}
+            Whether a design is drawn, only its status counts, or a proof is wanted.
+        request : dict
+            The plant's "vertices", "U", "K_A", "coupling", and "asked".
+
+        Returns
+        -------
+        dict
+            As JSON has it: "status", "reason", "ms", and of a design "K", "poles",
+            "margins", "lid", "norm", "peak", "cost"; "proof" where one is wanted.
+        """
+        begin = time.perf_counter()
+        answer = self._answer(kind, request)
+        return answer | {"ms": 1000 * (time.perf_counter() - begin)}
+
+    def _answer(self, kind, request):
+        asked = request["asked"]
+        if asked.get("rho", np.inf) <= asked.get("sigma", -np.inf):
+            return {"status": "infeasible", "reason": EMPTY}
+        try:
+            design = design_pid(**asked_of(request), start=self.last)
+        except ValueError as fault:
+            return {"status": "undecided", "reason": str(fault)}
+        answer = {"status": design.status, "reason": design.reason}
+        if design.status == "feasible":
+            if kind == "move":
+                self.last = design
+            if kind != "probe":
+                answer |= _found(design, asked.get("x0"))
+        if kind == "prove":
+            answer |= {"proof": _proof(design)}
+        return answer
+
+
+def asked_of(request):
+    """Keywords of `design_pid` for a ``request`` of the page.
+
+    Examples
+    --------
+    >>> mass = {"M": [[1]], "D": [[1]], "S": [[1]], "B": [[1]]}
+    >>> request = {"vertices": [mass], "U": [], "K_A": None, "coupling": "pairs"}
+    >>> asked_of(request | {"asked": {"sigma": 1}})["region"].sigma
+    1.0
+    """
+    asked = request["asked"]
+    plants = [SecondOrderSystem(**v) for v in request["vertices"]]
+    region = {key: asked[key] for key in ("sigma", "theta", "rho") if key in asked}
+    given = {
+        "plant": plants[0] if len(plants) == 1 else Polytope(plants),
+        "U": request["U"] or None,
+        "K_A": request["K_A"],
+        "coupling": request["coupling"],
+        "region": PoleRegion(**region) if region else None,
+        "gamma": asked.get("gamma"),
+        "mu": asked.get("mu"),
+    }
+    if "u_max" in asked:
+        given["saturation"] = Saturation(asked["u_max"], asked["x0"])
+    if "cost" in asked:
+        given["cost"] = QuadraticCost(
+            asked["Q"], asked["R"], asked["noise"], asked["cost"]
+        )
+    return given
+
+
+def is_central(design):
+    """Whether a gain is the centre of all that was asked, not of a bounded part.
+
+    The solutions of a request may have no bound, or hardly one: then there is no
+    centre within reach.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> mass = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
+    >>> is_central(sos.design_pid(mass, region=sos.PoleRegion(sigma=1)))
+    False
+    >>> bounds = dict(gamma=1.0, saturation=sos.Saturation(9, [1, 0]))
+    >>> region = sos.PoleRegion(sigma=1, rho=9)
+    >>> is_central(sos.design_pid(mass, region=region, **bounds))
+    True
+    """
+    lmis = ScaledLMIs(design.request, design.frame)
+    if not any(c.any() for c in lmis.compiled.constants):
+        return False  # a cone
+    x = lmis.packed(lmis.point(design))
+    _, decrement = Barrier(newton_of(lmis.compiled)).step(x, 0 * x)
+    return bool(decrement < CENTRAL)
+
+
+def _found(design, x0):
+    """What is drawn and told of a design."""
+    request = design.request
+    poles = np.reshape(design.poles(), (len(request.vertices), -1))
+    peak = None
+    if request.saturation is not None:
+        peak = design.peak_input()
+    elif x0 is not None:
+        peak = max(peak_input(d, design.K, x0) for d in request.vertices)
+    return {
+        "K": design.K.tolist(),
+        "poles": [[[s.real, s.imag] for s in loop] for loop in poles.tolist()],
+        "margins": {str(name): float(x) for name, x in design.margins.items()},
+        "lid": not is_central(design),
+        "norm": float(design.hinf()) if request.plant.p else None,
+        "peak": None if peak is None else float(peak),
+        "cost": None if request.cost is None else float(design.noise_cost()),
+    }
+
+
+def _proof(design):
+    """The exact proof of a design, or of there being none."""
+    if design.status == "feasible":
+        proof = design.certify()
+    elif (proof := design.infeasibility) is None:
+        return None
+    return {
+        "proven": bool(proof.proven),
+        "text": getattr(proof, "text", ""),
+        "claims": list(proof.claims),
+        "blocks": list(getattr(proof, "blocks", ())),
+        "digits": getattr(proof, "digits", None),
+    }

@@ -1,0 +1,85 @@
+"""A page's explorer in Jupyter, with the package behind it."""
+
+import json
+
+from ...display.escape import page_text
+from ...runtime.libraries import library
+from ..elements.answers import Answers
+from ..elements.explorer import Explorer
+
+ipywidgets = library("ipywidgets")
+
+__all__ = ["Live", "live"]
+
+BY = "the package"
+HIDDEN = {"display": "none"}
+
+
+class Live(ipywidgets.VBox):
+    """An explorer of the rendered pages whose questions the package answers.
+
+    Made by `live`.
+
+    Parameters
+    ----------
+    element : elements.Explorer
+        What is shown.
+
+    Attributes
+    ----------
+    question : ipywidgets.Textarea
+        What the element asks, as JSON; not seen.
+    answer : ipywidgets.HTML
+        What the package says to it, as JSON; not seen.
+    """
+
+    def __init__(self, element):
+        self.element, self.answers = element, Answers()
+        self.question = ipywidgets.Textarea(layout=HIDDEN, continuous_update=True)
+        self.answer = ipywidgets.HTML(layout=HIDDEN)
+        self.question.add_class("sos-question").observe(self._asked, "value")
+        self.answer.add_class("sos-answer")
+        shown = {
+            "output_type": "display_data",
+            "data": {"text/html": element.html, "text/plain": repr(element)},
+            "metadata": {},
+        }
+        picture = ipywidgets.Output(outputs=(shown,))
+        super().__init__([picture, self.question, self.answer])
+        self.add_class("sos-live")
+
+    def _asked(self, change):
+        if not change["new"]:
+            return
+        job = json.loads(change["new"])
+        found = self.answers(job["kind"], job["request"])
+        self.answer.value = page_text(json.dumps({"id": job["id"], "by": BY} | found))
+
+
+def live(element):
+    """The same explorer as in the rendered pages, with the package behind it.
+
+    The page's own solver answers where no kernel does: an `Explorer` that a cell
+    shows by itself needs no Python once it is there. This one asks the package for
+    each move, band and proof, and looks the same.
+
+    Parameters
+    ----------
+    element : elements.Explorer
+        As `atlas.design_explorer` and `atlas.own_plant` return it.
+
+    Returns
+    -------
+    Live
+        The widget; put it last in a cell.
+
+    Raises
+    ------
+    ValueError
+        If the element isn't an explorer: the others compute what they show.
+    """
+    if not isinstance(element, Explorer):
+        raise ValueError(
+            f"live needs an explorer, as atlas.design_explorer returns; got {element!r}"
+        )
+    return Live(element)

@@ -1,0 +1,161 @@
+"""A page's explorer with the package behind it says what the page says."""
+
+import html
+import json
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook import widgets
+from sosbook.book.elements.answers import Answers, is_central
+from sosbook.book.elements.explorer import design_explorer
+from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
+from tests.cases import random_cost_request, random_request
+from tests.page_requests import page_request
+from tests.test_book_explorers import EXPLORERS, asked_at, places
+from tests.test_page_kernel import off
+
+DESIGN = """([request, prove]) => {
+  const k = globalThis.kernel ??= sosKernel(), found = k.design(request);
+  const {status, reason, K, poles, margins, lid} = found;
+  const answer = {status, reason, K, poles, margins, lid};
+  return status === "feasible" ? {...answer, ...k.truth(request, found)} : answer; }"""
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return sos.thesis.example_1()
+
+
+@pytest.fixture
+def wished(robot):
+    """A request of the page: Example 1 with everything."""
+
+    def wished(sigma, **more):
+        return page_request(
+            robot.plant,
+            robot.U,
+            region=sos.PoleRegion(sigma, np.pi / 4, 5),
+            gamma=1.257,
+            saturation=robot.saturation,
+            **more,
+        )
+
+    return wished
+
+
+def same(mine, theirs):
+    """Whether two answers, of the page and of the package, tell readers the same."""
+    assert mine["status"] == theirs["status"]
+    if mine["status"] != "feasible":
+        assert mine["reason"] == theirs["reason"]
+        return
+    assert mine["lid"] == theirs["lid"]
+    assert off(mine["K"], np.array(theirs["K"])) < 1e-6
+    for one, two in zip(mine["poles"], theirs["poles"], strict=True):
+        one, two = ([complex(*s) for s in loop] for loop in (one, two))
+        for s in one:
+            assert min(abs(s - t) for t in two) < 1e-5 * (1 + abs(s))
+    for key, rel in {"norm": 1e-4, "peak": 2e-3, "cost": 1e-6}.items():
+        assert (mine[key] is None) == (theirs[key] is None), key
+        assert mine[key] is None or mine[key] == pytest.approx(theirs[key], rel=rel)
+    worst = [min(a["margins"], key=a["margins"].get) for a in (mine, theirs)]
+    assert worst[0] == worst[1]
+    assert mine["margins"][worst[0]] == pytest.approx(
+        theirs["margins"][worst[0]], abs=1e-7
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chapter", EXPLORERS)
+def test_page_and_package_answer_alike_where_the_book_starts(kernel, chapter):
+    data = EXPLORERS[chapter]
+    shown = next(places(data, 0))
+    asked = asked_at(data, shown)
+    asked |= {"x0": data["x0"]} if "u_max" in asked else {}
+    asked |= {} if data["mu"] is None else {"mu": data["mu"]}
+    request = data["request"] | {"asked": asked | (data.get("cost") or {})}
+    same(kernel.evaluate(DESIGN, [request, False]), Answers()("move", request))
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.7, 1.1, 2.3])
+def test_page_and_package_answer_alike_in_example_1(kernel, wished, sigma):
+    request = wished(sigma)
+    same(kernel.evaluate(DESIGN, [request, False]), Answers()("move", request))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "request_of, seed",
+    [(random_request, k) for k in (1, 2, 5, 308)]
+    + [(random_cost_request, k) for k in (3, 308)],
+)
+def test_page_and_package_say_alike_whether_solutions_are_bounded(
+    kernel, request_of, seed
+):
+    asked = request_of(seed)
+    request = page_request(**asked)
+    mine, theirs = kernel.evaluate(DESIGN, [request, False]), Answers()("move", request)
+    assert mine["status"] == theirs["status"]
+    if mine["status"] == "feasible":
+        assert mine["lid"] == theirs["lid"]
+
+
+def test_a_cone_has_no_centre_and_a_bounded_request_has_one(robot):
+    alone = sos.design_pid(robot.plant, robot.U, region=sos.PoleRegion(0.7))
+    assert not is_central(alone)
+    assert is_central(sos.design_pid(robot.plant, **robot.requirements))
+
+
+def test_an_answer_does_not_depend_on_the_last_one(wished):
+    travelled, direct = Answers(), Answers()
+    for sigma in (0.3, 2.3, 0.5):
+        travelled("move", wished(sigma))
+    one, two = travelled("move", wished(0.7)), direct("move", wished(0.7))
+    assert off(one["K"], np.array(two["K"])) < 1e-8
+
+
+def test_proofs_are_files_of_the_package(wished):
+    good, bad = (Answers()("prove", wished(s))["proof"] for s in (0.7, 2.3))
+    assert good["proven"] and Certificate(good["text"]).proven and good["digits"] == 6
+    assert bad["proven"] and DesignInfeasibility(bad["text"]).proven
+
+
+def test_what_cannot_be_asked_is_said(wished):
+    request = wished(0.7)
+    request["vertices"][0]["B"] = [[1, 0]]
+    answer = Answers()("move", request)
+    assert answer["status"] == "undecided" and "B" in answer["reason"]
+
+
+@pytest.fixture
+def shown(robot):
+    return design_explorer(robot.plant, robot.U, sigma=(0.1, 2), rho=5.0, mu=1.0)
+
+
+def ask(widget, **job):
+    widget.question.value = json.dumps(job)
+    return json.loads(html.unescape(widget.answer.value))
+
+
+def test_the_widget_answers_what_the_element_asks(shown, wished, robot):
+    widget = widgets.live(shown)
+    (picture,) = widget.children[0].outputs
+    assert picture["data"]["text/html"] == shown.html
+    assert widget.answer.value == ""
+    answer = ask(widget, id=3, key="x", kind="move", request=wished(0.7))
+    design = sos.design_pid(
+        robot.plant, robot.U, region=sos.PoleRegion(0.7, np.pi / 4, 5),
+        gamma=1.257, saturation=robot.saturation,
+    )  # fmt: skip
+    assert answer["id"] == 3 and answer["by"] == "the package"
+    assert off(answer["K"], design.K) < 1e-9
+    refused = ask(widget, id=4, key="x", kind="probe", request=wished(2.3))
+    assert refused["id"] == 4 and refused["status"] == "infeasible"
+    assert "K" not in refused
+
+
+def test_live_wants_an_explorer():
+    with pytest.raises(ValueError, match="needs an explorer"):
+        widgets.live("sigma")
