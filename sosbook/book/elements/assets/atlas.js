@@ -224,6 +224,15 @@
       return `No single slider is enough. Relax together: ${moves.join(" and ")}.`;
     }
 
+    states() {
+      const at = this.elsewhere({place: null}), {sliders} = this.data, all = sliders.reduce(
+        (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
+      return all.map(place => {
+        at.place = place;
+        return at.readout(at.design);
+      });
+    }
+
     update() {
       this.lit = undefined;
       const design = this.design;

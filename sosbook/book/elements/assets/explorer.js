@@ -257,6 +257,17 @@
       }).join("")).join("");
     }
 
+    // Long numbers, for a design and for the lack of one.
+    states() {
+      const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a, {asked} = this;
+      const values = sliders.map(s => valueAt(s, 0.37 * STEPS)), number = 0.00088;
+      const at = this.elsewhere({values, edges: sliders.map(() => 0.37 * STEPS), answer: {ms: 888, lid: ![asked.gamma, asked.u_max, asked.cost].some(isFinite)}});
+      const poles = vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
+      const K = Array.from({length: m}, () => Array(N).fill(-8888.8)), truth = {norm: this.data.request.vertices[0].F ? 88.88 : null};
+      return [at.readout({status: "feasible", asked, K, poles, margin: ["half-plane 8,8", number], ...truth,
+        peak: x0 ? number : null, cost: cost && asked.cost ? 8888 : null}), at.readout({status: "infeasible", asked}), at.readout({status: "undecided", asked})];
+    }
+
     readout(design) {
       const extra = design.status === "feasible"
         ? `<p class="sos-soft">Solved ${this.answer.by ? `by ${escape(this.answer.by)}` : "in your browser"} in ${clean(this.answer.ms, 2)} ms.` +

@@ -86,6 +86,12 @@ window.sosKit ??= (() => {
     input.parentElement.querySelector("output").textContent = text;
   }
 
+  // Room for the longest of the words that a slider may show: its label doesn't break anew.
+  const roomy = (input, texts) => {
+    const longest = Math.max(...texts.map(text => printed(text).length));
+    input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
+  };
+
   // -------------------------------------------------------------------- plot
   function linearTicks(low, high) {
     const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
@@ -160,6 +166,8 @@ window.sosKit ??= (() => {
   }
 
   // ----------------------------------------------------------------- element
+  const LONGEST = 8;   // texts of a readout that are measured
+
   // An element holds its data as JSON. It has `markup()`, and `wire()` to listen.
   class PageElement extends HTMLElement {
     connectedCallback() { this.start(); }
@@ -177,6 +185,7 @@ window.sosKit ??= (() => {
       this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.markup()}`;
       this.append(this.view);
       this.wire();
+      this.reserve();
     }
 
     // The page's address leads back to these values, which `linked` reads.
@@ -202,8 +211,46 @@ window.sosKit ??= (() => {
     part(name) { return this.view.querySelector(`.sos-${name}`); }
 
     tell(status, html) {
-      this.part("readout").className = `sos-readout sos-${status}`;
-      this.part("readout").innerHTML = html;
+      const box = this.part("readout");
+      box.className = `sos-readout sos-${status}`;
+      box.innerHTML = html;
+      if (this.longest && box.getBoundingClientRect().height > this.tall + 0.01) {
+        this.longest.push(html);
+        this.room();
+      }
+    }
+
+    // What the readout may say as well, a list of HTML.
+    states() { return []; }
+
+    // This element where its controls may stand as well: it says what it would say, and
+    // draws nothing.
+    elsewhere(values = {}) {
+      return Object.create(this, Object.fromEntries(Object.entries(values).map(([key, value]) => [key, {value, writable: true}])));
+    }
+
+    // Room for the longest text of the readout: what stands below it doesn't move.
+    reserve() {
+      const length = html => html.replace(/<[^>]*>/g, "").length;
+      this.longest = [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
+      this.sizes?.disconnect();
+      this.sizes = new ResizeObserver(() => { if (this.part("readout").offsetWidth !== this.wide) this.room(); });
+      this.sizes.observe(this.part("readout"));
+      this.room();
+    }
+
+    room() {
+      const box = this.part("readout"), probe = box.cloneNode(false);
+      this.wide = box.offsetWidth;
+      ["role", "aria-live", "aria-atomic"].forEach(name => probe.removeAttribute(name));
+      probe.style.cssText = `position: absolute; visibility: hidden; min-height: 0; width: ${this.wide}px`;
+      box.after(probe);
+      this.tall = Math.max(0, ...this.longest.map(html => {
+        probe.innerHTML = html;
+        return Math.ceil(probe.getBoundingClientRect().height);
+      }));
+      probe.remove();
+      box.style.minHeight = `${this.tall}px`;
     }
   }
 
@@ -213,5 +260,5 @@ window.sosKit ??= (() => {
   }
 
   return {PageElement, Plot, READOUT, QUIET, announce, band, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
-    options, panel, panels, places, printed, round, row, select, slider, steady, upright, withConjugates};
+    options, panel, panels, places, printed, roomy, round, row, select, slider, steady, upright, withConjugates};
 })();

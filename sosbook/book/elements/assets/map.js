@@ -56,6 +56,7 @@
       this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
       this.control("pair").value = pair in this.group.maps ? pair : 0;
       this.open();
+      if (this.longest) this.reserve();   // those of another plant
     }
 
     // The sliders start at what was asked, or next to it.
@@ -124,6 +125,13 @@
         `<path class="sos-cross" d="M${a - 9} ${b}h18M${a} ${b - 9}v18"/>`;
       return plot.svg(printed(`Map of ${x.label} and ${y.label}`) + `, logarithmic: the point at ${this.say(x, x.values[i])}, ` +
         `${this.say(y, y.values[j])} is ${verdict.status}.`);
+    }
+
+    states() {
+      return this.group.maps.flatMap(map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
+        const at = this.elsewhere({map, place: [i, j]});
+        return at.readout(at.verdict([i, j]));
+      })));
     }
 
     readout({status, kept}) {

@@ -2,7 +2,7 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 window.sosMover ??= (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, select, slider, steady} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, roomy, select, slider, steady} = window.sosKit;
 
   const LOOKS = 25;   // at a slider, before those by halves
   const steps = control => Math.round((control.max - control.min) / control.step);
@@ -12,6 +12,9 @@ window.sosMover ??= (() => {
   };
   const position = (control, x) =>
     Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
+
+  // The same text with numbers of six characters or more.
+  const wide = html => html.split(/(<[^>]*>)/).map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8"))).join("");
 
   // A subclass has `figures()`: [name, caption] of each panel, `compute(place)`,
   // numbers alone, and `show(result, ghost, place)`, which draws and tells. With a
@@ -37,6 +40,10 @@ window.sosMover ??= (() => {
         input.addEventListener("change", () => { this.ghost = this.result; });
         steady(input);
       }
+      for (const control of this.data.controls.filter(c => !c.names)) {
+        const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
+        roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
+      }
       this.part("reset").addEventListener("click", () => this.reset());
       this.part("address").addEventListener("click", () => this.link(this.place));
       if (this.horizon) this.ready();
@@ -56,6 +63,8 @@ window.sosMover ??= (() => {
       this.update();
     }
 
+    words({unit}, x) { return `${clean(x, 4)}${unit}`; }
+
     get place() {
       return Object.fromEntries(this.data.controls.map(control => {
         const at = Number(this.inputs[control.key].value);
@@ -66,7 +75,7 @@ window.sosMover ??= (() => {
     update() {
       const place = this.place;
       for (const control of this.data.controls.filter(c => !c.names)) {
-        announce(this.inputs[control.key], `${clean(place[control.key], 4)}${control.unit}`);
+        announce(this.inputs[control.key], this.words(control, place[control.key]));
       }
       this.result = this.compute(place);
       this.show(this.result, this.ghost, place);
@@ -74,6 +83,17 @@ window.sosMover ??= (() => {
       this.view.querySelectorAll(".sos-band").forEach(old => old.classList.add("sos-old"));
       this.surveyed = false;
       this.survey();
+    }
+
+    // What is said here and at both ends of each control, in longer numbers.
+    states() {
+      const said = [], at = this.elsewhere({tell: (_, html) => said.push(wide(html)), part: () => document.createElement("div")});
+      const ends = this.data.controls.flatMap(control => {
+        const {key, names} = control, last = names ? names.length - 1 : steps(control);
+        return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
+      });
+      for (const place of [this.place, ...ends]) at.show(at.compute(place), undefined, place);
+      return said;
     }
 
     // ----------------------------------------------------------------- bands

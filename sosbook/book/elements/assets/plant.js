@@ -173,6 +173,7 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
       this.rebuilt = true;
       this.part("inner").innerHTML = this.inner();
       super.wire();
+      this.reserve();
     }
 
     // The largest input from x(0) is told, whether it has a bound or not.

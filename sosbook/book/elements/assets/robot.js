@@ -257,9 +257,8 @@
         if (key === "R") Object.assign(input, {max: this.law.R.length - 1, disabled: this.law.R.length < 2, value: this.place.R});
         announce(input, text);
       }
-      const [word, account] = this.words(), K = this.law.K[this.place.R];
-      this.tell(word === "Stands" ? "feasible" : "infeasible",
-        `<p><span class="sos-status">${word}</span> ${escape(account)}</p>${gains([K], [2, 1, K.length - 4], 4)}`);
+      const words = this.words(), [word] = words;
+      this.tell(word === "Stands" ? "feasible" : "infeasible", this.said(words, this.law.K[this.place.R]));
       this.view.querySelectorAll("svg").forEach((svg, k) => svg.setAttribute(
         "aria-label", `${["Side view", "Tilt and voltage over time"][k]}: it ${word.toLowerCase()}.`));
     }
@@ -267,6 +266,20 @@
     text(key) {
       return key === "R" ? `R = ${clean(this.law.R[this.place.R])}`
         : `${clean(this.place[key])}${this.data.sliders.find(s => s.key === key).unit}`;
+    }
+
+    // Each ending with each law, in long numbers.
+    states() {
+      const long = {full: 0.088, turns: 88.8, rms: 0.088, fell: 8.88, settled: 8.88, peak: 8.8, far: 88.8};
+      const place = law => ({...this.place, law, R: 0, tilt: 28, delay: 27.5, noise: 4.5}), push = {live: {pushes: []}};
+      return this.data.laws.flatMap((_, law) => ["stands", "chatters", "sways", "falls"].map(word => {
+        const at = this.elsewhere({place: place(law), ahead: {verdict: {word, ...long}}, ...push});
+        return at.said(at.words(), at.law.K[0].map(() => -88.88));
+      }));
+    }
+
+    said([word, account], K) {
+      return `<p><span class="sos-status">${word}</span> ${escape(account)}</p>${gains([K], [2, 1, K.length - 4], 4)}`;
     }
 
     words() {
