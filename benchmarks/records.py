@@ -5,7 +5,7 @@ import statistics
 __all__ = ["FIELDS", "record", "summary"]
 
 FIELDS = {
-    "family": "slider, answers, map or designs",
+    "family": "slider, page, answers, map or designs",
     "case": "what was timed",
     "n": "degrees of freedom",
     "vertices": "of the polytope",

@@ -1,7 +1,7 @@
-"""What a reader waits for: python -m benchmarks.waiting [--quick] [sliders] [map].
+"""What a reader waits for: python -m benchmarks.waiting [sliders] [pages] [map].
 
-Slider moves, refusals, exact proofs, maps and many designs, in seconds that
-pass, one call after the other; into waiting.json.
+Slider moves in Jupyter and in the page, refusals, exact proofs, maps and many
+designs, in seconds that pass, one call after the other; into waiting.json.
 """
 
 import os
@@ -15,26 +15,33 @@ import argparse
 import json
 from pathlib import Path
 
-from . import maps, sliders
+from . import maps, pages, sliders
 from .records import FIELDS
 from .run import machine
 
 __all__ = ["measure"]
 
 RESULTS = Path(__file__).with_name("waiting.json")
-PARTS = {"sliders": ("slider", "answers"), "map": ("map", "designs")}
+PARTS = {
+    "sliders": ("slider", "answers"),
+    "pages": ("page",),
+    "map": ("map", "designs"),
+}
 
 
 def measure(parts=(), quick=False, old=None):
     """The document of the parts, all of them if none is named.
 
-    Of ``old``, a document, the records of the other parts are kept.
+    Of ``old``, a document, the records of the other parts are kept, and the machine;
+    a page's records say their own.
     """
     parts, records = list(parts) or list(PARTS), []
     if "sliders" in parts:
         for k in (1, 2, 3):
             records += sliders.moves(k, 12 if quick else 60)
             records += sliders.answers(k, 3 if quick else 15)
+    if "pages" in parts:
+        records += pages.moves()
     if "map" in parts:
         records += maps.records(quick)
     again = {family for part in parts for family in PARTS[part]}
@@ -43,7 +50,7 @@ def measure(parts=(), quick=False, old=None):
     return dict(
         about="Seconds that a reader waits. One thread; medians.",
         quick=quick,
-        machine=machine(),
+        machine=old["machine"] if kept else machine(),
         fields=FIELDS,
         records=records,
     )

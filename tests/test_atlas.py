@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -12,6 +13,7 @@ from sosbook.analysis.linear import poles as loop_poles
 from sosbook.book.elements.designs import Atlas, Slider, design_atlas
 from sosbook.book.elements.records import record
 from sosbook.plants.response import simulate
+from sosbook.requirements.vocabulary import Parameter
 from tests import energy_to_peak
 from tests.elements import (
     assert_buttons,
@@ -280,6 +282,52 @@ def test_a_requirement_of_ones_own_is_in_the_program(visit, tmp_path):
     names = assert_buttons(visit(page), visit, "sos-atlas", "peak")
     asked = {r.name: r for r in names["design"].request.requirements}
     assert asked["peak"].peak == 0.5 and asked["half-plane"].bound == 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Swing(energy_to_peak.PeakBlocks):
+    """A requirement that no file of the package knows, nor any script of the page."""
+
+    swing: float = None
+
+    parameter = Parameter(
+        "swing", "bound of the swing", "Swing of <the> arm", "ŝ", " cm", power=2
+    )
+    kind = name = promise = "swing"
+
+    def claim(self):
+        return f"it swings by less than {self.swing!r} cm"
+
+    def truth(self, loops, K, K_A=None):
+        return max(energy_to_peak.true_peak(d, K) for d in loops)
+
+
+def test_a_new_requirement_has_its_slider_from_its_words(visit, tmp_path):
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
+    limit = sos.Saturation(0.3, [0.1, 0])
+    element = design_atlas(
+        plant, saturation=limit, requirements=[Swing(0.6)], mu=1.0, sigma=0.1,
+        slide={"swing": [0.01, 0.5, 0.6]}, start={"swing": 0.5}, progress=False,
+    )  # fmt: skip
+    (slider,) = element.sliders
+    assert slider.looser == 1 and slider.texts[1] == "ŝ = 0.5 cm"
+    page = tmp_path / "swing.html"
+    page.write_text(
+        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
+        f"<title>t</title>{element.html}",
+        "utf8",
+    )
+    tab = visit(page)
+    moved = first(tab).get_by_label("Swing of <the> arm")
+    assert moved.get_attribute("aria-valuetext") == "ŝ = 0.5 cm"
+    assert say(tab).startswith("Feasible for ŝ = 0.5 cm")
+    moved.press("ArrowLeft")
+    assert say(tab).startswith("Infeasible for ŝ = 0.01 cm")
+    assert "Relax first: ŝ = 0.5 cm." in say(tab)
+    assert [good for good, *_ in green(tab, "sos-atlas")[0]] == [False, True, True]
+    first(tab).get_by_role("button", name="As Python").click()
+    assert "Swing(swing=0.01)" in first(tab).locator("pre").inner_text()
+    assert tab.errors == []
 
 
 def test_bands_are_green_where_a_design_is_stored(tab, atlas):

@@ -18,12 +18,13 @@ from sosbook.book.elements.maps import MapAtlas
 from sosbook.book.elements.own_plant import OwnPlant
 from sosbook.book.elements.page import PageElement, significant
 from sosbook.book.elements.robot import Animation
+from sosbook.book.elements.stopwatch import Stopwatch
 from sosbook.book.notebooks import BOOK
 from tests import layout
 
 KINDS = {kind.tag: kind for kind in (Atlas, DelayAtlas, MapAtlas, Animation)}
 MOVERS = {kind.tag: kind for kind in movers.Mover.__subclasses__()}
-MOVERS |= {kind.tag: kind for kind in (Explorer, OwnPlant)}  # which compute, too
+MOVERS |= {kind.tag: kind for kind in (Explorer, OwnPlant, Stopwatch)}
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )

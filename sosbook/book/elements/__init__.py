@@ -6,6 +6,7 @@ from .explorer import Explorer, design_explorer
 from .maps import MapAtlas
 from .own_plant import OwnPlant, own_plant
 from .records import record
+from .stopwatch import Stopwatch, stopwatch
 
 __all__ = [
     "Atlas",
@@ -14,9 +15,11 @@ __all__ = [
     "MapAtlas",
     "OwnPlant",
     "Slider",
+    "Stopwatch",
     "delay_atlas",
     "design_atlas",
     "design_explorer",
     "own_plant",
     "record",
+    "stopwatch",
 ]

@@ -114,8 +114,8 @@ def asked_of(request):
 def is_central(design):
     """Whether a gain is the centre of all that was asked, not of a bounded part.
 
-    The solutions of a request may have no bound, or hardly one: then there is no
-    centre within reach.
+    ``design`` is a feasible `Design`. The solutions of a request may have no bound,
+    or hardly one: then there is no centre within reach.
 
     Examples
     --------

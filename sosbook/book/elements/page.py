@@ -1,11 +1,12 @@
 """What every element of the rendered page has in common: it needs no other file."""
 
+import re
 from importlib.resources import files
 
 from ...display.escape import json_text, page_text
 from ..kernel import lean
 
-__all__ = ["PageElement", "significant"]
+__all__ = ["PageElement", "script", "significant"]
 
 
 class PageElement:
@@ -27,8 +28,8 @@ class PageElement:
     def html(self):
         """The element as HTML; ``kit.js`` is the same for all of them."""
         sheets = [_asset(name) for name in ("kit.css", *self.sheets)]
-        style = " ".join(" ".join(sheets).split()).replace("sos-element", self.tag)
-        script = "\n".join(lean(_asset(name)) for name in ("kit.js", *self.scripts))
+        style = _tight("\n".join(sheets)).replace("sos-element", self.tag)
+        scripts = "\n".join(map(script, ("kit.js", *self.scripts)))
         data = json_text(self.data)
         return (
             f'<{self.tag} role="group" aria-label="{page_text(self.title)}">'
@@ -38,8 +39,32 @@ class PageElement:
             "Palette → Trust Notebook) and run the cell, or open the book "
             "with python3 tasks.py lab.</noscript>"
             f'<script type="application/json">{data}</script>'
-            f"</{self.tag}>\n<script>\n{script}\n</script>"
+            f"</{self.tag}>\n<script>\n{scripts}\n</script>"
         )
+
+
+def script(name):
+    """An asset by ``name``, JavaScript, as readers load it.
+
+    Examples
+    --------
+    >>> "sosSolver" in script("solver.js")
+    True
+    """
+    return lean(_asset(name))
+
+
+def _tight(style):
+    """A style sheet without comments and needless spaces.
+
+    Examples
+    --------
+    >>> _tight("a b { color: red;  /* why */ }")
+    'a b{color:red}'
+    """
+    style = re.sub(r"/\*.*?\*/", "", style, flags=re.DOTALL)
+    style = re.sub(r"\s*([{};,])\s*", r"\1", " ".join(style.split()))
+    return style.replace(": ", ":").replace(";}", "}").strip()
 
 
 def _asset(name):

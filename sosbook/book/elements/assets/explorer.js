@@ -5,7 +5,7 @@
   const {Plot, QUIET, announce, band, clean, define, escape, printed, withConjugates} = window.sosKit;
   const Atlas = customElements.get("sos-atlas");
   const STEPS = 200;   // of a slider
-  const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part of them.";
+  const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part.";
 
   // ------------------------------------------------------------------ values
   const valueAt = ({min, max, log}, at) => {
@@ -259,13 +259,13 @@
 
     // Long numbers, for a design and for the lack of one.
     states() {
-      const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a, {asked} = this;
-      const values = sliders.map(s => valueAt(s, 0.37 * STEPS)), number = 0.00088;
-      const at = this.elsewhere({values, edges: sliders.map(() => 0.37 * STEPS), answer: {ms: 888, lid: ![asked.gamma, asked.u_max, asked.cost].some(isFinite)}});
+      const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a, {asked} = this, number = 0.00088, place = 74;
+      const at = this.elsewhere({values: sliders.map(s => valueAt(s, place)), edges: sliders.map(() => place),
+        answer: {ms: 888, lid: !(asked.gamma || asked.u_max || asked.cost)}});
       const poles = vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
-      const K = Array.from({length: m}, () => Array(N).fill(-8888.8)), truth = {norm: this.data.request.vertices[0].F ? 88.88 : null};
-      return [at.readout({status: "feasible", asked, K, poles, margin: ["half-plane 8,8", number], ...truth,
-        peak: x0 ? number : null, cost: cost && asked.cost ? 8888 : null}), at.readout({status: "infeasible", asked}), at.readout({status: "undecided", asked})];
+      const K = Array.from({length: m}, () => Array(N).fill(-8888.8));
+      return [at.readout({status: "feasible", asked, K, poles, margin: ["half-plane 8,8", number], norm: this.data.request.vertices[0].F ? number : null,
+        peak: x0 && number, cost: cost && asked.cost ? number : null}), at.readout({status: "infeasible", asked})];
     }
 
     readout(design) {

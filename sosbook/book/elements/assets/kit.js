@@ -86,12 +86,6 @@ window.sosKit ??= (() => {
     input.parentElement.querySelector("output").textContent = text;
   }
 
-  // Room for the longest of the words that a slider may show: its label doesn't break anew.
-  const roomy = (input, texts) => {
-    const longest = Math.max(...texts.map(text => printed(text).length));
-    input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
-  };
-
   // -------------------------------------------------------------------- plot
   function linearTicks(low, high) {
     const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
@@ -114,7 +108,7 @@ window.sosKit ??= (() => {
 
   // Grid lines with their numbers, and an axis title that reads upwards.
   const column = ([t, b], u, text) => `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
-    `<text x="${u}" y="${b + 16}" text-anchor="middle">${text}</text>`;
+    `<text x="${Math.min(u, round(338 - 3.6 * text.length))}" y="${b + 16}" text-anchor="middle">${text}</text>`;
   const row = ([l, r], v, text) => `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
     `<text x="${l - 6}" y="${v + 4}" text-anchor="end">${text}</text>`;
   const upright = ([t, b], label) =>
@@ -225,8 +219,10 @@ window.sosKit ??= (() => {
 
     // This element where its controls may stand as well: it says what it would say, and
     // draws nothing.
-    elsewhere(values = {}) {
-      return Object.create(this, Object.fromEntries(Object.entries(values).map(([key, value]) => [key, {value, writable: true}])));
+    elsewhere(values) {
+      const there = Object.create(this);
+      for (const key in values) Object.defineProperty(there, key, {value: values[key], writable: true});
+      return there;
     }
 
     // Room for the longest text of the readout: what stands below it doesn't move.
@@ -240,10 +236,10 @@ window.sosKit ??= (() => {
     }
 
     room() {
-      const box = this.part("readout"), probe = box.cloneNode(false);
+      const box = this.part("readout"), probe = document.createElement("div");
       this.wide = box.offsetWidth;
-      ["role", "aria-live", "aria-atomic"].forEach(name => probe.removeAttribute(name));
-      probe.style.cssText = `position: absolute; visibility: hidden; min-height: 0; width: ${this.wide}px`;
+      probe.className = "sos-readout";
+      probe.style.cssText = `position:absolute;visibility:hidden;width:${this.wide}px`;
       box.after(probe);
       this.tall = Math.max(0, ...this.longest.map(html => {
         probe.innerHTML = html;
@@ -260,5 +256,5 @@ window.sosKit ??= (() => {
   }
 
   return {PageElement, Plot, READOUT, QUIET, announce, band, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
-    options, panel, panels, places, printed, roomy, round, row, select, slider, steady, upright, withConjugates};
+    options, panel, panels, places, printed, round, row, select, slider, steady, upright, withConjugates};
 })();

@@ -2,7 +2,13 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 window.sosMover ??= (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, roomy, select, slider, steady} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, printed, select, slider, steady} = window.sosKit;
+
+  // Room for the longest of the words that a slider may show: its label doesn't break anew.
+  const roomy = (input, texts) => {
+    const longest = Math.max(...texts.map(text => printed(text).length));
+    input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
+  };
 
   const LOOKS = 25;   // at a slider, before those by halves
   const steps = control => Math.round((control.max - control.min) / control.step);

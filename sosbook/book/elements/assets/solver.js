@@ -38,44 +38,6 @@ window.sosSolver ??= (() => {
     }
   }
 
-  // Two widgets beside an element in Jupyter, one for a question and one for its answer,
-  // are a line to the package; the page takes over what it leaves unanswered.
-  const PATIENCE = 10, ATTEMPTS = 50;   // seconds for an answer; tries, 0.1 s apart, to find the widgets
-  function line(home) {
-    return receive => {
-      let due = null, timer = null, spare = null, known = null;
-      const taken = answer => {
-        clearTimeout(timer);
-        due = null;
-        receive(answer);
-      };
-      const listen = place => {
-        if (place === known) return;
-        known = place;
-        new MutationObserver(() => {
-          const answer = JSON.parse(place.textContent.trim() || "{}");
-          if (due && answer.id === due.id) taken(answer);
-        }).observe(place, {childList: true, characterData: true, subtree: true});
-      };
-      const alone = () => (spare ??= start(taken))(due);
-      const ask = (job, tries = 0) => {
-        if (due !== job) return;
-        const [question, place] = [".sos-question textarea", ".sos-answer"].map(where => home.querySelector(where));
-        if (question && place) {
-          listen(place);
-          question.value = JSON.stringify(job);
-          question.dispatchEvent(new Event("input", {bubbles: true}));
-          timer = setTimeout(alone, 1000 * PATIENCE);
-        } else if (tries < ATTEMPTS) setTimeout(() => ask(job, tries + 1), 100);
-        else alone();
-      };
-      return job => {
-        due = job;
-        ask(job);
-      };
-    };
-  }
-
   // One job at a time; the newest move of an element takes the place of those that wait.
   function queue(open) {
     let waiting = [], busy = null, count = 0, post = null;
@@ -110,7 +72,7 @@ window.sosSolver ??= (() => {
   // Who answers an element: the package where it has a line, else this page.
   const page = queue(start), of = element => {
     const home = element.closest(".sos-live");
-    return home ? home.sosLine ??= queue(line(home)) : page;
+    return home && window.sosLine ? home.sosQueue ??= queue(window.sosLine(home, start)) : page;
   };
   return {of};
 })();

@@ -1,0 +1,72 @@
+"""The stopwatch for the reader's browser: it moves, measures and says what it saw."""
+
+import re
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.book.elements.stopwatch import stopwatch
+
+
+@pytest.fixture
+def tab(visit, tmp_path):
+    page = tmp_path / "stopwatch.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
+        f'<link rel="icon" href="data:,">{stopwatch([1, 2]).html}',
+        "utf8",
+    )
+    tab = visit(page)
+    ready(tab, 1)
+    yield tab
+    assert tab.errors == []
+
+
+def ready(tab, vertices):
+    tab.page.wait_for_function(
+        """count => { const e = document.querySelector("sos-stopwatch");
+      return e?.answer?.poles?.length === count; }""",
+        arg=vertices,
+    )
+
+
+def measured(tab):
+    return tab.page.evaluate("document.querySelector('sos-stopwatch').measure()")
+
+
+def test_it_says_the_median_of_what_it_measured(tab):
+    assert "Not measured yet" in tab.page.locator(".sos-told").inner_text()
+    found = measured(tab)
+    assert len(found["times"]) == len(found["solver"]) == 5 * 60
+    assert all(0 < s < t for s, t in zip(found["solver"], found["times"], strict=True))
+    words = tab.page.locator(".sos-told").inner_text()
+    told = [float(x) for x in re.findall(r"([\d.]+) ms", words)]
+    true = [np.median(found[key]) for key in ("times", "solver")]
+    assert told[:2] == pytest.approx(true, rel=0.1)
+    assert tab.page.locator(".sos-dot").count() == 300
+
+
+def test_afterwards_the_sliders_stand_where_they_stood(tab):
+    before = tab.page.evaluate("document.querySelector('sos-stopwatch').values")
+    measured(tab)
+    tab.page.wait_for_function(
+        """old => { const {values, answer} = document.querySelector("sos-stopwatch");
+      return values.every((v, k) => v === old[k] && v === answer.values[k]); }""",
+        arg=before,
+    )
+
+
+def test_another_plant_is_the_package_s(tab):
+    tab.page.locator("sos-stopwatch select").select_option("1")
+    ready(tab, 2)
+    example = sos.thesis.example_2()
+    K = tab.page.evaluate("document.querySelector('sos-stopwatch').answer.K")
+    design = sos.design_pid(example.plant, **example.requirements)
+    assert np.abs(K - design.K).max() < 1e-5 * np.abs(design.K).max()
+
+
+@pytest.mark.parametrize("examples", [(), (4,), (1, 9)])
+def test_examples_that_have_no_stopwatch(examples):
+    with pytest.raises(ValueError, match="examples must be of"):
+        stopwatch(examples)
