@@ -5,14 +5,13 @@ from functools import partial
 
 import numpy as np
 
-from ..lmi.blocks import Blocks
 from ..lmi.bounded import bounded, unpacked
 from ..lmi.centre import Unbounded, centre
 from ..lmi.deepest import ZERO_DEPTH, deepest
 from ..lmi.exact import round_digits
-from ..lmi.problem import LMIProblem
 from ..lmi.time_limit import OutOfTime, check_time
 from ..lmi.time_limit import time_limit as limited
+from ..lmi.trusted import TrustedProblem
 from ..runtime.threads import one_thread
 from .certificates import prove_delay
 from .design import DelayDesign
@@ -75,7 +74,7 @@ def within(seconds, request, work, progress=False):
 def _solved(request, refuse, centred):
     problem, blocks = _problem(request)
     check_time()
-    for accuracy in (1.0,) if centred else (ROUGHLY, 1.0):
+    for accuracy in (ROUGHLY, 1.0):
         deep = deepest(blocks, accuracy)
         if deep.depth <= 0:
             break
@@ -92,8 +91,8 @@ def _solved(request, refuse, centred):
 
 
 def _problem(request):
-    problem = LMIProblem(request.blocks, request.unknowns())
-    return problem, Blocks.of(problem.in_unknowns().values(), problem.unknowns)
+    problem = TrustedProblem(request.blocks, request.unknowns())
+    return problem, problem.compiled
 
 
 def centred_design(design):

@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..runtime.libraries import library
-from .matrices import Matrices, array_of
+from .matrices import Matrices
 
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
@@ -322,13 +322,14 @@ def _block_affine(full, heights, widths):
 
 
 def _block_matrices(full, heights, widths):
-    count = next(len(x.array) for r in full for x in r if isinstance(x, Matrices))
-    whole = np.zeros((count, sum(heights), sum(widths)))
+    some = next(x for r in full for x in r if isinstance(x, Matrices))
+    whole = np.zeros((len(some.array), sum(heights), sum(widths)))
     tops, lefts = np.cumsum([0, *heights]), np.cumsum([0, *widths])
     for i, row in enumerate(full):
         for j, x in enumerate(row):
-            whole[:, tops[i] : tops[i + 1], lefts[j] : lefts[j + 1]] = array_of(x)
-    return Matrices(whole)
+            part = whole[:, tops[i] : tops[i + 1], lefts[j] : lefts[j + 1]]
+            some.write(part, x)
+    return type(some)(whole)
 
 
 def _pad(matrix, start, size):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["Matrices", "array_of", "margins"]
+__all__ = ["Matrices", "Readings", "array_of", "margins"]
 
 
 class Matrices:
@@ -35,35 +35,80 @@ class Matrices:
     @property
     def T(self):
         """The transposes."""
-        return Matrices(self.array.swapaxes(-1, -2))
+        return type(self)(self.array.swapaxes(-1, -2))
 
     def __neg__(self):
-        return Matrices(-self.array)
+        return type(self)(-self.array)
 
     def __add__(self, other):
-        return Matrices(self.array + array_of(other))
+        return type(self)(self.array + array_of(other))
 
     __radd__ = __add__
 
     def __sub__(self, other):
-        return Matrices(self.array - array_of(other))
+        return type(self)(self.array - array_of(other))
 
     def __rsub__(self, other):
-        return Matrices(array_of(other) - self.array)
+        return type(self)(array_of(other) - self.array)
 
     def __mul__(self, factor):
-        return Matrices(self.array * factor)
+        return type(self)(self.array * factor)
 
     __rmul__ = __mul__
 
     def __truediv__(self, divisor):
-        return Matrices(self.array / divisor)
+        return type(self)(self.array / divisor)
 
     def __matmul__(self, other):
-        return Matrices(self.array @ array_of(other))
+        return type(self)(self.array @ array_of(other))
 
     def __rmatmul__(self, other):
-        return Matrices(array_of(other) @ self.array)
+        return type(self)(array_of(other) @ self.array)
+
+    def write(self, part, entry):
+        """Write an ``entry``, some matrices or a plain one, into their ``part``."""
+        part[:] = array_of(entry)
+
+
+class Readings(Matrices):
+    """A constant and the slopes of an affine expression, read as one.
+
+    The first matrix is the constant, to which plain matrices are added. Each of the
+    others is the derivative by a variable.
+
+    Examples
+    --------
+    >>> x = Readings(np.array([[[0.0]], [[1.0]]]))
+    >>> (2 * x + np.eye(1)).array.ravel()
+    array([1., 2.])
+    """
+
+    def __add__(self, other):
+        if isinstance(other, Matrices):
+            return Readings(self.array + other.array)
+        total = self.array.astype(float)
+        total[0] += other
+        return Readings(total)
+
+    __radd__ = __add__
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __rsub__(self, other):
+        return -self + other
+
+    def write(self, part, entry):
+        if isinstance(entry, Matrices):
+            part[:] = entry.array
+        else:
+            part[0] = entry
+
+    def times(self, size):
+        """The perspective s G(X / s) for a size s, 1 x 1, of this G(X)."""
+        total = self.array + size.array * self.array[0]
+        total[0] = 0 * self.array[0]
+        return Readings(total)
 
 
 def array_of(x):

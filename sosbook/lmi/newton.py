@@ -203,7 +203,8 @@ def newton_of(blocks):
 
 def _hessian_of(newton):
     """A `TableHessian` or a `Hessian`, whichever takes less time."""
-    if newton.has_table and table_hessian_work(newton) < kronecker_work(newton):
+    less = not newton.layouts or table_hessian_work(newton) < kronecker_work(newton)
+    if newton.has_table and less:
         return TableHessian(newton)
     return Hessian(newton)
 

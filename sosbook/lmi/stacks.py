@@ -222,6 +222,9 @@ class _Row(_Stack):
 def _before_cancelling(block):
     """How large a block's diagonal entries were if no product cancelled another."""
     large = np.abs(block.constant.diagonal())
+    if not block.products:  # they were added up: what doesn't cancel is as large
+        row = np.sqrt((np.abs(block.slopes) ** 2).sum((0, 2)))
+        return np.where(large > 0, large, row)
     for t in block.products:
         left = np.linalg.norm(t.left, axis=1)
         large = large + 2 * left * np.linalg.norm(t.right, axis=0)

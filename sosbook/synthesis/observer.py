@@ -12,8 +12,8 @@ from ..analysis.riccati import riccati
 from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
-from ..lmi.problem import LMIProblem
 from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.trusted import TrustedProblem
 from ..plants.checks import matrix
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
@@ -278,7 +278,7 @@ class ObserverProblem:
 
     def open(self):
         """The `LMIProblem` with L to be found and no bound of tr J."""
-        return LMIProblem(self.blocks, self.unknowns())
+        return TrustedProblem(self.blocks, self.unknowns())
 
     def of_mean(self):
         """The same for the mean plant alone."""
@@ -295,7 +295,7 @@ class ObserverProblem:
 
     def bounded(self, L, bound):
         """The `LMIProblem` of this L and a bound of tr J."""
-        return LMIProblem(
+        return TrustedProblem(
             lambda values, number: self.blocks(values, number, L, bound),
             self.unknowns(L),
         )

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..lmi import Affine
 from ..lmi.exact import exact
+from ..lmi.matrices import Readings
 from ..lmi.read_only import ReadOnly
 from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
@@ -213,7 +214,7 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
 
         def add(r, block, vertices, g):
             s = sizes.get(r.key)
-            table.add(r, block, vertices, _times(g, s) if isinstance(s, Affine) else g)
+            table.add(r, block, vertices, g if s is None else _times(g, s))
 
         def once(requirements):
             for r in requirements:
@@ -334,11 +335,18 @@ def _measured(loop, r, size):
     if size is None:
         return loop
     unit = 1.0 if loop.frame is None else loop.frame.sizes.get(r.size_name, 1.0)
-    if isinstance(size, Affine):
+    if isinstance(size, (Affine, Readings)):
         return loop.measured(unit)
     return loop.measured(unit, np.asarray(size).item())
 
 
 def _times(g, size):
-    """The perspective s G(X / s) of an affine expression G(X)."""
-    return Affine(0 * g.constant, g.terms) + size * g.constant
+    """The perspective s G(X / s) of an affine expression G(X) in unknowns.
+
+    Where the size is a number nothing is changed.
+    """
+    if isinstance(size, Affine):
+        return Affine(0 * g.constant, g.terms) + size * g.constant
+    if isinstance(size, Readings):
+        return g.times(size)
+    return g

@@ -1,0 +1,83 @@
+"""Small blocks, their constants and slopes read at once.
+
+`Readings` of all free entries go through the theorems in a single reading. For
+few variables that is faster than writing products of matrices first.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from .blocks import Blocks
+from .expression import lower_triangle
+from .matrices import Readings
+
+__all__ = ["EvaluatedBlocks", "unit_readings"]
+
+
+class EvaluatedBlocks(Blocks):
+    """Blocks that are read with `unit_readings`.
+
+    Parameters
+    ----------
+    values : iterable of Readings
+        The blocks; a plain matrix is a constant.
+    unknowns : sequence of Unknown
+        Their free entries, one unknown after the other, are the variables.
+    """
+
+    def __init__(self, values, unknowns):
+        self.unknowns = list(unknowns)
+        self.variables = sum(u.size for u in unknowns)
+        self.constants, self.slopes = [], []
+        for g in values:
+            if isinstance(g, Readings):
+                constant, slopes = g.array[0], g.array[1:]
+            else:
+                constant, slopes = g, np.zeros((self.variables, *g.shape))
+            self.constants.append(constant.astype(float))
+            self.slopes.append(slopes.astype(float))
+
+    def joined(self, expressions):
+        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
+        both = object.__new__(EvaluatedBlocks)
+        both.unknowns, both.variables = self.unknowns, self.variables
+        more = Blocks.of(expressions, self.unknowns)
+        both.constants = [*self.constants, *(c.astype(float) for c in more.constants)]
+        both.slopes = [*self.slopes, *(s.astype(float) for s in more.slopes)]
+        return both
+
+
+def unit_readings(unknowns):
+    """The `Readings` of some ``unknowns`` by their names.
+
+    Their constants are zero; each slope has one free entry that is one.
+
+    Examples
+    --------
+    >>> from sosbook.lmi import Unknown
+    >>> unit_readings([Unknown("x", 1), Unknown("y", 1)])["y"].array.ravel()
+    array([0., 0., 1.])
+    """
+    arrays = _arrays(tuple((u.shape, u.symmetric) for u in unknowns))
+    return {u.name: Readings(array) for u, array in zip(unknowns, arrays)}
+
+
+@lru_cache(16)
+def _arrays(kinds):
+    parts, start = [], 1
+    for (rows, cols), symmetric in kinds:
+        i, j = lower_triangle(rows) if symmetric else np.indices((rows, cols))
+        i, j = np.ravel(i), np.ravel(j)
+        parts.append((rows, cols, i, j, symmetric, start))
+        start += len(i)
+    arrays = []
+    for rows, cols, i, j, symmetric, first in parts:
+        array = np.zeros((start, rows, cols))
+        at = first + np.arange(len(i))
+        array[at, i, j] = 1.0
+        if symmetric:
+            array[at, j, i] = 1.0
+        array.flags.writeable = False
+        arrays.append(array)
+    return arrays
