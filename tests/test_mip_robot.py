@@ -322,19 +322,25 @@ def test_the_list_of_keys_is_whole():
     assert keys > set(STEERED) == {"track", *STEERING}
 
 
+@pytest.fixture(scope="module")
+def steered(base, tmp_path_factory):
+    """The thesis's robot that steers, and its files."""
+    robot = THESIS.but(track=0.07)
+    folder = tmp_path_factory.mktemp("steered")
+    return robot, written(replace(base, robot=robot), folder)
+
+
 @pytest.mark.parametrize("key", STEERED)
-def test_each_key_of_steering_arrives_where_it_belongs(key, base, tmp_path):
+def test_each_key_of_steering_arrives_where_it_belongs(key, base, steered, tmp_path):
     change, arrives = STEERED[key]
-    robots = [THESIS.but(**{"track": 0.07, **more}) for more in ({}, {key: change})]
-    files = [
-        written(replace(base, robot=robot), tmp_path / str(k))
-        for k, robot in enumerate(robots)
-    ]
+    first, files = steered
+    robot = first.but(**{key: change})
+    files = files, written(replace(base, robot=robot), tmp_path)
     before, after = ({name: code(path) for name, path in x.items()} for x in files)
     assert set(before) == set(after)
     whole = {LAW, STEER, RC, PYCTRL}
     assert {name for name in whole if before[name] != after[name]} == arrives
-    said = f"{key} = " + robots[1].words.split(f"{key} = ")[1].split(",")[0]
+    said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for name in whole | {"balance_steer.h"}:
         text = re.sub(r"^ \*", "", files[1][name].read_text("utf-8"), flags=re.M)
         assert said in " ".join(text.split()), name
