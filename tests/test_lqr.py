@@ -42,6 +42,14 @@ def divided(plant):
     )
 
 
+@pytest.fixture(params=["equation", "LMIs"])
+def way(request, monkeypatch):
+    """How the optimum of one plant is found: as a user does, or by its LMIs alone."""
+    if request.param == "LMIs":
+        monkeypatch.setattr(lqr, "riccati_point", lambda *a: None)
+
+
+@pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("U", [None, np.eye(2)])
 def test_one_plant_gives_the_riccati_gain(U):
     robot = sos.thesis.example_1().plant
@@ -55,6 +63,7 @@ def test_one_plant_gives_the_riccati_gain(U):
     assert design.certify().proven
 
 
+@pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("form", [lambda p: p, divided])
 def test_a_plant_of_tiny_masses_gives_the_riccati_gain(form):
     plant = form(light_pendulum())
@@ -82,8 +91,9 @@ def test_one_plant_needs_no_search_of_the_optimum(monkeypatch):
 
 
 @settings(max_examples=12, deadline=None, derandomize=True)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 3))
-def test_random_plants_give_the_riccati_gain(seed, n):
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 3), by_lmis=st.booleans())
+def test_random_plants_give_the_riccati_gain(seed, n, by_lmis):
+    """So do the LMIs by themselves, where nobody tells them the equation's point."""
     rng = np.random.default_rng(seed)
     half = rng.normal(size=(n, n))
     plant = sos.SecondOrderSystem(
@@ -94,7 +104,10 @@ def test_random_plants_give_the_riccati_gain(seed, n):
     )
     weight = rng.normal(size=(2 * n, 2 * n))
     Q, R = weight @ weight.T + 0.1 * np.eye(2 * n), np.eye(n)
-    design = sos.design_lqr(plant, Q, R)
+    with pytest.MonkeyPatch.context() as patch:
+        if by_lmis:
+            patch.setattr(lqr, "riccati_point", lambda *a: None)
+        design = sos.design_lqr(plant, Q, R)
     K, _ = riccati(plant, Q, R)
     assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
     assert design.certify().proven

@@ -74,7 +74,9 @@ def design_lqr(
     Notes
     -----
     Source: thesis Theorem 2.4, Procedures 2.3 and 2.4. The bound is
-    tr J for noise of intensity one (not its square root).
+    tr J for noise of intensity one (not its square root). Where only the
+    cost of one plant is asked, K is computed from the Riccati equation and
+    the LMIs certify it; else they find it.
 
     Examples
     --------
