@@ -28,6 +28,8 @@ __getattr__ = renamed(
 
 __all__ = ["RegionOfAttraction", "region_of_attraction"]
 
+OPTIMUM_GAP = 1e-4  # relative
+
 
 @dataclass(frozen=True, eq=False)
 class RegionOfAttraction:
@@ -129,54 +131,94 @@ def region_of_attraction(
         raise ValueError("row or start is zero: give c and a direction")
     if loop.status != "feasible":
         return RegionOfAttraction(loop.status)
-    request, frame = loop.request, Frame.of(loop.request)
+    request, ask = loop.request, _Ellipsoids(loop.request, row, bound, start)
+    frame = Frame.of(request)
     size = bound / np.linalg.norm(row @ frame.T)
     frame = frame.times(float(round_digits(size, 2)))  # P of the size of I
-    ray = np.linalg.solve(frame.T, start)  # frame.back has six digits only
-    length = np.linalg.norm(ray)
-    ray = ray / length
-
-    def kept(values, cast, frame=frame):
-        P = values["P"]
-        blocks = dict(request.blocks_at({"P": P}, cast, frame))
-        if frame is not None:
-            return blocks | {"row": control_bound(P, row @ frame.T / bound @ P, 1.0)}
-        return blocks | {"row": control_bound(P, cast(row) @ P, cast(bound) ** 2)}
-
-    def long(values, cast):  # t > ray' P^-1 ray
-        t, P = values["t"], values["P"]
-        column = ray[:, None]
-        return kept(values, cast) | {"start": block([[t, column.T], [column, P]])}
-
-    unknowns = [Unknown("P", N, symmetric=True), Unknown("t", 1)]
-    inside = frame.inward(loop.P)
-    inside = (inside + inside.T) / 2 * bound**2 / (2 * (row @ loop.P @ row.T).item())
-    t = 2 * ray @ np.linalg.solve(inside, ray)
-    problem = LMIProblem(long, unknowns)
-    first = problem.find(False, {"P": inside, "t": np.array([[t]])}).values
-    if first is None:
-        return RegionOfAttraction("undecided")
-    try:
-        best = problem.minimize({"t": 1.0}, 1e-4, first)
-    except Unbounded:
-        return RegionOfAttraction("undecided")
-    reach = (1 - backoff) / np.sqrt(best.values["t"].item())
-
-    def shorter(values, cast):
-        return kept(values, cast) | {"start": initial_state(values["P"], reach * ray)}
-
-    centred = LMIProblem(shorter, unknowns[:1]).solve(False, start=best.values).values
-    P = (centred or best.values)["P"]
-    P = frame.T @ P @ frame.T.T
-    reach = float(f"{reach / length:.6g}")
-
-    def plain(values, cast):
-        x0 = cast(start) * cast(reach)
-        return kept(values, cast, None) | {"start": initial_state(values["P"], x0)}
-
-    words = (
-        "x' P^-1 x <= 1 is invariant, and |c x| <= bound there",
-        f"{reach!r} times the given start lies inside",
-    )
-    proof = LMIProblem(plain, unknowns[:1]).prove({"P": (P + P.T) / 2}, words)
+    P = loop.P * bound**2 / (2 * (row @ loop.P @ row.T).item())
+    for _ in range(2):  # where rates are far apart the first optimum is a rough one
+        found = ask.farthest(frame, P)
+        if found is None:
+            return RegionOfAttraction("undecided")
+        P, reach = found
+        frame = Frame.at(request, np.linalg.cholesky(P), frame.scale)
+    reach = float(f"{(1 - backoff) * reach:.6g}")
+    proof = ask.proof(reach, ask.centred(frame, P, reach))
     return RegionOfAttraction("feasible", reach, proof.values["P"], proof)
+
+
+class _Ellipsoids:
+    """Invariant ellipsoids x' P^-1 x <= 1 within |c x| <= bound.
+
+    Parameters are those of `region_of_attraction`; the request holds the gain.
+    """
+
+    def __init__(self, request, row, bound, start):
+        self.request, self.row, self.bound, self.start = request, row, bound, start
+        self.P = Unknown("P", request.order, symmetric=True)
+
+    def kept(self, P, cast, frame):
+        """Invariance, and c P c' <= bound^2, in coordinates or, exactly, without."""
+        blocks = dict(self.request.blocks_at({"P": P}, cast, frame))
+        if frame is None:
+            row, bound = cast(self.row), cast(self.bound)
+        else:
+            row, bound = self.row @ frame.T / self.bound, 1.0
+        return blocks | {"row": control_bound(P, row @ P, bound**2)}
+
+    def farthest(self, frame, near):
+        """The P that reaches farthest along the start, and how far; None without.
+
+        ``near`` is a P of such an ellipsoid.
+        """
+        ray = np.linalg.solve(frame.T, self.start)  # frame.back has six digits only
+        length = np.linalg.norm(ray)
+        ray = ray[:, None] / length
+
+        def long(values, cast):  # t > ray' P^-1 ray
+            t, P = values["t"], values["P"]
+            reached = block([[t, ray.T], [ray, P]])
+            return self.kept(P, cast, frame) | {"start": reached}
+
+        near = frame.inward(near)
+        near = (near + near.T) / 2
+        t = 2 * ray.T @ np.linalg.solve(near, ray)
+        problem = LMIProblem(long, [self.P, Unknown("t", 1)])
+        first = problem.find(False, {"P": near, "t": t}).values
+        if first is None:
+            return None
+        try:
+            best = problem.minimize({"t": 1.0}, OPTIMUM_GAP, first).values
+        except Unbounded:
+            return None
+        P = frame.T @ best["P"] @ frame.T.T
+        return (P + P.T) / 2, 1 / np.sqrt(best["t"].item()) / length
+
+    def centred(self, frame, near, reach):
+        """The centre of all P that reach so far, or the one ``near`` it."""
+        x0 = np.linalg.solve(frame.T, self.start) * reach
+
+        def shorter(values, cast):
+            P = values["P"]
+            return self.kept(P, cast, frame) | {"start": initial_state(P, x0)}
+
+        start = {"P": frame.inward(near)}
+        found = LMIProblem(shorter, [self.P]).solve(False, start=start).values
+        if found is None:
+            return near
+        P = frame.T @ found["P"] @ frame.T.T
+        return (P + P.T) / 2
+
+    def proof(self, reach, P):
+        """The `Proof` in exact numbers, of the plant as it was given."""
+
+        def plain(values, cast):
+            x0 = cast(self.start) * cast(reach)
+            P = values["P"]
+            return self.kept(P, cast, None) | {"start": initial_state(P, x0)}
+
+        words = (
+            "x' P^-1 x <= 1 is invariant, and |c x| <= bound there",
+            f"{reach!r} times the given start lies inside",
+        )
+        return LMIProblem(plain, [self.P]).prove({"P": P}, words)
