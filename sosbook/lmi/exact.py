@@ -53,10 +53,6 @@ def pivots(x):
     [1, -3]
     """
     integers, denominator = _symmetric(x).numer_denom()
-    if len(x) <= ELIMINATION_UP_TO_ROWS and hasattr(integers, "fflu"):
-        order, _, _, upper = integers.fflu()
-        if order.is_one():
-            return _ratios([upper[k, k] for k in range(len(x))], denominator)
     rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
     heads, last = [], fmpz(1)
     while rows:  # Bareiss: the divisions leave no remainder
@@ -71,17 +67,6 @@ def pivots(x):
             for k, (first, row) in enumerate(zip(head[1:], below), 1)
         ]
         last = lead
-    return heads
-
-
-def _ratios(minors, denominator):
-    """Pivots from the leading minors of integers, up to one that isn't positive."""
-    heads, last = [], fmpz(1)
-    for minor in minors:
-        heads.append(fmpq(minor, last * denominator))
-        if minor <= 0:
-            break
-        last = minor
     return heads
 
 
