@@ -87,8 +87,8 @@ def asked_of(request):
     --------
     >>> mass = {"M": [[1]], "D": [[1]], "S": [[1]], "B": [[1]]}
     >>> request = {"vertices": [mass], "U": [], "K_A": None, "coupling": "pairs"}
-    >>> asked_of(request | {"asked": {"sigma": 1}})["region"].sigma
-    1.0
+    >>> asked_of(request | {"asked": {"sigma": 1.5}})["region"].sigma
+    1.5
     """
     asked = request["asked"]
     plants = [SecondOrderSystem(**v) for v in request["vertices"]]
