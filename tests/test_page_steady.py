@@ -10,7 +10,7 @@ from tests.test_page_elements import stored
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )
-PLACES = 9  # of each control
+PLACES = 5  # of each control
 #: Width of the window, and of the column in it.
 WIDTHS = {"desktop": (1280, 740), "phone": (390, 358)}
 #: {y of the foot: where it was seen there first}, over a sweep of every control.
