@@ -68,5 +68,5 @@ def test_another_plant_is_the_package_s(tab):
 
 @pytest.mark.parametrize("examples", [(), (4,), (1, 9)])
 def test_examples_that_have_no_stopwatch(examples):
-    with pytest.raises(ValueError, match="examples must be of"):
+    with pytest.raises(ValueError, match="examples must be some of"):
         stopwatch(examples)

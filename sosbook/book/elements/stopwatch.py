@@ -55,8 +55,8 @@ def stopwatch(examples=(1, 2, 3), title="How long does a move take on your compu
     >>> stopwatch([1])  # doctest: +ELLIPSIS
     Explorer: How long does a move take on your computer? (sigma, ...)
     """
-    if unknown := set(examples) - set(NAMES) or not examples:
-        raise ValueError(f"examples must be of {list(NAMES)}, got {unknown}")
+    if not examples or set(examples) - set(NAMES):
+        raise ValueError(f"examples must be some of {list(NAMES)}, got {examples!r}")
     chosen = [
         {"name": NAMES[k], "data": _explorer(getattr(thesis, f"example_{k}")(), title)}
         for k in examples
