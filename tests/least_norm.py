@@ -12,7 +12,6 @@ def least_norm(M, D, S, B, F):
     if not len(N):
         return 0.0
     rates = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, S))))
-    return max(
-        np.linalg.norm(np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
-        for w in [0, *np.geomspace(rates.min() / 30, rates.max() * 30, 2000)]
-    )
+    w = np.r_[0, np.geomspace(rates.min() / 30, rates.max() * 30, 2000)][:, None, None]
+    left = np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F
+    return np.linalg.norm(left, 2, axis=(1, 2)).max()

@@ -8,11 +8,13 @@ import sosbook as sos
 from benchmarks.catalogue import case
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.barrier import Barrier
+from sosbook.lmi.bounded import any_centre
 from sosbook.lmi.centre import (
     STEPS_TO_RAYS,
     Blocks,
     Unbounded,
     centre,
+    lower_on_ray,
     minimize,
     phase_one,
 )
@@ -65,10 +67,81 @@ def test_a_long_valley_takes_few_steps(family, size):
     assert np.abs(newton.adjoint(W) / scale).max() < 1e-9
 
 
+def barrier_at(newton, x):
+    """-sum log det of all blocks."""
+    return -sum(
+        s.weight * np.linalg.slogdet(g)[1].sum()
+        for s, g in zip(newton.stacks, newton.at(x))
+    )
+
+
+@pytest.mark.parametrize(
+    "family, size, most", [("tree", 6, 9), ("uncertain masses", 2, 6)]
+)
+def test_a_start_of_the_wrong_size_costs_no_steps(family, size, most):
+    """Without the ray it takes 15 and 8 steps: each of the first doubles x."""
+    request = case(family, size).request
+    first = search(with_slack(request) if request.coupling == "slack" else request)
+    blocks, decrements = first.problem.compiled, []
+    x = first.problem.packed(first.values)
+    nearer = lower_on_ray(blocks, x)
+    ratio = nearer @ x / (x @ x)
+    assert ratio > 10 and np.allclose(nearer, ratio * x, rtol=1e-12)
+    newton = newton_of(blocks)
+    assert newton.least(nearer).min() > 0
+    assert barrier_at(newton, nearer) < barrier_at(newton, x)
+    found = centre(blocks, nearer, lambda state: decrements.append(state["decrement"]))
+    assert len(decrements) <= most
+    assert np.allclose(found, centre(blocks, x), rtol=0, atol=1e-8 * np.abs(x).max())
+
+
+def test_only_a_ray_that_ends_is_followed():
+    P = Unknown("P", 2, symmetric=True)
+    cone = Blocks.of([P], [P])
+    one = P.pack(np.eye(2))
+    assert lower_on_ray(cone, one) is one
+    between = Blocks.of([P, 1e3 * eye(2) - P], [P])  # the centre is 500 I
+    for start, low, high in [(1, 450, 550), (999, 450, 550), (400, 400, 400)]:
+        nearer = P.unpack(lower_on_ray(between, float(start) * one))
+        assert np.allclose(nearer, nearer[0, 0] * np.eye(2), rtol=1e-12)
+        assert low <= nearer[0, 0] <= high
+
+
+def test_a_bounded_cone_is_entered_along_its_ray(monkeypatch):
+    """Without the ray it takes 6 steps."""
+    first = search(case("free chain", 8).request)
+    blocks, step, taken = first.problem.compiled, Barrier.step, []
+
+    def counted(self, *args):
+        taken.append(args)
+        return step(self, *args)
+
+    monkeypatch.setattr(Barrier, "step", counted)
+    x = any_centre(blocks, first.problem.unknowns, first.problem.packed(first.values))
+    assert len(taken) <= 5
+    assert newton_of(blocks).least(x).min() > 0
+
+
+def test_the_last_steps_keep_their_matrix(monkeypatch):
+    """They leave what new ones leave."""
+    request = case("grounded chain", 4).request
+    first = search(request)
+    blocks = first.problem.compiled
+    x = first.problem.packed(first.values)
+    steps = []
+    found = centre(blocks, x, steps.append)
+    monkeypatch.setattr(Barrier, "settle", lambda self, x, *_: (x, False))
+    more = []
+    again = centre(blocks, x, more.append)
+    assert len(steps) < len(more)
+    assert np.allclose(found, again, rtol=0, atol=1e-9 * np.abs(again).max())
+
+
 def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
     """Near a centre each step squares it; else nothing is found by waiting."""
     taken = iter([3.0, 0.2, 2e-4, 4e-4, 1e-2, 0.1, 0.2, 1e-9])
     monkeypatch.setattr(Barrier, "step", lambda self, x, *_: (x, next(taken)))
+    monkeypatch.setattr(Barrier, "settle", lambda self, x, *_: (x, False))
     disk = sos.lmi.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
     with pytest.raises(Unbounded):
         centre(disk, np.zeros(1))
@@ -234,3 +307,28 @@ def test_phase_one_starts_inside_its_ball():
     assert phase.verdict != "infeasible"  # x = -1e6 is feasible
     blocks = Blocks([constant, np.eye(1)], [slope, 1e-3 * np.ones((1, 1, 1))])
     assert phase_one(blocks).x is None  # x > -1e3 excludes it
+
+
+@pytest.mark.parametrize(
+    "decrements, steps",
+    [
+        ([5.0, 8.0, 0.2, 0.3], 8),  # lost at its fourth and its eighth step
+        ([5.0, 8.0, 9.0, 0.3], 40),  # on its way
+        ([1e-4, 2e-4], 40),  # what rounding leaves near a centre
+        ([0.2, 0.04, 1e-10], 3),
+    ],
+)
+def test_a_descent_that_rounding_holds_up_is_given_up(decrements, steps):
+    """Decrements that should have been squared and grow are rounding errors."""
+
+    class Scripted(Barrier):
+        def __init__(self):
+            self.steps = 0
+
+        def step(self, x, cost, tolerance=0.1):
+            self.steps += 1
+            return x, decrements[(self.steps - 1) % len(decrements)]
+
+    barrier = Scripted()
+    barrier.descend(np.zeros(1), np.zeros(1), 1e-9, 40)
+    assert barrier.steps == steps

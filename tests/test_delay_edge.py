@@ -11,7 +11,7 @@ from flint import acb, acb_mat
 import sosbook as sos
 from sosbook.delay import DelayedLoop, DelayRequest, analyse_delay, largest, solve_delay
 from sosbook.delay.modes import slow_modes
-from sosbook.lmi import Unknown, block
+from sosbook.lmi import Unknown, block, he
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.deepest import deepest
 from sosbook.lmi.exact import exact, inverse
@@ -236,6 +236,25 @@ def test_the_deepest_ray_of_a_narrow_cone():
         found = deepest(Blocks.of(cone, [x, y]))
         assert (found.depth > 0) == room
         assert found.gap < max(found.depth, 1e-12)
+
+
+def test_a_cone_without_inside_is_left_as_soon_as_multipliers_exclude_it():
+    """A P + P A' < 0 and P > 0, where every mode of A grows."""
+    P, steps = Unknown("P", 3, symmetric=True), []
+    A = np.array([[0, 1, 0], [0, 0, 1], [1, -2, 1]])
+    found = deepest(blocks := Blocks.of([P, -he(A @ P)], [P]), watch=steps.append)
+    assert found.depth == found.gap == 0 and not found.x.any()
+    assert min(np.linalg.eigvalsh(z)[0] for z in found.Z) > 1e-6
+    assert np.abs(blocks.adjoint(found.Z)).max() < 1e-13
+    assert steps[-1]["gap"] > 1e-5  # the depth itself isn't known that well
+
+
+def test_the_search_for_the_deepest_ray_begins_at_a_dual_point():
+    P, steps = Unknown("P", 3, symmetric=True), []
+    A = np.array([[0, 1, 0], [0, 0, 1], [-1, -2, -1]])
+    blocks = Blocks.of([P, -he(A @ P)], [P])
+    assert deepest(blocks, watch=steps.append).depth > 0
+    assert all(np.abs(state["residual"]).max() < 1e-12 for state in steps)
 
 
 def test_the_deepest_ray_needs_a_cone():

@@ -112,7 +112,10 @@ def verdicts(name, data):
     return [row.verdict for module in MODULES[name] for row in module.numbers(data)]
 
 
-@pytest.mark.parametrize("name", UNNOTICED)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(x, marks=pytest.mark.slow) if x == "mip" else x for x in UNNOTICED],
+)
 def test_a_change_of_any_digit_is_noticed(name):
     data = getattr(thesis, name)()
     before, missed = verdicts(name, data), set()

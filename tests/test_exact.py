@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from flint import arb, fmpq, fmpq_mat
 
-from sosbook.lmi.adjoint import adjoint, slope
+from sosbook.lmi.adjoint import Slopes, adjoint
 from sosbook.lmi.exact import definite, exact, pivots, positive
 from sosbook.lmi.expression import Unknown, block, he
 from sosbook.lmi.refutation import semidefinite
@@ -129,7 +129,9 @@ def test_derivatives_are_differences(seed):
         for i, j in ((0, 0), (1, 0), (0, 2)):
             unit = exact(np.zeros(g.shape))
             unit[i, j] = unit[j, i] = fmpq(1)
-            assert slope(g, unknowns, i, j).tolist() == by_units([g], unknowns, [unit])
+            assert Slopes(g, unknowns).at(i, j).tolist() == by_units(
+                [g], unknowns, [unit]
+            )
 
 
 def test_balls_give_balls_that_hold_the_rationals():

@@ -211,7 +211,7 @@ def test_a_hidden_mode_is_found_exactly(plant, mode):
     assert V.rank() == V.nrows() > 0
 
 
-@pytest.mark.parametrize("n", [8, 12])
+@pytest.mark.parametrize("n", [8, pytest.param(12, marks=pytest.mark.slow)])
 def test_a_controllable_plant_is_feasible_for_its_poles(n):
     """A chain of unit masses with one force on its first."""
     S = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)

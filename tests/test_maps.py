@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
+from sosbook.studies.maps import edges as edges_module
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove, prove_infeasible
 from sosbook.synthesis.problem import Request
@@ -179,6 +181,19 @@ def test_shares_are_the_slope_of_the_frontier(robot):
     ]
     slope = -np.log(ends[1] / ends[0]) / np.log(1.44)
     assert np.isclose(slope, shares["gamma"] / shares["u_max"], rtol=0.03)
+
+
+@pytest.mark.slow
+def test_shares_do_not_depend_on_where_the_path_ends(monkeypatch):
+    """Nearer to the optimum only rounding moves Newton's steps: not the shares."""
+    pendulum = sos.thesis.example_3()
+    found = maps.edge("gamma", pendulum.plant, **pendulum.requirements, digits=2)
+    shares = []
+    for gap in (1e-2, 1e-3, 1e-4):
+        monkeypatch.setattr(edges_module, "SADDLE_GAP", gap)
+        again = replace(found)
+        shares.append(np.array(list(again.shares.values())))
+    assert np.ptp(shares, axis=0).max() < 1e-3
 
 
 def test_shares_do_not_depend_on_units(robot):

@@ -13,6 +13,7 @@ from benchmarks.plants import beam
 from benchmarks.robustness import SYSTEMS, asked_in_units
 from sosbook.lmi.proof_text import written
 from sosbook.proofs.check import Refused, check
+from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.exclusion import solvable
 from sosbook.synthesis.placement import placed_gain
 from sosbook.synthesis.pole_proof import decided_by_poles
@@ -117,6 +118,27 @@ def test_two_inputs_that_are_nearly_one():
     B = np.hstack([plant.B[:, :1], plant.B[:, :1] + 1e-9 * plant.B[:, 1:]])
     same = sos.SecondOrderSystem(plant.M, plant.D, plant.S, B)
     in_region(same, {"sigma": 1.0})
+
+
+@pytest.mark.parametrize("part", [1e-6, 1e-8, 1e-9, 1e-10])
+def test_margins_below_rounding_are_those_of_the_exact_blocks(part):
+    """Floats know neither their size nor their sign; mpmath's eigenvalues do."""
+    plant = modal(5, 0.0, inputs=2)
+    B = np.hstack([plant.B[:, :1], plant.B[:, :1] + part * plant.B[:, 1:]])
+    same = sos.SecondOrderSystem(plant.M, plant.D, plant.S, B)
+    d = sos.design_pid(same, region=sos.PoleRegion(sigma=1.0))
+    assert 0 < min(d.margins.values()) < 1e-12
+    proof = prove(d.request, d.K, d.P, 17)
+    assert proof.proven and proof.margins() == d.margins
+    values = proof.data["unknowns"]["P"]
+    with mpmath.workdps(80):
+        P = mpmath.matrix([[mpmath.mpf(x) for x in row] for row in values])
+        scale = [1 / mpmath.sqrt(P[i, i]) for i in range(len(P))]
+        for i in range(len(P)):
+            for j in range(len(P)):
+                P[i, j] *= scale[i] * scale[j]
+        least = min(mpmath.eigsy(P, eigvals_only=True))
+    assert 0.2 < d.margins["P"] / float(least) < 5  # diagonals of one, or nearly
 
 
 def test_a_mass_that_acceleration_makes_regular():

@@ -62,7 +62,7 @@ def designs():
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("r", REQUIREMENTS.values(), ids=REQUIREMENTS)
-def test_blocks_that_are_called_homogeneous_have_no_constant(r, coupling):
+def test_what_a_requirement_says_of_its_constants_is_so(r, coupling):
     more = {"slack": 0.1} if coupling == "slack" else {}
     if coupling == "slack" and isinstance(r, EnergyToPeak):
         pytest.skip("it has no LMI with a slack matrix")
@@ -72,6 +72,7 @@ def test_blocks_that_are_called_homogeneous_have_no_constant(r, coupling):
         g.constant.any() for name, g in expressions.items() if name.requirement == r.key
     )
     assert not (r.homogeneous and constant)
+    assert constant or not r.has_constants
     assert bool(request.sized) == constant
 
 

@@ -18,8 +18,11 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.proofs import check
+from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaled_lmis import ScaledLMIs
+from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant, random_request
 
 few = settings(max_examples=30, derandomize=True, deadline=None)
@@ -429,3 +432,33 @@ def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
         P = (P + P.T) / 2
         blocks = Request(vertex, **asked).blocks(P, d.K @ P, own=d.own)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
+
+
+def chains():
+    """Two plants of one degree of freedom, whose masses differ."""
+    plants = (
+        sos.SecondOrderSystem([[m]], [[1]], [[2]], [[1]], [[1]]) for m in (1, 1.3)
+    )
+    return sos.Polytope(plants)
+
+
+def test_what_the_search_for_the_scalar_found_is_not_sought_again(monkeypatch):
+    find, sought = feasibility.find, []
+
+    def counted(lmis, *args, **more):
+        sought.append(lmis.request.slack)
+        return find(lmis, *args, **more)
+
+    monkeypatch.setattr(feasibility, "find", counted)
+    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=20), coupling="slack")
+    design = sos.design_pid(chains(), **asked)
+    assert design.status == "feasible"
+    assert sought == [design.slack]
+
+
+def test_the_first_guess_has_a_slack_matrix():
+    """P = V = I and the gain of the mean's Riccati equation, in the frame."""
+    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=20), coupling="slack", slack=0.02)
+    request = Request(chains(), **asked)
+    lmis = ScaledLMIs(request, Frame.of(request))
+    assert min(lmis.margins(lmis.guess()).values()) > 0

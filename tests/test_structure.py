@@ -10,8 +10,10 @@ from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.kronecker import Hessian
 from sosbook.lmi.newton import Newton
-from sosbook.lmi.stacks import Stacked, gram
+from sosbook.lmi.sparse_table import SparseTable
+from sosbook.lmi.stacks import Stacked, _Table, gram
 from sosbook.lmi.structure import structure
+from sosbook.lmi.sums import Sums
 from sosbook.lmi.table_hessian import TableHessian
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -45,12 +47,23 @@ def lifted(blocks, x):
     return lift, slopes, G
 
 
-@pytest.mark.parametrize("work", [np.inf, 0], ids=["sums", "table"])
-def test_values_and_gradients_are_those_of_the_slopes(case, work, monkeypatch):
-    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: work)
+WAYS = {"sums_work": Sums, "table_work": _Table, "sparse_work": SparseTable}
+
+
+@pytest.fixture(params=WAYS)
+def way(request, monkeypatch):
+    """One way to the values of blocks, as if it took no time."""
+    for work in WAYS:
+        seconds = 0 if work == request.param else np.inf
+        monkeypatch.setattr(stacks_module, work, lambda stacked, s=seconds: s)
+    return WAYS[request.param]
+
+
+def test_values_and_gradients_are_those_of_the_slopes(case, way):
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
     stacked = Stacked(blocks).joined(lift)
+    assert type(stacked._values) is way
     found = stacked.unstacked(stacked.at(x))
     for mine, plain in zip(found, G, strict=True):
         assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
@@ -87,10 +100,8 @@ def test_the_hessian_is_that_of_the_slopes(case, monkeypatch):
         assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
-@pytest.mark.parametrize("work", [np.inf, 0], ids=["sums", "table"])
-def test_a_row_is_a_block_of_one_entry(case, work, monkeypatch):
+def test_a_row_is_a_block_of_one_entry(case, way):
     """c + g.x beside the blocks: values, gradients, the Hessian."""
-    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: work)
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
     gradient = np.random.default_rng(4).standard_normal(blocks.variables)
@@ -125,7 +136,22 @@ def test_slabs_are_the_same_matrix(case, monkeypatch):
     assert_allclose(in_slabs, at_once, rtol=0, atol=1e-13 * abs(at_once).max())
 
 
-def test_sizes_are_those_of_the_slopes(case):
+def test_large_pairs_alone_are_the_same_matrix(case, monkeypatch):
+    """Beside each other in batches, or one pair of unknowns after the other."""
+    blocks, x = case
+    stacked = Stacked(blocks)
+    rng = np.random.default_rng(2)
+    roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
+    together = Hessian(stacked)
+    assert together.pairs.batches and not together.pairs.alone
+    monkeypatch.setattr("sosbook.lmi.kronecker.BATCH_ENTRIES", 0)
+    alone = Hessian(stacked)
+    assert alone.pairs.alone and not alone.pairs.batches
+    together, alone = together(roots), alone(roots)
+    assert_allclose(alone, together, rtol=0, atol=1e-13 * abs(together).max())
+
+
+def test_sizes_are_those_of_the_slopes(case, way):
     blocks, _ = case
     for c, s, d in zip(blocks.constants, blocks.slopes, blocks.diagonal_scales):
         size = np.abs(np.diag(c)) + np.sqrt(
@@ -270,9 +296,8 @@ def test_the_first_guess_is_stable(k):
     K = frame.scale * frame.gain @ np.linalg.inv(frame.T)
     assert np.linalg.eigvals(A + B @ K).real.max() < 0
     if k == 1:  # and P = I proves it
-        expressions, unknowns = request.in_unknowns(frame)
-        blocks = Blocks.of(expressions.values(), unknowns)
-        assert Newton(blocks).least(frame.guess(unknowns)).min() > 0
+        lmis = ScaledLMIs(request, frame)
+        assert min(lmis.margins(lmis.guess()).values()) > 0
 
 
 def test_without_multipliers_a_refusal_is_left_open():
@@ -296,3 +321,18 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
         blocks = Blocks.of(lmis.expressions.values(), lmis.unknowns)
         assert max(d.max() for d in blocks.diagonal_scales) < 100
     assert sos.design_pid(plant).status == "infeasible"
+
+
+@pytest.mark.parametrize("hessian", [Hessian, TableHessian])
+def test_a_matrix_without_a_factor_is_made_again(case, hessian, monkeypatch):
+    """A factor takes its matrix's place; the next ridge needs the matrix itself."""
+    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
+    blocks, x = case
+    lift, _, _ = lifted(blocks, x)
+    newton = Newton(blocks).joined(lift)
+    newton.iterative, newton._hessian = False, hessian(newton)
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
+    g = np.random.default_rng(6).standard_normal(len(x))
+    wanted = newton.solver(roots, x)(g)
+    monkeypatch.setattr("sosbook.lmi.newton.RIDGES", [-2.0, -3.0, 1e-15])
+    assert_allclose(newton.solver(roots, x)(g), wanted, rtol=1e-12)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
+from ..lmi.adjoint import adjoint, ball_adjoints
 from ..lmi.blocks import Blocks
-from ..lmi.exact import adjoint, definite, exact, inverse
-from ..lmi.time_limit import check_time
+from ..lmi.exact import definite, exact, inverse
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 
@@ -80,10 +80,10 @@ class Modes:
             balls, unknowns = request.in_unknowns(_plain, (self._vertex(),))
             balls = list(balls.values())
             changes = [
-                [_plain(_even(z @ g[a] @ z)) for g, z in zip(slopes, floats)]
+                [_balls(_even(z @ g[a] @ z)) for g, z in zip(slopes, floats)]
                 for a in range(len(slopes[0]))
             ]
-            M = np.array([_checked(balls, unknowns, change) for change in changes]).T
+            M = np.array(list(ball_adjoints(balls, unknowns, changes))).T
             off = adjoint(balls, unknowns, [np.array(z) for z in multipliers])
             try:
                 c = _arb_mat(M).solve(_arb_mat(-off[:, None])).entries()
@@ -233,14 +233,14 @@ def _left_vector(A, s, k=None):
     return vector, k
 
 
-def _checked(balls, unknowns, change):
-    check_time()
-    return adjoint(balls, unknowns, change)
-
-
 def _plain(x):
     """Rationals of floats in a plain array, which may meet balls."""
     return x if x.dtype == object else np.array(exact(x))
+
+
+def _balls(x):
+    """The very floats of x."""
+    return np.array([[arb(e) for e in row] for row in x.tolist()], object)
 
 
 def _even(x):

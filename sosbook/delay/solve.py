@@ -25,6 +25,10 @@ ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 # how accurately the depth is known where any solution will do
 ROUGHLY = 100.0
 
+# of the unknowns where the centre is looked for: inside the lid, which is 16, and
+# near it, for the many blocks of a cone push the centre there
+START_SIZE = 14.0
+
 
 @one_thread
 def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=False):
@@ -143,7 +147,7 @@ def _candidates(blocks, unknowns, x, centred):
     size = max(
         np.linalg.norm(np.atleast_2d(v), 2) for v in unpacked(unknowns, x).values()
     )
-    small = x * (8 / size)  # inside the lid, for the LMIs are a cone
+    small = x * (START_SIZE / size)  # for the LMIs are a cone
     if centred:
         try:
             lid, start = bounded(blocks, unknowns, small)

@@ -5,7 +5,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
 from .time_limit import check_time
 
-__all__ = ["adjoint", "slope"]
+__all__ = ["Slopes", "adjoint", "ball_adjoints"]
 
 
 def adjoint(expressions, unknowns, Z):
@@ -46,13 +46,39 @@ def adjoint(expressions, unknowns, Z):
     try:
         products = [_integers(t, z) for t, z in _terms(expressions, Z, _cleared)]
     except TypeError:  # a ball
-        products = [_balls(t, z) for t, z in _terms(expressions, Z, _arb_mat)]
-        return _packed(products, unknowns, arb_mat, arb(1))
+        return next(ball_adjoints(expressions, unknowns, [Z]))
     common = fmpz(1)
     for _, _, denominator in products:
         common = common.lcm(denominator)
     products = [(t, x * (common // d)) for t, x, d in products]
     return _packed(products, unknowns, fmpz_mat, fmpq(1, common))
+
+
+def ball_adjoints(expressions, unknowns, many):
+    """`adjoint` in balls, for one list of multipliers after the other.
+
+    Parameters
+    ----------
+    expressions, unknowns
+        As for `adjoint`; they are brought into balls once.
+    many : iterable of lists of arrays
+        Each as the Z of `adjoint`.
+
+    Yields
+    ------
+    array
+        Balls.
+    """
+    terms = [
+        (k, t, _arb_mat(t.left).transpose(), _arb_mat(t.right).transpose())
+        for k, g in enumerate(expressions)
+        for t in g.terms
+    ]
+    for Z in many:
+        check_time()
+        Z = [_arb_mat(z) for z in Z]
+        products = [(t, left * Z[k] * right) for k, t, left, right in terms]
+        yield _packed(products, unknowns, arb_mat, arb(1))
 
 
 def _terms(expressions, Z, convert):
@@ -79,12 +105,6 @@ def _arb_mat(x):
     return arb_mat(*x.shape, [arb(e) for e in x.ravel().tolist()])
 
 
-def _balls(t, z):
-    """(term, L' Z R')."""
-    check_time()
-    return t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose()
-
-
 def _packed(products, unknowns, matrix, unit):
     """The sums of (term, product), packed as the unknowns' free entries."""
     packed = []
@@ -101,8 +121,8 @@ def _packed(products, unknowns, matrix, unit):
     return np.concatenate(packed) * unit
 
 
-def slope(g, unknowns, i, j):
-    """<G_a, Z> for each variable a if Z has ones at i, j and j, i only.
+class Slopes:
+    """<G_a, Z> for multipliers Z with one entry and its mirror, entry by entry.
 
     Parameters
     ----------
@@ -110,31 +130,46 @@ def slope(g, unknowns, i, j):
         A symmetric block.
     unknowns : list of Unknown
         What it is affine in.
-    i, j : int
-        Row and column.
-
-    Returns
-    -------
-    array
-        Rationals; integers where nothing is added.
     """
-    check_time()
-    starts = np.cumsum([0, *(u.size for u in unknowns)])
-    start = {id(u): int(k) for u, k in zip(unknowns, starts)}
-    derivatives = np.zeros(starts[-1], object)
-    weight = 1 if i == j else 2
-    for t in g.terms:
-        if id(t.unknown) not in start:
-            continue
-        left, right = t.left[i].tolist(), t.right[:, j].tolist()
-        columns = [(q, weight * e) for q, e in enumerate(right) if e != 0]
-        for p, e in enumerate(left):
-            if e == 0:
-                continue
-            for q, f in columns:
-                place = _place(t.unknown, *((q, p) if t.transposed else (p, q)))
-                derivatives[start[id(t.unknown)] + place] += e * f
-    return derivatives
+
+    def __init__(self, g, unknowns):
+        ends = np.cumsum([0, *(u.size for u in unknowns)])
+        start = {id(u): int(k) for u, k in zip(unknowns, ends)}
+        self.variables = ends[-1]
+        self.terms = [
+            (start[id(t.unknown)], t, _nonzero(t.left), _nonzero(t.right.T))
+            for t in g.terms
+            if id(t.unknown) in start
+        ]
+
+    def at(self, i, j):
+        """<G_a, Z> for each variable a if Z has ones at i, j and j, i only.
+
+        Parameters
+        ----------
+        i, j : int
+            Row and column.
+
+        Returns
+        -------
+        array
+            Rationals; integers where nothing is added.
+        """
+        check_time()
+        derivatives = np.zeros(self.variables, object)
+        weight = 1 if i == j else 2
+        for start, t, left, right in self.terms:
+            columns = [(q, weight * f) for q, f in right[j]]
+            for p, e in left[i]:
+                for q, f in columns:
+                    place = _place(t.unknown, *((q, p) if t.transposed else (p, q)))
+                    derivatives[start + place] += e * f
+        return derivatives
+
+
+def _nonzero(x):
+    """For each row (column, entry) of those entries that aren't zero."""
+    return [[(k, e) for k, e in enumerate(row) if e != 0] for row in x.tolist()]
 
 
 def _place(u, row, column):

@@ -9,13 +9,29 @@ import numpy as np
 
 from .stacks import gram, transposed
 
-__all__ = ["Barrier"]
+__all__ = ["MOST_LOST", "Barrier", "is_lost"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 LINE_SEARCH_ABOVE = 0.2  # a decrement; smaller ones are squared by a full step
 STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
 FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
 FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
+RAY_ABOVE = 1.0  # a decrement along the ray; less is left to Newton's steps
+RAY_FRACTION = 0.7  # of the way to the edge: the least point of a ray is too near it
+SETTLED = 1e-8  # a decrement of a step with a matrix of before; it leaves less
+SHRINKS = 0.5  # by less of it such steps aren't worth their time
+
+CONVERGES_BELOW = 0.25  # a decrement that each step squares (section 9.6.4)
+LOST_ABOVE = 1e-3  # what rounding leaves of a decrement near a centre is less
+MOST_LOST = 1  # decrements, which may be bad luck
+
+
+def is_lost(before, decrement):
+    """Whether a decrement grows, ``before`` which it was small enough to be squared.
+
+    The equations are too ill-conditioned then, or there is no centre.
+    """
+    return before < CONVERGES_BELOW and decrement > max(before, LOST_ABOVE)
 
 
 class _Curve:
@@ -61,6 +77,7 @@ class Barrier:
         self.newton = newton
         self.radius = radius
         self._last = None, None  # a point and its Cholesky factors
+        self._solve = None  # with the Hessian of the last step
 
     def factors(self, x):
         """Cholesky factors of all blocks at x, or None outside."""
@@ -93,7 +110,7 @@ class Barrier:
         gradient = cost - self.newton.adjoint(gram(roots))
         if self.radius is not None:
             gradient = gradient + 2 * x / (self.radius**2 - x @ x)
-        solve = self.newton.solver(roots, x, self.radius)
+        self._solve = solve = self.newton.solver(roots, x, self.radius)
         direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
         curved = self.radius is None and not self.newton.iterative
@@ -121,6 +138,61 @@ class Barrier:
             length /= 2
             if length < 1e-12:
                 return x, 0.0
+
+    def settle(self, x, cost):
+        """Steps with the Hessian of the last `step`, which led to x.
+
+        It is factored already, so that a step takes a small part of a new one's
+        time. Near a centre it leaves a small part of the decrement (a simplified
+        Newton method).
+
+        Parameters
+        ----------
+        x, cost : (k,) arrays
+            As for `step`, without a radius.
+
+        Returns
+        -------
+        x : (k,) array
+            The last point.
+        settled : bool
+            Whether the decrement is below `SETTLED`.
+        """
+        before = np.inf
+        while True:
+            roots = [np.linalg.inv(L) for L in self.factors(x)]
+            gradient = cost - self.newton.adjoint(gram(roots))
+            direction = -self._solve(gradient)
+            decrement = np.sqrt(max(-gradient @ direction, 0.0))
+            moved = x + direction
+            if not decrement < SHRINKS * before or self.factors(moved) is None:
+                return x, False
+            x, before = moved, decrement
+            if decrement < SETTLED:
+                return x, True
+
+    def on_ray(self, x):
+        """A point on the ray from 0 through x, inside as x is, with a lower barrier.
+
+        A cone that constants cut off may be entered far from its centre: there
+        each of Newton's steps doubles x, and on a ray one needs no Hessian. It is
+        followed towards its lowest point, but only a part of the way to the edge.
+        """
+        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        changes = self._changes(roots, x)
+        slope = -sum(
+            s.weight * np.trace(c, axis1=1, axis2=2).real.sum()
+            for s, c in zip(self.newton.stacks, changes)
+        )
+        if abs(slope) <= RAY_ABOVE * np.sqrt(self.newton.inner(changes, changes)):
+            return x
+        direction = -np.sign(slope) * x
+        rates, weights = self._rates([-np.sign(slope) * c for c in changes])
+        if rates.min() >= -RATE_ROUNDING * rates.max():  # the ray doesn't end
+            return x
+        length = self._search(x, direction, 0.0, rates, weights)
+        moved = x + min(length, RAY_FRACTION / -rates.min()) * direction
+        return x if self.factors(moved) is None else moved
 
     def _along(self, curve, factors, cost, length, least):
         """A point on a curve where the barrier falls below ``least``, or None.
@@ -221,15 +293,21 @@ class Barrier:
                 s = (low + high) / 2 if np.isfinite(high) else 2 * low
         return min(s, 0.99 * limit)
 
-    def descend(self, x, cost, tolerance, most=100):
+    def descend(self, x, cost, tolerance, most=100, patient=False):
         """At most ``most`` steps from x, until the decrement is below a tolerance.
 
-        ``cost`` is a (k,) array, and the last x is returned.
+        ``cost`` is a (k,) array, and the last x is returned. That is soon where
+        rounding keeps the decrement from falling (see `is_lost`), unless the descent
+        is ``patient``: many steps that only rounding moves end nearer to the centre
+        than one, and multipliers want that.
         """
+        lost, decrement = 0, np.inf
         for _ in range(most):
+            before = decrement
             x, decrement = self.step(x, cost)
-            if decrement < tolerance:
-                return x
+            lost += is_lost(before, decrement)
+            if decrement < tolerance or (lost > MOST_LOST and not patient):
+                break
         return x
 
     def multipliers(self, x):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .centre import Unbounded, centre, minimize, phase_one
+from .centre import Unbounded, centre, lower_on_ray, minimize, phase_one
 from .expression import block, eye
 from .newton import newton_of
 
@@ -13,8 +13,12 @@ MINIMUM_BOUNDS = 1e5, 1e7  # of the unknowns, between which a minimum has to be 
 
 def unpacked(unknowns, x):
     """Values by name of some ``unknowns``, from a vector x of variables."""
-    ends = np.cumsum([u.size for u in unknowns])[:-1]
-    return {u.name: u.unpack(part) for u, part in zip(unknowns, np.split(x, ends))}
+    values, start = {}, 0
+    for u in unknowns:
+        end = start + u.size
+        values[u.name] = u.unpack(x[start:end])
+        start = end
+    return values
 
 
 def any_centre(blocks, unknowns, x, enough=None, rays=None):
@@ -25,11 +29,12 @@ def any_centre(blocks, unknowns, x, enough=None, rays=None):
     """
     if any(c.any() for c in blocks.constants):  # else a cone, which has none
         try:
-            return centre(blocks, x, enough=enough, rays=rays)
+            return centre(blocks, lower_on_ray(blocks, x), enough=enough, rays=rays)
         except Unbounded:
             pass
     try:
-        return centre(*bounded(blocks, unknowns, x), enough=enough)
+        joined, near = bounded(blocks, unknowns, x)
+        return centre(joined, lower_on_ray(joined, near), enough=enough)
     except Unbounded:
         return x  # a degenerate set: keep the feasible point
 

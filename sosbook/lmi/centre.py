@@ -8,7 +8,7 @@ those of Boyd and Vandenberghe (2004), where each step is derived.
 import numpy as np
 
 from ..runtime.threads import one_thread
-from .barrier import Barrier
+from .barrier import MOST_LOST, Barrier, is_lost
 from .blocks import Blocks
 from .newton import newton_of
 from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
@@ -20,6 +20,7 @@ __all__ = [
     "Phase",
     "Unbounded",
     "centre",
+    "lower_on_ray",
     "margin",
     "minimize",
     "phase_one",
@@ -28,15 +29,12 @@ __all__ = [
 ]
 
 STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
-STEPS_ALONE = 40  # of Newton's method, before multipliers help it to a centre
+STEPS_ALONE = 15  # of Newton's method, before multipliers help it to a centre
 STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
 
 
-#: A decrement below it is squared by each step (section 9.6.4). One that grows
-#: again, beyond what rounding leaves of it near a centre, is lost: the equations
-#: are too ill-conditioned, or there is no centre. Once may be bad luck.
-CONVERGES_BELOW = 0.25
-LOST_ABOVE = 1e-3
+#: A decrement below it is small enough for further steps with the same matrix.
+SETTLES_BELOW = 0.15
 
 
 class Unbounded(ValueError):
@@ -55,7 +53,8 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
         A strictly feasible point to start from.
     watch : callable, optional
         Called after each Newton step with a dict: step, x, decrement and
-        the iterations of conjugate gradients.
+        the iterations of conjugate gradients. Steps that keep the matrix
+        belong to the one before.
     enough : float, optional
         Stop at a smaller decrement than this.
     rays : callable, optional
@@ -81,7 +80,10 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     for count in range(200):
         before = decrement
         x, decrement = barrier.step(x, zero, min(0.1, decrement))
-        lost += before < CONVERGES_BELOW and decrement > max(before, LOST_ABOVE)
+        lost += is_lost(before, decrement)
+        settled = decrement < enough
+        if not settled and decrement < SETTLES_BELOW and not newton.iterative:
+            x, settled = barrier.settle(x, zero)
         if watch is not None:
             watch(
                 dict(
@@ -91,20 +93,29 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
                     iterations=newton.iterations[-1:],
                 )
             )
-        if decrement < enough:
+        if settled:
             return x
-        if x @ x > 1e16 or lost > 1:
+        if x @ x > 1e16 or lost > MOST_LOST:
             break
         # below one there is a centre (section 9.6.4)
         if count + 1 == STEPS_TO_RAYS and decrement >= 1 and rays is not None:
             if any(barrier.recedes(x, d) for d in rays()):
                 break
-        if count + 1 == STEPS_ALONE and not newton.iterative:
+        if count + 1 == STEPS_ALONE and decrement >= 1 and not newton.iterative:
             near = near_centre(newton, x)
             if near is None:
                 break
             x = near
     raise Unbounded("the feasible set is unbounded and has no analytic centre")
+
+
+@one_thread
+def lower_on_ray(blocks, x):
+    """A point of ``blocks`` nearer to their centre than x, some multiple of x.
+
+    See `Barrier.on_ray`; x is strictly feasible, and so is that point.
+    """
+    return Barrier(newton_of(blocks)).on_ray(x)
 
 
 @one_thread
@@ -193,7 +204,7 @@ def saddle_point(blocks, cost, x, gap=1e-4):
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     while True:
         try:
-            x = barrier.descend(x, weight * cost, 1e-3)
+            x = barrier.descend(x, weight * cost, 1e-3, patient=True)
         except np.linalg.LinAlgError as error:
             raise Unbounded("the minimum isn't found") from error
         if blocks.degree < gap * weight * abs(cost @ x):

@@ -5,7 +5,7 @@ from flint import fmpq, fmpz, fmpz_mat
 from scipy.linalg import qr, solve_triangular
 from scipy.linalg.lapack import dpotrf
 
-from .adjoint import adjoint, slope
+from .adjoint import Slopes, adjoint
 from .blocks import Blocks
 from .centre import refine
 from .expression import Affine
@@ -325,9 +325,8 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     lead = np.flatnonzero(held)[order[: (lengths > 1e-10 * lengths[0]).sum()]]
     few = qr(white[order[: len(lead)]], mode="economic", pivoting=True)[2]
     few = [entries[e] for e in few[: len(lead)]]
-    slopes = np.array(
-        [slope(expressions[k], unknowns, i, j)[free] for k, i, j in few]
-    ).T
+    exactly = [Slopes(g, unknowns) for g in expressions]
+    slopes = np.array([exactly[k].at(i, j)[free] for k, i, j in few]).T
     residual = adjoint(expressions, unknowns, Z)[free, None]
     check_time()
     try:

@@ -261,23 +261,30 @@ def block(rows):
            [0., 1., 0.],
            [0., 0., 1.]])
     """
-    heights = [_common(row, 0) for row in rows]
-    widths = [_common(column, 1) for column in zip(*rows, strict=True)]
-    full = [
+    columns = zip(*rows, strict=True)
+    heights, widths = [_common(r, 0) for r in rows], [_common(c, 1) for c in columns]
+    size = sum(heights), sum(widths)
+    entries, top = [], 0  # (place, entry) each, without the zeros
+    for row, h in zip(rows, heights):
+        left = 0
+        for x, w in zip(row, widths):
+            if not _is_zero(x):
+                entries.append(((slice(top, top + h), slice(left, left + w)), x))
+            left += w
+        top += h
+    kinds = {type(x) for _, x in entries}
+    if any(issubclass(kind, Affine) for kind in kinds):
+        return _block_affine(entries, size)
+    if any(issubclass(kind, Matrices) for kind in kinds):
+        return _block_matrices(entries, size)
+    if all(issubclass(kind, np.ndarray) for kind in kinds):
+        return _assembled(entries, size)
+    return library("cvxpy").bmat(
         [
-            np.zeros((h, w), int) if _is_zero(x) else x
-            for x, w in zip(row, widths, strict=True)
+            [np.zeros((h, w), int) if _is_zero(x) else x for x, w in zip(row, widths)]
+            for row, h in zip(rows, heights)
         ]
-        for row, h in zip(rows, heights, strict=True)
-    ]
-    entries = [x for row in full for x in row]
-    if any(isinstance(x, Affine) for x in entries):
-        return _block_affine(full, heights, widths)
-    if any(isinstance(x, Matrices) for x in entries):
-        return _block_matrices(full, heights, widths)
-    if all(isinstance(x, np.ndarray) for x in entries):
-        return _assembled(full, heights, widths)
-    return library("cvxpy").bmat(full)
+    )
 
 
 def _is_zero(x):
@@ -291,44 +298,32 @@ def _common(entries, axis):
     return sizes.pop()
 
 
-def _assembled(full, heights, widths):
+def _assembled(entries, size):
     """As numpy.block, which looks at all the entries several times."""
-    kind = np.result_type(*(x.dtype for row in full for x in row))
-    matrix = np.empty((sum(heights), sum(widths)), kind)
-    top = 0
-    for row, h in zip(full, heights):
-        left = 0
-        for x, w in zip(row, widths):
-            matrix[top : top + h, left : left + w] = x
-            left += w
-        top += h
+    kinds = {x.dtype for _, x in entries}
+    matrix = np.zeros(size, kinds.pop() if len(kinds) == 1 else np.result_type(*kinds))
+    for place, x in entries:
+        matrix[place] = x
     return matrix
 
 
-def _block_affine(full, heights, widths):
-    full = [[_affine(x) for x in row] for row in full]
-    constant = _assembled([[x.constant for x in row] for row in full], heights, widths)
-    terms, top = [], 0
-    for row, h in zip(full, heights):
-        left = 0
-        for x, w in zip(row, widths):
-            for t in x.terms:
-                L = _pad(t.left, top, len(constant))
-                R = _pad(t.right.T, left, constant.shape[1]).T
-                terms.append(Term(L, t.unknown, t.transposed, R))
-            left += w
-        top += h
+def _block_affine(entries, size):
+    entries = [(place, _affine(x)) for place, x in entries]
+    constant = _assembled([(place, x.constant) for place, x in entries], size)
+    terms = []
+    for (down, right), x in entries:
+        for t in x.terms:
+            L = _pad(t.left, down.start, size[0])
+            R = _pad(t.right.T, right.start, size[1]).T
+            terms.append(Term(L, t.unknown, t.transposed, R))
     return Affine(constant, terms)
 
 
-def _block_matrices(full, heights, widths):
-    some = next(x for r in full for x in r if isinstance(x, Matrices))
-    whole = np.zeros((len(some.array), sum(heights), sum(widths)))
-    tops, lefts = np.cumsum([0, *heights]), np.cumsum([0, *widths])
-    for i, row in enumerate(full):
-        for j, x in enumerate(row):
-            part = whole[:, tops[i] : tops[i + 1], lefts[j] : lefts[j + 1]]
-            some.write(part, x)
+def _block_matrices(entries, size):
+    some = next(x for _, x in entries if isinstance(x, Matrices))
+    whole = np.zeros((len(some.array), *size))
+    for (down, right), x in entries:
+        some.write(whole[:, down, right], x)
     return type(some)(whole)
 
 

@@ -21,12 +21,14 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
+from scipy.linalg.blas import dsyr
 
 from .stacks import gram, real, transposed
 
 __all__ = ["Hessian"]
 
 SLABS_FROM_ROWS = 18  # of an unknown; of smaller ones all entries at once are faster
+BATCH_ENTRIES = 60_000  # of the Kronecker products that are made together: half a MB
 
 
 class Hessian:
@@ -41,9 +43,18 @@ class Hessian:
     def __init__(self, stacked):
         self.stacked = stacked
         self.pairs = _Pairs(stacked.layouts, stacked.stacks)
+        self.H = np.empty((stacked.variables,) * 2) if stacked.layouts else None
 
     def __call__(self, roots):
         """The (k, k) matrix at W = N' N, for a list of stacks N, ``roots``."""
+        H = self.upper(roots)
+        return np.triu(H) + np.triu(H, 1).T
+
+    def upper(self, roots):
+        """The same for ``roots``, on the diagonal and above it.
+
+        It stands in one place each time: large arrays take long to be made.
+        """
         stacked = self.stacked
         if not stacked.layouts:  # scalar variables only
             flat = np.hstack(
@@ -54,24 +65,25 @@ class Hessian:
                 ]
             )
             return flat @ flat.T
-        H = np.zeros((stacked.variables,) * 2)
+        H = self.H
+        H.fill(0)
         self.pairs.add(H, roots)
         for s, N in zip(stacked.stacks, roots):
             if s.gradient is not None:
                 g = N.item() ** 2 * s.gradient
-                H += np.outer(g, g)
+                dsyr(1.0, g, lower=1, a=H.T, overwrite_a=1)  # what lies above in H
         if len(stacked.scalars):
             inverses = gram(roots)
         for a, index in enumerate(stacked.scalars):
             WGW = [W @ s.slopes[a] @ W for s, W in zip(stacked.stacks, inverses)]
-            H[:, index] = H[index] = stacked.adjoint(WGW)
+            H[:index, index], H[index, index:] = np.split(stacked.adjoint(WGW), [index])
         return H
 
 
 class _Pairs:
     """The Hessian of the unknown matrices as sums of Kronecker products.
 
-    With V = [L1 L2 .. R1' R2' ..] all the small matrices of a block are
+    With V = [L1 R1' L2 R2' ..] all the small matrices of a block are
     submatrices of M = V' W V. Two of them make one Kronecker product; index
     arrays, made once for requests of one shape, say which.
     """
@@ -79,29 +91,19 @@ class _Pairs:
     def __init__(self, layouts, stacks):
         self.layouts, self.factors, plan, offset = layouts, [], [], 0
         for s in stacks:
-            wide = [
-                [t.left for t in p.products] + [t.right.conj().T for t in p.products]
-                for p in s.blocks
-            ]
-            wide = [
-                np.hstack(w) if w else np.zeros((k, 0)) for w, k in zip(wide, s.sizes)
-            ]
-            c = max(w.shape[1] for w in wide)
-            V = np.zeros((len(wide), s.q, c), s.constant.dtype)
-            for v, w, k in zip(V, wide, s.sizes):
-                v[:k, : w.shape[1]] = w
+            found = [_distinct(p.products) for p in s.blocks]
+            c = max(wide.shape[1] for wide, _ in found)
+            V = np.zeros((len(found), s.q, c), s.constant.dtype)
+            for v, (wide, _) in zip(V, found):
+                v[: wide.shape[0], : wide.shape[1]] = wide
             self.factors.append(V)
-            for i, p in enumerate(s.blocks):
-                plan.append(
-                    (
-                        tuple(t.unknown for t in p.products),
-                        s.weight,
-                        offset + i * c * c * s.weight,
-                        c,
-                    )
-                )
-            offset += len(wide) * c * c * s.weight
-        self.jobs = _jobs(tuple(layouts), tuple(plan))
+            for i, (p, (_, starts)) in enumerate(zip(s.blocks, found)):
+                held = tuple(t.unknown for t in p.products)
+                base = offset + i * c * c * s.weight
+                plan.append((held, starts, s.weight, base, c))
+            offset += len(found) * c * c * s.weight
+        jobs = _jobs(tuple(layouts), tuple(plan), SLABS_FROM_ROWS, BATCH_ENTRIES)
+        self.slabs, self.alone, self.batches = jobs
 
     def add(self, H, roots):
         """Add these parts of the Hessian to H."""
@@ -110,26 +112,13 @@ class _Pairs:
             white = N @ V
             flat.append(real(transposed(white) @ white))
         flat = np.concatenate(flat)
-        for u, v, straight, crossed in self.jobs:
-            if self.layouts[u].symmetric and self.layouts[v].symmetric:
-                if self.layouts[u].rows >= SLABS_FROM_ROWS:
-                    self._add_slabs(H, flat, u, v, straight)
-                    continue
-            a, b = self.layouts[u].rows, self.layouts[u].cols
-            c, d = self.layouts[v].rows, self.layouts[v].cols
-            total = _kronecker(flat, straight).reshape(b, c, d, a)
-            total = total.transpose(3, 0, 1, 2)
-            if crossed is not None:
-                more = _kronecker(flat, crossed).reshape(b, d, c, a)
-                total = total + more.transpose(3, 0, 2, 1)
-            total = total.reshape(a * b, c * d)
-            total = _packed(self.layouts[u], total)
-            total = _packed(self.layouts[v], total.T).T
-            i, j = self.layouts[u].start, self.layouts[v].start
-            rows, cols = total.shape
-            H[i : i + rows, j : j + cols] = total
-            if u != v:
-                H[j : j + cols, i : i + rows] = total.T
+        for u, v, job in self.slabs:
+            self._add_slabs(H, flat, u, v, job)
+        for pair in self.alone:
+            self._add_alone(H, flat, *pair)
+        for batch in self.batches:
+            for (i, j), part in zip(batch.places, batch.parts(flat)):
+                _place(H, i, j, part)
 
     def _add_slabs(self, H, flat, u, v, job):
         """The part of two symmetric unknowns, in its place from the beginning.
@@ -161,30 +150,131 @@ class _Pairs:
         at = slice(of_u.start, start), slice(first, first + of_v.size)
         if same:
             H[at] = np.tril(H[at]) + np.tril(H[at], -1).T
-        else:
-            H[at[::-1]] = H[at].T
+
+    def _add_alone(self, H, flat, u, v, straight, crossed):
+        """The part of two other large unknowns."""
+        of_u, of_v = self.layouts[u], self.layouts[v]
+        a, b, c, d = of_u.rows, of_u.cols, of_v.rows, of_v.cols
+        total = _kronecker(flat, straight).reshape(b, c, d, a).transpose(3, 0, 1, 2)
+        if crossed is not None:
+            more = _kronecker(flat, crossed).reshape(b, d, c, a)
+            total = total + more.transpose(3, 0, 2, 1)
+        total = _packed(of_u, total.reshape(a * b, c * d))
+        total = _packed(of_v, total.T).T
+        _place(H, of_u.start, of_v.start, total)
+
+
+class _Batch:
+    """Pairs of unknowns of the same two kinds, in one product of matrices each.
+
+    The entry for dX_ab and dY_cd is that of (b, c), (d, a) in the Kronecker product
+    with vec(dY), and of (b, d), (c, a) in the one with vec(dY').
+    """
+
+    def __init__(self, layouts, pairs):
+        first, second = layouts[pairs[0][0]], layouts[pairs[0][1]]
+        self.places = [(layouts[u].start, layouts[v].start) for u, v, *_ in pairs]
+        self.straight = _padded([job for *_, job, _ in pairs])
+        self.crossed = None
+        self.taken, self.halved = _packing(first, second)
+        if pairs[0][3] is not None:
+            self.crossed = _padded([job for *_, job in pairs])
+            self.exchanged = _crossing(first, second)
+
+    def parts(self, flat):
+        """For each pair the derivatives by the free entries of both, a matrix."""
+        straight = _kronecker(flat, self.straight)
+        total = np.take(straight, self.taken[0], axis=1)
+        for places in self.taken[1:]:
+            total += np.take(straight, places, axis=1)
+        if self.crossed is not None:
+            crossed = _kronecker(flat, self.crossed)
+            total += np.take(crossed, self.exchanged, axis=1)
+        rows, cols = self.halved
+        total[:, rows] /= 2
+        total[:, :, cols] /= 2
+        return total
+
+
+def _place(H, i, j, part):
+    """Write a part that begins at i, j, or its mirror, above H's diagonal."""
+    if i > j:
+        i, j, part = j, i, part.T
+    H[i : i + part.shape[0], j : j + part.shape[1]] = part
+
+
+@lru_cache(64)
+def _packing(first, second):
+    """Where the entries lie that become one of two unknowns' free ones, and halves.
+
+    Mirrored entries of a symmetric unknown are added up; on its diagonal both are
+    the same entry, which counts twice then.
+    """
+    (a, b), (c, d) = _entries(first), _entries(second)
+    orders = [(a, b, c, d)]
+    if first.symmetric:
+        orders += [(b, a, c, d) for a, b, c, d in orders]
+    if second.symmetric:
+        orders += [(a, b, d, c) for a, b, c, d in orders]
+    C, D, A = second.rows, second.cols, first.rows
+    taken = [((b[:, None] * C + c) * D + d) * A + a[:, None] for a, b, c, d in orders]
+    none = np.zeros(0, int)
+    return taken, (
+        np.flatnonzero(a == b) if first.symmetric else none,
+        np.flatnonzero(c == d) if second.symmetric else none,
+    )
+
+
+@lru_cache(64)
+def _crossing(first, second):
+    """Where the entries of two unknowns, neither symmetric, lie with vec(dY')."""
+    (a, b), (c, d) = _entries(first), _entries(second)
+    C, D, A = second.rows, second.cols, first.rows
+    return ((b[:, None] * D + d) * C + c) * A + a[:, None]
+
+
+def _entries(layout):
+    """Rows and columns of an unknown's free entries."""
+    if layout.symmetric:
+        return layout.lower[:2]
+    return [x.ravel() for x in np.indices((layout.rows, layout.cols))]
 
 
 @lru_cache(16)  # the same for every request of one shape
-def _jobs(layouts, plan):
-    """For each two unknowns the index arrays of their products."""
-    jobs = []
+def _jobs(layouts, plan, slabs_from, most_entries):
+    """Pairs of large symmetric unknowns, other large ones, all others in batches."""
+    slabs, alone, kinds = [], [], {}
     for u in range(len(layouts)):
         for v in range(u, len(layouts)):
             first, second = u, v
             if layouts[v].symmetric and not layouts[u].symmetric:
                 first, second = v, u
             straight, crossed = _job(layouts, first, second, plan)
-            if straight is not None:
-                jobs.append((first, second, straight, crossed))
-    return jobs
+            if straight is None:
+                continue
+            X, Y = layouts[first], layouts[second]
+            if X.symmetric and Y.symmetric and X.rows >= slabs_from:
+                slabs.append((first, second, straight))
+                continue
+            if X.rows * X.cols * Y.rows * Y.cols > most_entries:
+                alone.append((first, second, straight, crossed))
+                continue
+            kind = X.rows, X.cols, X.symmetric, Y.rows, Y.cols, Y.symmetric
+            kinds.setdefault(kind, []).append((first, second, straight, crossed))
+    batches = []
+    for (rows, cols, _, *second, _), pairs in kinds.items():
+        pairs.sort(key=lambda pair: len(pair[2][0]))  # these are padded the least
+        most = most_entries // (rows * cols * second[0] * second[1])
+        for start in range(0, len(pairs), most):
+            batches.append(_Batch(layouts, pairs[start : start + most]))
+    return slabs, alone, batches
 
 
 def _job(layouts, u, v, plan):
     """Indices of both Kronecker products: with vec(dY), and with vec(dY')."""
     straight, crossed = [], []
-    for products, weight, base, c in plan:
-        lefts, rights = _columns(layouts, products)
+    for products, starts, weight, base, c in plan:
+        lefts, rights = _columns(layouts, products, starts)
         for s, t in product(range(len(products)), repeat=2):
             if (products[s], products[t]) != (u, v):
                 continue
@@ -206,13 +296,28 @@ def _job(layouts, u, v, plan):
     return _arrays(straight), _arrays(crossed)
 
 
-def _columns(layouts, products):
+def _distinct(products):
+    """The different ones of L1, R1', L2, R2', .. side by side, and where each begins.
+
+    Most of them are rows of an identity, which many products share.
+    """
+    columns, width, found, starts = [], 0, {}, []
+    for t in products:
+        for factor in (t.left, t.right.conj().T):
+            key = factor.shape, factor.dtype.char, factor.tobytes()
+            if key not in found:
+                found[key] = width
+                columns.append(factor)
+                width += factor.shape[1]
+            starts.append(found[key])
+    return np.hstack(columns) if columns else np.zeros((0, 0)), tuple(starts)
+
+
+def _columns(layouts, products, starts):
     """Columns of the left and the right factors within V."""
-    widths = [layouts[k].rows for k in products]
-    widths += [layouts[k].cols for k in products]
-    ends = np.cumsum([0, *widths])
-    spans = [np.arange(i, j) for i, j in zip(ends, ends[1:])]
-    return spans[: len(products)], spans[len(products) :]
+    widths = [n for k in products for n in (layouts[k].rows, layouts[k].cols)]
+    spans = [np.arange(i, i + n) for i, n in zip(starts, widths)]
+    return spans[::2], spans[1::2]
 
 
 def _arrays(entries):
@@ -222,9 +327,25 @@ def _arrays(entries):
     return np.array(A), np.array(B), np.array(weights)[:, None]
 
 
+def _padded(jobs):
+    """The jobs of several pairs as one, with weights of zero where one has less."""
+    most = max(len(weights) for *_, weights in jobs)
+    A, B, weights = zip(*jobs)
+
+    def stacked(arrays):
+        total = np.zeros((len(arrays), most, arrays[0].shape[1]), arrays[0].dtype)
+        for part, array in zip(total, arrays):
+            part[: len(array)] = array
+        return total
+
+    return stacked(A), stacked(B), stacked(weights)
+
+
 def _kronecker(flat, job):
+    """Sums of Kronecker products; of a batch one row for each pair."""
     A, B, weights = job
-    return (flat[A] * weights).T @ flat[B]
+    total = (np.take(flat, A) * weights).mT @ np.take(flat, B)
+    return total.reshape(*total.shape[:-2], -1)
 
 
 def _packed(layout, rows):

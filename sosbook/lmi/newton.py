@@ -33,7 +33,7 @@ EXPECTED_ITERATIONS = 35
 MOST_DENSE_VARIABLES = 6000  # a dense matrix of so many takes 300 MB
 MOST_ITERATIONS = 300  # for one solution, where a dense matrix can take over
 MOST_ITERATIONS_ALONE = 3000  # where it can't
-RIDGES = [10.0**k for k in range(-15, 1)]  # that are added to a unit diagonal
+RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the diagonal
 
 
 class Newton(Stacked):
@@ -98,7 +98,8 @@ class Newton(Stacked):
         Returns
         -------
         callable
-            ``solve(g, tolerance)``; a dense matrix ignores the tolerance.
+            ``solve(g, tolerance)``, valid until the next solver is made; a dense
+            matrix ignores the tolerance.
 
         Raises
         ------
@@ -118,22 +119,28 @@ class Newton(Stacked):
                     "matrix, and conjugate gradients don't converge"
                 )
             self._hessian = _hessian_of(self)
-        H = self._hessian(roots)
+        factor = _cholesky(self._matrix(roots, x, radius), RIDGES[0])
+        if factor is None:  # what is left of the matrix is no matrix any more
+            H = self._matrix(roots, x, radius)
+            factors = (_cholesky(H.copy(), ridge) for ridge in RIDGES[1:])
+            factor = next((f for f in factors if f is not None), None)
+        if factor is None:
+            raise np.linalg.LinAlgError("the Hessian has no factor")
+        return lambda g, tolerance=None: dpotrs(factor, g, lower=1)[0]
+
+    def _matrix(self, roots, x, radius):
+        """The matrix H, on its diagonal and above."""
+        H = self._hessian.upper(roots)
         if radius is not None:  # 2 I / s + 4 x x' / s^2, with s = radius^2 - x.x
             s = radius**2 - x @ x
-            H[np.diag_indices(len(x))] += 2 / s
+            diagonal = _diagonal(H)
+            diagonal += 2 / s
             H += np.outer(2 * x / s, 2 * x / s)
-        unused = H.diagonal() == 0  # variables that no block depends on
-        H[unused, unused] = 1.0
-        if not H.diagonal().min() > 0:
+        diagonal = _diagonal(H)
+        diagonal[diagonal == 0] = 1.0  # variables that no block depends on
+        if not diagonal.min() > 0:
             raise np.linalg.LinAlgError("the Hessian isn't positive definite")
-        scale = 1 / np.sqrt(H.diagonal())
-        factor = _cholesky(scale[:, None] * H * scale)
-
-        def solve(g, tolerance=None):
-            return scale * dpotrs(factor, scale * g, lower=1)[0]
-
-        return solve
+        return H
 
     def _iterative(self, roots, x, radius):
         W = gram(roots)
@@ -237,14 +244,17 @@ def _conjugate_gradients(times, g, precondition, tolerance, most):
     return None, most
 
 
-def _cholesky(matrix):
-    """Factor of a matrix with unit diagonal; a ridge is added where it fails."""
-    if not np.isfinite(matrix).all():
-        raise np.linalg.LinAlgError("the Hessian has NaN entries")
-    diagonal = matrix.diagonal().copy()
-    for ridge in RIDGES:
-        np.fill_diagonal(matrix, diagonal + ridge)
-        factor, failed = dpotrf(matrix.T, lower=1, clean=0)  # of the lower triangle
-        if not failed:
-            return factor
-    raise np.linalg.LinAlgError("the Hessian has no factor")
+def _diagonal(matrix):
+    """The diagonal of a square matrix, to be written to."""
+    return np.einsum("ii->i", matrix)
+
+
+def _cholesky(matrix, ridge):
+    """Factor of a matrix whose diagonal grows by a ridge, or None.
+
+    The triangle above the diagonal is read, and the factor takes its place.
+    """
+    diagonal = _diagonal(matrix)
+    diagonal *= 1 + ridge
+    factor, failed = dpotrf(matrix.T, lower=1, clean=0, overwrite_a=1)
+    return None if failed else factor

@@ -198,7 +198,7 @@ def near_centre(newton, x, most=100):
     return None
 
 
-def interior_steps(newton, x, cost, weight, most, target=None):
+def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
     """Yield what is known after each step, until no step helps.
 
     The start is the dual point of the central path at this weight of the
@@ -218,6 +218,8 @@ def interior_steps(newton, x, cost, weight, most, target=None):
         The largest number of steps.
     target : float, optional
         The steps go towards S Z = target I, else towards S Z = 0.
+    Z : list of stacks, optional
+        The dual point to start from, instead of that of the central path.
 
     Yields
     ------
@@ -227,8 +229,9 @@ def interior_steps(newton, x, cost, weight, most, target=None):
         the step) and the iterations of conjugate gradients.
     """
     S = newton.at(x)
-    roots = [np.linalg.inv(np.linalg.cholesky(s)) for s in S]
-    Z = [w / weight for w in gram(roots)]
+    if Z is None:
+        roots = [np.linalg.inv(np.linalg.cholesky(s)) for s in S]
+        Z = [w / weight for w in gram(roots)]
     for count in range(most):
         try:
             scalings = [_Scaling(s, z) for s, z in zip(S, Z)]

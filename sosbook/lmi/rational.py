@@ -12,9 +12,11 @@ __all__ = [
     "decimals",
     "digit_count",
     "exact",
+    "exact_margin",
     "expanded",
     "fraction",
     "inverse",
+    "log2",
     "numerals",
     "rational_matrix",
     "read_array",
@@ -287,3 +289,31 @@ def fraction(text):
             if str(rational) == text:
                 return rational
     raise ValueError(f"{str(text)[:40]!r} isn't a fraction in lowest terms")
+
+
+def exact_margin(g):
+    """The smallest eigenvalue of a positive definite g, its diagonal scaled to one.
+
+    It is that of the inverse, whose largest eigenvalue floats know, however small
+    its own is. The diagonal is scaled by powers of four.
+
+    Parameters
+    ----------
+    g : (q, q) array of fmpq and int
+        Positive definite.
+
+    Examples
+    --------
+    >>> thin = exact(np.array([[1.0, 0.99999999999999], [0.99999999999999, 1.0]]))
+    >>> exact_margin(thin)
+    1e-14
+    """
+    d = [fmpq(2) ** round(log2(fmpq(e)) / 2) for e in np.diagonal(g)]
+    inverted = inverse(g)
+    rows = [[float(e * a * b) for e, b in zip(row, d)] for row, a in zip(inverted, d)]
+    return float(1 / np.linalg.eigvalsh(np.array(rows))[-1])
+
+
+def log2(x):
+    """The logarithm to base 2 of a positive fmpq x, nearly: a whole number."""
+    return int(x.p).bit_length() - int(x.q).bit_length()

@@ -9,15 +9,17 @@ from copy import copy
 
 import numpy as np
 
+from .sparse_table import SparseTable
 from .structure import StructuredBlock, fold, unfold
 from .sums import Sums, span
-from .work import sums_work, table_work
+from .work import sparse_work, sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
 ROUNDING = 1e-13  # of what cancels in a diagonal entry that is zero
 PADDED = 4, 8, 12, 20  # rows of blocks that are stacked together
-FEW_ROWS = 12  # where numpy's calls take longer than its work
+FEW_ROWS = 12  # where numpy's calls may take longer than its work
+SLOPES_OF_STACK = 8000  # entries of slopes that take as long as the calls of a stack
 FOLD_ABOVE_ROWS = 10  # smaller complex blocks are faster among the real ones
 MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
 
@@ -57,12 +59,16 @@ class Stacked:
     def __init__(self, blocks):
         self.layouts, self.scalars, members = blocks.structure
         self.variables = blocks.variables
-        self.stacks = _stacks(members)
+        self.stacks = _stacks(members, self.variables)
         self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
         few = entries * self.variables <= MOST_TABLE_ENTRIES
-        table = few and table_work(self) < sums_work(self)
-        self._values = _Table(self) if table else Sums(self)
+        ways = [(sums_work(self), Sums)]
+        if self.layouts:  # else Newton's matrix wants the table
+            ways.append((sparse_work(self), SparseTable))
+        if few:
+            ways.append((table_work(self), _Table))
+        self._values = min(ways, key=lambda way: way[0])[1](self)
 
     def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
@@ -231,23 +237,30 @@ def _before_cancelling(block):
     return large
 
 
-def _stacks(blocks):
+def _stacks(blocks, variables):
     """Stacks of blocks by kind and rough size; large ones are not padded."""
     blocks = [b.unfolded() if len(b.constant) <= FOLD_ABOVE_ROWS else b for b in blocks]
     groups, steps = {}, PADDED
     small = [len(b.constant) for b in blocks if len(b.constant) <= FEW_ROWS]
-    if small and len(small) * max(small) ** 2 <= 1.7 * sum(q * q for q in small):
-        steps = [s for s in PADDED if s >= FEW_ROWS]  # fewer calls, hardly more work
+    if small:
+        spared = len({_padded(q, steps) for q in small}) - 1
+        padding = len(small) * max(small) ** 2 - sum(q * q for q in small)
+        if padding * variables <= spared * SLOPES_OF_STACK:
+            steps = [s for s in PADDED if s >= FEW_ROWS]
     for index, b in enumerate(blocks):
-        q = len(b.constant)
-        padded = next((s for s in steps if q <= s), q)
-        groups.setdefault((b.weight, padded), []).append(index)
+        kind = b.weight, _padded(len(b.constant), steps)
+        groups.setdefault(kind, []).append(index)
     return [_Stack(at, [blocks[k] for k in at]) for at in groups.values()]
+
+
+def _padded(rows, steps):
+    return next((s for s in steps if rows <= s), rows)
 
 
 def real(z):
     """The entries of z in a row, complex ones as pairs of reals."""
-    return np.ravel(z).view(float)
+    flat = z.reshape(-1)
+    return flat if flat.dtype == float else flat.view(float)
 
 
 class _Table:
@@ -271,9 +284,11 @@ class _Table:
             self.parts.append((place, full.dtype, s.constant.shape))
             start = place.stop
         self.table = np.hstack(columns)
-        self.weights = np.concatenate(
-            [np.full(c.shape[1], s.weight) for c, s in zip(columns, owner.stacks)]
-        )
+        self.weights = None  # all of them one
+        if any(s.weight != 1 for s in owner.stacks):
+            self.weights = np.concatenate(
+                [np.full(c.shape[1], s.weight) for c, s in zip(columns, owner.stacks)]
+            )
 
     def joined(self, owner):
         joined = copy(self)
@@ -284,7 +299,8 @@ class _Table:
             end = len(joined.constant)
             joined.parts = [*self.parts, (slice(end, end + 1), float, (1, 1, 1))]
             joined.constant = np.append(joined.constant, s.constant)
-            joined.weights = np.append(joined.weights, 1.0)
+            if self.weights is not None:
+                joined.weights = np.append(joined.weights, 1.0)
             joined.table = np.column_stack([joined.table, s.gradient])
         return joined
 
@@ -308,7 +324,9 @@ class _Table:
         return self._split(direction @ self.table)
 
     def adjoint(self, Z):
-        return self.table @ (self.weights * np.concatenate([real(z) for z in Z]))
+        flat = [real(z) for z in Z]
+        flat = flat[0] if len(flat) == 1 else np.concatenate(flat)
+        return self.table @ (flat if self.weights is None else self.weights * flat)
 
     def _split(self, flat):
         """The list of stacks that a vector of all their entries holds."""

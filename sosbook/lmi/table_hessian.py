@@ -48,6 +48,8 @@ class TableHessian:
         F = np.concatenate(columns)
         return F.T @ F
 
+    upper = __call__  # the whole matrix takes no longer
+
 
 @lru_cache(64)
 def _lower(q, weight):

@@ -10,8 +10,8 @@ __all__ = ["TrustedProblem"]
 
 # Up to here blocks are read at once, and the Hessian comes from the table of slopes.
 # Sums of Kronecker products take numpy's calls for each two unknown matrices.
-FEW_VARIABLES, VARIABLES_OF_PART = 42, 1.5
-SMALL_TABLE, TABLE_OF_PART = 16_000, 2_900  # entries of all slopes
+FEW_VARIABLES, VARIABLES_OF_PART = 52, 1.5
+SMALL_TABLE, TABLE_OF_PART = 32_000, 2_900  # entries of all slopes
 
 
 class TrustedProblem(LMIProblem):

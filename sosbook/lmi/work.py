@@ -12,6 +12,7 @@ __all__ = [
     "iteration_work",
     "kronecker_work",
     "products_work",
+    "sparse_work",
     "sums_work",
     "table_hessian_work",
     "table_work",
@@ -21,11 +22,14 @@ FLOPS = 2e10  # additions and multiplications a second, in products of matrices
 NUMBERS = 1e9  # floats read or written a second, in large arrays
 TABLE = 3e9  # the same in a table that is read again and again
 CALL = 0.8e-6  # seconds for each array that numpy makes
+ARRAYS_OF_SPARSE = 14  # for the values of all blocks
+SPARSE = 4e8  # numbers of a sparse table a second, its own making included
 ARRAYS_OF_PRODUCT = 4  # its right and left factor, its place, its mirror
 ARRAYS_OF_BLOCK = 5
 ARRAYS_OF_MODAL = 30  # of one application of the preconditioner
 ARRAYS_OF_STACK = 8  # of either Hessian
-ARRAYS_OF_PART = 17  # of the Kronecker products of two unknowns
+ARRAYS_OF_KIND = 22  # of the Kronecker products of two kinds of unknowns
+ARRAYS_OF_PART = 3  # of those of two unknowns, among others of their kinds
 SMALL_PRODUCTS = 2.1e8  # numbers of the table that become part of a Hessian a second
 PASSES = 6  # over the matrix of a Kronecker product, until it is in its place
 
@@ -58,6 +62,22 @@ def sums_work(stacked):
                 flops += 2 * q * rows * (len(t.right) + q) * s.weight
         arrays += len(s.slopes)
     return arrays * CALL + flops / FLOPS
+
+
+def sparse_work(stacked):
+    """Seconds for the same values from a table of the slopes that aren't zero.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    entries = 0
+    for s in stacked.stacks:
+        entries += np.count_nonzero(s.slopes)
+        for t in (t for b in s.blocks for t in b.products):
+            entries += 2 * np.count_nonzero(t.left) * np.count_nonzero(t.right)
+    return ARRAYS_OF_SPARSE * CALL + float(entries) / SPARSE
 
 
 def iteration_work(stacked):
@@ -126,8 +146,14 @@ def kronecker_work(stacked):
     stacked : Stacked
         The blocks.
     """
-    k, parts = stacked.variables, np.count_nonzero(np.triu(_terms(stacked)))
-    arrays = ARRAYS_OF_STACK * len(stacked.stacks) + ARRAYS_OF_PART * parts
+    k, shapes = (
+        stacked.variables,
+        [(u.rows, u.cols, u.symmetric) for u in stacked.layouts],
+    )
+    parts = np.argwhere(np.triu(_terms(stacked)))
+    kinds = {frozenset((shapes[u], shapes[v])) for u, v in parts}
+    arrays = ARRAYS_OF_STACK * len(stacked.stacks) + ARRAYS_OF_PART * len(parts)
+    arrays += ARRAYS_OF_KIND * len(kinds)
     return arrays * CALL + hessian_work(stacked) - k**3 / 3 / FLOPS
 
 

@@ -16,6 +16,7 @@ __all__ = [
 
 __getattr__ = renamed(__name__, number="finite")
 
+SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
@@ -126,12 +127,12 @@ def logarithmic_scales(M):
 
     Parameters
     ----------
-    M : (k, l) array
-        Any matrix; its zeros don't count.
+    M : (..., k, l) array
+        Any matrix, or an array of such; its zeros don't count.
 
     Returns
     -------
-    rows, columns : (k,) and (l,) arrays
+    rows, columns : (..., k) and (..., l) arrays
         The least squares of the logarithms of ``rows[i] |M[i, j]| columns[j]``.
         The scaled matrix is the same whatever the units of rows and columns are.
 
@@ -150,13 +151,14 @@ def logarithmic_scales(M):
     entries = np.abs(M)
     there = entries > 0
     logs = np.log(np.where(there, entries, 1))
-    sums = np.concatenate([logs.sum(axis=1), logs.sum(axis=0)])
-    count = np.concatenate([there.sum(axis=1), there.sum(axis=0)])
-    pairs = np.zeros((len(sums), len(sums)))
-    pairs[: len(M), len(M) :] = there
-    pairs += pairs.T + np.diag(count + RIDGE)
-    scales = np.exp(-np.linalg.solve(pairs, sums))
-    return scales[: len(M)], scales[len(M) :]
+    sums = np.concatenate([logs.sum(axis=-1), logs.sum(axis=-2)], axis=-1)
+    rows, size = M.shape[-2], sums.shape[-1]
+    pairs = np.zeros((*sums.shape, size))
+    pairs[..., :rows, rows:] = there
+    pairs[..., rows:, :rows] = there.swapaxes(-1, -2)
+    pairs[..., range(size), range(size)] = pairs.sum(axis=-1) + RIDGE
+    scales = np.exp(-np.linalg.solve(pairs, sums[..., None])[..., 0])
+    return scales[..., :rows], scales[..., rows:]
 
 
 def rank_deficient(M, tolerance=1e-10):
@@ -165,13 +167,15 @@ def rank_deficient(M, tolerance=1e-10):
     Singular values below the ``tolerance`` count as zero. The units of rows and
     columns don't matter.
     """
-    if M.size:
-        rows, columns = logarithmic_scales(M)
-        M = rows[:, None] * M * columns
+    if not M.size:
+        return len(M) > 0
+    rows, columns = logarithmic_scales(M)
+    M = rows[:, None] * M * columns
     for axis in 20 * (1, 0):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
-        lengths[lengths == 0] = 1.0
-        M = M / lengths
-        if axis == 0 and abs(lengths - 1).max() < 0.1:
+        some = lengths[lengths > 0]
+        M = M / np.where(lengths > 0, lengths, 1.0)
+        # columns of one length: of a square matrix it is one, of others it can't be
+        if axis == 0 and (not some.size or some.max() < SAME * some.min()):
             break
-    return np.linalg.matrix_rank(M, tol=tolerance) < M.shape[0]
+    return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)

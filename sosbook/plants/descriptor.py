@@ -77,10 +77,15 @@ class Descriptor(ReadOnly):
 
     def state_space(self):
         """E^-1 [A Bu Bw], the standard form."""
-        both = np.hstack([self.A, self.Bu, self.Bw])
-        solved = np.linalg.solve(self.E, both)
         N, m = self.Bu.shape
+        solved = self._solved
         return solved[:, :N], solved[:, N : N + m], solved[:, N + m :]
+
+    @cached_property
+    def _solved(self):
+        solved = np.linalg.solve(self.E, np.hstack([self.A, self.Bu, self.Bw]))
+        solved.flags.writeable = False
+        return solved
 
 
 def descriptors(plant, U=None, K_A=None):
@@ -107,11 +112,6 @@ def descriptors(plant, U=None, K_A=None):
     and E = diag(I, M - B K_A, I), not E = M - B K_A.
     """
     U = np.zeros((0, plant.n)) if U is None else matrix("U", U, (None, plant.n))
-    if U.shape[0] and np.linalg.matrix_rank(U) < U.shape[0]:
-        raise ValueError(
-            "U has linearly dependent rows: two integrators would carry "
-            "the same error; remove one"
-        )
     if K_A is None:
         K_A = np.zeros((plant.m, plant.n))
     K_A = matrix("K_A", K_A, (plant.m, plant.n))
@@ -127,33 +127,25 @@ def _descriptor(v, U, K_A):
             "makes it regular (Lemma 2.1)"
         )
     if a and rank_deficient(np.block([[-v.S, v.B], [U, np.zeros((a, v.m))]])):
+        if np.linalg.matrix_rank(U) < a:
+            raise ValueError(
+                "U has linearly dependent rows: two integrators would carry "
+                "the same error; remove one"
+            )
         raise ValueError(
             "U is uncontrollable: [-S B; U 0] lacks full row rank, so a "
             "transmission zero at s = 0 hides an integrator from u; "
             "integrate fewer or other errors"
         )
 
-    def stack(*parts):
-        return np.vstack(
-            [
-                np.zeros((h, parts[1].shape[1])) if p is None else p
-                for p, h in zip(parts, (n, n, a))
-            ]
-        )
-
-    one, zero = np.eye(n), np.zeros((n, n))
-    tall = np.zeros((n, a))
-    return Descriptor(
-        E=np.block(
-            [[one, zero, tall], [zero, inertia, tall], [tall.T, tall.T, np.eye(a)]]
-        ),
-        A=np.block(
-            [[zero, one, tall], [-v.S, -v.D, tall], [U, tall.T, np.zeros((a, a))]]
-        ),
-        Bu=stack(None, v.B, None),
-        Bw=stack(None, v.F, None),
-        C=np.hstack([one, zero, tall]),
-    )
+    N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)
+    E, A = np.eye(N), np.zeros((N, N))
+    E[speed, speed] = inertia
+    A[z, speed], A[2 * n :, z] = np.eye(n), U
+    A[speed, z], A[speed, speed] = -v.S, -v.D
+    Bu, Bw = np.zeros((N, v.m)), np.zeros((N, v.p))
+    Bu[speed], Bw[speed] = v.B, v.F
+    return Descriptor(E, A, Bu, Bw, C=np.eye(n, N))
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,6 +316,8 @@ def twins(vertices):
         matrices = (getattr(d, f.name) for f in fields(d))
         return tuple(None if x is None else tuple(np.ravel(x)) for x in matrices)
 
+    if len(vertices) == 1:
+        return [0]
     return [first.setdefault(entries(d), i) for i, d in enumerate(vertices)]
 
 
@@ -333,6 +327,8 @@ def mean_descriptor(vertices):
     A vertex that repeats an earlier one doesn't count again.
     """
     vertices = [vertices[i] for i in sorted(set(twins(vertices)))]
+    if len(vertices) == 1:
+        return vertices[0]
     mean = Descriptor(
         **{
             name: sum(getattr(d, name) for d in vertices) / len(vertices)

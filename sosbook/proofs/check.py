@@ -26,6 +26,7 @@ import re
 import sys
 from copy import copy
 from fractions import Fraction
+from functools import cache
 from math import lcm
 
 
@@ -286,6 +287,7 @@ class Coordinates:
 PI = Fraction(314159265358979323846264338327950288, 10**35)  # rounded down
 
 
+@cache
 def tangent(degrees):
     """A fraction just below the tangent of an angle in (0, 90] degrees."""
     x = PI * degrees / 180

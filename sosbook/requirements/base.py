@@ -48,7 +48,10 @@ class Requirement(ABC, ReadOnly):
         Whether it asks nothing but where the poles lie.
     homogeneous : bool
         Whether its blocks are known to have no constant: those of a multiple
-        of P, Y and its own unknowns are the multiples. Else they are looked at.
+        of P, Y and its own unknowns are the multiples.
+    has_constants : bool
+        Whether its blocks are known to have some. Where neither is known they
+        are looked at.
     slack_implies_pair : bool
         Whether its `slack` blocks of a vertex, with P_i and V, imply its
         `once` and `pair` blocks of that vertex alone with P = V' P_i^-1 V
@@ -67,7 +70,7 @@ class Requirement(ABC, ReadOnly):
     tied: str = ""
     implies_stability = False
     needs_disturbance = False
-    of_poles = homogeneous = slack_implies_pair = False
+    of_poles = homogeneous = has_constants = slack_implies_pair = False
     rank = 50
     titles: dict[str, str] = {}
 

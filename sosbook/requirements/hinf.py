@@ -35,6 +35,7 @@ class HInfinity(Requirement):
     kind = name = promise = "gamma"
     parameter = GAMMA
     implies_stability = needs_disturbance = slack_implies_pair = True
+    has_constants = True  # mu I, of the disturbance
     rank = 20
     titles = {"hinf": "H∞ bound γ"}
 

@@ -1,5 +1,7 @@
 """Proofs in exact rational arithmetic, of a loop or of its absence."""
 
+from dataclasses import fields
+
 import numpy as np
 
 from ..lmi.exact import exact, round_digits
@@ -8,6 +10,7 @@ from ..lmi.proof import Examined, Proof, first_proven
 from ..lmi.rational import (
     decimal,
     decimals,
+    exact_margin,
     numerals,
     read_array,
     read_number,
@@ -69,27 +72,22 @@ class Certificate(GainProof):
         V = self.data["unknowns"].get("V")
         return None if V is None else _floats(V)
 
+    def margins(self):
+        """The smallest eigenvalue of each block, a dict from names to floats.
+
+        Of blocks in rationals, with their diagonals scaled to about one: however
+        small, it is no rounding error. None where nothing is proven.
+        """
+        if not self.proven:
+            return None
+        _, _, _, blocks = _read(self.data)
+        return {name: exact_margin(g) for name, g in blocks.items()}
+
     @classmethod
     def examine(cls, data):
-        request = read_request(data)
-        K = read_array(data["K"], request.plant.m, request.order)
-        shapes = _shapes(request, data["unknowns"])
-        if shapes.keys() != data["unknowns"].keys():
-            raise ValueError(f"unknowns must be {', '.join(shapes)}")
-        values = {
-            name: read_numerals(data["unknowns"][name], *shape)
-            for name, shape in shapes.items()
-        }
-        own = dict(values)
-        P = [own[name] for name in request.lyapunov]
-        own = {name: x for name, x in own.items() if name not in request.lyapunov}
-        V = own.pop("V", None)
-        right = P[0] if V is None else V
-        blocks = request.blocks(
-            P[0] if V is None else P, exact(K) @ right.T, exact, V=V, own=own
-        )
+        request, K, values, blocks = _read(data)
         again = cls.contents(request, K, values, map(_key, blocks))
-        if not all((p == p.T).all() for p in P):
+        if not all((values[name] == values[name].T).all() for name in request.lyapunov):
             return again, Examined.nothing("P isn't symmetric")
         return again, Examined.of(blocks, claims(request))
 
@@ -106,6 +104,27 @@ class Certificate(GainProof):
             "unknowns": {name: numerals(x) for name, x in values.items()},
             "blocks": list(blocks),
         }
+
+
+def _read(data):
+    """The request, K, the exact unknowns and the blocks of a file's data."""
+    request = read_request(data)
+    K = read_array(data["K"], request.plant.m, request.order)
+    shapes = _shapes(request, data["unknowns"])
+    if shapes.keys() != data["unknowns"].keys():
+        raise ValueError(f"unknowns must be {', '.join(shapes)}")
+    values = {
+        name: read_numerals(data["unknowns"][name], *shape)
+        for name, shape in shapes.items()
+    }
+    P = [values[name] for name in request.lyapunov]  # vertices may share one
+    own = {name: x for name, x in values.items() if name not in request.lyapunov}
+    V = own.pop("V", None)
+    if V is None:
+        blocks = request.blocks(P[0], exact(K) @ P[0], exact, own=own)
+    else:
+        blocks = request.blocks(P, exact(K) @ V.T, exact, V=V, own=own)
+    return request, K, values, blocks
 
 
 def _floats(rows):
@@ -248,8 +267,8 @@ def _recorded(request):
     """The request as a file holds it, built again from the primary data."""
     again = read_request(request_data(request))
     for mine, read in zip(request.certain, again.certain, strict=True):
-        for name, x in vars(mine).items():
-            if not np.array_equal(x, vars(read)[name]):
+        for name in (f.name for f in fields(mine)):
+            if not np.array_equal(getattr(mine, name), getattr(read, name)):
                 raise ValueError(f"a proof file can't hold {name} of this plant")
     return again
 

@@ -148,18 +148,18 @@ def closer(lmis, near):
     )
 
 
-def answer(request, refuse=True):
+def answer(request, refuse=True, first=None):
     """The Solution of a request that leaves nothing open.
 
     Without ``refuse`` it is undecided where floats find no point: what excludes
     every point isn't looked for. A single plant of which only the poles are asked
-    is decided all the same.
+    is decided all the same. ``first`` is what `search` has found, if it is known.
     """
     if request.order > MODES_FIRST_ABOVE_STATES:  # sooner known than phase one begins
         mode = excluding_mode(request)
         if mode is not None:
             return refused_by(request, mode)
-    first = search(request)
+    first = first or search(request)
     if first.values is None:
         if refuse or of_poles_alone(request):
             return refused(first)

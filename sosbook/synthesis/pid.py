@@ -22,7 +22,7 @@ from .feasibility import answer, follow, guarded
 from .objectives import at_optimum
 from .problem import Request
 from .regularization import Regularization
-from .slack import refuted, with_slack, without_slack
+from .slack import point_with_slack, refuted, with_slack, without_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid"]
 
@@ -312,12 +312,17 @@ def _design(
     backoff = positive("backoff", backoff)
 
     def solved():
-        settled = with_slack(request, objective)
+        settled, first = request, None
+        if objective:
+            settled = with_slack(request, objective)
+        elif coupling == "slack" and slack is None:
+            first = point_with_slack(request)
+            settled = first and first.problem.request
         if settled is None:
             return without_slack(request, objective)
         if objective:
             return at_optimum(settled, objective, backoff)
-        solution = follow(settled, start) or answer(settled)
+        solution = follow(settled, start) or answer(settled, first=first)
         if solution.status == "undecided" and settled.coupling == "slack":
             return refuted(settled) or solution
         return solution

@@ -8,9 +8,9 @@ import numpy as np
 from flint import acb_mat, arb, ctx, fmpq, fmpq_mat
 
 from ..analysis.linear import balancing
-from ..lmi.exact import exact, inverse, round_digits
+from ..lmi.exact import exact, round_digits
 from ..lmi.proof import DIGITS
-from ..lmi.rational import digit_count, rational_matrix
+from ..lmi.rational import digit_count, exact_margin, log2, rational_matrix
 from ..lmi.time_limit import check_time
 from .certificates import prove_with
 from .placement import MOST_STATES, keeps, loop_matrix, placed_gain
@@ -47,7 +47,7 @@ def decided_by_poles(request):
     P = None if K is None else _proven_P(request, K)
     if P is None:
         return None
-    margins = {name: _margin(g) for name, g in _blocks(request, K, P).items()}
+    margins = {n: exact_margin(g) for n, g in _blocks(request, K, P).items()}
     P = P.astype(float)
     frame = Frame.of(request)
     return Solution(request, "feasible", K, P, K @ P, None, margins, frame, own={})
@@ -113,7 +113,7 @@ def _of_eigenvectors(A, bits, places):
             return dyadic(sum(terms, arb(0))) * units[i] * units[j]
 
         P = [[entry(i, j) for j in range(i + 1)] for i in range(N)]
-    roots = [round(_log10(P[i][i]) / 2) for i in range(N)]
+    roots = [round(log2(P[i][i]) * np.log10(2) / 2) for i in range(N)]
     top = max(roots)
     rounded = [[None] * N for _ in range(N)]
     for i in range(N):
@@ -123,19 +123,3 @@ def _of_eigenvectors(A, bits, places):
             x = fmpq((P[i][j] * unit).round()) / unit / fmpq(100) ** top
             rounded[i][j] = rounded[j][i] = x
     return rational_matrix(rounded)
-
-
-def _log10(x):
-    """Of a positive rational, as a float."""
-    return (int(x.p).bit_length() - int(x.q).bit_length()) * np.log10(2)
-
-
-def _margin(g):
-    """The least eigenvalue of a positive definite matrix, its diagonal scaled to one.
-
-    It is that of the inverse, whose largest eigenvalue floats know.
-    """
-    d = [fmpq(2) ** round(_log10(e) / np.log10(2) / 2) for e in np.diagonal(g)]
-    inverted = inverse(g)
-    rows = [[float(e * a * b) for e, b in zip(row, d)] for row, a in zip(inverted, d)]
-    return float(1 / np.linalg.eigvalsh(np.array(rows))[-1])

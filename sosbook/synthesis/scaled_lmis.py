@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..lmi import Unknown, eye
-from ..lmi.bounded import unpacked
 from ..lmi.centre import margin
 from ..lmi.problem import LMIProblem
 from ..lmi.text import floats
@@ -133,9 +132,16 @@ class ScaledLMIs(TrustedProblem):
         return LMIProblem(write, self.matrices)
 
     def guess(self):
-        """The unknowns at `Frame.guess`, by name, or None."""
-        x = self.frame.guess(self.unknowns)
-        return None if x is None else unpacked(self.unknowns, x)
+        """Unknowns to start from, by name: the frame's gain, else I; None without one.
+
+        In the frame the Riccati equation's P is I. So is a slack matrix near it.
+        """
+        frame, one = self.frame, np.eye(self.request.order)
+        values = dict.fromkeys(("V", *self.request.lyapunov), one)
+        values |= {"Y": frame.gain} | dict.fromkeys(frame.sizes, np.eye(1))
+        if frame.gain is None or any(u.name not in values for u in self.unknowns):
+            return None
+        return {u.name: values[u.name] for u in self.unknowns}
 
     def rays(self):
         """Directions in which the points may have no end, (k,) arrays.
@@ -228,8 +234,9 @@ class ScaledLMIs(TrustedProblem):
             blocks = request.blocks(P, Y, V=V, own=own)
             margins = {name: margin(g) for name, g in blocks.items()}
         good = min(margins.values()) > 1e-9
-        if not good:  # too close for floats
-            good = prove(request, K, P, 17, V, own).proven
+        if not good:  # too close for floats, even for the sign of what remains
+            proof = prove(request, K, P, 17, V, own)
+            good, margins = proof.proven, proof.margins() or margins
         status = "feasible" if good else "undecided"
         return Solution(request, status, K, P, Y, V, margins, self.frame, own=own)
 

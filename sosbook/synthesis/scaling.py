@@ -11,7 +11,7 @@ from ..lmi.read_only import ReadOnly
 from ..plants.checks import logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 
-__all__ = ["Frame", "in_unknowns_of", "typical_rate"]
+__all__ = ["Frame", "in_unknowns_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class Frame(ReadOnly):
         """
         mean = _typical(request)
         A, B, _ = mean.state_space()
-        omega = typical_rate(request)
+        omega = request.typical_rate
         for r in request.requirements:
             if r.riccati() is not None:
                 return cls._of_riccati(request, A, B, *r.riccati(), levels)
@@ -185,18 +185,12 @@ class Frame(ReadOnly):
             _sizes(request, T, levels) if sizes is None else sizes,
         )
 
-    def guess(self, unknowns):
-        """Variables to start from: P = I and Y = gain; None for other ``unknowns``."""
-        values = {"P": np.eye(len(self.T)), "Y": self.gain}
-        values.update(dict.fromkeys(self.sizes, np.eye(1)))
-        if self.gain is None or {u.name for u in unknowns} - values.keys():
-            return None
-        return np.concatenate([u.pack(values[u.name]) for u in unknowns])
-
 
 def _reaches(request, T):
     """How large each requirement's P must be in coordinates T, roughly."""
-    Bw, omega = request.mean.state_space()[2], typical_rate(request)
+    if not request.sized:
+        return {}
+    Bw, omega = request.mean.state_space()[2], request.typical_rate
     return {r: r.size_of_P(T, Bw, omega) or 1.0 for r in request.sized}
 
 
@@ -226,16 +220,6 @@ def _typical(request):
     mean, vertices = request.mean, request.vertices
     most = max(np.linalg.norm(d.Bu) for d in vertices)
     return mean if np.linalg.norm(mean.Bu) > 0.1 * most else vertices[0]
-
-
-def typical_rate(request):
-    """A typical angular frequency of a request's closed loop, in rad/s."""
-    rates = [r.rate() for r in request.requirements]
-    rates = [rate for rate in rates if rate is not None]
-    if rates:
-        return min(rates, key=lambda rate: rate[0])[1]
-    A, _, _ = request.mean.state_space()
-    return np.abs(np.linalg.eigvals(A)).max() or 1.0
 
 
 def _energy(request, omega):

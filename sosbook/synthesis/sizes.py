@@ -16,7 +16,17 @@ __all__ = ["Sizes"]
 
 
 class Sizes:
-    """The part of a `Request` that knows of the sizes of P."""
+    """The part of a `Request` that knows of the sizes of P, and of the loop's rate."""
+
+    @cached_property
+    def typical_rate(self):
+        """A typical angular frequency of the closed loop, in rad/s."""
+        rates = [r.rate() for r in self.requirements]
+        rates = [rate for rate in rates if rate is not None]
+        if rates:
+            return min(rates, key=lambda rate: rate[0])[1]
+        A, _, _ = self.mean.state_space()
+        return np.abs(np.linalg.eigvals(A)).max() or 1.0
 
     @cached_property
     def sized(self):
@@ -24,11 +34,16 @@ class Sizes:
 
         Their blocks aren't homogeneous in P, Y and their own unknowns.
         """
-        if self.coupling == "slack" and self.slack is None:
-            return replace(self, slack=1.0).sized
         asked = [r for r in self.requirements if not r.homogeneous]
-        if not asked:
-            return ()
+        unknown = [r for r in asked if not r.has_constants]
+        seen = self._seen_to_have_constants(unknown) if unknown else []
+        sized = [r for r in asked if r.has_constants or r in seen]
+        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
+
+    def _seen_to_have_constants(self, some):
+        """Those of the requirements whose blocks aren't zero where P is."""
+        if self.coupling == "slack" and self.slack is None:
+            return replace(self, slack=1.0)._seen_to_have_constants(some)
         P = V = np.zeros((self.order, self.order))
         Y = np.zeros((self.plant.m, self.order))
         if self.coupling == "slack":
@@ -43,8 +58,7 @@ class Sizes:
             yield from (g for _, _, g in r.once(loop))
             yield from (g for _, g in self._of_pair(r, loop, first, 0))
 
-        sized = [r for r in asked if any(g.any() for g in constants(r))]
-        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
+        return [r for r in some if any(g.any() for g in constants(r))]
 
     @property
     def ties(self):

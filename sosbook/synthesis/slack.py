@@ -8,10 +8,10 @@ from ..plants.descriptor_system import DescriptorSystem
 from .feasibility import guarded, refused, search, without_lmis
 from .objectives import optimum
 from .scaled_lmis import ScaledLMIs
-from .scaling import Frame, typical_rate
+from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["feasible", "refuted", "with_slack", "without_slack"]
+__all__ = ["feasible", "point_with_slack", "refuted", "with_slack", "without_slack"]
 
 ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
@@ -35,13 +35,12 @@ def with_slack(request, objective=None):
     """
     if request.coupling != "slack" or request.slack is not None:
         return request
+    if not objective:
+        first = point_with_slack(request)
+        return None if first is None else first.problem.request
     best = least = chosen = None
     for trial in _trials(request):
         check_time()
-        if not objective:
-            if feasible(trial):
-                return trial
-            continue
         if best is not None and not _lower(trial, best):
             continue
         try:
@@ -61,8 +60,24 @@ def with_slack(request, objective=None):
     return chosen
 
 
+def point_with_slack(request):
+    """A point of a request with the first slack scalar that leaves one.
+
+    Returns
+    -------
+    LMISolution or None
+        Of `search`, for the request with that scalar.
+    """
+    for trial in _trials(request):
+        check_time()
+        first = _point(trial)
+        if first is not None:
+            return first
+    return None
+
+
 def _trials(request):
-    unit = 1 / typical_rate(request)
+    unit = 1 / request.typical_rate
     for step in STEPS:
         yield replace(request, slack=float(round_digits(unit * step, 2)))
 
@@ -87,15 +102,25 @@ def feasible(request, minimized=()):
 
     The bounds of those requirements that shall be ``minimized`` are free.
     """
+    return _point(request, minimized) is not None
+
+
+def _point(request, minimized=()):
+    """The point that phase one finds, as an LMISolution, or None."""
+    found = None
 
     def work():
+        nonlocal found
         if request.coupling == "slack" and request.slack is None:
-            is_feasible = any(feasible(trial, minimized) for trial in _trials(request))
+            points = (_point(trial, minimized) for trial in _trials(request))
+            found = next((p for p in points if p is not None), None)
         else:
-            is_feasible = search(request, minimized).values is not None
-        return Solution(request, "feasible" if is_feasible else "undecided")
+            first = search(request, minimized)
+            found = None if first.values is None else first
+        return Solution(request, "undecided")
 
-    return guarded(request, ADVICE, work).status == "feasible"
+    guarded(request, ADVICE, work)
+    return found
 
 
 def without_slack(request, objective=()):

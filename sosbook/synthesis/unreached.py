@@ -8,6 +8,7 @@ from scipy.optimize import minimize_scalar
 from ..lmi.exact import exact, round_digits
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..lmi.stacks import transposed
 from ..lmi.time_limit import check_time
 from ..plants.checks import logarithmic_scales
 from .exclusion_certificates import loop_data, loop_request
@@ -125,12 +126,13 @@ def _at_vertex(request, gamma, k):
     rates = rates[rates > NOISE * rates.max(initial=0.0)]
     low, high = (0.1 * rates.min(), 10 * rates.max()) if rates.size else (0.01, 100.0)
     points = np.array([0.0, *rates, *np.geomspace(low, high, FREQUENCIES)])
-    omega = _loudest(lambda w: _response(E, A, B, Bw, C, Du, w)[0], points, gamma)
+    loop = E, A, B, Bw, C, Du
+    omega = _loudest(lambda w: _responses(loop, w)[0], points, gamma)
     omega = float(round_digits(np.array(omega), DIGITS))
-    size, row, order = _response(E, A, B, Bw, C, Du, omega)
+    (size,), (row,) = _responses(loop, [omega])
     if not size >= gamma:
         return None
-    w = exact(omega)
+    order, w = _order(loop, omega), exact(omega)
     E, A, B, Bw, C, Du = matrices
     N, count = len(E), len(E) + len(C)
     zero = np.zeros((len(C), N), int)
@@ -152,13 +154,13 @@ def _at_vertex(request, gamma, k):
     )
 
 
-def _loudest(size, points, enough):
-    """The frequency at which ``size`` is largest, or ``enough``.
+def _loudest(sizes_at, points, enough):
+    """The frequency at which the size is largest, or ``enough``.
 
     Of the ``points`` those louder than their neighbours are looked at closely.
     """
     points = np.unique(points)
-    sizes = np.array([size(w) for w in points])
+    sizes = sizes_at(points)
     best = points[sizes.argmax()]
     if sizes.max() >= enough or sizes.max() < NEAR * enough:
         return best
@@ -168,7 +170,7 @@ def _loudest(size, points, enough):
     for k in tops[np.argsort(-sizes[tops])][:REFINED]:
         low, high = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
         near = minimize_scalar(
-            lambda w: -size(w),
+            lambda w: -sizes_at([w]).item(),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 1e-10 * high},
@@ -178,39 +180,75 @@ def _loudest(size, points, enough):
     return best
 
 
-def _response(E, A, B, Bw, C, Du, omega):
-    """The largest |v B_w| / |y| at s = j omega, [v y], and the order of its entries.
+def _responses(loop, omegas):
+    """The largest |v B_w| / |y| at each s = j omega, and the [v y] that has it.
 
-    In that order the last ones determine the others best.
+    Parameters
+    ----------
+    loop : tuple of arrays
+        E, A, B, B_w, C and D_u in floats.
+    omegas : (k,) array_like
+        The frequencies.
+
+    Returns
+    -------
+    sizes, rows : (k,) and (k, N + n) arrays
+        The sizes are zero where there is no such [v y].
     """
-    M = np.vstack([np.hstack([1j * omega * E - A, B]), np.hstack([-C, Du])])
+    E, _, _, Bw, *_ = loop
+    rows, left, _ = _without_input(loop, omegas)
+    left = left * rows[:, None, :]
+    turn, sizes, _ = np.linalg.svd(left[..., len(E) :], full_matrices=False)
+    held = sizes > NOISE * sizes[:, :1]
+    shares = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=held)
+    left = transposed(turn * shares[:, None, :]) @ left  # now y y* = I, or zero
+    c, sizes, _ = np.linalg.svd(left[..., : len(E)] @ Bw)
+    return sizes[:, 0], (transposed(c)[:, :1] @ left)[:, 0]
+
+
+def _order(loop, omega):
+    """The order of the entries of [v y] in which the last determine the others best."""
+    _, (left,), (rank,) = _without_input(loop, [omega])
+    return qr(left[rank:], mode="r", pivoting=True)[1][::-1]
+
+
+def _without_input(loop, omegas):
+    """Where neither x nor u counts at s = j omega: scales of the rows, and [v y].
+
+    Of the square arrays [v y] the first rows, as many as the third array says, are
+    zero; the others are orthonormal, of the balanced matrix.
+    """
+    E, A, B, _, C, Du = loop
+    N, s = len(E), 1j * np.asarray(omegas, float)[:, None, None]
+    M = np.zeros((len(s), N + len(C), N + B.shape[1]), complex)
+    M[:, :N, :N], M[:, :N, N:] = s * E - A, B
+    M[:, N:, :N], M[:, N:, N:] = -C, Du
     rows, M = _balanced(M)
     directions, sizes, _ = np.linalg.svd(M)
-    left = directions[:, (sizes > NOISE * sizes[0]).sum() :].conj().T
-    chosen = qr(left, mode="r", pivoting=True)[1]
-    left = left * rows
-    turn, sizes, _ = np.linalg.svd(left[:, len(E) :], full_matrices=False)
-    held = sizes > NOISE * sizes[0]
-    if not held.any():
-        return 0.0, None, None
-    left = (turn[:, held] / sizes[held]).conj().T @ left  # now y y* = I
-    c, sizes, _ = np.linalg.svd(left[:, : len(E)] @ Bw)
-    return sizes[0], c[:, 0].conj() @ left, chosen[::-1]
+    rank = (sizes > NOISE * sizes[:, :1]).sum(axis=1)
+    zero = np.arange(M.shape[1]) < rank[:, None]
+    return rows, np.where(zero[..., None], 0, transposed(directions)), rank
 
 
 def _balanced(M):
-    """Scales of the rows of M, and a balanced M.
+    """Scales of the rows of matrices M, and balanced M.
 
     The first scales are those of `logarithmic_scales`: the same matrix comes out
     whatever its units.
     """
     rows, columns = logarithmic_scales(M)
-    M = M * columns * rows[:, None]
+    M = M * columns[:, None, :] * rows[..., None]
     for _ in range(BALANCINGS):
-        M = M / (np.abs(M).max(axis=0) + 1e-300)
-        sizes = np.abs(M).max(axis=1) + 1e-300
-        M, rows = M / sizes[:, None], rows / sizes
+        M = M / _largest(M, 1)
+        sizes = _largest(M, 2)
+        M, rows = M / sizes, rows / sizes[..., 0]
     return rows, M
+
+
+def _largest(M, axis):
+    """The largest magnitudes along an axis; one where all entries are zero."""
+    sizes = np.abs(M).max(axis=axis, keepdims=True)
+    return np.where(sizes > 0, sizes, 1.0)
 
 
 def _completed(system, x):
