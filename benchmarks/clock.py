@@ -3,15 +3,18 @@
 Each has a process of its own, forked from one that has imported everybody and
 solved nothing. CPU time of the process and its children is what is measured,
 not the time that passes: a busy computer changes it little. A call that uses
-more than its limit of seconds or memory ends its process.
+more than its limit of seconds or memory ends its process. Under such a limit
+Linux counts in ticks of milliseconds: short calls are timed many at once.
 """
 
+import math
 import multiprocessing
 import signal
 import statistics
 import sys
 import time
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 try:
@@ -28,7 +31,8 @@ __all__ = ["MEMORY", "SECONDS", "Job", "trial"]
 SECONDS = 20.0  # of CPU time that a call may take
 MEMORY = 4096  # MB that a call may ask for
 ENOUGH = 0.6  # seconds of calls after which a time is known well enough
-MOST = 7  # calls
+MOST = 7  # times that are measured
+TICKS = 25  # of the clock, that a measured time has at least
 PATIENCE = 12  # a process may take so many times its CPU time, on a busy computer
 OVER = "over the limit"
 
@@ -57,25 +61,50 @@ class Job:
         competitor = COMPETITORS[self.competitor]()
         make = _maker(FAMILIES[self.family].kind, given, framed)
         competitor.prepare(make)
-        times = []
-        while not times or (sum(times) < ENOUGH and len(times) < MOST):
-            seconds, judgement = one_call(competitor, make)
-            times.append(seconds)
-            if not right(judgement):
-                break
-        return times, judgement
+        seconds, judgement = calls(competitor, make)
+        at_once = at_once_for(seconds)
+        times = [seconds] if at_once == 1 else []
+        while right(judgement) and not _enough(times, at_once):
+            seconds, judgement = calls(competitor, make, at_once)
+            times += [seconds] * at_once
+        return times or [seconds], judgement
 
 
 def _maker(kind, given, framed):
     return lambda: KINDS[kind](*given, framed)
 
 
-def one_call(competitor, make):
-    """CPU seconds from the plant to the answer, and its judgement."""
+def _enough(times, at_once):
+    return sum(times) >= ENOUGH or len(times) >= MOST * at_once
+
+
+def calls(competitor, make, count=1):
+    """CPU seconds of a call, of ``count`` in a row, and the last one's judgement.
+
+    A call goes from the plant to the answer.
+    """
     begin = cpu()
-    question, answer = competitor.answer(make)
-    seconds = cpu() - begin
+    for _ in range(count):
+        question, answer = competitor.answer(make)
+    seconds = (cpu() - begin) / count
     return seconds, {k: float(v) for k, v in question.judge(answer).items()}
+
+
+def at_once_for(seconds):
+    """How many calls of so many seconds make `TICKS` of the clock."""
+    return max(1, math.ceil(TICKS * tick() / max(seconds, tick())))
+
+
+@cache
+def tick():
+    """The step of `cpu` in seconds, the smallest of a few."""
+    steps = []
+    for _ in range(3):
+        begin = cpu()
+        while (now := cpu()) == begin:
+            pass
+        steps.append(now - begin)
+    return min(steps)
 
 
 def cpu():

@@ -176,6 +176,34 @@ def test_a_wrong_answer_has_no_time_that_counts(monkeypatch):
     assert profiles.times([row]) == {("f", 2): {"clarabel": math.inf}}
 
 
+@pytest.mark.parametrize("step", [1e-6, 1e-4, 0.004, 0.01])
+@pytest.mark.parametrize("price", [0.0013, 0.0071, 0.09])
+def test_a_clock_with_ticks_tells_the_time_of_a_short_call(monkeypatch, step, price):
+    """Linux may count a process's time in ticks: 4 ms, where a call takes 1.3."""
+    spent = 0.0
+
+    def ticking():
+        nonlocal spent
+        spent += 1e-7  # of the question itself
+        return step * math.floor(spent / step)
+
+    class Priced(Competitor):
+        def answer(self, make):
+            nonlocal spent
+            spent += price
+            return COMPETITORS["sosbook"]().answer(make)
+
+    monkeypatch.setattr(clock, "cpu", ticking)
+    clock.tick.cache_clear()
+    monkeypatch.setitem(clock.COMPETITORS, "clarabel", Priced)
+    try:
+        found = clock._tried(Job("free chain", 2, "clarabel"), True)
+    finally:
+        clock.tick.cache_clear()
+    assert found["status"] == "right"
+    assert found["cpu_s"] == pytest.approx(price, rel=2 / clock.TICKS)
+
+
 @pytest.mark.slow
 def test_a_trial_tells_time_memory_and_limit():
     found = trial(Job("free chain", 2, "clarabel"))
