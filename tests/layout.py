@@ -4,6 +4,24 @@ Each of these is a JavaScript function without arguments that returns a list
 of faults; an empty list is a good page.
 """
 
+#: Text as wide as in DejaVu Sans or Verdana, the widest of the usual fonts: a
+#: reader has other fonts than the machine that runs the tests.
+WIDE_TYPE = """
+() => {
+  const letters = "the quick brown fox jumps over the lazy dog";
+  const sample = document.createElement("span");
+  sample.style.cssText = "position: absolute; white-space: nowrap; font-size: 100px";
+  sample.textContent = letters;
+  document.body.append(sample);
+  const width = sample.getBoundingClientRect().width / 100 / letters.length;
+  sample.remove();
+  const style = document.createElement("style");
+  style.textContent = `.bd-article {letter-spacing: ${Math.max(0.518 - width, 0)}em}
+    .bd-article :is(mjx-container, pre, code) {letter-spacing: 0}`;
+  document.head.append(style);
+}
+"""
+
 #: Formulas whose letters stand out of the box that cuts them.
 CUT_FORMULAS = """
 () => [...document.querySelectorAll("mjx-container")].filter((box) => {
@@ -14,6 +32,13 @@ CUT_FORMULAS = """
     .map((letter) => letter.getBoundingClientRect())
     .some((letter) => letter.top < top - 1 || letter.bottom > bottom + 1);
 }).map((box) => box.querySelector("mjx-assistive-mml").textContent.slice(0, 80))
+"""
+
+#: Formulas that MathJax fits to the height of the reader's font: in one with
+#: large small letters they would be wider than their place.
+FITTED_FORMULAS = """
+() => [...document.querySelectorAll("mjx-container")].map((box) => box.style.fontSize)
+  .filter((size) => size !== "120%")
 """
 
 #: Boxes of a desk's page that are wider than their place: formulas, tables,

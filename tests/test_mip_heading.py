@@ -137,6 +137,7 @@ def test_the_page_and_the_file_have_the_heading(same, tmp_path):
     assert read.text == MODEL.text
 
 
+@pytest.mark.slow
 def test_half_of_steerings_columns_are_refused(same):
     with pytest.raises(ValueError, match="a log of steering lacks heading"):
         replace(same.log, heading=None)

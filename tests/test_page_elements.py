@@ -203,6 +203,23 @@ def test_axe_has_no_objection_after_any_button(shelf, axe, tag):
     )
 
 
+@pytest.mark.parametrize("style", ["underline", "none"])
+def test_axe_wants_a_line_under_a_link_in_a_text(visit, axe, tmp_path, style):
+    page = tmp_path / "link.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
+        '<link rel="icon" href="data:,"><main><h1>t</h1><p>A long text with '
+        f'<a href="#x" style="color: #00f; text-decoration: {style}">a link</a> in it.',
+        "utf8",
+    )
+    tab = visit(page)
+    tab.page.evaluate(axe + "; 0")
+    faults = tab.page.evaluate(layout.AXE)
+    assert [x.split(":")[0] for x in faults] == (
+        ["link-in-text-block"] if style == "none" else []
+    )
+
+
 def test_numbers_are_short_and_have_powers_of_ten(tab):
     numbers = [0, 0.00000989, -2.5e-7, 0.000123, 0.1234, 40000, 999999, 1.26e6, -3e12]
     shown = tab.page.evaluate("list => list.map(x => sosKit.clean(x))", numbers)

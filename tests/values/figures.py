@@ -9,6 +9,7 @@ and marks of the same look that follow each other may change their order.
 """
 
 from difflib import SequenceMatcher
+from functools import lru_cache
 from itertools import groupby
 
 import numpy as np
@@ -28,11 +29,14 @@ MANY = 60
 
 def differences(stored, now, limit=5):
     """What two svg elements (trees.Node) don't agree in: a list of str."""
-    before, after = drawn(stored), drawn(now)
+    before, after = _drawn(stored), drawn(now)
     _share_marks(before, after)
     faults = [*_looks(before, after)] or [*_places(before, after)]
     rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
     return faults[:limit] + rest
+
+
+_drawn = lru_cache(maxsize=4)(drawn)  # of what is compared with several others
 
 
 def _share_marks(before, after):

@@ -7,6 +7,7 @@ numbers and strings: floats to one unit of the last digit that is written.
 
 import json
 from dataclasses import dataclass
+from functools import lru_cache
 
 from . import figures, words
 from .trees import parse
@@ -27,9 +28,12 @@ def differences(stored, now, limit=8):
     """
     if stored == now:
         return []
-    faults = [*_element(parse(stored), parse(now), "")]
+    faults = [*_element(_parsed(stored), parse(now), "")]
     rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
     return faults[:limit] + rest
+
+
+_parsed = lru_cache(maxsize=4)(parse)  # of what is compared with several others
 
 
 def _element(stored, now, place):

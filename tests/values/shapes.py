@@ -112,6 +112,7 @@ class Canvas:
             if "id" in node.attributes
         }
         self.numbers, self.shapes = {}, []
+        self.own, self.corners = {}, {}
         width, height = _view(svg)[2:]
         self._inside(svg, UNIT, "", (0.0, 0.0, width, height))
 
@@ -165,33 +166,45 @@ class Canvas:
 
     def _look(self, node, matrix, style, box):
         """Style, matrix and visible box inside an element."""
+        if node not in self.own:
+            self.own[node] = self._own(node)
+        words, clip, place, step = self.own[node]
+        if clip:
+            box = self._clip(clip, matrix, style, box)
+            words = words[:place] + [f"clip={self.numbers[clip]}"] + words[place:]
+        if step:
+            matrix = _times(matrix, step)
+        if node.tag == "svg" and style:
+            matrix = _times(matrix, _nested(node))
+        return f"{style} > {node.tag} {' '.join(words)}", matrix, box
+
+    def _own(self, node):
+        """An element's own words, its clip and where it stands in them, its matrix."""
         known = GEOMETRY.get(node.tag, ())
-        texts = []
+        words, clip, place, step = [], None, None, None
         for key, value in sorted(node.attributes.items()):
             value = value or ""
             if key == "transform":
-                matrix = _times(matrix, _transform(value))
+                step = _transform(value)
             elif key == "clip-path" and value[5:-1] in self.names:
-                box = self._clip(value[5:-1], matrix, style, box)
-                texts.append(f"clip={self.numbers[value[5:-1]]}")
+                clip, place = value[5:-1], len(words)
             elif key not in known and key not in ("id", "href", "xlink:href"):
-                texts.append(f"{key}={self._followed(value)}")
+                words.append(f"{key}={self._followed(value)}")
             elif key == "id" and node.tag in ("g", "svg"):
-                texts.append(f"id={value}")
-        if node.tag == "svg" and style:
-            matrix = _times(matrix, _nested(node))
-        return f"{style} > {node.tag} {' '.join(texts)}", matrix, box
+                words.append(f"id={value}")
+        return words, clip, place, step
 
     def _clip(self, name, matrix, style, box):
         """Draw a clip path when it is first used, and narrow the box."""
         known = name in self.numbers
         self.numbers.setdefault(name, len(self.numbers))
-        before = len(self.shapes)
-        self._draw(self.names[name], matrix, style, box, "clip")
-        corners = [shape.corners for shape in self.shapes[before:]]
-        if known:
-            del self.shapes[before:]
-        for x, y, u, v in corners:
+        if (name, matrix) not in self.corners:
+            before = len(self.shapes)
+            self._draw(self.names[name], matrix, style, box, "clip")
+            self.corners[name, matrix] = [x.corners for x in self.shapes[before:]]
+            if known:
+                del self.shapes[before:]
+        for x, y, u, v in self.corners[name, matrix]:
             box = (
                 max(box[0], min(x, u)),
                 max(box[1], min(y, v)),
@@ -244,6 +257,7 @@ def _floats(node, *names):
     return [_float(node.attributes.get(name)) for name in names]
 
 
+@lru_cache(maxsize=65536)
 def _float(text):
     found = re.match(r"\s*([-+\d.eE]+)(?:px)?\s*$", text or "0")
     if not found:

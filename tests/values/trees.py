@@ -31,10 +31,11 @@ class Node:
 
     def elements(self):
         """The element and all those in it, in their order."""
-        yield self
-        for child in self.children:
-            if not isinstance(child, str):
-                yield from child.elements()
+        rest = [self]
+        while rest:
+            node = rest.pop()
+            yield node
+            rest += [x for x in reversed(node.children) if not isinstance(x, str)]
 
     def __str__(self):
         attributes = "".join(f' {k}="{v}"' for k, v in self.attributes.items())
