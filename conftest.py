@@ -1,7 +1,8 @@
 """Settings for every test: one thread each, no progress bars, repeatable examples.
 
-With ``pytest --nbval`` notebooks run in the environment of pytest, a cell may
-take ten minutes, and outputs are compared by their values (tests/values).
+With ``pytest --nbval`` notebooks run in the environment of pytest, a kernel that
+doesn't answer is started again, a cell may take ten minutes, and outputs are
+compared by their values (tests/values).
 """
 
 import os
@@ -14,6 +15,7 @@ os.environ.update(ONE_THREAD | dict(os.environ) | WITHOUT_BARS)  # before numpy
 from hypothesis import settings
 
 from tests.values import cells
+from tests.values.kernels import started_again
 
 # Its seeds are fixed. Yet some of hypothesis's draws are constants of the package's
 # modules that are loaded, and it has no switch against that (HypothesisWorks/hypo-
@@ -25,6 +27,9 @@ settings.load_profile("book")
 def pytest_configure(config):
     option = config.option
     if getattr(option, "nbval", False):
+        import nbval.kernel
+
+        nbval.kernel.start_new_kernel = started_again(nbval.kernel.start_new_kernel)
         option.nbval_current_env = not option.nbval_kernel_name
         option.nbval_cell_timeout = min(option.nbval_cell_timeout, 600)
 

@@ -18,6 +18,7 @@ from hypothesis import given
 from sosbook import notebooks
 from tests import values
 from tests.values import cells, words
+from tests.values.kernels import started_again
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
@@ -269,3 +270,33 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
         page.unlink()
     assert "1 failed, 1 passed" in done.stdout
     assert "number 2: stored 0.77, now 0.75 (tolerance 0.01)" in done.stdout
+
+
+@pytest.mark.parametrize("failures", [0, 1, 2])
+def test_a_kernel_that_does_not_answer_is_started_again(failures):
+    waits = []
+
+    def start(startup_timeout=60, kernel_name="python"):
+        waits.append(startup_timeout)
+        if len(waits) <= failures:
+            raise RuntimeError("Kernel didn't respond")
+        return kernel_name
+
+    assert started_again(start)(startup_timeout=5, kernel_name="here") == "here"
+    assert waits == [5, 10, 20][: failures + 1]
+
+
+def test_a_kernel_that_never_answers_is_an_error():
+    def start(startup_timeout=60):
+        raise RuntimeError("Kernel didn't respond")
+
+    with pytest.raises(RuntimeError, match="didn't respond"):
+        started_again(start)()
+
+
+def test_nbval_starts_its_kernels_so(pytestconfig):
+    if not getattr(pytestconfig.option, "nbval", False):
+        pytest.skip("only with --nbval")
+    import nbval.kernel
+
+    assert nbval.kernel.start_new_kernel.__wrapped__
