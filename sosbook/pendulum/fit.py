@@ -62,7 +62,7 @@ class Fit:
         return float(self[name] - half), float(self[name] + half)
 
 
-def output_error(model, y, start):
+def output_error(model, y, start, slopes=None):
     """Fit a simulation to what was measured, by least squares.
 
     Parameters
@@ -73,6 +73,9 @@ def output_error(model, y, start):
         What was measured.
     start : dict
         Names and first guesses.
+    slopes : callable, optional
+        ``slopes(*values)`` is the (N, p) array of the output's derivatives.
+        Without it they are formed by differences.
 
     Returns
     -------
@@ -90,6 +93,7 @@ def output_error(model, y, start):
         solution = least_squares(
             lambda x: model(*x) - y,
             guess,
+            jac=(lambda x: slopes(*x)) if slopes else "2-point",
             x_scale="jac",
             ftol=1e-12,
             xtol=1e-10,

@@ -1,11 +1,12 @@
 """From two logs to the pendulum: the identification of section 4.2."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from .experiments import STICTION_SPEED, motion
+from .experiments import STICTION_SPEED, motion, slopes
 from .fit import Fit, output_error
 from .log import Log
 from .model import Mip
@@ -77,22 +78,30 @@ def fit_body(log, model="pendulum", friction=False):
         zero, offset = (0.0, *zero_and_offset)[-2:]
         return respond([-e, zero], [1.0, f, d], V, T) + offset
 
+    swing = Experiment(V, log.steps)
+
     def pendulum(e, f, d, *friction_and_offset):
         rub, offset = (0.0, *friction_and_offset)[-2:]
-        return motion(-e, f, d, V, log.steps, rub, steps, stick)[1] + offset
+        return swing.motion(-e, f, d, rub)[1] + offset
 
-    steps, stick = 1, STICTION_SPEED
+    def pendulum_slopes(e, f, d, *friction_and_offset):
+        rub = (0.0, *friction_and_offset)[-2]
+        _, (de, *others) = swing.slopes(-e, f, d, rub)
+        others = others if friction else others[:2]
+        return np.stack([-de, *others, np.ones(len(V))], axis=1)
+
     if model == "free zero":
         start["zero"] = B[1]
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
     start["offset"] = gyro.mean()
-    fit = output_error(linear if model in BODY_MODELS[1:] else pendulum, gyro, start)
+    models = (linear,) if model in BODY_MODELS[1:] else (pendulum, pendulum_slopes)
+    fit = output_error(models[0], gyro, start, *models[1:])
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER_STICTION:  # noqa: B007 (the models read it)
-            steps = 4
-            fits.append(output_error(pendulum, gyro, start))
+        for stick in SHARPER_STICTION:
+            swing = Experiment(V, log.steps, 4, stick)
+            fits.append(output_error(pendulum, gyro, start, pendulum_slopes))
         fit = best(fits)
     return signs(fit, "body", "the gyro or the motors")
 
@@ -183,41 +192,56 @@ def fit_wheel(
     def modelled(e, f):
         return np.diff(respond([e], [1.0, f, 0.0], V, T)) / T
 
-    def rubbing(e, f, friction=0.0):
-        angle, _ = motion(e, f, 0.0, V, log.steps, friction, 4, stick)
-        return np.diff(angle) / log.steps[:-1]
+    steps = log.steps
+    spin = Experiment(V, steps, 4)
 
-    stick = STICTION_SPEED
+    def rubbing(e, f, friction=0.0):
+        return np.diff(spin.motion(e, f, 0.0, friction)[0]) / steps[:-1]
+
+    def rubbing_slopes(e, f, *rub):
+        (de, df, _, dr), _ = spin.slopes(e, f, 0.0, *rub)
+        angles = np.array([de, df, dr] if rub else [de, df])
+        return (np.diff(angles) / steps[:-1]).T
+
     if friction:
         start["friction"] = 0.01 * np.ptp(V)
-    fit = output_error(
-        rubbing
-        if friction or not log.even
-        else plain
-        if differencing == "plain"
-        else modelled,
-        y,
-        start,
-    )
+    if friction or not log.even:
+        models = rubbing, rubbing_slopes
+    else:
+        models = (plain if differencing == "plain" else modelled,)
+    fit = output_error(models[0], y, start, *models[1:])
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER_STICTION:  # noqa: B007 (the models read it)
-            fits.append(output_error(rubbing, y, start))
+        for stick in SHARPER_STICTION:
+            spin = Experiment(V, steps, 4, stick)
+            fits.append(output_error(rubbing, y, start, rubbing_slopes))
         fit = best(fits)
     quantum = 2 * np.pi / counts / T
     if differencing == "modelled" and quantum > COARSE_COUNT * np.std(y):
-        angles = np.cumsum(np.append(0.0, (y - fit.residuals) * log.steps[:-1]))
-        fit = coarse(
-            fit,
-            angles,
-            quantum * T,
-            log.steps[:-1],
-            rubbing if friction or not log.even else modelled,
-        )
+        angles = np.cumsum(np.append(0.0, (y - fit.residuals) * steps[:-1]))
+        fit = coarse(fit, angles, quantum * T, steps[:-1], *models)
     return signs(fit, "wheels", f"encoder{wheel} or the motors")
 
 
-def coarse(fit, angles, one, steps, model):
+class Experiment:
+    """The motions under one voltage, and how they move with the parameters."""
+
+    def __init__(self, V, T, steps=1, stick=STICTION_SPEED):
+        self.V, self.T, self.steps, self.stick = V, T, steps, stick
+        # a fit asks for the slopes where it has just asked for the motion
+        self.motion = lru_cache(maxsize=1)(self._motion)
+
+    def _motion(self, e, f, d, friction=0.0):
+        return motion(e, f, d, self.V, self.T, friction, self.steps, self.stick)
+
+    def slopes(self, e, f, d, friction=0.0):
+        """Those of `motion`: angle and speed, each by e, f, d and friction."""
+        path = self.motion(e, f, d, friction)
+        V, T = self.V, self.T
+        return slopes(*path, e, f, d, V, T, friction, self.steps, self.stick)
+
+
+def coarse(fit, angles, one, steps, *models):
     """A fit to counts so coarse that they aren't noise, made honest.
 
     The fit is repeated on its own model's angles, rounded down to
@@ -227,11 +251,8 @@ def coarse(fit, angles, one, steps, model):
     again = []
     for part in (0.1, 0.3, 0.5, 0.7, 0.9):
         counted = one * np.floor(angles / one + part)
-        again.append(
-            output_error(
-                model, np.diff(counted) / steps, dict(zip(fit.names, fit.values))
-            ).values
-        )
+        y, start = np.diff(counted) / steps, dict(zip(fit.names, fit.values))
+        again.append(output_error(models[0], y, start, *models[1:]).values)
     off = np.array(again) - fit.values
     bias = off.mean(axis=0)
     more = np.diag(bias**2 + off.var(axis=0))
