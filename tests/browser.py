@@ -8,13 +8,16 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+#: The shell is Chromium without windows: it takes a quarter less of the processor.
+SHELL = "chromium-headless-shell"
+NAMES = (SHELL, "chromium", "chromium-browser", "google-chrome", "chrome")
 MISSING = """\
 No Chromium was found. The browser tests need one. Any of these will do:
-  apt-get install chromium                     (Debian, as root)
-  snap install chromium                        (Ubuntu)
-  .venv/bin/playwright install chromium        (anywhere)
+  apt-get install chromium-headless-shell                 (Debian, as root)
+  snap install chromium                                   (Ubuntu)
+  .venv/bin/playwright install --only-shell chromium      (anywhere)
 """
 ASK = """
 from playwright.sync_api import sync_playwright
@@ -25,13 +28,22 @@ with sync_playwright() as playwright:
 
 def find(python=sys.executable, system=os.name):
     """Path of a Chromium on the PATH or of playwright's own, or None."""
-    own = output(python, "-c", ASK)
     if system == "nt":  # there a Chromium that is asked for its version opens a window
-        return own if own and os.path.isfile(own) else None
-    places = [path for name in NAMES if (path := shutil.which(name))]
-    return next(
-        (path for path in [*places, own] if path and output(path, "--version")), None
-    )
+        return next(filter(os.path.isfile, owned(python)), None)
+    for name in NAMES:
+        if (path := shutil.which(name)) and output(path, "--version"):
+            return path
+    return next((path for path in owned(python) if output(path, "--version")), None)
+
+
+def owned(python):
+    """Where playwright keeps a headless shell of its own, and its Chromium."""
+    if not (path := output(python, "-c", ASK)):
+        return []
+    versions = [p for p in Path(path).parents if p.name.startswith("chromium-")]
+    shells = [p.with_name(p.name.replace("-", "_headless_shell-")) for p in versions]
+    found = [str(x) for p in shells for x in p.glob("*/chrome-headless-shell*")]
+    return [*found, path]
 
 
 def output(*command):
@@ -54,13 +66,13 @@ def ensure(python=sys.executable):
     if path := find(python):
         return path
     if is_root() and shutil.which("apt-get"):
-        apt_install("chromium")
-    if path := find(python):
-        return path
+        for package in (SHELL, "chromium"):  # Ubuntu has only the second
+            apt_install(package)
+            if path := find(python):
+                return path
     extra = ["--with-deps"] if is_root() else []
-    subprocess.run(
-        [python, "-m", "playwright", "install", *extra, "chromium"], check=False
-    )
+    words = ["install", *extra, "--only-shell", "chromium"]
+    subprocess.run([python, "-m", "playwright", *words], check=False)
     return find(python)
 
 
