@@ -62,35 +62,39 @@ def test_the_quick_lane_has_no_pages_and_no_notebooks(called):
     assert "--nbval" not in command and "SOSBOOK_SITE" not in extra
 
 
+COLLECT_TWICE = """
+import pytest, sys
+for more in ([], ["--campaign"]):
+    if status := pytest.main([*sys.argv[1:], *more]):
+        sys.exit(status)
+"""
+
+
 @pytest.mark.slow
 def test_the_campaigns_run_when_they_are_called_and_never_else(called, monkeypatch):
     monkeypatch.setattr(tasks.compiler, "ensure", lambda python: ["cc"])
     assert tasks.campaign(["-x"]) == 0
     ((command, _),) = called
     assert command[-5:] == ["--campaign", "-m", "campaign", "tests", "-x"]
-    listed = [
-        subprocess.run(
-            [
-                sys.executable,
-                "-m",
-                "pytest",
-                "--collect-only",
-                "-qq",
-                "-p",
-                "no:cacheprovider",
-                *tasks.WITHOUT_NBVAL,
-                *words,
-                "tests/test_mip_six_robots.py",
-            ],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            check=True,
-        ).stdout
-        for words in ((), ("--campaign",))
-    ]
-    few, all_of_them = (int(re.search(r": (\d+)", text)[1]) for text in listed)
+    listed = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            COLLECT_TWICE,
+            "--collect-only",
+            "-qq",
+            "-p",
+            "no:cacheprovider",
+            *tasks.WITHOUT_NBVAL,
+            "tests/test_mip_six_robots.py",
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=True,
+    ).stdout
+    few, all_of_them = map(int, re.findall(r"\.py: (\d+)", listed))
     assert 0 < few < all_of_them
 
 

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 KINDS = ("noise", "kernels", "simd")
@@ -56,8 +57,12 @@ class World:
         return os.environ | extra
 
 
+@cache
 def probe(world):
-    """BLAS kernels and SIMD features in use there; None if it can't run."""
+    """BLAS kernels and SIMD features in use there; None if it can't run.
+
+    A machine doesn't change: each world is asked once.
+    """
     done = subprocess.run(
         [sys.executable, "-c", PROBE],
         env=world.environment(),
