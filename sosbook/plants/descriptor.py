@@ -119,6 +119,20 @@ def descriptors(plant, U=None, K_A=None):
 
 
 def _descriptor(v, U, K_A):
+    """The `Descriptor` of a vertex, the last one of which is kept with it.
+
+    A search asks for the same one at each of its values, and most of the time
+    would go into the checks.
+    """
+    key = U.shape, U.tobytes(), K_A.tobytes()
+    kept = vars(v).get("_described")
+    if kept is None or kept[0] != key:
+        kept = key, _checked_descriptor(v, U, K_A)
+        vars(v)["_described"] = kept
+    return kept[1]
+
+
+def _checked_descriptor(v, U, K_A):
     n, a = v.n, U.shape[0]
     inertia = v.M - v.B @ K_A
     if rank_deficient(inertia, 1e-14):
