@@ -7,6 +7,7 @@ from flint import arb, fmpq, fmpq_mat
 from sosbook.lmi.adjoint import Slopes, adjoint
 from sosbook.lmi.exact import definite, exact, pivots, positive
 from sosbook.lmi.expression import Unknown, block, he
+from sosbook.lmi.rational import exact_margin, inverse, log2, rational_matrix
 from sosbook.lmi.refutation import semidefinite
 
 
@@ -150,3 +151,33 @@ def test_floats_are_refused():
     for expression, Z in ((P / 3, exact(np.eye(2))), (P, np.eye(2))):
         with pytest.raises(TypeError, match="a float is no exact number"):
             adjoint([expression], [P], [Z])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_margin_below_rounding_is_that_of_the_rational_inverse(seed):
+    rng = np.random.default_rng(seed)
+    q = int(rng.integers(1, 9))
+    L = exact(np.tril(rng.integers(-9, 10, (q, q)), -1) + np.eye(q))
+    small = fmpq(1, 10 ** int(rng.integers(0, 40)))
+    last = [fmpq(1)] * (q - 1) + [small]
+    g = (
+        L
+        @ rational_matrix(
+            [[e * (i == k) for k in range(q)] for i, e in enumerate(last)]
+        )
+        @ L.T
+    )
+    unit = fmpq(10) ** int(rng.integers(-200, 200))
+    d = [2.0 ** round(log2(e) / 2) for e in np.diagonal(g)]
+    rows = [[float(e) * a * b for e, b in zip(row, d)] for row, a in zip(inverse(g), d)]
+    wanted = 1 / np.linalg.eigvalsh(rows)[-1]
+    assert exact_margin(g) == pytest.approx(wanted, rel=1e-9)
+    # in another unit the diagonal is scaled to one by another power of four
+    assert wanted / 4.1 <= exact_margin(unit * g) <= 4.1 * wanted
+
+
+@pytest.mark.parametrize("digits", [5, 15, 50, 290])
+def test_a_margin_may_be_as_small_as_a_float(digits):
+    near = 1 - fmpq(1, 10**digits)
+    g = rational_matrix([[fmpq(1), near], [near, fmpq(1)]])
+    assert exact_margin(g) == pytest.approx(10.0**-digits, rel=1e-9)

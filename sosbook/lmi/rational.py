@@ -4,7 +4,7 @@ import re
 from math import isfinite
 
 import numpy as np
-from flint import fmpq, fmpq_mat, fmpz
+from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
 __all__ = [
     "Rational",
@@ -25,6 +25,8 @@ __all__ = [
     "round_digits",
 ]
 
+BITS = 128  # of the first balls in which a matrix is inverted
+SHARP = 1e-12  # radius of their balls, by the largest entry
 LONG = r"-?[1-9]\d{14,999}e[-+]\d{1,3}"  # a numeral that is no float
 
 
@@ -104,8 +106,9 @@ def exact(x):
     1/10
     """
     if isinstance(x, np.ndarray):
-        out = np.empty(x.shape, dtype=object)
-        out.flat = [exact(entry) for entry in x.ravel().tolist()]
+        out, entries = np.empty(x.shape, dtype=object), x.ravel().tolist()
+        known = {entry: exact(entry) for entry in set(entries)}  # most are zero
+        out.flat = [known[entry] for entry in entries]
         return out.view(Rational)
     mantissa, _, exponent = repr(float(x)).partition("e")
     if "n" in mantissa:  # "nan", "inf"
@@ -309,9 +312,29 @@ def exact_margin(g):
     1e-14
     """
     d = [fmpq(2) ** round(log2(fmpq(e)) / 2) for e in np.diagonal(g)]
-    inverted = inverse(g)
-    rows = [[float(e * a * b) for e, b in zip(row, d)] for row, a in zip(inverted, d)]
-    return float(1 / np.linalg.eigvalsh(np.array(rows))[-1])
+    scaled = [e / (a * b) for row, a in zip(g, d) for e, b in zip(row, d)]
+    rows, largest = _inverse_in_floats(fmpq_mat(*g.shape, scaled))
+    return float(1 / (largest * float(np.linalg.eigvalsh(rows)[-1])))
+
+
+def _inverse_in_floats(matrix):
+    """The inverse of a regular fmpq_mat: floats of at most one, and their unit, an arb.
+
+    It is made of balls, with as many digits as it takes: rationals take far longer.
+    """
+    size, bits = matrix.nrows(), BITS
+    while True:
+        with ctx.workprec(bits):
+            try:
+                entries = arb_mat(matrix).inv().entries()
+            except ZeroDivisionError:  # so few digits can't tell it from a singular one
+                entries = []
+            if entries and all(e.is_finite() for e in entries):
+                largest = max(abs(e).mid() for e in entries)
+                if all(e.rad() < SHARP * largest for e in entries):
+                    rows = [float((e / largest).mid()) for e in entries]
+                    return np.array(rows).reshape(size, size), largest
+        bits *= 2
 
 
 def log2(x):
