@@ -9,7 +9,7 @@ from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi import stacks as stacks_module
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.kronecker import Hessian
-from sosbook.lmi.newton import Newton
+from sosbook.lmi.newton import Newton, newton_of
 from sosbook.lmi.sparse_table import SparseTable
 from sosbook.lmi.stacks import Stacked, _Table, gram
 from sosbook.lmi.structure import structure
@@ -71,6 +71,26 @@ def test_values_and_gradients_are_those_of_the_slopes(case, way):
     plain = sum(np.tensordot(s, w, 2) for s, w in zip(slopes, W))
     mine = stacked.adjoint([np.linalg.inv(g) for g in stacked.at(x)])
     assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+
+
+def test_other_constants_share_what_depends_on_the_slopes(case, way):
+    blocks, x = case
+    newton_of(blocks)
+    rng = np.random.default_rng(5)
+    constants = [c + np.diag(rng.uniform(1, 2, len(c))) for c in blocks.constants]
+    other = blocks.with_constants(constants)
+    kept, anew = newton_of(other), Newton(Blocks(constants, blocks.slopes))
+    assert type(kept._values) is way
+    wanted = [g + c - b for g, c, b in zip(blocks(x[:-1]), constants, blocks.constants)]
+    for mine, plain in zip(kept.unstacked(kept.at(x[:-1])), wanted, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+    for mine, plain in zip(
+        kept.diagonal_magnitudes(), anew.diagonal_magnitudes(), strict=True
+    ):
+        assert_allclose(mine, plain, rtol=1e-12, atol=0)
+    again = newton_of(blocks).unstacked(newton_of(blocks).at(x[:-1]))
+    for mine, plain in zip(again, blocks(x[:-1]), strict=True):  # theirs are as before
+        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
 def test_the_adjoint_of_expressions_is_that_of_the_slopes(case):

@@ -58,7 +58,9 @@ class Blocks:
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, constants=list(constants))
         layouts, scalars, blocks = self.structure
-        vars(changed).pop("newton", None)
+        vars(changed).pop("diagonal_scales", None)
+        if "newton" in vars(self):
+            changed.newton = self.newton.with_constants(changed.constants)
         changed.structure = (
             layouts,
             scalars,

@@ -145,11 +145,11 @@ class _Pairs:
             count = used * (used + 1) // 2
             i, j = c[:count], d[:count]
             rows = slab[:, i * used + j] + off[:count] * slab[:, j * used + i]
-            H[start : start + a + 1, first : first + count] = rows
+            if same:  # what lies below H's diagonal isn't read
+                H[first : first + count, start : start + a + 1] = rows.T
+            else:
+                H[start : start + a + 1, first : first + count] = rows
             start += a + 1
-        at = slice(of_u.start, start), slice(first, first + of_v.size)
-        if same:
-            H[at] = np.tril(H[at]) + np.tril(H[at], -1).T
 
     def _add_alone(self, H, flat, u, v, straight, crossed):
         """The part of two other large unknowns."""

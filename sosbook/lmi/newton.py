@@ -77,11 +77,17 @@ class Newton(Stacked):
         return self.variables <= MOST_DENSE_VARIABLES
 
     def joined(self, slopes, row=None):
-        joined = super().joined(slopes, row)
-        joined.iterations = []
-        joined._hessian = None
-        joined._prepare()
-        return joined
+        return super().joined(slopes, row)._anew()
+
+    def with_constants(self, constants):
+        return super().with_constants(constants)._anew()
+
+    def _anew(self):
+        """This one, a copy of another, with nothing of what that has solved."""
+        self.iterations = []
+        self._hessian = None
+        self._prepare()
+        return self
 
     def solver(self, roots, x, radius=None):
         """A function that solves H d = g.

@@ -61,6 +61,12 @@ class SparseTable:
             joined.row = s.constant, s.gradient
         return joined
 
+    def moved(self, owner):
+        """The same slopes with the constants of an ``owner``."""
+        moved = copy(self)
+        moved.constant = np.concatenate([_real(s.constant) for s in owner.stacks])
+        return moved
+
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""
         squares = self.table.power(2).sum(axis=0) + sum(g**2 for g in self.more)

@@ -95,6 +95,16 @@ class Stacked:
         joined._values = self._values.joined(joined)
         return joined
 
+    def with_constants(self, constants):
+        """The blocks with other ``constants``, a list of (q, q) arrays.
+
+        It is of the same class, and shares what depends on the slopes alone.
+        """
+        changed = copy(self)
+        changed.stacks = [s.with_constants(constants) for s in self.stacks]
+        changed._values = self._values.moved(changed)
+        return changed
+
     def diagonal_magnitudes(self):
         """How large each diagonal entry of a block may become.
 
@@ -196,13 +206,28 @@ class _Stack:
         self.q = q = max(self.sizes)
         self.weight = blocks[0].weight
         kind = complex if self.weight == 2 else float
-        self.constant = np.zeros((len(blocks), q, q), kind)
-        self.constant[:] = np.eye(q)
+        self.constant = self._filled(kind)
         scalars = len(blocks[0].slopes)
         self.slopes = np.zeros((scalars, len(blocks), q, q), kind)
         for i, (b, k) in enumerate(zip(blocks, self.sizes)):
-            self.constant[i, :k, :k] = b.constant
             self.slopes[:, i, :k, :k] = b.slopes
+
+    def _filled(self, kind):
+        """The blocks' constants, with ones on the diagonal below them."""
+        constant = np.zeros((len(self.blocks), self.q, self.q), kind)
+        constant[:] = np.eye(self.q)
+        for g, b, k in zip(constant, self.blocks, self.sizes):
+            g[:k, :k] = b.constant
+        return constant
+
+    def with_constants(self, constants):
+        """The stack with those of other ``constants`` that are its blocks'."""
+        changed = copy(self)
+        changed.blocks = [
+            b.with_constant(constants[k]) for b, k in zip(self.blocks, self.indices)
+        ]
+        changed.constant = changed._filled(self.constant.dtype)
+        return changed
 
     def joined(self, slopes):
         """The stack with one more scalar variable; ``slopes`` are of all blocks."""
@@ -303,6 +328,13 @@ class _Table:
                 joined.weights = np.append(joined.weights, 1.0)
             joined.table = np.column_stack([joined.table, s.gradient])
         return joined
+
+    def moved(self, owner):
+        """The same slopes with the constants of an ``owner``."""
+        moved = copy(self)
+        moved.owner = owner
+        moved.constant = np.concatenate([real(s.constant) for s in owner.stacks])
+        return moved
 
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""

@@ -62,9 +62,13 @@ class Sums:
 
     def joined(self, owner):
         """The same with one more scalar variable, which the ``owner`` has."""
-        joined = copy(self)
-        joined._belong(owner)
-        return joined
+        return self.moved(owner)
+
+    def moved(self, owner):
+        """The same slopes with the constants of an ``owner``."""
+        moved = copy(self)
+        moved._belong(owner)
+        return moved
 
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""
