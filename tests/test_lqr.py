@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
 
 import sosbook as sos
+from sosbook.lmi.newton import Newton
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
 from sosbook.synthesis import lqr
@@ -111,6 +112,33 @@ def test_random_plants_give_the_riccati_gain(seed, n, by_lmis):
     K, _ = riccati(plant, Q, R)
     assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
     assert design.certify().proven
+
+
+def steps_of(monkeypatch, work):
+    """How many of Newton's matrices are factored while ``work`` is done."""
+    count = []
+    real = Newton._dense
+    monkeypatch.setattr(Newton, "_dense", lambda *a: count.append(1) or real(*a))
+    work()
+    monkeypatch.undo()
+    return len(count)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_equation_leads_near_the_centre(monkeypatch, seed):
+    """Its point is the LMIs' start; plants and weights are random."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(1, 7)), int(rng.integers(1, 3))
+    half = rng.normal(size=(n, n))
+    plant = sos.SecondOrderSystem(
+        half @ half.T + np.eye(n),
+        0.1 * half @ half.T,
+        10.0 ** rng.uniform(-1, 3) * np.eye(n) + half @ half.T,
+        rng.normal(size=(n, m)),
+    )
+    weight = rng.normal(size=(2 * n, 2 * n))
+    Q, R = weight @ weight.T, 10.0 ** rng.uniform(-2, 2) * np.eye(m)
+    assert steps_of(monkeypatch, lambda: sos.design_lqr(plant, Q, R)) <= 4
 
 
 def test_the_gain_is_that_of_python_control():

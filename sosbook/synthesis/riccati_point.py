@@ -18,6 +18,8 @@ from .solution import Solution
 
 __all__ = ["riccati_observer", "riccati_point"]
 
+FIRST_SHORT = 1e-5  # of the mean of what is taken, in every direction
+STEPS_BESIDE = 2
 UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near one
 
 
@@ -54,7 +56,7 @@ def riccati_point(request, bound_of, noise_input):
         K = -np.linalg.solve(R, B.T @ X)
         least = np.trace(noise.T @ X @ noise)
         bound = bound_of(least)
-        X, J, _ = _inside(X, (A + B @ K).T, Q + K.T @ R @ K, noise, bound - least)
+        X, J, _ = _inside(X, (A + B @ K).T, noise, bound - least)
     except (np.linalg.LinAlgError, ValueError):
         return None
     K = np.linalg.solve(T.T, K.T).T
@@ -92,20 +94,14 @@ def riccati_observer(problem, bound_of):
         X = _near_one(riccati(errors.T, C.T, Q, R))
         L = -np.linalg.solve(R, C @ X).T
         least = np.trace(noise.T @ X @ noise)
-        bound, spent = bound_of(least), Q + L @ R @ L.T
-        X, J, room = _inside(X, errors + L @ C, spent, noise, bound - least)
+        bound = bound_of(least)
+        X, J, room = _inside(X, errors + L @ C, noise, bound - least)
         P1 = np.linalg.inv(X)
-        # the state's part is as large as the room of the error's allows
         there = np.linalg.inv(rest.T)
-        push = rest.T @ B @ problem.K @ back
-        far = rest.T @ problem.Q_F[N:]
-        P2 = solve_continuous_lyapunov(
-            (rest.T @ (A + B @ problem.K) @ there).T, -np.eye(N)
-        )
-        mixed = (P1 @ source @ far.T - push.T) @ P2
-        taken = mixed.T @ np.linalg.solve(P1 @ room @ P1, mixed)
-        taken = taken + P2 @ far @ far.T @ P2
-        P2 = P2 / (2 * np.linalg.norm(taken, 2) or 1.0)
+        far, push = rest.T @ problem.Q_F[N:], rest.T @ B @ problem.K @ back
+        mixed = P1 @ source @ far.T - push.T
+        taken = mixed.T @ np.linalg.solve(P1 @ room @ P1, mixed) + far @ far.T
+        P2 = _beside(rest.T @ (A + B @ problem.K) @ there, taken)
     except (np.linalg.LinAlgError, ValueError):
         return None
     values = dict(P1=P1, P2=P2, Y=L.T @ P1, J=J / problem.unit**2)
@@ -119,17 +115,37 @@ def _near_one(X):
     return X
 
 
-def _inside(X, loop, spent, noise, room):
+def _inside(X, loop, noise, room):
     """A little more than X, J for it, and by what Lyapunov's equation falls short.
 
-    The equation is loop X + X loop' + spent = 0; of the ``room`` of tr J a third
-    goes to X, and a third to J.
+    The equation is loop X + X loop' + S = 0. It falls short by R, X grows by Z with
+    loop Z + Z loop' + R = 0, and tr J by tr(noise' Z noise) = tr(W R). Of the
+    ``room`` of tr J one part is left, one for each entry of J's diagonal goes to J,
+    and n parts go to R, which is where the barrier of the blocks is about least:
+    there inv(R) = W / part + G, with the derivative G of four times log det X.
     """
-    more = spent + np.trace(spent) / len(X) * np.eye(len(X))
-    rise = solve_continuous_lyapunov(loop, -more)
-    step = room / 3 / np.trace(noise.T @ rise @ noise)
-    if not step > 0:
+    n, channels = noise.shape
+    part = room / (n + channels + 1)
+    W = solve_continuous_lyapunov(loop.T, -noise @ noise.T)
+    if not np.trace(W) > 0:
         raise ValueError("there is no noise")
-    X = X + step * rise
-    J = noise.T @ X @ noise
-    return X, J + room / 3 / len(J) * np.eye(len(J)), step * more
+    G = solve_continuous_lyapunov(loop.T, -4 * np.linalg.inv(X))
+    R = np.linalg.inv(W / part + G)
+    X = X + solve_continuous_lyapunov(loop, -R)
+    return X, noise.T @ X @ noise + part * np.eye(channels), R
+
+
+def _beside(loop, taken):
+    """P2 with loop X + X loop' + taken < 0 for its inverse X, well inside.
+
+    What is taken may be of low rank. The barrier is least where X falls short by
+    the inverse of G, the derivative of three times log det X; from a guess a few
+    steps lead near it.
+    """
+    n = len(taken)
+    short = taken / 2 + FIRST_SHORT * np.trace(taken) / n * np.eye(n)
+    for _ in range(STEPS_BESIDE):
+        P2 = np.linalg.inv(solve_continuous_lyapunov(loop, -taken - short))
+        short = np.linalg.inv(solve_continuous_lyapunov(loop.T, -1.5 * (P2 + P2.T)))
+    P2 = np.linalg.inv(solve_continuous_lyapunov(loop, -taken - short))
+    return (P2 + P2.T) / 2
