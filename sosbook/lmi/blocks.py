@@ -148,10 +148,16 @@ class AffineBlocks(Blocks):
     @cached_property
     def slopes(self):
         """Derivatives of each block: a list of (k, q, q) arrays."""
-        return [
-            np.concatenate([g.jacobian(u) for u in self.unknowns])
-            for g in self.expressions
-        ]
+        slopes = []
+        for g in self.expressions:
+            kind = object if g.constant.dtype == object else float
+            slopes.append(np.zeros((self.variables, *g.constant.shape), kind))
+            held, start = {t.unknown for t in g.terms}, 0
+            for u in self.unknowns:
+                if u in held:
+                    slopes[-1][start : start + u.size] = g.jacobian(u)
+                start += u.size
+        return slopes
 
     @cached_property
     def structure(self):

@@ -159,13 +159,12 @@ def kronecker_work(stacked):
 
 def _terms(stacked):
     """How many Kronecker products make the part of each two unknowns."""
-    terms = np.zeros((len(stacked.layouts),) * 2)
-    for s in stacked.stacks:
-        for b in s.blocks:
-            held = np.array([t.unknown for t in b.products], int)
-            count = np.bincount(held, minlength=len(terms))
-            terms += 2 * s.weight * np.outer(count, count)
-    return terms
+    unknowns = len(stacked.layouts)
+    blocks = [(b.products, s.weight) for s in stacked.stacks for b in s.blocks]
+    held = [k * unknowns + t.unknown for k, (p, _) in enumerate(blocks) for t in p]
+    counts = np.bincount(np.array(held, int), minlength=len(blocks) * unknowns)
+    counts = counts.reshape(len(blocks), unknowns)
+    return counts.T @ (2.0 * np.array([w for _, w in blocks])[:, None] * counts)
 
 
 def _entries(stacked):
