@@ -11,16 +11,25 @@ pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )
 PLACES = 5  # of each control
-#: Width of the window, and of the column in it.
-WIDTHS = {"desktop": (1280, 740), "phone": (390, 358)}
-#: {y of the foot: where it was seen there first}, over a sweep of every control.
-SWEEP = """async ([tag, count]) => {
+#: Width of the window, and of the column in it: of a desk's screen, and of a phone.
+WIDTHS = (1280, 740), (390, 358)
+#: Over a sweep of every control {y of the foot: where it was seen there first}, and
+#: [request, answer] of what was solved: what is known already isn't solved again.
+SWEEP = """async ([tag, count, known]) => {
   const e = document.querySelector(tag), foot = document.querySelector("#foot");
   const wait = ms => new Promise(done => setTimeout(done, ms)), seen = {};
   const until = async holds => {
     for (let k = 0; k < 1000 && !holds(); k++) await wait(10);
   };
   const solved = () => e.answer?.values.every((v, k) => v === e.values[k]);
+  const answers = new Map(known), ask = e.solver?.ask;
+  if (ask) e.solver.ask = async (key, kind, request) => {
+    const text = JSON.stringify([kind, request]);
+    if (kind === "move") e.solver.cancel(key);
+    const answer = answers.get(text) ?? await ask(key, kind, request);
+    if (answer) answers.set(text, answer);
+    return answer;
+  };
   const note = where => { seen[foot.getBoundingClientRect().top + scrollY] ??= where; };
   note("empty");
   if (e.solve) await until(solved);
@@ -47,26 +56,25 @@ SWEEP = """async ([tag, count]) => {
     }
     await put(before);
   }
-  return seen; }"""
+  return [seen, [...answers]]; }"""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize(
     "text", [text for _, text in stored()], ids=[stem for stem, _ in stored()]
 )
-def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text, width):
-    window, column = WIDTHS[width]
-    sheet = tmp_path / "sheet.html"
-    sheet.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,">'
-        f'<body style="margin: 16px; width: {column}px">{text}<p id="foot">foot',
-        "utf8",
-    )
-    tab = visit(sheet, width=window)
+def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text):
+    sheet, known = tmp_path / "sheet.html", []
     tag = re.match(r"<(sos-\w+)", text)[1]
-    seen = tab.page.evaluate(SWEEP, [tag, PLACES])
-    assert len(seen) == 1, seen
-    assert tab.errors == []
+    for window, column in WIDTHS:
+        sheet.write_text(
+            '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
+            '<meta name="viewport" content="width=device-width">'
+            '<link rel="icon" href="data:,">'
+            f'<body style="margin: 16px; width: {column}px">{text}<p id="foot">foot',
+            "utf8",
+        )
+        tab = visit(sheet, width=window)
+        seen, known = tab.page.evaluate(SWEEP, [tag, PLACES, known])
+        assert len(seen) == 1, (window, seen)
+        assert tab.errors == []
