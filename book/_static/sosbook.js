@@ -5,15 +5,20 @@
   const BOXES = ".bd-article :is(mjx-container, .sos-sheet, .sos-table, .sos-panel, pre," +
     " .cell_output > .output, .pst-scrollable-table-container)";
 
-  function mark(box) {
+  function measured(box) {
     const hidden = box.scrollWidth - box.clientWidth;
     const scrolls = hidden > 1 && getComputedStyle(box).overflowX !== "visible";
     const more = [];
     if (scrolls && box.scrollLeft > 1) more.push("left");
     if (scrolls && box.scrollLeft < hidden - 1) more.push("right");
-    box.style.setProperty("--sos-hidden", `${hidden}px`);
-    if (more.length) box.dataset.more = more.join(" ");
-    else delete box.dataset.more;
+    return {box, hidden, scrolls, more};
+  }
+
+  function mark({box, hidden, scrolls, more}) {
+    if (more.length) {
+      box.style.setProperty("--sos-hidden", `${hidden}px`);
+      box.dataset.more = more.join(" ");
+    } else delete box.dataset.more;
     if (scrolls && box.tabIndex < 0) {
       box.tabIndex = 0;
       box.dataset.reached = "";
@@ -23,11 +28,13 @@
     }
   }
 
+  // All boxes are measured before any is marked, so that they are laid out once.
   function watch() {
-    const watcher = new ResizeObserver(changes => changes.forEach(({target}) => mark(target)));
+    const watcher = new ResizeObserver(changes =>
+      changes.map(({target}) => measured(target)).forEach(mark));
     document.querySelectorAll(BOXES).forEach(box => {
       watcher.observe(box);
-      box.addEventListener("scroll", () => mark(box), {passive: true});
+      box.addEventListener("scroll", () => mark(measured(box)), {passive: true});
     });
   }
 
