@@ -318,10 +318,13 @@ axe.configure({
 
 
 @pytest.fixture(scope="session")
-def axe():
-    """The script of axe-core, which knows the rules of accessible pages."""
+def axe(tmp_path_factory):
+    """Address of the script of axe-core, which knows the rules of accessible pages."""
     found = importlib.util.find_spec("axe_playwright_python")
     if found is None:
         refuse = pytest.fail if os.environ.get("CI") else pytest.skip
         refuse("axe-core is missing: pip install axe-playwright-python")
-    return (Path(found.origin).parent / "axe.min.js").read_text("utf-8") + UNDERLINED
+    text = (Path(found.origin).parent / "axe.min.js").read_text("utf-8")
+    script = tmp_path_factory.mktemp("axe") / "axe.js"
+    script.write_text(text + UNDERLINED, "utf-8")
+    return script.as_uri()

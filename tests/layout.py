@@ -44,20 +44,20 @@ FITTED_FORMULAS = """
 #: Boxes of a desk's page that are wider than their place: formulas, tables,
 #: code, figures. Each of them fades at an edge and has a bar to scroll it.
 WIDE_BOXES = """
-() => [...document.querySelectorAll(".bd-article *")]
+() => [...document.querySelectorAll(".bd-article :not(svg *)")]
+  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
   .filter((box) => box.scrollWidth > box.clientWidth + 1 && box.clientWidth > 1)
   .filter((box) => box.checkVisibility())
-  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
   .map((box) => [box.scrollWidth - box.clientWidth, box.outerHTML.slice(0, 120)])
 """
 
 #: Boxes that scroll sideways and either can't be reached by the keyboard or
 #: don't show that they go on.
 SILENT_BOXES = """
-() => [...document.querySelectorAll(".bd-article *")]
+() => [...document.querySelectorAll(".bd-article :not(svg *)")]
+  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
   .filter((box) => box.scrollWidth > box.clientWidth + 1 && box.clientWidth > 1)
   .filter((box) => box.checkVisibility())
-  .filter((box) => ["auto", "scroll"].includes(getComputedStyle(box).overflowX))
   .filter((box) => box.tabIndex < 0 || getComputedStyle(box).maskImage === "none")
   .map((box) => box.outerHTML.slice(0, 120))
 """
