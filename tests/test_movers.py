@@ -50,13 +50,17 @@ def page_of(pieces):
 
 @pytest.fixture(scope="module")
 def sheet(tmp_path_factory):
+    """A page with all of them; beside it, each has one of its own."""
     first = {}
     for _, text in stored():
         tag = re.match(r"<(sos-\w+)", text)[1]
         if tag in KINDS:
             first.setdefault(tag, text)
     assert sorted(first) == TAGS
-    path = tmp_path_factory.mktemp("movers") / "all.html"
+    folder = tmp_path_factory.mktemp("movers")
+    for tag, text in first.items():
+        (folder / f"{tag}.html").write_text(page_of([text]), "utf8")
+    path = folder / "all.html"
     path.write_text(page_of(first.values()), "utf8")
     return path
 
@@ -298,10 +302,12 @@ def test_a_link_leads_back_to_the_setting(desk, browser, sheet, tag):
         desk.page.keyboard.press("ArrowRight")
     place = desk.page.evaluate("t => document.querySelector(t).place", tag)
     desk.page.locator(f"{tag} .sos-address").click()
-    again = browser.new_page(reduced_motion="reduce")
-    again.goto(desk.page.url)
-    assert again.evaluate("t => document.querySelector(t).place", tag) == place
-    again.close()
+    address, name = desk.page.url.split("#")
+    assert address == sheet.as_uri()
+    own = browser.new_page(reduced_motion="reduce")
+    own.goto(f"{sheet.with_name(tag).as_uri()}.html#{name}")
+    assert own.evaluate("t => document.querySelector(t).place", tag) == place
+    own.close()
     desk.compute(tag, [])
 
 
