@@ -8,6 +8,8 @@ wheels' angle against the ground.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from math import cos, sin, tanh
 
 import numpy as np
 
@@ -39,69 +41,84 @@ class Machine:
     shape: float = 1.4  # inertia about the axle over M_b l^2
     law: str = "gain"
 
-    @property
+    @cached_property
     def J(self):
         """Both rotors, as seen at the wheels."""
         return 2 * self.gears**2 * self.rotor
 
-    @property
+    @cached_property
     def I_w(self):
         """One wheel: a disc, without the rotor."""
         return self.M_w * self.r**2 / 2
 
-    @property
+    @cached_property
     def e(self):
         return 2 * self.stall / self.V_n
 
-    @property
+    @cached_property
     def f(self):
         return 2 * self.stall / self.free
 
-    @property
+    @cached_property
     def I_o(self):
         return self.shape * self.M_b * self.l**2
 
+    @cached_property
+    def rolling(self):
+        """The factor of phi'^2 / 2 in the energy, but for the rotors."""
+        return self.r**2 * (self.M_b + 2 * self.M_w) + 2 * self.I_w
+
+    @cached_property
+    def weight(self):
+        return self.M_b * G * self.l
+
+    @cached_property
+    def lever(self):
+        return self.M_b * self.l * self.r
+
     def torque(self, V, speed):
         """Of both motors between body and wheels, gears' friction off."""
-        rub = self.e * self.friction * np.tanh(speed / 0.05)
+        rub = self.friction and self.e * self.friction * tanh(speed / 0.05)
         return self.e * V - self.f * speed - rub
 
     def rate(self, x, V):
         """x = [theta, phi, theta', phi'] on the ground."""
         theta, _, w, v = x
-        sin, cos = np.sin(theta), np.cos(theta)
+        sine, J = sin(theta), self.J
         # 2 T = I_o w^2 + 2 M_b l r cos w v + m v^2 + J (v - w)^2
-        m = self.r**2 * (self.M_b + 2 * self.M_w) + 2 * self.I_w
-        off = self.M_b * self.l * self.r * cos - self.J
-        A, C = self.I_o + self.J, m + self.J
+        off = self.lever * cos(theta) - J
+        A, C = self.I_o + J, self.rolling + J
         tau = self.torque(V, v - w)
-        p = self.M_b * G * self.l * sin - tau
-        q = self.M_b * self.l * self.r * sin * w**2 + tau
+        p = self.weight * sine - tau
+        q = self.lever * sine * w**2 + tau
         det = A * C - off**2
-        return np.array([w, v, (C * p - off * q) / det, (A * q - off * p) / det])
+        return w, v, (C * p - off * q) / det, (A * q - off * p) / det
 
     def hanging(self, x, V):
         """x = [q, q'], wheels held, the body upside down."""
         q, w = x
         tau = self.torque(V, -w)
-        return np.array(
-            [w, (-self.M_b * G * self.l * np.sin(q) - tau) / (self.I_o + self.J)]
-        )
+        return w, (-self.weight * sin(q) - tau) / (self.I_o + self.J)
 
     def spinning(self, x, V):
         """x = [phi, phi'], on its back, wheels in the air."""
         _, v = x
-        return np.array([v, self.torque(V, v) / (2 * self.I_w + self.J)])
+        return v, self.torque(V, v) / (2 * self.I_w + self.J)
 
 
 def advance(rate, x, V, time, steps):
+    """The state x after a time by Runge and Kutta, in floats: few are slow in numpy."""
+    x, V = np.asarray(x, float).tolist(), np.asarray(V, float).tolist()
     h = time / steps
+    half, sixth = h / 2, h / 6
     for _ in range(steps):
         a = rate(x, V)
-        b = rate(x + h / 2 * a, V)
-        c = rate(x + h / 2 * b, V)
-        x = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c, V))
-    return x
+        b = rate([p + half * s for p, s in zip(x, a)], V)
+        c = rate([p + half * s for p, s in zip(x, b)], V)
+        d = rate([p + h * s for p, s in zip(x, c)], V)
+        slopes = zip(x, a, b, c, d)
+        x = [p + sixth * (i + 2 * j + 2 * k + l) for p, i, j, k, l in slopes]
+    return np.array(x)
 
 
 def sweep(first, last, seconds, T, amplitude):

@@ -7,10 +7,11 @@ stronger than the other's.
 """
 
 from dataclasses import dataclass
+from math import cos, sin, tanh
 
 import numpy as np
 
-from tests.six_robots import SIX, G, Machine, advance
+from tests.six_robots import SIX, Machine, advance
 
 __all__ = ["Turner", "drive"]
 
@@ -27,51 +28,54 @@ class Turner:
 
     def torques(self, volts, x):
         """Of the left and the right motor, both motors' e and f halved."""
-        m, wheels = self.machine, self.wheels(x[3:])
-        side = np.array([-1, 1])
-        e, f = m.e / 2 * (1 + self.more * side), m.f / 2 * (1 + self.brake * side)
-        rub = m.friction * np.tanh(wheels / 0.05)
-        return e * (np.asarray(volts) - rub) - f * wheels
+        m, turns = self.machine, self._against_the_body(*x[3:])
+        return [
+            m.e / 2 * (1 + self.more * side) * (V - m.friction * tanh(turn / 0.05))
+            - m.f / 2 * (1 + self.brake * side) * turn
+            for side, V, turn in zip((-1, 1), volts, turns)
+        ]
 
     def wheels(self, q):
         """Left and right against the body, of angles or of rates."""
-        half = self.track / 2 / self.machine.r * q[2]
-        return q[1] - q[0] + np.array([-half, half])
+        return np.array(self._against_the_body(*q))
+
+    def _against_the_body(self, tip, roll, turn):
+        half = self.track / 2 / self.machine.r * turn
+        return roll - tip - half, roll - tip + half
 
     def inertia(self, theta):
         """About the vertical, wheels and rotors with it; and its slope."""
         m, lever = self.machine, self.track / 2
         wheels = 2 * m.M_w * lever**2 + (2 * m.I_w + m.J) * (lever / m.r) ** 2
-        sin, cos = np.sin(theta), np.cos(theta)
+        sine, cosine = sin(theta), cos(theta)
         return (
-            self.upright * cos**2 + m.I_o * sin**2 + wheels,
-            2 * (m.I_o - self.upright) * sin * cos,
+            self.upright * cosine**2 + m.I_o * sine**2 + wheels,
+            2 * (m.I_o - self.upright) * sine * cosine,
         )
 
     def rate(self, x, volts):
-        m, (theta, w, v, turn) = self.machine, x[[0, 3, 4, 5]]
-        sin, cos = np.sin(theta), np.cos(theta)
+        m, (theta, _, _, w, v, turn) = self.machine, x
         left, right = self.torques(volts, x)
         I, slope = self.inertia(theta)
-        roll = m.r**2 * (m.M_b + 2 * m.M_w) + 2 * m.I_w + m.J
-        off, lean = m.M_b * m.l * m.r * cos - m.J, m.M_b * m.l * m.r * sin
-        p = m.M_b * G * m.l * sin + slope * turn**2 / 2 - (left + right)
+        body, roll = m.I_o + m.J, m.rolling + m.J
+        off, lean = m.lever * cos(theta) - m.J, m.lever * sin(theta)
+        p = m.weight * sin(theta) + slope * turn**2 / 2 - (left + right)
         q = lean * (w**2 + turn**2) + (left + right)
-        ddtheta, ddphi = np.linalg.solve([[m.I_o + m.J, off], [off, roll]], [p, q])
+        det = body * roll - off**2
+        ddtheta, ddphi = (roll * p - off * q) / det, (body * q - off * p) / det
         yaw = self.track / 2 / m.r * (right - left)
         ddpsi = (yaw - slope * w * turn - lean * v * turn) / I
-        return np.array([w, v, turn, ddtheta, ddphi, ddpsi])
+        return w, v, turn, ddtheta, ddphi, ddpsi
 
     def energy(self, x):
         m, (theta, w, v, turn) = self.machine, x[[0, 3, 4, 5]]
-        roll = m.r**2 * (m.M_b + 2 * m.M_w) + 2 * m.I_w
         return (
             m.I_o * w**2 / 2
-            + roll * v**2 / 2
-            + m.M_b * m.l * m.r * np.cos(theta) * w * v
+            + m.rolling * v**2 / 2
+            + m.lever * np.cos(theta) * w * v
             + m.J * (v - w) ** 2 / 2
             + self.inertia(theta)[0] * turn**2 / 2
-            + m.M_b * G * m.l * np.cos(theta)
+            + m.weight * np.cos(theta)
         )
 
 
