@@ -255,15 +255,14 @@ def wheel_lateness(fit, y, log):
 
     As `lateness`, of the wheel's mean speeds y between the samples of a log.
     """
-    rub = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED)
+    rub, T = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED), log.T
 
     def rms(shift):
-        V = _moved(log.V, shift)
+        inputs = np.array([_moved(log.V, shift), rub])
 
         def left(scale):
             f = fit["f_a"] * np.exp(np.clip(scale[0], -1, 1))
-            angles = [respond([1.0], [1.0, f, 0.0], x, log.T) for x in (V, rub)]
-            columns = np.diff(angles).T / log.T
+            columns = np.diff(respond([1.0], [1.0, f, 0.0], inputs, T)).T / T
             return y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
 
         fitted = least_squares(left, [0.0], diff_step=1e-4, max_nfev=6)
@@ -296,12 +295,12 @@ def _shifted(fit, log, shift, extra):
     Its f/c and d/c are fitted anew, by least squares in the gains of V, of
     the ``extra`` inputs and in an offset.
     """
-    V = _moved(log.V, shift)
+    inputs, T = np.array([_moved(log.V, shift), *extra]), log.T
 
     def left(scales):
         f, d = np.array([fit["f_c"], fit["d_c"]]) * np.exp(np.clip(scales, -1, 1))
-        columns = [respond([1.0, 0.0], [1.0, f, d], x, log.T) for x in (V, *extra)]
-        columns = np.array([*columns, np.ones(len(V))]).T
+        columns = respond([1.0, 0.0], [1.0, f, d], inputs, T)
+        columns = np.vstack([columns, np.ones(len(log.t))]).T
         gains = np.linalg.lstsq(columns, log.gyro, rcond=None)[0]
         return log.gyro - columns @ gains
 

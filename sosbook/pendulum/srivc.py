@@ -4,8 +4,11 @@ Simplified refined instrumental variables. Output error (`fit`) is the
 better estimate once it has a start, and this is the start.
 """
 
+from functools import lru_cache
+
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
+from scipy.linalg import expm
+from scipy.signal import lfilter
 
 __all__ = ["respond", "srivc"]
 
@@ -17,14 +20,14 @@ def respond(numerator, denominator, V, T):
     ----------
     numerator, denominator : sequences
         Coefficients, highest power of s first.
-    V : (N,) array_like
-        The voltage, held from one sample to the next.
+    V : (..., N) array_like
+        The voltage, held from one sample to the next; or several.
     T : float
         Sampling time in s.
 
     Returns
     -------
-    (N,) array
+    (..., N) array
         The output at the times of the samples.
 
     Examples
@@ -39,17 +42,45 @@ def respond(numerator, denominator, V, T):
 def sampled(numerator, denominator, signal, T, hold):
     """The response to a signal that is held ("zoh") or joined by lines ("foh")."""
     a = np.asarray(denominator, dtype=float)
-    a = a / a[0]
     b = np.zeros(len(a))
     b[len(a) - len(numerator) :] = numerator
-    b = b / denominator[0]
-    n = len(a) - 1
-    A = np.vstack([-a[1:], np.eye(n)[:-1]])  # controller's companion form
+    a, b = a / a[0], b / a[0]
     C, D = b[1:] - b[0] * a[1:], b[0]
-    A, B, C, D, _ = cont2discrete((A, np.eye(n)[:, :1], C[None], [[D]]), T, hold)
-    den = np.poly(A)
-    num = np.poly(A - B @ C) + (np.asarray(D)[0, 0] - 1) * den
+    den, states, joining = _discrete(tuple(a[1:].tolist()), float(T))
+    if hold == "foh":
+        states, D = joining[:-1], D + C @ joining[-1]
+    # the first answers to one sample, times the denominator
+    num = np.convolve(den, [D, *(states @ C)])[: len(den)]
     return lfilter(num, den, signal)
+
+
+@lru_cache(maxsize=16)
+def _discrete(a, T):
+    """A sampled chain of integrators with feedback ``a``: what no output changes.
+
+    Its characteristic polynomial; its n states after one sample that is held,
+    from the next one on; and those after one that is joined by lines, with what
+    it does at once in the last row.
+    """
+    n = len(a)
+    whole = np.zeros((n + 2, n + 2))  # controller's companion form, V and its slope
+    whole[0, :n], whole[0, n] = np.negative(a), 1.0
+    for k in range(1, n):
+        whole[k, k - 1] = 1.0
+    whole *= T
+    whole[n, n + 1] = 1.0
+    whole = expm(whole)
+    F, held, ramp = whole[:n, :n], whole[:n, n], whole[:n, n + 1]
+    power, den = F.copy(), []  # Faddeev and LeVerrier
+    for k in range(1, n + 1):
+        den.append(-power.trace() / k)
+        power.flat[:: n + 1] += den[-1]
+        power = F @ power
+    states, joining = [held], [held - ramp + F @ ramp]
+    for _ in range(n - 1):
+        states.append(F @ states[-1])
+        joining.append(F @ joining[-1])
+    return np.array([1.0, *den]), np.array(states), np.array([*joining, ramp])
 
 
 def srivc(V, y, T, zeros, order, cutoff, rounds=20):
