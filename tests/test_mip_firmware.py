@@ -152,16 +152,17 @@ def test_a_command_that_is_no_number_stops_the_motors():
         assert why(controller) == ["command"]
 
 
-def test_robots_side_by_side_do_what_each_does_alone():
+@pytest.mark.parametrize("kind", [float, np.float32])
+def test_robots_side_by_side_do_what_each_does_alone(kind):
     random = np.random.default_rng(3)
     gyro = random.normal(0, 2, (300, 7))
     wheels = np.cumsum(random.normal(0, 0.05, (300, 7)), 0)
     gyro[random.random((300, 7)) < 0.05] = NAN
     tilts = np.linspace(-0.3, 0.3, 7)
-    fleet = started(tilts, 7, missing=1)
+    fleet = started(tilts, 7, kind, missing=1)
     together = np.array([fleet.step(g, w) for g, w in zip(gyro, wheels)])
     for k, tilt in enumerate(tilts):
-        one = started(tilt, missing=1)
+        one = started(tilt, 1, kind, missing=1)
         alone = [one.step(g, w)[0] for g, w in zip(gyro[:, k], wheels[:, k])]
         assert alone == together[:, k].tolist()
     assert len(set(fleet.fault)) > 1

@@ -300,6 +300,24 @@ def test_the_c_is_the_controller_to_the_last_bit(precision, kind, gcc, tmp_path)
     assert max(used) == pytest.approx(STEERING.volts, rel=1e-6) and min(used) == 0.0
 
 
+@pytest.mark.parametrize("kind", [float, np.float32])
+def test_robots_side_by_side_steer_as_each_does_alone(kind):
+    random = np.random.default_rng(6)
+    rows = random.normal(0, [[3.0], [0.1], [0.1], [5.0], [1.0]], (200, 5, 4))
+    rows[random.random(rows.shape) < 0.02] = np.nan
+    faults = np.where(random.random((200, 4)) < 0.05, 2, 0)
+    fleet, *single = (STEERING.controller(runs, kind) for runs in (4, 1, 1, 1, 1))
+    for each in (fleet, *single):
+        each.start(0.1, 0.2)
+    for row, fault in zip(rows, faults):
+        together = np.array(fleet.step(row[0], fault, *row[1:]))
+        for k, one in enumerate(single):
+            alone = one.step(row[0, k], fault[k], *map(float, row[1:, k]))
+            assert np.array_equal(together[:, k], np.ravel(alone), equal_nan=True)
+            assert alone[0].dtype == kind
+    assert fleet.sum.any() and fleet.sum.tolist() == [one.sum[0] for one in single]
+
+
 def test_balance_takes_what_it_needs_first():
     steered = STEERING.controller()
     for V, room in ((0.0, 1.85), (6.4, 1.0), (7.4, 0.0), (-7.0, 0.4)):

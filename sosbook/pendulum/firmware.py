@@ -5,10 +5,12 @@ in the same order.
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
 from ..plants.checks import finite, positive
+from .lanes import Lanes
 from .law import SampledLaw
 from .model import V_MAX
 
@@ -20,6 +22,10 @@ FAULTS = ("running", "sensor", "fall", "stall", "command")
 #: the encoders', equal ones of the gyro, equal ones of the encoders under
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
+#: What else a controller knows, besides the state of its law.
+KNOWN = ("theta", "gyro", "wheels", "phi", "last", "increment", "volts", "fault")
+GIVEN = ("bias", "zero")  # at the start
+SENSOR, FALL, STALL, COMMAND = range(1, len(FAULTS))
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
 SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
 TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
@@ -145,6 +151,24 @@ class Controller:
         self.firmware, self.kind = firmware, np.dtype(kind)
         self.runs = runs
         self.fault = None
+        self._lanes, f = Lanes(runs, kind), firmware
+        numbers = dict(
+            half=f.law.T / 2,
+            hertz=1 / f.law.T,
+            one=f.fastest * f.law.T,  # rad in a tick
+            limit=f.limit,
+            tip=f.tip,
+            span=f.gyro_range,
+            huge=TRUSTED_VOLTS,
+            push=f.limit * PUSHING_SHARE,
+            blend=f.blend,
+            rub=f.compensation,
+            soft=SOFTNESS * f.compensation,
+            steep=1 / SOFTNESS,
+            none=0.0,
+        )
+        real = self._lanes.real
+        self._numbers = SimpleNamespace(**{x: real(y) for x, y in numbers.items()})
 
     def start(self, tilt, wheels=0.0, bias=0.0):
         """Forget everything; the robot rests.
@@ -158,10 +182,10 @@ class Controller:
         bias : float or (runs,) array
             What the gyro says at rest, in rad/s.
         """
-        self.bias, self.theta, self.wheels = map(self._each, (bias, tilt, wheels))
+        each = self._lanes.array
+        self.bias, self.theta, self.wheels = map(each, (bias, tilt, wheels))
         self.last = self.bias
-        self.gyro, self.increment = self._each(0), self._each(0)
-        self.volts = self._each(0)
+        self.gyro = self.increment = self.volts = each(0)
         self.zero = self.phi = self.wheels + self.theta
         self.x = [self.kind.type(s) * self.theta for s in self.firmware.law.start]
         for name in COUNTERS:
@@ -192,80 +216,78 @@ class Controller:
         """
         if self.fault is None:
             raise ValueError("the controller isn't started: call start(tilt)")
+        lanes = self._lanes
+        seen = map(lanes.read, (gyro, wheels, tilt, target, rate))
+        names = (*KNOWN, *COUNTERS, *GIVEN)
+        now = SimpleNamespace(**{x: lanes.taken(getattr(self, x)) for x in names})
+        now.x = [lanes.taken(x) for x in self.x]
         with np.errstate(invalid="ignore", over="ignore"):
-            return self._step(*map(self._each, (gyro, wheels, tilt, target, rate)))
+            V, *later, x = self._step(now, *seen)
+        for name, value in zip((*KNOWN, *COUNTERS), later):
+            setattr(self, name, lanes.shown(value))
+        self.x = [lanes.shown(value) for value in x]
+        return lanes.shown(V)
 
-    def _step(self, gyro, wheels, tilt, target, rate):
-        f, law = self.firmware, self.firmware.law
-        _T, half, hertz = map(self.kind.type, (law.T, law.T / 2, 1 / law.T))
-        one = self.kind.type(f.fastest * law.T)  # rad in a tick
-        limit, tip = self.kind.type(f.limit), self.kind.type(f.tip)
-        span, huge = self.kind.type(f.gyro_range), self.kind.type(TRUSTED_VOLTS)
-        push = self.kind.type(f.limit * PUSHING_SHARE)
-        running = self.fault == 0
+    def _step(self, now, gyro, wheels, tilt, target, rate):
+        """The volts, what is known later, the counters, and the law's state."""
+        f, law, n = self.firmware, self.firmware.law, self._numbers
+        where, running = self._lanes.where, now.fault == 0
 
-        last, equal = gyro, (gyro <= self.last) & (gyro >= self.last)
-        same = np.where(equal & (f.frozen > 0), self.same + 1, 0)
-        gyro = gyro - self.bias
-        turned = wheels - self.wheels
-        reach = one * (self.lost + 1).astype(self.kind)
-        seen = within(gyro, span), within(turned, reach)
-        bad = np.where(seen[0], 0, self.bad + 1)
-        lost = np.where(seen[1], 0, self.lost + 1)
-        quiet = (wheels <= self.wheels) & (wheels >= self.wheels)
-        quiet &= ~within(self.volts, push) & (f.deaf > 0)
-        still = np.where(quiet, self.still + 1, 0)
-        gyro = np.where(seen[0], gyro, self.gyro)
-        wheels = np.where(seen[1], wheels, self.wheels + self.increment)
+        last, equal = gyro, (gyro <= now.last) & (gyro >= now.last)
+        same = where(equal & (f.frozen > 0), now.same + 1, 0)
+        gyro = gyro - now.bias
+        turned = wheels - now.wheels
+        reach = n.one * self._lanes.counted(now.lost + 1)
+        seen = within(gyro, n.span), within(turned, reach)
+        bad = where(seen[0], 0, now.bad + 1)
+        lost = where(seen[1], 0, now.lost + 1)
+        quiet = (wheels <= now.wheels) & (wheels >= now.wheels) & (f.deaf > 0)
+        still = where(within(now.volts, n.push), 0, where(quiet, now.still + 1, 0))
+        gyro = where(seen[0], gyro, now.gyro)
+        wheels = where(seen[1], wheels, now.wheels + now.increment)
 
-        theta = self.theta + half * (gyro + self.gyro)
-        blended = theta + self.kind.type(f.blend) * (tilt - theta)
-        theta = np.where(within(tilt, tip), blended, theta)
+        theta = now.theta + n.half * (gyro + now.gyro)
+        blended = theta + n.blend * (tilt - theta)
+        theta = where(within(tilt, n.tip), blended, theta)
         phi = wheels + theta
-        y = [theta, phi - self.zero - target, gyro, (phi - self.phi) * hertz - rate]
+        y = [theta, phi - now.zero - target, gyro, (phi - now.phi) * n.hertz - rate]
 
-        u = self._each(law.output(self.x, y))
+        u = law.output(now.x, y)
         if f.compensation:
-            c, soft, steep = map(
-                self.kind.type,
-                (f.compensation, SOFTNESS * f.compensation, 1 / SOFTNESS),
-            )
-            u = u + np.where(u > soft, c, np.where(u < -soft, -c, steep * u))
-        V = np.where(u > limit, limit, np.where(u < -limit, -limit, u))
-        full = np.where(V == u, 0, self.full + 1)
-        x = law.next(self.x, y, V - u)
+            soft = where(u < -n.soft, -n.rub, n.steep * u)
+            u = u + where(u > n.soft, n.rub, soft)
+        V = where(u > n.limit, n.limit, where(u < -n.limit, -n.limit, u))
+        full = where(V == u, 0, now.full + 1)
+        x = law.next(now.x, y, V - u)
 
-        fault = np.select(
-            [
-                (bad > f.missing)
-                | (lost > f.missing)
-                | (same > f.frozen)
-                | (still > f.deaf),
-                ~within(theta, tip),
-                ~within(u, huge),
-                full > f.stall,
-            ],
-            [FAULTS.index(w) for w in ("sensor", "fall", "command", "stall")],
-            0,
-        )
+        fault = where(full > f.stall, STALL, 0)  # the last that is said counts
+        fault = where(within(u, n.huge), fault, COMMAND)
+        fault = where(within(theta, n.tip), fault, FALL)
+        silent = (bad > f.missing) | (lost > f.missing)
+        silent = silent | (same > f.frozen) | (still > f.deaf)
+        fault = where(silent, SENSOR, fault)
         good = running & (fault == 0)
 
         def keep(new, old):
-            return np.where(good, new, old)
+            return where(good, new, old)
 
-        self.increment = keep(wheels - self.wheels, self.increment)
-        self.theta, self.gyro = keep(theta, self.theta), keep(gyro, self.gyro)
-        self.wheels, self.phi = keep(wheels, self.wheels), keep(phi, self.phi)
-        self.last, self.same = keep(last, self.last), keep(same, self.same)
-        self.bad, self.full = keep(bad, self.bad), keep(full, self.full)
-        self.lost, self.still = keep(lost, self.lost), keep(still, self.still)
-        self.volts = keep(V, self.volts)
-        self.x = [keep(new, old) for new, old in zip(x, self.x)]
-        self.fault = np.where(running, fault, self.fault)
-        return np.where(good, V, self.kind.type(0))
-
-    def _each(self, value):
-        return np.broadcast_to(np.asarray(value, self.kind), self.runs)
+        return (
+            keep(V, n.none),
+            keep(theta, now.theta),
+            keep(gyro, now.gyro),
+            keep(wheels, now.wheels),
+            keep(phi, now.phi),
+            keep(last, now.last),
+            keep(wheels - now.wheels, now.increment),
+            keep(V, now.volts),
+            where(running, fault, now.fault),
+            keep(bad, now.bad),
+            keep(lost, now.lost),
+            keep(same, now.same),
+            keep(still, now.still),
+            keep(full, now.full),
+            [keep(new, old) for new, old in zip(x, now.x)],
+        )
 
 
 def share(name, value):

@@ -1,6 +1,7 @@
 """Control laws as a robot's computer runs them: one step per sample."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -218,17 +219,21 @@ class SampledLaw:
 
     def output(self, x, y):
         """u, from the states x (N, ...) and the samples y (4, ...)."""
-        return combine([*self.C[0], *self.D[0]], [*x, *y])
+        return combine(self._rows[0], [*x, *y])
 
     def next(self, x, y, withheld):
         """The next state, from the states x and the samples y.
 
         ``withheld`` is V - u, what the limit took away.
         """
-        return [
-            combine([*a, *b, *w], [*x, *y, withheld])
-            for a, b, w in zip(self.A, self.B, self.W)
-        ]
+        values = [*x, *y, withheld]
+        return [combine(row, values) for row in self._rows[1]]
+
+    @cached_property
+    def _rows(self):
+        """The factors of `output`, and those of `next`, as floats."""
+        output = np.hstack([self.C, self.D])[0]
+        return output.tolist(), np.hstack([self.A, self.B, self.W]).tolist()
 
 
 def combine(factors, values):
@@ -242,14 +247,13 @@ def combine(factors, values):
     >>> float(combine([2.0, 0.0, 1.0], [1.0, np.nan, 3.0]))
     5.0
     """
-    kind = np.result_type(*values) if values else float
     total = None
     for factor, value in zip(factors, values):
         if factor == 0:
             continue
-        term = kind.type(factor) * value
+        term = float(factor) * value  # in the value's own precision
         total = term if total is None else total + term
-    return 0 * kind.type(0) if total is None else total
+    return np.result_type(*values).type(0) if total is None else total
 
 
 def _gain(K):

@@ -6,12 +6,14 @@ W = V_R - V_L goes on top on the right and off on the left.
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
 from ..plants.checks import matrix, positive
 from ..sampled.system import SampledSystem
 from .firmware import TRUSTED_VOLTS, Firmware, within
+from .lanes import Lanes
 from .law import combine
 
 __all__ = ["Steered", "Steering"]
@@ -126,11 +128,25 @@ class Steered:
 
     def __init__(self, steering, runs=1, kind=float):
         self.steering, self.runs, self.kind = steering, runs, np.dtype(kind)
+        self._lanes, T = Lanes(runs, kind), steering.firmware.law.T
+        numbers = dict(
+            T=T,
+            hertz=1 / T,
+            limit=steering.firmware.limit,
+            reach=steering.reach,
+            volts=steering.volts,
+            unwinding=steering.unwinding,
+            huge=TRUSTED_VOLTS,
+            none=0.0,
+        )
+        real = self._lanes.real
+        self._numbers = SimpleNamespace(**{x: real(y) for x, y in numbers.items()})
 
     def start(self, left=0.0, right=0.0):
         """Forget everything; the wheels rest at the angles left and right, in rad."""
-        self.turned = self.zero = self._each(right) - self._each(left)
-        self.sum = self._each(0)
+        each = self._lanes.array
+        self.turned = self.zero = each(right) - each(left)
+        self.sum = each(0)
         self.lost = np.zeros(self.runs, int)
 
     def step(self, volts, fault, left, right, target=0.0, rate=0.0):
@@ -153,37 +169,44 @@ class Steered:
         (left, right) : tuple of (runs,) array
             Volts for each motor.
         """
-        with np.errstate(invalid="ignore", over="ignore"):
-            return self._step(
-                np.asarray(fault) == 0,
-                *map(self._each, (volts, left, right, target, rate)),
-            )
-
-    def _step(self, running, V, left, right, target, rate):
-        s, one = self.steering, self.kind.type
-        T, limit = s.firmware.law.T, one(s.firmware.limit)
-        turned, since = right - left, (self.lost + 1).astype(self.kind)
-        seen = within(turned - self.turned, one(s.reach) * since)
-        y = [
-            turned - self.zero - target,
-            (turned - self.turned) * one(1 / T) / since - rate,
-            self.sum,
-        ]
-        u = combine(s.K[0], y)
-        rest = limit - abs(V)
-        room = 2 * np.where(rest < one(s.volts), rest, one(s.volts))
-        W = np.where(u > room, room, np.where(u < -room, -room, u))
-        good = running & seen & within(u, one(TRUSTED_VOLTS))
-        later = self.sum + one(T) * y[0] + one(s.unwinding) * (W - u)
-        self.sum = np.where(good, later, self.sum)
-        self.turned = np.where(good, turned, self.turned)
-        lost = np.minimum(self.lost + 1, MOST_LOST)
-        self.lost = np.where(good, 0, np.where(running, lost, self.lost))
-        half = np.where(good, W / 2, one(0))
-        return tuple(
-            np.where(running, np.clip(V + side * half, -limit, limit), one(0))
-            for side in (-1, 1)
+        lanes = self._lanes
+        read = map(lanes.read, (volts, left, right, target, rate))
+        fault = lanes.taken(np.broadcast_to(np.asarray(fault), self.runs))
+        now = SimpleNamespace(
+            **{x: lanes.taken(getattr(self, x)) for x in ("sum", "turned", "lost")},
+            zero=lanes.taken(self.zero),
         )
+        with np.errstate(invalid="ignore", over="ignore"):
+            found = self._step(now, fault == 0, *read)
+        left, right, self.sum, self.turned, self.lost = map(lanes.shown, found)
+        return left, right
 
-    def _each(self, value):
-        return np.broadcast_to(np.asarray(value, self.kind), self.runs)
+    def _step(self, now, running, V, left, right, target, rate):
+        """Both motors' volts, the sum, the difference and the ticks without one."""
+        n, where = self._numbers, self._lanes.where
+        turned, since = right - left, self._lanes.counted(now.lost + 1)
+        seen = within(turned - now.turned, n.reach * since)
+        y = [
+            turned - now.zero - target,
+            (turned - now.turned) * n.hertz / since - rate,
+            now.sum,
+        ]
+        u = combine(self.steering.K[0], y)
+        rest = n.limit - abs(V)
+        room = 2 * where(rest < n.volts, rest, n.volts)
+        W = where(u > room, room, where(u < -room, -room, u))
+        good = running & seen & within(u, n.huge)
+        later = now.sum + n.T * y[0] + n.unwinding * (W - u)
+        lost = where(now.lost < MOST_LOST, now.lost + 1, MOST_LOST)
+        half = where(good, W / 2, n.none)
+        motors = []
+        for side in (V - half, V + half):
+            cut = where(side > n.limit, n.limit, side)
+            cut = where(side < -n.limit, -n.limit, cut)
+            motors.append(where(running, cut, n.none))
+        return (
+            *motors,
+            where(good, later, now.sum),
+            where(good, turned, now.turned),
+            where(good, 0, where(running, lost, now.lost)),
+        )

@@ -1,0 +1,62 @@
+"""Arithmetic of robots side by side: in arrays, or of one in plain numbers.
+
+What a program does at a tick is written once and does the same operations in
+the same order either way; one robot in plain numbers takes a sixth of the time.
+"""
+
+import numpy as np
+
+__all__ = ["Lanes"]
+
+
+class Lanes:
+    """The numbers that so many robots reckon with.
+
+    Parameters
+    ----------
+    runs : int
+        How many robots stand side by side.
+    kind : float or np.float32
+        The precision of all arithmetic.
+
+    Examples
+    --------
+    >>> lanes = Lanes(1, float)
+    >>> volts = lanes.taken(lanes.array(3.0))
+    >>> lanes.shown(lanes.where(volts > 2.0, 2.0, volts))
+    array([2.])
+    """
+
+    def __init__(self, runs, kind):
+        self.runs, self.kind = runs, np.dtype(kind)
+        self.real = float if self.kind.type is np.float64 else self.kind.type
+        self.where = _choice if runs == 1 else np.where
+
+    def array(self, value):
+        """(runs,) array of a value for all robots, or one for each."""
+        return np.broadcast_to(np.asarray(value, self.kind), self.runs)
+
+    def read(self, value):
+        """What the arithmetic takes for a value that somebody gives."""
+        if self.runs == 1 and isinstance(value, (float, int)):
+            return self.real(value)
+        return self.taken(self.array(value))
+
+    def taken(self, array):
+        """What the arithmetic takes for an array."""
+        if self.runs != 1:
+            return array
+        return array.item() if self.real is float else array[0]
+
+    def shown(self, value):
+        """The array of a value that the arithmetic gave."""
+        return np.array([value]) if self.runs == 1 else value
+
+    def counted(self, ticks):
+        """A number of ticks among the arithmetic's other numbers."""
+        return self.real(ticks) if self.runs == 1 else ticks.astype(self.kind)
+
+
+def _choice(condition, yes, no):
+    """As np.where, of one robot."""
+    return yes if condition else no
