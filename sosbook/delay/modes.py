@@ -13,7 +13,7 @@ from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from ..lmi.adjoint import adjoint, ball_adjoints
 from ..lmi.blocks import Blocks
-from ..lmi.exact import definite, exact, inverse
+from ..lmi.exact import exact, inverse, positive
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 
@@ -91,7 +91,7 @@ class Modes:
                 return False
             for k, z in enumerate(multipliers):
                 change = sum(x * each[k] for x, each in zip(c, changes))
-                if not definite(z - np.diag(_row_bounds(change)))[0]:
+                if not positive(z - np.diag(_row_bounds(change))):
                     return False
         return True
 

@@ -2,7 +2,14 @@
 
 from ..lmi.exact import exact
 from ..lmi.proof import Examined
-from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.rational import (
+    decimal,
+    decimals,
+    fraction,
+    rational_matrix,
+    read_array,
+    read_number,
+)
 from ..lmi.refutation import Exclusion
 from ..plants.descriptor_system import DescriptorSystem
 from ..synthesis.certificates import excluding, frame_data, read_frame
@@ -51,9 +58,12 @@ class ModesInfeasibility(Exclusion):
         again, examined = super().examine(data)
         if examined.proven:
             small, modes = _small(data), _modes(data)
-            names = {str(name): name for name in small.in_unknowns()[0]}
-            Z = cls(cls.of(data).text).multipliers
-            if Z.keys() != names.keys():
+            names = list(map(str, small.in_unknowns()[0]))
+            Z = {
+                name: rational_matrix([[fraction(e) for e in row] for row in rows])
+                for name, rows in again["multipliers"]
+            }
+            if Z.keys() != set(names):
                 return again, Examined.nothing("a block has no multiplier")
             if not modes.refuted(small, [Z[name] for name in names]):
                 return again, Examined.nothing("the modes leave the unknowns a way out")
