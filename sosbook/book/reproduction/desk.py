@@ -1,5 +1,7 @@
 """Chapter 4: the claims about the robot's recordings, simulated."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...pendulum import V_MAX, Firmware, Mip, SampledLaw, polytope, vertices
@@ -28,11 +30,12 @@ HOW = "four vertices, from 10°; with 0, 5 and 10 ms of delay"
 
 def rows():
     """Figures 4.8 to 4.16: what the text says, and what is simulated."""
-    laws = _laws()
-    runs = {name: _runs(law) for name, law in laws.items()}
-    gentle = {
-        name: _runs(laws[name], START_TILT / 2) for name in (*PDS, *PIDS, "LQE 2")
-    }
+    runs, gentle = {}, {}
+    for name, law in _laws().items():
+        if name in (*PDS, *PIDS, "LQE 2"):
+            runs[name], gentle[name] = _runs(law, START_TILT, START_TILT / 2)
+        else:
+            (runs[name],) = _runs(law, START_TILT)
     volts_at_rest = _each(runs, lambda run: run.V[:, TICKS_AT_REST].std(axis=1).max())
     yield from _noise(runs, volts_at_rest)
     yield from _limits(runs, gentle, volts_at_rest)
@@ -254,9 +257,28 @@ def without_the_fast(controller, edge=200):
     return control.ss([[-den[1], 1], [-den[2], 0]], np.transpose(B), [[1, 0]], [D])
 
 
-def _runs(law, tilt=START_TILT):
-    """The four vertices at each delay, in one go."""
+def _runs(law, *tilts):
+    """The four vertices at each delay, for each of the tilts; all in one go."""
     robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER_STALLED)
-    return [
-        simulate(robots, firmware, tilt, END_TIME, late, substeps=2) for late in DELAYS
+    n = len(robots)
+    beside = [
+        simulate(
+            len(tilts) * list(robots),
+            firmware,
+            np.repeat(tilts, n),
+            END_TIME,
+            late,
+            substeps=2,
+        )
+        for late in DELAYS
     ]
+    return [
+        [_some(run, slice(k * n, (k + 1) * n)) for run in beside]
+        for k in range(len(tilts))
+    ]
+
+
+def _some(run, which):
+    """Some of the robots of a run."""
+    parts = {name: getattr(run, name)[which] for name in ("V", "estimate", "fault")}
+    return replace(run, x=run.x[:, which], **parts)
