@@ -12,7 +12,7 @@ from sosbook.mip.modelled import Model
 from sosbook.mip.ticks import FORMATS, START, TickLog
 
 from sosbook import thesis
-from sosbook.pendulum.tracking import _slopes
+from sosbook.pendulum.tracking import NOMINAL, Predictor, _slopes
 from tests import test_mip_export as programs
 from tests.six_robots import SIX, G, advance
 
@@ -130,6 +130,23 @@ def test_slopes_of_a_fit_are_no_noise_where_a_parameter_is_zero():
     for friction in (0.0, 1e-10, 0.1):
         x = np.array([0.004, 0.0, -0.003, 0.3, friction])
         assert _slopes(rough, x) == pytest.approx(A, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_slopes_of_predictions_are_their_differences(seed):
+    """Of any signals, about any unknowns: the second pair has one at its bound."""
+    random = np.random.default_rng(seed)
+    gyro, V = random.normal(0, [[0.3], [3.0]], (2, 900))
+    wheels, rubs = random.normal(0, 0.2, 900).cumsum(), random.uniform(-1, 1, 900)
+    scale, T = np.array([0.003, 0.0008]), MODEL.law.T
+    told = Predictor(MODEL.mip, T, gyro, wheels, V, rubs, scale, 10.0 ** -(seed % 3))
+    x = NOMINAL + random.uniform(-0.2, 0.2, 5) * [1, 1, 1, 1, 0]
+    x[4] = [0.3, 0.05, 0.0, 0.0][seed]
+    found = np.reshape(told.slopes(x), (5, -1)).T
+    by_differences = _slopes(lambda x: np.ravel(told.innovations(x)), x)
+    size = abs(by_differences).max(axis=0)
+    assert (size > 0).all()
+    assert (abs(found - by_differences) < 1e-5 * size).all()
 
 
 # The files

@@ -100,20 +100,26 @@ def track(log, mip, T, counts):
     def fitted(part, disturbance, start):
         chosen = [x[part] for x in signals]
 
-        e = innovations(NOMINAL, mip, T, *chosen, scale, disturbance)
-        size = e.size
+        predictor = Predictor(mip, T, *chosen, scale, disturbance)
 
         def left(x):
             try:
-                e = innovations(x, mip, T, *chosen, scale, disturbance)
+                e = predictor.innovations(x)
             except ValueError:  # masses that no pendulum has
-                return np.full(size, 1e3)
+                return np.full(2 * predictor.told, 1e3)
             return np.ravel(e / scale[:, None])
+
+        def slopes(x):
+            try:
+                e = predictor.slopes(x)
+            except ValueError:  # beside x, or at it
+                return _slopes(left, x)
+            return np.reshape(e / scale[:, None], (len(x), -1)).T
 
         return least_squares(
             left,
             start,
-            jac=lambda x: _slopes(left, x),
+            jac=slopes,
             bounds=(SMALLEST, LARGEST),
             x_scale=SIZES,
             max_nfev=25,
@@ -167,41 +173,123 @@ def _gentle(log):
     return use
 
 
-def innovations(x, mip, T, gyro, wheels, V, rubs, scale, disturbance):
-    """(2, N) array: what two sensors say beyond the prediction.
+class Predictor:
+    """What two sensors say beyond a Kalman filter's prediction.
 
     The unknowns x are the logarithms of the three factors, the delay over T
-    and the friction; ``scale`` has the sensors' noise and ``disturbance``
-    that of the voltage; ``rubs`` is the share of the friction that acts.
+    and the friction.
+
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum whose factors are one.
+    T : float
+        Time between samples, in s.
+    gyro, wheels, V : (N,) array
+        The samples.
+    rubs : (N,) array
+        The share of the friction that acts.
+    scale : (2,) array
+        The sensors' noise.
+    disturbance : float
+        The noise of the voltage, in V.
     """
-    body, wheel, motor = np.exp(x[:3])
-    robot = scaled(mip, body, wheel)
-    plant = replace(robot, f=robot.f * motor).plant()
-    A, B = np.zeros((5, 5)), np.zeros((5, 1))
-    A[:2, 2:4] = np.eye(2)
-    A[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
-    B[2:4] = np.linalg.solve(plant.M, plant.B)
-    first, then = T * x[3], T * (1 - x[3])
-    F, (last, now) = expm(A * T), (_held(A, B, first), _held(A, B, then))
-    last = expm(A * then) @ last
+
     C = np.array([[0.0, 0, 1, 0, 1], [-1, 1, 0, 0, 0]])  # gyro + offset, wheels
-    push = last + now
-    Q = disturbance**2 * push @ push.T + np.diag([1e-14] * 4 + [1e-12])
-    R = np.diag(scale**2)
-    P = solve_discrete_are(F.T, C.T, Q, R)
-    L = F @ P @ C.T @ np.linalg.inv(C @ P @ C.T + R)
-    y = np.array([gyro, wheels - wheels[0]])
-    forced = L @ y + now * V + last * np.append(V[0], V[:-1]) - push * x[4] * rubs
-    state = _filtered(F - L @ C, forced, [0, 0, gyro[0], gyro[0], 0])
-    return (y - C @ state)[:, min(round(SETTLING / T), len(V) // 2) :]
+
+    def __init__(self, mip, T, gyro, wheels, V, rubs, scale, disturbance):
+        self.mip, self.T, self.disturbance = mip, T, disturbance
+        self.y = np.array([gyro, wheels - wheels[0]])
+        self.start = np.array([0, 0, gyro[0], gyro[0], 0])
+        self.inputs = np.array([V, np.append(V[0], V[:-1]), rubs])
+        self.R = np.diag(scale**2)
+        self.first = min(round(SETTLING / T), len(V) // 2)
+        self.told = len(V) - self.first
+
+    def innovations(self, x):
+        """(2, told) array: what the sensors say beyond the prediction."""
+        F, now, last = self._parts(x)
+        P, S = self._riccati(F, now + last)
+        L = F @ P @ self.C.T @ np.linalg.inv(S)
+        forced = L @ self.y + self._forces(now, last, x[4])
+        forced = np.column_stack([self.start, forced[:, :-1]])
+        return (self.y - _filtered(F - L @ self.C, forced, self.C))[:, self.first :]
+
+    def slopes(self, x):
+        """(5, 2, told) array: how `innovations` move with each unknown.
+
+        Exact, but for the differences of what depends on the plant alone: what
+        the filter's gain moves by solves a Stein equation.
+        """
+        C, y = self.C, self.y
+        F, now, last = self._parts(x)
+        push = now + last
+        P, S = self._riccati(F, push)
+        K = P @ C.T @ np.linalg.inv(S)
+        loop = F - F @ K @ C
+        forced = F @ K @ y + self._forces(now, last, x[4])
+        forced = np.column_stack([self.start, forced[:, :-1]])
+        states = _filtered(loop, forced, np.eye(5))
+        e = y - C @ states
+
+        moved = _slopes(
+            lambda x: np.concatenate(list(map(np.ravel, self._parts(x)))), x
+        )
+        stein = np.eye(25) - np.kron(loop, loop)
+        forces = []
+        for k, column in enumerate(moved.T):
+            dF, dnow, dlast = column[:25].reshape(5, 5), column[25:30], column[30:]
+            dQ = np.outer(dnow + dlast, push) * self.disturbance**2
+            right = dF @ P @ loop.T + dQ
+            dP = np.linalg.solve(stein, np.ravel(right + right.T)).reshape(5, 5)
+            dL = dF @ K + loop @ dP @ C.T @ np.linalg.inv(S)
+            more = dF @ states + dL @ e + self._forces(dnow, dlast, x[4])
+            if k == 4:
+                more -= np.outer(push, self.inputs[2])
+            forces.append(np.column_stack([np.zeros(5), more[:, :-1]]))
+        return -_filtered(loop, np.array(forces), C)[..., self.first :]
+
+    def _parts(self, x):
+        """F, and how a volt of this tick and one of the last act in a tick."""
+        body, wheel, motor = np.exp(x[:3])
+        robot, T = scaled(self.mip, body, wheel), self.T
+        plant = replace(robot, f=robot.f * motor).plant()
+        A, B = np.zeros((5, 5)), np.zeros((5, 1))
+        A[:2, 2:4] = np.eye(2)
+        A[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
+        B[2:4] = np.linalg.solve(plant.M, plant.B)
+        first, then = T * x[3], T * (1 - x[3])
+        last = expm(A * then) @ _held(A, B, first)
+        return expm(A * T), _held(A, B, then)[:, 0], last[:, 0]
+
+    def _riccati(self, F, push):
+        """The states' covariance, and that of what the sensors say."""
+        Q = self.disturbance**2 * np.outer(push, push)
+        Q += np.diag([1e-14] * 4 + [1e-12])
+        P = solve_discrete_are(F.T, self.C.T, Q, self.R)
+        return P, self.C @ P @ self.C.T + self.R
+
+    def _forces(self, now, last, friction):
+        """(5, N) array: what the volts and the friction do."""
+        return np.stack([now, last, -friction * (now + last)], axis=1) @ self.inputs
 
 
-def _filtered(F, forced, start):
-    """The states x(k), with x(k + 1) = F x(k) + forced(k), from a start."""
+def _filtered(F, forced, C):
+    """C x(k) of x(k) = F x(k - 1) + forced(k): x(0) is forced(0).
+
+    ``forced`` is (..., n, N), for several sequences at once.
+    """
     poles, modes = np.linalg.eig(F)
-    inputs = np.linalg.solve(modes, np.column_stack([start, forced[:, :-1]]))
-    states = [lfilter([1.0], [1.0, -p], row) for p, row in zip(poles, inputs)]
-    return (modes @ np.array(states)).real
+    inputs = np.linalg.solve(modes, forced)
+    for k, p in enumerate(poles):
+        row = inputs[..., k, :]
+        if p.imag < 0:  # that of the pole before, conjugate
+            row[:] = inputs[..., k - 1, :].conj()
+        elif p.imag > 0:
+            row[:] = lfilter([1.0], [1.0, -p], row)
+        else:
+            row[:] = lfilter([1.0], [1.0, -p.real], row.real)
+    return (C @ modes @ inputs).real
 
 
 def _held(A, B, time):
