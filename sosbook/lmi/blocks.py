@@ -150,7 +150,8 @@ class AffineBlocks(Blocks):
         """Derivatives of each block: a list of (k, q, q) arrays."""
         slopes = []
         for g in self.expressions:
-            kind = object if g.constant.dtype == object else float
+            parts = (x for t in g.terms for x in (t.left, t.right))
+            kind = np.result_type(g.constant, *parts)  # exact ones stay exact
             slopes.append(np.zeros((self.variables, *g.constant.shape), kind))
             held, start = {t.unknown for t in g.terms}, 0
             for u in self.unknowns:
