@@ -286,6 +286,17 @@ def test_bands_end_where_the_package_s_designs_end(tab, robot):
         assert verdicts == ["feasible", "infeasible"][: 2 - ends], key
 
 
+def test_bands_are_looked_for_once_the_explorer_is_in_sight(tab):
+    """Of the sheet's two only the first has been seen; the second is solved, too."""
+    settled(tab, "edges")
+    tab.page.wait_for_timeout(300)
+    of_second = "[...document.querySelectorAll('sos-explorer')][1]"
+    assert tab.page.evaluate(f"{of_second}.answer.status") == "feasible"
+    assert tab.page.evaluate(f"{of_second}.edges") is None
+    tab.page.locator("sos-explorer").nth(1).scroll_into_view_if_needed()
+    tab.page.wait_for_function(f"{of_second}.edges?.length === 5")
+
+
 def test_the_copied_program_runs_and_finds_the_same_gain(tab):
     first(tab).get_by_role("button", name="As Python").click()
     code = first(tab).locator("pre").inner_text()

@@ -48,6 +48,11 @@
       this.part("map").addEventListener("touchstart", event => {
         if (event.target.closest("[data-handle]")) event.preventDefault();
       }, {passive: false});
+      new IntersectionObserver(list => {
+        if (this.seen || !list.at(-1).isIntersecting) return;
+        this.seen = true;
+        this.look();
+      }).observe(this.view);
       this.solve();
     }
 
@@ -127,18 +132,20 @@
       this.idle = setTimeout(() => this.look(), answer.status === "feasible" ? 250 : 60);
     }
 
-    // How far each slider may go while the others stay, by halving: what the bands show.
+    // How far each slider may go while the others stay, by halving: what the bands show,
+    // once somebody can see them.
     async look() {
+      clearTimeout(this.idle);
+      if (!this.seen || !this.answer) return;
       const values = [...this.values], edges = [];
       const holds = async (k, at) => {
         const moved = [...values];
         moved[k] = valueAt(this.data.sliders[k], at);
-        const answer = await this.solver.ask(this.name, "probe", this.request(moved));
-        return answer && answer.status === "feasible";
+        return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status === "feasible";
       };
       const stale = () => values.some((v, k) => v !== this.values[k]);
-      for (const [k, slider] of this.data.sliders.entries()) {
-        let good = slider.looser > 0 ? STEPS : 0, bad = STEPS - good;
+      for (const [k, {looser}] of this.data.sliders.entries()) {
+        let good = looser > 0 ? STEPS : 0, bad = STEPS - good;
         edges[k] = null;
         if (await holds(k, good)) {
           if (await holds(k, bad)) good = bad;
@@ -212,14 +219,9 @@
     }
 
     handles() {
-      const {sigma, theta, rho} = this.asked, far = (rho ?? this.data.window[2]) * 0.7, list = [];
-      for (const {key} of this.data.sliders) {
-        if (key === "sigma") list.push([-sigma, 0]);
-        else if (key === "theta") list.push([-far * Math.cos(theta), far * Math.sin(theta)]);
-        else if (key === "rho") list.push([-rho, 0]);
-        else list.push([NaN, NaN]);
-      }
-      return list;
+      const {sigma, theta, rho} = this.asked, far = (rho ?? this.data.window[2]) * 0.7;
+      const ends = {sigma: [-sigma, 0], theta: [-far * Math.cos(theta), far * Math.sin(theta)], rho: [-rho, 0]};
+      return this.data.sliders.map(({key}) => ends[key] ?? []);
     }
 
     grab(event) {
@@ -236,14 +238,9 @@
         const shown = key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
         this.set(k, Number(shown.toPrecision(3)));
       };
-      const done = () => {
-        removeEventListener("pointermove", move);
-        removeEventListener("pointerup", done);
-        removeEventListener("pointercancel", done);
-      };
-      addEventListener("pointermove", move);
-      addEventListener("pointerup", done);
-      addEventListener("pointercancel", done);
+      const done = new AbortController(), {signal} = done;
+      addEventListener("pointermove", move, {signal});
+      for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => done.abort(), {signal});
     }
 
     // The step response before the move, within the present axes.
