@@ -91,6 +91,7 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     """Of 360 counts a turn at 200 Hz each takes the whole voltage."""
     (machine,) = (m for m in SIX if m.name == name)
     found = recommend(pendulum(machine), R=None, robot=described(machine))
+    vars(found)["sampled"] = {}  # the proofs aren't the matter, and take seconds
     assert ("warning, counts" in found.facts) == warned
     program = Compiled(found.firmware) if find() else refuse()
     volts = []
@@ -112,6 +113,7 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     assert (last.max() < 0.5 * machine.V_n) == (not warned)
     seeing = found.robot.but(law="observer")
     again = recommend(pendulum(machine), R=None, robot=seeing)
+    vars(again)["sampled"] = {}
     assert "warning, counts" not in again.facts
 
 
