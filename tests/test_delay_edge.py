@@ -1,6 +1,7 @@
 """Close to the edge of feasibility: answers, proofs, and what gave up."""
 
 import pickle
+import sys
 import time
 from dataclasses import replace
 
@@ -307,3 +308,20 @@ def test_the_largest_value_comes_with_the_centre():
     wanted = solve_delay(found.design.request)
     for name, margin in wanted.margins.items():
         assert found.design.margins[name] == pytest.approx(margin, rel=1e-3)
+
+
+def test_the_lmis_are_not_asked_what_the_roots_answer(monkeypatch):
+    """Beyond the true limit, 6.1726 s, only the end of the search is solved."""
+    search, taus = sys.modules["sosbook.delay.largest"], []
+    solved = search.first_design
+
+    def first_design(request, **more):
+        taus.append(request.tau)
+        return solved(request, **more)
+
+    monkeypatch.setattr(search, "first_design", first_design)
+    loop = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
+    found = largest("tau", loop, tau=4, method="legendre", order=2, refuse=False)
+    assert (found.value, found.beyond) == (6.1, 6.2)
+    assert found.refused.status == "undecided"
+    assert [tau for tau in taus if tau > 6.1726] == [6.2]

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..lmi.exact import round_digits
 from ..lmi.rational import digit_count
 from ..lmi.time_limit import OutOfTime
@@ -10,8 +12,11 @@ from ..runtime.threads import one_thread
 from .design import DelayDesign
 from .request import DelayRequest, check_loop
 from .solve import centred_design, first_design
+from .spectrum import checked_pair, delayed_loop, rightmost_real
 
 __all__ = ["Largest", "largest"]
+
+SURELY = 1e-6  # of a loop's size: no root is as far from where it is computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +151,7 @@ class _Search:
         self.name, self.given, self.digits = name, given, digits
         self.seconds = seconds
         self.limit = given.tau if name == "mu" else float("inf")
-        self.known = {}
+        self.known, self.hopeless = {}, set()
 
     def run(self, refuse, progress):
         """The `Largest`; what is known where the time is over."""
@@ -172,7 +177,8 @@ class _Search:
         """The largest feasible value so far, and the next one to look at."""
         good = [v for v, d in self.known.items() if d.status == "feasible"]
         low = max(good, default=None)
-        bad = [v for v in self.known if low is None or v > low]
+        tried = {*self.known, *self.hopeless}
+        bad = [v for v in tried if low is None or v > low]
         step = self._start() if low is None else self._near(2 * low)
         return low, min(bad, default=min(step, self.limit))
 
@@ -205,15 +211,41 @@ class _Search:
         return self.given.at(**{self.name: value})
 
     def _feasible(self, value):
+        if value not in self.known and value not in self.hopeless:
+            if _too_slow(self._request(value)):
+                self.hopeless.add(value)
+        return value not in self.hopeless and self._at(value).status == "feasible"
+
+    def _at(self, value):
+        """The design at a value."""
         if value not in self.known:
             self.known[value] = first_design(
                 self._request(value), refuse=False, centred=False
             )
-        return self.known[value].status == "feasible"
+        return self.known[value]
 
     def _refused(self, value, refuse):
         """The verdict there, with a proof if one is found."""
         if not refuse:
-            return self.known[value]
+            return self._at(value)
         again = first_design(self._request(value))
-        return again if again.status != "feasible" else self.known[value]
+        return again if again.status != "feasible" else self._at(value)
+
+
+def _too_slow(request):
+    """Whether a given gain's loop is too slow at an end of the delay's interval.
+
+    It has no certificate then, and its roots take less time than the LMIs.
+    """
+    if request.gain is None:
+        return False
+    for vertex in request.vertices:
+        A, A_d = checked_pair(*delayed_loop(vertex, request.gain))
+        doubt = SURELY * (np.linalg.norm(A) + np.linalg.norm(A_d))
+        for delay in {request.tau + request.mu, request.tau - request.mu}:
+            try:
+                if rightmost_real(A, A_d, delay) > doubt - request.delta:
+                    return True
+            except ValueError:  # it is too long for the discretisation
+                continue
+    return False
