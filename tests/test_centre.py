@@ -6,6 +6,7 @@ import pytest
 
 import sosbook as sos
 from benchmarks.catalogue import case
+from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.barrier import Barrier
 from sosbook.lmi.bounded import any_centre
@@ -24,6 +25,7 @@ from sosbook.lmi.newton import newton_of
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.slack import with_slack
+from tests.random_plants import random_case
 
 
 def lyapunov(A, Q):
@@ -120,6 +122,31 @@ def test_a_bounded_cone_is_entered_along_its_ray(monkeypatch):
     x = any_centre(blocks, first.problem.unknowns, first.problem.packed(first.values))
     assert len(taken) <= 5
     assert newton_of(blocks).least(x).min() > 0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda barrier, x: barrier.step(x, 0 * x),
+        lambda barrier, x: barrier.settle(x, 0 * x),
+        lambda barrier, x: barrier.on_ray(x),
+        lambda barrier, x: barrier.recedes(x, x),
+        lambda barrier, x: barrier.multipliers(x),
+    ],
+)
+def test_a_point_outside_by_rounding_is_an_error_that_callers_know(ask):
+    """Eigenvalues may say that it is inside, and Cholesky's factors that it isn't."""
+    P = Unknown("P", 1, symmetric=True)
+    blocks = Blocks.of([block([[P]]), block([[eye(1) - P]])], [P])
+    with pytest.raises(np.linalg.LinAlgError, match="isn't inside"):
+        ask(Barrier(newton_of(blocks)), np.array([2.0]))
+
+
+def test_a_plant_at_its_edge_gets_an_answer_in_small_units():
+    """The point that was found had no factors there: seed 13184 of the campaign."""
+    edge = random_case(13184)
+    plant, asked = in_units(edge, *SYSTEMS["uN, mm, ms"])
+    assert sos.design_pid(plant, **asked).status in ("feasible", "undecided")
 
 
 def test_the_last_steps_keep_their_matrix(monkeypatch):

@@ -92,6 +92,16 @@ class Barrier:
         self._last = x, factors
         return factors
 
+    def _roots(self, x):
+        """Inverse Cholesky factors of all blocks at x; a LinAlgError outside.
+
+        A point whose blocks have positive eigenvalues may be outside by rounding.
+        """
+        factors = self.factors(x)
+        if factors is None:
+            raise np.linalg.LinAlgError("the point isn't inside")
+        return [np.linalg.inv(L) for L in factors]
+
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def step(self, x, cost, tolerance=0.1):
         """One damped Newton step from x; returns the new x and the decrement.
@@ -103,10 +113,8 @@ class Barrier:
         d in the norm of H (section 9.5). Where H has a factor the step follows
         a `_Curve`, else a straight line.
         """
+        roots = self._roots(x)
         factors = self.factors(x)
-        if factors is None:
-            raise np.linalg.LinAlgError("the point isn't inside")
-        roots = [np.linalg.inv(L) for L in factors]
         gradient = cost - self.newton.adjoint(gram(roots))
         if self.radius is not None:
             gradient = gradient + 2 * x / (self.radius**2 - x @ x)
@@ -160,7 +168,7 @@ class Barrier:
         """
         before = np.inf
         while True:
-            roots = [np.linalg.inv(L) for L in self.factors(x)]
+            roots = self._roots(x)
             gradient = cost - self.newton.adjoint(gram(roots))
             direction = -self._solve(gradient)
             decrement = np.sqrt(max(-gradient @ direction, 0.0))
@@ -178,7 +186,7 @@ class Barrier:
         each of Newton's steps doubles x, and on a ray one needs no Hessian. It is
         followed towards its lowest point, but only a part of the way to the edge.
         """
-        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        roots = self._roots(x)
         changes = self._changes(roots, x)
         slope = -sum(
             s.weight * np.trace(c, axis1=1, axis2=2).real.sum()
@@ -244,7 +252,7 @@ class Barrier:
 
         Then no block decreases along it: up to rounding no rate is negative.
         """
-        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        roots = self._roots(x)
         rates, _ = self._rates(self._changes(roots, direction))
         return rates.min() > -RATE_ROUNDING * rates.max()
 
@@ -312,5 +320,5 @@ class Barrier:
 
     def multipliers(self, x):
         """Inverse blocks at x: the dual point that belongs to a centre (11.6)."""
-        roots = [np.linalg.inv(L) for L in self.factors(x)]
+        roots = self._roots(x)
         return self.newton.unstacked(gram(roots))
