@@ -23,7 +23,8 @@ from itertools import product
 import numpy as np
 from scipy.linalg.blas import dsyr
 
-from .stacks import gram, real, transposed
+from .stacks import gram, transposed
+from .structure import real
 
 __all__ = ["Hessian"]
 

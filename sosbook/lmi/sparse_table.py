@@ -10,6 +10,8 @@ from copy import copy
 import numpy as np
 from scipy.sparse import csr_array
 
+from .structure import real
+
 __all__ = ["SparseTable"]
 
 
@@ -24,14 +26,14 @@ class SparseTable:
 
     def __init__(self, owner):
         stacks = owner.stacks
-        self.constant = np.concatenate([_real(s.constant) for s in stacks])
+        self.constant = np.concatenate([real(s.constant) for s in stacks])
         self.weights = np.repeat(
-            [float(s.weight) for s in stacks], [_real(s.constant).size for s in stacks]
+            [float(s.weight) for s in stacks], [real(s.constant).size for s in stacks]
         )
         self.parts, start = [], 0  # of a vector of all entries: place, kind, shape
         rows, columns, numbers = [], [], []
         for s in stacks:
-            stop = start + _real(s.constant).size
+            stop = start + real(s.constant).size
             self.parts.append((slice(start, stop), s.constant.dtype, s.constant.shape))
             for row, column, number in _slopes(owner, s):
                 rows.append(row)
@@ -53,10 +55,7 @@ class SparseTable:
         """The same with one more scalar variable, as the ``owner`` has it; or a row."""
         joined = copy(self)
         blocks = [s for s in owner.stacks if s.gradient is None]
-        joined.more = [
-            *self.more,
-            np.concatenate([_real(s.slopes[-1]) for s in blocks]),
-        ]
+        joined.more = [*self.more, np.concatenate([real(s.slopes[-1]) for s in blocks])]
         for s in owner.stacks[len(blocks) :]:
             joined.row = s.constant, s.gradient
         return joined
@@ -64,7 +63,7 @@ class SparseTable:
     def moved(self, owner):
         """The same slopes with the constants of an ``owner``."""
         moved = copy(self)
-        moved.constant = np.concatenate([_real(s.constant) for s in owner.stacks])
+        moved.constant = np.concatenate([real(s.constant) for s in owner.stacks])
         return moved
 
     def diagonal_squares(self):
@@ -90,7 +89,7 @@ class SparseTable:
 
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
-        flat = self.weights * np.concatenate([_real(z) for z in Z[: len(self.parts)]])
+        flat = self.weights * np.concatenate([real(z) for z in Z[: len(self.parts)]])
         out = np.append(self.table @ flat, [g @ flat for g in self.more])
         if self.row is not None:
             out += Z[-1].item() * self.row[1]
@@ -107,11 +106,6 @@ class SparseTable:
     def _split(self, flat):
         """The list of stacks that a vector of all their entries holds."""
         return [flat[at].view(kind).reshape(shape) for at, kind, shape in self.parts]
-
-
-def _real(z):
-    """The entries of z in a row, complex ones as pairs of reals."""
-    return np.ravel(z).view(float)
 
 
 def _slopes(owner, stack):

@@ -10,7 +10,7 @@ from copy import copy
 import numpy as np
 
 from .sparse_table import SparseTable
-from .structure import StructuredBlock, fold, unfold
+from .structure import StructuredBlock, fold, real, unfold
 from .sums import Sums, span
 from .work import sparse_work, sums_work, table_work
 
@@ -280,12 +280,6 @@ def _stacks(blocks, variables):
 
 def _padded(rows, steps):
     return next((s for s in steps if rows <= s), rows)
-
-
-def real(z):
-    """The entries of z in a row, complex ones as pairs of reals."""
-    flat = z.reshape(-1)
-    return flat if flat.dtype == float else flat.view(float)
 
 
 class _Table:

@@ -12,7 +12,15 @@ import numpy as np
 
 from .expression import lower_triangle
 
-__all__ = ["Product", "StructuredBlock", "UnknownLayout", "fold", "structure", "unfold"]
+__all__ = [
+    "Product",
+    "StructuredBlock",
+    "UnknownLayout",
+    "fold",
+    "real",
+    "structure",
+    "unfold",
+]
 
 
 @dataclass(frozen=True)
@@ -327,3 +335,9 @@ def _normal(L, R):
     if R.dtype == complex and not abs(R.imag).max() > 1e-15:
         R = R.real.copy()
     return L * top, R, (R.shape, (R.round(12) + 0.0).tobytes())
+
+
+def real(z):
+    """The entries of z in a row, complex ones as pairs of reals."""
+    flat = z.reshape(-1)
+    return flat if flat.dtype == float else flat.view(float)

@@ -7,8 +7,7 @@ better estimate once it has a start, and this is the start.
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import expm
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 __all__ = ["respond", "srivc"]
 
@@ -41,46 +40,23 @@ def respond(numerator, denominator, V, T):
 
 def sampled(numerator, denominator, signal, T, hold):
     """The response to a signal that is held ("zoh") or joined by lines ("foh")."""
-    a = np.asarray(denominator, dtype=float)
-    b = np.zeros(len(a))
-    b[len(a) - len(numerator) :] = numerator
-    a, b = a / a[0], b / a[0]
-    C, D = b[1:] - b[0] * a[1:], b[0]
-    den, states, joining = _discrete(tuple(a[1:].tolist()), float(T))
-    if hold == "foh":
-        states, D = joining[:-1], D + C @ joining[-1]
-    # the first answers to one sample, times the denominator
-    num = np.convolve(den, [D, *(states @ C)])[: len(den)]
-    return lfilter(num, den, signal)
+    return lfilter(*_discrete(tuple(numerator), tuple(denominator), T, hold), signal)
 
 
 @lru_cache(maxsize=16)
-def _discrete(a, T):
-    """A sampled chain of integrators with feedback ``a``: what no output changes.
-
-    Its characteristic polynomial; its n states after one sample that is held,
-    from the next one on; and those after one that is joined by lines, with what
-    it does at once in the last row.
-    """
-    n = len(a)
-    whole = np.zeros((n + 2, n + 2))  # controller's companion form, V and its slope
-    whole[0, :n], whole[0, n] = np.negative(a), 1.0
-    for k in range(1, n):
-        whole[k, k - 1] = 1.0
-    whole *= T
-    whole[n, n + 1] = 1.0
-    whole = expm(whole)
-    F, held, ramp = whole[:n, :n], whole[:n, n], whole[:n, n + 1]
-    power, den = F.copy(), []  # Faddeev and LeVerrier
-    for k in range(1, n + 1):
-        den.append(-power.trace() / k)
-        power.flat[:: n + 1] += den[-1]
-        power = F @ power
-    states, joining = [held], [held - ramp + F @ ramp]
-    for _ in range(n - 1):
-        states.append(F @ states[-1])
-        joining.append(F @ joining[-1])
-    return np.array([1.0, *den]), np.array(states), np.array([*joining, ramp])
+def _discrete(numerator, denominator, T, hold):
+    """Numerator and denominator of the sampled transfer function."""
+    a = np.asarray(denominator, dtype=float)
+    a = a / a[0]
+    b = np.zeros(len(a))
+    b[len(a) - len(numerator) :] = numerator
+    b = b / denominator[0]
+    n = len(a) - 1
+    A = np.vstack([-a[1:], np.eye(n)[:-1]])  # controller's companion form
+    C, D = b[1:] - b[0] * a[1:], b[0]
+    A, B, C, D, _ = cont2discrete((A, np.eye(n)[:, :1], C[None], [[D]]), T, hold)
+    den = np.poly(A)
+    return np.poly(A - B @ C) + (np.asarray(D)[0, 0] - 1) * den, den
 
 
 def srivc(V, y, T, zeros, order, cutoff, rounds=20):
