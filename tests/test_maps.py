@@ -85,7 +85,7 @@ def test_the_sides_are_neighbours_on_the_harder_side(edges, robot, name):
 
 
 def test_most_places_of_a_bisection_need_no_proof(robot, monkeypatch):
-    """Refusals are proven where the walk ends and beside the edge; the rest is seen."""
+    """Refusals are proven beside the edge; the rest is seen."""
     asked, tried = [], []
     whole = feasibility.refused
     for module in (feasibility, search):

@@ -1,7 +1,5 @@
 """Bisection over round numbers: how far one requirement can be pushed."""
 
-from functools import partial
-
 import numpy as np
 
 from ...bisection import narrowed
@@ -15,8 +13,9 @@ from ...requirements.shorthand import (
     parameter,
 )
 from ...synthesis.design import Design
-from ...synthesis.feasibility import answer, finish, guarded, refused
+from ...synthesis.feasibility import answer, find, finish, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
+from ...synthesis.pole_proof import of_poles_alone
 from ...synthesis.problem import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
@@ -82,10 +81,11 @@ class Ask:
         """Whether two requirements exclude each other at sight, at these ``values``."""
         return contradictory(moved(self.requirements, values))
 
-    def glimpse(self, **values):
+    def glimpse(self, closely, **values):
         """A Design for these ``values``, without a proof where there is none; or None.
 
-        A bisection needs no more at most of its places.
+        A bisection needs no more at most of its places. Where it doesn't look
+        ``closely`` it tries one frame only, and looks for no multipliers there.
         """
         slack = self.options.get("coupling") == "slack"
         if slack or self.options.keys() - {"K_A", "coupling", "mu"}:
@@ -93,7 +93,13 @@ class Ask:
         if self.empty(values):
             return None
         request = self.at(**values).request()
-        work = partial(answer, request, refuse=False)
+
+        def work():
+            first = None
+            if not (closely or of_poles_alone(request)):
+                first = find(ScaledLMIs(request, Frame.of(request)), refute=False)
+            return answer(request, refuse=False, first=first)
+
         return Design(**vars(guarded(request, TIME_LIMIT, work)))
 
     def solve(self, near=None, **values):
@@ -133,6 +139,7 @@ class Search:
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
         self.seen, self.dark = {}, set()  # designs by place; where none was found
+        self.closely = False  # whether glimpses are
 
     def place(self, value):
         """The place of the round number next to a value in the unit shown."""
@@ -154,15 +161,30 @@ class Search:
 
     def holds(self, place):
         """Whether the request at a place is feasible; no refusal is proven for it."""
-        if place in self.dark:
-            return False
         if place not in self.seen:
-            design = self.ask.glimpse(**{self.name: self.value(place)})
+            if place in self.dark:
+                return False
+            design = self.ask.glimpse(self.closely, **{self.name: self.value(place)})
             if design is None or design.status != "feasible":
                 self.dark.add(place)
                 return False
             self.seen[place] = design
         design = self.seen[place]
+        return design is not None and design.status == "feasible"
+
+    def is_dark(self, place):
+        """Whether no design was found at a ``place``, with a proof or without."""
+        return not self.holds(place)
+
+    def look_closely(self):
+        """Forget the glimpses that found nothing and look closely from now on."""
+        self.dark, self.closely = set(), True
+
+    def overlooked(self, place):
+        """Whether a closer look at a ``place`` finds a design that a glimpse didn't."""
+        if place not in self.dark:
+            return False
+        design = self.at(place)
         return design is not None and design.status == "feasible"
 
     def fails(self, place):
@@ -185,16 +207,24 @@ class Search:
         if good is None:
             origin = self.place(self.start) if bad is None else bad
             good = self.walk(origin, -1, self.holds)
+            if good is None:
+                self.look_closely()
+                good = self.walk(origin, -1, self.holds)
         if bad is None:
             origin = self.place(self.start) if good is None else good
-            bad = self.walk(origin, 1, self.fails)
+            bad = self.walk(origin, 1, self.is_dark)
         tried = [k for k in self.seen if bad is None or k < bad]
         if good is not None:  # the walks have come closer since
             good = max(filter(self.holds, tried))
         if bad is not None:
-            above = [k for k in self.seen if good is None or k > good]
-            bad = min(filter(self.fails, above))
+            known = self.seen.keys() | self.dark
+            above = [k for k in known if good is None or k > good]
+            bad = min(filter(self.is_dark, above))
         top = self.last_design(good, bad)
+        if top is not None and self.overlooked(top + 1):
+            self.look_closely()
+            bad = self.walk(top + 1, 1, self.is_dark)
+            top = self.last_design(top + 1, bad)
         near = None if top is None else self.at(top)
         bottom = self.first_refusal(top, bad, near)
         return self.result(top, bottom)
@@ -229,7 +259,7 @@ class Search:
         if bad is None:
             bad = self.ends[1] + 1
             self.seen[bad] = None
-        top = _first(lambda k: not self.holds(k), good, bad) - 1
+        top = _first(self.is_dark, good, bad) - 1
         while not (self.sharpen(top) or certified(self.at(top))):
             top -= 1
             if top < good or not self.holds(top):
@@ -254,6 +284,9 @@ class Search:
         low = self.ends[0] - 1 if top is None else top
         if top is not None and self.refused(top + 1, near):
             return top + 1
+        bad = self.walk(bad, 1, self.fails)
+        if bad is None:
+            return None
         bottom = _first(self.fails, low, bad)
         stride, last = 1, bottom - 1
         while not self.refused(bottom, near):  # too near for exact multipliers
