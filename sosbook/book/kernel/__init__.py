@@ -33,11 +33,14 @@ def source():
     """The kernel as a script that defines ``window.sosKernel``, a function.
 
     Calling it returns an object whose ``design(request)`` solves a request. Readers
-    load neither indentation nor comments: they are in this folder's files.
+    load neither indentation nor comments: they are in this folder's files. Nor do
+    they load spaces behind commas, but where a line may have a text or a pattern.
     """
-    body = "\n".join(
-        lean((files(__package__) / f"{name}.js").read_text("utf8")) for name in MODULES
-    )
+    modules = [
+        (files(__package__) / f"{name}.js").read_text("utf8") for name in MODULES
+    ]
+    text, lines = set("\"'`/"), "\n".join(map(lean, modules)).splitlines()
+    body = "\n".join(x if text & set(x) else x.replace(", ", ",") for x in lines)
     return (
         'globalThis.sosKernel ??= function sosKernel() {\n"use strict";\n'
         f"{body}\nreturn {{{EXPORTS}}};\n}};"

@@ -28,16 +28,21 @@ class Blocks {
     const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
     const block = {name, q, d, multiplied, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
-    block.terms = terms.map(([key, L, R]) =>
-      ({of: index(key), L: mapped(L, (x, i) => x * d[i]), R: mapped(R, (x, i, j) => x * d[j])}));
+    block.terms = terms.map(([key, L, R]) => {
+      const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, i, j) => x * d[j]);
+      return {of: index(key), L: left, R: right, Lt: transposed(left), Rt: transposed(right)};
+    });
     let width = 0;
     for (const term of block.terms) { term.left = width; width += term.L.cols; }
-    for (const term of block.terms) { term.right = width; width += term.R.rows; }
+    const first = new Map();   // the R of several unknowns stands in C once
+    block.terms.forEach((term, k) => {
+      const R = terms[k][2];
+      if (first.has(R)) term.right = first.get(R).right;
+      else { first.set(R, term); term.right = width; width += R.rows; }
+    });
     block.C = zeros(q, width);
-    for (const term of block.terms) {
-      place(block.C, 0, term.left, term.L);
-      place(block.C, 0, term.right, transposed(term.R));
-    }
+    for (const {L, Rt, left} of block.terms) place(block.C, 0, left, L);
+    for (const {Rt, right} of first.values()) place(block.C, 0, right, Rt);
     block.transposed = transposed(block.C);
     this.list.push(block);
     return this;
@@ -75,8 +80,8 @@ class Blocks {
     return this.list.map(({q, constant, terms, slopes}) => {
       const half = zeros(q, q);
       for (const {of, L, R} of terms) accumulate(half, times(L, X[of]), R);
-      const G = linear ? zeros(q, q) : {rows: q, cols: q, at: constant.at.slice()};
-      for (let i = 0; i < q; i++) for (let j = 0; j < q; j++) G.at[i * q + j] += half.at[i * q + j] + half.at[j * q + i];
+      const G = linear ? zeros(q, q) : {rows: q, cols: q, at: copied(constant.at)}, g = G.at, h = half.at;
+      for (let i = 0; i < q; i++) for (let j = 0; j < q; j++) g[i * q + j] += h[i * q + j] + h[j * q + i];
       for (const {of, G: slope} of slopes) place(G, 0, 0, slope, X[of].at[0]);
       return G;
     });
@@ -86,9 +91,7 @@ class Blocks {
   adjoint(M) {
     const g = new Float64Array(this.size);
     this.list.forEach(({terms, slopes}, k) => {
-      for (const {of, L, R} of terms) {
-        fold(g, this.unknowns[of], times(times(transposed(L), M[k]), transposed(R)).at, 2);
-      }
+      for (const {of, Lt, Rt} of terms) fold(g, this.unknowns[of], times(times(Lt, M[k]), Rt).at, 2);
       for (const {of, G} of slopes) g[this.unknowns[of].from] += inner(G, M[k]);
     });
     return g;
@@ -113,16 +116,15 @@ class Blocks {
   // The part of two terms s and t; above the diagonal alone where they are of one unknown.
   pair(H, block, s, t, CW, CZ) {
     const X = this.unknowns[s.of], Y = this.unknowns[t.of], same = s.of === t.of, w = block.C.cols, n = this.size;
-    const {rows: r, cols: c} = Y, F = new Float64Array(r * c), h = H.at;
+    const {rows: r, cols: c} = Y, F = reals(r * c), h = H.at;
     const both = CW !== CZ, double = both ? 1 : 2;
     const gather = (i, j, top) => {
       const li = (s.left + i) * w, rj = (s.right + j) * w;
       for (let k = top; k < r; k++) {
-        const d = CZ[li + t.left + k], g = CZ[rj + t.left + k];
-        for (let l = 0, to = k * c, m = t.right; l < c; l++, to++, m++) F[to] += d * CW[rj + m] + g * CW[li + m];
-        if (!both) continue;
-        const a = CW[rj + t.left + k], e = CW[li + t.left + k];
-        for (let l = 0, to = k * c, m = t.right; l < c; l++, to++, m++) F[to] += a * CZ[li + m] + e * CZ[rj + m];
+        const from = li + t.left + k, to = rj + t.left + k, d = CZ[from], g = CZ[to], a = CW[to], e = CW[from], end = (k + 1) * c;
+        let l = li + t.right, m = rj + t.right;
+        if (both) for (let f = k * c; f < end; f++, l++, m++) F[f] = F[f] + (d * CW[m] + g * CW[l]) + (a * CZ[l] + e * CZ[m]);
+        else for (let f = k * c; f < end; f++, l++, m++) F[f] += d * CW[m] + g * CW[l];
       }
     };
     let row = X.from;
@@ -146,9 +148,7 @@ class Blocks {
   scalar(H, block, of, V) {
     const n = this.size, me = this.unknowns[of].from, g = new Float64Array(n);
     symmetrized(V);
-    for (const {of: other, L, R} of block.terms) {
-      fold(g, this.unknowns[other], times(times(transposed(L), V), transposed(R)).at, 2);
-    }
+    for (const {of: other, Lt, Rt} of block.terms) fold(g, this.unknowns[other], times(times(Lt, V), Rt).at, 2);
     for (const {of: other, G} of block.slopes) {
       const you = this.unknowns[other].from;
       if (you >= me) H.at[me * n + you] += inner(G, V);
@@ -158,7 +158,9 @@ class Blocks {
 }
 
 function mapped(X, f) {
-  return {rows: X.rows, cols: X.cols, at: X.at.map((x, k) => f(x, Math.floor(k / X.cols), k % X.cols))};
+  const {rows, cols, at: x} = X, Z = zeros(rows, cols), z = Z.at;
+  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) z[k] = f(x[k], i, j);
+  return Z;
 }
 
 function rowLength(X, i) { return Math.hypot(...X.at.slice(i * X.cols, (i + 1) * X.cols)); }

@@ -1,6 +1,21 @@
 // Dense matrices of a few rows, row by row in a Float64Array: {rows, cols, at}.
 
-function zeros(rows, cols) { return {rows, cols, at: new Float64Array(rows * cols)}; }
+// n zeros, a part of a longer array: browsers make small arrays of their own slowly.
+const ROOM = 1 << 15;
+let room = new Float64Array(ROOM), taken = 0;
+function reals(n) {
+  if (taken + n > room.length) { room = new Float64Array(Math.max(ROOM, n)); taken = 0; }
+  taken += n;
+  return new Float64Array(room.buffer, 8 * (taken - n), n);
+}
+
+function zeros(rows, cols) { return {rows, cols, at: reals(rows * cols)}; }
+
+function copied(x) {
+  const y = reals(x.length);
+  y.set(x);
+  return y;
+}
 
 function identity(n, value = 1) {
   const X = zeros(n, n);
@@ -19,30 +34,45 @@ function rowsOf(X) {
 }
 
 function transposed(X) {
-  const T = zeros(X.cols, X.rows);
-  for (let i = 0; i < X.rows; i++) for (let j = 0; j < X.cols; j++) T.at[j * X.rows + i] = X.at[i * X.cols + j];
+  const {rows, cols, at: x} = X, T = zeros(cols, rows), t = T.at;
+  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) t[j * rows + i] = x[k];
   return T;
 }
 
 // a X + b Y
 function combined(a, X, b, Y) {
-  const Z = zeros(X.rows, X.cols);
-  for (let k = 0; k < Z.at.length; k++) Z.at[k] = a * X.at[k] + b * Y.at[k];
+  const Z = zeros(X.rows, X.cols), x = X.at, y = Y.at, z = Z.at;
+  for (let k = 0; k < z.length; k++) z[k] = a * x[k] + b * y[k];
   return Z;
 }
 
-function scaled(a, X) { return {rows: X.rows, cols: X.cols, at: X.at.map(x => a * x)}; }
+function scaled(a, X) { return mapped(X, x => a * x); }
 
 function times(X, Y) { return accumulate(zeros(X.rows, Y.cols), X, Y); }
 
-// Z + X Y, in the place of Z.
+// Z + X Y, in the place of Z: the rows of Y that have a factor, four at a time.
+let picked = new Int32Array(64);
 function accumulate(Z, X, Y) {
   const {rows, cols: inner} = X, cols = Y.cols, x = X.at, y = Y.at, z = Z.at;
-  for (let i = 0; i < rows; i++) {
-    for (let k = 0; k < inner; k++) {
-      const factor = x[i * inner + k];
-      if (factor === 0) continue;
-      for (let j = 0, to = i * cols, from = k * cols; j < cols; j++) z[to + j] += factor * y[from + j];
+  if (inner > picked.length) picked = new Int32Array(2 * inner);
+  for (let i = 0, first = 0; i < rows; i++, first += cols) {
+    const row = i * inner, last = first + cols;
+    let count = 0, c = 0;
+    for (let k = 0; k < inner; k++) if (x[row + k] !== 0) picked[count++] = k;
+    for (; c + 3 < count; c += 4) {
+      const p = picked[c], q = picked[c + 1], r = picked[c + 2], s = picked[c + 3];
+      const a = x[row + p], b = x[row + q], e = x[row + r], f = x[row + s];
+      for (let to = first, k = p * cols, l = q * cols, m = r * cols, n = s * cols; to < last; to++, k++, l++, m++, n++) {
+        z[to] = z[to] + a * y[k] + b * y[l] + e * y[m] + f * y[n];
+      }
+    }
+    for (; c + 1 < count; c += 2) {
+      const p = picked[c], q = picked[c + 1], a = x[row + p], b = x[row + q];
+      for (let to = first, k = p * cols, l = q * cols; to < last; to++, k++, l++) z[to] = z[to] + a * y[k] + b * y[l];
+    }
+    for (; c < count; c++) {
+      const a = x[row + picked[c]];
+      for (let to = first, k = picked[c] * cols; to < last; to++, k++) z[to] += a * y[k];
     }
   }
   return Z;
@@ -121,7 +151,7 @@ function solveCholesky(L, b) {
 
 // inv(X) Y by elimination with row pivots, and |det X|; null where X is singular.
 function solve(X, Y, size = {}) {
-  const n = X.rows, m = Y.cols, a = X.at.slice(), Z = {rows: n, cols: m, at: Y.at.slice()}, z = Z.at;
+  const n = X.rows, m = Y.cols, a = copied(X.at), Z = {rows: n, cols: m, at: copied(Y.at)}, z = Z.at;
   size.logarithm = 0;
   for (let k = 0; k < n; k++) {
     let pivot = k;
@@ -155,7 +185,7 @@ function inverse(X, size) { return solve(X, identity(X.rows), size); }
 // Eigenvalues of a symmetric matrix in rising order: Householder's tridiagonal
 // form, then implicit QL steps (Golub and Van Loan, sections 8.3.1 and 8.3.3).
 function symmetricEigenvalues(X) {
-  const n = X.rows, a = X.at.slice(), d = new Float64Array(n), e = new Float64Array(n);
+  const n = X.rows, a = copied(X.at), d = reals(n), e = reals(n);
   for (let i = n - 1; i > 0; i--) {
     let h = 0;
     for (let k = 0; k < i - 1; k++) h += a[i * n + k] ** 2;

@@ -19,7 +19,11 @@ const rootsOf = factors => factors.map(inverseLower);
 const inverses = roots => roots.map(N => times(transposed(N), N));
 const whitened = (N, dG) => symmetrized(times(times(N, dG), transposed(N)));
 const dot = (x, y) => x.reduce((sum, value, k) => sum + value * y[k], 0);
-const plus = (x, a, d) => x.map((value, k) => value + a * d[k]);
+const plus = (x, a, d) => {
+  const y = reals(x.length);
+  for (let k = 0; k < y.length; k++) y[k] = x[k] + a * d[k];
+  return y;
+};
 const innerOf = (S, Z) => S.reduce((sum, s, k) => sum + inner(s, Z[k]), 0);
 const leastOf = list => Math.min(...list.map(G => symmetricEigenvalues(G)[0]));
 
