@@ -79,6 +79,24 @@ THIN_CAPTIONS = """
   .map((caption) => caption.textContent.slice(0, 80))
 """
 
+#: Icons that can be seen, and aren't drawn by the sheet in the size of a letter.
+BAD_ICONS = """
+() => {
+  const seen = [...document.querySelectorAll("i[class*='fa-']")]
+    .filter((icon) => icon.checkVisibility());
+  if (!seen.length) return ["no icon at all"];
+  return seen.filter((icon) => {
+    const {width, height} = icon.getBoundingClientRect();
+    return !getComputedStyle(icon).maskImage.startsWith("url(") ||
+      Math.min(width, height) < 8 || Math.max(width, height) > 40;
+  }).map((icon) => icon.outerHTML);
+}
+"""
+
+#: Resolves in the next frame. A page's script hears of new colours or a new width
+#: in a frame; what is asked before makes the browser style everything twice.
+FRAME = "() => new Promise(requestAnimationFrame)"
+
 #: Ids that more than one element has.
 REPEATED_IDS = """
 () => [...document.querySelectorAll("[id]")].map((element) => element.id)
@@ -101,7 +119,8 @@ BARE = """
 AXE = """
 async () => {
   const rules = {"color-contrast": {enabled: false}};
-  const {violations} = await axe.run({resultTypes: ["violations"], rules});
+  const preload = {assets: ["media"]}; // no rule asks for the text of the sheets
+  const {violations} = await axe.run({resultTypes: ["violations"], preload, rules});
   return violations.flatMap(({id, nodes}) =>
     nodes.map((node) => `${id}: ${node.html.slice(0, 150)}`));
 }

@@ -10,6 +10,7 @@ import pytest
 
 from sosbook.book import notebooks
 from tests import layout
+from tests.test_weight import assert_light
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
@@ -96,6 +97,7 @@ FAINT = (
 
 def assert_readable(tab, paper):
     """The page gets this background, and every text stands out from its own."""
+    tab.page.evaluate(layout.FRAME)
     tab.page.wait_for_function(
         "(paper) => getComputedStyle(document.body).backgroundColor === paper",
         arg=paper,
@@ -131,19 +133,25 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     tab.page.evaluate(layout.WIDE_TYPE)
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith("file:")] == []
+    assert_light(loaded(tab), page)
     assert tab.page.evaluate(UNNAMED) == []
     formulas, typeset, mistaken, seen, told = tab.page.evaluate(FORMULAS)
     assert (typeset, mistaken, seen) == (formulas, 0, told)
     wanted = "FITTED_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS"
-    assert faults(tab, "WIDE_BOXES", *wanted) == {}
+    assert faults(tab, "WIDE_BOXES", "BAD_ICONS", *wanted) == {}
     assert_readable(tab, LIGHT)
     tab.page.emulate_media(color_scheme="dark")
     assert_readable(tab, DARK)
     tab.page.set_viewport_size({"width": 390, "height": 900})
     assert_fits_a_phone(tab)
     assert_boxes_speak(tab)
-    assert faults(tab, "CUT_FORMULAS", "SMALL_LETTERS") == {}
+    assert faults(tab, "CUT_FORMULAS", "SMALL_LETTERS", "BAD_ICONS") == {}
     assert_accessible(tab, axe)
+
+
+def loaded(tab):
+    """The files that the browser asked for; fonts and what scripts load, too."""
+    return {Path(unquote(urlsplit(url).path)) for url in tab.requests}
 
 
 def assert_accessible(tab, axe):
@@ -159,35 +167,39 @@ def assert_accessible(tab, axe):
 
 def assert_boxes_speak(tab):
     """The page's script has marked every box that scrolls, at this width."""
+    tab.page.evaluate(layout.FRAME)
     tab.page.wait_for_function(f"() => ({layout.SILENT_BOXES})().length === 0")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize(
     "page", ["book/23_lqr", "book/09_when_vertices_are_not_enough"]
 )
-def test_no_formula_loses_ink_to_its_box(site, visit, page, scheme):
+def test_no_formula_loses_ink_to_its_box(site, visit, page):
     """Pixel by pixel: nothing more is seen when the boxes cut nothing."""
-    tab = visit(site / f"{page}.html", height=2000, scheme=scheme)
-    boxes = tab.page.locator("div.math")
+    tab = visit(site / f"{page}.html", height=2000)
     still = "body * {visibility: hidden} div.math, div.math * {visibility: visible}"
     tab.page.add_style_tag(content=".cell_output {display: none}" + still)
-    assert sum(box.is_visible() for box in boxes.all()) > 5
+    assert sum(box.is_visible() for box in tab.page.locator("div.math").all()) > 5
     before = screens(tab.page)
     tab.page.add_style_tag(
         content="div.math, div.math mjx-container {overflow: visible !important}"
     )
-    for k, (cut, whole) in enumerate(zip(before, screens(tab.page), strict=True)):
-        assert cut == whole, f"between {2000 * k} and {2000 * (k + 1)} pixels"
+    for (scheme, top, cut), (*_, whole) in zip(before, screens(tab.page), strict=True):
+        assert cut == whole, f"in the {scheme}, below {top} pixels"
 
 
 def screens(page):
-    """Pictures of a page, one screen below the other."""
+    """Pictures of a page, one screen below the other, in the light and in the dark."""
     tops = range(0, page.evaluate("document.scrollingElement.scrollHeight"), 2000)
     found = []
-    for top in tops:
-        page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
-        found.append(page.screenshot(animations="disabled"))
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_function(
+            "(scheme) => document.documentElement.dataset.theme === scheme", arg=scheme
+        )
+        for top in tops:
+            page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
+            found.append((scheme, top, page.screenshot(animations="disabled")))
     return found
 
 

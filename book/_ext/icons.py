@@ -21,6 +21,7 @@ HEAD = """\
 :is(.fa-solid, .fa-brands, .fa-regular, .fas, .fab, .far) {
   background: currentColor;
   display: inline-block;
+  flex: none;
   height: 1em;
   line-height: 1;
   mask: var(--icon) center / contain no-repeat;

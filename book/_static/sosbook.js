@@ -5,6 +5,12 @@
   const BOXES = ".bd-article :is(mjx-container, .sos-sheet, .sos-table, .sos-panel, pre," +
     " .cell_output > .output, .pst-scrollable-table-container)";
 
+  // The theme's script would name the reader's colours only after the page is laid
+  // out, in light ones: then everything is styled twice, and in the dark it flashes.
+  const given = document.documentElement.dataset;
+  if (given.theme === "auto")
+    given.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+
   function measured(box) {
     const hidden = box.scrollWidth - box.clientWidth;
     const scrolls = hidden > 1 && getComputedStyle(box).overflowX !== "visible";
