@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
-from sosbook.mip.fleet import Push
+from sosbook.mip.fleet import Fleet, Push
 from sosbook.mip.recovery import largest_tilt, recovered
 from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.sensors import Sensors
@@ -229,6 +229,31 @@ def test_at_one_height_accelerometers_dont_feel_the_motors():
     ]
     assert abs(np.diff(tilts[0])) < 1e-8
     assert abs(np.diff(tilts[1])) > 1
+
+
+@pytest.mark.parametrize("push", [(0.0, 0.0), (0.02, -0.01)])
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_robots_move_alike_one_by_one_and_side_by_side(friction, push):
+    """Those that fall and those that lie, too."""
+    random = np.random.default_rng(8)
+    x = random.uniform(-1, 1, (4, 100)) * [[1.7], [5.0], [20.0], [30.0]]
+    robots = [Mip.printed(), replace(MIP, J=1e-4)] * 50
+    volts = random.uniform(-7, 7, 100)
+    many = Fleet(robots, friction).advance(x, volts, push, 0.1, 20)
+    alone = [
+        Fleet([robot], friction).advance(x[:, [k]], volts[k], push, 0.1, 20)
+        for k, robot in enumerate(robots)
+    ]
+    assert np.allclose(many, np.hstack(alone), rtol=1e-9, atol=1e-9)
+    lies = abs(many[0]) == np.pi / 2
+    assert 10 < lies.sum() < 90 and not many[2:, lies].any()
+
+
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid")
+@pytest.mark.parametrize("runs", [1, 30])
+def test_a_motion_that_overflows_is_no_number(runs):
+    x = np.tile([[0.1], [0.0], [1e200], [0.0]], runs)
+    assert np.isnan(Fleet([MIP]).advance(x, 0.0, (0.0, 0.0), 1.0, 1)).all()
 
 
 def test_the_seed_decides_every_run():

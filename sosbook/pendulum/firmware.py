@@ -24,7 +24,7 @@ FAULTS = ("running", "sensor", "fall", "stall", "command")
 COUNTERS = ("bad", "lost", "same", "still", "full")
 #: What else a controller knows, besides the state of its law.
 KNOWN = ("theta", "gyro", "wheels", "phi", "last", "increment", "volts", "fault")
-GIVEN = ("bias", "zero")  # at the start
+STATE = frozenset((*KNOWN, *COUNTERS, "bias", "zero", "x"))  # x is the law's
 SENSOR, FALL, STALL, COMMAND = range(1, len(FAULTS))
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
 SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
@@ -149,8 +149,7 @@ class Controller:
 
     def __init__(self, firmware, runs=1, kind=float):
         self.firmware, self.kind = firmware, np.dtype(kind)
-        self.runs = runs
-        self.fault = None
+        self.runs, self._now = runs, None
         self._lanes, f = Lanes(runs, kind), firmware
         numbers = dict(
             half=f.law.T / 2,
@@ -182,15 +181,28 @@ class Controller:
         bias : float or (runs,) array
             What the gyro says at rest, in rad/s.
         """
-        each = self._lanes.array
-        self.bias, self.theta, self.wheels = map(each, (bias, tilt, wheels))
-        self.last = self.bias
-        self.gyro = self.increment = self.volts = each(0)
-        self.zero = self.phi = self.wheels + self.theta
-        self.x = [self.kind.type(s) * self.theta for s in self.firmware.law.start]
-        for name in COUNTERS:
-            setattr(self, name, np.zeros(self.runs, int))
-        self.fault = np.zeros(self.runs, int)
+        lanes = self._lanes
+        bias, theta, wheels, none = (
+            lanes.taken(lanes.array(value).copy()) for value in (bias, tilt, wheels, 0)
+        )
+        phi, no_ticks = wheels + theta, lanes.taken(np.zeros(self.runs, int))
+        known = (theta, none, wheels, phi, bias, none, none, no_ticks)
+        self._now = SimpleNamespace(
+            **dict(zip(KNOWN, known)),
+            **dict.fromkeys(COUNTERS, no_ticks),
+            bias=bias,
+            zero=phi,
+            x=[lanes.real(s) * theta for s in self.firmware.law.start],
+        )
+
+    def __getattr__(self, name):
+        """What is known, an array with an entry for each robot; x is a list of them."""
+        if name not in STATE:
+            raise AttributeError(f"Controller has no {name}")
+        if self._now is None:
+            return None
+        value, shown = getattr(self._now, name), self._lanes.shown
+        return [shown(entry) for entry in value] if name == "x" else shown(value)
 
     def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
         """One tick.
@@ -214,22 +226,16 @@ class Controller:
         (runs,) array
             Volts for the motors; zero after a fault.
         """
-        if self.fault is None:
+        if self._now is None:
             raise ValueError("the controller isn't started: call start(tilt)")
         lanes = self._lanes
         seen = map(lanes.read, (gyro, wheels, tilt, target, rate))
-        names = (*KNOWN, *COUNTERS, *GIVEN)
-        now = SimpleNamespace(**{x: lanes.taken(getattr(self, x)) for x in names})
-        now.x = [lanes.taken(x) for x in self.x]
         with np.errstate(invalid="ignore", over="ignore"):
-            V, *later, x = self._step(now, *seen)
-        for name, value in zip((*KNOWN, *COUNTERS), later):
-            setattr(self, name, lanes.shown(value))
-        self.x = [lanes.shown(value) for value in x]
+            V, self._now = self._step(self._now, *seen)
         return lanes.shown(V)
 
     def _step(self, now, gyro, wheels, tilt, target, rate):
-        """The volts, what is known later, the counters, and the law's state."""
+        """The volts, and what is known later."""
         f, law, n = self.firmware, self.firmware.law, self._numbers
         where, running = self._lanes.where, now.fault == 0
 
@@ -268,25 +274,24 @@ class Controller:
         fault = where(silent, SENSOR, fault)
         good = running & (fault == 0)
 
-        def keep(new, old):
-            return where(good, new, old)
-
-        return (
-            keep(V, n.none),
-            keep(theta, now.theta),
-            keep(gyro, now.gyro),
-            keep(wheels, now.wheels),
-            keep(phi, now.phi),
-            keep(last, now.last),
-            keep(wheels - now.wheels, now.increment),
-            keep(V, now.volts),
-            where(running, fault, now.fault),
-            keep(bad, now.bad),
-            keep(lost, now.lost),
-            keep(same, now.same),
-            keep(still, now.still),
-            keep(full, now.full),
-            [keep(new, old) for new, old in zip(x, now.x)],
+        keep = self._lanes.keeper(good)
+        return keep(V, n.none), SimpleNamespace(
+            theta=keep(theta, now.theta),
+            gyro=keep(gyro, now.gyro),
+            wheels=keep(wheels, now.wheels),
+            phi=keep(phi, now.phi),
+            last=keep(last, now.last),
+            increment=keep(wheels - now.wheels, now.increment),
+            volts=keep(V, now.volts),
+            fault=where(running, fault, now.fault),
+            bad=keep(bad, now.bad),
+            lost=keep(lost, now.lost),
+            same=keep(same, now.same),
+            still=keep(still, now.still),
+            full=keep(full, now.full),
+            bias=now.bias,
+            zero=now.zero,
+            x=[keep(new, old) for new, old in zip(x, now.x)],
         )
 
 

@@ -4,6 +4,8 @@ What a program does at a tick is written once and does the same operations in
 the same order either way; one robot in plain numbers takes a sixth of the time.
 """
 
+from functools import partial
+
 import numpy as np
 
 __all__ = ["Lanes"]
@@ -40,7 +42,8 @@ class Lanes:
         """What the arithmetic takes for a value that somebody gives."""
         if self.runs == 1 and isinstance(value, (float, int)):
             return self.real(value)
-        return self.taken(self.array(value))
+        array = np.asarray(value, self.kind)
+        return self.taken(array if array.shape == (self.runs,) else self.array(array))
 
     def taken(self, array):
         """What the arithmetic takes for an array."""
@@ -51,6 +54,12 @@ class Lanes:
     def shown(self, value):
         """The array of a value that the arithmetic gave."""
         return np.array([value]) if self.runs == 1 else value
+
+    def keeper(self, good):
+        """A function of new and old, which answers the new where robots are good."""
+        if self.runs != 1 and good.all():
+            return lambda new, old: new.copy()
+        return partial(self.where, good)
 
     def counted(self, ticks):
         """A number of ticks among the arithmetic's other numbers."""
