@@ -5,6 +5,7 @@ doesn't answer is started again, a cell may take ten minutes, and outputs are
 compared by their values (tests/values).
 """
 
+import gc
 import os
 
 from sosbook.runtime.progress import WITHOUT_BARS
@@ -12,6 +13,7 @@ from sosbook.runtime.threads import ONE_THREAD
 
 os.environ.update(ONE_THREAD | dict(os.environ) | WITHOUT_BARS)  # before numpy
 
+import pytest
 from hypothesis import settings
 
 from tests.values import cells
@@ -32,6 +34,17 @@ def pytest_configure(config):
         nbval.kernel.start_new_kernel = started_again(nbval.kernel.start_new_kernel)
         option.nbval_current_env = not option.nbval_kernel_name
         option.nbval_cell_timeout = min(option.nbval_cell_timeout, 600)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Nine thousand tests are no garbage: nobody looks for it among them."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_itemcollected(item):
