@@ -1,6 +1,7 @@
 """Rational numbers in numpy arrays (python-flint's), and decimals as text."""
 
 import re
+from functools import lru_cache
 from math import isfinite
 
 import numpy as np
@@ -106,10 +107,14 @@ def exact(x):
     1/10
     """
     if isinstance(x, np.ndarray):
-        out, entries = np.empty(x.shape, dtype=object), x.ravel().tolist()
-        known = {entry: exact(entry) for entry in set(entries)}  # most are zero
-        out.flat = [known[entry] for entry in entries]
+        out = np.empty(x.shape, dtype=object)
+        out.flat = [_reading(entry) for entry in x.ravel().tolist()]
         return out.view(Rational)
+    return _reading(x)
+
+
+@lru_cache(maxsize=4096)  # a plant's numbers are read for many blocks
+def _reading(x):
     mantissa, _, exponent = repr(float(x)).partition("e")
     if "n" in mantissa:  # "nan", "inf"
         raise ValueError(f"{x!r} is no finite number")

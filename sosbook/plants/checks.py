@@ -1,5 +1,7 @@
 """Checks of numbers and matrices that callers give."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.sparse import issparse
 
@@ -167,6 +169,12 @@ def rank_deficient(M, tolerance=1e-10):
     Singular values below the ``tolerance`` count as zero. The units of rows and
     columns don't matter.
     """
+    return _deficient(M.tobytes(), M.dtype, M.shape, tolerance)
+
+
+@lru_cache(maxsize=1024)  # a plant is made again for each request of it
+def _deficient(entries, kind, shape, tolerance):
+    M = np.frombuffer(entries, kind).reshape(shape)
     if not M.size:
         return len(M) > 0
     rows, columns = logarithmic_scales(M)
