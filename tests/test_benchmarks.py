@@ -180,7 +180,7 @@ def test_a_wrong_answer_has_no_time_that_counts(monkeypatch):
 @pytest.mark.parametrize("price", [0.0013, 0.0071, 0.09])
 def test_a_clock_with_ticks_tells_the_time_of_a_short_call(monkeypatch, step, price):
     """Linux may count a process's time in ticks: 4 ms, where a call takes 1.3."""
-    spent = 0.0
+    spent, known = 0.0, []
 
     def ticking():
         nonlocal spent
@@ -191,7 +191,9 @@ def test_a_clock_with_ticks_tells_the_time_of_a_short_call(monkeypatch, step, pr
         def answer(self, make):
             nonlocal spent
             spent += price
-            return COMPETITORS["sosbook"]().answer(make)
+            if not known:  # it is one question, however often it is asked
+                known.append(COMPETITORS["sosbook"]().answer(make))
+            return known[0]
 
     monkeypatch.setattr(clock, "cpu", ticking)
     clock.tick.cache_clear()

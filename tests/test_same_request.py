@@ -5,6 +5,7 @@ take neither, which is looked up in their signatures.
 """
 
 import inspect
+from functools import cache
 
 import numpy as np
 import pytest
@@ -110,10 +111,15 @@ ASKED = {
 }
 
 
+@cache
+def in_plain_words(name):
+    return ASKED[name](sos.PoleRegion(SIGMA, THETA, RHO))
+
+
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", ASKED)
 def test_the_same_answer(name, way):
-    here = ASKED[name](sos.PoleRegion(SIGMA, THETA, RHO))
+    here = in_plain_words(name)
     away = ASKED[name](WAYS[way]())
     assert away.status == here.status
     assert away.status == ("infeasible" if "too" in name else "feasible")
@@ -142,27 +148,34 @@ def test_a_disk_is_one_however_it_is_written(centre):
         assert not other.contradicts(make.half_plane(50.0))
 
 
+GAMMA = 3 * DESIGN.hinf()
+GRID = dict(
+    across=("gamma", [0.01 * GAMMA, GAMMA]),
+    up=("u_max", [0.5 * LEAST, 3 * LEAST]),
+    saturation=sos.Saturation(LEAST, np.eye(2 * one().n)[0]),
+)
+
+
+def edge_and_map(region):
+    asked = dict(region=region, gamma=GAMMA)
+    return (
+        sos.maps.edge("gamma", one(), digits=1, **asked),
+        sos.maps.feasibility_map(one(), **asked, **GRID),
+    )
+
+
+@pytest.fixture(scope="module")
+def in_these_words():
+    return edge_and_map(sos.PoleRegion(SIGMA, THETA, RHO))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
-def test_edges_and_maps(way):
+def test_edges_and_maps(in_these_words, way):
     """The edge of gamma, whatever the region is called; and its map."""
-    first, second = sos.PoleRegion(SIGMA, THETA, RHO), WAYS[way]()
-    asked = dict(gamma=3 * DESIGN.hinf())
-    here, away = (
-        sos.maps.edge("gamma", one(), region=r, digits=1, **asked)
-        for r in (first, second)
-    )
-    assert (here.feasible, here.infeasible) == (away.feasible, away.infeasible)
-    grid = dict(
-        across=("gamma", [0.01 * asked["gamma"], asked["gamma"]]),
-        up=("u_max", [0.5 * LEAST, 3 * LEAST]),
-        saturation=sos.Saturation(LEAST, np.eye(2 * one().n)[0]),
-    )
-    here, away = (
-        sos.maps.feasibility_map(one(), region=r, **asked, **grid)
-        for r in (first, second)
-    )
-    assert np.array_equal(here.feasible, away.feasible)
+    (edge, grid), (other, there) = in_these_words, edge_and_map(WAYS[way]())
+    assert (edge.feasible, edge.infeasible) == (other.feasible, other.infeasible)
+    assert np.array_equal(grid.feasible, there.feasible)
 
 
 def test_no_other_function_takes_names():
