@@ -56,8 +56,9 @@ KINDS = {
 }
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 
-#: What takes longest comes first, so that at the end no process waits for
-#: another. The pages come after the first notebooks: the book is built by then.
+#: What takes longest comes first, then the other notebooks, and doctests last, so
+#: that at the end no process waits for another. The pages come after the first
+#: notebooks: the book is built by then.
 LONGEST = (
     "22_sharper_certificates",
     "21_delay_examples",
@@ -127,7 +128,12 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.timeout(CELL))
         elif "site" in asked:
             item.add_marker(pytest.mark.timeout(PAGE))
-    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+    items.sort(
+        key=lambda item: (
+            rank.get(item.path.stem, len(rank)),
+            item.path.suffix != ".ipynb",
+        )
+    )
 
 
 @pytest.fixture(scope="session")
