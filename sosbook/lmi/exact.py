@@ -26,6 +26,9 @@ __all__ = [
 ]
 
 
+AT_ONCE_UP_TO_ROWS = 12  # elimination takes no time that could run out
+
+
 def pivots(x):
     """Pivots of the exact LDL factorisation of a rational matrix.
 
@@ -53,21 +56,39 @@ def pivots(x):
     [1, -3]
     """
     integers, denominator = _symmetric(x).numer_denom()
-    rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
+    small = len(x) <= AT_ONCE_UP_TO_ROWS
     heads, last = [], fmpz(1)
+    for minor in (_minors_at_once if small else _minors)(integers):
+        heads.append(fmpq(minor, last * denominator))
+        if minor <= 0:
+            break
+        last = minor
+    return heads
+
+
+def _minors_at_once(integers):
+    """The leading minors, up to the first that is zero."""
+    check_time()
+    order, _, _, upper = integers.fflu()
+    for k in range(integers.nrows()):
+        # rows are exchanged where a zero stood
+        yield upper[k, k] if order[k, k] == 1 else fmpz(0)
+
+
+def _minors(integers):
+    """The same, row by row: the time may end at any of them."""
+    rows = [row[i:] for i, row in enumerate(integers.table())]  # from the diagonal on
+    last = fmpz(1)
     while rows:  # Bareiss: the divisions leave no remainder
         check_time()
         head, *below = rows
         lead = head[0]
-        heads.append(fmpq(lead, last * denominator))
-        if lead <= 0:
-            break
+        yield lead
         rows = [
             [(lead * e - first * h) // last for e, h in zip(row, head[k:])]
             for k, (first, row) in enumerate(zip(head[1:], below), 1)
         ]
         last = lead
-    return heads
 
 
 def _symmetric(x):
