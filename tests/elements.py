@@ -95,6 +95,17 @@ def green(tab, tag):
     )
 
 
+def points(slider, *parts):
+    """Points of the window on a slider that is brought into it, at parts of its length.
+
+    What is done there by mouse or finger reaches whatever stands on top.
+    """
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box["y"] + box["height"] / 2
+    return [(box["x"] + part * box["width"], y) for part in parts]
+
+
 def assert_fits_a_phone(tab, element, labels):
     """No sideways scroll, and controls that a thumb can hit."""
     assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -31,6 +31,7 @@ from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.srivc import respond
 from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
+from tests.elements import points
 from tests.test_page_elements import stored
 
 pytestmark = pytest.mark.skipif(
@@ -173,11 +174,10 @@ def test_mouse_keyboard_and_reset(desk, tag):
         desk.page.keyboard.press("ArrowLeft" if highest else "ArrowRight")
         assert values(desk, tag) != before
         assert slider.get_attribute("aria-valuetext") != text
-        box = slider.bounding_box()
         before = values(desk, tag)
         right = slider.input_value() < slider.get_attribute("max")
-        slider.click(position={"x": box["width"] * 0.4, "y": box["height"] / 2})
-        slider.click(position={"x": box["width"] * 0.7, "y": box["height"] / 2})
+        for point in points(slider, 0.4, 0.7):
+            desk.page.mouse.click(*point)
         assert values(desk, tag) != before or not right
         name = slider.get_attribute("id")
         assert desk.page.locator(f'label[for="{name}"]').inner_text()
@@ -243,9 +243,9 @@ def test_a_swipe_that_scrolls_leaves_the_slider(desk, tag):
 def test_a_tap_moves_a_slider(desk, tag):
     desk.compute(tag, [])
     slider = desk.page.locator(f"{tag} input[type=range]").first
-    before, box = values(desk, tag), slider.bounding_box()
-    for part in (0.15, 0.85):
-        slider.tap(position={"x": box["width"] * part, "y": box["height"] / 2})
+    before = values(desk, tag)
+    for point in points(slider, 0.15, 0.85):
+        desk.page.touchscreen.tap(*point)
     assert values(desk, tag) != before
 
 

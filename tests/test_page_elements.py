@@ -21,6 +21,7 @@ from sosbook.book.elements.robot import Animation
 from sosbook.book.elements.stopwatch import Stopwatch
 from sosbook.book.notebooks import BOOK
 from tests import layout
+from tests.elements import points
 
 KINDS = {kind.tag: kind for kind in (Atlas, DelayAtlas, MapAtlas, Animation)}
 MOVERS = {kind.tag: kind for kind in movers.Mover.__subclasses__()}
@@ -159,10 +160,9 @@ def test_every_slider_by_key_mouse_and_finger(shelf, tag):
         last = float(slider.input_value()) == float(slider.get_attribute("max"))
         shelf.keyboard.press("ArrowLeft" if last else "ArrowRight")
         moved = words(slider)
-        box = slider.bounding_box()
-        at = [{"x": box["width"] * part, "y": box["height"] / 2} for part in (0.2, 0.9)]
-        clicked = [slider.click(position=place) or words(slider) for place in at]
-        tapped = [slider.tap(position=place) or words(slider) for place in at]
+        at = points(slider, 0.2, 0.9)
+        clicked = [shelf.mouse.click(*point) or words(slider) for point in at]
+        tapped = [shelf.touchscreen.tap(*point) or words(slider) for point in at]
         assert moved != before and clicked[0] != clicked[1] and tapped == clicked
 
 

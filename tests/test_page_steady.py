@@ -18,8 +18,8 @@ WIDTHS = (1280, 740), (390, 358)
 SWEEP = """async ([tag, count, known]) => {
   const e = document.querySelector(tag), foot = document.querySelector("#foot");
   const wait = ms => new Promise(done => setTimeout(done, ms)), seen = {};
-  const until = async holds => {
-    for (let k = 0; k < 1000 && !holds(); k++) await wait(10);
+  const until = async holds => {   // an answer that is known comes without a pause
+    for (let k = 0; k < 3000 && !holds(); k++) await (k < 20 ? null : wait(4));
   };
   const solved = () => e.answer?.values.every((v, k) => v === e.values[k]);
   const answers = new Map(known), ask = e.solver?.ask;
