@@ -146,6 +146,12 @@ def test_balls_give_balls_that_hold_the_rationals():
     assert any(f.rad() > 0 for f in found)
 
 
+def test_slopes_hold_what_a_ball_around_zero_may_be():
+    P, around_zero = Unknown("P", 1), np.array([[arb(0, 1e-9)]], object)
+    (slope,) = Slopes(he(around_zero @ P), [P]).at(0, 0)
+    assert slope.contains(1.9e-9) and slope.contains(-1.9e-9)
+
+
 def test_floats_are_refused():
     P = Unknown("P", 2, symmetric=True)
     for expression, Z in ((P / 3, exact(np.eye(2))), (P, np.eye(2))):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
-from ..lmi.adjoint import adjoint, ball_adjoints
+from ..lmi.adjoint import Slopes, adjoint
 from ..lmi.blocks import Blocks
 from ..lmi.exact import exact, inverse, positive
 from ..plants.descriptor import Descriptor
@@ -76,21 +76,31 @@ class Modes:
         expressions, unknowns = request.in_unknowns()
         slopes = Blocks.of(expressions.values(), unknowns).slopes
         floats = [z.astype(float) for z in multipliers]
+        lower = [np.tril_indices(len(z)) for z in multipliers]
+        changes = [
+            [(z @ slope @ z)[rows] for slope in g]
+            for g, z, rows in zip(slopes, floats, lower)
+        ]
         with ctx.workprec(BALL_BITS):
             balls, unknowns = request.in_unknowns(_plain, (self._vertex(),))
             balls = list(balls.values())
-            changes = [
-                [_balls(_even(z @ g[a] @ z)) for g, z in zip(slopes, floats)]
-                for a in range(len(slopes[0]))
+            changes = _arb_mat(np.hstack(changes)).transpose()  # a column a variable
+            seen = [
+                each.at(i, j)
+                for each, rows in zip((Slopes(g, unknowns) for g in balls), lower)
+                for i, j in zip(*rows)
             ]
-            M = np.array(list(ball_adjoints(balls, unknowns, changes))).T
+            M = _arb_mat(seen).transpose() * changes
             off = adjoint(balls, unknowns, [np.array(z) for z in multipliers])
             try:
-                c = _arb_mat(M).solve(_arb_mat(-off[:, None])).entries()
+                c = M.solve(_arb_mat(-off[:, None]))
             except ZeroDivisionError:
                 return False
-            for k, z in enumerate(multipliers):
-                change = sum(x * each[k] for x, each in zip(c, changes))
+            entries = iter((changes * c).entries())
+            for z, rows in zip(multipliers, lower):
+                change = np.empty(z.shape, object)
+                for i, j in zip(*rows):
+                    change[i, j] = change[j, i] = next(entries)
                 if not positive(z - np.diag(_row_bounds(change))):
                     return False
         return True
@@ -236,15 +246,6 @@ def _left_vector(A, s, k=None):
 def _plain(x):
     """Rationals of floats in a plain array, which may meet balls."""
     return x if x.dtype == object else np.array(exact(x))
-
-
-def _balls(x):
-    """The very floats of x."""
-    return np.array([[arb(e) for e in row] for row in x.tolist()], object)
-
-
-def _even(x):
-    return (x + x.T) / 2
 
 
 def _row_bounds(change):

@@ -181,22 +181,16 @@ class DelayRequest(ReadOnly):
 
         ``number`` brings them into an arithmetic.
         """
+        return Times(*(_read(q, number) for q in self._rational_times))
+
+    @cached_property
+    def _rational_times(self):
         tau, mu, delta = map(exact, (self.tau, self.mu, self.delta))
         mu, delta = mu / tau, delta * tau
         if FORMS[self.method].shifted:
             delta = fmpq(0)
-        return Times(
-            *(
-                _read(q, number)
-                for q in (
-                    fmpq(1),
-                    mu,
-                    delta,
-                    exp_bound(-2 * delta),
-                    exp_bound(-2 * delta * (1 + mu)),
-                )
-            )
-        )
+        decays = [exp_bound(-2 * delta), exp_bound(-2 * delta * (1 + mu))]
+        return fmpq(1), mu, delta, *decays
 
     def factors(self, number=lambda x: x):
         """Bounds of e^(delta d), which multiplies the shifted input.

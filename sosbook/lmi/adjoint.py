@@ -5,7 +5,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
 from .time_limit import check_time
 
-__all__ = ["Slopes", "adjoint", "ball_adjoints"]
+__all__ = ["Slopes", "adjoint"]
 
 
 def adjoint(expressions, unknowns, Z):
@@ -46,7 +46,7 @@ def adjoint(expressions, unknowns, Z):
     try:
         products = [_integers(t, z) for t, z in _terms(expressions, Z, _cleared)]
     except TypeError:  # a ball
-        return next(ball_adjoints(expressions, unknowns, [Z]))
+        return _in_balls(expressions, unknowns, Z)
     common = fmpz(1)
     for _, _, denominator in products:
         common = common.lcm(denominator)
@@ -54,31 +54,14 @@ def adjoint(expressions, unknowns, Z):
     return _packed(products, unknowns, fmpz_mat, fmpq(1, common))
 
 
-def ball_adjoints(expressions, unknowns, many):
-    """`adjoint` in balls, for one list of multipliers after the other.
-
-    Parameters
-    ----------
-    expressions, unknowns
-        As for `adjoint`; they are brought into balls once.
-    many : iterable of lists of arrays
-        Each as the Z of `adjoint`.
-
-    Yields
-    ------
-    array
-        Balls.
-    """
-    terms = [
-        (k, t, _arb_mat(t.left).transpose(), _arb_mat(t.right).transpose())
-        for k, g in enumerate(expressions)
-        for t in g.terms
+def _in_balls(expressions, unknowns, Z):
+    """What `adjoint` returns, in balls."""
+    check_time()
+    products = [
+        (t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose())
+        for t, z in _terms(expressions, Z, _arb_mat)
     ]
-    for Z in many:
-        check_time()
-        Z = [_arb_mat(z) for z in Z]
-        products = [(t, left * Z[k] * right) for k, t, left, right in terms]
-        yield _packed(products, unknowns, arb_mat, arb(1))
+    return _packed(products, unknowns, arb_mat, arb(1))
 
 
 def _terms(expressions, Z, convert):
@@ -168,8 +151,13 @@ class Slopes:
 
 
 def _nonzero(x):
-    """For each row (column, entry) of those entries that aren't zero."""
-    return [[(k, e) for k, e in enumerate(row) if e != 0] for row in x.tolist()]
+    """For each row (column, entry) of those entries that may differ from zero.
+
+    A ball around zero is neither equal to it nor unequal.
+    """
+    return [
+        [(k, e) for k, e in enumerate(row) if not bool(e == 0)] for row in x.tolist()
+    ]
 
 
 def _place(u, row, column):

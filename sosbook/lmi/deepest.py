@@ -30,6 +30,7 @@ from .primal_dual import FARTHEST_POINT, interior_steps, positive
 __all__ = ["Deepest", "deepest"]
 
 ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
+STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 MOST_STEPS = 80  # of the interior-point method, which takes about twenty
 
 
@@ -95,7 +96,7 @@ def deepest(blocks, accuracy=1.0, watch=None):
         depth, gap = state["x"][-1], state["gap"]
         if watch is not None:
             watch(state | {"t": depth})
-        if gap < max(accuracy * depth, ZERO_DEPTH):
+        if gap < max(accuracy * depth, -STALLED * depth, ZERO_DEPTH):
             break
         Z = multipliers.excluding(state["Z"]) if depth < 0 else None
         if Z is not None:  # nothing is better than the tip

@@ -343,8 +343,9 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     white /= np.linalg.norm(white, axis=1)[:, None]
     lengths, order = qr(white.T, mode="r", pivoting=True)
     lengths = np.abs(lengths.diagonal())
-    lead = np.flatnonzero(held)[order[: (lengths > 1e-10 * lengths[0]).sum()]]
-    few = qr(white[order[: len(lead)]], mode="economic", pivoting=True)[2]
+    order = order[: (lengths > 1e-10 * lengths[0]).sum()]
+    lead = np.sort(np.flatnonzero(held)[order])
+    few = qr(white[order], mode="economic", pivoting=True)[2]
     few = [entries[e] for e in few[: len(lead)]]
     exactly = [Slopes(g, unknowns) for g in expressions]
     slopes = np.array([exactly[k].at(i, j)[free] for k, i, j in few]).T
@@ -354,7 +355,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
         change = _matrix(slopes[lead]).solve(_matrix(residual[lead]))
     except ZeroDivisionError:
         return None
-    if (_matrix(slopes) * change - _matrix(residual)) != 0 * _matrix(residual):
+    if len(lead) < len(slopes) and _matrix(slopes) * change != _matrix(residual):
         return None  # floats lost a variable
     check_time()
     repaired = [z.copy() for z in Z]
