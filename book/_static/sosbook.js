@@ -11,6 +11,19 @@
   if (given.theme === "auto")
     given.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
+  // Formulas are set when the fonts that most pages need are there: one that comes
+  // later makes the browser lay out the whole page again, and lines jump.
+  if (window.MathJax) window.MathJax.startup = {
+    async pageReady() {
+      const {startup} = window.MathJax;
+      document.head.append(startup.output.styleSheet(startup.document));
+      const kinds = ["I", "A", "C", "S1", "S2", "S3", "S4"];
+      const names = ["ZERO", "TEX", ...kinds.map(kind => `TEX-${kind}`)];
+      await Promise.allSettled(names.map(name => document.fonts.load(`1em MJX${name}`)));
+      return startup.defaultPageReady();
+    },
+  };
+
   function measured(box) {
     const hidden = box.scrollWidth - box.clientWidth;
     const scrolls = hidden > 1 && getComputedStyle(box).overflowX !== "visible";
