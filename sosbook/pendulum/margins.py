@@ -245,13 +245,17 @@ def loop_radius(gain):
 def peak_sensitivity(gain):
     """The peak of |1 / (1 - L)| of a loop's ``gain`` L; infinite if unstable.
 
-    The gain is a `SampledSystem` with one input and one output.
+    The gain is a `SampledSystem` with one input and one output, and no direct way
+    from one to the other.
     """
     if loop_radius(gain) >= 1:
         return np.inf
+    opened = np.linalg.eigvals(gain.A)
+    closed = np.linalg.eigvals(gain.A + gain.B @ gain.C)
 
-    def inverse(angles):
-        return np.abs(1 - gain.at(np.exp(1j * angles))[:, 0, 0])
+    def inverse(angles):  # 1 - L = det(z - A - B C) / det(z - A)
+        z = np.exp(1j * angles)[:, None]
+        return np.abs(np.prod((z - closed) / (z - opened), axis=1))
 
     angles = np.linspace(0, np.pi, 2001)[1:]
     coarse = inverse(angles)

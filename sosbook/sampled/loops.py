@@ -1,6 +1,6 @@
 """The sampled loops of a polytope, enclosed in balls."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from flint import arb
@@ -29,6 +29,7 @@ class SampledPolytope:
     timing: SampleTiming
     full: np.ndarray  # from [x; older; own] to [x; older; u(k)]
     own: np.ndarray  # and to own(k + 1): see `SampleTiming.feedback`
+    known: dict = field(default_factory=dict)  # loops, by their weights
 
     @classmethod
     def of(cls, vertices, timing, K):
@@ -83,6 +84,12 @@ class SampledPolytope:
 
     def loop(self, weights):
         """The loop matrix of one mixture, by its weights: balls of tiny radius."""
+        key = tuple(weights)  # neighbouring simplices share corners
+        if key not in self.known:
+            self.known[key] = self._loop(weights)
+        return self.known[key]
+
+    def _loop(self, weights):
         E, both = self.mixed(weights)
         step = self._step([solve(balls(E), balls(both))])
         older = self.timing.shift_register(*self.vertices[0].Bu.shape)
@@ -221,15 +228,10 @@ def gram_bound(bends):
 
 def _best_share(rate, grams, bent):
     """The t of `SHARES` that leaves the most room, in floats."""
-    room = rate**2 * np.eye(len(bent))
-
-    def left(t):
-        return min(
-            np.linalg.eigvalsh(room - (1 + t) * g - (1 + 1 / t) * bent)[0]
-            for g in grams
-        )
-
-    return max(SHARES, key=left)
+    room, t = rate**2 * np.eye(len(bent)), np.array(SHARES)[:, None, None]
+    less = room - (1 + 1 / t) * bent
+    left = [np.linalg.eigvalsh(less - (1 + t) * g)[:, 0] for g in grams]
+    return SHARES[int(np.min(left, axis=0).argmax())]
 
 
 def halves(weights, i, j):
