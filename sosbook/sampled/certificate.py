@@ -75,8 +75,7 @@ class SampledCertificate(ProofFile):
             family = SampledPolytope.of(vertices, timing, K)
             for k, (weights, L, last) in enumerate(_leaves(tree, len(vertices)), 1):
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
-                corners = [family.loop(w) for w in weights]
-                blocks[name] = family.least(weights, corners, L, last, rate)
+                blocks[name] = family.least(weights, L, last, rate)
         return again, _examined(blocks, again["claims"])
 
     @classmethod

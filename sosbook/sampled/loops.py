@@ -1,9 +1,10 @@
 """The sampled loops of a polytope, enclosed in balls."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
-from flint import arb
+from flint import arb, ctx
 from scipy.linalg import solve_triangular
 
 from ..lmi.exact import exact
@@ -29,15 +30,18 @@ class SampledPolytope:
     timing: SampleTiming
     full: np.ndarray  # from [x; older; own] to [x; older; u(k)]
     own: np.ndarray  # and to own(k + 1): see `SampleTiming.feedback`
-    known: dict = field(default_factory=dict)  # loops, by their weights
+    known: dict = field(default_factory=dict)  # loops and pivots that were found
 
     @classmethod
     def of(cls, vertices, timing, K):
         """The loops of a gain or controller K with some vertices in a timing."""
-        full, own = map(balls, timing.feedback(K, vertices[0], exact))
-        return cls([d.map(exact) for d in vertices], timing, full, own)
+        maps = timing.feedback(K, vertices[0], exact)
+        vertices = [d.map(exact) for d in vertices]
+        numbers = [x for d in vertices for x in (d.E, d.A, d.Bu)]
+        known = _known(timing, ctx.prec, tuple(map(_key, (*maps, *numbers))))
+        return cls(vertices, timing, *map(balls, maps), known)
 
-    def least(self, weights, corners, L, last, rate):
+    def least(self, weights, L, last, rate):
         """A positive number if |L x| falls in all loops of a simplex of plants.
 
         With G = L F L^-1 of a corner and D what a loop differs from the
@@ -49,8 +53,6 @@ class SampledPolytope:
         ----------
         weights : (corners, vertices) array of rationals
             The corners of the simplex, one a row.
-        corners : list
-            Their loops.
         L : (N, N) array
             The matrix of the Lyapunov function |L x|^2.
         last : int
@@ -58,7 +60,14 @@ class SampledPolytope:
         rate : float
             The rate at which motions shall decay.
         """
+        key = (_key(weights), _key(exact(L)), last, exact(rate))
+        if key not in self.known:
+            self.known[key] = self._least(weights, L, last, rate)
+        return self.known[key]
+
+    def _least(self, weights, L, last, rate):
         L, pace = balls(L), arb(exact(rate))
+        corners = [self.loop(w) for w in weights]
         order = [*(k for k in range(len(weights)) if k != last), last]
         try:
             inside = [within(F, L) for F in corners]
@@ -84,7 +93,7 @@ class SampledPolytope:
 
     def loop(self, weights):
         """The loop matrix of one mixture, by its weights: balls of tiny radius."""
-        key = tuple(weights)  # neighbouring simplices share corners
+        key = _key(weights)  # neighbouring simplices share corners
         if key not in self.known:
             self.known[key] = self._loop(weights)
         return self.known[key]
@@ -147,6 +156,17 @@ class SampledPolytope:
             step = exponential(series([M for M, _ in piece]) * span)
             flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
         return flow[:N]
+
+
+def _key(matrix):
+    """The shape and the rationals of a matrix, to find it again."""
+    return matrix.shape, *matrix.flat
+
+
+@lru_cache(maxsize=2)
+def _known(*_):
+    """What was found of a polytope: a proof is looked at as soon as it is made."""
+    return {}
 
 
 def pivot(F, L, pace):

@@ -191,7 +191,7 @@ def _cover(family, rate, budget):
         L = _lyapunov(middles, rate)
         far = _distances(middles, L)
         last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
-        if family.least(weights, corners, L, last, rate) > 0:
+        if family.least(weights, L, last, rate) > 0:
             node.update(L=decimals(L), last=last)
             proven += 1
             continue
