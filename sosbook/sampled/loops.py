@@ -23,7 +23,7 @@ class SampledPolytope:
     """The sampled loops of all mixtures of exact vertices, in balls.
 
     ``timing`` is a `SampleTiming`; ``full`` and ``own`` are the maps of its
-    `feedback`.
+    `feedback`; ``known`` holds what was found of equal polytopes.
     """
 
     vertices: list
