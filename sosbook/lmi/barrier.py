@@ -7,15 +7,16 @@ of Boyd and Vandenberghe (2004), where each step is derived.
 
 import numpy as np
 
-from .stacks import gram, transposed
+from .curve import Curve
+from .stacks import gram
 
 __all__ = ["MOST_LOST", "Barrier", "is_lost"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
-LINE_SEARCH_ABOVE = 0.2  # a decrement; smaller ones are squared by a full step
+LINE_SEARCH_ABOVE = 0.3  # a decrement; smaller ones are squared by a full step
 STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
 FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
-FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
+SMALL_TERM = 0.1  # of a curve, far from the centre: so near it isn't aimed at
 RAY_ABOVE = 1.0  # a decrement along the ray; less is left to Newton's steps
 RAY_FRACTION = 0.7  # of the way to the edge: the least point of a ray is too near it
 SETTLED = 1e-8  # a decrement of a step with a matrix of before; it leaves less
@@ -32,32 +33,6 @@ def is_lost(before, decrement):
     The equations are too ill-conditioned then, or there is no centre.
     """
     return before < CONVERGES_BELOW and decrement > max(before, LOST_ABOVE)
-
-
-class _Curve:
-    r"""Where Newton's method goes if it corrects its direction on the way.
-
-    On the curve x(s) the gradient is (1 - s) times that at x = x(0), so that
-    x(1) is the centre. Its derivatives at 0 are d with H d = -gradient and b with
-    H b = -D^3[d, d], the third derivative of the barrier. Their series ends at the
-    first pole, but a valley that leads far away has one soon after s = 1: so the
-    part of b along d, in the norm of H, is read as that of a geometric series
-    (Pade's approximant),
-
-        x(s) = x + (s d + s^2 c) / (1 - s rho),   rho = d.H b / (2 d.H d),
-
-    with c = b / 2 - rho d. Here t = s / (1 - s rho) goes on to infinity.
-    """
-
-    def __init__(self, x, direction, bend, gradient):
-        self.x, self.direction = x, direction
-        steep = gradient @ direction
-        rho = max(gradient @ bend / (2 * steep), 0.0) if steep else 0.0
-        self.rho, self.bend = rho, bend / 2 - rho * direction
-        self.end = 1 / (1 - rho) if rho < FARTHEST_POLE else 1 / (1 - FARTHEST_POLE)
-
-    def __call__(self, t):
-        return self.x + t * self.direction + t * t / (1 + t * self.rho) * self.bend
 
 
 class Barrier:
@@ -111,7 +86,7 @@ class Barrier:
         The gradient of the barrier is -adjoint(inv(G)); the direction solves
         H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
         d in the norm of H (section 9.5). Where H has a factor the step follows
-        a `_Curve`, else a straight line.
+        a `Curve`, else a straight line.
         """
         roots = self._roots(x)
         factors = self.factors(x)
@@ -124,18 +99,16 @@ class Barrier:
         curved = self.radius is None and not self.newton.iterative
         bends = curved and decrement > STRAIGHT_BELOW
         searched = decrement > LINE_SEARCH_ABOVE  # below it the full step converges
-        changes = self._changes(roots, direction) if bends or searched else None
+        change = self.newton.scaled(roots, direction) if bends or searched else None
         length, least = 1.0, np.inf
         if searched:
-            rates, weights = self._rates(changes)
+            rates, weights = self._rates(change)
             slope = cost @ direction
             length = self._search(x, direction, slope, rates, weights)
             least = length * slope - weights @ np.log1p(length * rates)
         if bends:
-            third = self.newton.adjoint(
-                [transposed(N) @ (a @ a) @ N for N, a in zip(roots, changes)]
-            )
-            curve = _Curve(x, direction, 2 * solve(third), gradient)
+            small = SMALL_TERM if searched else SETTLED
+            curve = Curve(self.newton, roots, x, direction, change, solve, small)
             moved = self._along(curve, factors, cost, length, least)
             if moved is not None:
                 return moved, decrement
@@ -187,7 +160,7 @@ class Barrier:
         followed towards its lowest point, but only a part of the way to the edge.
         """
         roots = self._roots(x)
-        changes = self._changes(roots, x)
+        changes = self.newton.scaled(roots, x)
         slope = -sum(
             s.weight * np.trace(c, axis1=1, axis2=2).real.sum()
             for s, c in zip(self.newton.stacks, changes)
@@ -253,16 +226,11 @@ class Barrier:
         Then no block decreases along it: up to rounding no rate is negative.
         """
         roots = self._roots(x)
-        rates, _ = self._rates(self._changes(roots, direction))
+        rates, _ = self._rates(self.newton.scaled(roots, direction))
         return rates.min() > -RATE_ROUNDING * rates.max()
 
-    def _changes(self, roots, direction):
-        """inv(L) dG inv(L') of all blocks, by stack."""
-        changes = self.newton.along(direction)
-        return [N @ d @ transposed(N) for N, d in zip(roots, changes)]
-
     def _rates(self, changes):
-        """Eigenvalues r of the `_changes`, and their weights.
+        """Eigenvalues r of the blocks' ``changes``, scaled, and their weights.
 
         Along the direction det G(x + s d) = det G(x) prod (1 + s r).
         """

@@ -34,7 +34,7 @@ STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
 
 
 #: A decrement below it is small enough for further steps with the same matrix.
-SETTLES_BELOW = 0.15
+SETTLES_BELOW = 0.3
 
 
 class Unbounded(ValueError):

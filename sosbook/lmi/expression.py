@@ -13,6 +13,7 @@ scalars. It is written once and read with
 """
 
 from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 
@@ -263,15 +264,15 @@ def block(rows):
     """
     columns = zip(*rows, strict=True)
     heights, widths = [_common(r, 0) for r in rows], [_common(c, 1) for c in columns]
-    size = sum(heights), sum(widths)
-    entries, top = [], 0  # (place, entry) each, without the zeros
-    for row, h in zip(rows, heights):
-        left = 0
-        for x, w in zip(row, widths):
-            if not _is_zero(x):
-                entries.append(((slice(top, top + h), slice(left, left + w)), x))
-            left += w
-        top += h
+    bottoms, rights = list(accumulate(heights)), list(accumulate(widths))
+    size = bottoms[-1], rights[-1]
+    across = [slice(end - w, end) for end, w in zip(rights, widths)]
+    entries = [  # (place, entry) each, without the zeros
+        ((slice(end - h, end), columns), x)
+        for row, end, h in zip(rows, bottoms, heights)
+        for x, columns in zip(row, across)
+        if not _is_zero(x)
+    ]
     kinds = {type(x) for _, x in entries}
     if any(issubclass(kind, Affine) for kind in kinds):
         return _block_affine(entries, size)
@@ -292,7 +293,7 @@ def _is_zero(x):
 
 
 def _common(entries, axis):
-    sizes = {x.shape[axis] for x in entries if not _is_zero(x)}
+    sizes = {x.shape[axis] for x in entries if not isinstance(x, int)}
     if len(sizes) != 1:
         raise ValueError(f"block sizes {sorted(sizes)} don't fit")
     return sizes.pop()

@@ -135,6 +135,14 @@ class Stacked:
         """sum_a d_a G_ka: the change of the blocks along a ``direction`` d."""
         return self._values.along(direction)
 
+    def scaled(self, roots, direction):
+        """N dG N' of all blocks for their change dG `along` a direction.
+
+        ``roots`` are the N, a list of stacks.
+        """
+        changes = self.along(direction)
+        return [N @ d @ transposed(N) for N, d in zip(roots, changes)]
+
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
         return self._values.adjoint(Z)

@@ -110,4 +110,6 @@ def _form(c, R11, R12, R22, L1, L2):
 
 
 def _kron(factors, x):
+    if len(factors) == 1:
+        return factors[0][0] * x
     return block([[f * x for f in row] for row in factors])

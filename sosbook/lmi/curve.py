@@ -1,0 +1,114 @@
+r"""Newton's direction, bent on the way to the centre.
+
+On a curve x(s) the barrier's gradient shall be 1 - s times that at x = x(0): then
+x(1) is the centre, and the first term of
+
+    x(s) = x + s a_1 + s^2 a_2 + ...
+
+is Newton's direction. In coordinates in which each block is the identity at x, it
+is I + s D_1 + s^2 D_2 + ... on the curve, where D_k = N dG(a_k) N' is made from the
+block's change along a_k. Its inverse is I + s B_1 + s^2 B_2 + ... with
+
+    B_k = -D_k - C_k,    C_k = D_1 B_(k-1) + ... + D_(k-1) B_1.
+
+The gradient is the adjoint of the inverse, and has no terms of s^2 and more, so that
+H a_k = -adjoint(N' C_k N) for k > 1. One factor of Newton's matrix H solves all of
+them, and each takes a small part of the time in which H is made.
+
+The series ends at the first pole of x(s), and a valley that leads far away has one
+soon after s = 1. So it is summed as a fraction with one pole (Padé's approximant),
+
+    x(s) = x + (s e_1 + s^2 e_2 + ...) / (1 - s rho),    e_k = a_k - rho a_(k-1),
+
+where rho is what a_2 is along a_1, in the norm of H.
+"""
+
+import numpy as np
+
+from .stacks import transposed
+
+__all__ = ["Curve"]
+
+MOST_TERMS = 8  # of the series; sixteen save one step in twenty
+FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
+
+
+class Curve:
+    """The curve of the module's head, as a function of t = s / (1 - s rho).
+
+    Parameters
+    ----------
+    newton : Newton
+        The blocks G_k, affine in x.
+    roots : list of stacks
+        Inverse Cholesky factors N of the blocks at x.
+    x, direction : (k,) arrays
+        The point, and Newton's direction there.
+    change : list of stacks
+        The blocks' change along the direction, `scaled <Stacked.scaled>` by the roots.
+    solve : callable
+        ``solve(g)`` is the d with H d = g.
+    small : float
+        The length, in the norm of H, of a term of the sum that is the last.
+
+    Attributes
+    ----------
+    end : float
+        The t that belongs to the centre.
+    """
+
+    def __init__(self, newton, roots, x, direction, change, solve, small):
+        self.x = x
+        inverse = [_Inverse(d) for d in change]
+        self.rho, self.end, self.terms = 0.0, 1.0, [direction]
+        last, squared = direction, newton.inner(change, change)
+        for k in range(2, MOST_TERMS + 1):
+            known = [series.products() for series in inverse]
+            back = [transposed(N) @ c @ N for N, c in zip(roots, known)]
+            term = -solve(newton.adjoint(back))
+            before, change = change, newton.scaled(roots, term)
+            if k == 2:
+                self.rho = max(newton.inner(before, change) / squared, 0.0)
+                self.end = 1 / (1 - min(self.rho, FARTHEST_POLE))
+            self.terms.append(term - self.rho * last)
+            rest = [d - self.rho * b for d, b in zip(change, before)]
+            if not self.end * np.sqrt(newton.inner(rest, rest)) > small:
+                break
+            last = term
+            for series, d, c in zip(inverse, change, known):
+                series.append(d, c)
+
+    def __call__(self, t):
+        """The point at t = s / (1 - s rho), a (k,) array."""
+        s, total = t / (1 + t * self.rho), self.terms[-1]
+        for e in self.terms[-2::-1]:
+            total = e + s * total
+        return self.x + t * total
+
+
+class _Inverse:
+    """The series of the inverse of I + s D_1 + s^2 D_2 + ..., of one stack.
+
+    The D_k stand in a row and the B_k in a column, from its end: so one product
+    makes C_k.
+    """
+
+    def __init__(self, first):
+        b, self.q, _ = first.shape
+        self.row = np.empty((b, self.q, self.q * MOST_TERMS), first.dtype)
+        self.column = np.empty((b, self.q * MOST_TERMS, self.q), first.dtype)
+        self.known = 0
+        self.append(first, 0.0)
+
+    def append(self, change, products):
+        """Add the next D_k and its B_k, which needs the ``products`` C_k."""
+        begin, end = self.q * self.known, self.q * (self.known + 1)
+        height = self.column.shape[1]
+        self.row[:, :, begin:end] = change
+        self.column[:, height - end : height - begin] = -change - products
+        self.known += 1
+
+    def products(self):
+        """C_k of the first k that isn't known."""
+        width = self.q * self.known
+        return self.row[:, :, :width] @ self.column[:, -width:]
