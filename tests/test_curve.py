@@ -1,0 +1,104 @@
+"""The curve that Newton's steps follow: its definition, and what it is for."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from benchmarks.catalogue import case
+from sosbook.lmi.centre import centre, lower_on_ray
+from sosbook.lmi.curve import MOST_TERMS, Curve
+from sosbook.lmi.newton import newton_of
+from sosbook.lmi.stacks import gram
+from sosbook.synthesis.feasibility import search
+from sosbook.synthesis.problem import Request
+
+
+def gradient(newton, x):
+    """Of -sum log det of all blocks."""
+    return -newton.adjoint([np.linalg.inv(g) for g in newton.at(x)])
+
+
+def curve_at(newton, x, small=0.0):
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
+    solve = newton.solver(roots, x)
+    direction = -solve(-newton.adjoint(gram(roots)))
+    change = newton.scaled(roots, direction)
+    return Curve(newton, roots, x, direction, change, solve, small)
+
+
+CASES = [
+    ("grounded chain", 2),
+    ("grounded chain", 12),
+    ("cantilever", 4),
+    ("tree", 2),
+    ("uncertain springs", 4),
+    ("published", 5),
+]
+
+
+@pytest.mark.parametrize("family, size", CASES)
+def test_the_gradient_shrinks_evenly(family, size):
+    """At s it is 1 - s times that at the start, but for the terms that are left."""
+    first = search(case(family, size).request)
+    newton = newton_of(first.problem.compiled)
+    x = first.problem.packed(first.values)
+    curve = curve_at(newton, x)
+    assert len(curve.terms) == MOST_TERMS
+    start, left = gradient(newton, x), []
+    for s in (0.02, 0.04):
+        there = gradient(newton, curve(s / (1 - s * curve.rho)))
+        left.append(np.abs(there - (1 - s) * start).max() / np.abs(start).max())
+    assert left[1] < 1e-7
+    # twice the way leaves about 2^8 times as much, or what rounding leaves
+    assert left[0] < left[1] / 50 or left[0] < 1e-11
+
+
+def test_a_short_sum_ends_early():
+    first = search(case("grounded chain", 4).request)
+    newton = newton_of(first.problem.compiled)
+    x = centre(first.problem.compiled, first.problem.packed(first.values))
+    near = x * (1 + 1e-3)
+    assert len(curve_at(newton, near, small=0.1).terms) == 2
+    assert len(curve_at(newton, near, small=1e-8).terms) > 2
+
+
+def valley(seed, n):
+    """A plant of random modes whose slow states make a long way for P."""
+    rng = np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    rates = np.sort(rng.uniform(0.3, 4, n))
+    L = np.eye(n) + 0.3 * np.tril(rng.normal(size=(n, n)), -1)
+    turned = L @ Q
+    B = rng.normal(size=(n, max(1, n // 2)))
+    plant = sos.SecondOrderSystem(
+        L @ L.T,
+        turned @ np.diag(0.04 * rates) @ turned.T,
+        turned @ np.diag(rates**2) @ turned.T,
+        B,
+        B[:, :1],
+    )
+    x0 = np.zeros(2 * n + plant.m)
+    x0[:n] = 0.3 * rng.normal(size=n)
+    slowest = -plant.poles().real.max()
+    return plant, dict(
+        U=B.T,
+        region=sos.PoleRegion(sigma=2 * slowest),
+        gamma=20.0,
+        saturation=sos.Saturation(20 * rng.uniform(1, 5), x0),
+    )
+
+
+@pytest.mark.parametrize("n", [2, 4, 6])
+def test_long_valleys_take_few_steps(n):
+    """With one correction of the direction it took 10 to 18, and multipliers."""
+    for seed in range(6):
+        plant, asked = valley(seed, n)
+        first = search(Request(plant, **asked))
+        blocks, steps = first.problem.compiled, []
+        x = lower_on_ray(blocks, first.problem.packed(first.values))
+        found = centre(blocks, x, steps.append, rays=first.problem.rays)
+        assert len(steps) <= 13
+        newton = newton_of(blocks)
+        roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(found)]
+        slope = newton.adjoint(gram(roots))
+        assert abs(slope @ newton.solver(roots, found)(slope)) < 1e-16
