@@ -117,8 +117,10 @@ def test_a_profile_by_hand():
     assert profiles.faster(seconds) == [(("a", 4), "x", 1.5)]
     seconds["b", 2]["x"] = 1.0
     assert profiles.faster(seconds)[0] == (("b", 2), "x", math.inf)
-    assert profiles.speedup(seconds, 2, "x") == 2.0
-    assert profiles.speedup(seconds, 4, "x") == pytest.approx(2 / 3)
+    assert profiles.speedup(seconds, 2, "x") == 1.0  # of 2 and 0: ours has no answer
+    assert profiles.speedup(seconds, 4, "x") == math.inf  # of 2 / 3 and infinity
+    seconds["c", 4] = {"sosbook": 1.0, "x": 5.0}
+    assert profiles.speedup(seconds, 4, "x") == 5.0
     assert profiles.speedup(seconds, 8, "x") is None
     assert profiles.uphill({2: 1.0, 3: 3.0, 5: 2.0}) == (1.5, 3, 5)
     assert profiles.power({10: 2.0, 100: 200.0}, 10, 100) == pytest.approx(2)

@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from benchmarks.catalogue import case
 from sosbook.lmi.centre import centre, lower_on_ray
-from sosbook.lmi.curve import MOST_TERMS, Curve
+from sosbook.lmi.curve import FEW_TERMS, MOST_TERMS, Curve
 from sosbook.lmi.newton import newton_of
 from sosbook.lmi.stacks import gram
 from sosbook.synthesis.feasibility import search
@@ -31,7 +31,7 @@ CASES = [
     ("grounded chain", 12),
     ("cantilever", 4),
     ("tree", 2),
-    ("uncertain springs", 4),
+    ("uncertain springs", 16),
     ("published", 5),
 ]
 
@@ -43,14 +43,15 @@ def test_the_gradient_shrinks_evenly(family, size):
     newton = newton_of(first.problem.compiled)
     x = first.problem.packed(first.values)
     curve = curve_at(newton, x)
-    assert len(curve.terms) == MOST_TERMS
+    many = not family.endswith("springs")  # there a term takes as long as a matrix
+    assert len(curve.terms) == (MOST_TERMS if many else FEW_TERMS)
     start, left = gradient(newton, x), []
     for s in (0.02, 0.04):
         there = gradient(newton, curve(s / (1 - s * curve.rho)))
         left.append(np.abs(there - (1 - s) * start).max() / np.abs(start).max())
-    assert left[1] < 1e-7
-    # twice the way leaves about 2^8 times as much, or what rounding leaves
-    assert left[0] < left[1] / 50 or left[0] < 1e-11
+    # twice the way leaves about 2^8 times as much (2^3), or what rounding leaves
+    assert left[1] < (1e-7 if many else 1e-3)
+    assert left[0] < left[1] / (50 if many else 5) or left[0] < 1e-11
 
 
 def test_a_short_sum_ends_early():

@@ -30,6 +30,8 @@ from .stacks import transposed
 __all__ = ["Curve"]
 
 MOST_TERMS = 8  # of the series; sixteen save one step in twenty
+FEW_TERMS = 3  # where a term takes long
+LONG_BELOW = 2.0  # iterations of conjugate gradients in the time of one matrix
 FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
 
 
@@ -62,7 +64,8 @@ class Curve:
         inverse = [_Inverse(d) for d in change]
         self.rho, self.end, self.terms = 0.0, 1.0, [direction]
         last, squared = direction, newton.inner(change, change)
-        for k in range(2, MOST_TERMS + 1):
+        long = not newton.has_table and newton.patience < LONG_BELOW
+        for k in range(2, (FEW_TERMS if long else MOST_TERMS) + 1):
             known = [series.products() for series in inverse]
             back = [transposed(N) @ c @ N for N, c in zip(roots, known)]
             term = -solve(newton.adjoint(back))

@@ -166,6 +166,8 @@ def faster(seconds, ours="sosbook"):
 def speedup(seconds, size, theirs, ours="sosbook"):
     """The median over families of their time over ours, at a size.
 
+    Who has no answer takes infinitely long, as in the profile.
+
     Parameters
     ----------
     seconds : dict
@@ -178,19 +180,20 @@ def speedup(seconds, size, theirs, ours="sosbook"):
     Returns
     -------
     float or None
-        None where no family has both times.
+        Infinite where they have no answer in most families; None where in no
+        family anybody has one.
 
     Examples
     --------
     >>> speedup({("a", 8): {"sosbook": 1.0, "b": 5.0}}, 8, "b")
     5.0
     """
-    found = [
-        case[theirs] / case[ours]
+    both = [
+        (case.get(theirs, math.inf), case.get(ours, math.inf))
         for (_, at), case in seconds.items()
         if at == size
-        and max(case.get(theirs, math.inf), case.get(ours, math.inf)) < math.inf
     ]
+    found = [t / o if o < math.inf else 0.0 for t, o in both if min(t, o) < math.inf]
     return median(found) if found else None
 
 
