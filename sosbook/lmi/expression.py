@@ -268,9 +268,9 @@ def block(rows):
     size = bottoms[-1], rights[-1]
     across = [slice(end - w, end) for end, w in zip(rights, widths)]
     entries = [  # (place, entry) each, without the zeros
-        ((slice(end - h, end), columns), x)
+        ((slice(end - h, end), place), x)
         for row, end, h in zip(rows, bottoms, heights)
-        for x, columns in zip(row, across)
+        for x, place in zip(row, across)
         if not _is_zero(x)
     ]
     kinds = {type(x) for _, x in entries}
