@@ -134,7 +134,6 @@ def lab(tmp_path_factory):
             "-m",
             "jupyterlab",
             "--no-browser",
-            "--expose-app-in-browser",
             "--allow-root",
             "--ip=127.0.0.1",
             f"--port={port}",
@@ -181,61 +180,52 @@ def _wait(address, server):
 
 
 @pytest.fixture(scope="module")
-def desk(lab, browser):
-    """Lab's page, whose loading takes longest: one notebook after another is on it."""
+def page(lab, browser):
+    context = browser.new_context(viewport={"width": 1400, "height": 1000})
+    page = context.new_page()
+    _run(page, lab("live.ipynb"))
+    page.locator(PICTURE).wait_for()
+    yield page
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def explorers(lab, browser):
+    """The newer explorers, all in one notebook."""
+    yield from _notebook(lab, browser, "explorers")
+
+
+@pytest.fixture(scope="module")
+def elements(lab, browser):
+    """A page's explorer, and the same once more with the package behind it."""
+    yield from _notebook(lab, browser, "pages")
+
+
+@pytest.fixture(scope="module")
+def kinds(lab, browser):
+    """An element of each kind that the book shows, one below the other."""
+    yield from _notebook(lab, browser, "kinds")
+
+
+def _notebook(lab, browser, name):
+    """A tab of its own, in a workspace of its own, in which all cells have begun."""
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
-    page.set_default_timeout(60_000)
-    page.goto(lab("live.ipynb"))
-    page.locator(".jp-CodeCell").first.wait_for()
-    page.shown = None
+    own = lab(f"{name}.ipynb").replace("/lab/tree", f"/lab/workspaces/{name}/tree")
+    _run(page, own)
     yield page
     assert errors == []
     context.close()
 
 
-OPEN = """async path => {
-  const {commands, shell} = jupyterapp;
-  const shown = await commands.execute("docmanager:open", {path});
-  for (const other of [...shell.widgets("main")]) if (other !== shown) other.dispose();
-  shell.activateById(shown.id); }"""
-
-
-def _open(desk, name, run=True):
-    """The page with this notebook and no other, in which all cells have begun."""
-    if desk.shown != name:
-        desk.evaluate(OPEN, name)
-        desk.locator(".jp-CodeCell").first.wait_for()
-        desk.shown = name
-        if run:
-            desk.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
-            desk.evaluate("jupyterapp.commands.execute('notebook:run-all-cells')")
-    return desk
-
-
-@pytest.fixture
-def page(desk):
-    _open(desk, "live.ipynb").locator(PICTURE).wait_for()
-    return desk
-
-
-@pytest.fixture
-def explorers(desk):
-    """The newer explorers, all in one notebook."""
-    return _open(desk, "explorers.ipynb")
-
-
-@pytest.fixture
-def elements(desk):
-    """A page's explorer, and the same once more with the package behind it."""
-    return _open(desk, "pages.ipynb")
-
-
-@pytest.fixture
-def kinds(desk):
-    """An element of each kind that the book shows, one below the other."""
-    return _open(desk, "kinds.ipynb")
+def _run(page, address):
+    page.set_default_timeout(60_000)
+    page.goto(address)
+    page.locator(".jp-CodeCell").first.wait_for()
+    page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_text("Run All Cells", exact=True).click()
 
 
 def _handle(page, label):
@@ -280,16 +270,6 @@ def test_an_impossible_wish_is_said(page):
     handle.press("Home")
     page.get_by_text("infeasible", exact=True).wait_for()
     page.get_by_text("Leave out mu = 1 first").wait_for()
-
-
-def test_the_atlas_works_in_the_notebook(page):
-    slider = page.get_by_label("Decay rate σ")
-    slider.scroll_into_view_if_needed()
-    readout = page.locator("sos-atlas .sos-readout")
-    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
-    slider.focus()
-    slider.press("ArrowLeft")
-    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
 
 
 @pytest.mark.parametrize("name", EXPLORERS)
@@ -412,6 +392,16 @@ def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
     )
 
 
+def test_the_atlas_works_in_the_notebook(page):
+    slider = page.get_by_label("Decay rate σ")
+    slider.scroll_into_view_if_needed()
+    readout = page.locator("sos-atlas .sos-readout")
+    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
+    slider.focus()
+    slider.press("ArrowLeft")
+    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
+
+
 def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
     context = browser.new_context()
     page = context.new_page()
@@ -424,11 +414,14 @@ def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
 
 
 @pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
-def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(desk):
-    page = _open(desk, CHAPTER, run=False)
+def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab(CHAPTER))
     figure = page.locator("figure.sos-figure svg").first
     figure.wait_for(timeout=60_000)
     assert figure.bounding_box()["width"] > 300
     text = "".join(page.locator(".jp-MarkdownCell").all_inner_texts())
     assert "Before:" in text
     assert not any(mark in text for mark in (":::", "{eq}", "{prf", "{numref}", "]("))
+    context.close()
