@@ -207,7 +207,7 @@ def test_pages_are_marked_and_long_files_come_first():
     items, config = [plain, campaign, table, page, cell, site, slowest], Config()
     conftest.pytest_collection_modifyitems(config, items)
     assert config.gone == [campaign]
-    assert items == [slowest, site, plain, table, page, cell]
+    assert items == [slowest, site, cell, plain, table, page]
     assert "browser" in page.marks and "browser" in site.marks
     assert "slow" in table.marks
     assert plain.marks == {} and cell.marks == {"timeout": (conftest.CELL,)}
