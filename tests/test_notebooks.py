@@ -51,6 +51,16 @@ def test_links_to_pages_have_words_a_file_and_its_number(path):
             assert number[2] == title[1]
 
 
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_each_figure_that_is_made_is_seen(path):
+    """`plots.show` returns it; a line below would keep it from the reader."""
+    for cell in notebooks.read(path).cells:
+        made = re.search(r"^(?:sos\.)?plots\.show\(", cell.source, re.MULTILINE)
+        if cell.cell_type == "code" and made:
+            outputs = [o.get("data", {}).get("text/html", "") for o in cell.outputs]
+            assert any("<figure" in text for text in outputs), cell.source
+
+
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
 def test_figures_are_cited_by_their_number(path):
     vague = r"(?i)\b(?:figures? (?:above|below)|(?:above|below|next|last) figures?)\b"
