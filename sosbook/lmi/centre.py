@@ -74,7 +74,7 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     newton = newton_of(blocks)
     barrier = Barrier(newton)
     zero, decrement = np.zeros(len(x)), 1.0
-    # a step leaves decrement^3, or as much as its equations were solved to
+    # a step leaves decrement^3 or less, or as much as its equations were solved to
     enough = enough or (1e-3 if newton.iterative else 1e-4)
     lost = 0
     for count in range(200):
