@@ -2,11 +2,13 @@
 
 In L X R the product X R is computed once for each X and R. What remains of the
 left factors are combinations of few: those of a half-plane, a sector and a disk
-are all made of A and E. So each right factor has one tall matrix, a basis of
-the pieces of its left factors, and a block adds multiples of its rows.
+are all made of A and E, and those of many vertices of a few parts of A. So each
+right factor has one tall matrix, a basis of the pieces of its left factors, and
+blocks add multiples of its rows: those of many vertices in one product.
 """
 
 from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -15,7 +17,8 @@ __all__ = ["Sums", "single", "span"]
 
 ROUNDING = 1e-14  # relative, of a left factor that is a combination of others
 LARGEST_WEIGHT = 100.0  # of such a combination; larger ones lose digits
-MOST_SHARED = 64  # left factors of one right factor, among which to look
+MOST_OPERATIONS = 2e8  # that may be spent on looking for a basis: a tenth of a second
+WORTH_TOGETHER = 0.25  # of the weights of many blocks' sums: so many aren't zero
 
 
 class Sums:
@@ -31,27 +34,27 @@ class Sums:
         self.kind, self.layouts = float, owner.layouts
         self._belong(owner)
         self.rights, pieces = [], []
-        places, self.plans = {}, []  # of each block: (rows, columns, sum of pieces)
-        for b in (b for s in owner.stacks if s.gradient is None for b in s.blocks):
-            plan = []
-            for t in b.products:
-                cols = span(t.right.any(axis=0))
-                right = np.ascontiguousarray(t.right[:, cols])
-                key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
-                if key not in places:
-                    places[key] = len(self.rights)
-                    self.rights.append((t.unknown, right))
-                    pieces.append([])
-                here = places[key]
-                for rows in _rows(t.left, max(t.left.shape[1], len(t.right))):
-                    plan.append((rows, cols, here, len(pieces[here])))
-                    pieces[here].append(t.left[rows])
-            self.plans.append(plan)
+        places, plans = {}, []  # of each stack: (block, place, right, piece)
+        for stack in (s for s in owner.stacks if s.gradient is None):
+            plans.append([])
+            for i, b in enumerate(stack.blocks):
+                for t in b.products:
+                    cols = span(t.right.any(axis=0))
+                    right = np.ascontiguousarray(t.right[:, cols])
+                    key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
+                    if key not in places:
+                        places[key] = len(self.rights)
+                        self.rights.append((t.unknown, right))
+                        pieces.append([])
+                    here = places[key]
+                    for rows in _rows(t.left, max(t.left.shape[1], len(t.right))):
+                        plans[-1].append((i, (rows, cols), here, len(pieces[here])))
+                        pieces[here].append(t.left[rows])
         found = [_shared(some) for some in pieces]
         self.lefts = [tall for tall, _ in found]
-        self.plans = [
-            [(rows, cols, here, found[here][1][k]) for rows, cols, here, k in plan]
-            for plan in self.plans
+        self.parts = [
+            _parts((i, place, here, found[here][1][k]) for i, place, here, k in plan)
+            for plan in plans
         ]
 
     def _belong(self, owner):
@@ -88,6 +91,7 @@ class Sums:
         twin.rights = [(u, single(right)) for u, right in self.rights]
         twin.slopes = [single(slopes) for slopes in self.slopes]
         twin.constants = [single(constant) for constant in self.constants]
+        twin.parts = [[part.in_single() for part in parts] for parts in self.parts]
         return twin
 
     def at(self, x):
@@ -103,18 +107,16 @@ class Sums:
             for tall, (unknown, right) in zip(self.lefts, self.rights)
         ]
         scalars = direction[self.scalars]
-        plans, changes = iter(self.plans), []
-        parts = zip(self.constants, self.slopes, self.gradients)
-        for constant, slopes, gradient in parts:
+        of_stacks, changes = iter(self.parts), []
+        stacks = zip(self.constants, self.slopes, self.gradients)
+        for constant, slopes, gradient in stacks:
             if gradient is not None:
                 changes.append(np.full_like(constant, gradient @ direction))
                 continue
             total = np.zeros_like(constant)
-            for g in total:
-                for rows, cols, here, combination in next(plans):
-                    for weight, part in combination:
-                        g[rows, cols] += weight * products[here][part]
-                g += g.conj().T.copy()
+            for part in next(of_stacks):
+                part.add(total, products[part.right])
+            total += total.conj().swapaxes(1, 2)
             for a, slope in zip(scalars, slopes):
                 if a:
                     total += float(a) * slope
@@ -131,17 +133,13 @@ class Sums:
             for tall, (_, right) in zip(self.lefts, self.rights)
         ]
         out, row = np.zeros((2, self.owner.variables))
-        plans = iter(self.plans)
+        of_stacks = iter(self.parts)
         for s, stack, slopes in zip(self.owner.stacks, Z, self.slopes):
             if s.gradient is not None:
                 row += stack.item() * s.gradient
                 continue
-            for z in stack:
-                for rows, cols, here, combination in next(plans):
-                    total, here_z = gathered[here], z[rows, cols]
-                    for weight, part in combination:
-                        term = (2 * s.weight * weight.conjugate()) * here_z
-                        total[part] += term if total.dtype == complex else term.real
+            for part in next(of_stacks):
+                part.gather(gathered[part.right], stack, 2 * s.weight)
             for index, slope in zip(self.scalars, slopes):
                 out[index] += s.weight * np.vdot(slope, stack).real
         X = [np.zeros((layout.rows, layout.cols)) for layout in self.layouts]
@@ -150,6 +148,120 @@ class Sums:
         for layout, x in zip(self.layouts, X):
             out[layout.start : layout.start + layout.size] = layout.gradient(x)
         return out + row
+
+
+@dataclass(frozen=True, eq=False)
+class _Alone:
+    """What one block of a stack adds at one place: multiples of rows of a product.
+
+    Parameters
+    ----------
+    block : int
+    place : (slice, slice)
+        The rows and columns.
+    right : int
+        Whose product: an index of the right factors.
+    terms : list of (float or complex, slice)
+        How often it takes which rows.
+    """
+
+    block: int
+    place: tuple
+    right: int
+    terms: list
+
+    def add(self, total, product):
+        """Add this to a stack's ``total``."""
+        g = total[self.block][self.place]
+        for weight, rows in self.terms:
+            g += weight * product[rows]
+
+    def gather(self, total, stack, factor):
+        """Add the adjoint, ``factor`` times, to the ``total`` of the product."""
+        z = stack[self.block][self.place]
+        for weight, rows in self.terms:
+            term = (factor * weight.conjugate()) * z
+            total[rows] += term if total.dtype == complex else term.real
+
+    def in_single(self):
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class _Together:
+    """The same of many blocks that take the same rows, in one product of matrices.
+
+    Parameters
+    ----------
+    blocks : slice or (b,) array of int
+    place, right
+        As above.
+    rows : slice or array of int
+        Those of the product, p pieces one after the other.
+    weights : (b, p) array
+        How often each block takes each piece.
+    """
+
+    blocks: slice | np.ndarray
+    place: tuple
+    right: int
+    rows: slice | np.ndarray
+    weights: np.ndarray
+
+    def add(self, total, product):
+        pieces = product[self.rows].reshape(self.weights.shape[1], -1)
+        added = self.weights @ pieces
+        shape = len(added), -1, product.shape[1]
+        total[self.blocks, *self.place] += added.reshape(shape)
+
+    def gather(self, total, stack, factor):
+        z = stack[self.blocks, *self.place].reshape(len(self.weights), -1)
+        term = (factor * self.weights.conj().T) @ z
+        term = term if total.dtype == complex else term.real
+        total[self.rows] += term.reshape(-1, total.shape[1])
+
+    def in_single(self):
+        return replace(self, weights=single(self.weights))
+
+
+def _parts(plan):
+    """The parts of a stack, from (block, place, right, terms) of each sum."""
+    places, parts = {}, []
+    for block, place, right, terms in plan:
+        (top, bottom), (begin, end) = ((s.start, s.stop) for s in place)
+        key = top, bottom, begin, end, right
+        places.setdefault(key, []).append(_Alone(block, place, right, terms))
+    for alone in places.values():
+        starts = {rows.start for part in alone for _, rows in part.terms}
+        taken = sum(len(part.terms) for part in alone)
+        few = taken < WORTH_TOGETHER * len(starts) * len(alone)
+        parts += alone if few or len(alone) == 1 else [_together(alone, starts)]
+    return parts
+
+
+def _together(alone, starts):
+    """One part of several ones at one place, whose pieces begin at these rows."""
+    blocks = sorted({part.block for part in alone})
+    row = {block: k for k, block in enumerate(blocks)}
+    column = {start: k for k, start in enumerate(sorted(starts))}
+    weights = np.zeros((len(row), len(column)), complex)
+    for part in alone:
+        for weight, rows in part.terms:
+            weights[row[part.block], column[rows.start]] += weight
+    if not weights.imag.any():
+        weights = weights.real.copy()
+    first = alone[0]
+    height = first.place[0].stop - first.place[0].start
+    pieces = _indices(list(column), height)
+    return _Together(_indices(blocks, 1), first.place, first.right, pieces, weights)
+
+
+def _indices(starts, length):
+    """So many indices from each start on: a slice where no other is between them."""
+    indices = (np.array(starts)[:, None] + np.arange(length)).ravel()
+    if (np.diff(indices) == 1).all():
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices
 
 
 def _rows(left, height):
@@ -192,7 +304,7 @@ def _basis(matrices):
     count = len(matrices)
     norms = np.array([np.linalg.norm(m) for m in matrices])
     flat = np.array([m.ravel() for m in matrices]).T / norms
-    if count == 1 or count > MOST_SHARED:
+    if count == 1 or flat.size * min(flat.shape) > MOST_OPERATIONS:
         return matrices, np.eye(count)
     R, order = qr(flat, mode="r", pivoting=True)
     rank = int((abs(np.diag(R)) > ROUNDING).sum())
