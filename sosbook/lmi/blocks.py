@@ -136,9 +136,9 @@ class AffineBlocks(Blocks):
         self.structure = layouts, scalars, list(blocks)
         return self
 
-    def joined(self, expressions):
-        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
-        more = Blocks.of(expressions, self.unknowns)
+    def joined(self, write):
+        """These blocks and more, which ``write`` makes of values by name."""
+        more = Blocks.of(write({u.name: u for u in self.unknowns}), self.unknowns)
         return AffineBlocks.compiled(
             [*self.expressions, *more.expressions],
             [*self.structure[2], *more.structure[2]],

@@ -90,23 +90,12 @@ def bounded(blocks, unknowns, x, r=16.0):
     lies inside. Else r grows until there is a point inside, which is
     returned too: x or a multiple if that will do.
     """
-    P = [u for u in unknowns if u.symmetric]
-    unbounded = [u for u in unknowns if not u.symmetric]
-    bounded_blocks = [block([[-p]]) for p in P]
-    wide = [u for u in unbounded if u.shape[1] == P[0].shape[0]] if len(P) == 1 else []
-    if wide:
-        Y = wide[0]
-        unbounded = [u for u in unbounded if u is not Y]
-        bounded_blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    for X in unbounded:
-        rows, cols = X.shape
-        bounded_blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    values = unpacked(blocks.unknowns, x)
-    at_x = {u: values[u.name] for u in blocks.unknowns}
-    reach = -min(np.linalg.eigvalsh(g.value(at_x))[0] for g in bounded_blocks)
+    sizes = [np.linalg.eigvalsh(g)[0] for g in _bounds(unknowns, unpacked(unknowns, x))]
+    reach = -min(sizes)
     while r < 1e16:  # x lies inside if r is larger than its reach
-        bounds = [g + r * eye(len(g.constant)) for g in bounded_blocks]
-        joined = blocks.joined(bounds)
+        joined = blocks.joined(
+            lambda values: [g + r * eye(g.shape[0]) for g in _bounds(unknowns, values)]
+        )
         near = x * (r / 2 / reach) if reach >= r else x
         if newton_of(joined).least(near).min() > 0:
             return joined, near
@@ -115,3 +104,18 @@ def bounded(blocks, unknowns, x, r=16.0):
             return joined, inside
         r *= 16
     raise Unbounded("no bound of the unknowns holds a feasible point")
+
+
+def _bounds(unknowns, values):
+    """The blocks "scale" with r = 0, of ``values`` of the unknowns by name."""
+    P = [values[u.name] for u in unknowns if u.symmetric]
+    others = [values[u.name] for u in unknowns if not u.symmetric]
+    blocks = [-p for p in P]
+    wide = [Y for Y in others if len(P) == 1 and Y.shape[1] == P[0].shape[0]]
+    if wide:
+        Y = wide[0]
+        others = [X for X in others if X is not Y]
+        blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+    return blocks + [
+        block([[0 * eye(X.shape[1]), X.T], [X, 0 * eye(X.shape[0])]]) for X in others
+    ]

@@ -38,14 +38,12 @@ class EvaluatedBlocks(Blocks):
             self.constants.append(constant.astype(float))
             self.slopes.append(slopes.astype(float))
 
-    def joined(self, expressions):
-        """These blocks and more, `Affine` ``expressions`` in the same unknowns."""
-        both = object.__new__(EvaluatedBlocks)
-        both.unknowns, both.variables = self.unknowns, self.variables
-        more = Blocks.of(expressions, self.unknowns)
-        both.constants = [*self.constants, *(c.astype(float) for c in more.constants)]
-        both.slopes = [*self.slopes, *(s.astype(float) for s in more.slopes)]
-        return both
+    def joined(self, write):
+        """These blocks and more, which ``write`` makes of values by name."""
+        more = EvaluatedBlocks(write(unit_readings(self.unknowns)), self.unknowns)
+        more.constants = [*self.constants, *more.constants]
+        more.slopes = [*self.slopes, *more.slopes]
+        return more
 
 
 def unit_readings(unknowns):
