@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from benchmarks import clock, maps, run, waiting
+from benchmarks import clock, maps, masses, run, waiting
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.clock import Job, trial
 from benchmarks.competitors import COMPETITORS, Competitor
@@ -290,6 +290,15 @@ def _check_profile(document):
             assert r["margin"] > 1e-9
         else:
             assert 0 <= r["excess"] < 1e-3
+
+
+def test_chains_are_left_out_whose_forces_stand_in_nodes():
+    """The modes of equal masses in a row are cosines."""
+    for n in range(2, 25):
+        forced = np.flatnonzero(masses.spread_over(n).any(axis=1))
+        shapes = np.cos(np.outer(forced + 0.5, np.arange(n)) * np.pi / n)
+        reached = abs(shapes).max(axis=0).min() > 1e-9
+        assert reached == (n in run.SECTIONS["monotony"]["free chain"]), n
 
 
 def test_what_one_waits_for_is_consistent():
