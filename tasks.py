@@ -86,9 +86,10 @@ def pdf(words):
 
 def test(words):
     """Run every test and every notebook while the book is built; or `quick`."""
-    prepare()
     if words[:1] == ["quick"]:
+        prepare()
         return pytest(*WITHOUT_NBVAL, "-m", QUICK, "tests", "sosbook", *words[1:])
+    prepare(browser.from_debian)
     chromium = browser.ensure(str(PYTHON))
     cc = compiler.ensure(str(PYTHON))
     missing = "\n".join(
@@ -223,8 +224,11 @@ def build_aside(log, outcome):
     return status
 
 
-def prepare():
-    """Make .venv and install requirements.txt, unless that is done already."""
+def prepare(*beside):
+    """Make .venv and install requirements.txt, unless that is done already.
+
+    While the packages come, functions of the environment's Python go ``beside``.
+    """
     wanted = hashlib.sha256()
     for name in ("requirements.txt", "pyproject.toml"):
         wanted.update((ROOT / name).read_bytes())
@@ -233,10 +237,14 @@ def prepare():
     if not works(PYTHON, "-c", "import pip"):
         make_environment()
     print("Installing requirements.txt into .venv; this takes a few minutes.")
-    if call(
-        *(PYTHON, "-m", "pip", "install", "--disable-pip-version-check"),
-        *("--quiet", "--no-compile", "-r", "requirements.txt"),
-    ):
+    with ThreadPoolExecutor() as others:
+        for work in beside:
+            others.submit(work, str(PYTHON))
+        failed = call(
+            *(PYTHON, "-m", "pip", "install", "--disable-pip-version-check"),
+            *("--quiet", "--no-compile", "-r", "requirements.txt"),
+        )
+    if failed:
         sys.exit("pip could not install requirements.txt; see its message above.")
     STAMP.write_text(wanted.hexdigest(), "utf-8")
 

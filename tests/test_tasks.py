@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import tomllib
 from pathlib import Path
 
@@ -29,7 +30,7 @@ def called(monkeypatch):
         return 0
 
     monkeypatch.setattr(tasks, "call", call)
-    monkeypatch.setattr(tasks, "prepare", lambda: None)
+    monkeypatch.setattr(tasks, "prepare", lambda *beside: None)
     return calls
 
 
@@ -336,6 +337,27 @@ def test_a_headless_shell_comes_before_a_chromium_with_windows(monkeypatch, tmp_
     shell.touch()
     for system in ("posix", "nt"):
         assert browser.find("python", system=system) == str(shell)
+
+
+def test_the_browser_comes_while_the_packages_come(monkeypatch, tmp_path):
+    """Whoever waits for the other in this test waits for ever."""
+    both = threading.Barrier(2, timeout=60)
+    monkeypatch.setattr(tasks, "STAMP", tmp_path / "ready")
+    monkeypatch.setattr(tasks, "works", lambda *command: True)
+    monkeypatch.setattr(tasks, "call", lambda *command: both.wait() and 0)
+    asked = []
+    tasks.prepare(lambda python: asked.append(python) or both.wait())
+    assert asked == [str(tasks.PYTHON)] and tasks.STAMP.exists()
+    tasks.prepare(asked.append)  # all is there
+    assert len(asked) == 1
+    monkeypatch.setattr(tasks, "prepare", lambda *beside: asked.extend(beside))
+    monkeypatch.setattr(tasks, "pytest", lambda *words, **extra: 0)
+    tasks.test(["quick"])
+    assert len(asked) == 1
+    monkeypatch.setattr(tasks.browser, "ensure", lambda python: None)
+    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: None)
+    monkeypatch.setenv("CI", "1")
+    assert tasks.test([]) == 1 and asked[1:] == [browser.from_debian]
 
 
 def test_nothing_is_installed_by_apt_where_there_is_none(monkeypatch):
