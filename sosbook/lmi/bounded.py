@@ -1,5 +1,7 @@
 """Centres where the set of points is unbounded: bound the unknowns first."""
 
+from functools import partial
+
 import numpy as np
 
 from .centre import Unbounded, centre, lower_on_ray, minimize, phase_one
@@ -90,12 +92,10 @@ def bounded(blocks, unknowns, x, r=16.0):
     lies inside. Else r grows until there is a point inside, which is
     returned too: x or a multiple if that will do.
     """
-    sizes = [np.linalg.eigvalsh(g)[0] for g in _bounds(unknowns, unpacked(unknowns, x))]
-    reach = -min(sizes)
+    at_x = _bounds(unknowns, unpacked(unknowns, x), 0)
+    reach = -min(np.linalg.eigvalsh(g)[0] for g in at_x)
     while r < 1e16:  # x lies inside if r is larger than its reach
-        joined = blocks.joined(
-            lambda values: [g + r * eye(g.shape[0]) for g in _bounds(unknowns, values)]
-        )
+        joined = blocks.joined(partial(_bounds, unknowns, r=r))
         near = x * (r / 2 / reach) if reach >= r else x
         if newton_of(joined).least(near).min() > 0:
             return joined, near
@@ -106,8 +106,8 @@ def bounded(blocks, unknowns, x, r=16.0):
     raise Unbounded("no bound of the unknowns holds a feasible point")
 
 
-def _bounds(unknowns, values):
-    """The blocks "scale" with r = 0, of ``values`` of the unknowns by name."""
+def _bounds(unknowns, values, r):
+    """The blocks "scale" of r and of ``values`` of the unknowns by name."""
     P = [values[u.name] for u in unknowns if u.symmetric]
     others = [values[u.name] for u in unknowns if not u.symmetric]
     blocks = [-p for p in P]
@@ -116,6 +116,7 @@ def _bounds(unknowns, values):
         Y = wide[0]
         others = [X for X in others if X is not Y]
         blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    return blocks + [
-        block([[0 * eye(X.shape[1]), X.T], [X, 0 * eye(X.shape[0])]]) for X in others
-    ]
+    for X in others:
+        rows, cols = X.shape
+        blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+    return [g + r * eye(g.shape[0]) for g in blocks]
