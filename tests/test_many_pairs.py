@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.lmi.centre import margin
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis import certificates, feasibility
+from sosbook.synthesis import certificates, cutting, feasibility
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_margins import named_margins, pair_margins
 from sosbook.synthesis.problem import Request
@@ -157,6 +157,17 @@ def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
     assert_allclose(Cuts(lmis).centre(0.2 * far + 0.8 * near), near, rtol=1e-5)
     cuts = Cuts(lmis)
     assert cuts.holds(far) and not cuts.holds(-far)
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_a_guess_that_no_pair_violates_will_do(coupling):
+    """With a slack matrix no block is without a vertex, and none need be chosen."""
+    slack = dict(coupling="slack", slack=0.1) if coupling == "slack" else {}
+    request = Request(plants(k=5, spread=0.01), **slack)
+    assert len(request.pairs) > cutting.CUTTING_PLANE_ABOVE_PAIRS
+    lmis = ScaledLMIs(request, Frame.of(request))
+    assert Cuts(lmis).holds(lmis.packed(lmis.guess()))
+    assert feasibility.answer(request).status == "feasible"
 
 
 @pytest.mark.slow

@@ -137,12 +137,12 @@ class Cuts:
         LMISolution
             A refusal is that of the pairs that were chosen.
         """
-        lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
+        lmis, inside, count, below = self.lmis, False, PAIRS_PER_CUT, np.inf
         size = sum(u.size for u in lmis.unknowns)
         x = np.zeros(size) if start is None else lmis.packed(start)
-        while self.join(self.margins(x, 0.0), 0.0, count) or not inside:
+        while self.join(self.margins(x, 0.0), below, count) or not inside:
             check_time()
-            count *= 2
+            count, below = 2 * count, 0.0
             some = self.some()
             phase = phase_one(some, start=x, multipliers=refute)
             if phase.x is None:
