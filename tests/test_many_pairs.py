@@ -172,7 +172,7 @@ def test_a_guess_that_no_pair_violates_will_do(coupling):
 
 @pytest.mark.slow
 def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
-    monkeypatch.setattr(feasibility, "CUTTING_PLANE_ABOVE_PAIRS", 20)
+    monkeypatch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 20)
     design = sos.design_pid(plants(k=3), region=REGION, gamma=1e-3)
     assert design.status == "infeasible"
     proof = design.infeasibility

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.synthesis import feasibility as phases
+from sosbook.synthesis import cutting
 from sosbook.synthesis.problem import Request
 
 
@@ -136,7 +136,7 @@ def many(gamma):
 def test_a_cutting_plane_over_vertices_changes_nothing(monkeypatch):
     plant, asked = many(0.5)
     found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr(phases, "CUTTING_PLANE_ABOVE_PAIRS", 10**6)
+    monkeypatch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 10**6)
     wanted = sos.design_pid(plant, **asked)
     assert found.status == wanted.status == "feasible"
     assert len(found.margins) == len(wanted.margins)

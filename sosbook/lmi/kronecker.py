@@ -245,23 +245,17 @@ def _entries(layout):
 def _jobs(layouts, plan, slabs_from, most_entries):
     """Pairs of large symmetric unknowns, other large ones, all others in batches."""
     slabs, alone, kinds = [], [], {}
-    for u in range(len(layouts)):
-        for v in range(u, len(layouts)):
-            first, second = u, v
-            if layouts[v].symmetric and not layouts[u].symmetric:
-                first, second = v, u
-            straight, crossed = _job(layouts, first, second, plan)
-            if straight is None:
-                continue
-            X, Y = layouts[first], layouts[second]
-            if X.symmetric and Y.symmetric and X.rows >= slabs_from:
-                slabs.append((first, second, straight))
-                continue
-            if X.rows * X.cols * Y.rows * Y.cols > most_entries:
-                alone.append((first, second, straight, crossed))
-                continue
-            kind = X.rows, X.cols, X.symmetric, Y.rows, Y.cols, Y.symmetric
-            kinds.setdefault(kind, []).append((first, second, straight, crossed))
+    for (first, second), (straight, crossed) in _pairs(layouts, plan).items():
+        X, Y = layouts[first], layouts[second]
+        straight, crossed = _arrays(straight), _arrays(crossed)
+        if X.symmetric and Y.symmetric and X.rows >= slabs_from:
+            slabs.append((first, second, straight))
+            continue
+        if X.rows * X.cols * Y.rows * Y.cols > most_entries:
+            alone.append((first, second, straight, crossed))
+            continue
+        kind = X.rows, X.cols, X.symmetric, Y.rows, Y.cols, Y.symmetric
+        kinds.setdefault(kind, []).append((first, second, straight, crossed))
     batches = []
     for (rows, cols, _, *second, _), pairs in kinds.items():
         pairs.sort(key=lambda pair: len(pair[2][0]))  # these are padded the least
@@ -271,19 +265,22 @@ def _jobs(layouts, plan, slabs_from, most_entries):
     return slabs, alone, batches
 
 
-def _job(layouts, u, v, plan):
-    """Indices of both Kronecker products: with vec(dY), and with vec(dY')."""
-    straight, crossed = [], []
+def _pairs(layouts, plan):
+    """Indices of both Kronecker products: with vec(dY), and with vec(dY').
+
+    Two lists for each two unknowns that share a block, a symmetric one first.
+    """
+    found = {}
     for products, starts, weight, base, c in plan:
-        lefts, rights = _columns(layouts, products, starts)
-        for s, t in product(range(len(products)), repeat=2):
-            if (products[s], products[t]) != (u, v):
+        factors = [*zip(products, *_columns(layouts, products, starts))]
+        for (u, Ls, Rs), (v, Lt, Rt) in product(factors, repeat=2):
+            if (not layouts[u].symmetric, u) > (not layouts[v].symmetric, v):
                 continue
+            straight, crossed = found.setdefault((u, v), ([], []))
 
             def at(rows, cols, base=base, c=c, weight=weight):
                 return base + (rows[:, None] * c + cols) * weight
 
-            Ls, Rs, Lt, Rt = lefts[s], rights[s], lefts[t], rights[t]
             terms = [(straight, at(Rs, Lt), at(Rt, Ls))]
             if layouts[u].symmetric:  # dX may be transposed
                 terms.append((straight, at(Lt, Ls).T, at(Rs, Rt).T))
@@ -294,7 +291,7 @@ def _job(layouts, u, v, plan):
                 entries.append((A, B, 2.0 * weight))
                 if weight == 2:  # an imaginary part follows its real one
                     entries.append((A + 1, B + 1, -2.0 * weight))
-    return _arrays(straight), _arrays(crossed)
+    return dict(sorted(found.items()))
 
 
 def _distinct(products):

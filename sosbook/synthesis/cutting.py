@@ -13,7 +13,13 @@ from ..lmi.solution import LMISolution
 from ..lmi.time_limit import check_time
 from .pair_margins import pair_margins
 
-__all__ = ["CENTRE_UP_TO_PAIRS", "CUTTING_PLANE_ABOVE_PAIRS", "Cuts", "holds"]
+__all__ = [
+    "CENTRE_UP_TO_PAIRS",
+    "CUTTING_PLANE_ABOVE_PAIRS",
+    "Cuts",
+    "few_decide",
+    "holds",
+]
 
 # pairs of vertices
 CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at once
@@ -137,12 +143,12 @@ class Cuts:
         LMISolution
             A refusal is that of the pairs that were chosen.
         """
-        lmis, inside, count, below = self.lmis, False, PAIRS_PER_CUT, np.inf
+        lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
         size = sum(u.size for u in lmis.unknowns)
         x = np.zeros(size) if start is None else lmis.packed(start)
-        while self.join(self.margins(x, 0.0), below, count) or not inside:
+        while self.join(self.margins(x, 0.0), 0.0, count) or not inside:
             check_time()
-            count, below = 2 * count, 0.0
+            count *= 2
             some = self.some()
             phase = phase_one(some, start=x, multipliers=refute)
             if phase.x is None:
@@ -223,6 +229,15 @@ class Cuts:
                 continue
             if not self.join(self.margins(outcome, 0.0), 0.0, count):
                 return outcome
+
+
+def few_decide(request):
+    """Whether `Cuts` find a point of a request sooner than all blocks at once.
+
+    With a slack matrix they don't, for each vertex has a P of its own.
+    """
+    many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
+    return many and request.coupling != "slack"
 
 
 def _key(name):

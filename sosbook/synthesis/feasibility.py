@@ -10,7 +10,7 @@ from ..lmi.centre import LONGEST_SOLUTION, Unbounded, centre
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time, time_limit
 from ..plants.checks import positive
-from .cutting import CENTRE_UP_TO_PAIRS, CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
+from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .pole_proof import decided_by_poles, of_poles_alone
 from .scaled_lmis import ScaledLMIs
@@ -111,9 +111,9 @@ def find(lmis, start=None, refute=True):
     With many pairs of vertices most blocks are only looked at. ``start`` and
     ``refute`` are as for `LMIProblem.find`; without a start the frame guesses.
     """
-    start, pairs = start or lmis.guess(), len(lmis.request.pairs)
-    if pairs > CUTTING_PLANE_ABOVE_PAIRS:
-        last = pairs > CENTRE_UP_TO_PAIRS
+    start = start or lmis.guess()
+    if few_decide(lmis.request):
+        last = len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS
         first = Cuts(lmis).find(start, refute and last)
         if first.values is not None or last:
             return first

@@ -9,7 +9,7 @@ from ..lmi.centre import Unbounded
 from ..lmi.exact import round_digits
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
-from .cutting import CUTTING_PLANE_ABOVE_PAIRS, Cuts, holds
+from .cutting import Cuts, few_decide, holds
 from .feasibility import answer, find, finish, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
@@ -114,10 +114,10 @@ def _least(lmis, objective, values, gap):
             names = " and ".join(objective)
             raise ValueError(NO_MINIMUM.format(names)) from None
 
-    if len(lmis.request.pairs) <= CUTTING_PLANE_ABOVE_PAIRS:
-        x = work(lmis.compiled, x)
-    else:
+    if few_decide(lmis.request):
         x = Cuts(lmis).least(x, work)
+    else:
+        x = work(lmis.compiled, x)
     return unpacked(lmis.unknowns, x)
 
 

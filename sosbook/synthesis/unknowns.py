@@ -1,5 +1,7 @@
 """What the blocks of a request are affine in, and the blocks for values of it."""
 
+from functools import cached_property
+
 import numpy as np
 
 from ..lmi import Unknown
@@ -38,7 +40,7 @@ class InUnknowns:
             raise ValueError(f"two unknowns have one name: {names}")
         return unknowns
 
-    @property
+    @cached_property
     def lyapunov(self):
         """Names of the unknown Lyapunov matrices; equal vertices share one."""
         if self.coupling != "slack":
@@ -81,9 +83,9 @@ class InUnknowns:
 
         ``number`` and ``frame`` are as in `blocks`.
         """
-        values = dict(values)
-        P = [values[name] for name in self.lyapunov]
-        values = {name: x for name, x in values.items() if name not in self.lyapunov}
+        names = self.lyapunov
+        P = [values[name] for name in names]
+        values = {name: x for name, x in values.items() if name not in names}
         V = values.pop("V", None)
         if self.coupling != "slack":
             (P,) = P
