@@ -5,6 +5,7 @@ import pytest
 
 import sosbook as sos
 from benchmarks.catalogue import case
+from sosbook.lmi.barrier import Barrier
 from sosbook.lmi.centre import centre, lower_on_ray
 from sosbook.lmi.curve import FEW_TERMS, MOST_TERMS, Curve
 from sosbook.lmi.newton import newton_of
@@ -13,17 +14,18 @@ from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 
 
-def gradient(newton, x):
-    """Of -sum log det of all blocks."""
-    return -newton.adjoint([np.linalg.inv(g) for g in newton.at(x)])
+def gradient(newton, x, radius=None):
+    """Of -sum log det of all blocks, and of the ball's -log(radius^2 - x.x)."""
+    of_ball = 0 if radius is None else 2 * x / (radius**2 - x @ x)
+    return of_ball - newton.adjoint([np.linalg.inv(g) for g in newton.at(x)])
 
 
-def curve_at(newton, x, small=0.0):
+def curve_at(newton, x, small=0.0, radius=None):
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
-    solve = newton.solver(roots, x)
-    direction = -solve(-newton.adjoint(gram(roots)))
+    solve = newton.solver(roots, x, radius)
+    direction = -solve(gradient(newton, x, radius))
     change = newton.scaled(roots, direction)
-    return Curve(newton, roots, x, direction, change, solve, small)
+    return Curve(newton, roots, x, direction, change, solve, small, radius)
 
 
 CASES = [
@@ -36,18 +38,23 @@ CASES = [
 ]
 
 
+@pytest.mark.parametrize("times", [None, 1.02, 3.0])
 @pytest.mark.parametrize("family, size", CASES)
-def test_the_gradient_shrinks_evenly(family, size):
-    """At s it is 1 - s times that at the start, but for the terms that are left."""
+def test_the_gradient_shrinks_evenly(family, size, times):
+    """At s it is 1 - s times that at the start, but for the terms that are left.
+
+    So it does within a ball that is so many ``times`` as wide as the point is far.
+    """
     first = search(case(family, size).request)
     newton = newton_of(first.problem.compiled)
     x = first.problem.packed(first.values)
-    curve = curve_at(newton, x)
+    radius = None if times is None else times * np.linalg.norm(x)
+    curve = curve_at(newton, x, radius=radius)
     many = not family.endswith("springs")  # there a term takes as long as a matrix
     assert len(curve.terms) == (MOST_TERMS if many else FEW_TERMS)
-    start, left = gradient(newton, x), []
+    start, left = gradient(newton, x, radius), []
     for s in (0.02, 0.04):
-        there = gradient(newton, curve(s / (1 - s * curve.rho)))
+        there = gradient(newton, curve(s / (1 - s * curve.rho)), radius)
         left.append(np.abs(there - (1 - s) * start).max() / np.abs(start).max())
     # twice the way leaves about 2^8 times as much (2^3), or what rounding leaves
     assert left[1] < (1e-7 if many else 1e-3)
@@ -103,3 +110,19 @@ def test_long_valleys_take_few_steps(n):
         roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(found)]
         slope = newton.adjoint(gram(roots))
         assert abs(slope @ newton.solver(roots, found)(slope)) < 1e-16
+
+
+@pytest.mark.parametrize("n", [2, 4, 6])
+def test_so_do_they_within_a_ball(n):
+    """In straight lines it took 8 to 17."""
+    for seed in range(6):
+        plant, asked = valley(seed, n)
+        first = search(Request(plant, **asked))
+        newton = newton_of(first.problem.compiled)
+        x = first.problem.packed(first.values)
+        barrier = Barrier(newton, 10 * np.linalg.norm(x))
+        cost, decrements = np.zeros(len(x)), [1.0]
+        while decrements[-1] > 1e-4:
+            x, decrement = barrier.step(x, cost)
+            decrements.append(decrement)
+        assert len(decrements) <= 9

@@ -96,7 +96,7 @@ class Barrier:
         self._solve = solve = self.newton.solver(roots, x, self.radius)
         direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
-        curved = self.radius is None and not self.newton.iterative
+        curved = not self.newton.iterative
         bends = curved and decrement > STRAIGHT_BELOW
         searched = decrement > LINE_SEARCH_ABOVE  # below it the full step converges
         change = self.newton.scaled(roots, direction) if bends or searched else None
@@ -106,9 +106,12 @@ class Barrier:
             slope = cost @ direction
             length = self._search(x, direction, slope, rates, weights)
             least = length * slope - weights @ np.log1p(length * rates)
+            least += self._in_ball(x, x + length * direction)
         if bends:
             small = SMALL_TERM if searched else SETTLED
-            curve = Curve(self.newton, roots, x, direction, change, solve, small)
+            curve = Curve(
+                self.newton, roots, x, direction, change, solve, small, self.radius
+            )
             moved = self._along(curve, factors, cost, length, least)
             if moved is not None:
                 return moved, decrement
@@ -192,6 +195,7 @@ class Barrier:
             if factors is None:
                 return np.inf, None
             rise = begin - self._logarithms(factors) + cost @ (moved - curve.x)
+            rise += self._in_ball(curve.x, moved)
             return rise, (moved, factors)
 
         longest = FARTHEST_CURVE * max(length, 1.0)
@@ -212,6 +216,12 @@ class Barrier:
             fallen, best = further, there
         self._last = best
         return best[0]
+
+    def _in_ball(self, x, moved):
+        """The rise of the ball's barrier between two points inside."""
+        if self.radius is None:
+            return 0.0
+        return np.log((self.radius**2 - x @ x) / (self.radius**2 - moved @ moved))
 
     def _logarithms(self, factors):
         """log det of all blocks, from their Cholesky factors."""

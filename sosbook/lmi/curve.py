@@ -52,6 +52,8 @@ class Curve:
         ``solve(g)`` is the d with H d = g.
     small : float
         The length, in the norm of H, of a term of the sum that is the last.
+    radius : float, optional
+        Of a ball whose barrier -log(radius^2 - x.x) belongs to the gradient.
 
     Attributes
     ----------
@@ -59,23 +61,27 @@ class Curve:
         The t that belongs to the centre.
     """
 
-    def __init__(self, newton, roots, x, direction, change, solve, small):
+    def __init__(self, newton, roots, x, direction, change, solve, small, radius=None):
         self.x = x
-        inverse = [_Inverse(d) for d in change]
+        inverse, ball = [_Inverse(d) for d in change], _Ball(x, radius, direction)
         self.rho, self.end, self.terms = 0.0, 1.0, [direction]
         last, squared = direction, newton.inner(change, change)
+        squared += ball.inner(last, last)
         long = not newton.has_table and newton.patience < LONG_BELOW
         for k in range(2, (FEW_TERMS if long else MOST_TERMS) + 1):
             known = [series.products() for series in inverse]
             back = [transposed(N) @ c @ N for N, c in zip(roots, known)]
-            term = -solve(newton.adjoint(back))
+            term = -solve(newton.adjoint(back) + ball.products())
+            ball.append(term)
             before, change = change, newton.scaled(roots, term)
             if k == 2:
-                self.rho = max(newton.inner(before, change) / squared, 0.0)
+                along = newton.inner(before, change) + ball.inner(last, term)
+                self.rho = max(along / squared, 0.0)
                 self.end = 1 / (1 - min(self.rho, FARTHEST_POLE))
             self.terms.append(term - self.rho * last)
             rest = [d - self.rho * b for d, b in zip(change, before)]
-            if not self.end * np.sqrt(newton.inner(rest, rest)) > small:
+            left = newton.inner(rest, rest) + ball.inner(self.terms[-1], self.terms[-1])
+            if not self.end * np.sqrt(left) > small:
                 break
             last = term
             for series, d, c in zip(inverse, change, known):
@@ -115,3 +121,40 @@ class _Inverse:
         """C_k of the first k that isn't known."""
         width = self.q * self.known
         return self.row[:, :, :width] @ self.column[:, -width:]
+
+
+class _Ball:
+    """The series of the gradient 2 x / (radius^2 - x.x), and its part of H's norm."""
+
+    def __init__(self, x, radius, direction):
+        self.radius, self.x = radius, [x]
+        if radius is not None:
+            self.inside = [radius**2 - x @ x]  # the series of radius^2 - x.x
+            self.inverse = [1 / self.inside[0]]
+            self.append(direction)
+
+    def append(self, term):
+        """Add the next term of x."""
+        if self.radius is None:
+            return
+        self.x.append(term)
+        self.inside.append(-sum(a @ b for a, b in zip(self.x, self.x[::-1])))
+        self.inverse.append(self._next(self.inside))
+
+    def _next(self, inside):
+        pairs = zip(inside[1:], self.inverse[::-1])
+        return -self.inverse[0] * sum(s * q for s, q in pairs)
+
+    def products(self):
+        """The next term of the gradient, if that of x were zero."""
+        if self.radius is None:
+            return 0.0
+        inside = [*self.inside, -sum(a @ b for a, b in zip(self.x[1:], self.x[:0:-1]))]
+        inverse = [*self.inverse, self._next(inside)]
+        return 2 * sum(x * q for x, q in zip(self.x, inverse[:0:-1]))
+
+    def inner(self, a, b):
+        if self.radius is None:
+            return 0.0
+        q, x = self.inverse[0], self.x[0]
+        return 2 * q * (a @ b) + 4 * q**2 * (x @ a) * (x @ b)
