@@ -105,6 +105,9 @@ def faults(name):
     found = [f"{code}: {x}" for code, x in validate(name)["errors"] if code in FAULTS]
     if isinstance(thing, property):
         return found
+    names = [p.name for p in FunctionDoc(None, doc=doc)["Parameters"]]
+    twice = sorted({x for x in names if names.count(x) > 1})
+    found += [f"{x} is documented twice" for x in twice]
     return [f"{x} isn't documented" for x in sorted(undocumented(thing, doc))] + found
 
 

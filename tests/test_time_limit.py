@@ -160,3 +160,18 @@ def test_a_proof_that_has_no_time_says_so(name):
 
 def test_a_long_proof_shows_its_bar(capsys):
     assert sos.design_pid(ONE).certify(time_limit=600, progress=True).proven
+
+
+def test_an_observer_takes_a_limit():
+    plant = sos.SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
+    asked = dict(K=sos.design_lqr(plant, np.eye(2), [[1]]).K, R_F=[[0.1]])
+    asked["Q_F"] = [[0], [1], [0], [0]]
+    whole = sos.design_observer(plant, **asked, time_limit=1e9)
+    assert whole.status == "feasible" and not whole.reason and not whole.advice
+    stopped = sos.design_observer(plant, **asked, time_limit=1e-9)
+    assert stopped.status == "undecided" and stopped.L is None
+    assert "1e-09 s: raise time_limit" in stopped.reason == stopped.advice
+    with pytest.raises(ValueError, match="time_limit must be positive"):
+        sos.design_observer(plant, **asked, time_limit=0)
+    with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
+        sos.design_observer(plant, **asked)  # the outer limit is somebody else's

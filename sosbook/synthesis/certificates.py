@@ -203,14 +203,12 @@ def prove(request, K, P, digits=6, V=None, own=None):
         Rounded too; must be symmetric. With ``coupling="slack"`` one
         for each vertex.
     digits : int or None
-        None tries 6, 8, 10, 12 and 17; for a request with a given gain,
-        that very gain.
+        Significant digits of the gain. None tries 6, 8, 10, 12 and 17; for a
+        request with a given gain, that very gain.
     V : (N, N) array, optional
         The slack matrix; rounded too.
     own : dict, optional
         The requirements' own unknowns, by name; rounded too.
-    digits : int
-        Significant digits of the gain.
 
     Returns
     -------

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from time import monotonic
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +14,10 @@ from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
 from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..lmi.time_limit import OutOfTime
+from ..lmi.time_limit import time_limit as limited
 from ..lmi.trusted import TrustedProblem
-from ..plants.checks import matrix
+from ..plants.checks import matrix, positive
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
@@ -23,6 +26,7 @@ from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
 from .error_loop import error_loop, vertices_of
 from .observer_design import ObserverDesign
+from .pid import TIME_LIMIT
 from .riccati_point import riccati_observer
 
 __all__ = ["design_observer"]
@@ -41,6 +45,7 @@ def design_observer(
     *,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
+    time_limit: float = TIME_LIMIT,
 ) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5).
 
@@ -60,6 +65,8 @@ def design_observer(
     B_w : (N, p) array_like, or one for each vertex, optional
         Where the noise of the cost (2.44) enters; the plant's own
         without it.
+    time_limit : float
+        Seconds after which the answer is "undecided".
 
     Returns
     -------
@@ -101,8 +108,16 @@ def design_observer(
         noises = [matrix("B_w", b, (N, None)) for b in several]
     if noises[0].shape[1] == 0:
         raise ValueError("B_w is missing: the plant has no F")
+    seconds, begun = positive("time_limit", time_limit), monotonic()
     problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
-    return problem.solve(plant)
+    try:
+        with limited(seconds):
+            return problem.solve(plant)
+    except OutOfTime:
+        if monotonic() - begun < seconds:  # somebody else's limit
+            raise
+    reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
+    return ObserverDesign(plant, K, C, "undecided", reason=reason)
 
 
 def _bound(least):

@@ -72,12 +72,8 @@ class ObserverDesign(Result, ReadOnly):
         The LMIs that were solved.
     multipliers : list of arrays or None
         Of their blocks, where there is no observer.
-    multipliers : list of arrays or None
-        Multipliers of the blocks, where there is no observer.
-    problem : LMIProblem or None
-        The LMIs that were solved.
-    values : dict or None
-        Values of their unknowns, by name.
+    reason : str
+        Why nothing is known, if the time was over.
     """
 
     plant: Any
@@ -90,6 +86,7 @@ class ObserverDesign(Result, ReadOnly):
     values: dict | None = None
     problem: Any = None
     multipliers: list | None = None
+    reason: str = ""
 
     def __repr__(self):
         bound = "" if self.bound is None else f", bound {self.bound:.4g}"
@@ -116,10 +113,10 @@ class ObserverDesign(Result, ReadOnly):
     def advice(self) -> str:
         """What to change; empty if feasible.
 
-        Found by designing for the mean plant alone.
+        Found by designing for the mean plant alone, unless time was short.
         """
-        if self.status == "feasible":
-            return ""
+        if self.status == "feasible" or self.reason:
+            return self.reason
         if self.problem is not None and len(self.problem.vertices) > 1:
             if self.problem.of_mean().solve(self.plant).status == "feasible":
                 return (
