@@ -19,7 +19,10 @@ SWEEP = """async ([tag, count, known]) => {
   const e = document.querySelector(tag), foot = document.querySelector("#foot");
   const wait = ms => new Promise(done => setTimeout(done, ms)), seen = {};
   const until = async holds => {   // an answer that is known comes without a pause
-    for (let k = 0; k < 3000 && !holds(); k++) await (k < 20 ? null : wait(4));
+    for (let k = 0; !holds(); k++) {
+      if (k === 3000) throw new Error(`never holds: ${holds}`);
+      await (k < 20 ? null : wait(4));
+    }
   };
   const solved = () => e.answer?.values.every((v, k) => v === e.values[k]);
   const answers = new Map(known), ask = e.solver?.ask;
