@@ -157,6 +157,15 @@ def test_the_pages_functions_of_matrices_are_scipys(desk):
 # ---------------------------------------------------- every element, every hand
 
 
+@pytest.fixture
+def alone(desk, tag):
+    """The desk with all but one element out of sight: no step lays out the others."""
+    style = f"body > :not({tag}) {{content-visibility: hidden}}"
+    sheet = desk.page.add_style_tag(content=style)
+    yield desk
+    sheet.evaluate("style => style.remove()")
+
+
 def values(desk, tag):
     return desk.page.evaluate(
         "tag => Object.values(document.querySelector(tag).place)", tag
@@ -164,25 +173,25 @@ def values(desk, tag):
 
 
 @pytest.mark.parametrize("tag", TAGS)
-def test_mouse_keyboard_and_reset(desk, tag):
-    desk.compute(tag, [])
-    begin, said = values(desk, tag), desk.said(tag)
-    for slider in desk.page.locator(f"{tag} input[type=range]").all():
-        before, text = values(desk, tag), slider.get_attribute("aria-valuetext")
+def test_mouse_keyboard_and_reset(alone, tag):
+    alone.compute(tag, [])
+    begin, said = values(alone, tag), alone.said(tag)
+    for slider in alone.page.locator(f"{tag} input[type=range]").all():
+        before, text = values(alone, tag), slider.get_attribute("aria-valuetext")
         slider.focus()
         highest = slider.input_value() == slider.get_attribute("max")
-        desk.page.keyboard.press("ArrowLeft" if highest else "ArrowRight")
-        assert values(desk, tag) != before
+        alone.page.keyboard.press("ArrowLeft" if highest else "ArrowRight")
+        assert values(alone, tag) != before
         assert slider.get_attribute("aria-valuetext") != text
-        before = values(desk, tag)
+        before = values(alone, tag)
         right = slider.input_value() < slider.get_attribute("max")
         for point in points(slider, 0.4, 0.7):
-            desk.page.mouse.click(*point)
-        assert values(desk, tag) != before or not right
+            alone.page.mouse.click(*point)
+        assert values(alone, tag) != before or not right
         name = slider.get_attribute("id")
-        assert desk.page.locator(f'label[for="{name}"]').inner_text()
-    desk.page.locator(f"{tag} .sos-reset").click()
-    assert values(desk, tag) == begin and desk.said(tag) == said
+        assert alone.page.locator(f'label[for="{name}"]').inner_text()
+    alone.page.locator(f"{tag} .sos-reset").click()
+    assert values(alone, tag) == begin and alone.said(tag) == said
 
 
 @pytest.mark.parametrize("tag", TAGS)
@@ -256,16 +265,16 @@ BANDS = sorted(
 
 
 @pytest.mark.parametrize("tag", TAGS)
-def test_bands_are_green_where_the_verdict_is(desk, tag):
+def test_bands_are_green_where_the_verdict_is(alone, tag):
     """At random places of each slider, a step or more away from an end of green."""
-    element = desk.page.locator(tag)
+    element = alone.page.locator(tag)
     assert element.get_by_text("Green under a slider").count() == (tag in BANDS)
     if tag not in BANDS:
         return
-    desk.compute(tag, [])
+    alone.compute(tag, [])
     element.scroll_into_view_if_needed()
-    desk.page.wait_for_function("t => document.querySelector(t).surveyed", arg=tag)
-    told = desk.page.evaluate(
+    alone.page.wait_for_function("t => document.querySelector(t).surveyed", arg=tag)
+    told = alone.page.evaluate(
         """tag => {
       const element = document.querySelector(tag), told = [];
       for (const control of element.data.controls.filter(c => !c.names)) {
@@ -294,7 +303,7 @@ def test_bands_are_green_where_the_verdict_is(desk, tag):
 
 
 @pytest.mark.parametrize("tag", TAGS)
-def test_a_link_leads_back_to_the_setting(desk, browser, sheet, tag):
+def test_a_link_leads_back_to_the_setting(desk, visit, sheet, tag):
     desk.compute(tag, [])
     slider = desk.page.locator(f"{tag} input[type=range]").first
     slider.focus()
@@ -304,10 +313,9 @@ def test_a_link_leads_back_to_the_setting(desk, browser, sheet, tag):
     desk.page.locator(f"{tag} .sos-address").click()
     address, name = desk.page.url.split("#")
     assert address == sheet.as_uri()
-    own = browser.new_page(reduced_motion="reduce")
-    own.goto(f"{sheet.with_name(tag).as_uri()}.html#{name}")
-    assert own.evaluate("t => document.querySelector(t).place", tag) == place
-    own.close()
+    own = visit(f"{sheet.with_name(tag).as_uri()}.html#{name}")
+    assert own.page.evaluate("t => document.querySelector(t).place", tag) == place
+    assert own.errors == []
     desk.compute(tag, [])
 
 
