@@ -67,6 +67,7 @@ SWEEP = """async ([tag, count, known]) => {
     "text", [text for _, text in stored()], ids=[stem for stem, _ in stored()]
 )
 def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text):
+    """All is laid out and nothing painted: nobody looks at the pixels."""
     sheet, known = tmp_path / "sheet.html", []
     tag = re.match(r"<(sos-\w+)", text)[1]
     for window, column in WIDTHS:
@@ -74,7 +75,8 @@ def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text):
             '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
             '<meta name="viewport" content="width=device-width">'
             '<link rel="icon" href="data:,">'
-            f'<body style="margin: 16px; width: {column}px">{text}<p id="foot">foot',
+            f"<style>body {{margin: 16px; width: {column}px; visibility: hidden}}"
+            f'</style>{text}<p id="foot">foot',
             "utf8",
         )
         tab = visit(sheet, width=window)
