@@ -184,10 +184,9 @@ def test_mouse_keyboard_and_reset(alone, tag):
         assert values(alone, tag) != before
         assert slider.get_attribute("aria-valuetext") != text
         before = values(alone, tag)
-        right = slider.input_value() < slider.get_attribute("max")
         for point in points(slider, 0.4, 0.7):
             alone.page.mouse.click(*point)
-        assert values(alone, tag) != before or not right
+        assert values(alone, tag) != before
         name = slider.get_attribute("id")
         assert alone.page.locator(f'label[for="{name}"]').inner_text()
     alone.page.locator(f"{tag} .sos-reset").click()
