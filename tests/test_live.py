@@ -180,59 +180,48 @@ def _wait(address, server):
 
 
 @pytest.fixture(scope="module")
-def opened(lab, browser):
-    """Opens a notebook in the one tab, so that Lab's own code is compiled once.
-
-    A notebook that stands there already stays as it is. Each has a workspace of
-    its own: Lab opens nothing else beside it.
-    """
+def page(lab, browser):
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
-    page, errors, there = context.new_page(), [], None
-    page.set_default_timeout(60_000)
+    page = context.new_page()
+    _run(page, lab("live.ipynb"))
+    page.locator(PICTURE).wait_for()
+    yield page
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def explorers(lab, browser):
+    """The newer explorers, all in one notebook."""
+    yield from _notebook(lab, browser, "explorers")
+
+
+@pytest.fixture(scope="module")
+def elements(lab, browser):
+    """A page's explorer, and the same once more with the package behind it."""
+    yield from _notebook(lab, browser, "pages")
+
+
+@pytest.fixture(scope="module")
+def kinds(lab, browser):
+    """An element of each kind that the book shows, one below the other."""
+    yield from _notebook(lab, browser, "kinds")
+
+
+def _notebook(lab, browser, name):
+    """A tab of its own, in a workspace of its own, in which all cells have begun."""
+    context = browser.new_context(viewport={"width": 1400, "height": 1000})
+    page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
-
-    def opened(name, run=True):
-        nonlocal there
-        if there != name:
-            there = name
-            own = f"/lab/workspaces/{Path(name).stem}/tree"
-            page.goto(lab(name).replace("/lab/tree", own))
-            if run:
-                _run(page)
-        return page
-
-    yield opened
+    own = lab(f"{name}.ipynb").replace("/lab/tree", f"/lab/workspaces/{name}/tree")
+    _run(page, own)
+    yield page
     assert errors == []
     context.close()
 
 
-@pytest.fixture
-def page(opened):
-    """The explorer of designs, and an atlas."""
-    page = opened("live.ipynb")
-    page.locator(PICTURE).wait_for()
-    return page
-
-
-@pytest.fixture
-def explorers(opened):
-    """The newer explorers, all in one notebook."""
-    return opened("explorers.ipynb")
-
-
-@pytest.fixture
-def elements(opened):
-    """A page's explorer, and the same once more with the package behind it."""
-    return opened("pages.ipynb")
-
-
-@pytest.fixture
-def kinds(opened):
-    """An element of each kind that the book shows, one below the other."""
-    return opened("kinds.ipynb")
-
-
-def _run(page):
+def _run(page, address):
+    page.set_default_timeout(60_000)
+    page.goto(address)
     page.locator(".jp-CodeCell").first.wait_for()
     page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
     page.get_by_role("menuitem", name="Run", exact=True).click()
@@ -281,16 +270,6 @@ def test_an_impossible_wish_is_said(page):
     handle.press("Home")
     page.get_by_text("infeasible", exact=True).wait_for()
     page.get_by_text("Leave out mu = 1 first").wait_for()
-
-
-def test_the_atlas_works_in_the_notebook(page):
-    slider = page.get_by_label("Decay rate σ")
-    slider.scroll_into_view_if_needed()
-    readout = page.locator("sos-atlas .sos-readout")
-    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
-    slider.focus()
-    slider.press("ArrowLeft")
-    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
 
 
 @pytest.mark.parametrize("name", EXPLORERS)
@@ -413,10 +392,25 @@ def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
     )
 
 
-def test_an_untrusted_notebook_says_how_to_get_the_sliders(opened):
-    page = opened("stranger.ipynb", run=False)
-    page.locator(".jp-OutputArea-output").get_by_text("trust the notebook").wait_for()
+def test_the_atlas_works_in_the_notebook(page):
+    slider = page.get_by_label("Decay rate σ")
+    slider.scroll_into_view_if_needed()
+    readout = page.locator("sos-atlas .sos-readout")
+    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
+    slider.focus()
+    slider.press("ArrowLeft")
+    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
+
+
+def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab("stranger.ipynb"))
+    page.locator(".jp-OutputArea-output").get_by_text("trust the notebook").wait_for(
+        timeout=60_000
+    )
     assert page.locator("sos-atlas input").count() == 0
+    context.close()
 
 
 RENDERED = """marks => {
@@ -426,9 +420,13 @@ RENDERED = """marks => {
 
 
 @pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
-def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(opened):
-    page = opened(CHAPTER, run=False)
+def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab(CHAPTER))
     figure = page.locator("figure.sos-figure svg").first
-    figure.wait_for()
+    figure.wait_for(timeout=60_000)
     assert figure.bounding_box()["width"] > 300
-    page.wait_for_function(RENDERED, arg=[":::", "{eq}", "{prf", "{numref}", "]("])
+    marks = [":::", "{eq}", "{prf", "{numref}", "]("]
+    page.wait_for_function(RENDERED, arg=marks, timeout=60_000)
+    context.close()
