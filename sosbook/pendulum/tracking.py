@@ -7,6 +7,7 @@ fitted so that its one-tick predictions of gyro and encoders are best.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
@@ -205,15 +206,12 @@ class Predictor:
         self.R = np.diag(scale**2)
         self.first = min(round(SETTLING / T), len(V) // 2)
         self.told = len(V) - self.first
+        # a fit asks for the slopes where it has just asked for what is left
+        self._predicted = lru_cache(maxsize=1)(self._predict)
 
     def innovations(self, x):
         """(2, told) array: what the sensors say beyond the prediction."""
-        F, now, last = self._parts(x)
-        P, S = self._riccati(F, now + last)
-        L = F @ P @ self.C.T @ np.linalg.inv(S)
-        forced = L @ self.y + self._forces(now, last, x[4])
-        forced = np.column_stack([self.start, forced[:, :-1]])
-        return (self.y - _filtered(F - L @ self.C, forced, self.C))[:, self.first :]
+        return self._predicted(x.tobytes())[-1][:, self.first :]
 
     def slopes(self, x):
         """(5, 2, told) array: how `innovations` move with each unknown.
@@ -221,17 +219,8 @@ class Predictor:
         Exact, but for the differences of what depends on the plant alone: what
         the filter's gain moves by solves a Stein equation.
         """
-        C, y = self.C, self.y
-        F, now, last = self._parts(x)
-        push = now + last
-        P, S = self._riccati(F, push)
-        K = P @ C.T @ np.linalg.inv(S)
-        loop = F - F @ K @ C
-        forced = F @ K @ y + self._forces(now, last, x[4])
-        forced = np.column_stack([self.start, forced[:, :-1]])
-        states = _filtered(loop, forced, np.eye(5))
-        e = y - C @ states
-
+        C = self.C
+        push, P, S, K, loop, states, e = self._predicted(x.tobytes())
         moved = _slopes(
             lambda x: np.concatenate(list(map(np.ravel, self._parts(x)))), x
         )
@@ -249,18 +238,29 @@ class Predictor:
             forces.append(np.column_stack([np.zeros(5), more[:, :-1]]))
         return -_filtered(loop, np.array(forces), C)[..., self.first :]
 
+    def _predict(self, x):
+        """The filter of the unknowns x, by their bytes: its states and what is left."""
+        x, C = np.frombuffer(x), self.C
+        F, now, last = self._parts(x)
+        P, S = self._riccati(F, now + last)
+        K = P @ C.T @ np.linalg.inv(S)
+        loop = F - F @ K @ C
+        forced = F @ K @ self.y + self._forces(now, last, x[4])
+        forced = np.column_stack([self.start, forced[:, :-1]])
+        states = _filtered(loop, forced, np.eye(5))
+        return now + last, P, S, K, loop, states, self.y - C @ states
+
     def _parts(self, x):
         """F, and how a volt of this tick and one of the last act in a tick."""
         body, wheel, motor = np.exp(x[:3])
         robot, T = scaled(self.mip, body, wheel), self.T
         plant = replace(robot, f=robot.f * motor).plant()
-        A, B = np.zeros((5, 5)), np.zeros((5, 1))
-        A[:2, 2:4] = np.eye(2)
-        A[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
-        B[2:4] = np.linalg.solve(plant.M, plant.B)
-        first, then = T * x[3], T * (1 - x[3])
-        last = expm(A * then) @ _held(A, B, first)
-        return expm(A * T), _held(A, B, then)[:, 0], last[:, 0]
+        both = np.zeros((6, 6))  # the states and a voltage that is held
+        both[:2, 2:4] = np.eye(2)
+        both[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
+        both[2:4, 5:] = np.linalg.solve(plant.M, plant.B)
+        first, then = expm(both * T * x[3]), expm(both * T * (1 - x[3]))
+        return (then @ first)[:5, :5], then[:5, 5], then[:5, :5] @ first[:5, 5]
 
     def _riccati(self, F, push):
         """The states' covariance, and that of what the sensors say."""
@@ -290,11 +290,3 @@ def _filtered(F, forced, C):
         else:
             row[:] = lfilter([1.0], [1.0, -p.real], row.real)
     return (C @ modes @ inputs).real
-
-
-def _held(A, B, time):
-    """The integral of e^(A s) B over a time."""
-    n = len(A)
-    both = np.zeros((n + 1, n + 1))
-    both[:n, :n], both[:n, n:] = A, B
-    return expm(both * time)[:n, n:]
