@@ -73,7 +73,9 @@ def matrix(name, value, shape=None):
     Takes nested lists, arrays, scipy.sparse, and a number for a matrix
     of one entry.
     """
-    array = _floats(name, value.toarray() if issparse(value) else value)
+    if not isinstance(value, np.ndarray) and issparse(value):
+        value = value.toarray()
+    array = _floats(name, value)
     if array.ndim == 0:
         array = array.reshape(1, 1)
     if array.ndim == 1:
@@ -85,9 +87,10 @@ def matrix(name, value, shape=None):
         )
     if array.ndim != 2:
         raise ValueError(f"{name} must be a matrix (two dimensions), got {array.ndim}")
-    if not np.isfinite(array).all():
+    largest = np.abs(array).max(initial=0.0)
+    if not np.isfinite(largest):
         raise ValueError(f"{name} has NaN or infinite entries")
-    _check_size(f"the largest entry of {name}", np.abs(array).max(initial=0.0))
+    _check_size(f"the largest entry of {name}", largest)
     for axis, word in enumerate(("rows", "columns")):
         wanted = None if shape is None else shape[axis]
         if wanted is not None and array.shape[axis] != wanted:

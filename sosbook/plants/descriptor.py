@@ -314,7 +314,7 @@ def coupled_pairs(vertices, coupling):
         )
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]
-    if coupling == "pairs":
+    if coupling == "pairs" and len(few) > 1:
         masses = {i: tuple(np.ravel(vertices[i].E)) for i in few}
         kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
         kind = {i: kinds[E] for i, E in masses.items()}

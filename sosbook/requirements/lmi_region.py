@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -288,7 +289,11 @@ class LMIRegion(RegionForms, Region, Requirement):
     def distance(self, poles: ArrayLike) -> np.ndarray:
         """How far inside each of some poles lies; see `Region.distances`."""
         top = np.linalg.eigvalsh(self.characteristic(poles))[..., -1]
-        return -top / (2 * _numerical_radius(self.beta))
+        return -top / (2 * self._radius)
+
+    @cached_property
+    def _radius(self):
+        return _numerical_radius(self.beta)
 
 
 ROUNDING = 1e-10  # relative, of a disk whose matrices were turned
