@@ -9,6 +9,7 @@ import pkgutil
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -294,31 +295,24 @@ BEYOND = {
 }
 
 
-@pytest.fixture(scope="module")
-def made():
-    known = {}
-
-    def get(name):
-        if name not in known:
-            if name in EXCLUDED:
-                known[name] = EXCLUDED[name]().infeasibility
-            else:
-                known[name] = (PROOFS | BEYOND)[name]()
-        return known[name]
-
-    return get
+@cache
+def proof_of(name):
+    """The proof of that name, made once for all files of tests."""
+    if name in EXCLUDED:
+        return EXCLUDED[name]().infeasibility
+    return (PROOFS | BEYOND)[name]()
 
 
 @pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED])
-def test_the_checker_agrees(made, name):
-    proof = made(name)
+def test_the_checker_agrees(name):
+    proof = proof_of(name)
     assert proof.proven and proof.verify() and bool(proof)
     assert checker.check(proof.text) == proof.data["claims"]
 
 
 @pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
-def test_a_file_is_read_as_what_it_was(made, name, tmp_path):
-    proof = made(name)
+def test_a_file_is_read_as_what_it_was(name, tmp_path):
+    proof = proof_of(name)
     proof.save(tmp_path / "proof.json")
     again = proofs.load(tmp_path / "proof.json")
     assert again == proof and type(again) is type(proof)
@@ -326,9 +320,9 @@ def test_a_file_is_read_as_what_it_was(made, name, tmp_path):
     assert type(proof).load(tmp_path / "proof.json") == proof
 
 
-def test_every_kind_of_proof_is_tried(made):
+def test_every_kind_of_proof_is_tried():
     """A new kind of file needs an example here, and so a verdict of the checker."""
-    tried = {type(made(name)) for name in [*PROOFS, *EXCLUDED, *BEYOND]}
+    tried = {type(proof_of(name)) for name in [*PROOFS, *EXCLUDED, *BEYOND]}
     assert tried == set(proofs.kinds())
     public = {x for x in vars(proofs).values() if isinstance(x, type)}
     assert tried | {ProofFile} <= public
@@ -371,10 +365,10 @@ def test_whatever_says_proven_is_a_file():
 
 
 @pytest.mark.parametrize("name", BEYOND)
-def test_the_checker_says_what_it_cannot_do(made, name):
+def test_the_checker_says_what_it_cannot_do(name):
     with pytest.raises(checker.Beyond):
-        checker.check(made(name).text)
-    assert made(name).proven and made(name).verify()
+        checker.check(proof_of(name).text)
+    assert proof_of(name).proven and proof_of(name).verify()
 
 
 def random_design(seed):
@@ -428,17 +422,18 @@ def run(*arguments):
     )
 
 
-def test_the_checker_needs_nothing_but_python(made, tmp_path):
+def test_the_checker_needs_nothing_but_python(tmp_path):
     """In isolation, without site-packages, and from its exit code."""
     file = tmp_path / "proof.json"
-    made("example 1").save(file)
+    proof = proof_of("example 1")
+    proof.save(file)
     done = run(file)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[1:] == [f"- {c}" for c in made("example 1").claims]
-    file.write_text(made("example 1").text.replace("1.257", "0.3"), "utf-8")
+    assert done.stdout.splitlines()[1:] == [f"- {c}" for c in proof.claims]
+    file.write_text(proof.text.replace("1.257", "0.3"), "utf-8")
     done = run(file)
     assert done.returncode == 1 and done.stdout.startswith("refused")
-    made("sampled").save(file)
+    proof_of("sampled").save(file)
     done = run(file)
     assert done.returncode == 3 and "rationals" in done.stdout
     assert run().returncode == run(tmp_path / "none.json").returncode == 2
@@ -456,8 +451,8 @@ def test_the_checker_shares_nothing_with_the_package():
 # -------------------------------------------------- nothing stored is believed
 
 
-def test_a_certificate_cannot_be_made_by_hand(made):
-    proof = made("example 1")
+def test_a_certificate_cannot_be_made_by_hand():
+    proof = proof_of("example 1")
     with pytest.raises(TypeError):
         Certificate(True, ("everything",), {}, (), proof.K, proof.P)
     with pytest.raises(TypeError):
@@ -467,7 +462,7 @@ def test_a_certificate_cannot_be_made_by_hand(made):
     with pytest.raises(AttributeError):
         object.__setattr__(proof, "proven", True)
     assert not Certificate("").proven and not Certificate("{}").proven
-    assert not Certificate(made("delay").text).proven  # of another kind
+    assert not Certificate(proof_of("delay").text).proven  # of another kind
     forged = Certificate(proof.text.replace('"K"', '"k"'))
     vars(forged)["proven"] = True
     assert not forged.proven and not forged.verify() and not forged
