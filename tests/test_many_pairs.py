@@ -1,5 +1,6 @@
 """Many pairs of vertices: looked at together, solved a few at a time."""
 
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -62,6 +63,12 @@ ASKED = {
 }
 
 
+@cache
+def designed(asked, seed=0):
+    """The design of sixteen vertices, for tests that solve `few_at_a_time`."""
+    return sos.design_pid(plants(seed), **ASKED[asked])
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("integrators", [0, 1])
 def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
@@ -115,10 +122,9 @@ def test_a_text_that_needs_single_matrices_is_read_pair_by_pair(requirement):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
+@pytest.mark.parametrize("asked", ASKED)
 def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
-    plant = plants()
-    design = sos.design_pid(plant, **asked)
+    design = designed(asked)
     assert design.status == "feasible"
     blocks = design.request.blocks(design.P, design.Y, own=design.own or {})
     assert list(design.margins) == list(blocks)
@@ -139,12 +145,11 @@ def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
 @pytest.mark.parametrize("asked", ["gamma", "saturation", "cost"])
 @pytest.mark.parametrize("seed", range(2))
 def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
-    plant, asked = plants(seed), ASKED[asked]
+    one = designed(asked, seed)
     rng = np.random.default_rng(seed)
-    again = [plant.vertices[k] for k in rng.permutation(16)]
+    again = [one.request.plant.vertices[k] for k in rng.permutation(16)]
     again += again[3:6]
-    one = sos.design_pid(plant, **asked)
-    two = sos.design_pid(sos.Polytope(again), **asked)
+    two = sos.design_pid(sos.Polytope(again), **ASKED[asked])
     assert one.status == two.status == "feasible"
     assert_allclose(two.K, one.K, rtol=1e-5)
 
