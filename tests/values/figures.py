@@ -36,7 +36,7 @@ def differences(stored, now, limit=5):
     return faults[:limit] + rest
 
 
-_drawn = lru_cache(maxsize=4)(drawn)  # of what is compared with several others
+_drawn = lru_cache(maxsize=24)(drawn)  # of what is compared with several others
 
 
 def _share_marks(before, after):
@@ -53,7 +53,12 @@ def _share_marks(before, after):
 
 
 def _is_mark(shape):
-    return shape.kind == "mark" and np.ptp(paths.bounds(shape.outline)) < 40
+    return shape.kind == "mark" and _is_small(shape.outline)
+
+
+@lru_cache(maxsize=1024)
+def _is_small(outline):
+    return np.ptp(paths.bounds(outline)) < 40
 
 
 def _is_point(shape):

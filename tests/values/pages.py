@@ -33,7 +33,7 @@ def differences(stored, now, limit=8):
     return faults[:limit] + rest
 
 
-_parsed = lru_cache(maxsize=4)(parse)  # of what is compared with several others
+_parsed = lru_cache(maxsize=24)(parse)  # of what is compared with several others
 
 
 def _element(stored, now, place):
