@@ -44,6 +44,7 @@ def pytest_collection():
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(20_000)  # arrays come and go by the hundred, few in cycles
         gc.enable()
 
 
