@@ -388,7 +388,12 @@ def corners(k):
 
 
 @pytest.mark.parametrize(
-    "B, spread", [("first two", True), ("first two", False), ("random", False)]
+    "B, spread",
+    [
+        pytest.param("first two", True, marks=pytest.mark.slow),
+        ("first two", False),
+        ("random", False),
+    ],
 )
 def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
     n = 60

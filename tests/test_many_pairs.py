@@ -142,7 +142,9 @@ def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
     assert sos.design_pid(plant, **asked).gamma == pytest.approx(whole.gamma, rel=2e-3)
 
 
-@pytest.mark.parametrize("asked", ["gamma", "saturation", "cost"])
+@pytest.mark.parametrize(
+    "asked", ["gamma", pytest.param("saturation", marks=pytest.mark.slow), "cost"]
+)
 @pytest.mark.parametrize("seed", range(2))
 def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
     one = designed(asked, seed)

@@ -252,7 +252,10 @@ def test_a_changed_digit_is_refused():
         check(written("design", dict(data, unknowns={"P": P})))
 
 
-@pytest.mark.parametrize("seed", [9011, 9029, 9127, 9130])
+@pytest.mark.parametrize(
+    "seed",
+    [9011, *(pytest.param(x, marks=pytest.mark.slow) for x in (9029, 9127, 9130))],
+)
 def test_no_gain_lives_on_rounding_errors(seed):
     """A turned plant has a mode within reach by rounding: undecided in all units.
 

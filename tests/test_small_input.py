@@ -89,7 +89,7 @@ def random_request(seed, u_max=1.0):
 
 
 SEEDS = [
-    pytest.param(seed, marks=[pytest.mark.slow] if seed > 4 else [])
+    pytest.param(seed, marks=[pytest.mark.slow] if seed > 3 else [])
     for seed in range(16)
 ]
 

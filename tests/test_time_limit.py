@@ -102,7 +102,10 @@ REQUESTS = {
 }
 
 
-@pytest.mark.parametrize("name", REQUESTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(x, marks=[pytest.mark.slow] * (x == "singular")) for x in REQUESTS],
+)
 def test_wherever_the_time_ends_there_is_an_answer(name, monkeypatch):
     """The clock moves by one at each question: it runs out at any of them."""
     asked = dict(REQUESTS[name])
