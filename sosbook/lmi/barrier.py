@@ -279,20 +279,18 @@ class Barrier:
                 s = (low + high) / 2 if np.isfinite(high) else 2 * low
         return min(s, 0.99 * limit)
 
-    def descend(self, x, cost, tolerance, most=100, patient=False):
+    def descend(self, x, cost, tolerance, most=100):
         """At most ``most`` steps from x, until the decrement is below a tolerance.
 
         ``cost`` is a (k,) array, and the last x is returned. That is soon where
-        rounding keeps the decrement from falling (see `is_lost`), unless the descent
-        is ``patient``: many steps that only rounding moves end nearer to the centre
-        than one, and multipliers want that.
+        rounding keeps the decrement from falling (see `is_lost`).
         """
         lost, decrement = 0, np.inf
         for _ in range(most):
             before = decrement
             x, decrement = self.step(x, cost)
             lost += is_lost(before, decrement)
-            if decrement < tolerance or (lost > MOST_LOST and not patient):
+            if decrement < tolerance or lost > MOST_LOST:
                 break
         return x
 

@@ -25,7 +25,6 @@ __all__ = [
     "minimize",
     "phase_one",
     "refine",
-    "saddle_point",
 ]
 
 STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
@@ -172,46 +171,6 @@ def minimize(blocks, cost, x, gap=1e-6):
             return x, cost @ x - uncertainty
         weight *= 8
     raise Unbounded("the infimum is zero or isn't attained")
-
-
-def saddle_point(blocks, cost, x, gap=1e-4):
-    """A minimum of cost.x over the blocks, with its multipliers.
-
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in x.
-    cost : (k,) array
-        The linear objective.
-    x : (k,) array
-        A strictly feasible point.
-    gap : float
-        As in `minimize`.
-
-    Returns
-    -------
-    x : (k,) array
-        Nearly the minimum, strictly feasible.
-    Z : list of arrays
-        Multipliers of the blocks: cost_a = sum <G_ka, Z_k>.
-
-    Notes
-    -----
-    On the central path Z_k is the inverse of G_k(x), divided by the
-    weight of the cost (Boyd and Vandenberghe 2004, 11.6).
-    """
-    barrier = Barrier(newton_of(blocks))
-    weight = blocks.degree / max(abs(cost @ x), 1e-12)
-    while True:
-        try:
-            x = barrier.descend(x, weight * cost, 1e-3, patient=True)
-        except np.linalg.LinAlgError as error:
-            raise Unbounded("the minimum isn't found") from error
-        if blocks.degree < gap * weight * abs(cost @ x):
-            return x, [z / weight for z in barrier.multipliers(x)]
-        if weight > 1e16:
-            raise Unbounded("the infimum is zero or isn't attained")
-        weight *= 8
 
 
 def margin(g):
