@@ -11,7 +11,7 @@ from ..lmi.time_limit import time_limit as limited
 from ..runtime.threads import one_thread
 from .design import DelayDesign
 from .request import DelayRequest, check_loop
-from .solve import centred_design, first_design
+from .solve import alphas, centred_design, first_design, without_alpha
 from .spectrum import checked_pair, delayed_loop, rightmost_real
 
 __all__ = ["Largest", "largest"]
@@ -136,6 +136,9 @@ def largest(
 class _Search:
     """Doubling and bisection over round numbers.
 
+    Where alpha is searched it goes on with one that holds; the others have to be
+    refused only where that one ends.
+
     Parameters
     ----------
     name : str
@@ -151,33 +154,37 @@ class _Search:
         self.name, self.given, self.digits = name, given, digits
         self.seconds = seconds
         self.limit = given.tau if name == "mu" else float("inf")
-        self.known, self.hopeless = {}, set()
+        self.known, self.hopeless = {}, set()  # designs by value and place of alpha
+        self.places, self.place = range(len(alphas(given))), 0
 
     def run(self, refuse, progress):
         """The `Largest`; what is known where the time is over."""
+        design = None
         try:
             with limited(self.seconds, progress):
                 low, high = self._bracket()
                 if low is not None:
-                    self.known[low] = centred_design(self.known[low])
+                    design = centred_design(self._at(low, self.place))
                 refused = None if high is None else self._refused(high, refuse)
         except OutOfTime:
             if self.seconds is None:  # somebody else's limit
                 raise
             low, high = self._known()
+            if design is None and low is not None:
+                design = self._at(low, self.place)
             refused = DelayDesign(
                 self._request(high),
                 "undecided",
                 self.given.gain,
                 reason=f"stopped after {self.seconds:g} s",
             )
-        return Largest(self.name, low, high, self.known.get(low), refused)
+        return Largest(self.name, low, high, design, refused)
 
     def _known(self):
         """The largest feasible value so far, and the next one to look at."""
-        good = [v for v, d in self.known.items() if d.status == "feasible"]
-        low = max(good, default=None)
-        tried = {*self.known, *self.hopeless}
+        good = [key for key, d in self.known.items() if d.status == "feasible"]
+        low, self.place = max(good, default=(None, 0))
+        tried = {*(value for value, _ in self.known), *self.hopeless}
         bad = [v for v in tried if low is None or v > low]
         step = self._start() if low is None else self._near(2 * low)
         return low, min(bad, default=min(step, self.limit))
@@ -189,14 +196,24 @@ class _Search:
             high, low = low, self._near(low / 2)
             if low < 1e-4 * start:
                 return None, high
-        while high < self.limit and self._feasible(high):
+        while True:
+            low, high = self._edge(low, high, start)
+            if high is None or not self._feasible(high):
+                return low, high
+            low = high
+
+    def _edge(self, low, high, start):
+        """The same for the alpha that holds at ``low``."""
+        place = self.place
+        while high < self.limit and self._holds(high, place):
             low, high = high, min(self._near(2 * high), self.limit)
             if high > 1e4 * start:
                 return low, None
-        if self._feasible(high):  # the limit itself
+        if self._holds(high, place):  # the limit itself
             return high, None
         while (middle := self._near((low + high) / 2)) not in (low, high):
-            low, high = (middle, high) if self._feasible(middle) else (low, middle)
+            good = self._holds(middle, place)
+            low, high = (middle, high) if good else (low, middle)
         return low, high
 
     def _start(self):
@@ -211,25 +228,35 @@ class _Search:
         return self.given.at(**{self.name: value})
 
     def _feasible(self, value):
-        if value not in self.known and value not in self.hopeless:
+        """Whether an alpha holds at a value: the first one is tried from now on."""
+        held = next((k for k in self.places if self._holds(value, k)), None)
+        self.place = self.place if held is None else held
+        return held is not None
+
+    def _holds(self, value, place):
+        if (value, place) not in self.known and value not in self.hopeless:
             if _too_slow(self._request(value)):
                 self.hopeless.add(value)
-        return value not in self.hopeless and self._at(value).status == "feasible"
+        good = value not in self.hopeless
+        return good and self._at(value, place).status == "feasible"
 
-    def _at(self, value):
-        """The design at a value."""
-        if value not in self.known:
-            self.known[value] = first_design(
-                self._request(value), refuse=False, centred=False
+    def _at(self, value, place):
+        """The design at a value, for the alpha at a place."""
+        if (value, place) not in self.known:
+            request = self._request(value)
+            self.known[value, place] = first_design(
+                request.at(alpha=alphas(request)[place]), refuse=False, centred=False
             )
-        return self.known[value]
+        return self.known[value, place]
 
     def _refused(self, value, refuse):
         """The verdict there, with a proof if one is found."""
+        if len(self.places) > 1:
+            return without_alpha(self._request(value))
         if not refuse:
-            return self._at(value)
+            return self._at(value, self.place)
         again = first_design(self._request(value))
-        return again if again.status != "feasible" else self._at(value)
+        return again if again.status != "feasible" else self._at(value, self.place)
 
 
 def _too_slow(request):

@@ -17,7 +17,14 @@ from .certificates import prove_delay
 from .design import DelayDesign
 from .refutation import refuted
 
-__all__ = ["ALPHA_RATIOS", "centred_design", "first_design", "solve_delay"]
+__all__ = [
+    "ALPHA_RATIOS",
+    "alphas",
+    "centred_design",
+    "first_design",
+    "solve_delay",
+    "without_alpha",
+]
 
 # alpha in units of tau, in the order of trial
 ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
@@ -200,14 +207,25 @@ def first_design(request, refuse=True, time_limit=None, centred=True, progress=F
 
 
 def _first_alpha(request, centred):
-    tried = [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHA_RATIOS]
-    for alpha in tried:
+    for alpha in alphas(request):
         design = solve_delay(request.at(alpha=alpha), False, centred=centred)
         if design.status == "feasible":
             return design
+    return without_alpha(request)
+
+
+def alphas(request):
+    """The alphas that a search tries for a request, in this order."""
+    if request.alpha is not None or not request.needs_alpha:
+        return [request.alpha]
+    return [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHA_RATIOS]
+
+
+def without_alpha(request):
+    """The "undecided" `DelayDesign` of a request for which no alpha was found."""
     reason = (
         "no solution was found for alpha = "
-        + ", ".join(f"{alpha:g}" for alpha in tried)
+        + ", ".join(f"{alpha:g}" for alpha in alphas(request))
         + " s; other values of alpha aren't excluded"
     )
     return DelayDesign(request, "undecided", reason=reason)
