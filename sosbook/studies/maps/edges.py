@@ -22,6 +22,7 @@ from ...plants.checks import positive
 from ...requirements.shorthand import parameter
 from ...synthesis.design import Design
 from ...synthesis.problem import Request
+from ...synthesis.scaling import Frame
 from .search import Ask, Search, certified, refuted, replaced, requirements
 
 __all__ = ["Edge", "edge", "request"]
@@ -113,7 +114,8 @@ class Edge:
         """
         if None in (self.design, self.excluded):
             raise ValueError(f"the edge has one side only: {self.reason}")
-        request, frame = self.excluded.request, self.excluded.frame
+        request = self.excluded.request
+        frame = Frame.of(request)  # whatever frames the refusal went through
         x, Z = _least_violation(request, frame)
         bounds = requirements(request)
         step, contributions = 1e-4, {}
