@@ -127,7 +127,7 @@ def test_margins_below_rounding_are_those_of_the_exact_blocks(part):
     B = np.hstack([plant.B[:, :1], plant.B[:, :1] + part * plant.B[:, 1:]])
     same = sos.SecondOrderSystem(plant.M, plant.D, plant.S, B)
     d = sos.design_pid(same, region=sos.PoleRegion(sigma=1.0))
-    assert 0 < min(d.margins.values()) < 1e-12
+    assert 0 < min(d.margins.values()) < 1e-9  # what floats are trusted with
     proof = prove(d.request, d.K, d.P, 17)
     assert proof.proven and proof.margins() == d.margins
     values = proof.data["unknowns"]["P"]

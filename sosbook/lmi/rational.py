@@ -313,8 +313,8 @@ def exact_margin(g):
     Examples
     --------
     >>> thin = exact(np.array([[1.0, 0.99999999999999], [0.99999999999999, 1.0]]))
-    >>> exact_margin(thin)
-    1e-14
+    >>> round(exact_margin(thin) * 1e14, 6)
+    1.0
     """
     d = [fmpq(2) ** round(log2(fmpq(e)) / 2) for e in np.diagonal(g)]
     scaled = [e / (a * b) for row, a in zip(g, d) for e, b in zip(row, d)]
