@@ -130,7 +130,7 @@ def test_a_bounded_cone_is_entered_along_its_ray(monkeypatch):
         lambda barrier, x: barrier.step(x, 0 * x),
         lambda barrier, x: barrier.settle(x, 0 * x),
         lambda barrier, x: barrier.on_ray(x),
-        lambda barrier, x: barrier.recedes(x, x),
+        lambda barrier, x: barrier.recedes(x, [x]),
         lambda barrier, x: barrier.multipliers(x),
     ],
 )
@@ -209,6 +209,25 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
         assert (found == centre(blocks, x)).all()
     design = sos.design_pid(plant, **asked)
     assert design.status == "feasible" and design.certify().proven
+
+
+@pytest.mark.parametrize("sigma", [0.005, 0.02, 0.04, 0.06, 0.1])
+def test_rays_are_judged_as_points_far_away_on_them(sigma, monkeypatch):
+    """By the eigenvalues of the blocks there; those that leave, at sight."""
+    plant, asked = settled_modes(sigma, n=6)
+    problem = search(Request(plant, **asked)).problem
+    blocks, x = problem.compiled, problem.packed(problem.find().values)
+    barrier, asked_for, rates = Barrier(newton_of(blocks)), [], Barrier._rates
+    monkeypatch.setattr(
+        Barrier, "_rates", lambda self, d: asked_for.append(1) or rates(self, d)
+    )
+    rays = list(problem.rays())
+    stay = [
+        min(np.linalg.eigvalsh(g)[0] for g in blocks(x + 1e6 * d)) > 0 for d in rays
+    ]
+    assert [barrier.recedes(x, [d]) for d in rays] == stay
+    assert len(asked_for) == sum(stay)
+    assert barrier.recedes(x, rays) == any(stay)
 
 
 def test_a_ray_that_leaves_the_set_is_not_believed():

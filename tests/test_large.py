@@ -13,9 +13,9 @@ import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.bounded import any_centre, bounded
-from sosbook.lmi.centre import centre
+from sosbook.lmi.centre import centre, phase_one
 from sosbook.lmi.modal import _Conjugates
-from sosbook.lmi.newton import Newton
+from sosbook.lmi.newton import Newton, newton_of
 from sosbook.lmi.stacks import Stacked
 from sosbook.lmi.sums import Sums
 from sosbook.lmi.work import hessian_work, iteration_work, sums_work, table_work
@@ -119,6 +119,44 @@ def chain_of(n):
     S = links.T @ links + 0.1 * np.eye(n)
     plant = sos.SecondOrderSystem(np.eye(n), 0.02 * S, S, np.eye(n)[:, ::4])
     return plant, dict(region=sos.PoleRegion(0.1, np.radians(75), 8))
+
+
+def centre_of(request, conjugate, monkeypatch):
+    """The centre's x, and how many iterations of conjugate gradients it took."""
+    work = np.inf if conjugate else 0.0
+    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: work)
+    blocks = request_of(*request)
+    x = phase_one(blocks).x
+    newton = newton_of(blocks)
+    newton.iterations.clear()
+    found = centre(blocks, x)
+    assert newton.iterative == conjugate
+    return found, sum(newton.iterations)
+
+
+def net(rng, n):
+    """Masses in a net of random springs, every fourth one with a force."""
+    ends = [rng.choice(n, 2, replace=False) for _ in range(2 * n)]
+    links = np.array([np.eye(n)[i] - np.eye(n)[j] for i, j in ends])
+    L = links.T @ np.diag(rng.uniform(0.5, 2, len(links))) @ links
+    B = np.eye(n)[:, ::4]
+    M = np.diag(rng.uniform(0.7, 1.4, n))
+    plant = sos.SecondOrderSystem(M, 0.1 * np.eye(n) + 0.05 * L, np.eye(n) + L, B, B)
+    region = sos.PoleRegion(0.1, np.radians(86), 8)
+    return plant, dict(U=B.T, region=region, gamma=0.4)
+
+
+@pytest.mark.parametrize("n", [4, 6, 9, 13])
+def test_conjugate_gradients_find_the_centre_of_the_dense_matrix(n, monkeypatch):
+    """Steps of multipliers, too, spare them iterations far from it."""
+    request = net(np.random.default_rng(n), n)
+    wanted, _ = centre_of(request, False, monkeypatch)
+    found, few = centre_of(request, True, monkeypatch)
+    assert_allclose(found, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
+    monkeypatch.setattr("sosbook.lmi.centre._approached", lambda newton, x, rays: x)
+    alone, many = centre_of(request, True, monkeypatch)
+    assert_allclose(alone, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
+    assert few < many
 
 
 def test_counted_work_grows_and_decides():

@@ -8,11 +8,12 @@ of Boyd and Vandenberghe (2004), where each step is derived.
 import numpy as np
 
 from .curve import Curve
-from .stacks import gram
+from .stacks import gram, transposed
 
 __all__ = ["MOST_LOST", "Barrier", "is_lost"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
+CLEAR_FALL = 1e-6  # of the largest entry: far above the rounding of a change
 LINE_SEARCH_ABOVE = 0.3  # a decrement; smaller ones are squared by a full step
 STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
 FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
@@ -230,14 +231,21 @@ class Barrier:
             for s, L in zip(self.newton.stacks, factors)
         )
 
-    def recedes(self, x, direction):
-        """Whether all points from x, inside, along a direction are inside, too.
+    def recedes(self, x, directions):
+        """Whether all points from x, inside, along one of the directions are inside.
 
-        Then no block decreases along it: up to rounding no rate is negative.
+        Then no block decreases along it: up to rounding no rate is negative. Most
+        directions are dismissed at sight.
         """
-        roots = self._roots(x)
-        rates, _ = self._rates(self.newton.scaled(roots, direction))
-        return rates.min() > -RATE_ROUNDING * rates.max()
+        roots, inside = self._roots(x), self.newton.at(x)
+        for direction in directions:
+            changes = self.newton.along(direction)
+            if not any(map(_falls, changes, inside)):
+                scaled = [N @ d @ transposed(N) for N, d in zip(roots, changes)]
+                rates, _ = self._rates(scaled)
+                if rates.min() > -RATE_ROUNDING * rates.max():
+                    return True
+        return False
 
     def _rates(self, changes):
         """Eigenvalues r of the blocks' ``changes``, scaled, and their weights.
@@ -298,3 +306,17 @@ class Barrier:
         """Inverse blocks at x: the dual point that belongs to a centre (11.6)."""
         roots = self._roots(x)
         return self.newton.unstacked(gram(roots))
+
+
+def _falls(changes, blocks):
+    """Whether a diagonal entry or two rows tell that a matrix clearly falls.
+
+    ``changes`` is a stack of its changes in the units of a stack of ``blocks``.
+    """
+    units = np.sqrt(blocks.diagonal(0, 1, 2).real)
+    scaled = changes / (units[..., None] * units[:, None])
+    own, sizes = scaled.diagonal(0, 1, 2).real, np.abs(scaled)
+    largest = sizes.max(axis=(1, 2))
+    minors = own[..., None] * own[:, None] - sizes**2
+    falls = own.min(axis=1) < -CLEAR_FALL * largest
+    return bool((falls | (minors.min(axis=(1, 2)) < -CLEAR_FALL * largest**2)).any())

@@ -12,7 +12,7 @@ from .barrier import MOST_LOST, Barrier, is_lost
 from .blocks import Blocks
 from .newton import newton_of
 from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
-from .primal_dual import FARTHEST_POINT, minimize_linear, near_centre
+from .primal_dual import FARTHEST_POINT, minimize_linear, near_centre, towards_centre
 
 __all__ = [
     "LONGEST_SOLUTION",
@@ -29,11 +29,14 @@ __all__ = [
 
 STEPS_TO_PATH = 8  # of the barrier method, before the primal-dual one
 STEPS_ALONE = 15  # of Newton's method, before multipliers help it to a centre
+STEPS_OF_BOTH = 4  # primal-dual ones with conjugate gradients; few need thrice as many
+LAST_STEP_BELOW = 3e-3  # a decrement whose square is enough
+ENOUGH_LEFT = 1e-5  # of the decrement, by conjugate gradients
 STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
-
 
 #: A decrement below it is small enough for further steps with the same matrix.
 SETTLES_BELOW = 0.3
+ENDLESS = "the feasible set is unbounded and has no analytic centre"
 
 
 class Unbounded(ValueError):
@@ -72,15 +75,18 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     """
     newton = newton_of(blocks)
     barrier = Barrier(newton)
-    zero, decrement = np.zeros(len(x)), 1.0
-    # a step leaves decrement^3 or less, or as much as its equations were solved to
-    enough = enough or (1e-3 if newton.iterative else 1e-4)
-    lost = 0
+    if newton.iterative:
+        x = _approached(newton, x, rays)
+    zero, decrement, left, lost = np.zeros(len(x)), 1.0, 1.0, 0
+    enough = enough or 1e-4  # a step leaves its cube or less
     for count in range(200):
         before = decrement
-        x, decrement = barrier.step(x, zero, min(0.1, decrement))
+        last = left < LAST_STEP_BELOW  # where one more step is enough
+        tolerance = ENOUGH_LEFT / (2 * left) if last else min(0.1, decrement)
+        x, decrement = barrier.step(x, zero, tolerance)
+        left = decrement * max(decrement, tolerance)  # of conjugate gradients
         lost += is_lost(before, decrement)
-        settled = decrement < enough
+        settled = decrement < enough or (newton.iterative and left < ENOUGH_LEFT)
         if not settled and decrement < SETTLES_BELOW and not newton.iterative:
             x, settled = barrier.settle(x, zero)
         if watch is not None:
@@ -98,14 +104,24 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
             break
         # below one there is a centre (section 9.6.4)
         if count + 1 == STEPS_TO_RAYS and decrement >= 1 and rays is not None:
-            if any(barrier.recedes(x, d) for d in rays()):
+            if barrier.recedes(x, rays()):
                 break
         if count + 1 == STEPS_ALONE and decrement >= 1 and not newton.iterative:
             near = near_centre(newton, x)
             if near is None:
                 break
             x = near
-    raise Unbounded("the feasible set is unbounded and has no analytic centre")
+    raise Unbounded(ENDLESS)
+
+
+def _approached(newton, x, rays):
+    """A point nearer to the centre, by steps of x and of multipliers."""
+    x, near = towards_centre(newton, x, STEPS_OF_BOTH)
+    if near:
+        return x
+    if rays is not None and Barrier(newton).recedes(x, rays()):
+        raise Unbounded(ENDLESS)
+    return towards_centre(newton, x, 2 * STEPS_OF_BOTH)[0]
 
 
 @one_thread

@@ -26,7 +26,14 @@ import numpy as np
 
 from .stacks import gram, transposed
 
-__all__ = ["interior_steps", "maximize_t", "minimize_linear", "near_centre", "positive"]
+__all__ = [
+    "interior_steps",
+    "maximize_t",
+    "minimize_linear",
+    "near_centre",
+    "positive",
+    "towards_centre",
+]
 
 STEP_FRACTION = 0.95  # of the longest step that stays inside
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
@@ -198,6 +205,32 @@ def near_centre(newton, x, most=100):
     return None
 
 
+def towards_centre(newton, x, most):
+    """A point nearer to the analytic centre, and whether it is next to it.
+
+    It is where a step of S and of Z isn't shortened any more. Far from the centre
+    conjugate gradients solve Newton's equations in several times as many iterations
+    as those of such steps.
+
+    Parameters
+    ----------
+    newton : Newton
+        The blocks G_k(x) > 0.
+    x : (k,) array
+        A start at which all of them are positive definite.
+    most : int
+        The largest number of steps.
+    """
+    for state in interior_steps(newton, x, np.zeros(len(x)), 1.0, most, target=1.0):
+        far = np.linalg.norm(state["x"]) > FARTHEST_POINT
+        if far or not positive(newton.at(state["x"])):
+            break
+        x = state["x"]
+        if state["primal"] == state["dual"] == 1:
+            return x, True
+    return x, False
+
+
 def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
     """Yield what is known after each step, until no step helps.
 
@@ -267,7 +300,8 @@ def _direction(newton, scalings, S, Z, x, cost, target=None):
     where T solves the Lyapunov equation (Lambda T + T Lambda) / 2 = target -
     Lambda^2 - (the second-order term). Eliminating dS and dZ leaves
     H dx = adjoint(inv(R') T inv(R)) - (cost - adjoint(Z)), with the H of
-    `Newton.solver` at W = inv(R') inv(R).
+    `Newton.solver` at W = inv(R') inv(R). Towards a given target conjugate gradients
+    spare the predictor: its second-order term isn't worth another solution.
     """
     solve = newton.solver([s.R_inv for s in scalings], x)
     residual = cost - newton.adjoint(Z)
@@ -280,28 +314,28 @@ def _direction(newton, scalings, S, Z, x, cost, target=None):
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
         return dx, dS, [t - d for t, d in zip(T, dS)]
 
-    # predictor: the target is zero, so that T = -Lambda and each r_Z = -1 - r_S
     lam = [s.diagonal() for s in scalings]
-    _, dS, dZ = step_towards([-h for h in lam])
-    rates = [s.rates(d) for s, d in zip(scalings, dS)]
-    primal = min(1.0, _longest(rates))
-    dual = min(1.0, _longest([-1 - r for r in rates]))
-    predicted = (
-        newton.inner(
-            [h + primal * d for h, d in zip(lam, dS)],
-            [h + dual * d for h, d in zip(lam, dZ)],
+    errors = [0.0] * len(lam)
+    if target is None or not newton.iterative:
+        # predictor: the target is zero, so that T = -Lambda and each r_Z = -1 - r_S
+        _, dS, dZ = step_towards([-h for h in lam])
+        errors = [(a @ b + transposed(a @ b)) / 2 for a, b in zip(dS, dZ)]
+    if target is None:
+        rates = [s.rates(d) for s, d in zip(scalings, dS)]
+        primal = min(1.0, _longest(rates))
+        dual = min(1.0, _longest([-1 - r for r in rates]))
+        predicted = (
+            newton.inner(
+                [h + primal * d for h, d in zip(lam, dS)],
+                [h + dual * d for h, d in zip(lam, dZ)],
+            )
+            / newton.degree
         )
-        / newton.degree
-    )
-    # corrector: the target is sigma mu, less the error dS dZ of the predictor
-    sigma_mu = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
-    if target is not None:
-        sigma_mu = target
+        target = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
+    # corrector: towards the target, less the error dS dZ of the predictor
     T = [
-        s.divide(
-            sigma_mu * np.eye(h.shape[-1]) - h @ h - (a @ b + transposed(a @ b)) / 2
-        )
-        for s, h, a, b in zip(scalings, lam, dS, dZ)
+        s.divide(target * np.eye(h.shape[-1]) - h @ h - e)
+        for s, h, e in zip(scalings, lam, errors)
     ]
     dx, dS, dZ = step_towards(T)
     rates = [s.rates(np.array(d)) for s, *d in zip(scalings, dS, dZ)]
