@@ -209,8 +209,8 @@ def towards_centre(newton, x, most):
     """A point nearer to the analytic centre, and whether it is next to it.
 
     It is where a step of S and of Z isn't shortened any more. Far from the centre
-    conjugate gradients solve Newton's equations in several times as many iterations
-    as those of such steps.
+    Newton's equations take two to three times as many iterations of conjugate
+    gradients as those of such steps.
 
     Parameters
     ----------

@@ -119,7 +119,7 @@ def _page(variables, raised, walked, end):
     message = (
         f"<strong>{variables}</strong> variables. Phase one: "
         f"<strong>{len(raised)}</strong> steps, then "
-        f"<strong>{len(walked)}</strong> towards the centre"
+        f"<strong>{len(walked)}</strong> of Newton's to the centre"
         + (f", with {way}" if walked else "")
         + f". {end}"
     )
