@@ -37,8 +37,13 @@ QUICK = "not slow and not book and not browser and not live and not compiler"
 UNIT = "not book and not browser and not live"
 WITHOUT_NBVAL = ("-p", "no:nbval")  # its import takes seconds, in each process
 
-#: The program jupyter-book, whatever the system calls its file.
-JUPYTER_BOOK = ("-c", "from jupyter_book.cli.main import main; main()")
+#: The program jupyter-book, whatever the system calls its file. Documents hold
+#: millions of objects; to look for garbage among them takes a fifth of a build.
+JUPYTER_BOOK = (
+    "-c",
+    "import gc; gc.set_threshold(100_000); "
+    "from jupyter_book.cli.main import main; main()",
+)
 
 
 def interpreter(system=os.name):
