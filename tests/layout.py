@@ -72,6 +72,15 @@ SMALL_LETTERS = """
   .filter(([size]) => size < 8.95)
 """
 
+#: What stands out of the box in which an element says what it found.
+LOOSE_READOUTS = """
+() => [...document.querySelectorAll(".sos-readout *")].filter((part) => {
+  const {right, width} = part.getBoundingClientRect();
+  const box = part.closest(".sos-readout").getBoundingClientRect();
+  return width && right > box.right + 1;
+}).map((part) => part.outerHTML.slice(0, 120))
+"""
+
 #: Captions in a lighter type than the text.
 THIN_CAPTIONS = """
 () => [...document.querySelectorAll(".bd-article figcaption, .bd-article caption")]
