@@ -178,3 +178,48 @@ def test_an_observer_takes_a_limit():
         sos.design_observer(plant, **asked, time_limit=0)
     with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
         sos.design_observer(plant, **asked)  # the outer limit is somebody else's
+
+
+LIMITED = {
+    "design_pid": lambda s: sos.design_pid(CART, time_limit=s),
+    "design_lqr": lambda s: sos.design_lqr(CART, np.eye(2), [[1]], time_limit=s),
+    "observer": lambda s: sos.design_observer(
+        CART, [[-1, -1]], np.eye(4), [[1]], B_w=[[0], [1]], time_limit=s
+    ),
+    "delay": lambda s: sos.design_delay_pid(CART, tau=0.1, time_limit=s),
+    "largest": lambda s: sos.delay.largest(
+        "tau", CART, [[-1, -1]], tau=0.1, digits=1, alpha=0.1, time_limit=s
+    ),
+    "certify": lambda s: sos.design_pid(CART).certify(time_limit=s),
+    "edge": lambda s: sos.maps.edge(
+        "rho", CART, region=sos.PoleRegion(rho=9), digits=1, time_limit=s
+    ),
+    "map": lambda s: sos.maps.feasibility_map(
+        CART, across=("sigma", [1, 2]), up=("rho", [3, 4]), time_limit=s
+    ),
+    "own": lambda s: LMIProblem(
+        lambda v, number: {"P": v["P"]}, [Unknown("P", 1, symmetric=True)], s
+    ),
+}
+CART = sos.SecondOrderSystem(1, 0, 0, 1)
+WRONG = 0, -1, np.nan, np.inf, 10**400, True, "5", 1j, [5], np.ones((1, 1)), object()
+
+
+@pytest.mark.parametrize("name", LIMITED)
+def test_a_wrong_limit_is_named_and_leaves_none_in_force(name):
+    for wrong in WRONG:
+        with pytest.raises(ValueError, match="time_limit must be positive.*or None"):
+            LIMITED[name](wrong)
+        clock.check_time()
+    LIMITED[name](None)
+    clock.check_time()
+
+
+def test_a_bar_that_cannot_be_shown_leaves_no_limit_in_force(monkeypatch):
+    def broken(*asked):
+        raise RuntimeError("no bar")
+
+    monkeypatch.setattr("sosbook.lmi.time_limit.bar", broken)
+    with pytest.raises(RuntimeError, match="no bar"), clock.time_limit(1e-9, progress=True):
+        pass
+    clock.check_time()

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..lmi.exact import round_digits
 from ..lmi.rational import digit_count
-from ..lmi.time_limit import OutOfTime
+from ..lmi.time_limit import OutOfTime, checked_seconds
 from ..lmi.time_limit import time_limit as limited
 from ..runtime.threads import one_thread
 from .design import DelayDesign
@@ -149,10 +149,8 @@ class _Search:
     """
 
     def __init__(self, name, given, digits, seconds):
-        if seconds is not None and not seconds > 0:
-            raise ValueError(f"time_limit must be positive, got {seconds!r}")
         self.name, self.given, self.digits = name, given, digits
-        self.seconds = seconds
+        self.seconds = checked_seconds(seconds)
         self.limit = given.tau if name == "mu" else float("inf")
         self.known, self.hopeless = {}, set()  # designs by value and place of alpha
         self.places, self.place = range(len(alphas(given))), 0

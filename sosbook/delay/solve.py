@@ -9,7 +9,7 @@ from ..lmi.bounded import bounded, unpacked
 from ..lmi.centre import Unbounded, centre
 from ..lmi.deepest import ZERO_DEPTH, deepest
 from ..lmi.exact import round_digits
-from ..lmi.time_limit import OutOfTime, check_time
+from ..lmi.time_limit import OutOfTime, check_time, checked_seconds
 from ..lmi.time_limit import time_limit as limited
 from ..lmi.trusted import TrustedProblem
 from ..runtime.threads import one_thread
@@ -70,8 +70,7 @@ def within(seconds, request, work, progress=False):
 
     With ``progress`` a bar shows them.
     """
-    if seconds is not None and not seconds > 0:
-        raise ValueError(f"time_limit must be positive, got {seconds!r}")
+    seconds = checked_seconds(seconds)
     try:
         with limited(seconds, progress):
             return work()

@@ -15,7 +15,7 @@ from .proof import PLACES
 from .refutation import excluded_by, excluded_radius
 from .solution import LMISolution
 from .text import LMIText, rationals
-from .time_limit import OutOfTime, time_limit
+from .time_limit import OutOfTime, checked_seconds, time_limit
 
 __all__ = ["LMIProblem", "LMIProof", "LMISolution"]
 
@@ -74,9 +74,7 @@ class LMIProblem(LMIText):
 
     def __init__(self, write, unknowns, time_limit=None):
         super().__init__(write, unknowns)
-        self.time_limit = time_limit
-        if time_limit is not None and not time_limit > 0:
-            raise ValueError(f"time_limit must be positive, got {time_limit!r}")
+        self.time_limit = checked_seconds(time_limit)
 
     @one_thread
     def find(self, refute=True, start=None):

@@ -15,7 +15,7 @@ import numpy as np
 from .exact import definite
 from .proof_text import parse, same, written
 from .rational import digit_count
-from .time_limit import OutOfTime, check_time, time_limit
+from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
 
 __all__ = [
     "DIGITS",
@@ -213,16 +213,14 @@ def proven_within(seconds, work, progress=False):
     >>> print(proven_within(1e-9, lambda: first_proven(None)))
     not proven: stopped after 1e-09 s; raise time_limit
     """
-    if seconds is not None and not seconds > 0:
-        raise ValueError(f"time_limit must be positive, got {seconds!r}")
-    begun = monotonic()
+    seconds, begun = checked_seconds(seconds), monotonic()
     try:
         with time_limit(seconds, progress):
             return work()
     except OutOfTime:
         if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
             raise
-        return Stopped(float(seconds))
+        return Stopped(seconds)
 
 
 @dataclass(frozen=True, repr=False)

@@ -5,9 +5,13 @@ from contextvars import ContextVar
 from math import ceil
 from time import monotonic
 
+import numpy as np
+
 from ..runtime.progress import bar
 
-__all__ = ["OutOfTime", "check_time", "time_limit"]
+__all__ = ["OutOfTime", "check_time", "checked_seconds", "time_limit"]
+
+LONGEST = 1e9  # seconds, about thirty years
 
 _end = ContextVar("end", default=None)
 _tick = ContextVar("tick", default=None)  # moves the bar in force
@@ -33,10 +37,11 @@ def time_limit(seconds, progress=False):
     >>> with time_limit(60):
     ...     check_time()
     """
+    seconds = checked_seconds(seconds)
     outer, end = _end.get(), None if seconds is None else monotonic() + seconds
-    token = _end.set(min((t for t in (outer, end) if t is not None), default=None))
     total = None if seconds is None else ceil(seconds)
     with bar(total, "s", progress) as passed:
+        token = _end.set(min((t for t in (outer, end) if t is not None), default=None))
         shown = _tick.set(_clock(passed)) if progress else None
         try:
             yield
@@ -44,6 +49,21 @@ def time_limit(seconds, progress=False):
             _end.reset(token)
             if shown is not None:
                 _tick.reset(shown)
+
+
+def checked_seconds(time_limit):
+    """A time limit as a float, None where there is none; or a ValueError."""
+    if time_limit is None:
+        return None
+    if isinstance(time_limit, np.ndarray) and time_limit.ndim == 0:
+        time_limit = time_limit[()]
+    real = isinstance(time_limit, (int, float, np.integer, np.floating))
+    if not real or isinstance(time_limit, bool) or not 0 < time_limit <= LONGEST:
+        raise ValueError(
+            "time_limit must be positive, a number of seconds, or None for no "
+            f"limit, got {time_limit!r:.80}"
+        )
+    return float(time_limit)
 
 
 def _clock(passed):

@@ -8,8 +8,7 @@ import numpy as np
 from ..lmi.bounded import any_centre, unpacked
 from ..lmi.centre import LONGEST_SOLUTION, Unbounded, centre
 from ..lmi.exact import round_digits
-from ..lmi.time_limit import OutOfTime, check_time, time_limit
-from ..plants.checks import positive
+from ..lmi.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .pole_proof import decided_by_poles, of_poles_alone
@@ -44,8 +43,8 @@ def guarded(request, seconds, work):
     ----------
     request : Request
         What is asked of the plant.
-    seconds : float
-        Limit of the time.
+    seconds : float or None
+        Limit of the time; None sets none.
     work : callable
         Without arguments; returns a Solution.
 
@@ -54,12 +53,12 @@ def guarded(request, seconds, work):
     Solution
         The result of ``work``, or an undecided Solution.
     """
-    begun = monotonic()
+    seconds, begun = checked_seconds(seconds), monotonic()
     try:
-        with time_limit(positive("time_limit", seconds)), np.errstate(all="ignore"):
+        with time_limit(seconds), np.errstate(all="ignore"):
             return work()
     except OutOfTime:
-        if monotonic() - begun < seconds:  # somebody else's limit
+        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
             raise
         reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
     except MemoryError as error:

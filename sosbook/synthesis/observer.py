@@ -14,10 +14,10 @@ from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.exact import inverse, round_digits
 from ..lmi.rational import decimal, decimals, read_array, read_number
-from ..lmi.time_limit import OutOfTime
+from ..lmi.time_limit import OutOfTime, checked_seconds
 from ..lmi.time_limit import time_limit as limited
 from ..lmi.trusted import TrustedProblem
-from ..plants.checks import matrix, positive
+from ..plants.checks import matrix
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
@@ -45,7 +45,7 @@ def design_observer(
     *,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float | None = TIME_LIMIT,
 ) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5).
 
@@ -65,8 +65,9 @@ def design_observer(
     B_w : (N, p) array_like, or one for each vertex, optional
         Where the noise of the cost (2.44) enters; the plant's own
         without it.
-    time_limit : float
+    time_limit : float or None
         Seconds after which the answer is "undecided".
+        None sets no limit.
 
     Returns
     -------
@@ -108,13 +109,13 @@ def design_observer(
         noises = [matrix("B_w", b, (N, None)) for b in several]
     if noises[0].shape[1] == 0:
         raise ValueError("B_w is missing: the plant has no F")
-    seconds, begun = positive("time_limit", time_limit), monotonic()
+    seconds, begun = checked_seconds(time_limit), monotonic()
     problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
     try:
         with limited(seconds):
             return problem.solve(plant)
     except OutOfTime:
-        if monotonic() - begun < seconds:  # somebody else's limit
+        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
             raise
     reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
     return ObserverDesign(plant, K, C, "undecided", reason=reason)

@@ -100,10 +100,11 @@ def design_pid(
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
         shorthand for such objects.
-    time_limit : float
+    time_limit : float or None
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
         in each row of an exact factorisation; the answer comes after that.
+        None sets no limit.
 
     Returns
     -------

@@ -16,9 +16,8 @@ from ...lmi.bounded import unpacked
 from ...lmi.centre import Blocks, Unbounded
 from ...lmi.newton import newton_of
 from ...lmi.primal_dual import interior_steps
-from ...lmi.time_limit import OutOfTime
+from ...lmi.time_limit import OutOfTime, checked_seconds
 from ...lmi.time_limit import time_limit as limited
-from ...plants.checks import positive
 from ...requirements.shorthand import parameter
 from ...synthesis.design import Design
 from ...synthesis.problem import Request
@@ -229,9 +228,10 @@ def edge(
     digits : int
         The sides are numbers of so many significant digits (theta: in
         degrees).
-    time_limit : float
+    time_limit : float or None
         Seconds after which the search stops; the sides are those that
         are proven by then, and the reason says so.
+        None sets no limit.
     **options
         cost, requirements, K_A, coupling and so on, for `design_pid`.
 
@@ -263,12 +263,14 @@ def edge(
     ask = Ask(
         plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
     )
-    search = Search(ask, name, digits)
+    search, seconds = Search(ask, name, digits), checked_seconds(time_limit)
     try:
-        with limited(positive("time_limit", time_limit)):
+        with limited(seconds):
             return Edge(name, *search.edge())
     except OutOfTime:
-        reason = f"stopped after {time_limit:g} s"
+        if seconds is None:  # somebody else's limit
+            raise
+        reason = f"stopped after {seconds:g} s"
         return Edge(name, *search.so_far(reason))
 
 
