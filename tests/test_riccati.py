@@ -5,7 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are
 
+import sosbook as sos
 from sosbook.analysis.riccati import riccati
+from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 
 
@@ -59,3 +61,29 @@ def test_scipy_has_the_word_where_the_schur_vectors_are_lost(monkeypatch):
         "sosbook.analysis.riccati._by_schur_vectors", lambda H: 2 * wanted
     )
     assert np.array_equal(riccati(A, B, Q, R), wanted)
+
+
+FREE = sos.SecondOrderSystem(
+    [[10.79, 2.6], [2.6, 3.82]], np.zeros((2, 2)), np.zeros((2, 2)), [[-2.06], [0.16]]
+)
+
+
+def test_a_pencil_that_cannot_be_sorted_has_no_solution():
+    """Two free masses and one force: scipy raises a ValueError of its own."""
+    A, B, _ = descriptors(FREE)[0].state_space()
+    cost = sos.QuadraticCost(np.eye(4), np.eye(1), bound=59.0)
+    with pytest.raises(ValueError, match="Reordering"):
+        solve_continuous_are(A, B, *cost.riccati())
+    with pytest.raises(np.linalg.LinAlgError):
+        riccati(A, B, *cost.riccati())
+    assert sos.design_pid(FREE, cost=cost).status == "infeasible"
+
+
+def test_nor_has_a_sampled_one(monkeypatch):
+    def unsorted(*given, **more):
+        raise ValueError("Reordering of (A, B) failed")
+
+    monkeypatch.setattr("sosbook.sampled.lqr.solve_discrete_are", unsorted)
+    cart = sos.SecondOrderSystem(1, 0, 0, 1)
+    with pytest.raises(ValueError, match="no stabilising solution"):
+        sos.design_sampled_lqr(cart, np.eye(2), [[1]], 0.1)

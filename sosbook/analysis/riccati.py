@@ -50,7 +50,10 @@ def riccati(A, B, Q, R):
         size = max(np.abs(x).max() for x in (XA, bent, Q))
         if np.abs(XA + XA.T - bent + Q).max() < RESIDUAL * size:
             return X
-    return solve_continuous_are(A, B, Q, R)
+    try:
+        return solve_continuous_are(A, B, Q, R)
+    except ValueError as error:  # the pencil's stable half can't be sorted out
+        raise np.linalg.LinAlgError(str(error)) from None
 
 
 def _by_schur_vectors(H):

@@ -265,7 +265,7 @@ def design_sampled_lqr(
     H, m = _stage_cost(timing, d, Q, R), d.Bu.shape[1]
     parts = H[:-m, :-m], H[-m:, -m:], H[:-m, -m:]
     X = None
-    with suppress(np.linalg.LinAlgError):
+    with suppress(np.linalg.LinAlgError, ValueError):  # no stable half is found
         X = solve_discrete_are(A, B, parts[0], parts[1], s=parts[2])
         K = -np.linalg.solve(parts[1] + B.T @ X @ B, B.T @ X @ A + parts[2].T)
         X = _cost_matrix(d, K, Q, R, timing)
