@@ -652,3 +652,37 @@ def test_a_delay_of_whole_samples_makes_no_more_registers(k):
         assert np.array_equal(step.A, c2d(cart, 0.1, k / 10)[0].A)
     (step,) = c2d(cart, 0.1, k * 0.1 + 1e-8)
     assert step.nstates == 2 + k + 1
+
+
+@pytest.mark.parametrize("m", [3, 4, 5])
+def test_more_inputs_than_states(m):
+    """Two states and no delay: there are no older inputs to be shifted."""
+    B = np.arange(1.0, m + 1)[None]
+    many = sos.SecondOrderSystem([[2]], [[0.3]], [[1]], B)
+    A, held = SampleTiming.of(0.1, 0).held(input_vertices(many, None)[0])
+    one = sos.SecondOrderSystem([[2]], [[0.3]], [[1]], [[1]])
+    A_one, held_one = SampleTiming.of(0.1, 0).held(input_vertices(one, None)[0])
+    np.testing.assert_allclose(A, A_one)
+    np.testing.assert_allclose(held, held_one @ B)
+    design = design_sampled_lqr(many, np.eye(2), np.eye(m), 0.1)
+    assert design.radius < 1 and design.certify().proven
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rate", [1e-4, 1.0, 1e4])
+def test_a_cost_in_any_unit_of_time_is_the_same_and_silent(rate):
+    """A free mass, in other units of time: scipy's solver warned of them."""
+    mass = sos.SecondOrderSystem([[3 / rate**2]], [[0]], [[0]], [[1]])
+    Q, x0 = np.diag([1.0, 1 / rate**2]), [1.0, rate]
+    T = 0.3 / rate
+    design = design_sampled_lqr(mass, Q, [[1]], T, T)
+    wanted = design_sampled_lqr(
+        sos.SecondOrderSystem([[3]], [[0]], [[0]], [[1]]), np.eye(2), [[1]], 0.3, 0.3
+    )
+    np.testing.assert_allclose(design.radius, wanted.radius)
+    cost = sampled_cost(mass, design.K, Q, [[1]], T, T, x0=x0)
+    in_seconds = sampled_cost(
+        wanted.plant, wanted.K, np.eye(2), [[1]], 0.3, 0.3, x0=[1, 1]
+    )
+    np.testing.assert_allclose(cost * rate, in_seconds)
+    assert design.certify().proven

@@ -215,7 +215,8 @@ class SampleTiming:
     def shift_register(self, N, m):
         """For N states and m inputs, from [x; older; u(k)] to the next older inputs."""
         S = np.zeros((m * self.n_past_inputs, N + m * (self.n_past_inputs + 1)))
-        S[m:, N : N + m * (self.n_past_inputs - 1)] = np.eye(max(len(S) - m, 0))
+        kept = max(len(S) - m, 0)
+        S[m:, N : N + kept] = np.eye(kept)
         S[:m, -m:] = np.eye(m)[: len(S)]
         return S
 

@@ -7,12 +7,7 @@ from typing import Any
 import numpy as np
 from flint import fmpq
 from numpy.typing import ArrayLike
-from scipy.linalg import (
-    expm,
-    matrix_balance,
-    solve_discrete_are,
-    solve_discrete_lyapunov,
-)
+from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
 from ..lmi.proof import Stopped
 from ..plants.checks import matrix, rank_deficient
@@ -24,6 +19,7 @@ from ..requirements.pole_region import LMIRegion
 from ..runtime.threads import one_thread
 from ..synthesis.result import Result
 from .discretize import SampleTiming, input_vertices, sampled_loop
+from .lyapunov import discrete_lyapunov
 from .proof import SampledCertificate, certify_sampled
 from .response import simulate_sampled
 
@@ -359,6 +355,6 @@ def _cost_matrix(d, K, Q, R, timing):
     if abs(np.linalg.eigvals(F)).max() >= 1:
         return None
     full = np.vstack([np.eye(len(F)), K])
-    X = solve_discrete_lyapunov(F.T, full.T @ _stage_cost(timing, d, Q, R) @ full)
+    X = discrete_lyapunov(F, full.T @ _stage_cost(timing, d, Q, R) @ full)
     X = X + _waiting(timing, R, len(d.E))
     return (X + X.T) / 2

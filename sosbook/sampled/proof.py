@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat, ctx
 from numpy.typing import ArrayLike
-from scipy.linalg import matrix_balance, solve_discrete_lyapunov
+from scipy.linalg import matrix_balance
 
 from ..lmi import Unknown
 from ..lmi.exact import exact, round_digits
@@ -20,6 +20,7 @@ from .balls import balls, entries, middle
 from .certificate import SampledCertificate, SchurCertificate, balls_data
 from .discretize import SampleTiming, input_vertices, is_controller
 from .loops import BALL_BITS, SampledPolytope, halves, pivot
+from .lyapunov import discrete_lyapunov
 
 __all__ = ["SampledCertificate", "certify_sampled", "prove_schur"]
 
@@ -232,7 +233,7 @@ def _refined(L, loops, rate):
         return L
     if len(loops) == 1:
         F = loops[0] / pace
-        P = solve_discrete_lyapunov(F.T, np.eye(len(F)))
+        P = discrete_lyapunov(F, np.eye(len(F)))
     else:
 
         def decay(values, cast):
