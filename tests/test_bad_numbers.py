@@ -127,3 +127,74 @@ def test_whatever_is_asked_gets_an_answer(entries, sigma, gamma, u_max, K):
         if d.status == "infeasible":
             assert d.infeasibility.proven
         assert isinstance(d.advice, str)
+
+
+ONE = sos.SecondOrderSystem(1, 1, 1, 1, 1)
+ROW = [[-1.0, -1.0]]
+PAIR = sos.Polytope([ONE, mass(2.0)])
+NO_NUMBERS = {
+    "text": "abc",
+    "quoted": ["1", "2"],
+    "complex": [1j, 0],
+    "array of complex": np.array([1j, 0]),
+    "ragged": [[1, 2], [3]],
+    "none inside": [None, 1.0],
+    "an object": object(),
+    "true": np.array([True, False]),
+    "dates": np.array(["2020-01-01", "2020-01-02"], dtype="M8[D]"),
+    "masked": np.ma.array([0.0, 1.0], mask=[False, True]),
+    "beyond floats": [10**400, 0],
+    "beyond squares": [0.0, 1e200],
+}
+VECTORS = {
+    "weights": PAIR.at,
+    "t": ONE.simulate,
+    "x0": lambda x: ONE.simulate([0, 1], x0=x),
+    "amplitude": lambda x: sos.Sine(x, 1.0),
+    "offset": lambda x: sos.Sine(1.0, 1.0, offset=x),
+    "height": lambda x: sos.Step(x),
+    "levels": lambda x: sos.Steps([0, 1], x),
+    "r": lambda x: sos.analyse_pid(ONE, ROW).simulate([0, 1], r=x),
+    "x0 ": lambda x: sos.Saturation(1.0, x),
+    " x0": lambda x: sos.sampled.sampled_cost(ONE, ROW, I, [[1]], 0.1, x0=x),
+    "B_w": lambda x: sos.design_observer(ONE, ROW, np.eye(4), I, C=I, B_w=x),
+    "candidates": lambda x: sos.admissible_U(PAIR, x),
+}
+
+
+@pytest.mark.parametrize("wrong", NO_NUMBERS)
+@pytest.mark.parametrize("name", VECTORS)
+def test_a_vector_of_no_numbers_is_named(name, wrong):
+    """Neither numpy's words nor a TypeError; no imaginary part is dropped."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        refused(name.strip(), lambda: VECTORS[name](NO_NUMBERS[wrong]))
+
+
+@pytest.mark.parametrize("wrong", [None, "1", 1j, [1.0], np.nan, 10**400, object()])
+def test_a_signal_of_no_numbers_is_named_where_it_is_written(wrong):
+    for name in ("omega", "start", "stop"):
+        refused(
+            name,
+            lambda name=name: sos.Sine(**{"amplitude": 1, "omega": 1, name: wrong}),
+        )
+    for name in ("start", "stop"):
+        refused(name, lambda name=name: sos.Step(1.0, **{name: wrong}))
+    refused("amplitude", lambda: sos.Sine(np.inf, 1.0))
+
+
+def test_other_things_in_the_place_of_objects_are_named():
+    design = sos.analyse_pid(ONE, ROW)
+    for wrong in (0, 1.0, "cost", [[1.0]], np.eye(2), ONE):
+        refused("cost must be", lambda wrong=wrong: design.noise_cost(wrong))
+    for wrong in (None, 1.0, ONE):
+        refused("parts must be", lambda wrong=wrong: sos.Region(wrong))
+    for wrong in (1.0, ONE, object()):
+        refused("candidates must be", lambda w=wrong: sos.admissible_U(PAIR, w))
+    for wrong in ("pole", object(), [[1], [1, 2]]):
+        refused("poles must be", lambda w=wrong: sos.PoleRegion(1).contains(w))
+    three = [[[0], [1]]] * 3
+    refused(
+        "B_w has 3 matrices, needs 1 or one",
+        lambda: sos.design_observer(ONE, ROW, np.eye(4), I, C=I, B_w=three),
+    )

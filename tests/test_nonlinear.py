@@ -162,3 +162,42 @@ def test_times_of_steps_are_checked(times):
 def test_levels_of_steps_are_checked():
     with pytest.raises(ValueError, match="levels has 1 rows"):
         Steps([0, 1], [[1.0, 2.0]])
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "wrong", [[np.nan], [np.inf], [1j], ["1"], [None], None, 0.0, [1.0, 2.0], [True]]
+)
+def test_a_force_that_is_no_number_is_named(wrong):
+    """With NaN the integrator has no step to take, and takes it for ever."""
+    mass = sos.SecondOrderSystem(1, 1, 1, 1)
+    for late in (0.0, 0.5):
+
+        def force(z, dz, late=late):
+            return [0.0] if z[0] < 1 - late else wrong
+
+        start = [1.0 - late / 2, 1.0]
+        with pytest.raises(ValueError, match=r"force\(z, dz\) must return 1 finite"):
+            sos.simulate_nonlinear(mass, force, [[0.0, 0.0]], [0, 1], x0=start)
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rtol", [np.nan, 0, -1, 1e-16, 1.0, np.inf, None, "fine"])
+def test_a_tolerance_that_is_none_is_named(rtol):
+    mass = sos.SecondOrderSystem(1, 1, 1, 1)
+    with pytest.raises(ValueError, match="rtol must be"):
+        sos.simulate_nonlinear(
+            mass, lambda z, dz: [0.0], [[0.0, 0.0]], [0, 1], rtol=rtol
+        )
+
+
+def test_an_acceleration_gain_may_be_a_number():
+    mass = sos.SecondOrderSystem(1, 1, 1, 1)
+    asked = mass, lambda z, dz: [0.0], [[-1.0, -1.0]], [0, 1]
+    one = sos.simulate_nonlinear(*asked, x0=[1, 0], K_A=0.5)
+    other = sos.simulate_nonlinear(*asked, x0=[1, 0], K_A=[[0.5]])
+    assert np.array_equal(one.u, other.u)
+    with pytest.raises(ValueError, match="force must be a function"):
+        sos.simulate_nonlinear(mass, 3.0, [[0.0, 0.0]], [0, 1])

@@ -7,6 +7,7 @@ from sosbook.mip import Mip, reduced
 
 import sosbook as sos
 from sosbook import design_observer, observer_loop
+from sosbook.lmi.centre import Unbounded
 from sosbook.lmi.newton import Newton
 from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.synthesis import observer
@@ -201,3 +202,19 @@ def test_a_loop_without_an_input_is_not_designed_but_analysed():
     with pytest.raises(ValueError, match="nothing to design"):
         sos.design_lqr(loop, np.eye(2), [[1]])
     assert sos.analyse_loop(loop.E, loop.A).certify().proven
+
+
+@pytest.mark.parametrize("error", [Unbounded, np.linalg.LinAlgError, ZeroDivisionError])
+@pytest.mark.parametrize("place", ["__init__", "open"])
+def test_numerics_that_give_up_leave_it_undecided(error, place, monkeypatch):
+    """Seen where units lie far apart, or where no least cost is attained."""
+
+    def given_up(*asked):
+        raise error("no such minimum")
+
+    monkeypatch.setattr(observer.ObserverProblem, place, given_up)
+    monkeypatch.setattr(observer, "riccati_observer", lambda *asked: None)
+    plant = sos.SecondOrderSystem(1, 1, 1, 1, 1)
+    design = design_observer(plant, [[-1, -1]], np.eye(4), [[1]], C=[[1, 0]])
+    assert design.status == "undecided" and "no such minimum" in design.reason
+    assert design.advice == design.reason

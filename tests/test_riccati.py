@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.linalg import solve_continuous_are
+from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
+from sosbook.analysis.lyapunov import lyapunov
 from sosbook.analysis.riccati import riccati
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
@@ -87,3 +88,18 @@ def test_nor_has_a_sampled_one(monkeypatch):
     cart = sos.SecondOrderSystem(1, 0, 0, 1)
     with pytest.raises(ValueError, match="no stabilising solution"):
         sos.design_sampled_lqr(cart, np.eye(2), [[1]], 0.1)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_lyapunov_equation_is_scipys(seed):
+    A, _, Q, _ = system(seed)
+    assert np.array_equal(lyapunov(A, Q), solve_continuous_lyapunov(A, Q))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("A", [[[0, 1], [-1, 0]], [[1, 0], [0, -1]], [[0, 1], [0, 0]]])
+def test_poles_that_sum_to_zero_are_judged_in_silence(A):
+    """Scipy warns of such an equation."""
+    with pytest.raises(RuntimeWarning, match="eigenvalue pair"):
+        solve_continuous_lyapunov(A, np.eye(2))
+    assert sos.analyse_loop(np.eye(2), A).status == "infeasible"

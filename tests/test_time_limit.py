@@ -220,6 +220,9 @@ def test_a_bar_that_cannot_be_shown_leaves_no_limit_in_force(monkeypatch):
         raise RuntimeError("no bar")
 
     monkeypatch.setattr("sosbook.lmi.time_limit.bar", broken)
-    with pytest.raises(RuntimeError, match="no bar"), clock.time_limit(1e-9, progress=True):
+    with (
+        pytest.raises(RuntimeError, match="no bar"),
+        clock.time_limit(1e-9, progress=True),
+    ):
         pass
     clock.check_time()

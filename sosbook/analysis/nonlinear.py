@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from ..plants.checks import matrix
+from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
 from ..plants.response import Response, times, vector
 from ..plants.second_order import SecondOrderSystem
@@ -19,6 +19,8 @@ from ..plants.signals import Sine, Step, Steps, signal_parts, steps
 from .linear import loop_matrix
 
 __all__ = ["arm_gravity", "simulate_nonlinear"]
+
+FINEST = 1e-13  # relative tolerance; floats know no finer one
 
 
 def arm_gravity(z, dz):
@@ -110,9 +112,21 @@ def simulate_nonlinear(
     n, N, p = plant.n, len(d.E), plant.p
     K = matrix("K", K, (plant.m, N))
     t, r, x0 = times(t), steps(r, n), vector("x0", x0, N)
-    if np.shape(force(x0[:n], x0[n : 2 * n])) != (n,):
-        raise ValueError(f"force(z, dz) must return {n} numbers")
+    K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, n))
+    if not FINEST <= positive("rtol", rtol) < 1:
+        raise ValueError(f"rtol must be from {FINEST:g} to 1, got {rtol!r}")
+    if not callable(force):
+        raise ValueError(f"force must be a function, got {type(force).__name__}")
     signal_parts("w", w, p, "F")
+
+    def pushed(x):
+        f = np.asarray(force(x[:n], x[n : 2 * n]))
+        if f.shape != (n,) or f.dtype.kind not in "iuf" or not np.isfinite(f).all():
+            raise ValueError(
+                f"force(z, dz) must return {n} finite numbers, got {f.tolist()!r:.80} "
+                f"at z = {x[:n].tolist()!r:.80}"
+            )
+        return f
 
     A = loop_matrix(d, K)
     _, B, Bw = d.state_space()
@@ -123,7 +137,7 @@ def simulate_nonlinear(
         constant[2 * n :] -= d.A[2 * n :, :n] @ goal
 
         def rate(now, x):
-            dx = A @ x + constant + inward @ force(x[:n], x[n : 2 * n])
+            dx = A @ x + constant + inward @ pushed(x)
             if shaken:
                 dx = dx + Bw @ _wave(w, now, p)
             return dx
@@ -160,7 +174,7 @@ def simulate_nonlinear(
     goal = r(t)
     u = K @ x - K[:, :n] @ goal
     if K_A is not None:
-        u = u + np.asarray(K_A, float) @ dx[n : 2 * n]
+        u = u + K_A @ dx[n : 2 * n]
     values = np.zeros((p, len(t)))
     if w is not None:
         values[:] = w(t)

@@ -7,7 +7,9 @@ later on.
 """
 
 import numpy as np
-from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import expm, matrix_balance
+
+from .lyapunov import lyapunov
 
 __all__ = ["ALIVE", "DOUBLINGS", "FreeMotion", "amplitude", "largest_size"]
 
@@ -104,7 +106,7 @@ class FreeMotion:
         rate = np.abs(self.poles).max()
         self.A, self.poles = self.A / rate, self.poles / rate
         self.C, self.x, self.now = C * units, np.asarray(x, float) / units, 0.0
-        X = solve_continuous_lyapunov(self.A.T, -np.eye(len(self.A)))
+        X = lyapunov(self.A.T, -np.eye(len(self.A)))
         self.X, self.reach = X, np.linalg.norm(self.C @ np.linalg.solve(X, self.C.T), 2)
         self.waves = None
         if np.linalg.cond(vectors) < LARGEST_CONDITION:

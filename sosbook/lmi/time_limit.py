@@ -57,7 +57,9 @@ def checked_seconds(time_limit):
         return None
     if isinstance(time_limit, np.ndarray) and time_limit.ndim == 0:
         time_limit = time_limit[()]
-    real = isinstance(time_limit, (int, float, np.integer, np.floating))
+    if isinstance(time_limit, np.floating):
+        time_limit = float(time_limit)
+    real = isinstance(time_limit, (int, float, np.integer))
     if not real or isinstance(time_limit, bool) or not 0 < time_limit <= LONGEST:
         raise ValueError(
             "time_limit must be positive, a number of seconds, or None for no "

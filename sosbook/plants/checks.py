@@ -11,7 +11,9 @@ __all__ = [
     "count",
     "finite",
     "logarithmic_scales",
+    "matrices_of",
     "matrix",
+    "numbers",
     "positive",
     "rank_deficient",
 ]
@@ -99,7 +101,34 @@ def matrix(name, value, shape=None):
     return array
 
 
-def _floats(name, value):
+def matrices_of(name, value):
+    """A list of matrices from one or several, or a ValueError that names them."""
+    try:
+        dimensions = np.ndim(value)
+    except ValueError:  # several shapes
+        dimensions = 3
+    if issparse(value) or dimensions in (0, 2):
+        return [matrix(name, value)]
+    if dimensions == 1 and not any(issparse(x) or np.ndim(x) for x in value):
+        matrix(name, value)  # raises: it is a vector
+    matrices = [matrix(name, x) for x in value]
+    if not matrices:
+        raise ValueError(f"{name} is an empty list")
+    return matrices
+
+
+def numbers(name, value):
+    """A value as a float array of any shape, or a ValueError that names it.
+
+    NaN and infinite entries are left to the caller.
+    """
+    array = _floats(name, value, "must be real numbers")
+    largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
+    _check_size(f"the largest entry of {name}", max(largest, SIZE_LIMITS[0]))
+    return array
+
+
+def _floats(name, value, what="must be a real matrix"):
     """A float array of its own, or a ValueError that says what isn't a number."""
     if value is None:
         raise ValueError(f"{name} is missing: give a matrix")
@@ -113,9 +142,13 @@ def _floats(name, value):
             raise TypeError("it holds text; write numbers without quotes")
         if raw.dtype.kind == "b" or _holds(raw, bool):
             raise TypeError("it holds True or False; write 1 and 0")
+        if raw.dtype.kind not in "iufO":
+            raise TypeError(f"its entries are of the type {raw.dtype}")
+        if np.ma.is_masked(value):
+            raise TypeError("it has masked entries; fill them in")
         return np.array(raw, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{name} must be a real matrix: {error}") from None
+        raise ValueError(f"{name} {what}: {error}") from None
 
 
 def _ragged(rows):

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import issparse
 
 from ..lmi.read_only import ReadOnly
-from .checks import matrix, rank_deficient
+from .checks import matrices_of, matrix, rank_deficient
 from .descriptor import Descriptor
 
 __all__ = ["DescriptorSystem"]
@@ -66,9 +65,9 @@ class DescriptorSystem(ReadOnly):
         ) -> None: ...
 
     def __post_init__(self):
-        N = len(_several("E", self.E)[0])
+        N = len(matrices_of("E", self.E)[0])
         lists = {
-            name: _several(name, np.zeros((N, 0)) if value is None else value)
+            name: matrices_of(name, np.zeros((N, 0)) if value is None else value)
             for name, value in (
                 ("E", self.E),
                 ("A", self.A),
@@ -141,18 +140,6 @@ class DescriptorSystem(ReadOnly):
     def n(self) -> int:
         """Number of outputs."""
         return len(self.vertices[0].C)
-
-
-def _several(name, value):
-    """A list of matrices from one or several."""
-    if issparse(value) or np.ndim(value) in (0, 2):
-        return [matrix(name, value)]
-    if np.ndim(value) == 1 and not any(issparse(x) or np.ndim(x) for x in value):
-        matrix(name, value)  # raises: it is a vector
-    matrices = [matrix(name, x) for x in value]
-    if not matrices:
-        raise ValueError(f"{name} is an empty list")
-    return matrices
 
 
 def _equal(a, b):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import expm
 
+from .checks import numbers
 from .signals import signal_parts, steps
 
 __all__ = ["Response", "simulate", "simulate_open"]
@@ -144,7 +145,7 @@ def _constant(d, B, K, r):
 
 def times(t):
     """An array of times that increase from 0."""
-    t = np.asarray(t, float)
+    t = numbers("t", t)
     good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
     if not good or t[0] != 0 or (np.diff(t) <= 0).any():
         raise ValueError("t must increase from 0 and hold two times")
@@ -153,7 +154,7 @@ def times(t):
 
 def vector(name, value, size):
     """An array of ``size`` finite numbers; zero for None."""
-    vector = np.zeros(size) if value is None else np.asarray(value, float)
+    vector = np.zeros(size) if value is None else numbers(name, value)
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise ValueError(f"{name} must hold {size} finite numbers")
     return vector

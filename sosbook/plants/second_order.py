@@ -13,7 +13,7 @@ from scipy.linalg import eigvals
 
 from ..lmi.read_only import ReadOnly
 from .checks import count as whole
-from .checks import matrix, rank_deficient
+from .checks import matrix, numbers, rank_deficient
 from .descriptor import descriptors
 from .response import simulate_open
 from .signals import Sine, Step
@@ -324,7 +324,7 @@ class Polytope(_Plant, ReadOnly):
         weights : (N,) array_like
             Non-negative, of sum one.
         """
-        weights = np.asarray(weights, float)
+        weights = numbers("weights", weights)
         good = weights.shape == (self.N,) and np.isfinite(weights).all()
         if not good or (weights < 0).any() or abs(weights.sum() - 1) > 1e-9:
             raise ValueError(f"weights must be {self.N} non-negative numbers of sum 1")

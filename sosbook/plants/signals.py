@@ -6,13 +6,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import matrix
+from .checks import finite, matrix, numbers
 
 __all__ = ["Signal", "Sine", "Step", "Steps", "signal_parts", "steps"]
 
 
 class Signal:
     """amplitude sin(omega t) + offset for start <= t < stop, else 0."""
+
+    def _check(self, *levels):
+        for name in levels:
+            if not np.isfinite(numbers(name, getattr(self, name))).all():
+                raise ValueError(f"{name} must be finite, got {getattr(self, name)!r}")
+        for name in ("start", "stop"):
+            when = getattr(self, name)
+            if not (isinstance(when, (float, np.floating)) and np.isinf(when)):
+                finite(name, when)
 
     def __call__(self, t):
         """Values at the times t, one row for each channel."""
@@ -45,6 +54,10 @@ class Sine(Signal):
     start: float = 0.0
     stop: float = np.inf
 
+    def __post_init__(self):
+        finite("omega", self.omega)
+        self._check("amplitude", "offset")
+
 
 @dataclass(frozen=True)
 class Step(Signal):
@@ -68,6 +81,9 @@ class Step(Signal):
     stop: float = np.inf
 
     amplitude = omega = 0.0
+
+    def __post_init__(self):
+        self._check("height")
 
     @property
     def offset(self) -> float:
@@ -129,15 +145,15 @@ def steps(r, n):
         How many displacements the plant has.
     """
     if isinstance(r, Step):
-        height = np.asarray(r.height, float)
-        if height.shape not in ((), (1,), (n,)) or not np.isfinite(height).all():
-            raise ValueError(f"r: height must be one number or {n} of them, finite")
+        height = numbers("height", r.height)
+        if height.shape not in ((), (1,), (n,)):
+            raise ValueError(f"r: height must be one number or {n} of them")
         up, none = np.broadcast_to(height, (n,)), np.zeros(n)
         corners = [(0.0, none), (max(r.start, 0.0), up), (max(r.stop, 0.0), none)]
         levels = {time: level for time, level in corners if np.isfinite(time)}
         return Steps(sorted(levels), [levels[time] for time in sorted(levels)])
     if not isinstance(r, Steps):
-        r = np.zeros(n) if r is None else np.asarray(r, float)
+        r = np.zeros(n) if r is None else numbers("r", r)
         if r.shape != (n,) or not np.isfinite(r).all():
             raise ValueError(f"r must hold {n} finite numbers, or be a Step or Steps")
         return Steps([0.0], [r])
@@ -169,6 +185,6 @@ def signal_parts(name, signal, size, column):
     for part in ("amplitude", "offset"):
         if np.shape(getattr(signal, part)) not in ((), (1,), (size,)):
             raise ValueError(f"{name}: {part} must be one number or {size} of them")
-    sine = np.broadcast_to(np.asarray(signal.amplitude, float), (size,))
-    level = np.broadcast_to(np.asarray(signal.offset, float), (size,))
+    sine = np.broadcast_to(numbers("amplitude", signal.amplitude), (size,))
+    level = np.broadcast_to(numbers("offset", signal.offset), (size,))
     return signal.start, signal.stop, sine, level

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import solve_continuous_lyapunov
 
 from ..analysis.linear import loop_matrix
+from ..analysis.lyapunov import lyapunov
 from ..lmi import Unknown, eye, he
 from ..lmi.exact import exact, inverse
 from ..lmi.rational import decimal
@@ -208,6 +208,6 @@ def noise_cost(d, K, cost):
     A = loop_matrix(d, K)
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
-    X = solve_continuous_lyapunov(A.T, -(cost.Q + K.T @ cost.R @ K))
+    X = lyapunov(A.T, -(cost.Q + K.T @ cost.R @ K))
     noise = noise_input(d, cost)
     return float(np.trace(noise.T @ X @ noise))

@@ -11,7 +11,7 @@ from ..analysis.linear import peak_input
 from ..lmi import eye
 from ..lmi.exact import inverse
 from ..lmi.rational import decimal
-from ..plants.checks import matrix
+from ..plants.checks import matrix, numbers
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import control_bound, initial_state, slack_initial_state
 from .base import Requirement
@@ -56,9 +56,10 @@ class Saturation(Requirement):
 
     def __post_init__(self):
         super().__post_init__()
-        if np.ndim(self.x0) != 1:
+        x0 = numbers("x0", self.x0)
+        if x0.ndim != 1:
             raise ValueError("x0 must be a vector of finite numbers")
-        x0 = matrix("x0", [self.x0])[0]
+        x0 = matrix("x0", [x0])[0]
         object.__setattr__(self, "x0", x0)
         if not isinstance(self.acceleration, bool):
             raise ValueError(

@@ -42,7 +42,14 @@ class Region:
 
     def __post_init__(self):
         parts, names = [], set()
-        for part in self.parts:
+        try:
+            given = tuple(self.parts)
+        except TypeError:
+            raise ValueError(
+                "parts must be a sequence of LMIRegion objects, got "
+                f"{type(self.parts).__name__}"
+            ) from None
+        for part in given:
             if not isinstance(part, LMIRegion):
                 raise ValueError(
                     f"parts must be LMIRegion objects, got {type(part).__name__}"
@@ -283,7 +290,10 @@ class LMIRegion(RegionForms, Region, Requirement):
 
     def characteristic(self, s: ArrayLike) -> np.ndarray:
         """The Hermitian matrices f(s) of (A.8), one for each pole."""
-        s = np.asarray(s, complex)[..., None, None]
+        try:
+            s = np.asarray(s, complex)[..., None, None]
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"poles must be complex numbers: {error}") from None
         return self.alpha + self.beta * s + self.beta.T * s.conj()
 
     def distance(self, poles: ArrayLike) -> np.ndarray:

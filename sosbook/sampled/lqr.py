@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
 from ..lmi.proof import Stopped
-from ..plants.checks import matrix, rank_deficient
+from ..plants.checks import matrix, numbers, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
 from ..plants.signals import Sine, Step, Steps
@@ -64,7 +64,7 @@ def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
     N, order = len(vertices[0].E), K.shape[1]
     start = np.eye(order)
     if x0 is not None:
-        start = np.reshape(np.asarray(x0, float), (-1, 1))
+        start = numbers("x0", x0).reshape(-1, 1)
         if len(start) not in (N, order) or not np.isfinite(start).all():
             raise ValueError(
                 f"x0 must have {N} finite entries, or {order} with the "

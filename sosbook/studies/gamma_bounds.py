@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
 from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
+from ..analysis.lyapunov import lyapunov
 from ..deprecation import renamed
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
@@ -117,7 +117,7 @@ def _lower_bounds(d, K, saturation):
     units = balancing(A)  # x = units xi
     A, B, C = A / units[:, None] * units, B / units[:, None], d.C * units
     x0, drive = saturation.x0 / units, K * units
-    seen = solve_continuous_lyapunov(A.T, -C.T @ C)
-    reached = solve_continuous_lyapunov(A, -B @ B.T)
+    seen = lyapunov(A.T, -C.T @ C)
+    reached = lyapunov(A, -B @ B.T)
     force = np.linalg.eigvalsh(drive @ reached @ drive.T)[-1]
     return hinf_norm(d, K), x0 @ seen @ x0, force / saturation.u_max**2

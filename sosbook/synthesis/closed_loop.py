@@ -88,9 +88,13 @@ class ClosedLoop(Gains):
         samples, seed
             As in `poles`.
         """
-        K, cost = self._gain(), cost or self.request.cost
+        K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
+        if not isinstance(cost, QuadraticCost):
+            raise ValueError(
+                f"cost must be a QuadraticCost(Q, R), got {type(cost).__name__}"
+            )
         return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:

@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import null_space
+from scipy.sparse import issparse
 
 from ..lmi import Unknown, he
 from ..lmi.certificates import LMIProof
@@ -157,6 +158,10 @@ def admissible_U(
     checked_plant(plant, SecondOrderPlant)
     if candidates is None:
         candidates = _selections(plant)
+    elif issparse(candidates) or not isinstance(candidates, Iterable):
+        raise ValueError(
+            f"candidates must be a list of matrices U, got {type(candidates).__name__}"
+        )
     else:
         candidates = [
             matrix(f"candidates[{k}]", U, (None, plant.n))

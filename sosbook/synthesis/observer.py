@@ -6,18 +6,20 @@ from time import monotonic
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cholesky, solve_continuous_lyapunov
+from scipy.linalg import cholesky
 
 from ..analysis.linear import balancing
+from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..deprecation import named_after
 from ..lmi import Unknown, block
+from ..lmi.centre import Unbounded
 from ..lmi.exact import inverse, round_digits
 from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..lmi.time_limit import OutOfTime, checked_seconds
 from ..lmi.time_limit import time_limit as limited
 from ..lmi.trusted import TrustedProblem
-from ..plants.checks import matrix
+from ..plants.checks import matrices_of, matrix
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
@@ -105,19 +107,25 @@ def design_observer(
     if B_w is None:
         noises = [d.Bw for d in vertices]
     else:
-        several = [B_w] * len(vertices) if np.ndim(B_w) == 2 else B_w
-        noises = [matrix("B_w", b, (N, None)) for b in several]
+        noises = [matrix("B_w", w, (N, None)) for w in matrices_of("B_w", B_w)]
+        if len(noises) not in (1, len(vertices)):
+            raise ValueError(
+                f"B_w has {len(noises)} matrices, needs {len(vertices)} or one"
+            )
+        noises *= len(vertices) // len(noises)
     if noises[0].shape[1] == 0:
         raise ValueError("B_w is missing: the plant has no F")
     seconds, begun = checked_seconds(time_limit), monotonic()
-    problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
     try:
         with limited(seconds):
+            problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
             return problem.solve(plant)
     except OutOfTime:
         if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
             raise
-    reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
+        reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
+    except (Unbounded, ArithmeticError, np.linalg.LinAlgError) as error:
+        reason = f"The numerics gave up ({error}): are the units far apart?"
     return ObserverDesign(plant, K, C, "undecided", reason=reason)
 
 
@@ -158,7 +166,7 @@ class ObserverProblem:
                 "on the imaginary axis): measure more, or take that state "
                 "out"
             ) from None
-        rest = solve_continuous_lyapunov(A + B @ K, -X)
+        rest = lyapunov(A + B @ K, -X)
         self.T = [
             round_digits(np.linalg.inv(cholesky(x, lower=True)).T / units[:, None], 6)
             for x in (X, rest)

@@ -73,7 +73,7 @@ class ObserverDesign(Result, ReadOnly):
     multipliers : list of arrays or None
         Of their blocks, where there is no observer.
     reason : str
-        Why nothing is known, if the time was over.
+        Why nothing is known, if the time was over or the numerics gave up.
     """
 
     plant: Any

@@ -9,8 +9,8 @@ of that gain, inside a bound that is a little larger.
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import solve_continuous_lyapunov
 
+from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..plants.descriptor import twins
 from .scaling import Frame
@@ -126,12 +126,12 @@ def _inside(X, loop, noise, room):
     """
     n, channels = noise.shape
     part = room / (n + channels + 1)
-    W = solve_continuous_lyapunov(loop.T, -noise @ noise.T)
+    W = lyapunov(loop.T, -noise @ noise.T)
     if not np.trace(W) > 0:
         raise ValueError("there is no noise")
-    G = solve_continuous_lyapunov(loop.T, -4 * np.linalg.inv(X))
+    G = lyapunov(loop.T, -4 * np.linalg.inv(X))
     R = np.linalg.inv(W / part + G)
-    X = X + solve_continuous_lyapunov(loop, -R)
+    X = X + lyapunov(loop, -R)
     return X, noise.T @ X @ noise + part * np.eye(channels), R
 
 
@@ -145,7 +145,7 @@ def _beside(loop, taken):
     n = len(taken)
     short = taken / 2 + FIRST_SHORT * np.trace(taken) / n * np.eye(n)
     for _ in range(STEPS_BESIDE):
-        P2 = np.linalg.inv(solve_continuous_lyapunov(loop, -taken - short))
-        short = np.linalg.inv(solve_continuous_lyapunov(loop.T, -1.5 * (P2 + P2.T)))
-    P2 = np.linalg.inv(solve_continuous_lyapunov(loop, -taken - short))
+        P2 = np.linalg.inv(lyapunov(loop, -taken - short))
+        short = np.linalg.inv(lyapunov(loop.T, -1.5 * (P2 + P2.T)))
+    P2 = np.linalg.inv(lyapunov(loop, -taken - short))
     return (P2 + P2.T) / 2

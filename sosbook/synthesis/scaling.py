@@ -3,8 +3,9 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.linalg import matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import matrix_balance
 
+from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
@@ -115,7 +116,7 @@ class Frame(ReadOnly):
         try:
             balance = matrix_balance(shift, separate=True)[1][0]
             weight = 1 / balance**2
-            X = solve_continuous_lyapunov(shift.T, -np.diag(weight))
+            X = lyapunov(shift.T, -np.diag(weight))
             T = np.linalg.inv(np.linalg.cholesky(X)).T
         except np.linalg.LinAlgError:
             T = np.eye(len(A))
