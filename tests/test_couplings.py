@@ -8,6 +8,7 @@ import sosbook as sos
 from sosbook import counterexamples, couplings
 from sosbook.analysis.linear import poles
 from sosbook.plants.descriptor import descriptors
+from sosbook.studies.gamma_bounds import gamma_lower_bounds
 
 
 def single(mass, stiffness=1.0):
@@ -184,3 +185,47 @@ def test_rows_on_the_vertices():
         *5 * ["claim refuted"],
         *2 * ["property holds"],
     ]
+
+
+def test_what_is_no_polytope_or_no_name_is_named():
+    one = sos.SecondOrderSystem(1, 1, 1, 1, 1)
+    pair = sos.Polytope([one, sos.SecondOrderSystem(2, 1, 1, 1, 1)])
+    for ask in (
+        lambda x: couplings.scale_polytope(x, 0.5),
+        couplings.sample_plants,
+        couplings.hull_gap,
+        lambda x: couplings.verify_many([x]),
+    ):
+        for wrong in (one, None, [one], 1.0, np.eye(2)):
+            with pytest.raises(ValueError, match="plants must be a Polytope, got"):
+                ask(wrong)
+    design = sos.design_pid(pair)
+    for wrong in (None, pair, 1.0):
+        with pytest.raises(ValueError, match="design must be a Design"):
+            couplings.verify_on_samples(wrong)
+    with pytest.raises(ValueError, match="plants must be a Polytope"):
+        couplings.verify_on_samples(sos.design_pid(one))
+    for wrong in (None, 1, 0, -1, 2.5, "3", 1j):
+        for ask in (couplings.sample_plants, couplings.hull_gap):
+            with pytest.raises(ValueError, match="count must be 2, 3"):
+                ask(pair, count=wrong)
+        with pytest.raises(ValueError, match="count must be 2, 3"):
+            couplings.verify_on_samples(design, count=wrong)
+    for wrong in (None, 0, 2.5, "4"):
+        with pytest.raises(ValueError, match="vertices must be 1, 2"):
+            couplings.block_count(wrong, "pairs")
+    for wrong in (None, 3, "pairs", ["edges"], [["pairs"]], [np.array([1, 2])]):
+        with pytest.raises(ValueError, match="coupling"):
+            couplings.compare(pair, wrong)
+
+
+def test_bounds_of_gamma_name_what_is_missing():
+    one = sos.SecondOrderSystem(1, 1, 1, 1, 1)
+    bounds = sos.Saturation(1.0, [1, 0])
+    for wrong in (None, [one], 1.0):
+        with pytest.raises(ValueError, match="plant must be a"):
+            gamma_lower_bounds(wrong, [[-1, -1]], saturation=bounds)
+    with pytest.raises(ValueError, match="saturation has no u_max"):
+        gamma_lower_bounds(one, [[-1, -1]], saturation=sos.Saturation(None, [1, 0]))
+    with pytest.raises(ValueError, match="matrices must be a list"):
+        sos.sampled.prove_schur(0.5)

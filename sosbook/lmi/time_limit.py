@@ -52,7 +52,7 @@ def time_limit(seconds, progress=False):
 
 
 def checked_seconds(time_limit):
-    """A time limit as a float, None where there is none; or a ValueError."""
+    """A ``time_limit`` as a float, None where there is none; or a ValueError."""
     if time_limit is None:
         return None
     if isinstance(time_limit, np.ndarray) and time_limit.ndim == 0:

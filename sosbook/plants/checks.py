@@ -102,7 +102,10 @@ def matrix(name, value, shape=None):
 
 
 def matrices_of(name, value):
-    """A list of matrices from one or several, or a ValueError that names them."""
+    """A list of matrices from a value of one or several, or a ValueError.
+
+    ``name`` is that of the argument.
+    """
     try:
         dimensions = np.ndim(value)
     except ValueError:  # several shapes
@@ -118,9 +121,9 @@ def matrices_of(name, value):
 
 
 def numbers(name, value):
-    """A value as a float array of any shape, or a ValueError that names it.
+    """A value as a float array of any shape, or a ValueError that has its name.
 
-    NaN and infinite entries are left to the caller.
+    ``name`` is that of the argument. NaN and infinite entries are left to the caller.
     """
     array = _floats(name, value, "must be real numbers")
     largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)

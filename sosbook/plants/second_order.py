@@ -324,12 +324,12 @@ class Polytope(_Plant, ReadOnly):
         weights : (N,) array_like
             Non-negative, of sum one.
         """
-        weights = numbers("weights", weights)
-        good = weights.shape == (self.N,) and np.isfinite(weights).all()
-        if not good or (weights < 0).any() or abs(weights.sum() - 1) > 1e-9:
+        given = numbers("weights", weights)
+        good = given.shape == (self.N,) and np.isfinite(given).all()
+        if not good or (given < 0).any() or abs(given.sum() - 1) > 1e-9:
             raise ValueError(f"weights must be {self.N} non-negative numbers of sum 1")
         mixed = (
-            sum(w * getattr(v, x) for w, v in zip(weights, self.vertices))
+            sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
         )
         return SecondOrderSystem(*mixed)

@@ -1,5 +1,6 @@
 """Proofs, in ball arithmetic, that sampled loops are stable."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,10 @@ def prove_schur(matrices, rate=1.0):
     >>> print(prove_schur([[[1, 1], [0, 0.5]]]))
     not proven: matrix 1: its spectral radius is 1
     """
+    if not isinstance(matrices, Iterable):
+        raise ValueError(
+            f"matrices must be a list of matrices, got {type(matrices).__name__}"
+        )
     rate, matrices = _rate(rate), list(matrices)
     if not matrices:
         raise ValueError("matrices is empty: there is nothing to prove")

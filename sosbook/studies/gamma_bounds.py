@@ -9,6 +9,7 @@ from ..analysis.lyapunov import lyapunov
 from ..deprecation import renamed
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
+from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..requirements.input_bound import Saturation
 
 __getattr__ = renamed(
@@ -100,7 +101,9 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
         raise ValueError(
             "saturation must be a Saturation(u_max, x0) without acceleration"
         )
-    if plant.p == 0:
+    if saturation.u_max is None:
+        raise ValueError("saturation has no u_max: give the bound")
+    if checked_plant(plant, SecondOrderPlant).p == 0:
         raise ValueError("the plant has no F: there is no norm to bound")
     vertices = descriptors(plant, U, K_A)
     K = matrix("K", K, (plant.m, len(vertices[0].E)))

@@ -4,17 +4,20 @@ Compares the three ways to demand an LMI over a polytope of plants, and
 checks their promises at plants between the vertices.
 """
 
+from collections.abc import Iterable
 from itertools import combinations
 
 import numpy as np
 from scipy.optimize import nnls
 
 from ..deprecation import renamed
+from ..plants.checks import count as whole
 from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS, descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
 from ..runtime.progress import each
+from ..synthesis.design import Design
 from ..synthesis.pid import design_pid
 
 __all__ = [
@@ -55,7 +58,7 @@ def scale_polytope(plants, factor):
     [1.5, 2.5]
     """
     finite("factor", factor)
-    mean = plants.mean
+    mean = _polytope(plants).mean
     return Polytope(
         [
             SecondOrderSystem(
@@ -87,8 +90,8 @@ def sample_plants(plants, count=20, seed=0):
     list of SecondOrderSystem
         The drawn plants.
     """
-    samples = []
-    corners = np.eye(plants.N)
+    samples, count = [], whole("count", count, 2)
+    corners = np.eye(_polytope(plants).N)
     for i, j in combinations(range(plants.N), 2):
         for a in np.linspace(0, 1, count):
             samples.append(plants.at((1 - a) * corners[i] + a * corners[j]))
@@ -122,6 +125,8 @@ def verify_on_samples(design, count=20, seed=0):
     >>> sorted(kept), min(kept.values()) > 0
     (['gamma', 'poles'], True)
     """
+    if not isinstance(design, Design):
+        raise ValueError(f"design must be a Design, got {type(design).__name__}")
     request = design.request
     if design.K is None:
         raise ValueError(f"the design is {design.status}: nothing to keep")
@@ -160,6 +165,7 @@ def compare(plant, couplings=COUPLINGS, **asked):
     ['feasible', 'infeasible', 'feasible']
     """
     slack = asked.pop("slack", None)
+    couplings = _names(couplings)
     return {
         name: design_pid(
             plant,
@@ -198,8 +204,9 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     >>> compared["vertices"] < 0, compared["pairs"]
     (array([ True]), array([nan]))
     """
+    couplings = _names(couplings)
     worst = {name: [] for name in couplings}
-    for plants in each(polytopes, "polytope"):
+    for plants in each([_polytope(plants) for plants in polytopes], "polytope"):
         for name, design in compare(plants, couplings, **asked).items():
             kept = np.nan
             if design.K is not None:
@@ -216,9 +223,8 @@ def block_count(vertices, coupling):
     >>> [block_count(4, name) for name in ("vertices", "pairs", "slack")]
     [4, 10, 4]
     """
-    if coupling not in COUPLINGS:
-        raise ValueError(f"coupling must be one of {COUPLINGS}, got {coupling!r}")
-    N = int(vertices)
+    _names([coupling])
+    N = whole("vertices", vertices, 1)
     return N * (N + 1) // 2 if coupling == "pairs" else N
 
 
@@ -248,13 +254,33 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     >>> hull_gap(thesis.example_2().plant, U=np.eye(2)) < 1e-9
     True
     """
-    corners = _standard_forms(plants, U, K_A)
+    corners = _standard_forms(_polytope(plants), U, K_A)
     largest = np.abs(corners).max(axis=1, keepdims=True)
     largest[largest == 0] = 1
     corners = np.vstack([corners / largest, np.ones(plants.N)])
     targets = _standard_forms(Polytope(sample_plants(plants, count, seed)), U, K_A)
     targets = np.vstack([targets / largest, np.ones(targets.shape[1])])
     return float(max(nnls(corners, t)[1] / np.linalg.norm(t) for t in targets.T))
+
+
+def _polytope(plants):
+    if not isinstance(plants, Polytope):
+        raise ValueError(
+            f"plants must be a Polytope, got {type(plants).__name__}: "
+            "Polytope([...]) makes one of plants"
+        )
+    return plants
+
+
+def _names(couplings):
+    """A list of couplings' names."""
+    if isinstance(couplings, str) or not isinstance(couplings, Iterable):
+        raise ValueError(f"couplings must be a list of names, got {couplings!r:.80}")
+    names = list(couplings)
+    for name in names:
+        if not isinstance(name, str) or name not in COUPLINGS:
+            raise ValueError(f"coupling must be one of {COUPLINGS}, got {name!r:.80}")
+    return names
 
 
 def _standard_forms(plants, U, K_A):
