@@ -17,6 +17,7 @@ from sosbook.delay import analyse_delay, largest
 from sosbook.sampled import certify_sampled, design_sampled_lqr
 from sosbook.studies.gamma_bounds import gamma_lower_bounds
 from sosbook.studies.region_of_attraction import region_of_attraction
+from sosbook.synthesis.problem import Request
 from tests.random_plants import Units
 from tests.test_same_physics import as_units, close, random_plant
 
@@ -385,3 +386,36 @@ def test_one_example(law, seed, powers):
 @given(seeds, powers)
 def test_many_examples(law, seed, powers):
     law(seed, powers)
+
+
+REGIONS = {  # of rates a hundred times and a tenth of w
+    "strip": lambda w: sos.LMIRegion.strip(-100 * w, -0.1 * w),
+    "horizontal strip": lambda w: sos.LMIRegion.horizontal_strip(10 * w),
+    "ellipse": lambda w: sos.LMIRegion.ellipse(-3 * w, 2 * w, w),
+    "half-plane to the right": lambda w: sos.LMIRegion.half_plane(-w),
+    "parabola": lambda w: sos.LMIRegion(
+        [[0, 0], [0, -w]], [[0.5, 0.5], [-0.5, 0]], "parabola"
+    ),
+}
+
+
+@pytest.mark.parametrize("w", [1e-6, 1e-3, 1e3, 1e6])
+@pytest.mark.parametrize("name", REGIONS)
+def test_masses_that_are_free_have_their_rate_from_the_region(name, w):
+    """Neither spring nor damper has one; rad/s are no better than rad/h."""
+
+    def request(w):
+        mass = sos.SecondOrderSystem(2 / w**2, 0, 0, 1, 1)
+        return Request(mass, region=REGIONS[name](w))
+
+    assert request(w).typical_rate == pytest.approx(w * request(1.0).typical_rate)
+    assert request(w).typical_rate != 1.0
+
+
+@pytest.mark.parametrize("w", [1e-3, 1e-2, 1.0, 1e2, 1e3])
+def test_a_free_mass_is_judged_alike_in_any_unit_of_time(w):
+    mass = sos.SecondOrderSystem(0.8 / w**2, 0, 0, [[0.4, 0.5]], [[-0.91, 1.32]])
+    asked = dict(gamma=5.14, region=sos.LMIRegion.horizontal_strip(2.6 * w))
+    limit = sos.Saturation(1.6, [0.03, 0.07 * w, -0.1 / w])
+    design = sos.design_pid(mass, [[1]], **asked, saturation=limit)
+    assert design.status == "feasible" and design.certify().proven
