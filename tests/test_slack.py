@@ -18,7 +18,7 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.proofs import check
-from sosbook.synthesis import feasibility
+from sosbook.synthesis import feasibility, slack
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -462,3 +462,23 @@ def test_the_first_guess_has_a_slack_matrix():
     request = Request(chains(), **asked)
     lmis = ScaledLMIs(request, Frame.of(request))
     assert min(lmis.margins(lmis.guess()).values()) > 0
+
+
+@pytest.mark.parametrize("minimize", [None, "gamma"])
+def test_a_mode_that_stays_is_known_before_any_scalar_is_tried(minimize, monkeypatch):
+    """Nine scalars would be tried in vain, and the time would be over."""
+    parts = np.eye(2), 0 * np.eye(2), [[0], [1]], np.eye(2)
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem(m * np.eye(2), *parts) for m in (1.0, 1.2)]
+    )
+
+    def never(*asked):
+        raise AssertionError("a scalar is tried")
+
+    for module in ("slack.search", "objectives.search"):
+        monkeypatch.setattr(f"sosbook.synthesis.{module}", never, raising=False)
+    monkeypatch.setattr(slack, "_point", never)
+    monkeypatch.setattr(slack, "optimum", never)
+    design = sos.design_pid(plants, coupling="slack", minimize=minimize)
+    assert design.status == "infeasible" and design.infeasibility.proven
+    assert "No gain moves the mode of vertex 1" in design.reason

@@ -5,6 +5,7 @@ from dataclasses import replace
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time
 from ..plants.descriptor_system import DescriptorSystem
+from .exclusion import excluding_mode
 from .feasibility import guarded, refused, search, without_lmis
 from .objectives import optimum
 from .scaled_lmis import ScaledLMIs
@@ -77,6 +78,8 @@ def point_with_slack(request):
 
 
 def _trials(request):
+    if excluding_mode(request) is not None:  # no scalar helps; this is sooner known
+        return
     unit = 1 / request.typical_rate
     for step in STEPS:
         yield replace(request, slack=float(round_digits(unit * step, 2)))
