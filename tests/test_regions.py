@@ -260,3 +260,28 @@ def test_bad_regions_are_refused(make, words):
 def test_intersection_with_something_else_is_refused():
     with pytest.raises(TypeError):
         LMIRegion.disk(1) & 3
+
+
+@pytest.mark.parametrize("w", [1e-6, 1e-3, 1e3, 1e6])
+def test_an_ellipse_has_its_unit_in_alpha_alone(w):
+    """The scalar of the slack LMIs is shared by all blocks, which have none."""
+    one, other = LMIRegion.ellipse(-3, 2, 0.5), LMIRegion.ellipse(-3 * w, 2 * w, w / 2)
+    np.testing.assert_allclose(other.beta, one.beta, rtol=1e-12)
+    np.testing.assert_allclose(other.alpha, w * one.alpha, rtol=1e-12)
+    assert abs(one.beta).max() == 1
+    circle, disk = LMIRegion.ellipse(-3, 2, 2), LMIRegion.disk(2, -3)
+    np.testing.assert_allclose(circle.alpha, disk.alpha, rtol=1e-13)
+    assert np.array_equal(circle.beta, disk.beta)
+
+
+@pytest.mark.parametrize("w", [1e-3, 1.0, 1e3])
+def test_an_ellipse_with_a_slack_matrix_is_judged_alike_in_any_unit(w):
+    plants = sos.Polytope(
+        [
+            sos.SecondOrderSystem(1 / w**2, d / w, s, 1)
+            for d, s in ((0.4, 0.7), (0.5, 0.7), (0.4, 0.8))
+        ]
+    )
+    region = LMIRegion.ellipse(-12.6 * w, 10 * w, 5 * w)
+    design = sos.design_pid(plants, coupling="slack", region=region)
+    assert design.status == "feasible" and design.certify().proven

@@ -18,7 +18,8 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.proofs import check
-from sosbook.synthesis import feasibility, slack
+from sosbook.synthesis import feasibility
+from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -477,8 +478,8 @@ def test_a_mode_that_stays_is_known_before_any_scalar_is_tried(minimize, monkeyp
 
     for module in ("slack.search", "objectives.search"):
         monkeypatch.setattr(f"sosbook.synthesis.{module}", never, raising=False)
-    monkeypatch.setattr(slack, "_point", never)
-    monkeypatch.setattr(slack, "optimum", never)
+    monkeypatch.setattr(slack_search, "_point", never)
+    monkeypatch.setattr(slack_search, "optimum", never)
     design = sos.design_pid(plants, coupling="slack", minimize=minimize)
     assert design.status == "infeasible" and design.infeasibility.proven
     assert "No gain moves the mode of vertex 1" in design.reason

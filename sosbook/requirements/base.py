@@ -20,9 +20,7 @@ from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from .loop import Loop
 from .vocabulary import Parameter
 
-__all__ = ["ROUGH", "BlockName", "BlockTable", "Requirement", "sane_name"]
-
-ROUGH = 2  # rank of a rate that is a worse guess than the plant's own
+__all__ = ["BlockName", "BlockTable", "Requirement", "sane_name"]
 
 
 class Requirement(ABC, ReadOnly):
@@ -265,11 +263,10 @@ class Requirement(ABC, ReadOnly):
     # coordinates in which the LMIs are well conditioned
 
     def rate(self) -> tuple | None:
-        """(rank, typical rate in rad/s); None where it names no rate.
+        """(rank, typical rate in rad/s); None where it names no rate."""
 
-        A lower rank is a better guess; the plant's own rate is better than one of
-        the rank ``ROUGH``.
-        """
+    def rough_rate(self) -> float | None:
+        """A rate in rad/s for plants that have none, such as free masses; or None."""
 
     def riccati(self) -> Any:
         """(Q, R) of the Riccati equation that it is about, or None."""

@@ -14,7 +14,7 @@ from ..lmi.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import pole_region, slack_pole_region
-from .base import ROUGH, Requirement, sane_name
+from .base import Requirement, sane_name
 from .loop import Loop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
@@ -261,9 +261,10 @@ class LMIRegion(RegionForms, Region, Requirement):
             return 0, rho / 2 + abs(centre)
         if self.implies_stability and self.alpha[0, 0] > 0:
             return 1, 2 * self.alpha[0, 0] / self.beta[0, 0]
-        if self.alpha.any():
-            return ROUGH, np.abs(self.alpha).max() / np.abs(self.beta).max()
         return None
+
+    def rough_rate(self) -> float | None:
+        return np.abs(self.alpha).max() / np.abs(self.beta).max() or None
 
     @property
     def _disk(self):

@@ -109,11 +109,12 @@ class RegionForms:
 
         The right-hand side is rounded down by more than the quotients
         on the left can be wrong, so that the region that is proven
-        lies inside the region that is named.
+        lies inside the region that is named. The matrices are those of
+        a disk where a = b, and alpha alone has a unit: the LMIs with a
+        slack matrix depend on it.
         """
         centre = finite("centre", centre)
         a, b = positive("a", a), positive("b", b)
-        plus, minus = (1 / a + 1 / b) / 2, (1 / a - 1 / b) / 2
         error = 4 * np.finfo(float).eps * (1 + (1 / a + 1 / b) * (abs(centre) + a + b))
         if error > 1e-6:
             raise ValueError(
@@ -121,9 +122,11 @@ class RegionForms:
                 f"centre = {centre} is too thin, or too small so far out, "
                 "for floating point; take a disk or a strip"
             )
-        alpha = [[error - 1, -centre / a], [-centre / a, error - 1]]
+        size, middle = 2 * a * b / (a + b), 2 * b * centre / (a + b)
+        alpha = [[size * (error - 1), -middle], [-middle, size * (error - 1)]]
+        beta = [[0, 1], [(b - a) / (a + b), 0]]  # of no unit, as a disk's
         text = f"{name} of half axes {plain(a)} and {plain(b)} around {plain(centre)}"
-        region = cls(alpha, [[0, plus], [minus, 0]], name, text)
+        region = cls(alpha, beta, name, text)
         return region._made("ellipse", centre=centre, a=a, b=b)
 
     def _made(self, form, **sizes):

@@ -8,7 +8,6 @@ from flint import arb, fmpq, fmpq_poly
 from ..lmi.algebraic import roots_of
 from ..lmi.exact import exact
 from ..lmi.time_limit import check_time
-from ..requirements.base import ROUGH
 
 __all__ = ["Mode", "dyadic", "goals", "modes_of", "real_places"]
 
@@ -38,11 +37,11 @@ def real_places(request):
     list of float
         Some of them, in rad/s, the nearest to zero first.
     """
-    named = [r.rate() for r in request.demands if r.rate()]
-    rates = [rate for rank, rate in named if rank < ROUGH]
+    rates = [r.rate()[1] for r in request.demands if r.rate()]
     rates.append(max(map(abs, np.linalg.eigvals(request.mean.state_space()[0]))))
     rates = {float(rate) for rate in rates if 0 < rate < np.inf}
-    rates = rates or {float(rate) for _, rate in named} or {1.0}
+    rough = (r.rough_rate() for r in request.demands)
+    rates = rates or set(filter(None, rough)) or {1.0}
     sizes = np.sort(np.concatenate([rate * GRID for rate in rates]))
     inside = [float(-x) for x in sizes if _holds(request, float(-x))]
     return inside or [x for x in _deepest(request, sizes) if _holds(request, x)]

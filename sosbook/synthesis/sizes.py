@@ -7,11 +7,9 @@ of the leader. Theorem 2.1's mu is such a multiple.
 
 from dataclasses import replace
 from functools import cached_property
-from operator import itemgetter
 
 import numpy as np
 
-from ..requirements.base import ROUGH
 from ..requirements.loop import Loop
 
 __all__ = ["Sizes"]
@@ -24,12 +22,12 @@ class Sizes:
     def typical_rate(self):
         """A typical angular frequency of the closed loop, in rad/s."""
         rates = [r.rate() for r in self.requirements]
-        rates = sorted((rate for rate in rates if rate is not None), key=itemgetter(0))
-        if rates and rates[0][0] < ROUGH:
-            return rates[0][1]
+        rates = [rate for rate in rates if rate is not None]
+        if rates:
+            return min(rates, key=lambda rate: rate[0])[1]
         A, _, _ = self.mean.state_space()
-        fastest = np.abs(np.linalg.eigvals(A)).max()
-        return fastest or (rates[0][1] if rates else 1.0)
+        rough = filter(None, (r.rough_rate() for r in self.requirements))
+        return np.abs(np.linalg.eigvals(A)).max() or min(rough, default=1.0)
 
     @cached_property
     def sized(self):
