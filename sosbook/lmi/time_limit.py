@@ -51,9 +51,12 @@ def time_limit(seconds, progress=False):
                 _tick.reset(shown)
 
 
-def checked_seconds(time_limit):
-    """A ``time_limit`` as a float, None where there is none; or a ValueError."""
-    if time_limit is None:
+def checked_seconds(time_limit, needed=False):
+    """A ``time_limit`` as a float, or a ValueError.
+
+    None stays None, no limit, unless one is ``needed``.
+    """
+    if time_limit is None and not needed:
         return None
     if isinstance(time_limit, np.ndarray) and time_limit.ndim == 0:
         time_limit = time_limit[()]
@@ -62,8 +65,9 @@ def checked_seconds(time_limit):
     real = isinstance(time_limit, (int, float, np.integer))
     if not real or isinstance(time_limit, bool) or not 0 < time_limit <= LONGEST:
         raise ValueError(
-            "time_limit must be positive, a number of seconds, or None for no "
-            f"limit, got {time_limit!r:.80}"
+            "time_limit must be positive, a number of seconds"
+            + (", or None for no limit" * (not needed))
+            + f", got {time_limit!r:.80}"
         )
     return float(time_limit)
 

@@ -43,8 +43,8 @@ def guarded(request, seconds, work):
     ----------
     request : Request
         What is asked of the plant.
-    seconds : float or None
-        Limit of the time; None sets none.
+    seconds : float
+        Limit of the time.
     work : callable
         Without arguments; returns a Solution.
 
@@ -53,12 +53,12 @@ def guarded(request, seconds, work):
     Solution
         The result of ``work``, or an undecided Solution.
     """
-    seconds, begun = checked_seconds(seconds), monotonic()
+    seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     try:
         with time_limit(seconds), np.errstate(all="ignore"):
             return work()
     except OutOfTime:
-        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
+        if monotonic() - begun < seconds:  # somebody else's limit
             raise
         reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
     except MemoryError as error:

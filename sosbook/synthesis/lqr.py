@@ -40,7 +40,7 @@ def design_lqr(
     coupling: Literal["pairs", "vertices", "slack"] = "pairs",
     slack: float | None = None,
     region: Region | None = None,
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
 

@@ -47,7 +47,7 @@ def design_observer(
     *,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float = TIME_LIMIT,
 ) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5).
 
@@ -67,9 +67,8 @@ def design_observer(
     B_w : (N, p) array_like, or one for each vertex, optional
         Where the noise of the cost (2.44) enters; the plant's own
         without it.
-    time_limit : float or None
+    time_limit : float
         Seconds after which the answer is "undecided".
-        None sets no limit.
 
     Returns
     -------
@@ -115,13 +114,13 @@ def design_observer(
         noises *= len(vertices) // len(noises)
     if noises[0].shape[1] == 0:
         raise ValueError("B_w is missing: the plant has no F")
-    seconds, begun = checked_seconds(time_limit), monotonic()
+    seconds, begun = checked_seconds(time_limit, needed=True), monotonic()
     try:
         with limited(seconds):
             problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
             return problem.solve(plant)
     except OutOfTime:
-        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
+        if monotonic() - begun < seconds:  # somebody else's limit
             raise
         reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
     except (Unbounded, ArithmeticError, np.linalg.LinAlgError) as error:

@@ -47,7 +47,7 @@ def design_pid(
     start: Design | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design a robust PID controller (PD without ``U``).
 
@@ -100,11 +100,10 @@ def design_pid(
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
         shorthand for such objects.
-    time_limit : float or None
+    time_limit : float
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
         in each row of an exact factorisation; the answer comes after that.
-        None sets no limit.
 
     Returns
     -------
@@ -186,7 +185,7 @@ def analyse_pid(
     backoff: float = 0.01,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.
 

@@ -228,10 +228,9 @@ def edge(
     digits : int
         The sides are numbers of so many significant digits (theta: in
         degrees).
-    time_limit : float or None
+    time_limit : float
         Seconds after which the search stops; the sides are those that
         are proven by then, and the reason says so.
-        None sets no limit.
     **options
         cost, requirements, K_A, coupling and so on, for `design_pid`.
 
@@ -263,13 +262,12 @@ def edge(
     ask = Ask(
         plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
     )
-    search, seconds = Search(ask, name, digits), checked_seconds(time_limit)
+    search = Search(ask, name, digits)
+    seconds = checked_seconds(time_limit, needed=True)
     try:
         with limited(seconds):
             return Edge(name, *search.edge())
     except OutOfTime:
-        if seconds is None:  # somebody else's limit
-            raise
         reason = f"stopped after {seconds:g} s"
         return Edge(name, *search.so_far(reason))
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ...lmi.centre import margin
-from ...lmi.time_limit import OutOfTime
+from ...lmi.time_limit import OutOfTime, checked_seconds
 from ...lmi.time_limit import time_limit as limited
 from ...requirements.vocabulary import Parameter
 from ...synthesis.pid import design_pid
@@ -143,9 +143,8 @@ def feasibility_map(
         The two bounds that vary, with their values: "sigma", "theta"
         (in radians), "rho", "gamma", "u_max", "cost" or that of a
         requirement of your own.
-    time_limit : float or None
+    time_limit : float
         Seconds after which the cells that are left are "undecided".
-        None sets no limit.
     **options
         cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
 
@@ -184,7 +183,7 @@ def feasibility_map(
     if across == up:
         raise ValueError(f'across and up are both "{up.key}": name two requirements')
     cells = _Cells(ask, across, x, up, y)
-    with suppress(OutOfTime), limited(time_limit):
+    with suppress(OutOfTime), limited(checked_seconds(time_limit, needed=True)):
         cells.walk()
     return cells.map()
 
