@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import sosbook as sos
+from sosbook.analysis.precise import sensitive
 
 SINE = sos.Sine(5, 10, offset=5, start=1, stop=2.05)
 R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
@@ -251,3 +252,18 @@ def test_a_singular_mass_isnt_simulated():
     plant = sos.SecondOrderSystem(np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match=r"regularize\(...\).regular"):
         plant.simulate([0, 1])
+
+
+@pytest.mark.parametrize("size", [1e3, 1e13])
+def test_gains_that_cancel_are_simulated_without_rounding_errors(size):
+    """Two inputs pull against each other: A + B K is lost in floats."""
+    plant = sos.SecondOrderSystem(1, 0.2, 1, [[1, 1]], 1)
+    plain = sos.SecondOrderSystem(1, 0.2, 1, 1, 1)
+    K = [[size - 1.3, size - 0.7, size - 0.4], [-size, -size, -size]]
+    t, U = np.linspace(0, 4, 9), [[1]]
+    asked = dict(r=sos.Step(2.0, 1.0), w=sos.Sine(0.3, 2.0, 0.1, 0.4, 3.0))
+    wanted = sos.analyse_pid(plain, [[-1.3, -0.7, -0.4]], U)
+    found = sos.analyse_pid(plant, K, U)
+    assert sensitive(found.request.vertices[0], found.K) == (size > 1e9)
+    x, y = (d.simulate(t, x0=[1, 0, 0.5], **asked).x for d in (wanted, found))
+    np.testing.assert_allclose(y, x, atol=1e-11 * size / 1e3 if size < 1e9 else 1e-12)

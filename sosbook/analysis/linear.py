@@ -6,7 +6,7 @@ from scipy.linalg import matrix_balance
 from ..plants.second_order import sort_poles
 from ..runtime.libraries import library
 from .peaks import FreeMotion, largest_size
-from .precise import ExactLoop, sensitive
+from .precise import ExactLoop, in_rationals
 
 __all__ = [
     "balancing",
@@ -60,7 +60,7 @@ def poles(d, K):
     They come from rational arithmetic where floats are too coarse: see
     `sensitive`.
     """
-    if sensitive(d, K) and ExactLoop.fits(d):
+    if in_rationals(d, K):
         return sort_poles(ExactLoop(d, K).poles())
     return sort_poles(np.linalg.eigvals(loop_matrix(d, K)))
 
@@ -157,7 +157,7 @@ def hinf_norm(d, K):
     Hamiltonian matrix; between them lie better frequencies. A loop too
     sensitive for floats is left to `ExactLoop`.
     """
-    if sensitive(d, K) and ExactLoop.fits(d):
+    if in_rationals(d, K):
         return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
     return peak_gain(loop_matrix(d, K), B, d.output(K))
@@ -229,7 +229,7 @@ def peak_input(d, K, x0, K_A=None):
     infinite for an unstable loop. See `sosbook.analysis.peaks`; a loop too
     sensitive for floats is left to `ExactLoop`.
     """
-    if K_A is None and sensitive(d, K) and ExactLoop.fits(d):
+    if K_A is None and in_rationals(d, K):
         peak = ExactLoop(d, K).peak_input(x0)
         if peak is not None:
             return peak

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from ..lmi.exact import exact
 from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
 
-__all__ = ["ExactLoop", "sensitive"]
+__all__ = ["ExactLoop", "in_rationals", "sensitive"]
 
 POLYNOMIAL_BITS = 320  # of the arithmetic in which polynomials are evaluated
 MOST_STATES = 60  # up to which the characteristic polynomial is computed
@@ -66,6 +66,11 @@ def sensitive(d, K):
             error > np.abs(poles.real)
         )
         return bool(doubtful.any())
+
+
+def in_rationals(d, K):
+    """Whether the loop of d and K is too sensitive for floats, and small enough."""
+    return sensitive(d, K) and ExactLoop.fits(d)
 
 
 class ExactLoop:

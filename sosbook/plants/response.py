@@ -41,7 +41,7 @@ class Response:
     w: np.ndarray
 
 
-def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
+def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
     """Simulate one vertex exactly (matrix exponentials, no ODE solver).
 
     Parameters
@@ -61,6 +61,9 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
         Initial state; zero without it.
     K_A : (m, n) array, optional
         Acceleration gain, to be counted in u.
+    precise : bool
+        Take the exponentials of exact matrices: for loops whose poles are lost
+        in the rounding errors of A + B K.
 
     Returns
     -------
@@ -76,13 +79,23 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
     constants = np.array([_constant(d, B, K, level) for level in r.levels])
     on, off, sine, level = signal_parts("w", w, p, "F")
     # the state joined by [1, sin(omega t), cos(omega t)]
-    quiet = np.zeros((N + 3, N + 3))
-    quiet[:N, :N] = A
+    number, flow, forms = np.asarray, _flow, (A, B, Bw)
+    if precise:
+        from ..lmi.exact import exact as number
+        from .exact_motion import exact_flow as flow
+        from .exact_motion import exact_forms
+
+        forms = exact_forms(d, K)
+    given, gain = d.map(number), number(K)
+    pushes = [_constant(given, forms[1], gain, number(x)) for x in r.levels]
+    quiet = number(np.zeros((N + 3, N + 3)))
+    quiet[:N, :N] = forms[0]
     loud = quiet.copy()
     if w is not None:
-        loud[:N, N] += Bw @ level
-        loud[:N, N + 1] = Bw @ sine
-        loud[N + 1, N + 2], loud[N + 2, N + 1] = w.omega, -w.omega
+        omega = number(np.array(w.omega, float)).item()
+        loud[:N, N] += forms[2] @ number(level)
+        loud[:N, N + 1] = forms[2] @ number(sine)
+        loud[N + 1, N + 2], loud[N + 2, N + 1] = omega, -omega
     corners = [s for s in (on, off, *r.times) if 0 < s < t[-1]]
     nodes = np.unique(np.concatenate([t, corners]))
     x = np.empty((N, len(nodes)))
@@ -93,8 +106,8 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None):
         key = (active, piece, f"{then - now:.11e}")
         if key not in cache:
             generator = (loud if active else quiet).copy()
-            generator[:N, N] += constants[piece]
-            cache[key] = expm(generator * (then - now))
+            generator[:N, N] += pushes[piece]
+            cache[key] = flow(generator, then - now)
         phase = 0.0 if w is None else w.omega * now
         joined = np.concatenate([x[:, k], [1, np.sin(phase), np.cos(phase)]])
         x[:, k + 1] = (cache[key] @ joined)[:N]
@@ -133,6 +146,10 @@ def simulate_open(d, t, x0=None, u=None, w=None):
     pushed = simulate(replace(d, Bw=d.Bu), np.zeros((m, N)), t, w=u)
     sums = {name: getattr(free, name) + getattr(pushed, name) for name in RESPONSES}
     return replace(free, **sums, u=pushed.w)
+
+
+def _flow(generator, span):
+    return expm(generator * span)
 
 
 def _constant(d, B, K, r):

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..analysis import linear
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
+from ..analysis.precise import in_rationals
 from ..plants.checks import count, finite
 from ..plants.descriptor import descriptors
 from ..plants.response import Response, simulate, vector
@@ -197,4 +198,6 @@ class ClosedLoop(Gains):
         """
         K = self._gain()
         self._second_order("displacement z")
-        return self._each(lambda d: simulate(d, K, t, r, w, x0, self.K_A))
+        return self._each(
+            lambda d: simulate(d, K, t, r, w, x0, self.K_A, in_rationals(d, K))
+        )
