@@ -260,7 +260,7 @@
       const at = this.elsewhere({values: sliders.map(s => valueAt(s, place)), edges: sliders.map(() => place),
         answer: {ms: 888, lid: !(asked.gamma || asked.u_max || asked.cost)}});
       const poles = vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
-      const K = Array.from({length: m}, () => Array(N).fill(-8888.8));
+      const K = Array.from({length: m}, () => Array(N).fill(-0.08888));
       return [at.readout({status: "feasible", asked, K, poles, margin: ["half-plane 8,8", number], norm: this.data.request.vertices[0].F ? number : null,
         peak: x0 && number, cost: cost && asked.cost ? number : null}), at.readout({status: "infeasible", asked})];
     }

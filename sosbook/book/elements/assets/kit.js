@@ -26,7 +26,7 @@ window.sosKit ??= (() => {
   function gains(K, [n, , a], digits) {
     const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
     return `<div class="sos-gains">` + parts.map(([name, from, to]) =>
-      `<span class="sos-gain"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
+      `<span class="sos-gain${to - from > 3 ? " sos-wide" : ""}"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
       `repeat(${to - from},auto)">` + K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, digits)}</span>`).join(" ") +
       `</span></span>`).join(" ") + `</div>`;
   }
