@@ -232,7 +232,9 @@ def build_aside(log, outcome):
 def prepare(*beside):
     """Make .venv and install requirements.txt, unless that is done already.
 
-    While the packages come, functions of the environment's Python go ``beside``.
+    Half of its lines are left to a second pip: the lock is complete, so neither has
+    to look for what the other brings. While the packages come, functions of the
+    environment's Python go ``beside``.
     """
     wanted = hashlib.sha256()
     for name in ("requirements.txt", "pyproject.toml"):
@@ -242,16 +244,21 @@ def prepare(*beside):
     if not works(PYTHON, "-c", "import pip"):
         make_environment()
     print("Installing requirements.txt into .venv; this takes a few minutes.")
-    with ThreadPoolExecutor() as others:
+    with ThreadPoolExecutor(2 + len(beside)) as others:
         for work in beside:
             others.submit(work, str(PYTHON))
-        failed = call(
-            *(PYTHON, "-m", "pip", "install", "--disable-pip-version-check"),
-            *("--quiet", "--no-compile", "-r", "requirements.txt"),
-        )
-    if failed:
+        failed = [*others.map(install, (0, 1))]
+    if any(failed):
         sys.exit("pip could not install requirements.txt; see its message above.")
     STAMP.write_text(wanted.hexdigest(), "utf-8")
+
+
+def install(first):
+    """Bring every second line of requirements.txt, beginning with this one."""
+    lines = (ROOT / "requirements.txt").read_text("utf-8").splitlines()[first::2]
+    (half := VENV / f"half-{first}.txt").write_text("\n".join(lines), "utf-8")
+    options = ("--disable-pip-version-check", "--quiet", "--no-compile", "--no-deps")
+    return call(PYTHON, "-m", "pip", "install", *options, "-r", half)
 
 
 def make_environment():

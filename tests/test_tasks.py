@@ -6,11 +6,13 @@ import subprocess
 import sys
 import threading
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 import yaml
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 import tasks
@@ -340,14 +342,24 @@ def test_a_headless_shell_comes_before_a_chromium_with_windows(monkeypatch, tmp_
 
 
 def test_the_browser_comes_while_the_packages_come(monkeypatch, tmp_path):
-    """Whoever waits for the other in this test waits for ever."""
-    both = threading.Barrier(2, timeout=60)
+    """Whoever waits for another in this test waits for ever."""
+    all_three, ran = threading.Barrier(3, timeout=60), []
+    monkeypatch.setattr(tasks, "VENV", tmp_path)
     monkeypatch.setattr(tasks, "STAMP", tmp_path / "ready")
     monkeypatch.setattr(tasks, "works", lambda *command: True)
-    monkeypatch.setattr(tasks, "call", lambda *command: both.wait() and 0)
+
+    def call(*command):
+        ran.append(command)
+        return all_three.wait() and 0
+
+    monkeypatch.setattr(tasks, "call", call)
     asked = []
-    tasks.prepare(lambda python: asked.append(python) or both.wait())
+    tasks.prepare(lambda python: asked.append(python) or all_three.wait())
     assert asked == [str(tasks.PYTHON)] and tasks.STAMP.exists()
+    assert all("--no-deps" in command for command in ran)
+    halves = [command[-1].read_text("utf-8").splitlines() for command in ran]
+    lock = (ROOT / "requirements.txt").read_text("utf-8").splitlines()
+    assert sorted(halves[0] + halves[1]) == sorted(lock)
     tasks.prepare(asked.append)  # all is there
     assert len(asked) == 1
     monkeypatch.setattr(tasks, "prepare", lambda *beside: asked.extend(beside))
@@ -479,6 +491,25 @@ def test_the_lock_has_what_the_package_and_its_extras_need():
     for need in wanted():
         assert need.name in pins, need
         assert all(need.specifier.contains(v) for v in pins[need.name]), need
+
+
+def test_the_lock_has_what_its_packages_need():
+    """Pip isn't asked to look for it."""
+    lines = (ROOT / "requirements.txt").read_text("utf-8").splitlines()[:-1]
+    pins = [pin for pin in map(Requirement, lines) if here(pin)]
+    names = {canonicalize_name(pin.name) for pin in pins}
+    for pin in pins:
+        try:
+            needs = map(Requirement, metadata.requires(pin.name) or ())
+        except metadata.PackageNotFoundError:
+            continue  # another version of the lock made this environment
+        missing = {canonicalize_name(need.name) for need in needs if here(need)} - names
+        assert not missing, pin
+
+
+def here(need):
+    """Does this system want it, without extras?"""
+    return need.marker is None or need.marker.evaluate({"extra": ""})
 
 
 def test_the_version_is_written_once_and_cited():
