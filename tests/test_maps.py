@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.maps import search
+from sosbook.maps import ask as asking
 from sosbook.maps.search import replaced
 
 import sosbook as sos
@@ -88,13 +88,13 @@ def test_most_places_of_a_bisection_need_no_proof(robot, monkeypatch):
     """Refusals are proven beside the edge; the rest is seen."""
     asked, tried = [], []
     whole = feasibility.refused
-    for module in (feasibility, search):
+    for module in (feasibility, asking):
         monkeypatch.setattr(
             module, "refused", lambda first: asked.append(1) or whole(first)
         )
-    glimpse = search.Ask.glimpse
+    glimpse = asking.Ask.glimpse
     monkeypatch.setattr(
-        search.Ask, "glimpse", lambda *a, **k: tried.append(1) or glimpse(*a, **k)
+        asking.Ask, "glimpse", lambda *a, **k: tried.append(1) or glimpse(*a, **k)
     )
     edge = maps.edge("sigma", robot.plant, **robot.requirements)
     assert edge.proven
@@ -614,15 +614,15 @@ def test_an_empty_region_needs_no_multipliers(robot):
 
 def test_what_cannot_be_decided_is_said(robot, monkeypatch):
     """A cell of which the solver says nothing stays open, others don't."""
-    true = sos.maps.search.Ask.solve
+    true = asking.Ask.solve
 
-    def blind(self, near=None, **known):
-        design = true(self, near, **known)
+    def blind(self, *nearby, **known):
+        design = true(self, *nearby, **known)
         if known["sigma"] == 1.1 and design.status == "infeasible":
             vars(design)["status"] = "undecided"
         return design
 
-    monkeypatch.setattr(sos.maps.search.Ask, "solve", blind)
+    monkeypatch.setattr(asking.Ask, "solve", blind)
     found = maps.feasibility_map(
         robot.plant,
         **robot.requirements,

@@ -22,7 +22,8 @@ from ...requirements.shorthand import parameter
 from ...synthesis.design import Design
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame
-from .search import Ask, Search, certified, refuted, replaced, requirements
+from .ask import Ask
+from .search import Search, certified, refuted, replaced, requirements
 
 __all__ = ["Edge", "edge", "request"]
 

@@ -8,9 +8,10 @@ import numpy as np
 from ...requirements.shorthand import parameter
 from ...runtime.progress import bar
 from ...synthesis.problem import Request
+from .ask import Ask
 from .edges import Edge
 from .parallel import finished
-from .search import Ask, Search
+from .search import Search
 
 __all__ = ["Frontier", "frontier"]
 

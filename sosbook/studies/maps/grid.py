@@ -16,8 +16,9 @@ from ...lmi.time_limit import OutOfTime, checked_seconds
 from ...lmi.time_limit import time_limit as limited
 from ...requirements.vocabulary import Parameter
 from ...synthesis.pid import design_pid
+from .ask import Ask, again
 from .parallel import sweep
-from .search import Ask, Search, again, certified, refuted, replaced
+from .search import Search, certified, refuted, replaced
 
 __all__ = ["FeasibilityMap", "designs", "feasibility_map"]
 

@@ -4,26 +4,10 @@ import numpy as np
 
 from ...bisection import narrowed
 from ...plants.checks import count
-from ...requirements.shorthand import (
-    KEYWORDS,
-    bounds,
-    collected,
-    contradictory,
-    moved,
-    parameter,
-)
-from ...synthesis.design import Design
-from ...synthesis.feasibility import answer, find, finish, guarded, refused
-from ...synthesis.pid import TIME_LIMIT, design_pid
-from ...synthesis.pole_proof import of_poles_alone
-from ...synthesis.problem import Request
-from ...synthesis.scaled_lmis import ScaledLMIs
-from ...synthesis.scaling import Frame
+from ...requirements.shorthand import bounds, parameter
 
 __all__ = [
-    "Ask",
     "Search",
-    "again",
     "certified",
     "refuted",
     "replaced",
@@ -31,93 +15,6 @@ __all__ = [
     "round_numbers",
     "shown",
 ]
-
-
-class Ask:
-    """A request in which any bound can be moved.
-
-    Parameters
-    ----------
-    plant, U
-        As in `design_pid`.
-    asked : dict
-        Keywords of `design_pid` that ask something.
-    options : dict
-        Its other keywords; those that ask something are found here too.
-    """
-
-    def __init__(self, plant, U, asked, options):
-        self.plant, self.U, self.options = plant, U, dict(options)
-        asked = asked | {
-            name: self.options.pop(name)
-            for name in options
-            if name in KEYWORDS and name != "mu"
-        }
-        if not isinstance(options.get("mu"), str):  # for what joins later too
-            asked["mu"] = options.get("mu")
-        self.requirements = collected(
-            **{name: value for name, value in asked.items() if value is not None}
-        )
-
-    @property
-    def known(self):
-        """What is asked, by the parameters' names."""
-        return bounds(self.requirements)
-
-    def at(self, **values):
-        """The same with other ``values`` of its parameters."""
-        ask = object.__new__(Ask)
-        ask.__dict__.update(
-            self.__dict__, requirements=moved(self.requirements, values)
-        )
-        return ask
-
-    def request(self):
-        """The `Request` of it all."""
-        fixed = {k: v for k, v in self.options.items() if k in ("K_A", "coupling")}
-        return Request(self.plant, self.U, requirements=self.requirements, **fixed)
-
-    def empty(self, values):
-        """Whether two requirements exclude each other at sight, at these ``values``."""
-        return contradictory(moved(self.requirements, values))
-
-    def glimpse(self, closely, **values):
-        """A Design for these ``values``, without a proof where there is none; or None.
-
-        A bisection needs no more at most of its places. Where it doesn't look
-        ``closely`` it tries one frame only, and looks for no multipliers there.
-        """
-        slack = self.options.get("coupling") == "slack"
-        if slack or self.options.keys() - {"K_A", "coupling", "mu"}:
-            return self.solve(**values)
-        if self.empty(values):
-            return None
-        request = self.at(**values).request()
-
-        def work():
-            first = None
-            if not (closely or of_poles_alone(request)):
-                first = find(ScaledLMIs(request, Frame.of(request)), refute=False)
-            return answer(request, refuse=False, first=first)
-
-        return Design(**vars(guarded(request, TIME_LIMIT, work)))
-
-    def solve(self, near=None, **values):
-        """A Design for these ``values``, or None; its start is a design ``near``.
-
-        With a design nearby, in coordinates in which its P is I: close
-        to the edge they are the better ones.
-        """
-        if self.empty(values):
-            return None
-        if near is not None and self.options.get("coupling") != "slack":
-            return again(replaced(near.request, self.known | values), near)
-        return design_pid(
-            self.plant,
-            self.U,
-            **self.options,
-            requirements=moved(self.requirements, values),
-        )
 
 
 class Search:
@@ -138,7 +35,8 @@ class Search:
         self.start = self.parameter.shown(bound or self.parameter.start)
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
-        self.seen, self.dark = {}, set()  # designs by place; where none was found
+        self.seen, self.points = {}, {}  # designs, and points inside, by place
+        self.dark = set()  # where no point was found
         self.closely = False  # whether glimpses are
 
     def place(self, value):
@@ -156,21 +54,33 @@ class Search:
     def at(self, place):
         """The design at a place, solved once."""
         if place not in self.seen:
-            self.seen[place] = self.ask.solve(**{self.name: self.value(place)})
+            self.seen[place] = self.ask.solve(
+                None, self.points.get(place), **{self.name: self.value(place)}
+            )
         return self.seen[place]
 
     def holds(self, place):
         """Whether the request at a place is feasible; no refusal is proven for it."""
-        if place not in self.seen:
-            if place in self.dark:
-                return False
-            design = self.ask.glimpse(self.closely, **{self.name: self.value(place)})
-            if design is None or design.status != "feasible":
+        if place in self.seen or not self.ask.has_glimpses:
+            return _feasible(self.at(place))
+        if place not in self.points and place not in self.dark:
+            point = self.ask.glimpse(
+                self.nearest(place), self.closely, **{self.name: self.value(place)}
+            )
+            if point is None:
                 self.dark.add(place)
-                return False
-            self.seen[place] = design
-        design = self.seen[place]
-        return design is not None and design.status == "feasible"
+            else:
+                self.points[place] = point
+        return place in self.points
+
+    def nearest(self, place):
+        """The design or point next to a place among those that ask for less."""
+        known = {
+            k: design
+            for k, design in (self.points | self.seen).items()
+            if k < place and _feasible(design)
+        }
+        return known[max(known)] if known else None
 
     def is_dark(self, place):
         """Whether no design was found at a ``place``, with a proof or without."""
@@ -182,10 +92,7 @@ class Search:
 
     def overlooked(self, place):
         """Whether a closer look at a ``place`` finds a design that a glimpse didn't."""
-        if place not in self.dark:
-            return False
-        design = self.at(place)
-        return design is not None and design.status == "feasible"
+        return place in self.dark and _feasible(self.at(place))
 
     def fails(self, place):
         """Whether the request at a place is infeasible."""
@@ -213,11 +120,11 @@ class Search:
         if bad is None:
             origin = self.place(self.start) if good is None else good
             bad = self.walk(origin, 1, self.is_dark)
-        tried = [k for k in self.seen if bad is None or k < bad]
+        known = self.seen.keys() | self.points.keys() | self.dark
+        tried = [k for k in known if bad is None or k < bad]
         if good is not None:  # the walks have come closer since
             good = max(filter(self.holds, tried))
         if bad is not None:
-            known = self.seen.keys() | self.dark
             above = [k for k in known if good is None or k > good]
             bad = min(filter(self.is_dark, above))
         top = self.last_design(good, bad)
@@ -234,8 +141,9 @@ class Search:
 
         The ``reason`` says why no more were.
         """
+        self.seen = self.points | self.seen
         tried = {k: d for k, d in self.seen.items() if d is not None}
-        good = [k for k, d in tried.items() if d.status == "feasible" and certified(d)]
+        good = [k for k, d in tried.items() if _feasible(d) and certified(d)]
         bad = [k for k, d in tried.items() if d.status == "infeasible"]
         top, bottom = max(good, default=None), min(bad, default=None)
         return (*self.result(top, bottom)[:4], reason)
@@ -260,19 +168,25 @@ class Search:
             bad = self.ends[1] + 1
             self.seen[bad] = None
         top = _first(self.is_dark, good, bad) - 1
-        while not (self.sharpen(top) or certified(self.at(top))):
+        while not self.stands(top):
             top -= 1
             if top < good or not self.holds(top):
                 return None
         return top
 
-    def sharpen(self, place):
-        """Whether a place is certified in its own coordinates: the sharper ones."""
-        again = self.ask.solve(self.at(place), **{self.name: self.value(place)})
-        good = again.status == "feasible" and certified(again)
-        if good:
+    def stands(self, place):
+        """Whether a place has a certified design.
+
+        In its own coordinates if it can be: they are the sharper ones.
+        """
+        design = self.at(place)
+        if not _feasible(design):
+            return False
+        again = self.ask.solve(design, **{self.name: self.value(place)})
+        if _feasible(again) and certified(again):
             self.seen[place] = again
-        return good
+            return True
+        return certified(design)
 
     def first_refusal(self, top, bad, near):
         """The first place from ``top`` to ``bad`` that is refused with a proof.
@@ -373,6 +287,11 @@ def _first(test, low, high):
     return narrowed(lambda k: not test(k), low, high, lambda a, b: (a + b) // 2)[1]
 
 
+def _feasible(design):
+    """Whether there is a design, found or proven; None is none."""
+    return design is not None and design.status == "feasible"
+
+
 def certified(design):
     """Whether a design has an exact proof."""
     return design.certify().proven
@@ -386,16 +305,6 @@ def refuted(design):
 def requirements(request):
     """The bounds that a request asks for, by their parameters' names."""
     return bounds(request.requirements)
-
-
-def again(request, near):
-    """Solve a request in coordinates in which the P of a design ``near`` is I."""
-    frame = Frame.of_solution(request, near)
-    lmis = ScaledLMIs(request, frame)
-    first = lmis.find()
-    if first.values is None:
-        return Design(**vars(refused(first)))
-    return Design(**vars(finish(lmis, first.values)))
 
 
 def replaced(request, known):
