@@ -1,5 +1,7 @@
 """The structure of LMI blocks against their plain derivatives."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -24,6 +26,19 @@ EXAMPLES = {
     for k in (1, 2, 3, 4)
     for coupling in ("pairs", "slack")
 }
+EXAMPLES["many"] = (lambda: many_vertices(), "pairs")
+
+
+def many_vertices():
+    """Stiffnesses on a grid, and two masses: pairs, whose factors are all different."""
+    v, rng = sos.thesis.example_1(), np.random.default_rng(2)
+    M, D, S, B, F = (v.plant.vertices[0].__dict__[k] for k in "MDSBF")
+    plants = [
+        sos.SecondOrderSystem(M * mass, D, S * spring, B, F)
+        for mass in (1.0, 1.25)
+        for spring in 1 + 0.1 * rng.uniform(-1, 1, 6)
+    ]
+    return SimpleNamespace(plant=sos.Polytope(plants), requirements=v.requirements)
 
 
 @pytest.fixture(params=EXAMPLES)

@@ -29,6 +29,7 @@ from .structure import real
 __all__ = ["Hessian"]
 
 SLABS_FROM_ROWS = 18  # of an unknown; of smaller ones all entries at once are faster
+FEW_TERMS = 0.5  # as a fraction of an unknown's entries; of more all are faster, too
 BATCH_ENTRIES = 60_000  # of the Kronecker products that are made together: half a MB
 
 
@@ -92,17 +93,16 @@ class _Pairs:
     def __init__(self, layouts, stacks):
         self.layouts, self.factors, plan, offset = layouts, [], [], 0
         for s in stacks:
-            found = [_distinct(p.products) for p in s.blocks]
-            c = max(wide.shape[1] for wide, _ in found)
-            V = np.zeros((len(found), s.q, c), s.constant.dtype)
-            for v, (wide, _) in zip(V, found):
-                v[: wide.shape[0], : wide.shape[1]] = wide
+            found = [(some, *_distinct(some)) for some in s.alike]
+            c = max(wide.shape[2] for _, wide, _ in found)
+            V = np.zeros((len(s.blocks), s.q, c), s.constant.dtype)
+            for some, wide, starts in found:
+                V[some.indices, : wide.shape[1], : wide.shape[2]] = wide
+                held = tuple(t.unknown for t in some.products)
+                bases = offset + some.indices * c * c * s.weight
+                plan.append((held, starts, s.weight, tuple(bases.tolist()), c))
             self.factors.append(V)
-            for i, (p, (_, starts)) in enumerate(zip(s.blocks, found)):
-                held = tuple(t.unknown for t in p.products)
-                base = offset + i * c * c * s.weight
-                plan.append((held, starts, s.weight, base, c))
-            offset += len(found) * c * c * s.weight
+            offset += len(s.blocks) * c * c * s.weight
         jobs = _jobs(tuple(layouts), tuple(plan), SLABS_FROM_ROWS, BATCH_ENTRIES)
         self.slabs, self.alone, self.batches = jobs
 
@@ -248,7 +248,8 @@ def _jobs(layouts, plan, slabs_from, most_entries):
     for (first, second), (straight, crossed) in _pairs(layouts, plan).items():
         X, Y = layouts[first], layouts[second]
         straight, crossed = _arrays(straight), _arrays(crossed)
-        if X.symmetric and Y.symmetric and X.rows >= slabs_from:
+        few = len(straight[0]) < FEW_TERMS * X.rows**2
+        if X.symmetric and Y.symmetric and X.rows >= slabs_from and few:
             slabs.append((first, second, straight))
             continue
         if X.rows * X.cols * Y.rows * Y.cols > most_entries:
@@ -271,44 +272,50 @@ def _pairs(layouts, plan):
     Two lists for each two unknowns that share a block, a symmetric one first.
     """
     found = {}
-    for products, starts, weight, base, c in plan:
+    for products, starts, weight, bases, c in plan:
+        bases = np.array(bases)[:, None, None]
         factors = [*zip(products, *_columns(layouts, products, starts))]
         for (u, Ls, Rs), (v, Lt, Rt) in product(factors, repeat=2):
             if (not layouts[u].symmetric, u) > (not layouts[v].symmetric, v):
                 continue
             straight, crossed = found.setdefault((u, v), ([], []))
 
-            def at(rows, cols, base=base, c=c, weight=weight):
-                return base + (rows[:, None] * c + cols) * weight
+            def at(rows, cols, bases=bases, c=c, weight=weight):
+                return bases + (rows[:, None] * c + cols) * weight
 
             terms = [(straight, at(Rs, Lt), at(Rt, Ls))]
             if layouts[u].symmetric:  # dX may be transposed
-                terms.append((straight, at(Lt, Ls).T, at(Rs, Rt).T))
+                terms.append((straight, at(Lt, Ls).mT, at(Rs, Rt).mT))
             else:
                 terms.append((crossed, at(Rs, Rt), at(Lt, Ls)))
             for entries, A, B in terms:
-                A, B = A.ravel(), B.ravel()
+                A, B = A.reshape(len(A), -1), B.reshape(len(B), -1)
                 entries.append((A, B, 2.0 * weight))
                 if weight == 2:  # an imaginary part follows its real one
                     entries.append((A + 1, B + 1, -2.0 * weight))
     return dict(sorted(found.items()))
 
 
-def _distinct(products):
+def _distinct(some):
     """The different ones of L1, R1', L2, R2', .. side by side, and where each begins.
 
-    Most of them are rows of an identity, which many products share.
+    Of some blocks that are `Alike`. Most factors are rows of an identity, which many
+    products share.
     """
     columns, width, found, starts = [], 0, {}, []
-    for t in products:
-        for factor in (t.left, t.right.conj().T):
+    for t in some.products:
+        for factor in (t.left, t.right.conj().mT):
             key = factor.shape, factor.dtype.char, factor.tobytes()
             if key not in found:
                 found[key] = width
                 columns.append(factor)
-                width += factor.shape[1]
+                width += factor.shape[2]
             starts.append(found[key])
-    return np.hstack(columns) if columns else np.zeros((0, 0)), tuple(starts)
+    if not columns:
+        return np.zeros((1, 0, 0)), ()
+    shape = len(some.indices), *columns[0].shape[1:2]
+    wide = [np.broadcast_to(f, (*shape, f.shape[2])) for f in columns]
+    return np.concatenate(wide, axis=2), tuple(starts)
 
 
 def _columns(layouts, products, starts):
@@ -322,7 +329,8 @@ def _arrays(entries):
     if not entries:
         return None
     A, B, weights = zip(*entries)
-    return np.array(A), np.array(B), np.array(weights)[:, None]
+    weights = np.repeat(weights, [len(a) for a in A])
+    return np.concatenate(A), np.concatenate(B), weights[:, None]
 
 
 def _padded(jobs):

@@ -6,9 +6,11 @@ speak of a list of stacks, it is one matrix for each block, arranged so.
 """
 
 from copy import copy
+from functools import cached_property
 
 import numpy as np
 
+from .alike import alike
 from .sparse_table import SparseTable
 from .structure import StructuredBlock, fold, real, unfold
 from .sums import Sums, span
@@ -219,6 +221,11 @@ class _Stack:
         self.slopes = np.zeros((scalars, len(blocks), q, q), kind)
         for i, (b, k) in enumerate(zip(blocks, self.sizes)):
             self.slopes[:, i, :k, :k] = b.slopes
+
+    @cached_property
+    def alike(self):
+        """Which of its blocks are alike, see `alike`."""
+        return alike(self.blocks)
 
     def _filled(self, kind):
         """The blocks' constants, with ones on the diagonal below them."""

@@ -2,9 +2,9 @@
 
 In L X R the product X R is computed once for each X and R. What remains of the
 left factors are combinations of few: those of a half-plane, a sector and a disk
-are all made of A and E, and those of many vertices of a few parts of A. So each
-right factor has one tall matrix, a basis of the pieces of its left factors, and
-blocks add multiples of its rows: those of many vertices in one product.
+are all made of A and E. So each right factor has one tall matrix, a basis of the
+pieces of its left factors, and blocks add multiples of its rows. Many blocks of one
+form, such as those of all vertices, need no basis: their left factors are one array.
 """
 
 from copy import copy
@@ -18,7 +18,7 @@ __all__ = ["Sums", "single", "span"]
 ROUNDING = 1e-14  # relative, of a left factor that is a combination of others
 LARGEST_WEIGHT = 100.0  # of such a combination; larger ones lose digits
 MOST_OPERATIONS = 2e8  # that may be spent on looking for a basis: a tenth of a second
-WORTH_TOGETHER = 0.25  # of the weights of many blocks' sums: so many aren't zero
+MANY = 0.25  # blocks of one form for each row of an unknown
 
 
 class Sums:
@@ -33,12 +33,19 @@ class Sums:
     def __init__(self, owner):
         self.kind, self.layouts = float, owner.layouts
         self._belong(owner)
-        self.rights, pieces = [], []
+        self.rights, self.parts, pieces = [], [], []
         places, plans = {}, []  # of each stack: (block, place, right, piece)
         for stack in (s for s in owner.stacks if s.gradient is None):
+            few, many = [], []
+            for some in stack.alike:
+                if _are_many(some):
+                    many += [_Many.of(some.indices, t) for t in some.products]
+                else:
+                    few += some.indices.tolist()
+            self.parts.append(many)
             plans.append([])
-            for i, b in enumerate(stack.blocks):
-                for t in b.products:
+            for i in sorted(few):
+                for t in stack.blocks[i].products:
                     cols = span(t.right.any(axis=0))
                     right = np.ascontiguousarray(t.right[:, cols])
                     key = t.unknown, right.shape, (right.round(14) + 0.0).tobytes()
@@ -52,10 +59,10 @@ class Sums:
                         pieces[here].append(t.left[rows])
         found = [_shared(some) for some in pieces]
         self.lefts = [tall for tall, _ in found]
-        self.parts = [
-            _parts((i, place, here, found[here][1][k]) for i, place, here, k in plan)
-            for plan in plans
-        ]
+        for parts, plan in zip(self.parts, plans):
+            parts += [
+                _Alone(i, place, here, found[here][1][k]) for i, place, here, k in plan
+            ]
 
     def _belong(self, owner):
         self.owner, self.scalars = owner, owner.scalars
@@ -115,7 +122,7 @@ class Sums:
                 continue
             total = np.zeros_like(constant)
             for part in next(of_stacks):
-                part.add(total, products[part.right])
+                part.add(total, X, products)
             total += total.conj().swapaxes(1, 2)
             for a, slope in zip(scalars, slopes):
                 if a:
@@ -132,6 +139,7 @@ class Sums:
             np.zeros((len(tall), right.shape[1]), right.dtype)
             for tall, (_, right) in zip(self.lefts, self.rights)
         ]
+        X = [np.zeros((layout.rows, layout.cols)) for layout in self.layouts]
         out, row = np.zeros((2, self.owner.variables))
         of_stacks = iter(self.parts)
         for s, stack, slopes in zip(self.owner.stacks, Z, self.slopes):
@@ -139,10 +147,9 @@ class Sums:
                 row += stack.item() * s.gradient
                 continue
             for part in next(of_stacks):
-                part.gather(gathered[part.right], stack, 2 * s.weight)
+                part.gather(X, gathered, stack, 2 * s.weight)
             for index, slope in zip(self.scalars, slopes):
                 out[index] += s.weight * np.vdot(slope, stack).real
-        X = [np.zeros((layout.rows, layout.cols)) for layout in self.layouts]
         for tall, (unknown, right), total in zip(self.lefts, self.rights, gathered):
             X[unknown] += ((tall.T @ total) @ right.conj().T).real
         for layout, x in zip(self.layouts, X):
@@ -170,15 +177,15 @@ class _Alone:
     right: int
     terms: list
 
-    def add(self, total, product):
-        """Add this to a stack's ``total``."""
-        g = total[self.block][self.place]
+    def add(self, total, X, products):
+        """Add this to a stack's ``total``; ``X`` are the unknowns."""
+        g, product = total[self.block][self.place], products[self.right]
         for weight, rows in self.terms:
             g += weight * product[rows]
 
-    def gather(self, total, stack, factor):
-        """Add the adjoint, ``factor`` times, to the ``total`` of the product."""
-        z = stack[self.block][self.place]
+    def gather(self, X, products, stack, factor):
+        """Add the adjoint, ``factor`` times, to the ``products``' or the unknowns'."""
+        z, total = stack[self.block][self.place], products[self.right]
         for weight, rows in self.terms:
             term = (factor * weight.conjugate()) * z
             total[rows] += term if total.dtype == complex else term.real
@@ -188,77 +195,67 @@ class _Alone:
 
 
 @dataclass(frozen=True, eq=False)
-class _Together:
-    """The same of many blocks that take the same rows, in one product of matrices.
+class _Many:
+    """A product in many blocks, one array for all of their left factors.
 
     Parameters
     ----------
     blocks : slice or (b,) array of int
-    place, right
-        As above.
-    rows : slice or array of int
-        Those of the product, p pieces one after the other.
-    weights : (b, p) array
-        How often each block takes each piece.
+    place : (slice, slice)
+        The rows and columns.
+    unknown : int
+        Index of X among the unknown matrices.
+    left, right : array
+        The factors, see `Alike`.
     """
 
     blocks: slice | np.ndarray
     place: tuple
-    right: int
-    rows: slice | np.ndarray
-    weights: np.ndarray
+    unknown: int
+    left: np.ndarray
+    right: np.ndarray
 
-    def add(self, total, product):
-        pieces = product[self.rows].reshape(self.weights.shape[1], -1)
-        added = self.weights @ pieces
-        shape = len(added), -1, product.shape[1]
-        total[self.blocks, *self.place] += added.reshape(shape)
+    @classmethod
+    def of(cls, blocks, product):
+        """The same of a `Product` of some ``blocks``, without rows of zeros."""
+        rows = span(product.left.any(axis=(0, 2)))
+        cols = span(product.right.any(axis=(0, 1)))
+        left = np.ascontiguousarray(product.left[:, rows])
+        if len(left) == 1:
+            left = np.repeat(left, len(blocks), axis=0)
+        right = np.ascontiguousarray(product.right[..., cols])
+        return cls(_sliced(blocks), (rows, cols), product.unknown, left, right)
 
-    def gather(self, total, stack, factor):
-        z = stack[self.blocks, *self.place].reshape(len(self.weights), -1)
-        term = (factor * self.weights.conj().T) @ z
-        term = term if total.dtype == complex else term.real
-        total[self.rows] += term.reshape(-1, total.shape[1])
+    def add(self, total, X, products):
+        right = X[self.unknown] @ self.right
+        if len(right) == 1:  # one product of two matrices
+            b, h, r = self.left.shape
+            added = (self.left.reshape(-1, r) @ right[0]).reshape(b, h, -1)
+        else:
+            added = self.left @ right
+        total[self.blocks, *self.place] += added
+
+    def gather(self, X, products, stack, factor):
+        z, right = stack[self.blocks, *self.place], self.right.conj().mT
+        if len(right) == 1:
+            left = self.left.reshape(-1, self.left.shape[-1]).conj().T
+            term = left @ z.reshape(left.shape[1], -1) @ right[0]
+        else:
+            term = (self.left.conj().mT @ z @ right).sum(axis=0)
+        X[self.unknown] += factor * term.real
 
     def in_single(self):
-        return replace(self, weights=single(self.weights))
+        return replace(self, left=single(self.left), right=single(self.right))
 
 
-def _parts(plan):
-    """The parts of a stack, from (block, place, right, terms) of each sum."""
-    places, parts = {}, []
-    for block, place, right, terms in plan:
-        (top, bottom), (begin, end) = ((s.start, s.stop) for s in place)
-        key = top, bottom, begin, end, right
-        places.setdefault(key, []).append(_Alone(block, place, right, terms))
-    for alone in places.values():
-        starts = {rows.start for part in alone for _, rows in part.terms}
-        taken = sum(len(part.terms) for part in alone)
-        few = taken < WORTH_TOGETHER * len(starts) * len(alone)
-        parts += alone if few or len(alone) == 1 else [_together(alone, starts)]
-    return parts
+def _are_many(some):
+    """Whether the calls for so many blocks, `Alike`, take longer than their work."""
+    rows = max((t.left.shape[-1] for t in some.products), default=0)
+    return len(some.indices) >= max(MANY * rows, 2)
 
 
-def _together(alone, starts):
-    """One part of several ones at one place, whose pieces begin at these rows."""
-    blocks = sorted({part.block for part in alone})
-    row = {block: k for k, block in enumerate(blocks)}
-    column = {start: k for k, start in enumerate(sorted(starts))}
-    weights = np.zeros((len(row), len(column)), complex)
-    for part in alone:
-        for weight, rows in part.terms:
-            weights[row[part.block], column[rows.start]] += weight
-    if not weights.imag.any():
-        weights = weights.real.copy()
-    first = alone[0]
-    height = first.place[0].stop - first.place[0].start
-    pieces = _indices(list(column), height)
-    return _Together(_indices(blocks, 1), first.place, first.right, pieces, weights)
-
-
-def _indices(starts, length):
-    """So many indices from each start on: a slice where no other is between them."""
-    indices = (np.array(starts)[:, None] + np.arange(length)).ravel()
+def _sliced(indices):
+    """A slice of these indices where no other is between them."""
     if (np.diff(indices) == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices
