@@ -8,10 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.centre import margin
+from sosbook.lmi.newton import newton_of
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis import certificates, cutting, feasibility
+from sosbook.synthesis import certificates, cutting, feasibility, pair_stacks
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_margins import named_margins, pair_margins
 from sosbook.synthesis.problem import Request
@@ -119,6 +121,48 @@ def test_a_text_that_needs_single_matrices_is_read_pair_by_pair(requirement):
     found = named_margins(request, P, Y)
     for name, g in request.blocks(P, Y).items():
         assert_allclose(found[name], margin(g), rtol=1e-12)
+
+
+@pytest.mark.parametrize("asked", [*ASKED, "unequal", "one mass"])
+def test_expressions_of_many_pairs_are_those_of_each_alone(asked, monkeypatch):
+    """Written at once and compiled at once, and one by one, they are the same."""
+    plant, words = plants(1, k=3), ASKED.get(asked, dict(region=REGION, gamma=2.0))
+    if asked == "unequal":
+        words = dict(requirements=[Unequal()])
+    if asked == "one mass":
+        plant = sos.Polytope(stiffer(plant.vertices[0], 7))
+    words = {k: v for k, v in words.items() if k != "minimize"}
+    request = Request(plant, **words)
+    frame = Frame.of(request)
+
+    def written():
+        expressions, unknowns = request.in_unknowns(frame)
+        return expressions, Blocks.of(expressions.values(), unknowns)
+
+    at_once, many = written()
+    monkeypatch.setattr(pair_stacks, "FEWEST", np.inf)
+    alone, one_by_one = written()
+    assert list(at_once) == list(alone)
+    assert sum(g.whole is not None for g in at_once.values()) >= len(request.pairs) - 1
+    assert all(g.whole is None for g in alone.values())
+    x = np.random.default_rng(0).standard_normal(many.variables)
+    for mine, plain in zip(many(x), one_by_one(x), strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
+    assert [b.weight for b in many.structure[2]] == [
+        b.weight for b in one_by_one.structure[2]
+    ]
+    found, wanted = newton_of(many).at(x), newton_of(one_by_one).at(x)
+    for mine, plain in zip(found, wanted, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
+
+
+def stiffer(plant, count):
+    """The same plant with stiffer springs, several of them."""
+    M, D, S, B, F = (getattr(plant, letter) for letter in "MDSBF")
+    return [
+        sos.SecondOrderSystem(M, D, S * (1 + k / count), B, F)
+        for k in range(1, count + 1)
+    ]
 
 
 @pytest.mark.slow

@@ -3,7 +3,8 @@
 A theorem is a function of matrix-like things that know ``@ + - .T`` and
 scalars. It is written once and read with
 
-* `Unknown` (this module): gives the structure that the solver uses;
+* `Unknown` (this module): gives the structure that the solver uses; with `Matrices`
+  of data that of many pairs of vertices at once;
 * float arrays: gives the numbers that are checked;
 * `Matrices` of floats: gives those of many pairs of vertices at once;
 * arrays of exact rationals (``dtype=object``): gives what is proven;
@@ -18,7 +19,7 @@ from itertools import accumulate
 import numpy as np
 
 from ..runtime.libraries import library
-from .matrices import Matrices
+from .matrices import Matrices, array_of
 
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
@@ -40,7 +41,7 @@ class Term:
     @property
     def T(self):
         flip = not self.transposed and not self.unknown.symmetric
-        return Term(self.right.T, self.unknown, flip, self.left.T)
+        return Term(self.right.mT, self.unknown, flip, self.left.mT)
 
 
 class Affine:
@@ -52,7 +53,14 @@ class Affine:
         The value where all unknowns are zero.
     terms : iterable of Term
         The products in the unknowns.
+
+    Notes
+    -----
+    Constants and factors may be arrays (k, r, c): then this is k expressions, which
+    `each` tells apart.
     """
+
+    whole = None  # the expressions that this is one of, and its place among them
 
     __array_ufunc__ = None  # numpy hands its operators over to this class
 
@@ -63,12 +71,25 @@ class Affine:
     @property
     def shape(self):
         """The number of rows and of columns."""
-        return self.constant.shape
+        return self.constant.shape[-2:]
 
     @property
     def T(self):
         """The transpose."""
-        return Affine(self.constant.T, [t.T for t in self.terms])
+        return Affine(self.constant.mT, [t.T for t in self.terms])
+
+    def each(self, count):
+        """So many expressions, from constants and factors that are arrays of theirs."""
+
+        def one(x, k):
+            return x if x.ndim == 2 else x[k]
+
+        expressions = []
+        for k in range(count):
+            terms = [t.map(lambda x, k=k: one(x, k)) for t in self.terms]
+            expressions.append(Affine(one(self.constant, k), terms))
+            expressions[-1].whole = self, k
+        return expressions
 
     def __neg__(self):
         return self * -1
@@ -90,7 +111,8 @@ class Affine:
     def __mul__(self, factor):
         if isinstance(factor, Affine):
             raise TypeError("a product of two unknowns isn't affine")
-        if np.ndim(factor) == 2:  # a 1 x 1 expression times a matrix
+        factor = array_of(factor)
+        if np.ndim(factor) >= 2:  # a 1 x 1 expression times a matrix
             return self._times_matrix(np.asarray(factor))
         if np.ndim(factor) == 0 and factor == 0:
             return Affine(factor * self.constant)
@@ -110,23 +132,23 @@ class Affine:
     def __matmul__(self, matrix):
         if isinstance(matrix, Affine):
             raise TypeError("a product of two unknowns isn't affine")
-        matrix = np.asarray(matrix)
+        matrix = np.asarray(array_of(matrix))
         # A product over no columns is zero. numpy would write it with plain
         # integers, and half of one is a float, which no rational goes with.
-        terms = self.terms if len(matrix) else ()
+        terms = self.terms if matrix.shape[-2] else ()
         terms = [Term(t.left, t.unknown, t.transposed, t.right @ matrix) for t in terms]
         return Affine(self.constant @ matrix, terms)
 
     def __rmatmul__(self, matrix):
-        return (self.T @ np.asarray(matrix).T).T
+        return (self.T @ np.asarray(array_of(matrix)).mT).T
 
     def _times_matrix(self, matrix):
         if self.shape != (1, 1):
             raise ValueError("only a 1 x 1 expression scales a matrix")
-        identity = eye(matrix.shape[1])
+        identity = eye(matrix.shape[-1])
         total = Affine(self.constant[0, 0] * matrix)
-        for j in np.flatnonzero((matrix != 0).any(axis=0)):
-            column, row = matrix[:, j : j + 1], identity[j : j + 1]
+        for j in np.flatnonzero((matrix != 0).any(axis=tuple(range(matrix.ndim - 1)))):
+            column, row = matrix[..., j : j + 1], identity[j : j + 1]
             total = total + column @ Affine([[0]], self.terms) @ row
         return total
 
@@ -228,7 +250,7 @@ def lower_triangle(size):
 
 
 def _affine(x):
-    return x if isinstance(x, Affine) else Affine(x)
+    return x if isinstance(x, Affine) else Affine(array_of(x))
 
 
 def eye(size):
@@ -302,9 +324,11 @@ def _common(entries, axis):
 def _assembled(entries, size):
     """As numpy.block, which looks at all the entries several times."""
     kinds = {x.dtype for _, x in entries}
-    matrix = np.zeros(size, kinds.pop() if len(kinds) == 1 else np.result_type(*kinds))
-    for place, x in entries:
-        matrix[place] = x
+    kind = kinds.pop() if len(kinds) == 1 else np.result_type(*kinds)
+    several = max((x.shape[:-2] for _, x in entries), key=len)
+    matrix = np.zeros((*several, *size), kind)
+    for (down, right), x in entries:
+        matrix[..., down, right] = x
     return matrix
 
 
@@ -315,7 +339,7 @@ def _block_affine(entries, size):
     for (down, right), x in entries:
         for t in x.terms:
             L = _pad(t.left, down.start, size[0])
-            R = _pad(t.right.T, right.start, size[1]).T
+            R = _pad(t.right.mT, right.start, size[1]).mT
             terms.append(Term(L, t.unknown, t.transposed, R))
     return Affine(constant, terms)
 
@@ -329,6 +353,7 @@ def _block_matrices(entries, size):
 
 
 def _pad(matrix, start, size):
-    padded = np.zeros((size, matrix.shape[1]), matrix.dtype)
-    padded[start : start + matrix.shape[0]] = matrix
+    *several, rows, cols = matrix.shape
+    padded = np.zeros((*several, size, cols), matrix.dtype)
+    padded[..., start : start + rows, :] = matrix
     return padded

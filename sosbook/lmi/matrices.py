@@ -41,18 +41,18 @@ class Matrices:
         return type(self)(-self.array)
 
     def __add__(self, other):
-        return type(self)(self.array + array_of(other))
+        return self._of(self.array + array_of(other))
 
     __radd__ = __add__
 
     def __sub__(self, other):
-        return type(self)(self.array - array_of(other))
+        return self._of(self.array - array_of(other))
 
     def __rsub__(self, other):
-        return type(self)(array_of(other) - self.array)
+        return self._of(array_of(other) - self.array)
 
     def __mul__(self, factor):
-        return type(self)(self.array * factor)
+        return self._of(self.array * factor)
 
     __rmul__ = __mul__
 
@@ -60,10 +60,14 @@ class Matrices:
         return type(self)(self.array / divisor)
 
     def __matmul__(self, other):
-        return type(self)(self.array @ array_of(other))
+        return self._of(self.array @ array_of(other))
 
     def __rmatmul__(self, other):
-        return type(self)(array_of(other) @ self.array)
+        return self._of(array_of(other) @ self.array)
+
+    def _of(self, result):
+        """Matrices again, unless unknowns took part, which made expressions of them."""
+        return type(self)(result) if isinstance(result, np.ndarray) else result
 
     def write(self, part, entry):
         """Write an ``entry``, some matrices or a plain one, into their ``part``."""

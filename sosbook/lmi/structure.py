@@ -18,6 +18,7 @@ __all__ = [
     "UnknownLayout",
     "fold",
     "real",
+    "some_matrix",
     "structure",
     "unfold",
 ]
@@ -132,6 +133,19 @@ class StructuredBlock:
     slopes: np.ndarray
     weight: int = 1
 
+    def one(self, k):
+        """The k-th of the blocks that arrays with one more axis, the first, hold."""
+
+        def of(x):
+            return x if x.ndim == 2 else x[k]
+
+        return StructuredBlock(
+            of(self.constant),
+            [Product(t.unknown, of(t.left), of(t.right)) for t in self.products],
+            self.slopes[:, k] if self.slopes.ndim == 4 else self.slopes,
+            self.weight,
+        )
+
     def with_constant(self, constant):
         """The block with another ``constant``, given for the real block."""
         if self.weight == 2:
@@ -221,23 +235,38 @@ def structure(expressions, unknowns):
             matrices.append(u)
         start += u.size
     single = [u for u in unknowns if u.shape == (1, 1)]
-    blocks = [_structured(g, matrices, single) for g in expressions]
+    wholes, blocks = {}, []
+    for g in expressions:
+        if g.whole is None:
+            blocks.append(_structured(g, matrices, single))
+            continue
+        whole, k = g.whole
+        if whole not in wholes:
+            wholes[whole] = _structured(whole, matrices, single)
+        blocks.append(wholes[whole].one(k))
     return layouts, np.array(scalars, int), blocks
 
 
 def _structured(g, matrices, single):
-    """The `StructuredBlock` of an expression; folded where it is Hermitian."""
-    q = len(g.constant)
+    """The `StructuredBlock` of an expression; folded where it is Hermitian.
+
+    Of several expressions, see `Affine.each`, it holds arrays with one more axis.
+    """
+    q = g.shape[0]
     constant = g.constant.astype(float)
-    slopes = np.array([g.jacobian(u)[0] for u in single], float)
-    slopes = slopes.reshape(-1, q, q)
+    slopes = np.zeros((len(single), *constant.shape))
+    for slope, u in zip(slopes, single):
+        for t in g.terms:
+            if t.unknown is u:
+                slope += np.asarray(t.left @ t.right, float)
     factors = [_factors(g, u) for u in matrices]
     weight = 1
     if _is_hermitian(constant, slopes, factors, matrices):
         constant, slopes, weight = fold(constant), fold(slopes), 2
         h = q // 2
         factors = [
-            [(L[:h], R[:, :h] + 1j * R[:, h:]) for L, R in pairs] for pairs in factors
+            [(L[..., :h, :], R[..., :h] + 1j * R[..., h:]) for L, R in pairs]
+            for pairs in factors
         ]
         factors = [[(L, R) for L, R in p if L.any()] for p in factors]
     products = [
@@ -259,27 +288,27 @@ def _factors(g, unknown):
         if t.unknown is unknown:
             L, R = np.asarray(t.left, float), np.asarray(t.right, float)
             if t.transposed:
-                L, R = R.T, L.T
-            key = R.tobytes()
+                L, R = R.mT, L.mT
+            key = R.shape, R.tobytes()
             factors[key] = (factors[key][0] + L, R) if key in factors else (L, R)
     return [(L, R) for L, R in factors.values() if L.any() and R.any()]
 
 
 def _is_hermitian(constant, slopes, factors, matrices):
     """Whether the block is [[X, Y], [-Y, X]] whatever the unknowns are."""
-    q = len(constant)
+    q = constant.shape[-1]
     if q % 2 or not all(_commutes(g) for g in (constant, *slopes)):
         return False
     total = np.zeros((q, q))
     for k, (pairs, u) in enumerate(zip(factors, matrices)):
-        X = _some_matrix(k, *u.shape, u.symmetric)
+        X = some_matrix(k, *u.shape, u.symmetric)
         for L, R in pairs:
-            total += L @ X @ R
-    return _commutes(total + total.T)
+            total = total + L @ X @ R
+    return _commutes(total + total.mT)
 
 
 @lru_cache(64)
-def _some_matrix(k, rows, cols, symmetric):
+def some_matrix(k, rows, cols, symmetric):
     """A matrix without any structure of its own, always the same."""
     X = np.cos(1 + k + np.arange(rows * cols) ** 1.5).reshape(rows, cols)
     return X + X.T if symmetric else X
@@ -287,12 +316,10 @@ def _some_matrix(k, rows, cols, symmetric):
 
 def _commutes(g):
     """Whether g has the form [[X, Y], [-Y, X]], to rounding."""
-    h = len(g) // 2
-    tolerance = 1e-13 * abs(g).max()
-    return (
-        abs(g[:h, :h] - g[h:, h:]).max() <= tolerance
-        and abs(g[:h, h:] + g[h:, :h]).max() <= tolerance
-    )
+    h = g.shape[-1] // 2
+    tolerance = 1e-13 * abs(g).max(axis=(-2, -1), keepdims=True)
+    equal = abs(g[..., :h, :h] - g[..., h:, h:]) <= tolerance
+    return bool((equal & (abs(g[..., :h, h:] + g[..., h:, :h]) <= tolerance)).all())
 
 
 def fold(g):
@@ -314,10 +341,10 @@ def unfold(z):
 def _merged(pairs, symmetric):
     """Sum the L of pairs with equal R; half of each pair is its own mirror."""
     groups = {}
-    for L, R in pairs:
-        L, R, key = _normal(L, R)
+    for left, right in pairs:
+        L, R, key = _normal(left, right)
         if symmetric and key not in groups:
-            flipped = _normal(R.conj().T, L.conj().T)
+            flipped = _normal(right.conj().mT, left.conj().mT)
             if flipped[2] in groups:
                 L, R, key = flipped
         if key in groups:
@@ -329,8 +356,9 @@ def _merged(pairs, symmetric):
 
 def _normal(L, R):
     """The pair with R scaled to a largest entry 1, and a key for that R."""
-    flat = R.ravel()
-    top = flat[abs(flat).argmax()]
+    flat = R.reshape(*R.shape[:-2], 1, -1)
+    top = np.take_along_axis(flat, abs(flat).argmax(axis=-1, keepdims=True), axis=-1)
+    top = np.where(top == 0, 1, top)  # one of several factors may be zero
     R = R / top
     if R.dtype == complex and not abs(R.imag).max() > 1e-15:
         R = R.real.copy()

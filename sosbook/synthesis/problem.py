@@ -26,6 +26,7 @@ from ..requirements.loop import Loop
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
 from ..requirements.stability import Stability
+from .pair_stacks import blocks_of_pairs
 from .regularization import Regularization
 from .sizes import Sizes
 from .unknowns import InUnknowns
@@ -230,17 +231,22 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
             if hasattr(s, "shape"):  # a number is known to be positive
                 table.add(r, r.size_name, (), s)
         once(leading)
-        for i, j in self.pairs if pairs is None else pairs:
+        pairs, known = self.pairs if pairs is None else pairs, {}
+        if isinstance(P, Affine) and not whole.exact:
+            known = blocks_of_pairs(self.demands, loops, pairs)
+        for i, j in pairs:
             if whole.exact:  # floats have to end, so that a point isn't lost
                 check_time()
             if slack:
                 table.add(None, "P", (i,), P[i])
             coupled = {}
             for r in self.demands:
-                loop = loops[r.key]
-                if loop not in coupled:
-                    coupled[loop] = self._coupled(loop, i, j)
-                for block, g in self._of_pair(r, loop, coupled[loop], i):
+                loop, blocks = loops[r.key], known.get((r.key, (i, j)))
+                if blocks is None:
+                    if loop not in coupled:
+                        coupled[loop] = self._coupled(loop, i, j)
+                    blocks = dict(self._of_pair(r, loop, coupled[loop], i))
+                for block, g in blocks.items():
                     add(r, block, (i, j), g)
         once(r for r in self.demands if r not in leading)
         return table.named()

@@ -1,0 +1,149 @@
+"""The blocks of many pairs of vertices from one reading of the theorems."""
+
+from dataclasses import fields
+
+import numpy as np
+
+from ..lmi import Affine
+from ..lmi.matrices import Matrices, array_of
+from ..lmi.structure import some_matrix
+from ..plants.descriptor import Coupled, Descriptor
+
+__all__ = ["alone", "blocks_of_pairs", "read", "stacked", "together"]
+
+ROUNDING = 1e-9  # relative, by which a block that is read alone may differ
+UNREADABLE = (TypeError, AttributeError, ValueError, IndexError)
+FEWEST = 4  # pairs that are read at once
+
+
+def stacked(vertices):
+    """The matrices of all vertices, by name.
+
+    Arrays (vertices, rows, columns), or (1, rows, columns) where all are equal.
+    """
+    stack = {}
+    for f in fields(Descriptor):
+        some = [getattr(d, f.name) for d in vertices]
+        if some[0] is None:
+            stack[f.name] = None
+            continue
+        array = np.array(some, float)
+        stack[f.name] = array[:1] if (array[1:] == array[0]).all() else array
+    return stack
+
+
+def together(loop, stack, i, j):
+    """The `Coupled` of `Matrices` of many pairs of vertices.
+
+    Parameters
+    ----------
+    loop : Loop
+        In floats.
+    stack : dict
+        Its vertices, `stacked`.
+    i, j : (pairs,) arrays
+        Indices of the vertices. They are equal in all the pairs, or in none.
+    """
+    first = _at(stack, i)
+    second = first if np.array_equal(i, j) else _at(stack, j)
+    return Coupled(first, second, loop.P, loop.Y)
+
+
+def _at(stack, indices):
+    """The `Descriptor` of `Matrices` of some vertices; what all share is plain."""
+
+    def at(some):
+        if some is None or len(some) == 1:
+            return None if some is None else some[0]
+        return Matrices(some[indices])
+
+    return Descriptor(**{name: at(some) for name, some in stack.items()})
+
+
+def read(r, loop, coupled, i, j):
+    """The blocks of a requirement for many pairs, by name.
+
+    Parameters
+    ----------
+    r : Requirement
+        What is asked.
+    loop, coupled, i, j
+        As `together` takes and gives them.
+
+    Returns
+    -------
+    dict or None
+        From a block's name to the blocks of all pairs: an array, or a list of
+        `Affine` in unknowns. None where a theorem can't be read so, or reads
+        otherwise for a single pair.
+    """
+    try:
+        blocks = {block: _each(g, len(i)) for block, g in r.pair(loop, coupled)}
+        for k in (0, -1):
+            one = alone(r, loop, i[k], j[k])
+            if blocks.keys() != one.keys() or not all(
+                _agree(some[k], one[block]) for block, some in blocks.items()
+            ):
+                return None
+    except UNREADABLE:
+        return None
+    return blocks
+
+
+def alone(r, loop, i, j):
+    """The blocks of a requirement for one pair, by name."""
+    pair = Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
+    return dict(r.pair(loop, pair))
+
+
+def _each(g, count):
+    if isinstance(g, Affine):
+        return g.each(count)
+    return np.broadcast_to(array_of(g), (count, *g.shape))
+
+
+def _agree(one, other):
+    """Whether two matrices are the same, at some values of their unknowns."""
+    if isinstance(one, Affine) != isinstance(other, Affine) or one.shape != other.shape:
+        return False
+    if isinstance(one, Affine):
+        unknowns = {t.unknown for g in (one, other) for t in g.terms}
+        values = {
+            u: some_matrix(k, *u.shape, u.symmetric)
+            for k, u in enumerate(sorted(unknowns, key=lambda u: u.name))
+        }
+        one, other = one.value(values), other.value(values)
+    return np.abs(one - other).max() <= ROUNDING * np.abs(other).max()
+
+
+def blocks_of_pairs(requirements, loops, pairs):
+    """The blocks of many pairs in unknowns, as far as they can be read at once.
+
+    Parameters
+    ----------
+    requirements : sequence of Requirement
+        What is asked.
+    loops : dict
+        The loop that each requirement sees, by its key, in floats.
+    pairs : sequence of (int, int)
+        The pairs of vertices.
+
+    Returns
+    -------
+    dict
+        From (requirement's key, pair) to a dict of blocks by name.
+    """
+    found, stacks = {}, {loop: stacked(loop.vertices) for loop in set(loops.values())}
+    for single in (True, False):
+        some = [pair for pair in pairs if (pair[0] == pair[1]) == single]
+        if len(some) < FEWEST:
+            continue
+        i, j = np.array(some).T
+        coupled = {loop: together(loop, stack, i, j) for loop, stack in stacks.items()}
+        for r in requirements:
+            loop = loops[r.key]
+            blocks = read(r, loop, coupled[loop], i, j)
+            if blocks is not None:
+                for k, pair in enumerate(some):
+                    found[r.key, pair] = {name: g[k] for name, g in blocks.items()}
+    return found
