@@ -1,8 +1,8 @@
 """Settings for every test: one thread each, no progress bars, repeatable examples.
 
-With ``pytest --nbval`` notebooks run in the environment of pytest, a kernel that
-doesn't answer is started again, a cell may take ten minutes, and outputs are
-compared by their values (tests/values).
+With ``pytest --nbval`` notebooks run in the environment of pytest, kernels are forks
+of a process with the libraries, one that doesn't answer is started again, a cell may
+take ten minutes, and outputs are compared by their values (tests/values).
 """
 
 import gc
@@ -17,6 +17,7 @@ import pytest
 from hypothesis import settings
 
 from tests.values import cells
+from tests.values.forks import forked
 from tests.values.kernels import started_again
 
 # Its seeds are fixed. Yet some of hypothesis's draws are constants of the package's
@@ -30,7 +31,9 @@ def pytest_configure(config):
     option = config.option
     if getattr(option, "nbval", False):
         import nbval.kernel
+        from jupyter_client.provisioning import local_provisioner as local
 
+        local.launch_kernel = forked(local.launch_kernel)
         nbval.kernel.start_new_kernel = started_again(nbval.kernel.start_new_kernel)
         option.nbval_current_env = not option.nbval_kernel_name
         option.nbval_cell_timeout = min(option.nbval_cell_timeout, 600)

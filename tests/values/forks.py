@@ -1,0 +1,123 @@
+"""Kernels as forks of one process that has the libraries already.
+
+Each notebook has a kernel of its own, and half of what most kernels do is to import
+numpy, scipy, matplotlib and python-control. As a program this file imports them once
+and forks for each line that it reads; a fork becomes a kernel as any other, with an
+empty namespace, the environment and the folder that it is given.
+"""
+
+import contextlib
+import gc
+import importlib
+import io
+import json
+import os
+import runpy
+import signal
+import subprocess
+import sys
+import time
+from functools import cache
+
+__all__ = ["forked"]
+
+LIBRARIES = ("ipykernel.kernelapp", "matplotlib.pyplot", "control", "sympy")
+PACKAGE = ("design_pid", "plots", "widgets", "sampled", "delay", "maps", "reproduction")
+
+
+def forked(launch):
+    """Have jupyter_client's launcher fork kernels of this Python, on Linux."""
+
+    def launch_or_fork(command, *, cwd=None, env=None, **options):
+        program, _, module, *words = [x for x in command if not x.startswith("-X")]
+        ours = program == sys.executable and module == "ipykernel_launcher"
+        if not ours or sys.platform != "linux":
+            return launch(command, cwd=cwd, env=env, **options)
+        given = dict(words=words, cwd=str(cwd or os.getcwd()), env=env or {**os.environ})
+        parent = server()
+        parent.stdin.write(json.dumps(given) + "\n")
+        parent.stdin.flush()
+        return Kernel(int(parent.stdout.readline()))
+
+    return launch_or_fork
+
+
+@cache
+def server():
+    """This file as a program; it ends when its input does."""
+    pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    command = (sys.executable, "-P", __file__)
+    return subprocess.Popen(command, **pipes, encoding="utf-8")
+
+
+class Kernel:
+    """What jupyter_client asks of a process that is somebody else's child."""
+
+    stdin = stdout = stderr = None
+
+    def __init__(self, pid):
+        self.pid = pid
+
+    def poll(self):
+        try:
+            os.kill(self.pid, 0)
+        except ProcessLookupError:
+            return 0
+
+    def wait(self):
+        while self.poll() is None:
+            time.sleep(0.01)
+        return 0
+
+    def send_signal(self, number):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self.pid, number)
+
+    def terminate(self):
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self):
+        self.send_signal(signal.SIGKILL)
+
+
+def prepare():
+    """Import, as a kernel does; what an import would print in a notebook is a fault."""
+    os.environ.setdefault("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    with contextlib.ExitStack() as stack:
+        said = io.StringIO()
+        stack.enter_context(contextlib.redirect_stdout(said))
+        stack.enter_context(contextlib.redirect_stderr(said))
+        for name in LIBRARIES:
+            importlib.import_module(name)
+        sos = importlib.import_module("sosbook")
+        for name in PACKAGE:
+            getattr(sos, name)
+    assert not said.getvalue(), said.getvalue()
+    gc.freeze()
+
+
+def serve():
+    """Fork for each line; the children are nobody's to wait for."""
+    prepare()
+    mine = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    for line in sys.stdin:
+        if os.fork() == 0:
+            signal.signal(signal.SIGCHLD, mine)
+            return become_kernel(**json.loads(line))
+
+
+def become_kernel(words, cwd, env):
+    os.setsid()
+    print(os.getpid(), flush=True)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in range(3):
+        os.dup2(nothing, stream)
+    os.chdir(cwd)
+    os.environ.clear()
+    os.environ.update(env, JPY_PARENT_PID=str(os.getppid()))
+    sys.argv = ["ipykernel_launcher", *words]
+    runpy.run_module("ipykernel_launcher", run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    serve()
