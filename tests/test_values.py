@@ -1,6 +1,7 @@
 """Outputs of the book and their texts: which changes count and which don't."""
 
 import json
+import os
 import random
 import re
 import shutil
@@ -14,10 +15,13 @@ import nbformat.v4 as v4
 import numpy as np
 import pytest
 from hypothesis import given
+from jupyter_client.manager import KernelManager
+from jupyter_client.provisioning import local_provisioner
 
 from sosbook import notebooks
 from tests import values
 from tests.values import cells, words
+from tests.values.forks import forked
 from tests.values.kernels import started_again
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -300,3 +304,58 @@ def test_nbval_starts_its_kernels_so(pytestconfig):
     import nbval.kernel
 
     assert nbval.kernel.start_new_kernel.__wrapped__
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="kernels are programs there")
+def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
+    """Nothing defined, a place and a session of its own; it can be stopped."""
+    launch = forked(lambda command, **options: pytest.fail("not forked"))
+    monkeypatch.setattr(local_provisioner, "launch_kernel", launch)
+    asked = {
+        "empty": "'sos' in dir() or 'np' in dir() or 'plt' in dir()",
+        "place": "__import__('os').getcwd()",
+        "word": "__import__('os').environ.get('WORD')",
+        "backend": "__import__('matplotlib').get_backend()",
+        "session": "__import__('os').getsid(0)",
+        "child": "__import__('subprocess').run('exit 3', shell=True).returncode",
+    }
+    manager = KernelManager(kernel_name="python3")
+    manager.start_kernel(cwd=tmp_path, env={**os.environ, "WORD": "x"})
+    client = manager.client()
+    try:
+        client.start_channels()
+        client.wait_for_ready(60)
+        pid = manager.provisioner.pid
+        client.execute("print(1, flush=True)\nwhile True: pass")
+        while client.get_iopub_msg(60)["msg_type"] != "stream":
+            pass
+        manager.interrupt_kernel()
+        stopped = client.get_shell_msg(60)["content"]
+        assert stopped["ename"] == "KeyboardInterrupt"
+        reply = client.execute("", user_expressions=asked, reply=True, timeout=60)
+        said = reply["content"]["user_expressions"]
+        assert {key: said[key]["data"]["text/plain"] for key in said} == {
+            "empty": "False",
+            "place": repr(str(tmp_path)),
+            "word": "'x'",
+            "backend": "'module://matplotlib_inline.backend_inline'",
+            "session": str(pid),
+            "child": "3",
+        }
+        assert manager.is_alive()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    assert not manager.is_alive()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def test_what_is_no_kernel_of_this_python_is_no_fork():
+    launch = forked(lambda command, **options: (command, options))
+    for command in (
+        ["python2", "-m", "ipykernel_launcher", "-f", "x.json"],
+        [sys.executable, "-m", "xeus", "-f", "x.json"],
+    ):
+        assert launch(command, cwd="a", env={}) == (command, {"cwd": "a", "env": {}})

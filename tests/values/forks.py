@@ -33,9 +33,9 @@ def forked(launch):
         ours = program == sys.executable and module == "ipykernel_launcher"
         if not ours or sys.platform != "linux":
             return launch(command, cwd=cwd, env=env, **options)
-        given = dict(words=words, cwd=str(cwd or os.getcwd()), env=env or {**os.environ})
+        place, names = str(cwd or os.getcwd()), env or {**os.environ}
         parent = server()
-        parent.stdin.write(json.dumps(given) + "\n")
+        parent.stdin.write(json.dumps([words, place, names]) + "\n")
         parent.stdin.flush()
         return Kernel(int(parent.stdout.readline()))
 
@@ -97,16 +97,19 @@ def prepare():
 
 
 def serve():
-    """Fork for each line; the children are nobody's to wait for."""
+    """Fork for each line; nobody waits for the children, and ^C is for the tests."""
     prepare()
-    mine = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    ignored = signal.SIGCHLD, signal.SIGINT
+    usual = [signal.signal(number, signal.SIG_IGN) for number in ignored]
     for line in sys.stdin:
         if os.fork() == 0:
-            signal.signal(signal.SIGCHLD, mine)
-            return become_kernel(**json.loads(line))
+            for number, handler in zip(ignored, usual):
+                signal.signal(number, handler)
+            return become_kernel(*json.loads(line))
 
 
 def become_kernel(words, cwd, env):
+    """Run ipykernel's launcher in a session of its own, once its number is told."""
     os.setsid()
     print(os.getpid(), flush=True)
     nothing = os.open(os.devnull, os.O_RDWR)
