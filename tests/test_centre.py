@@ -191,6 +191,27 @@ def settled_modes(sigma, n=4):
     return plant, dict(region=sos.PoleRegion(sigma, rho=12), saturation=limit)
 
 
+def test_a_set_without_end_is_seen_before_rounding_hides_it(monkeypatch):
+    """Far away the mode that is settled seemed to leave: 15 steps, then 100 of both."""
+    rng = np.random.default_rng(0)
+    Q = np.linalg.qr(rng.standard_normal((4, 4)))[0]
+    rates, force = rng.uniform(1, 5, 4), rng.standard_normal((4, 1))
+    plant = sos.SecondOrderSystem(
+        np.eye(4), Q * (0.02 * rates) @ Q.T, Q * rates**2 @ Q.T, force
+    )
+    x0 = np.append(rng.standard_normal(4) / 5, np.zeros(4))
+    taken, step = [], Barrier.step
+    monkeypatch.setattr(
+        Barrier, "step", lambda self, *x: taken.append(1) or step(self, *x)
+    )
+    monkeypatch.setattr("sosbook.lmi.centre.near_centre", lambda *_: pytest.fail())
+    design = sos.design_pid(
+        plant, region=sos.PoleRegion(0.04, rho=30), saturation=sos.Saturation(30.0, x0)
+    )
+    assert design.status == "feasible" and design.certify().proven
+    assert len(taken) <= 8
+
+
 @pytest.mark.parametrize("sigma, settled", [(0.02, True), (0.1, False)])
 def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
     """Its part of P may grow forever; a walk of many steps found that, too."""
@@ -201,7 +222,7 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
     if settled:
         with pytest.raises(Unbounded):
             centre(blocks, x, steps.append, rays=problem.rays)
-        assert len(steps) == STEPS_TO_RAYS
+        assert len(steps) < STEPS_TO_RAYS  # long ones
         with pytest.raises(Unbounded):  # without a hint
             centre(blocks, x)
     else:  # no ray

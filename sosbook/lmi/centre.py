@@ -33,6 +33,7 @@ STEPS_OF_BOTH = 4  # primal-dual ones with conjugate gradients; few need thrice 
 LAST_STEP_BELOW = 3e-3  # a decrement whose square is enough
 ENOUGH_LEFT = 1e-5  # of the decrement, by conjugate gradients
 STEPS_TO_RAYS = 6  # of Newton's method; few sets that have a centre need more
+FAR_STEP = 3.0  # times as far from 0 as before: sooner than that rays are looked at
 
 #: A decrement below it is small enough for further steps with the same matrix.
 SETTLES_BELOW = 0.3
@@ -80,7 +81,7 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     zero, decrement, left, lost = np.zeros(len(x)), 1.0, 1.0, 0
     enough = enough or 1e-4  # a step leaves its cube or less
     for count in range(200):
-        before = decrement
+        before, behind = decrement, x
         last = left < LAST_STEP_BELOW  # where one more step is enough
         tolerance = ENOUGH_LEFT / (2 * left) if last else min(0.1, decrement)
         x, decrement = barrier.step(x, zero, tolerance)
@@ -103,9 +104,11 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
         if x @ x > 1e16 or lost > MOST_LOST:
             break
         # below one there is a centre (section 9.6.4)
-        if count + 1 == STEPS_TO_RAYS and decrement >= 1 and rays is not None:
+        far = x @ x > FAR_STEP**2 * (behind @ behind)
+        if rays is not None and decrement >= 1 and (far or count + 1 == STEPS_TO_RAYS):
             if barrier.recedes(x, rays()):
                 break
+            rays = None
         if count + 1 == STEPS_ALONE and decrement >= 1 and not newton.iterative:
             near = near_centre(newton, x)
             if near is None:
