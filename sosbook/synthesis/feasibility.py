@@ -11,6 +11,7 @@ from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
+from .gentle_gain import start_of
 from .pole_proof import decided_by_poles, of_poles_alone
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -110,13 +111,12 @@ def find(lmis, start=None, refute=True):
     With many pairs of vertices most blocks are only looked at. ``start`` and
     ``refute`` are as for `LMIProblem.find`; without a start the frame guesses.
     """
-    start = start or lmis.guess()
     if few_decide(lmis.request):
         last = len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS
-        first = Cuts(lmis).find(start, refute and last)
+        first = Cuts(lmis).find(start or lmis.guess(), refute and last)
         if first.values is not None or last:
             return first
-    return lmis.find(refute, start)
+    return lmis.find(refute, start or start_of(lmis))
 
 
 def closer(lmis, near):
