@@ -56,7 +56,9 @@ def test_a_gentle_gain_lies_inside_where_the_frames_own_asks_too_much(n, m, unit
 
 def test_with_a_slack_matrix_and_for_two_plants_too():
     plant, asked = modes(1, 2, 1)
-    other = sos.SecondOrderSystem(1.02 * plant.M, plant.D, 1.01 * plant.S, plant.B)
+    other = sos.SecondOrderSystem(
+        1.02 * plant.M, plant.D, 1.01 * plant.S, plant.B, plant.F
+    )
     both = sos.Polytope([plant, other])
     for more in ({}, dict(coupling="slack", slack=0.05)):
         lmis = lmis_of(both, **asked, **more)

@@ -74,11 +74,12 @@ class Blocks:
 
         A list of (q,) arrays. Multiplying by powers of two doesn't round.
         """
-        scales = []
-        for magnitudes in newton_of(self).diagonal_magnitudes():
-            magnitudes[magnitudes == 0] = 1
-            scales.append(2.0 ** np.round(-np.log2(magnitudes) / 2))
-        return scales
+        magnitudes = newton_of(self).diagonal_magnitudes()
+        ends = np.cumsum([len(m) for m in magnitudes])
+        flat = np.concatenate(magnitudes)
+        flat[flat == 0] = 1
+        flat = 2.0 ** np.round(-np.log2(flat) / 2)
+        return [flat[end - len(m) : end] for end, m in zip(ends, magnitudes)]
 
     @property
     def degree(self):

@@ -284,6 +284,8 @@ def block(rows):
            [0., 1., 0.],
            [0., 0., 1.]])
     """
+    if len(rows) == len(rows[0]) == 1 and not isinstance(rows[0][0], int):
+        return rows[0][0] * 1  # an array of its own, of the same kind
     columns = zip(*rows, strict=True)
     heights, widths = [_common(r, 0) for r in rows], [_common(c, 1) for c in columns]
     bottoms, rights = list(accumulate(heights)), list(accumulate(widths))

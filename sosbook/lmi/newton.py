@@ -7,6 +7,8 @@ is the Schur complement of the primal-dual equations (Nesterov and Todd 1997;
 Todd, Toh and Tütüncü 1998). Both callers hand over N with W = N' N.
 """
 
+from functools import cached_property
+
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
@@ -56,9 +58,7 @@ class Newton(Stacked):
         super().__init__(blocks)
         self.iterations = []
         self._hessian = None
-        # how many iterations take as long as the dense matrix
-        self.patience = hessian_work(self) / iteration_work(self)
-        self.iterative = self.patience > EXPECTED_ITERATIONS and Modal.fits(self)
+        self.iterative = Modal.fits(self) and self.patience > EXPECTED_ITERATIONS
         self._prepare()
 
     def _prepare(self):
@@ -70,6 +70,11 @@ class Newton(Stacked):
         self._double = self._values if known else Sums(self)
         if products_work(self) > sums_work(self):  # and not numpy's calls
             self._single = self._double.in_single()
+
+    @cached_property
+    def patience(self):
+        """How many iterations take as long as the dense matrix."""
+        return hessian_work(self) / iteration_work(self)
 
     @property
     def _fits(self):

@@ -124,9 +124,10 @@ def maximize_t(newton, x, most=60, watch=None):
     cost = np.zeros(len(x))
     cost[-1] = -1.0
     without_t = np.append(np.ones(len(x) - 1), 0.0)
-    inverses = gram([np.linalg.inv(np.linalg.cholesky(s)) for s in newton.at(x)])
+    inverses = _inverses(newton.at(x))
     weight = -newton.adjoint(inverses)[-1]  # so that sum <D_k, Z_k> = 1
-    for state in interior_steps(newton, x, cost, weight, most):
+    Z = [w / weight for w in inverses]
+    for state in interior_steps(newton, x, cost, weight, most, Z=Z):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
@@ -263,12 +264,14 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
     """
     S = newton.at(x)
     if Z is None:
-        roots = [np.linalg.inv(np.linalg.cholesky(s)) for s in S]
-        Z = [w / weight for w in gram(roots)]
+        Z = [w / weight for w in _inverses(S)]
+    gap, residual = newton.inner(S, Z), cost - newton.adjoint(Z)
     for count in range(most):
         try:
             scalings = [_Scaling(s, z) for s, z in zip(S, Z)]
-            dx, dz, primal, dual = _direction(newton, scalings, S, Z, x, cost, target)
+            dx, dz, primal, dual = _direction(
+                newton, scalings, x, gap / newton.degree, residual, target
+            )
         except np.linalg.LinAlgError:
             return
         if max(primal, dual) < SHORTEST_STEP or not np.isfinite(dx).all():
@@ -277,20 +280,28 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
         Z = [z + dual * d for z, d in zip(Z, dz)]
         Z = [(z + transposed(z)) / 2 for z in Z]
         S = newton.at(x)
+        gap, residual = newton.inner(S, Z), cost - newton.adjoint(Z)
         yield dict(
             step=count + 1,
             x=x,
             Z=Z,
-            gap=newton.inner(S, Z),
+            gap=gap,
             primal=primal,
-            residual=cost - newton.adjoint(Z),
+            residual=residual,
             dual=dual,
             iterations=newton.iterations[-2:],
         )
 
 
-def _direction(newton, scalings, S, Z, x, cost, target=None):
+def _inverses(S):
+    """The inverses of matrices that are positive definite, a list of stacks S."""
+    return gram([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
+
+
+def _direction(newton, scalings, x, mu, residual, target=None):
     """Mehrotra's predictor and corrector: dx, dZ and both step lengths.
+
+    ``mu`` is <S, Z> / nu, and ``residual`` that of the dual equations.
 
     In scaled coordinates Newton's equations for S Z = target read
 
@@ -304,8 +315,6 @@ def _direction(newton, scalings, S, Z, x, cost, target=None):
     spare the predictor: its second-order term isn't worth another solution.
     """
     solve = newton.solver([s.R_inv for s in scalings], x)
-    residual = cost - newton.adjoint(Z)
-    mu = newton.inner(S, Z) / newton.degree
 
     def step_towards(T):
         """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""

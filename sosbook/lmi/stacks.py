@@ -14,7 +14,7 @@ from .alike import alike
 from .sparse_table import SparseTable
 from .structure import StructuredBlock, fold, real, unfold
 from .sums import Sums, span
-from .work import sparse_work, sums_work, table_work
+from .work import least_work, sparse_work, sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
@@ -65,6 +65,9 @@ class Stacked:
         self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
         few = entries * self.variables <= MOST_TABLE_ENTRIES
+        if few and table_work(self) < least_work(self):  # nothing else need be counted
+            self._values = _Table(self)
+            return
         ways = [(sums_work(self), Sums)]
         if self.layouts:  # else Newton's matrix wants the table
             ways.append((sparse_work(self), SparseTable))
@@ -125,9 +128,10 @@ class Stacked:
             for s, e in zip(self.stacks, squares)  # rounding may leave -1e-17
         ]
         for s, e in zip(self.stacks, large):
-            for b, k, row in zip(s.blocks, s.sizes, e):
-                row[:k][row[:k] <= ROUNDING * _before_cancelling(b)] = 0
-        return self._by_block(large, lambda e, s, k: np.tile(e[:k], s.weight))
+            e[e <= ROUNDING * s.before_cancelling()] = 0
+        return self._by_block(
+            large, lambda e, s, k: e[:k] if s.weight == 1 else np.tile(e[:k], 2)
+        )
 
     def at(self, x):
         """The blocks at a (k,) array x, as a list of stacks."""
@@ -235,6 +239,18 @@ class _Stack:
             g[:k, :k] = b.constant
         return constant
 
+    def before_cancelling(self):
+        """How large diagonal entries were if no product cancelled another: (b, q)."""
+        large = np.abs(self.constant.diagonal(0, 1, 2))
+        rows = np.sqrt(np.einsum("abij,abij->bi", self.slopes, self.slopes.conj()).real)
+        for entries, b, k, row in zip(large, self.blocks, self.sizes, rows):
+            if not b.products:  # they were added up: what doesn't cancel is as large
+                entries[:] = np.where(entries > 0, entries, row)
+            for t in b.products:
+                left = np.linalg.norm(t.left, axis=1)
+                entries[:k] += 2 * left * np.linalg.norm(t.right, axis=0)
+        return large
+
     def with_constants(self, constants):
         """The stack with those of other ``constants`` that are its blocks'."""
         changed = copy(self)
@@ -263,18 +279,6 @@ class _Row(_Stack):
         slopes = self.gradient[owner.scalars].reshape(-1, 1, 1)
         block = StructuredBlock(np.array([[float(constant)]]), [], slopes)
         super().__init__([index], [block])
-
-
-def _before_cancelling(block):
-    """How large a block's diagonal entries were if no product cancelled another."""
-    large = np.abs(block.constant.diagonal())
-    if not block.products:  # they were added up: what doesn't cancel is as large
-        row = np.sqrt((np.abs(block.slopes) ** 2).sum((0, 2)))
-        return np.where(large > 0, large, row)
-    for t in block.products:
-        left = np.linalg.norm(t.left, axis=1)
-        large = large + 2 * left * np.linalg.norm(t.right, axis=0)
-    return large
 
 
 def _stacks(blocks, variables):

@@ -11,6 +11,7 @@ __all__ = [
     "hessian_work",
     "iteration_work",
     "kronecker_work",
+    "least_work",
     "products_work",
     "sparse_work",
     "sums_work",
@@ -43,6 +44,18 @@ def table_work(stacked):
         The blocks.
     """
     return 2 * CALL + _entries(stacked) * stacked.variables / TABLE
+
+
+def least_work(stacked):
+    """Seconds that the values of all blocks take at least without a table.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    blocks = sum(len(s.blocks) for s in stacked.stacks)
+    return CALL * min(ARRAYS_OF_SPARSE, ARRAYS_OF_BLOCK * blocks)
 
 
 def sums_work(stacked):

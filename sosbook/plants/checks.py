@@ -133,6 +133,8 @@ def numbers(name, value):
 
 def _floats(name, value, what="must be a real matrix"):
     """A float array of its own, or a ValueError that says what isn't a number."""
+    if type(value) is np.ndarray and value.dtype == float:  # most are
+        return value.copy()
     if value is None:
         raise ValueError(f"{name} is missing: give a matrix")
     try:

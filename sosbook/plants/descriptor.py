@@ -57,8 +57,11 @@ class Descriptor(ReadOnly):
 
     def map(self, function):
         """Apply a function to each matrix (change of arithmetic)."""
-        parts = (getattr(self, f.name) for f in fields(self))
-        return Descriptor(*(x if x is None else function(x) for x in parts))
+        parts = self.E, self.A, self.Bu, self.Bw, self.C, self.Du
+        mapped = [x if x is None else function(x) for x in parts]
+        if all(new is old for new, old in zip(mapped, parts)):  # floats stay floats
+            return self
+        return Descriptor(*mapped)
 
     def output(self, K):
         """The matrix from x to y in the loop u = K x: C + Du K."""

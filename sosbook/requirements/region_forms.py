@@ -4,9 +4,8 @@ A region is made of floats, while its claim is read as decimals. Both are
 rounded inwards: the region that is proven lies inside the one that is named.
 """
 
-from fractions import Fraction
-from functools import partial
-from math import prod
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, Inexact
+from functools import partial, reduce
 from typing import Self
 
 import numpy as np
@@ -19,6 +18,7 @@ from .vocabulary import RHO, SIGMA, THETA
 __all__ = ["RegionForms", "degrees"]
 
 BALL_BITS = 200  # of the angles of sectors
+EXACT = Context(prec=4000, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[Inexact])
 
 
 class RegionForms:
@@ -198,8 +198,9 @@ def at_least(*factors):
     """A float that isn't below a product, as binary numbers and as decimals."""
     factors = [float(x) for x in factors]
     bound = float(np.prod(factors))
-    for read in (Fraction, lambda x: Fraction(repr(x))):
-        while read(bound) < prod(map(read, factors)):
+    for read in (Decimal, lambda x: Decimal(repr(x))):
+        product = reduce(EXACT.multiply, map(read, factors))
+        while read(bound) < product:
             bound = float(np.nextafter(bound, np.inf))
     return bound
 
