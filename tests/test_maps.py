@@ -547,6 +547,61 @@ def test_a_grid_says_what_one_solve_per_cell_says(grid, robot):
     assert grid.solves < grid.status.size
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_maps_of_random_polytopes_say_what_designs_say(seed):
+    """One, two or four vertices; glimpses decide as single designs do."""
+    random = np.random.default_rng(seed)
+    M, D, S = (
+        np.diag(random.uniform(1, 2, 2)) + 0.1 * random.normal(size=(2, 2))
+        for _ in range(3)
+    )
+    plants = [
+        sos.SecondOrderSystem(a * M, b * D, S, np.eye(2), np.eye(2))
+        for a, b in random.uniform(0.9, 1.1, (2**seed, 2))
+    ]
+    plant = sos.Polytope(plants) if seed else plants[0]
+    x0 = [0.1, 0.1, 0, 0]
+    sigma, force = [0.3, 1.0, 2.5], [0.1, 0.5, 4.0, 30.0]
+    found = maps.feasibility_map(
+        plant,
+        region=sos.PoleRegion(sigma=0.3, theta=1.0, rho=12),
+        gamma=2.0,
+        saturation=sos.Saturation(1.0, x0),
+        across=("sigma", sigma),
+        up=("u_max", force),
+    )
+    alone = [
+        [
+            sos.design_pid(
+                plant,
+                region=sos.PoleRegion(sigma=s, theta=1.0, rho=12),
+                gamma=2.0,
+                saturation=sos.Saturation(u, x0),
+            ).status
+            for s in sigma
+        ]
+        for u in force
+    ]
+    assert found.status.tolist() == alone
+    assert found.proven.all()
+
+
+def test_only_the_corners_of_a_staircase_are_refused(robot, monkeypatch):
+    """Of cells that others exclude, too, no proof is looked for."""
+    asked, whole = [], feasibility.refused
+    monkeypatch.setattr(
+        feasibility, "refused", lambda first: asked.append(1) or whole(first)
+    )
+    found = maps.feasibility_map(
+        robot.plant,
+        **robot.requirements,
+        across=("rho", [3.0, 5.0, 30.0]),
+        up=("gamma", [0.1, 0.2, 0.3, 0.4, 1.0]),
+    )
+    assert found.status[:4].tolist() == [["infeasible"] * 3] * 4
+    assert len(asked) == len(found.refusals) < 4
+
+
 def test_every_cell_is_backed_by_a_theorem(grid, robot):
     assert grid.proven.all()
     for row, column in cells(grid):
@@ -614,15 +669,15 @@ def test_an_empty_region_needs_no_multipliers(robot):
 
 def test_what_cannot_be_decided_is_said(robot, monkeypatch):
     """A cell of which the solver says nothing stays open, others don't."""
-    true = asking.Ask.solve
+    true = asking.Ask.finished
 
-    def blind(self, *nearby, **known):
-        design = true(self, *nearby, **known)
+    def blind(self, first, **known):
+        design = true(self, first, **known)
         if known["sigma"] == 1.1 and design.status == "infeasible":
             vars(design)["status"] = "undecided"
         return design
 
-    monkeypatch.setattr(asking.Ask, "solve", blind)
+    monkeypatch.setattr(asking.Ask, "finished", blind)
     found = maps.feasibility_map(
         robot.plant,
         **robot.requirements,
@@ -706,7 +761,7 @@ def test_designs_are_those_of_each_specification_alone(robot, specifications):
 def test_runs_workers_and_order_change_nothing(robot, specifications, monkeypatch):
     one = maps.designs(robot.plant, specifications, progress=False)
     back = maps.designs(robot.plant, specifications[::-1], progress=False)
-    monkeypatch.setattr(sos.maps.grid, "DESIGNS_PER_PROCESS", 2)
+    monkeypatch.setattr(sos.maps.series, "DESIGNS_PER_PROCESS", 2)
     two = maps.designs(robot.plant, specifications, n_jobs=2, progress=False)
     assert all(map(same, one, two)) and all(map(same, one, back[::-1]))
 

@@ -22,6 +22,7 @@ from .unreached import excluding_response
 
 __all__ = [
     "answer",
+    "centred",
     "finish",
     "follow",
     "guarded",
@@ -318,10 +319,19 @@ def follow(request, start):
     inside = None if near is None else find(lmis, near, refute=False).values
     if inside is None:
         return None
-    if len(request.pairs) > CENTRE_UP_TO_PAIRS:
-        return finish(lmis, inside)
+    return centred(lmis, inside)
+
+
+def centred(lmis, values):
+    """The Solution that `finish` returns where the centre needs no bounds; else None.
+
+    So it doesn't depend on the frame of ``lmis``; ``values`` are those of a point
+    inside.
+    """
+    if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
+        return finish(lmis, values)
     try:
-        x = centre(lmis.compiled, lmis.packed(inside), rays=lmis.rays)
+        x = centre(lmis.compiled, lmis.packed(values), rays=lmis.rays)
         return lmis.solution(unpacked(lmis.unknowns, x))
     except Unbounded:
         return None

@@ -7,9 +7,10 @@ grid of them. `designs` solves many specifications, each from the last;
 
 from .edges import Edge, edge, request
 from .frontiers import Frontier, frontier
-from .grid import FeasibilityMap, designs, feasibility_map
+from .grid import FeasibilityMap, feasibility_map
 from .parallel import sweep
 from .search import requirements, shown
+from .series import designs
 
 __all__ = [
     "Edge",

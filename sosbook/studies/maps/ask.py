@@ -1,8 +1,11 @@
 """A request in which any bound can be moved, and the ways to answer it."""
 
+from functools import cached_property, partial
+
+from ...lmi.solution import LMISolution
 from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory, moved
 from ...synthesis.design import Design
-from ...synthesis.feasibility import answer, find, finish, guarded, refused
+from ...synthesis.feasibility import centred, find, finish, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
 from ...synthesis.pole_proof import of_poles_alone
 from ...synthesis.problem import Request
@@ -10,7 +13,7 @@ from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
 from ...synthesis.solution import Solution
 
-__all__ = ["Ask", "again"]
+__all__ = ["Ask", "again", "point", "seen"]
 
 
 class Ask:
@@ -61,41 +64,54 @@ class Ask:
         """Whether two requirements exclude each other at sight, at these ``values``."""
         return contradictory(moved(self.requirements, values))
 
-    @property
+    @cached_property
     def has_glimpses(self):
-        """Whether a glimpse saves something: not with a slack matrix."""
-        slack = self.options.get("coupling") == "slack"
-        return not (slack or self.options.keys() - {"K_A", "coupling", "mu"})
+        """Whether a glimpse saves something.
 
-    def glimpse(self, near=None, closely=False, /, **values):
-        """A Design for these ``values``, or None where none is seen.
+        Not with a slack matrix, nor where the poles of one plant alone are asked:
+        these are decided in more than one frame.
+        """
+        if self.options.get("coupling") == "slack":
+            return False
+        plain = not self.options.keys() - {"K_A", "coupling", "mu"}
+        return plain and not of_poles_alone(self.request())
 
-        A bisection needs no more at most of its places: no refusal is proven, and
-        the design is some point inside. It is looked for in one frame only, that
-        of a design ``near`` if there is one. Where it looks ``closely`` it tries
-        several, and the design is the centre.
+    def glimpse(self, near=None, /, **values):
+        """What phase one finds for these ``values`` in one frame: an `LMISolution`.
+
+        A bisection needs no more at most of its places: no multipliers are looked
+        for. The frame is that of a design or glimpse ``near`` if there is one. None
+        where nothing can be said so soon.
         """
         if self.empty(values):
             return None
         request = self.at(**values).request()
 
         def work():
-            if closely or of_poles_alone(request):
-                return answer(request, refuse=False)
             lmis, start = _coordinates(request, near)
-            first = find(lmis, start, refute=False)
-            if first.values is None:
-                return Solution(request, "undecided", request.gain)
-            return lmis.solution(first.values)
+            return find(lmis, start, refute=False)
 
-        design = Design(**vars(guarded(request, TIME_LIMIT, work)))
-        return design if design.status == "feasible" else None
+        first = guarded(request, TIME_LIMIT, work)
+        return first if isinstance(first, LMISolution) else None
 
-    def solve(self, near=None, start=None, /, **values):
+    def finished(self, first, /, **values):
+        """What `solve` returns for these ``values``.
+
+        It is there sooner where ``first``, a glimpse of them, has found a point.
+        """
+        if seen(first) and first.problem.pairs is None:
+            request = first.problem.request
+            work = partial(centred, first.problem, first.values)
+            solution = guarded(request, TIME_LIMIT, work)
+            if solution is not None and solution.status == "feasible":
+                return Design(**vars(solution))
+        return self.solve(**values)
+
+    def solve(self, near=None, /, **values):
         """A Design for these ``values``, or None where they exclude each other.
 
         With a design ``near``, in coordinates in which its P is I: close
-        to the edge they are the better ones. ``start`` is as in `design_pid`.
+        to the edge they are the better ones.
         """
         if self.empty(values):
             return None
@@ -104,7 +120,6 @@ class Ask:
         return design_pid(
             self.plant,
             self.U,
-            **({} if start is None else {"start": start}),
             **self.options,
             requirements=moved(self.requirements, values),
         )
@@ -119,12 +134,25 @@ def again(request, near):
     return Design(**vars(finish(lmis, first.values)))
 
 
+def seen(first):
+    """Whether a glimpse ``first``, or None, has found a point inside."""
+    return first is not None and first.values is not None
+
+
+def point(first):
+    """The point inside that a glimpse ``first`` has found, as a Design."""
+    return Design(**vars(first.problem.solution(first.values)))
+
+
 def _coordinates(request, near):
     """The `ScaledLMIs` of a request near a design, and where to start in them.
 
-    The request's own without a design ``near``.
+    Near a point that a glimpse has found, too; the request's own with None.
     """
     if near is None:
         return ScaledLMIs(request, Frame.of(request)), None
+    if isinstance(near, LMISolution):
+        natural = near.problem.in_plant_units(near.values)
+        near = Solution(near.problem.request, "feasible", **natural)
     lmis = ScaledLMIs(request, Frame.of_solution(request, near))
     return lmis, lmis.point(near)

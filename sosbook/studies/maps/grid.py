@@ -1,11 +1,11 @@
-"""Maps of many specifications, and many designs, at the price of a few.
+"""Maps of many specifications at the price of a few.
 
 Asking for more never turns an infeasible request feasible (chapter 15). So
-the feasible cells of a map lie below a staircase: only the cells along it
-are solved, and a design that was found is tried on the next cell first.
+the feasible cells of a map lie below a staircase: only cells along it are
+looked at, those on both sides of it are solved, and a design that was found is
+tried on the next cell first.
 """
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,16 +15,13 @@ from ...lmi.centre import margin
 from ...lmi.time_limit import OutOfTime, checked_seconds
 from ...lmi.time_limit import time_limit as limited
 from ...requirements.vocabulary import Parameter
-from ...synthesis.pid import design_pid
-from .ask import Ask, again
-from .parallel import sweep
+from .ask import Ask, again, point, seen
 from .search import Search, certified, refuted, replaced
 
-__all__ = ["FeasibilityMap", "designs", "feasibility_map"]
+__all__ = ["FeasibilityMap", "feasibility_map"]
 
 REUSE_MARGIN = 1e-4  # with which an easier cell's design serves a harder cell
 TIME_LIMIT = 3600.0  # seconds
-DESIGNS_PER_PROCESS = 25  # designs in a row, each of which starts from the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +44,7 @@ class FeasibilityMap:
         where the region itself is empty. Each excludes every cell that
         asks for no less.
     solves : int
-        How many requests were solved.
+        How many requests were solved, or looked at for a point inside.
     """
 
     across: str
@@ -184,8 +181,12 @@ def feasibility_map(
     if across == up:
         raise ValueError(f'across and up are both "{up.key}": name two requirements')
     cells = _Cells(ask, across, x, up, y)
-    with suppress(OutOfTime), limited(checked_seconds(time_limit, needed=True)):
-        cells.walk()
+    seconds = checked_seconds(time_limit, needed=True)
+    try:
+        with limited(seconds):
+            cells.walk()
+    except OutOfTime:
+        cells.keep_points()
     return cells.map()
 
 
@@ -195,7 +196,8 @@ class _Cells:
     def __init__(self, ask, across, x, up, y):
         self.ask, self.across, self.x, self.up, self.y = ask, across, x, up, y
         self.designs, self.refusals = {}, {}
-        self.last, self.solves, self.tried = None, 0, set()
+        self.last = self.near = None  # the last design, and the last point inside
+        self.glimpses, self.tried = {}, set()
 
     def walk(self):
         """Walk along the staircase, then solve what it left open.
@@ -203,57 +205,108 @@ class _Cells:
         The walk starts where the longer axis asks for least and the shorter
         one for most. A feasible cell decides all easier ones, so the walk goes
         on along the longer axis; from a cell that isn't feasible it goes back
-        along the shorter one.
+        along the shorter one. The last design of each line is solved. Then what
+        isn't feasible is refused where that decides most: from the easiest line on.
         """
-        rows = np.argsort(self.up.harder * self.y)
-        columns = np.argsort(self.across.harder * self.x)
+        rows = np.argsort(self.up.harder * self.y).tolist()
+        columns = np.argsort(self.across.harder * self.x).tolist()
         lines = [[(i, j) for j in columns] for i in rows]
         if len(rows) > len(columns):
             lines = [[(i, j) for i in rows] for j in columns]
-        k = 0
+        begin, step = 0, 1
         for line in reversed(lines):
-            while k < len(line) and self.holds(line[k]):
-                k += 1
+            end = self.end(line, begin, begin + step - 1)
+            if end > begin:
+                self.holds(line[end - 1])
+            begin, step = end, max(end - begin, 1)
+        cells = [cell for line in lines for cell in line]
         while (undecided := self.open()).any():
-            cells = (c for line in lines for c in line if undecided[c])
-            self.holds(next(cells))
+            self.holds(next(cell for cell in cells if undecided[cell]))
 
     def open(self):
         """The cells that are neither decided nor tried."""
-        cells = self.map().status == "undecided"
+        cells = self.whole().status == "undecided"
         for cell in self.tried:
             cells[cell] = False
         return cells
 
+    def end(self, line, begin, place):
+        """Where the designs of a line end, from ``begin`` on.
+
+        It looks at a ``place`` first, from there in growing strides, then halfway
+        between.
+        """
+        good, bad, stride = begin - 1, len(line), 1
+        while bad - good > 1:
+            place = min(max(place, good + 1), bad - 1)
+            if self.sees(line[place]):
+                good, place = place, place + stride
+            else:
+                bad, place = place, place - stride
+            stride *= 2
+            if begin <= good and bad < len(line):
+                place = (good + bad) // 2
+        return good + 1
+
+    def sees(self, cell):
+        """Whether a cell has a design, as far as a glimpse tells."""
+        if not self.ask.has_glimpses:
+            return self.holds(cell)
+        design = self.reused(cell)
+        if design is not None:
+            self.designs[cell] = design
+            return True
+        first = self.ask.glimpse(self.near, **self.bounds(cell))
+        self.glimpses[cell] = first
+        if not seen(first):
+            return False
+        self.near = first
+        return self.last is not None or self.holds(cell)  # others reuse a design
+
     def holds(self, cell):
         """Whether a cell has a design."""
-        row, column = cell = tuple(map(int, cell))
         self.tried.add(cell)
-        design = self.solve(
-            {self.up.key: float(self.y[row]), self.across.key: float(self.x[column])}
-        )
+        design = self.designs.get(cell)
+        if design is None and cell not in self.glimpses:
+            design = self.reused(cell)
+        if design is None:
+            first = self.glimpses.setdefault(cell)
+            design = self.ask.finished(first, **self.bounds(cell))
         if design is None or design.status == "infeasible":
             self.refusals[cell] = design
         elif design.status == "feasible":
-            self.designs[cell] = self.last = design
+            self.designs[cell] = self.last = self.near = design
             return True
         return False
 
-    def solve(self, bounds):
-        """A Design, or None where the region is empty."""
-        last = self.last
-        if last is not None and not self.ask.empty(bounds):
-            request = replaced(last.request, bounds)
-            blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
-            margins = {name: margin(g) for name, g in blocks.items()}
-            if min(margins.values()) > REUSE_MARGIN:
-                return replace(last, request=request, margins=margins)
-        self.solves += 1
-        return self.ask.solve(**bounds)
+    def bounds(self, cell):
+        """What a cell asks, by the parameters' names."""
+        row, column = cell
+        return {self.up.key: float(self.y[row]), self.across.key: float(self.x[column])}
 
-    def map(self):
-        """The map so far, from the cells that decide the others."""
-        whole = FeasibilityMap(
+    def reused(self, cell):
+        """The last design, if it is one of a cell's, too; else None."""
+        last, bounds = self.last, self.bounds(cell)
+        if last is None or self.ask.empty(bounds):
+            return None
+        request = replaced(last.request, bounds)
+        blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
+        margins = {name: margin(g) for name, g in blocks.items()}
+        if min(margins.values()) <= REUSE_MARGIN:
+            return None
+        return replace(last, request=request, margins=margins)
+
+    def keep_points(self):
+        """Let points inside decide where the time was over before their centres."""
+        for cell, first in self.glimpses.items():
+            if seen(first) and cell not in self.tried:
+                design = point(first)
+                if design.status == "feasible":
+                    self.designs[cell] = design
+
+    def whole(self):
+        """The map so far."""
+        return FeasibilityMap(
             self.across.key,
             self.up.key,
             (self.across, self.up),
@@ -261,8 +314,12 @@ class _Cells:
             self.y,
             self.designs,
             self.refusals,
-            self.solves,
+            len(self.glimpses),
         )
+
+    def map(self):
+        """The map so far, from the cells that decide the others."""
+        whole = self.whole()
         return replace(
             whole,
             designs=_fewest(whole, self.designs, -1),
@@ -313,67 +370,3 @@ def _refuted(refusal, designs):
     if near is None or near.V is not None:
         return False
     return refuted(again(refusal.request, near))
-
-
-def designs(plant, specifications, n_jobs=None, progress=True):
-    """A design for each of many specifications.
-
-    Each one starts from the last, if that was feasible: list neighbours
-    next to each other.
-
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Polytope
-        The plant, or the polytope of plants.
-    specifications : sequence of dict
-        Keywords of `design_pid`.
-    n_jobs, progress
-        As in `sweep`; a worker takes 25 specifications at a time.
-
-    Returns
-    -------
-    list of Design
-        Those of `design_pid`, whatever the order and the workers.
-
-    Raises
-    ------
-    ValueError
-        If a specification isn't a dict, or a value in it is bad.
-
-    Examples
-    --------
-    >>> import sosbook as sos
-    >>> robot = sos.thesis.example_1()
-    >>> grid = designs(robot.plant, [
-    ...     robot.requirements | dict(gamma=g) for g in (0.3, 1, 2)])
-    >>> [design.status for design in grid]
-    ['infeasible', 'feasible', 'feasible']
-    """
-    specifications = list(specifications)
-    for place, asked in enumerate(specifications):
-        if not isinstance(asked, dict):
-            raise ValueError(
-                f"specification {place} must be a dict of keywords of "
-                f"design_pid, got {type(asked).__name__}"
-            )
-
-    def solve(run):
-        designs_of_run, last = [], {}  # by the shape of U
-        for asked in run:
-            key = str(asked.get("coupling")), np.shape(asked.get("U"))
-            try:
-                design = design_pid(plant, **{"start": last.get(key)} | asked)
-            except Exception as error:
-                error.add_note(f"for the specification {asked!r}")
-                raise
-            designs_of_run.append(design)
-            # next to a refusal the next one is probably refused, too
-            feasible = design.status == "feasible"
-            last[key] = design if feasible else None
-        return designs_of_run
-
-    runs = [
-        specifications[k : k + DESIGNS_PER_PROCESS]
-        for k in range(0, len(specifications), DESIGNS_PER_PROCESS)
-    ]
-    return [d for run in sweep(solve, runs, n_jobs, progress) for d in run]

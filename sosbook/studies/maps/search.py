@@ -5,6 +5,7 @@ import numpy as np
 from ...bisection import narrowed
 from ...plants.checks import count
 from ...requirements.shorthand import bounds, parameter
+from .ask import point, seen
 
 __all__ = [
     "Search",
@@ -35,9 +36,8 @@ class Search:
         self.start = self.parameter.shown(bound or self.parameter.start)
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
-        self.seen, self.points = {}, {}  # designs, and points inside, by place
-        self.dark = set()  # where no point was found
-        self.closely = False  # whether glimpses are
+        self.seen, self.glimpses = {}, {}  # designs, and what was found, by place
+        self.closely = False  # whether more than glimpses are asked for
 
     def place(self, value):
         """The place of the round number next to a value in the unit shown."""
@@ -54,8 +54,8 @@ class Search:
     def at(self, place):
         """The design at a place, solved once."""
         if place not in self.seen:
-            self.seen[place] = self.ask.solve(
-                None, self.points.get(place), **{self.name: self.value(place)}
+            self.seen[place] = self.ask.finished(
+                self.glimpses.get(place), **{self.name: self.value(place)}
             )
         return self.seen[place]
 
@@ -63,24 +63,20 @@ class Search:
         """Whether the request at a place is feasible; no refusal is proven for it."""
         if place in self.seen or not self.ask.has_glimpses:
             return _feasible(self.at(place))
-        if place not in self.points and place not in self.dark:
-            point = self.ask.glimpse(
-                self.nearest(place), self.closely, **{self.name: self.value(place)}
+        if place not in self.glimpses:
+            if self.closely:
+                return _feasible(self.at(place))
+            easier = max((k for k in self.known() if k < place), default=None)
+            near = self.seen.get(easier) or self.glimpses.get(easier)
+            self.glimpses[place] = self.ask.glimpse(
+                near, **{self.name: self.value(place)}
             )
-            if point is None:
-                self.dark.add(place)
-            else:
-                self.points[place] = point
-        return place in self.points
+        return seen(self.glimpses[place])
 
-    def nearest(self, place):
-        """The design or point next to a place among those that ask for less."""
-        known = {
-            k: design
-            for k, design in (self.points | self.seen).items()
-            if k < place and _feasible(design)
-        }
-        return known[max(known)] if known else None
+    def known(self):
+        """The places at which there is a design, or a point inside at least."""
+        places = {k for k, first in self.glimpses.items() if seen(first)}
+        return places | {k for k, design in self.seen.items() if _feasible(design)}
 
     def is_dark(self, place):
         """Whether no design was found at a ``place``, with a proof or without."""
@@ -88,11 +84,12 @@ class Search:
 
     def look_closely(self):
         """Forget the glimpses that found nothing and look closely from now on."""
-        self.dark, self.closely = set(), True
+        self.glimpses = {k: g for k, g in self.glimpses.items() if seen(g)}
+        self.closely = True
 
     def overlooked(self, place):
         """Whether a closer look at a ``place`` finds a design that a glimpse didn't."""
-        return place in self.dark and _feasible(self.at(place))
+        return place in self.glimpses and _feasible(self.at(place))
 
     def fails(self, place):
         """Whether the request at a place is infeasible."""
@@ -120,7 +117,7 @@ class Search:
         if bad is None:
             origin = self.place(self.start) if good is None else good
             bad = self.walk(origin, 1, self.is_dark)
-        known = self.seen.keys() | self.points.keys() | self.dark
+        known = self.seen.keys() | self.glimpses.keys()
         tried = [k for k in known if bad is None or k < bad]
         if good is not None:  # the walks have come closer since
             good = max(filter(self.holds, tried))
@@ -141,7 +138,8 @@ class Search:
 
         The ``reason`` says why no more were.
         """
-        self.seen = self.points | self.seen
+        points = {k: point(g) for k, g in self.glimpses.items() if seen(g)}
+        self.seen = points | self.seen
         tried = {k: d for k, d in self.seen.items() if d is not None}
         good = [k for k, d in tried.items() if _feasible(d) and certified(d)]
         bad = [k for k, d in tried.items() if d.status == "infeasible"]

@@ -1,0 +1,74 @@
+"""Many designs in a row, each of which starts from the last."""
+
+import numpy as np
+
+from ...synthesis.pid import design_pid
+from .parallel import sweep
+
+__all__ = ["designs"]
+
+DESIGNS_PER_PROCESS = 25  # in a row
+
+
+def designs(plant, specifications, n_jobs=None, progress=True):
+    """A design for each of many specifications.
+
+    Each one starts from the last, if that was feasible: list neighbours
+    next to each other.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or Polytope
+        The plant, or the polytope of plants.
+    specifications : sequence of dict
+        Keywords of `design_pid`.
+    n_jobs, progress
+        As in `sweep`; a worker takes 25 specifications at a time.
+
+    Returns
+    -------
+    list of Design
+        Those of `design_pid`, whatever the order and the workers.
+
+    Raises
+    ------
+    ValueError
+        If a specification isn't a dict, or a value in it is bad.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> robot = sos.thesis.example_1()
+    >>> grid = designs(robot.plant, [
+    ...     robot.requirements | dict(gamma=g) for g in (0.3, 1, 2)])
+    >>> [design.status for design in grid]
+    ['infeasible', 'feasible', 'feasible']
+    """
+    specifications = list(specifications)
+    for place, asked in enumerate(specifications):
+        if not isinstance(asked, dict):
+            raise ValueError(
+                f"specification {place} must be a dict of keywords of "
+                f"design_pid, got {type(asked).__name__}"
+            )
+
+    def solve(run):
+        designs_of_run, last = [], {}  # by the shape of U
+        for asked in run:
+            key = str(asked.get("coupling")), np.shape(asked.get("U"))
+            try:
+                design = design_pid(plant, **{"start": last.get(key)} | asked)
+            except Exception as error:
+                error.add_note(f"for the specification {asked!r}")
+                raise
+            designs_of_run.append(design)
+            # next to a refusal the next one is probably refused, too
+            feasible = design.status == "feasible"
+            last[key] = design if feasible else None
+        return designs_of_run
+
+    runs = [
+        specifications[k : k + DESIGNS_PER_PROCESS]
+        for k in range(0, len(specifications), DESIGNS_PER_PROCESS)
+    ]
+    return [d for run in sweep(solve, runs, n_jobs, progress) for d in run]
