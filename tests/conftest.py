@@ -4,7 +4,7 @@
              build, or waits for one that is under way: it is ready when the
              file ``SOSBOOK_BUILT`` appears and holds a 0. Without them the
              book is built once in a scratch folder.
-``browser``  a headless Chromium (playwright), one for each test module.
+``browser``  a headless Chromium (playwright), one for each process.
 ``kernel``   a page of it with the solver of the rendered book.
 ``visit``    opens a page with the network cut and everything recorded::
 
@@ -18,8 +18,9 @@
 its console errors, warnings of scripts and failed requests, ``tab.requests``
 every address it asked for.
 
-The browser lives as long as its module and no longer: playwright's event loop
-would disturb the notebooks which the same process runs next.
+Once there is a browser it stays: to start one takes a second, and two dozen modules
+ask for it. They come last, because playwright's event loop would disturb notebooks
+and clusters in the same process.
 """
 
 import importlib.util
@@ -56,9 +57,9 @@ KINDS = {
 }
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 
-#: What takes longest comes first, then the other notebooks, and doctests last, so
-#: that at the end no process waits for another. The pages come after the first
-#: notebooks: the book is built by then.
+#: What takes longest comes first, then the other notebooks, the other tests and the
+#: doctests; modules with a browser are last, long ones first here, too, so that at
+#: the end no process waits for another. The book is built by then.
 LONGEST = (
     "22_sharper_certificates",
     "21_delay_examples",
@@ -71,12 +72,16 @@ LONGEST = (
     "07_grasping_robot",
     "10_choosing_the_integrators",
     "reproduction",
-    "test_site",
-    "test_live",
     "test_mip_robot",
     "test_mip_gate",
     "test_mip_six_robots",
     "test_properties",
+    "test_site",
+    "test_live",
+    "test_page_steady",
+    "test_movers",
+    "test_page_elements",
+    "test_page_kernel",
 )
 
 
@@ -117,8 +122,11 @@ def pytest_collection_modifyitems(config, items):
         items[:] = [x for x in items if x not in long]
         config.hook.pytest_deselected(items=long)
     rank = {name: k for k, name in enumerate(LONGEST)}
+    windows = set()
     for item in items:
         asked = set(getattr(item, "fixturenames", ()))
+        if "browser" in asked:
+            windows.add(item.path)
         for kind, fixtures in KINDS.items():
             if asked & fixtures:
                 item.add_marker(getattr(pytest.mark, kind))
@@ -130,6 +138,7 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.timeout(PAGE))
     items.sort(
         key=lambda item: (
+            item.path in windows,
             rank.get(item.path.stem, len(rank)),
             item.path.suffix != ".ipynb",
         )
@@ -218,7 +227,7 @@ def wait_for(outcome, seconds=600):
     assert status == "0", "the book does not build; see _build/book.log"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser():
     """A headless Chromium; skipped where there is none, failed in CI."""
     playwright = pytest.importorskip("playwright.sync_api")

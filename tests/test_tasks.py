@@ -202,15 +202,19 @@ class Item:
 
 def test_pages_are_marked_and_long_files_come_first():
     plain, table = Item("tests/test_design.py"), Item("tests/test_tables.py", "rows")
-    page = Item("tests/test_maps.py", "visit")
-    site, cell = Item("tests/test_site.py", "site"), Item("book/01_first.ipynb")
+    page = Item("tests/test_maps.py", "visit", "browser")
+    beside = Item("tests/test_maps.py")
+    doctest = Item("sosbook/synthesis/rounding.py")
+    site = Item("tests/test_site.py", "site", "browser")
+    cell = Item("book/01_first.ipynb")
     slowest = Item(f"book/{conftest.LONGEST[0]}.ipynb")
     campaign = Item("tests/test_design.py")
     campaign.add_marker(pytest.mark.campaign)
-    items, config = [plain, campaign, table, page, cell, site, slowest], Config()
+    items, config = [plain, campaign, table, page, cell], Config()
+    items += [beside, site, doctest, slowest]
     conftest.pytest_collection_modifyitems(config, items)
     assert config.gone == [campaign]
-    assert items == [slowest, site, cell, plain, table, page]
+    assert items == [slowest, cell, plain, table, doctest, site, page, beside]
     assert "browser" in page.marks and "browser" in site.marks
     assert "slow" in table.marks
     assert plain.marks == {} and cell.marks == {"timeout": (conftest.CELL,)}
