@@ -78,7 +78,10 @@ PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """Address of a JupyterLab that holds one notebook."""
+    """Address of a notebook in JupyterLab, by its name.
+
+    Each has a workspace of its own: one that is shared brings back others' tabs.
+    """
     folder = tmp_path_factory.mktemp("lab")
     kernel = {"name": "python3", "display_name": "Python", "language": "python"}
     program, atlas = map(nbformat.v4.new_code_cell, (PROGRAM, ATLAS))
@@ -146,7 +149,8 @@ def lab(tmp_path_factory):
     )
     try:
         _wait(f"http://127.0.0.1:{port}/api/status?token={TOKEN}", server)
-        yield f"http://127.0.0.1:{port}/lab/tree/{{}}?token={TOKEN}".format
+        path = f"/lab/workspaces/{{0}}/tree/{{0}}.ipynb?token={TOKEN}"
+        yield f"http://127.0.0.1:{port}{path}".format
     finally:
         server.terminate()
         server.wait(timeout=20)
@@ -183,7 +187,7 @@ def _wait(address, server):
 def page(lab, browser):
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page = context.new_page()
-    _run(page, lab("live.ipynb"))
+    _run(page, lab("live"))
     page.locator(PICTURE).wait_for()
     yield page
     context.close()
@@ -212,8 +216,7 @@ def _notebook(lab, browser, name):
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
-    own = lab(f"{name}.ipynb").replace("/lab/tree", f"/lab/workspaces/{name}/tree")
-    _run(page, own)
+    _run(page, lab(name))
     yield page
     assert errors == []
     context.close()
@@ -405,7 +408,7 @@ def test_the_atlas_works_in_the_notebook(page):
 def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
     context = browser.new_context()
     page = context.new_page()
-    page.goto(lab("stranger.ipynb"))
+    page.goto(lab("stranger"))
     page.locator(".jp-OutputArea-output").get_by_text("trust the notebook").wait_for(
         timeout=60_000
     )
@@ -423,7 +426,7 @@ RENDERED = """marks => {
 def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
     context = browser.new_context()
     page = context.new_page()
-    page.goto(lab(CHAPTER))
+    page.goto(lab(Path(CHAPTER).stem))
     figure = page.locator("figure.sos-figure svg").first
     figure.wait_for(timeout=60_000)
     assert figure.bounding_box()["width"] > 300
