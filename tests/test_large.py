@@ -14,9 +14,10 @@ from sosbook.lmi import Unknown, he
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.bounded import any_centre, bounded
 from sosbook.lmi.centre import centre, phase_one
+from sosbook.lmi.congruence import Congruence
 from sosbook.lmi.modal import _Conjugates
 from sosbook.lmi.newton import Newton, newton_of
-from sosbook.lmi.stacks import Stacked
+from sosbook.lmi.stacks import Stacked, gram
 from sosbook.lmi.sums import Sums
 from sosbook.lmi.work import hessian_work, iteration_work, sums_work, table_work
 from sosbook.synthesis.problem import Request
@@ -212,3 +213,43 @@ def test_pairs_of_a_real_schur_form_make_a_complex_one():
     wanted = (U @ X @ U.conj().T).real
     assert_allclose(Q @ pairs.real_both(X) @ Q.T, wanted, atol=1e-5)
     assert_allclose(pairs.real_rows(X) @ Q.T, (X @ U.conj().T).real, atol=1e-5)
+
+
+def test_congruent_blocks_have_the_products_of_the_blocks():
+    """E of each plant is taken out of products, at some cost of digits alone."""
+    rng = np.random.default_rng(6)
+    springs = [np.diag(rng.uniform(1, 2, 6)) for _ in range(2)]
+    plants = [
+        sos.SecondOrderSystem(np.diag(m), 0.1 * S, S, np.eye(6)[:, :2], np.ones((6, 1)))
+        for S, m in zip(springs, rng.uniform(0.99, 1.01, (2, 6)))
+    ]
+    region = sos.PoleRegion(0.01, np.radians(88), 8)
+    asked = dict(region=region, gamma=50.0)
+    newton = Newton(request_of(sos.Polytope(plants), asked))
+    newton = newton.joined([np.diag(np.arange(q) + 1.0) for q in sizes_of(newton)])
+    own, congruence = Sums(newton), Congruence(newton)
+    assert len(congruence.sums.rights) < len(own.rights)
+    x = rng.standard_normal(newton.variables)
+    W = [rng.standard_normal(g.view(float).shape).view(g.dtype) for g in newton.at(x)]
+    W = gram(W)
+    wanted = own.adjoint([w @ g @ w for w, g in zip(W, own.along(x))])
+    V, changes = congruence.metric(W), congruence.sums.along(x)
+    for v, g in zip(V, changes):
+        assert v.dtype == g.dtype and v.real.dtype == np.float32
+    found = congruence.sums.adjoint([v @ g @ v for v, g in zip(V, changes)])
+    assert_allclose(found, wanted, atol=1e-5 * abs(wanted).max())
+
+
+def sizes_of(newton):
+    """Rows of each block in the order of the blocks, folded ones whole."""
+    rows = {}
+    for s in newton.stacks:
+        rows |= {i: k * s.weight for i, k in zip(s.indices, s.sizes)}
+    return [rows[i] for i in range(len(rows))]
+
+
+def test_a_direction_in_single_precision_stays_in_it():
+    """Half of the memory and time: no product is widened on the way."""
+    layout = Stacked(request_of(*chain_of(3))).layouts[0]
+    assert layout.symmetric
+    assert layout.matrix(np.zeros(layout.size, np.float32)).dtype == np.float32

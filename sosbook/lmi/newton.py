@@ -12,10 +12,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotrs
 
+from .congruence import Congruence
 from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, gram
-from .sums import Sums, single
+from .sums import Sums
 from .table_hessian import TableHessian
 from .time_limit import check_time
 from .work import (
@@ -63,13 +64,13 @@ class Newton(Stacked):
 
     def _prepare(self):
         """What conjugate gradients multiply with, in both precisions."""
-        self._double = self._single = None
+        self._double = self._congruence = None
         if not self.iterative:
             return
         known = isinstance(self._values, Sums)
         self._double = self._values if known else Sums(self)
         if products_work(self) > sums_work(self):  # and not numpy's calls
-            self._single = self._double.in_single()
+            self._congruence = Congruence(self)
 
     @cached_property
     def patience(self):
@@ -170,8 +171,8 @@ class Newton(Stacked):
             return times
 
         times, rough = product(self._double, W), None
-        if self._single is not None:
-            rough = product(self._single, [single(w) for w in W])
+        if self._congruence is not None:
+            rough = product(self._congruence.sums, self._congruence.metric(W))
         dense, spent = None, 0
 
         def solve(g, tolerance=0.1):

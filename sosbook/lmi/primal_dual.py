@@ -80,9 +80,9 @@ class _Scaling:
         """A change R' dZ R of the scaled Z, in the blocks' own coordinates."""
         return transposed(self.R_inv) @ dZ @ self.R_inv
 
-    def diagonal(self):
-        """Lambda, the scaled S and the scaled Z, as a stack of matrices."""
-        return self.lam[..., None] * np.eye(self.lam.shape[-1])
+    def inverse(self):
+        """inv(S) = inv(R') inv(Lambda) inv(R)."""
+        return transposed(self.R_inv) / self.lam[..., None, :] @ self.R_inv
 
     def rates(self, change):
         """Eigenvalues r of Lambda^(-1/2) change Lambda^(-1/2), for a scaled change.
@@ -270,7 +270,7 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
         try:
             scalings = [_Scaling(s, z) for s, z in zip(S, Z)]
             dx, dz, primal, dual = _direction(
-                newton, scalings, x, gap / newton.degree, residual, target
+                newton, scalings, x, gap / newton.degree, cost, target
             )
         except np.linalg.LinAlgError:
             return
@@ -298,10 +298,10 @@ def _inverses(S):
     return gram([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
 
 
-def _direction(newton, scalings, x, mu, residual, target=None):
+def _direction(newton, scalings, x, mu, cost, target=None):
     """Mehrotra's predictor and corrector: dx, dZ and both step lengths.
 
-    ``mu`` is <S, Z> / nu, and ``residual`` that of the dual equations.
+    ``mu`` is <S, Z> / nu.
 
     In scaled coordinates Newton's equations for S Z = target read
 
@@ -309,26 +309,32 @@ def _direction(newton, scalings, x, mu, residual, target=None):
         sum <G_a, Z + dZ> = cost_a,
 
     where T solves the Lyapunov equation (Lambda T + T Lambda) / 2 = target -
-    Lambda^2 - (the second-order term). Eliminating dS and dZ leaves
-    H dx = adjoint(inv(R') T inv(R)) - (cost - adjoint(Z)), with the H of
-    `Newton.solver` at W = inv(R') inv(R). Towards a given target conjugate gradients
-    spare the predictor: its second-order term isn't worth another solution.
+    Lambda^2 - (the second-order term): it is target inv(Lambda) - Lambda, less the
+    term's part. Eliminating dS and dZ leaves
+
+        H dx = adjoint(inv(R') (T + Lambda) inv(R)) - cost
+
+    with the H of `Newton.solver` at W = inv(R') inv(R), and inv(R') (T + Lambda)
+    inv(R) is target inv(S) without that term. Towards a given target conjugate
+    gradients spare the predictor: its second-order term isn't worth another solution.
     """
     solve = newton.solver([s.R_inv for s in scalings], x)
 
-    def step_towards(T):
+    def step_towards(T, raised):
         """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""
-        rhs = newton.adjoint([s.unscaled_dual(t) for s, t in zip(scalings, T)])
-        dx = solve(rhs - residual, DIRECTION_TOLERANCE)
+        dx = solve(raised - cost, DIRECTION_TOLERANCE)
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
         return dx, dS, [t - d for t, d in zip(T, dS)]
 
-    lam = [s.diagonal() for s in scalings]
-    errors = [0.0] * len(lam)
+    errors = None
     if target is None or not newton.iterative:
         # predictor: the target is zero, so that T = -Lambda and each r_Z = -1 - r_S
-        _, dS, dZ = step_towards([-h for h in lam])
-        errors = [(a @ b + transposed(a @ b)) / 2 for a, b in zip(dS, dZ)]
+        lam = [_diagonal(s.lam) for s in scalings]
+        _, dS, dZ = step_towards([-h for h in lam], 0.0)
+        errors = [
+            s.divide((a @ b + transposed(a @ b)) / 2)
+            for s, a, b in zip(scalings, dS, dZ)
+        ]
     if target is None:
         rates = [s.rates(d) for s, d in zip(scalings, dS)]
         primal = min(1.0, _longest(rates))
@@ -342,15 +348,21 @@ def _direction(newton, scalings, x, mu, residual, target=None):
         )
         target = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
     # corrector: towards the target, less the error dS dZ of the predictor
-    T = [
-        s.divide(target * np.eye(h.shape[-1]) - h @ h - e)
-        for s, h, e in zip(scalings, lam, errors)
-    ]
-    dx, dS, dZ = step_towards(T)
+    T = [_diagonal(target / s.lam - s.lam) for s in scalings]
+    raised = [target * s.inverse() for s in scalings]
+    if errors is not None:
+        T = [t - e for t, e in zip(T, errors)]
+        raised = [r - s.unscaled_dual(e) for s, r, e in zip(scalings, raised, errors)]
+    dx, dS, dZ = step_towards(T, newton.adjoint(raised))
     rates = [s.rates(np.array(d)) for s, *d in zip(scalings, dS, dZ)]
     primal = min(1.0, STEP_FRACTION * _longest([r[0] for r in rates]))
     dual = min(1.0, STEP_FRACTION * _longest([r[1] for r in rates]))
     return dx, [s.unscaled_dual(d) for s, d in zip(scalings, dZ)], primal, dual
+
+
+def _diagonal(entries):
+    """Diagonal matrices with the rows of ``entries``, as a stack."""
+    return entries[..., None] * np.eye(entries.shape[-1])
 
 
 def _longest(rates):

@@ -65,7 +65,7 @@ class UnknownLayout:
         part = x[self.start : self.start + self.size]
         if not self.symmetric:
             return part.reshape(self.rows, self.cols)
-        X = np.empty((self.rows, self.rows))
+        X = np.empty((self.rows, self.rows), part.dtype)
         i, j, _ = self.lower
         X[i, j] = X[j, i] = part
         return X

@@ -57,6 +57,7 @@ class Sums:
                     for rows in _rows(t.left, max(t.left.shape[1], len(t.right))):
                         plans[-1].append((i, (rows, cols), here, len(pieces[here])))
                         pieces[here].append(t.left[rows])
+        self.plain = [_is_one(right) for _, right in self.rights]
         found = [_shared(some) for some in pieces]
         self.lefts = [tall for tall, _ in found]
         for parts, plan in zip(self.parts, plans):
@@ -110,8 +111,10 @@ class Sums:
         direction = direction.astype(self.kind, copy=False)
         X = [layout.matrix(direction) for layout in self.layouts]
         products = [
-            tall @ (X[unknown] @ right)
-            for tall, (unknown, right) in zip(self.lefts, self.rights)
+            tall @ (X[unknown] if plain else X[unknown] @ right)
+            for tall, (unknown, right), plain in zip(
+                self.lefts, self.rights, self.plain
+            )
         ]
         scalars = direction[self.scalars]
         of_stacks, changes = iter(self.parts), []
@@ -150,8 +153,10 @@ class Sums:
                 part.gather(X, gathered, stack, 2 * s.weight)
             for index, slope in zip(self.scalars, slopes):
                 out[index] += s.weight * np.vdot(slope, stack).real
-        for tall, (unknown, right), total in zip(self.lefts, self.rights, gathered):
-            X[unknown] += ((tall.T @ total) @ right.conj().T).real
+        of_rights = zip(self.lefts, self.rights, self.plain, gathered)
+        for tall, (unknown, right), plain, total in of_rights:
+            total = tall.T @ total
+            X[unknown] += total if plain else (total @ right.conj().T).real
         for layout, x in zip(self.layouts, X):
             out[layout.start : layout.start + layout.size] = layout.gradient(x)
         return out + row
@@ -316,6 +321,11 @@ def _basis(matrices):
         else:
             weights[k, :rank] = row * norms[k] / norms[chosen[:rank]]
     return [matrices[k] for k in chosen], weights[:, : len(chosen)]
+
+
+def _is_one(right):
+    """Whether a right factor is I."""
+    return np.array_equal(right, np.eye(len(right)))
 
 
 def _merged(combination):
