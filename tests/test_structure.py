@@ -358,6 +358,29 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
     assert sos.design_pid(plant).status == "infeasible"
 
 
+def test_the_matrix_of_few_variables_keeps_the_slopes_that_it_has_scaled(
+    case, monkeypatch
+):
+    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
+    blocks, x = case
+    lift, _, _ = lifted(blocks, x)
+    newton = Newton(blocks).joined(lift)
+    newton.iterative, newton._hessian = False, TableHessian(newton)
+    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
+    newton.solver(roots, x)
+    d = np.random.default_rng(7).standard_normal(len(x))
+    Z = newton.scaled(roots, d)
+    wanted = Stacked.scaled(newton, roots, d)
+    for mine, plain in zip(Z, wanted, strict=True):
+        assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
+    back = Stacked.scaled_adjoint(newton, roots, wanted)
+    adjoint = newton.scaled_adjoint(roots, Z)
+    assert_allclose(adjoint, back, rtol=0, atol=1e-11 * abs(back).max())
+    other = [2 * N for N in roots]  # of which it has no table
+    twice = newton.scaled(other, d)
+    assert all(np.allclose(mine, 4 * plain) for mine, plain in zip(twice, wanted))
+
+
 @pytest.mark.parametrize("hessian", [Hessian, TableHessian])
 def test_a_matrix_without_a_factor_is_made_again(case, hessian, monkeypatch):
     """A factor takes its matrix's place; the next ridge needs the matrix itself."""

@@ -25,8 +25,6 @@ where rho is what a_2 is along a_1, in the norm of H.
 
 import numpy as np
 
-from .stacks import transposed
-
 __all__ = ["Curve"]
 
 MOST_TERMS = 8  # of the series; sixteen save one step in twenty
@@ -70,8 +68,7 @@ class Curve:
         long = not newton.has_table and newton.patience < LONG_BELOW
         for k in range(2, (FEW_TERMS if long else MOST_TERMS) + 1):
             known = [series.products() for series in inverse]
-            back = [transposed(N) @ c @ N for N, c in zip(roots, known)]
-            term = -solve(newton.adjoint(back) + ball.products())
+            term = -solve(newton.scaled_adjoint(roots, known) + ball.products())
             ball.append(term)
             before, change = change, newton.scaled(roots, term)
             if k == 2:

@@ -59,6 +59,7 @@ class Newton(Stacked):
         super().__init__(blocks)
         self.iterations = []
         self._hessian = None
+        self._ridged = False  # whether a matrix has needed more than rounding
         self.iterative = Modal.fits(self) and self.patience > EXPECTED_ITERATIONS
         self._prepare()
 
@@ -92,8 +93,23 @@ class Newton(Stacked):
         """This one, a copy of another, with nothing of what that has solved."""
         self.iterations = []
         self._hessian = None
+        self._ridged = False  # whether a matrix has needed more than rounding
         self._prepare()
         return self
+
+    def scaled(self, roots, direction):
+        if self._keeps(roots):
+            return self._hessian.scaled(direction)
+        return super().scaled(roots, direction)
+
+    def scaled_adjoint(self, roots, Z):
+        if self._keeps(roots):
+            return self._hessian.scaled_adjoint(Z)
+        return super().scaled_adjoint(roots, Z)
+
+    def _keeps(self, roots):
+        """Whether the slopes are known as these ``roots`` scale them."""
+        return isinstance(self._hessian, TableHessian) and self._hessian.roots is roots
 
     def solver(self, roots, x, radius=None):
         """A function that solves H d = g.
@@ -131,9 +147,12 @@ class Newton(Stacked):
                     "matrix, and conjugate gradients don't converge"
                 )
             self._hessian = _hessian_of(self)
-        factor = _cholesky(self._matrix(roots, x, radius), RIDGES[0])
+        H = self._matrix(roots, x, radius)
+        spare = H.copy() if self._ridged else None
+        factor = _cholesky(H, RIDGES[0])
         if factor is None:  # what is left of the matrix is no matrix any more
-            H = self._matrix(roots, x, radius)
+            H = self._matrix(roots, x, radius) if spare is None else spare
+            self._ridged = True
             factors = (_cholesky(H.copy(), ridge) for ridge in RIDGES[1:])
             factor = next((f for f in factors if f is not None), None)
         if factor is None:

@@ -149,6 +149,10 @@ class Stacked:
         changes = self.along(direction)
         return [N @ d @ transposed(N) for N, d in zip(roots, changes)]
 
+    def scaled_adjoint(self, roots, Z):
+        """The adjoint of N' Z N, for two lists of stacks: the N, ``roots``, and Z."""
+        return self.adjoint([transposed(N) @ z @ N for N, z in zip(roots, Z)])
+
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
         return self._values.adjoint(Z)

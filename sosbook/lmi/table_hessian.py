@@ -10,8 +10,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from .stacks import transposed
-
 __all__ = ["TableHessian"]
 
 
@@ -22,25 +20,33 @@ class TableHessian:
     ----------
     stacked : Stacked
         The blocks, with a table of their slopes.
+
+    Attributes
+    ----------
+    roots : list of stacks or None
+        The N of the last matrix, whose N G_a N' are kept.
     """
 
     def __init__(self, stacked):
-        self.parts = []
-        k = stacked.variables
+        self.variables, self.roots = stacked.variables, None
+        self.stacks, self.tables = stacked.stacks, []
         for s, slopes in zip(stacked.stacks, stacked.slope_table()):
             b, q = s.constant.shape[:2]
-            wide = slopes.transpose(1, 2, 0, 3).reshape(b, q, k * q)
-            self.parts.append((np.ascontiguousarray(wide), *_lower(q, s.weight)))
-        self.variables = k
+            table = np.ascontiguousarray(slopes.transpose(1, 2, 3, 0))
+            self.tables.append(table.reshape(b, q, -1))
 
     def __call__(self, roots):
         """The (k, k) matrix at W = N' N, for a list of stacks N, ``roots``."""
+        self.roots, self._scaled = roots, []
         columns, k = [], self.variables
-        for (wide, i, j, weights), N in zip(self.parts, roots):
-            b, q, _ = wide.shape
-            half = (N @ wide).reshape(b, q * k, q)
-            whole = (half @ transposed(N)).reshape(b, q, k, q)
-            lower = whole[:, i, :, j] * weights
+        for s, table, N in zip(self.stacks, self.tables, roots):
+            b, q, _ = table.shape
+            half = (N @ table).reshape(b, q, q, k)
+            whole = (N.conj()[:, None] @ half).reshape(b, -1, k)
+            self._scaled.append(whole.reshape(-1, k))
+            places, weights = _lower(q, s.weight)
+            lower = whole[:, places]
+            lower *= weights
             if lower.dtype == complex:
                 columns.append(lower.imag.reshape(-1, k))
                 lower = lower.real
@@ -50,9 +56,23 @@ class TableHessian:
 
     upper = __call__  # the whole matrix takes no longer
 
+    def scaled(self, direction):
+        """N dG N' of all blocks along a ``direction``, with the N of the matrix."""
+        return [
+            (table @ direction).reshape(s.constant.shape)
+            for s, table in zip(self.stacks, self._scaled)
+        ]
+
+    def scaled_adjoint(self, Z):
+        """sum_k <N_k G_ka N_k', Z_k> for each variable a, for a list of stacks Z."""
+        return sum(
+            s.weight * (z.conj().ravel() @ table).real
+            for s, table, z in zip(self.stacks, self._scaled, Z)
+        )
+
 
 @lru_cache(64)
 def _lower(q, weight):
-    """Indices of the lower triangle, and the roots of the entries' weights."""
+    """Places of the lower triangle, and the roots of the entries' weights."""
     i, j = np.tril_indices(q)
-    return i, j, np.sqrt(weight * np.where(i == j, 1.0, 2.0))[:, None, None]
+    return i * q + j, np.sqrt(weight * np.where(i == j, 1.0, 2.0))[:, None]
