@@ -72,6 +72,8 @@ def test_the_lid_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
     assert_allclose(inside * np.linalg.norm(x), x * np.linalg.norm(inside))
     found = any_centre(blocks, [P], x)
     assert_allclose(found, centre(joined, inside), rtol=1e-6)
+    _, large = bounded(blocks, [P], x, size=14.0)
+    assert_allclose(np.linalg.norm(P.unpack(large), 2), 14)
 
 
 def request_of(plant, asked):

@@ -150,19 +150,18 @@ def _reason(deep):
 
 def _candidates(blocks, unknowns, x, centred):
     """The centre under a lid, then the deepest point."""
+    if centred:
+        try:
+            yield centre(*bounded(blocks, unknowns, x, size=START_SIZE))
+        except (Unbounded, np.linalg.LinAlgError):
+            yield deepest(blocks, accuracy=1e-6).x
+            return
+        except OutOfTime:  # a point is known: better than none
+            pass
     size = max(
         np.linalg.norm(np.atleast_2d(v), 2) for v in unpacked(unknowns, x).values()
     )
-    small = x * (START_SIZE / size)  # for the LMIs are a cone
-    if centred:
-        try:
-            lid, start = bounded(blocks, unknowns, small)
-            yield centre(lid, start)
-        except (Unbounded, np.linalg.LinAlgError):
-            small = deepest(blocks, accuracy=1e-6).x
-        except OutOfTime:  # a point is known: better than none
-            pass
-    yield small
+    yield x * (START_SIZE / size)  # for the LMIs are a cone
 
 
 def _at(request, problem, x):

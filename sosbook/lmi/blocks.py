@@ -49,7 +49,10 @@ class Blocks:
         """Layouts, indices of the scalars, blocks: see `structure`."""
         parts = zip(self.constants, self.slopes)
         blocks = [
-            StructuredBlock(c.astype(float), [], s.astype(float)) for c, s in parts
+            StructuredBlock(
+                c.astype(float, copy=False), [], s.astype(float, copy=False)
+            )
+            for c, s in parts
         ]
         return [], np.arange(self.variables), blocks
 
@@ -138,8 +141,8 @@ class AffineBlocks(Blocks):
         return self
 
     def joined(self, write):
-        """These blocks and more, which ``write`` makes of values by name."""
-        more = Blocks.of(write({u.name: u for u in self.unknowns}), self.unknowns)
+        """These blocks and more, which ``write`` makes of a list of values."""
+        more = Blocks.of(write(self.unknowns), self.unknowns)
         return AffineBlocks.compiled(
             [*self.expressions, *more.expressions],
             [*self.structure[2], *more.structure[2]],

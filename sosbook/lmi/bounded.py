@@ -1,10 +1,11 @@
 """Centres where the set of points is unbounded: bound the unknowns first."""
 
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
 from .centre import Unbounded, centre, lower_on_ray, minimize, phase_one
+from .evaluated import kinds_of
 from .expression import block, eye
 from .newton import newton_of
 
@@ -84,20 +85,22 @@ def any_minimum(blocks, unknowns, cost, x, gap):
     return near
 
 
-def bounded(blocks, unknowns, x, r=16.0):
+def bounded(blocks, unknowns, x, r=16.0, size=None):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
     P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
     block is homogeneous the gain doesn't depend on r, and a multiple of x
-    lies inside. Else r grows until there is a point inside, which is
-    returned too: x or a multiple if that will do.
+    lies inside: that of a ``size`` below r, if one is asked for. Else r grows
+    until there is a point inside, which is returned too: x or a multiple if
+    that will do.
     """
-    at_x = _bounds(unknowns, unpacked(unknowns, x), 0)
-    reach = -min(np.linalg.eigvalsh(g)[0] for g in at_x)
-    while r < 1e16:  # x lies inside if r is larger than its reach
-        joined = blocks.joined(partial(_bounds, unknowns, r=r))
-        near = x * (r / 2 / reach) if reach >= r else x
-        if newton_of(joined).least(near).min() > 0:
+    while r < 1e16:
+        joined = blocks.joined(_Lid(kinds_of(unknowns), r))
+        newton, near = newton_of(joined), x
+        reach = _reach(newton, len(blocks.constants), x)
+        if size is not None or reach >= r:  # else x lies inside this lid
+            near = x * ((size or r / 2) / reach)
+        if newton.least(near).min() > 0:
             return joined, near
         inside = phase_one(joined, start=near).x
         if inside is not None:
@@ -106,17 +109,36 @@ def bounded(blocks, unknowns, x, r=16.0):
     raise Unbounded("no bound of the unknowns holds a feasible point")
 
 
-def _bounds(unknowns, values, r):
-    """The blocks "scale" of r and of ``values`` of the unknowns by name."""
-    P = [values[u.name] for u in unknowns if u.symmetric]
-    others = [values[u.name] for u in unknowns if not u.symmetric]
-    blocks = [-p for p in P]
-    wide = [Y for Y in others if len(P) == 1 and Y.shape[1] == P[0].shape[0]]
-    if wide:
-        Y = wide[0]
-        others = [X for X in others if X is not Y]
-        blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-    for X in others:
-        rows, cols = X.shape
-        blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-    return [g + r * eye(g.shape[0]) for g in blocks]
+def _reach(newton, first, x):
+    """The least r for which x lies inside all blocks r I + .. from the ``first`` on."""
+    reach = 0.0
+    for s, changes in zip(newton.stacks, newton.along(x)):
+        some = [g for g, index in zip(changes, s.indices) if index >= first]
+        if some:
+            reach = max(reach, -np.linalg.eigvalsh(some).min())
+    return reach
+
+
+@dataclass(frozen=True)
+class _Lid:
+    """Writes the blocks "scale" of r, for the values of unknowns of some kinds.
+
+    Each of the ``kinds`` is the shape of an unknown and whether it is symmetric.
+    """
+
+    kinds: tuple
+    r: float
+
+    def __call__(self, values):
+        P = [p for p, (_, symmetric) in zip(values, self.kinds) if symmetric]
+        others = [Y for Y, (_, symmetric) in zip(values, self.kinds) if not symmetric]
+        blocks = [-p for p in P]
+        wide = [Y for Y in others if len(P) == 1 and Y.shape[1] == P[0].shape[0]]
+        if wide:
+            Y = wide[0]
+            others = [X for X in others if X is not Y]
+            blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+        for X in others:
+            rows, cols = X.shape
+            blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+        return [g + self.r * eye(g.shape[0]) for g in blocks]

@@ -11,8 +11,9 @@ import numpy as np
 from .blocks import Blocks
 from .expression import lower_triangle
 from .matrices import Readings
+from .read_only import frozen
 
-__all__ = ["EvaluatedBlocks", "unit_readings"]
+__all__ = ["EvaluatedBlocks", "kinds_of", "unit_readings"]
 
 
 class EvaluatedBlocks(Blocks):
@@ -35,14 +36,18 @@ class EvaluatedBlocks(Blocks):
                 constant, slopes = g.array[0], g.array[1:]
             else:
                 constant, slopes = g, np.zeros((self.variables, *g.shape))
-            self.constants.append(constant.astype(float))
-            self.slopes.append(slopes.astype(float))
+            self.constants.append(constant.astype(float, copy=False))
+            self.slopes.append(slopes.astype(float, copy=False))
 
     def joined(self, write):
-        """These blocks and more, which ``write`` makes of values by name."""
-        more = EvaluatedBlocks(write(unit_readings(self.unknowns)), self.unknowns)
-        more.constants = [*self.constants, *more.constants]
-        more.slopes = [*self.slopes, *more.slopes]
+        """These blocks and more, which ``write`` makes of a list of values.
+
+        What equal ones make of unknowns of the same kinds is read once.
+        """
+        constants, slopes = _read(write, kinds_of(self.unknowns))
+        more = EvaluatedBlocks([], self.unknowns)
+        more.constants = [*self.constants, *constants]
+        more.slopes = [*self.slopes, *slopes]
         return more
 
 
@@ -57,8 +62,21 @@ def unit_readings(unknowns):
     >>> unit_readings([Unknown("x", 1), Unknown("y", 1)])["y"].array.ravel()
     array([0., 0., 1.])
     """
-    arrays = _arrays(tuple((u.shape, u.symmetric) for u in unknowns))
+    arrays = _arrays(kinds_of(unknowns))
     return {u.name: Readings(array) for u, array in zip(unknowns, arrays)}
+
+
+def kinds_of(unknowns):
+    """The shape of each of some ``unknowns``, and whether it is symmetric."""
+    return tuple((u.shape, u.symmetric) for u in unknowns)
+
+
+@lru_cache(16)
+def _read(write, kinds):
+    """Constants and slopes of blocks that are written for unknowns of some kinds."""
+    blocks = write([Readings(array) for array in _arrays(kinds)])
+    arrays = [frozen(g.array) for g in blocks]
+    return [array[0] for array in arrays], [array[1:] for array in arrays]
 
 
 @lru_cache(16)
