@@ -79,7 +79,13 @@ class Affine:
         return Affine(self.constant.mT, [t.T for t in self.terms])
 
     def each(self, count):
-        """So many expressions, from constants and factors that are arrays of theirs."""
+        """The expressions that constants and factors with one more axis hold.
+
+        Parameters
+        ----------
+        count : int
+            How many they are.
+        """
 
         def one(x, k):
             return x if x.ndim == 2 else x[k]

@@ -91,7 +91,17 @@ def read(r, loop, coupled, i, j):
 
 
 def alone(r, loop, i, j):
-    """The blocks of a requirement for one pair, by name."""
+    """The blocks of a requirement for one pair, by name.
+
+    Parameters
+    ----------
+    r : Requirement
+        What is asked.
+    loop : Loop
+        Its loop, with all vertices.
+    i, j : int
+        Indices of the pair's vertices.
+    """
     pair = Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
     return dict(r.pair(loop, pair))
 
