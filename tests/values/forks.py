@@ -3,7 +3,8 @@
 Each notebook has a kernel of its own, and half of what most kernels do is to import
 numpy, scipy, matplotlib and python-control. As a program this file imports them once
 and forks for each line that it reads; a fork becomes a kernel as any other, with an
-empty namespace, the environment and the folder that it is given.
+empty namespace and the folder that it is given. A kernel that is wanted in another
+environment, such as one with other roundings, is a program of its own.
 """
 
 import contextlib
@@ -34,7 +35,9 @@ def forked(launch):
         if not ours or sys.platform != "linux":
             return launch(command, cwd=cwd, env=env, **options)
         place, names = str(cwd or os.getcwd()), env or {**os.environ}
-        parent = server()
+        parent, began = server()
+        if surroundings(names) != began:
+            return launch(command, cwd=cwd, env=env, **options)
         parent.stdin.write(json.dumps([words, place, names]) + "\n")
         parent.stdin.flush()
         return Kernel(int(parent.stdout.readline()))
@@ -44,10 +47,17 @@ def forked(launch):
 
 @cache
 def server():
-    """This file as a program; it ends when its input does."""
+    """This file as a program, which ends when its input does; in which surroundings."""
     pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     command = (sys.executable, "-P", __file__)
-    return subprocess.Popen(command, **pipes, encoding="utf-8")
+    program = subprocess.Popen(command, **pipes, encoding="utf-8")
+    return program, surroundings(os.environ)
+
+
+def surroundings(environment):
+    """What libraries may read as they are imported: all but the tests' own notes."""
+    notes = "PYTEST_", "JPY_"
+    return {k: v for k, v in environment.items() if not k.startswith(notes)}
 
 
 class Kernel:
