@@ -21,7 +21,7 @@ from jupyter_client.provisioning import local_provisioner
 from sosbook import notebooks
 from tests import values
 from tests.values import cells, words
-from tests.values.forks import forked
+from tests.values.forks import forked, server
 from tests.values.kernels import started_again
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -320,7 +320,9 @@ def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
         "child": "__import__('subprocess').run('exit 3', shell=True).returncode",
     }
     manager = KernelManager(kernel_name="python3")
-    manager.start_kernel(cwd=tmp_path)
+    _, began = server()
+    monkeypatch.setenv("WORD", "x")  # as other tests may have done since
+    manager.start_kernel(cwd=tmp_path, env=began)
     client = manager.client()
     try:
         client.start_channels()
@@ -348,9 +350,10 @@ def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
     assert not manager.is_alive()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
-    other = {**os.environ, "OPENBLAS_CORETYPE": "Prescott"}
-    launch = forked(lambda command, **options: options["env"])
-    assert launch([sys.executable, "-m", "ipykernel_launcher"], env=other) == other
+    launch = forked(lambda command, **options: "not forked")
+    for other in (None, {**began, "OPENBLAS_CORETYPE": "another"}):
+        command = [sys.executable, "-m", "ipykernel_launcher"]
+        assert launch(command, env=other) == "not forked"
 
 
 def test_what_is_no_kernel_of_this_python_is_no_fork():

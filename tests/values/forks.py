@@ -20,7 +20,7 @@ import sys
 import time
 from functools import cache
 
-__all__ = ["forked"]
+__all__ = ["forked", "server"]
 
 LIBRARIES = ("ipykernel.kernelapp", "matplotlib.pyplot", "control", "sympy")
 PACKAGE = ("design_pid", "plots", "widgets", "sampled", "delay", "maps", "reproduction")
