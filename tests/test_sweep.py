@@ -12,6 +12,8 @@ import pytest
 from sosbook.maps.parallel import sweep
 from tqdm import tqdm
 
+import sosbook as sos
+
 POINTS = [(k, 0.1 * k + 0.05) for k in range(9)]
 
 
@@ -181,3 +183,42 @@ def test_dask_brings_exceptions_back(cluster):
     ):
         sweep(fail, [3])
     assert caught.value.__notes__ == ["at point 0 of the sweep: 3"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["loky", "dask"])
+def test_a_point_has_its_own_time_limit(request, backend):
+    """It is over in the worker, and the other points are none the worse."""
+    if backend == "dask":
+        request.getfixturevalue("cluster")
+
+    def pushed(seconds):
+        plant = sos.SecondOrderSystem(1, 0, 0, 1)
+        edge = sos.maps.edge(
+            "rho",
+            plant,
+            region=sos.PoleRegion(sigma=1, rho=9),
+            saturation=sos.Saturation(90, [1, 0]),
+            digits=1,
+            time_limit=seconds,
+        )
+        return edge.infeasible, edge.reason
+
+    with joblib.parallel_config(backend=backend, n_jobs=2):
+        (none, late), (radius, other) = sweep(pushed, [1e-6, 60.0])
+    assert none is None and late == "stopped after 1e-06 s"
+    assert radius == 1 and "stopped" not in other  # sigma = 1 leaves no room
+
+
+@pytest.mark.slow
+def test_dask_names_a_point_that_always_kills(cluster, monkeypatch):
+    monkeypatch.setattr(cluster.cluster.scheduler, "allowed_failures", 0)
+
+    def fatal(k):
+        return os._exit(1) if k == 7 else k
+
+    with (
+        joblib.parallel_config(backend="dask"),
+        pytest.raises(RuntimeError, match=r"point 1, 7, kills its worker"),
+    ):
+        sweep(fatal, [5, 7, 8], retries=1)

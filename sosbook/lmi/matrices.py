@@ -158,6 +158,11 @@ def margins(array, below=np.inf):
 
 def _definite(array):
     """Which of some symmetric matrices have positive pivots only."""
+    try:
+        np.linalg.cholesky(array)  # faster, but it doesn't tell which has none
+        return np.ones(len(array), bool)
+    except np.linalg.LinAlgError:
+        pass
     a = np.ascontiguousarray(np.moveaxis(array, 0, -1))
     definite = np.ones(a.shape[-1], bool)
     for k in range(len(a)):

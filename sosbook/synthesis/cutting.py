@@ -1,6 +1,7 @@
 """Cutting planes: of the blocks of many pairs of vertices a few decide."""
 
 from collections import defaultdict
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,8 @@ CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at o
 CENTRE_UP_TO_PAIRS = 1000  # up to here the centre is that of all blocks
 PAIRS_PER_CUT = 4  # how many join at a time
 TIE = 1e-6  # relative; pairs whose margins differ by less join together
+NEAR_CENTRE = 2.0  # a decrement after which few pairs' centre is near enough
+MOST_DIRECTIONS = 16  # in which vertices are told apart
 CLEARANCE = 0.1  # of the least margin of what is chosen; a pair that has less joins
 
 
@@ -92,7 +95,7 @@ class Cuts:
         once = not self._written[()] or newton_of(self.some()).least(x).min() > 0
         return once and bool(self.margins(x, 0.0).min() > 0)
 
-    def join(self, margins, below, count=PAIRS_PER_CUT, ties=False):
+    def join(self, margins, below, count=PAIRS_PER_CUT, ties=False, apart=False):
         """Choose the pairs that have the least ``margins``.
 
         Parameters
@@ -105,6 +108,8 @@ class Cuts:
             How many.
         ties : bool
             And all others that have the margin of the last one.
+        apart : bool
+            Of pairs that are alike rather one: the others will hold with it.
 
         Returns
         -------
@@ -117,13 +122,56 @@ class Cuts:
         ]
         if not fresh:
             return False
-        fresh.sort(key=lambda k: margins[k])
+        if apart:
+            fresh = self._apart(np.array(fresh), below - margins[fresh], count)
+        else:
+            fresh.sort(key=lambda k: margins[k])
         if ties:
             edge = margins[fresh[:count][-1]]
             edge += TIE * abs(edge)
             count = sum(margins[k] <= edge for k in fresh)
         self.chosen |= {pairs[k]: None for k in fresh[:count]}
         return True
+
+    def _apart(self, fresh, depths, count):
+        """Some of the ``fresh`` pairs, the deepest of them that lie far apart.
+
+        One after the other it is that of the largest depth times squared distance to
+        the nearest one that is chosen, in `places`.
+        """
+        places, found = self.places, []
+        squared, free = np.ones(len(fresh)), np.ones(len(fresh), bool)
+        known = np.array([pair in self.chosen for pair in self.lmis.request.pairs])
+        for k in np.flatnonzero(known):
+            near = ((places[fresh] - places[k]) ** 2).sum(axis=1)
+            squared = np.minimum(squared, near)
+        for _ in range(min(count, len(fresh))):
+            worst = np.argmax(np.where(free, depths * squared, -np.inf))
+            near = ((places[fresh] - places[fresh[worst]]) ** 2).sum(axis=1)
+            squared = np.minimum(squared, near)
+            free[worst] = False
+            found.append(int(fresh[worst]))
+        return found
+
+    @cached_property
+    def places(self):
+        """Where the pairs lie among all: a (pairs, k) array without units.
+
+        A pair's blocks are bilinear in its two vertices.
+        """
+        request, frame, parts = self.lmis.request, self.lmis.frame, []
+        vertices = [
+            d.change(frame.left, frame.T, frame.scale) for d in request.vertices
+        ]
+        for name in ("E", "A", "Bu", "Bw"):
+            part = np.array([getattr(d, name).ravel() for d in vertices])
+            part = part - part.mean(axis=0)
+            parts.append(part / (np.linalg.norm(part) or 1.0))
+        U, sizes, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+        at = (U * sizes)[:, :MOST_DIRECTIONS]
+        at /= np.linalg.norm(at) / np.sqrt(len(at)) or 1.0
+        i, j = np.array(request.pairs).T
+        return np.hstack([at[i] + at[j], at[i] * at[j]])
 
     def find(self, start, refute=True):
         """A point inside all blocks, or why there is none.
@@ -146,14 +194,14 @@ class Cuts:
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
         size = sum(u.size for u in lmis.unknowns)
         x = np.zeros(size) if start is None else lmis.packed(start)
-        while self.join(self.margins(x, 0.0), 0.0, count) or not inside:
+        while self.join(self.margins(x, 0.0), 0.0, count, apart=True) or not inside:
             check_time()
             count *= 2
             some = self.some()
             phase = phase_one(some, start=x, multipliers=refute)
             if phase.x is None:
                 return self._refusal(phase)
-            x = any_centre(some, lmis.unknowns, phase.x, enough=0.3)
+            x = any_centre(some, lmis.unknowns, phase.x, enough=NEAR_CENTRE)
             inside = True
         return LMISolution(lmis, unpacked(lmis.unknowns, x))
 

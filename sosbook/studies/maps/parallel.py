@@ -54,9 +54,8 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
     -----
     Each worker process gets one BLAS thread. A worker that dies takes
     nothing with it but time: what it had not delivered runs again. On a
-    Dask cluster its scheduler sees to that; a point that kills more
-    workers than ``allowed-failures`` is given up there, of which joblib
-    1.6 isn't told, so that the call waits: try the point locally.
+    Dask cluster its scheduler sees to that. It gives up a point that kills
+    more workers than ``allowed-failures``, as often as there are retries.
 
     Examples
     --------
@@ -115,6 +114,9 @@ def _run(function, batch, n_jobs):
         return
     joblib = library("joblib")
     backend, around = joblib.parallel.get_active_backend()
+    if hasattr(backend, "client"):
+        yield from _on_cluster(backend.client, call, batch)
+        return
     n_jobs = around if n_jobs is None else n_jobs
     local = backend.supports_inner_max_num_threads  # joblib's own: loky
     if local and n_jobs in (None, 1):
@@ -125,6 +127,17 @@ def _run(function, batch, n_jobs):
         yield from joblib.Parallel(
             n_jobs=n_jobs, batch_size=1, return_as="generator_unordered"
         )(joblib.delayed(call)(*item) for item in batch)
+
+
+def _on_cluster(client, call, batch):
+    """The results of a Dask cluster; joblib isn't told of points that it gives up."""
+    as_completed = library("distributed").as_completed
+    futures = [client.submit(call, *item, pure=False) for item in batch]
+    try:
+        for future in as_completed(futures):
+            yield future.result()
+    finally:
+        client.cancel(futures)
 
 
 def _without_joblib(n_jobs):
