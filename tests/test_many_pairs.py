@@ -8,9 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.lmi import problem
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.centre import margin
 from sosbook.lmi.newton import newton_of
+from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
 from sosbook.synthesis import certificates, cutting, feasibility, pair_stacks
@@ -261,6 +263,77 @@ def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
     data = proof.data
     del data["multipliers"][0]
     assert not type(proof).of(data).proven
+
+
+def stiffnesses(count, gain, seed=0):
+    """Vertices whose springs and forces change by a third, and what is asked."""
+    rng = np.random.default_rng(seed)
+    S = 3 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    vertices = [
+        sos.SecondOrderSystem(
+            np.eye(3),
+            0.1 * S,
+            S * (1 + 0.3 * rng.uniform(-1, 1)),
+            np.diag(1 + 0.3 * rng.uniform(-1, 1, 3)),
+            np.eye(3),
+        )
+        for _ in range(count)
+    ]
+    saturation = sos.Saturation(gain, np.ones(6))
+    return dict(
+        plant=sos.Polytope(vertices), region=REGION, gamma=0.8, saturation=saturation
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_pairs_refuse_for_all(seed, monkeypatch):
+    """What a few vertices exclude isn't excluded once more by hundreds of blocks."""
+    sizes = []
+
+    def watched(module):
+        plain = module.phase_one
+
+        def phase_one(blocks, **options):
+            sizes.append(len(blocks.constants))
+            return plain(blocks, **options)
+
+        monkeypatch.setattr(module, "phase_one", phase_one)
+
+    watched(cutting)
+    watched(problem)
+    design = sos.design_pid(**stiffnesses(26, 0.3, seed))
+    assert design.status == "infeasible" and design.infeasibility.proven
+    assert max(sizes) < 60 < len(design.request.blocks(np.eye(6), np.ones((3, 6))))
+    names = design.infeasibility.multipliers
+    assert len({v for name in names for v in name.vertices}) < 10
+    few = sos.design_pid(**stiffnesses(20, 0.3, seed))
+    assert few.status == "infeasible"  # whose blocks are looked at together
+    assert (
+        len({v for name in few.infeasibility.multipliers for v in name.vertices}) < 10
+    )
+
+
+def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
+    asked = stiffnesses(40, 0.3)
+    plain, whole = feasibility.search, []
+
+    def search(request, **options):
+        whole.append(options.get("whole", False))
+        return plain(request, **options)
+
+    def proof(problem, Z):
+        """None, if they are multipliers of a few pairs."""
+        if problem.pairs is not None:
+            return InfeasibilityCertificate(dict(enumerate(Z)))
+        return refute(problem, Z)
+
+    refute = ScaledLMIs.refute
+    monkeypatch.setattr(feasibility, "search", search)
+    monkeypatch.setattr(feasibility, "refused_by_input", lambda *_: None)
+    monkeypatch.setattr(ScaledLMIs, "refute", proof)
+    design = sos.design_pid(**asked)
+    assert design.status == "infeasible" and whole == [False, True]
+    assert len(design.infeasibility.multipliers) > 120
 
 
 @pytest.mark.parametrize("asked", ASKED)

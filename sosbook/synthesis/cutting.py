@@ -19,6 +19,7 @@ __all__ = [
     "CUTTING_PLANE_ABOVE_PAIRS",
     "Cuts",
     "few_decide",
+    "few_refuse",
     "holds",
 ]
 
@@ -286,6 +287,11 @@ def few_decide(request):
     """
     many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
     return many and request.coupling != "slack"
+
+
+def few_refuse(request):
+    """Whether `Cuts` find multipliers that exclude all points sooner."""
+    return len(request.pairs) > PAIRS_PER_CUT and request.coupling != "slack"
 
 
 def _key(name):

@@ -9,7 +9,7 @@ from ..lmi.bounded import any_centre, unpacked
 from ..lmi.centre import LONGEST_SOLUTION, Unbounded, centre
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time, checked_seconds, time_limit
-from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, holds
+from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, few_refuse, holds
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .gentle_gain import start_of
 from .pole_proof import decided_by_poles, of_poles_alone
@@ -73,7 +73,7 @@ def guarded(request, seconds, work):
     return Solution(request, "undecided", request.gain, reason=reason)
 
 
-def search(request, free=()):
+def search(request, free=(), whole=False):
     """Any point of a request's LMIs, in up to four frames.
 
     Parameters
@@ -82,6 +82,8 @@ def search(request, free=()):
         What is asked of the plant.
     free : tuple of Requirement
         Those whose bounds are free; numbers stand in for them.
+    whole : bool
+        As for `find`.
 
     Returns
     -------
@@ -93,7 +95,7 @@ def search(request, free=()):
     lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
     for _ in range(4):
         check_time()
-        first = find(lmis)
+        first = find(lmis, whole=whole)
         if first.values is not None:
             return first
         tried.append(first)
@@ -106,18 +108,28 @@ def search(request, free=()):
     return next(t for t in refusals if t.excluded_radius >= best / 10)
 
 
-def find(lmis, start=None, refute=True):
+def find(lmis, start=None, refute=True, whole=False):
     """A point of `ScaledLMIs`, or the lack of one, as an LMISolution.
 
-    With many pairs of vertices most blocks are only looked at. ``start`` and
-    ``refute`` are as for `LMIProblem.find`; without a start the frame guesses.
+    With many pairs of vertices most blocks are only looked at, and a few exclude
+    what they exclude; ``whole`` takes all of them. ``start`` and ``refute`` are as
+    for `LMIProblem.find`; without a start the frame guesses.
     """
-    if few_decide(lmis.request):
-        last = len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS
-        first = Cuts(lmis).find(start or lmis.guess(), refute and last)
-        if first.values is not None or last:
+    request, first = lmis.request, None
+    if few_refuse(request) and not whole:
+        if not few_decide(request):
+            first = lmis.find(False, start or start_of(lmis))
+        if first is None or (first.values is None and refute):
+            first = Cuts(lmis).find(start or lmis.guess(), refute)
+        known = first.values is not None or first.verdict == "infeasible"
+        if known or _too_many(request) or not refute:
             return first
     return lmis.find(refute, start or start_of(lmis))
+
+
+def _too_many(request):
+    """Whether not all pairs of vertices can be solved at once."""
+    return len(request.pairs) > CENTRE_UP_TO_PAIRS
 
 
 def closer(lmis, near):
@@ -161,10 +173,18 @@ def answer(request, refuse=True, first=None):
             return refused_by(request, mode)
     first = first or search(request)
     if first.values is None:
-        if refuse or of_poles_alone(request):
+        if not refuse and not of_poles_alone(request):
+            text = (
+                "The numerics found no point; a proof that there is none isn't asked."
+            )
+            return Solution(request, "undecided", request.gain, reason=text)
+        solution = refused(first)
+        few = first.problem.pairs is not None
+        if solution.status != "undecided" or not few or _too_many(request):
+            return solution
+        first = search(request, whole=True)  # all pairs may exclude what few don't
+        if first.values is None:
             return refused(first)
-        text = "The numerics found no point; a proof that there is none isn't asked."
-        return Solution(request, "undecided", request.gain, reason=text)
     try:
         solution = finish(first.problem, first.values)
     except OutOfTime:
@@ -328,7 +348,7 @@ def centred(lmis, values):
     So it doesn't depend on the frame of ``lmis``; ``values`` are those of a point
     inside.
     """
-    if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
+    if _too_many(lmis.request):
         return finish(lmis, values)
     try:
         x = centre(lmis.compiled, lmis.packed(values), rays=lmis.rays)
@@ -357,7 +377,7 @@ def finish(lmis, values):
         lmis.request.leader()
     ):
         lmis, x = _nearer(lmis, x)
-    if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
+    if _too_many(lmis.request):
         x = Cuts(lmis).centre(x)
     else:
         x = any_centre(lmis.compiled, lmis.unknowns, x, rays=lmis.rays)
