@@ -1,5 +1,7 @@
 """The interior point method against closed forms and cvxpy."""
 
+import importlib
+
 import cvxpy
 import numpy as np
 import pytest
@@ -107,6 +109,46 @@ def test_only_a_ray_that_ends_is_followed():
         nearer = P.unpack(lower_on_ray(between, float(start) * one))
         assert np.allclose(nearer, nearer[0, 0] * np.eye(2), rtol=1e-12)
         assert low <= nearer[0, 0] <= high
+
+
+def test_phase_one_begins_at_a_start_that_hardly_any_block_excludes(monkeypatch):
+    """However far away: there blocks are larger, and so is what one lacks."""
+    module, begun = importlib.import_module("sosbook.lmi.phase_one"), []
+    plain = module.maximize_t
+
+    def maximize_t(newton, x, **options):
+        begun.append(x[:-1])
+        return plain(newton, x, **options)
+
+    monkeypatch.setattr(module, "maximize_t", maximize_t)
+    P = Unknown("P", 2, symmetric=True)
+    first, second = np.eye(2)[:, None]
+    ratio = 3 * (second @ P @ second.T) - first @ P @ first.T
+    blocks = Blocks.of([P - eye(2), ratio], [P])
+    for size in (1.0, 1e3, 1e6):
+        near, far_off = (P.pack(size * np.diag(d)) for d in ([3.03, 1], [1, -1]))
+        for start in (near, far_off):
+            found = phase_one(blocks, start=start)
+            assert newton_of(blocks).least(found.x).min() > 0
+        assert (begun[-2] == near).all() and (begun[-1] != far_off).any()
+
+
+@pytest.mark.parametrize("answer", ["inside", "nothing"])
+def test_another_point_is_asked_for_where_newton_creeps(answer, monkeypatch):
+    """The centre of P and 1e3 I - P is 500 I; all first steps are said to creep."""
+    P = Unknown("P", 2, symmetric=True)
+    blocks = Blocks.of([P, 1e3 * eye(2) - P], [P])
+    inside, asked = P.pack(400 * np.eye(2)), []
+
+    def elsewhere(x):
+        asked.append(newton_of(blocks).least(x).min() > 0)
+        return inside if answer == "inside" else None
+
+    monkeypatch.setattr("sosbook.lmi.centre.STEPS_ALONE", 1)
+    start = P.pack(np.diag([1.0, 998.0]))
+    found = centre(blocks, start, elsewhere=elsewhere)
+    assert asked == [True]
+    assert np.allclose(P.unpack(found), 500 * np.eye(2))
 
 
 def test_a_bounded_cone_is_entered_along_its_ray(monkeypatch):

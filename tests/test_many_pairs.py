@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.lmi import problem
+from sosbook.lmi.barrier import Barrier
 from sosbook.lmi.blocks import Blocks
 from sosbook.lmi.centre import margin
 from sosbook.lmi.newton import newton_of
@@ -263,6 +264,47 @@ def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
     data = proof.data
     del data["multipliers"][0]
     assert not type(proof).of(data).proven
+
+
+def bounded_input(k, n=8):
+    """A chain with 2^k vertices, and an input that bounds how far P may grow."""
+    T = 2.5 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    vertices = [
+        sos.SecondOrderSystem(
+            np.eye(n),
+            0.1 * np.eye(n) + 0.05 * T,
+            T + np.eye(n) + np.diag([*(0.15 * np.array(signs)), *np.zeros(n - k)]),
+            np.eye(n)[:, ::3],
+        )
+        for signs in product((-1, 1), repeat=k)
+    ]
+    return dict(
+        plant=sos.Polytope(vertices),
+        region=sos.PoleRegion(sigma=0.15, rho=5),
+        saturation=sos.Saturation(20.0, np.full(2 * n, 0.1)),
+    )
+
+
+@pytest.mark.parametrize("k", [3, 4, 5])
+def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
+    """Newton's method creeps there, pushed against the bound of the input.
+
+    It took the set for one without a centre, and returned that of a part.
+    """
+    asked = bounded_input(k)
+    design = sos.design_pid(**asked)
+    request = design.request
+    lmis = ScaledLMIs(request, Frame.of_solution(request, design))
+    newton = newton_of(lmis.compiled)
+    x = lmis.packed(lmis.point(design))
+    _, decrement = Barrier(newton).step(x, np.zeros(len(x)))
+    assert decrement < 1e-6
+    others = asked["plant"].vertices
+    rng = np.random.default_rng(k)
+    asked["plant"] = sos.Polytope([others[i] for i in rng.permutation(len(others))])
+    assert_allclose(sos.design_pid(**asked).K, design.K, rtol=1e-6)
+    monkeypatch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 6)
+    assert_allclose(sos.design_pid(**asked).K, design.K, rtol=1e-6)
 
 
 def stiffnesses(count, gain, seed=0):

@@ -8,15 +8,19 @@ of Boyd and Vandenberghe (2004), where each step is derived.
 import numpy as np
 
 from .curve import Curve
+from .newton import newton_of
 from .stacks import gram, transposed
+from .triangular import inverse_of_lower
 
-__all__ = ["MOST_LOST", "Barrier", "is_lost"]
+__all__ = ["MOST_LOST", "Barrier", "barrier_of", "is_lost"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 CLEAR_FALL = 1e-6  # of the largest entry: far above the rounding of a change
 LINE_SEARCH_ABOVE = 0.3  # a decrement; smaller ones are squared by a full step
 STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
 FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
+MOST_DOUBLINGS = 30  # of a curve's length; there may be no end
+MOST_PROMISED = 1.5  # decrements; what a step shall make the barrier fall by at most
 SMALL_TERM = 0.1  # of a curve, far from the centre: so near it isn't aimed at
 RAY_ABOVE = 1.0  # a decrement along the ray; less is left to Newton's steps
 RAY_FRACTION = 0.7  # of the way to the edge: the least point of a ray is too near it
@@ -53,6 +57,7 @@ class Barrier:
         self.newton = newton
         self.radius = radius
         self._last = None, None  # a point and its Cholesky factors
+        self._inverses = None, None  # and theirs
         self._solve = None  # with the Hessian of the last step
 
     def factors(self, x):
@@ -76,7 +81,9 @@ class Barrier:
         factors = self.factors(x)
         if factors is None:
             raise np.linalg.LinAlgError("the point isn't inside")
-        return [np.linalg.inv(L) for L in factors]
+        if self._inverses[0] is not x:
+            self._inverses = x, [inverse_of_lower(L) for L in factors]
+        return self._inverses[1]
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def step(self, x, cost, tolerance=0.1):
@@ -87,7 +94,8 @@ class Barrier:
         The gradient of the barrier is -adjoint(inv(G)); the direction solves
         H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
         d in the norm of H (section 9.5). Where H has a factor the step follows
-        a `Curve`, else a straight line.
+        a `Curve` on which the barrier falls by half the decrement's square, as by
+        Newton's quadratic model, or by more than on the straight line.
         """
         roots = self._roots(x)
         factors = self.factors(x)
@@ -101,21 +109,23 @@ class Barrier:
         bends = curved and decrement > STRAIGHT_BELOW
         searched = decrement > LINE_SEARCH_ABOVE  # below it the full step converges
         change = self.newton.scaled(roots, direction) if bends or searched else None
-        length, least = 1.0, np.inf
-        if searched:
-            rates, weights = self._rates(change)
-            slope = cost @ direction
-            length = self._search(x, direction, slope, rates, weights)
-            least = length * slope - weights @ np.log1p(length * rates)
-            least += self._in_ball(x, x + length * direction)
         if bends:
             small = SMALL_TERM if searched else SETTLED
             curve = Curve(
                 self.newton, roots, x, direction, change, solve, small, self.radius
             )
-            moved = self._along(curve, factors, cost, length, least)
+            promised = decrement * min(decrement / 2, MOST_PROMISED)
+            least = -promised if searched else np.inf
+            moved = self._along(curve, factors, cost, 1.0, least)
             if moved is not None:
                 return moved, decrement
+        length = 1.0
+        if searched:
+            length, least = self._on_line(x, direction, change, cost)
+            if bends:
+                moved = self._along(curve, factors, cost, length, least)
+                if moved is not None:
+                    return moved, decrement
         while True:  # rounding may put the end point outside
             moved = x + length * direction
             if self.factors(moved) is not None:
@@ -180,10 +190,10 @@ class Barrier:
         return x if self.factors(moved) is None else moved
 
     def _along(self, curve, factors, cost, length, least):
-        """A point on a curve where the barrier falls below ``least``, or None.
+        """A point on a curve where the barrier rises by less than ``least``, or None.
 
-        That is what it falls by on the straight line, at its best ``length``.
-        Farther and farther points are looked at while it goes on falling.
+        ``length`` is the best one on the straight line. Farther and farther points
+        are looked at while it goes on falling.
         """
         if least == np.inf:
             moved = curve(curve.end)
@@ -208,7 +218,9 @@ class Barrier:
             t /= 2
         else:
             return None
-        while t >= longest:  # a valley that goes on
+        for _ in range(MOST_DOUBLINGS):  # a valley may go on
+            if t < longest:
+                break
             longest *= 2
             t *= 2
             further, there = change(t)
@@ -217,6 +229,14 @@ class Barrier:
             fallen, best = further, there
         self._last = best
         return best[0]
+
+    def _on_line(self, x, direction, change, cost):
+        """The best length of a step on a straight line, and the rise with it."""
+        rates, weights = self._rates(change)
+        slope = cost @ direction
+        length = self._search(x, direction, slope, rates, weights)
+        rise = length * slope - weights @ np.log1p(length * rates)
+        return length, rise + self._in_ball(x, x + length * direction)
 
     def _in_ball(self, x, moved):
         """The rise of the ball's barrier between two points inside."""
@@ -306,6 +326,13 @@ class Barrier:
         """Inverse blocks at x: the dual point that belongs to a centre (11.6)."""
         roots = self._roots(x)
         return self.newton.unstacked(gram(roots))
+
+
+def barrier_of(blocks):
+    """The `Barrier` of a `Blocks`, made once and kept with these blocks."""
+    if "barrier" not in vars(blocks):
+        blocks.barrier = Barrier(newton_of(blocks))
+    return blocks.barrier
 
 
 def _falls(changes, blocks):

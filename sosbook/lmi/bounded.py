@@ -24,15 +24,15 @@ def unpacked(unknowns, x):
     return values
 
 
-def any_centre(blocks, unknowns, x, enough=None, rays=None):
+def any_centre(blocks, unknowns, x, enough=None, **hints):
     """The analytic centre from x, of a bounded part if there is no other.
 
-    The ``blocks`` are affine in the ``unknowns``; ``enough`` and ``rays`` are as
-    for `centre`.
+    The ``blocks`` are affine in the ``unknowns``; ``enough`` and the other ``hints``
+    are as for `centre`.
     """
     if any(c.any() for c in blocks.constants):  # else a cone, which has none
         try:
-            return centre(blocks, lower_on_ray(blocks, x), enough=enough, rays=rays)
+            return centre(blocks, lower_on_ray(blocks, x), enough=enough, **hints)
         except Unbounded:
             pass
     try:

@@ -5,10 +5,12 @@ Newton's method with an exact line search minimises the barrier
 those of Boyd and Vandenberghe (2004), where each step is derived.
 """
 
+from functools import partial
+
 import numpy as np
 
 from ..runtime.threads import one_thread
-from .barrier import MOST_LOST, Barrier, is_lost
+from .barrier import MOST_LOST, Barrier, barrier_of, is_lost
 from .blocks import Blocks
 from .newton import newton_of
 from .phase_one import LONGEST_SOLUTION, Phase, phase_one, refine
@@ -45,7 +47,7 @@ class Unbounded(ValueError):
 
 
 @one_thread
-def centre(blocks, x, watch=None, enough=None, rays=None):
+def centre(blocks, x, watch=None, enough=None, rays=None, elsewhere=None):
     """The analytic centre, which maximises sum log det G_k (section 8.5.3).
 
     Parameters
@@ -63,6 +65,9 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     rays : callable, optional
         Without arguments: directions, (k,) arrays, in which the set may be
         unbounded. They are looked at where a centre is slow to show itself.
+    elsewhere : callable, optional
+        From x to another strictly feasible point, or to None. It is asked for where
+        Newton's method creeps.
 
     Returns
     -------
@@ -74,11 +79,13 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
     Unbounded
         If the set is unbounded: it has no centre.
     """
-    newton = newton_of(blocks)
-    barrier = Barrier(newton)
+    barrier = barrier_of(blocks)
+    newton = barrier.newton
     if newton.iterative:
         x = _approached(newton, x, rays)
-    zero, decrement, left, lost = np.zeros(len(x)), 1.0, 1.0, 0
+    zero, decrement, left, lost, alone = np.zeros(len(x)), 1.0, 1.0, 0, 0
+    ways = [elsewhere, partial(near_centre, newton)]
+    ways = [] if newton.iterative else [way for way in ways if way is not None]
     enough = enough or 1e-4  # a step leaves its cube or less
     for count in range(200):
         before, behind = decrement, x
@@ -109,11 +116,14 @@ def centre(blocks, x, watch=None, enough=None, rays=None):
             if barrier.recedes(x, rays()):
                 break
             rays = None
-        if count + 1 == STEPS_ALONE and decrement >= 1 and not newton.iterative:
-            near = near_centre(newton, x)
+        alone += 1
+        if alone == STEPS_ALONE and decrement >= 1 and ways:
+            near = None
+            while near is None and ways:
+                near = ways.pop(0)(x)
             if near is None:
                 break
-            x = near
+            x, alone = near, 0
     raise Unbounded(ENDLESS)
 
 
@@ -133,7 +143,7 @@ def lower_on_ray(blocks, x):
 
     See `Barrier.on_ray`; x is strictly feasible, and so is that point.
     """
-    return Barrier(newton_of(blocks)).on_ray(x)
+    return barrier_of(blocks).on_ray(x)
 
 
 @one_thread

@@ -93,31 +93,22 @@ class Curve:
 
 
 class _Inverse:
-    """The series of the inverse of I + s D_1 + s^2 D_2 + ..., of one stack.
-
-    The D_k stand in a row and the B_k in a column, from its end: so one product
-    makes C_k.
-    """
+    """The series of the inverse of I + s D_1 + s^2 D_2 + ..., of one stack."""
 
     def __init__(self, first):
-        b, self.q, _ = first.shape
-        self.row = np.empty((b, self.q, self.q * MOST_TERMS), first.dtype)
-        self.column = np.empty((b, self.q * MOST_TERMS, self.q), first.dtype)
-        self.known = 0
-        self.append(first, 0.0)
+        self.changes, self.terms = [first], [-first]
 
     def append(self, change, products):
         """Add the next D_k and its B_k, which needs the ``products`` C_k."""
-        begin, end = self.q * self.known, self.q * (self.known + 1)
-        height = self.column.shape[1]
-        self.row[:, :, begin:end] = change
-        self.column[:, height - end : height - begin] = -change - products
-        self.known += 1
+        self.changes.append(change)
+        self.terms.append(-change - products)
 
     def products(self):
         """C_k of the first k that isn't known."""
-        width = self.q * self.known
-        return self.row[:, :, :width] @ self.column[:, -width:]
+        total = self.changes[0] @ self.terms[-1]
+        for change, term in zip(self.changes[1:], self.terms[-2::-1]):
+            total += change @ term
+        return total
 
 
 class _Ball:

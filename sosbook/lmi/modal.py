@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from .sums import span
+from .triangular import inverse_of_lower
 
 __all__ = ["Modal"]
 
@@ -41,7 +42,7 @@ class Modal:
                 factors = _factors(p, stacked)
                 if factors:  # else it holds scalars only
                     groups.append((s.weight, w, factors))
-        self.T = np.linalg.inv(np.linalg.cholesky(metric)).T
+        self.T = inverse_of_lower(np.linalg.cholesky(metric)).T
         self.K = None if self.Y is None else self.Y.matrix(x) @ metric
         self._diagonalise([_Block(*group, self.K) for group in groups])
         # single precision is enough for what is approximate anyway

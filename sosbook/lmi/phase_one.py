@@ -88,8 +88,10 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     x = np.zeros(blocks.variables)
     scales = newton.stacked_diagonals(blocks.diagonal_scales)
     least, below = _least(newton, scales, x), 1.0
-    if start is not None and (better := _least(newton, scales, start)) > least:
-        x, least, below = start, better, max(abs(better), 0.1)
+    if start is not None:
+        there, size = _least(newton, scales, start), max(np.abs(start).max(), 1.0)
+        if there / size > least:  # far away blocks are larger
+            x, least, below = start, there, max(abs(there), 0.1)
     x = np.append(x, min(least, 0) - below)
     verdict, last = maximize_t(newton, x, watch=watch)
     if verdict == "feasible":

@@ -25,6 +25,7 @@ one as in section 11.4 of Boyd and Vandenberghe (2004).
 import numpy as np
 
 from .stacks import gram, transposed
+from .triangular import inverse_of_lower
 
 __all__ = [
     "interior_steps",
@@ -295,7 +296,7 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
 
 def _inverses(S):
     """The inverses of matrices that are positive definite, a list of stacks S."""
-    return gram([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
+    return gram([inverse_of_lower(np.linalg.cholesky(s)) for s in S])
 
 
 def _direction(newton, scalings, x, mu, cost, target=None):

@@ -351,7 +351,7 @@ def centred(lmis, values):
     if _too_many(lmis.request):
         return finish(lmis, values)
     try:
-        x = centre(lmis.compiled, lmis.packed(values), rays=lmis.rays)
+        x = centre(lmis.compiled, lmis.packed(values), **_hints(lmis))
         return lmis.solution(unpacked(lmis.unknowns, x))
     except Unbounded:
         return None
@@ -380,8 +380,23 @@ def finish(lmis, values):
     if _too_many(lmis.request):
         x = Cuts(lmis).centre(x)
     else:
-        x = any_centre(lmis.compiled, lmis.unknowns, x, rays=lmis.rays)
+        x = any_centre(lmis.compiled, lmis.unknowns, x, **_hints(lmis))
     return lmis.solution(unpacked(lmis.unknowns, x))
+
+
+def _hints(lmis):
+    """What helps `centre` on its way from a point inside.
+
+    The blocks of many vertices push a point against those that belong to no vertex,
+    along which it creeps. The centres of a few vertices lead past that.
+    """
+
+    def elsewhere(x):
+        led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refute=False).values
+        return None if led is None else lmis.packed(led)
+
+    few = few_refuse(lmis.request)
+    return dict(rays=lmis.rays, elsewhere=elsewhere if few else None)
 
 
 def _nearer(lmis, x):
