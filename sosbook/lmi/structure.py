@@ -178,9 +178,11 @@ class StructuredBlock:
             By the unknown matrices, without the scalar variables.
         """
         squares = np.zeros(len(self.constant))
-        for k, layout in enumerate(layouts):
-            pairs = [(t.left, t.right.T) for t in self.products if t.unknown == k]
-            squares += 4 * _row_squares(pairs, layout.symmetric)
+        pairs = {}
+        for t in self.products:
+            pairs.setdefault(t.unknown, []).append((t.left, t.right.T))
+        for k in sorted(pairs):
+            squares += 4 * _row_squares(pairs[k], layouts[k].symmetric)
         return squares
 
 
@@ -259,20 +261,19 @@ def _structured(g, matrices, single):
         for t in g.terms:
             if t.unknown is u:
                 slope += np.asarray(t.left @ t.right, float)
-    factors = [_factors(g, u) for u in matrices]
+    held = {t.unknown for t in g.terms}
+    factors = {k: _factors(g, u) for k, u in enumerate(matrices) if u in held}
     weight = 1
     if _is_hermitian(constant, slopes, factors, matrices):
         constant, slopes, weight = fold(constant), fold(slopes), 2
         h = q // 2
-        factors = [
-            [(L[..., :h, :], R[..., :h] + 1j * R[..., h:]) for L, R in pairs]
-            for pairs in factors
-        ]
-        factors = [[(L, R) for L, R in p if L.any()] for p in factors]
+        for k, pairs in factors.items():
+            pairs = [(L[..., :h, :], R[..., :h] + 1j * R[..., h:]) for L, R in pairs]
+            factors[k] = [(L, R) for L, R in pairs if L.any()]
     products = [
         Product(k, L, R)
-        for k, (pairs, u) in enumerate(zip(factors, matrices))
-        for L, R in _merged(pairs, u.symmetric)
+        for k, pairs in factors.items()
+        for L, R in _merged(pairs, matrices[k].symmetric)
     ]
     return StructuredBlock(constant, products, slopes, weight)
 
@@ -300,8 +301,8 @@ def _is_hermitian(constant, slopes, factors, matrices):
     if q % 2 or not all(_commutes(g) for g in (constant, *slopes)):
         return False
     total = np.zeros((q, q))
-    for k, (pairs, u) in enumerate(zip(factors, matrices)):
-        X = some_matrix(k, *u.shape, u.symmetric)
+    for k, pairs in factors.items():
+        X = some_matrix(k, *matrices[k].shape, matrices[k].symmetric)
         for L, R in pairs:
             total = total + L @ X @ R
     return _commutes(total + total.mT)
