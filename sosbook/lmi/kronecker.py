@@ -21,8 +21,8 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from scipy.linalg.blas import dsyr
 
+from .dense import Dense
 from .stacks import gram, transposed
 from .structure import real
 
@@ -40,20 +40,23 @@ class Hessian:
     ----------
     stacked : Stacked
         The blocks.
+    matrix : Dense or ArrowMatrix, optional
+        What it is written to each time; without it a `Dense`.
     """
 
-    def __init__(self, stacked):
-        self.stacked = stacked
+    def __init__(self, stacked, matrix=None):
+        self.stacked, self.matrix = stacked, matrix
         self.pairs = _Pairs(stacked.layouts, stacked.stacks)
-        self.H = np.empty((stacked.variables,) * 2) if stacked.layouts else None
+        if stacked.layouts:
+            k = stacked.variables
+            self.matrix = Dense(np.empty((k, k))) if matrix is None else matrix
 
     def __call__(self, roots):
         """The (k, k) matrix at W = N' N, for a list of stacks N, ``roots``."""
-        H = self.upper(roots)
-        return np.triu(H) + np.triu(H, 1).T
+        return self.upper(roots).whole()
 
     def upper(self, roots):
-        """The same for ``roots``, on the diagonal and above it.
+        """The same for ``roots``, as a `Dense` or an `ArrowMatrix`.
 
         It stands in one place each time: large arrays take long to be made.
         """
@@ -66,19 +69,18 @@ class Hessian:
                     for s, N in zip(stacked.stacks, roots)
                 ]
             )
-            return flat @ flat.T
-        H = self.H
-        H.fill(0)
+            return Dense(flat @ flat.T)
+        H = self.matrix
+        H.clear()
         self.pairs.add(H, roots)
         for s, N in zip(stacked.stacks, roots):
             if s.gradient is not None:
-                g = N.item() ** 2 * s.gradient
-                dsyr(1.0, g, lower=1, a=H.T, overwrite_a=1)  # what lies above in H
+                H.add_square(N.item() ** 2 * s.gradient)
         if len(stacked.scalars):
             inverses = gram(roots)
         for a, index in enumerate(stacked.scalars):
             WGW = [W @ s.slopes[a] @ W for s, W in zip(stacked.stacks, inverses)]
-            H[:index, index], H[index, index:] = np.split(stacked.adjoint(WGW), [index])
+            H.write_column(index, stacked.adjoint(WGW))
         return H
 
 
@@ -107,21 +109,22 @@ class _Pairs:
         self.slabs, self.alone, self.batches = jobs
 
     def add(self, H, roots):
-        """Add these parts of the Hessian to H."""
+        """Write these parts of the Hessian to H."""
         flat = []
         for V, N in zip(self.factors, roots):
             white = N @ V
             flat.append(real(transposed(white) @ white))
         flat = np.concatenate(flat)
+        of = self.layouts
         for u, v, job in self.slabs:
-            self._add_slabs(H, flat, u, v, job)
-        for pair in self.alone:
-            self._add_alone(H, flat, *pair)
+            self._write_slabs(H.part(of[u], of[v]), flat, u, v, job)
+        for u, v, *jobs in self.alone:
+            H.part(of[u], of[v])[...] = self._alone(flat, of[u], of[v], *jobs)
         for batch in self.batches:
-            for (i, j), part in zip(batch.places, batch.parts(flat)):
-                _place(H, i, j, part)
+            for (u, v), part in zip(batch.pairs, batch.parts(flat)):
+                H.part(of[u], of[v])[...] = part
 
-    def _add_slabs(self, H, flat, u, v, job):
+    def _write_slabs(self, part, flat, u, v, job):
         """The part of two symmetric unknowns, in its place from the beginning.
 
         An entry for dX_ab and dY_cd is the sum of four A_bc B_da, which differ
@@ -137,7 +140,7 @@ class _Pairs:
         left = np.concatenate([A.transpose(1, 2, 0), B.transpose(2, 1, 0)], axis=2)
         right = np.concatenate([B.transpose(2, 0, 1), A.transpose(1, 0, 2)], axis=1)
         c, d, off = of_v.lower
-        start, first = of_u.start, of_v.start
+        start = 0
         for a in range(n):
             used = a + 1 if same else k
             slab = left[: a + 1, :used] @ right[a, :, :used]
@@ -147,22 +150,20 @@ class _Pairs:
             i, j = c[:count], d[:count]
             rows = slab[:, i * used + j] + off[:count] * slab[:, j * used + i]
             if same:  # what lies below H's diagonal isn't read
-                H[first : first + count, start : start + a + 1] = rows.T
+                part[:count, start : start + a + 1] = rows.T
             else:
-                H[start : start + a + 1, first : first + count] = rows
+                part[start : start + a + 1, :count] = rows
             start += a + 1
 
-    def _add_alone(self, H, flat, u, v, straight, crossed):
+    def _alone(self, flat, of_u, of_v, straight, crossed):
         """The part of two other large unknowns."""
-        of_u, of_v = self.layouts[u], self.layouts[v]
         a, b, c, d = of_u.rows, of_u.cols, of_v.rows, of_v.cols
         total = _kronecker(flat, straight).reshape(b, c, d, a).transpose(3, 0, 1, 2)
         if crossed is not None:
             more = _kronecker(flat, crossed).reshape(b, d, c, a)
             total = total + more.transpose(3, 0, 2, 1)
         total = _packed(of_u, total.reshape(a * b, c * d))
-        total = _packed(of_v, total.T).T
-        _place(H, of_u.start, of_v.start, total)
+        return _packed(of_v, total.T).T
 
 
 class _Batch:
@@ -174,7 +175,7 @@ class _Batch:
 
     def __init__(self, layouts, pairs):
         first, second = layouts[pairs[0][0]], layouts[pairs[0][1]]
-        self.places = [(layouts[u].start, layouts[v].start) for u, v, *_ in pairs]
+        self.pairs = [(u, v) for u, v, *_ in pairs]
         self.straight = _padded([job for *_, job, _ in pairs])
         self.crossed = None
         self.taken, self.halved = _packing(first, second)
@@ -195,13 +196,6 @@ class _Batch:
         total[:, rows] /= 2
         total[:, :, cols] /= 2
         return total
-
-
-def _place(H, i, j, part):
-    """Write a part that begins at i, j, or its mirror, above H's diagonal."""
-    if i > j:
-        i, j, part = j, i, part.T
-    H[i : i + part.shape[0], j : j + part.shape[1]] = part
 
 
 @lru_cache(64)

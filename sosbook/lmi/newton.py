@@ -1,4 +1,4 @@
-"""Newton's equations: a dense matrix for few variables, CG for many.
+"""Newton's equations: a dense matrix or an arrow for few variables, CG for many.
 
 The equations are H d = g with H_ab = sum_k <G_ka, W_k G_kb W_k>. With
 W_k = inv(G_k) this is the Hessian of the barrier (Boyd and Vandenberghe 2004,
@@ -10,8 +10,8 @@ Todd, Toh and Tütüncü 1998). Both callers hand over N with W = N' N.
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
 
+from .arrow import ArrowMatrix, arrow_of
 from .congruence import Congruence
 from .kronecker import Hessian
 from .modal import Modal
@@ -75,13 +75,20 @@ class Newton(Stacked):
 
     @cached_property
     def patience(self):
-        """How many iterations take as long as the dense matrix."""
+        """How many iterations take as long as the matrix."""
         return hessian_work(self) / iteration_work(self)
 
     @property
     def _fits(self):
-        """Whether a dense matrix fits into the memory."""
-        return self.variables <= MOST_DENSE_VARIABLES
+        """Whether the matrix fits into the memory."""
+        k, arrow = self.variables, self._arrow
+        entries = k * k if arrow is None else arrow.entries
+        return entries <= MOST_DENSE_VARIABLES**2
+
+    @cached_property
+    def _arrow(self):
+        """What is an `Arrow` in the matrix, if that takes less time; else None."""
+        return arrow_of(self)
 
     def joined(self, slopes, row=None):
         return super().joined(slopes, row)._anew()
@@ -91,6 +98,7 @@ class Newton(Stacked):
 
     def _anew(self):
         """This one, a copy of another, with nothing of what that has solved."""
+        vars(self).pop("_arrow", None)
         self.iterations = []
         self._hessian = None
         self._ridged = False  # whether a matrix has needed more than rounding
@@ -149,28 +157,24 @@ class Newton(Stacked):
             self._hessian = _hessian_of(self)
         H = self._matrix(roots, x, radius)
         spare = H.copy() if self._ridged else None
-        factor = _cholesky(H, RIDGES[0])
-        if factor is None:  # what is left of the matrix is no matrix any more
+        solve = H.factor(RIDGES[0])
+        if solve is None:  # what is left of the matrix is no matrix any more
             H = self._matrix(roots, x, radius) if spare is None else spare
             self._ridged = True
-            factors = (_cholesky(H.copy(), ridge) for ridge in RIDGES[1:])
-            factor = next((f for f in factors if f is not None), None)
-        if factor is None:
+            solves = (H.copy().factor(ridge) for ridge in RIDGES[1:])
+            solve = next((s for s in solves if s is not None), None)
+        if solve is None:
             raise np.linalg.LinAlgError("the Hessian has no factor")
-        return lambda g, tolerance=None: dpotrs(factor, g, lower=1)[0]
+        return solve
 
     def _matrix(self, roots, x, radius):
-        """The matrix H, on its diagonal and above."""
+        """The matrix H, a `Dense` or an `ArrowMatrix`."""
         H = self._hessian.upper(roots)
         if radius is not None:  # 2 I / s + 4 x x' / s^2, with s = radius^2 - x.x
             s = radius**2 - x @ x
-            diagonal = _diagonal(H)
-            diagonal += 2 / s
-            H += np.outer(2 * x / s, 2 * x / s)
-        diagonal = _diagonal(H)
-        diagonal[diagonal == 0] = 1.0  # variables that no block depends on
-        if not diagonal.min() > 0:
-            raise np.linalg.LinAlgError("the Hessian isn't positive definite")
+            H.add_diagonal(2 / s)
+            H.add_square(2 * x / s)
+        H.fill_empty()
         return H
 
     def _iterative(self, roots, x, radius):
@@ -241,6 +245,8 @@ def newton_of(blocks):
 
 def _hessian_of(newton):
     """A `TableHessian` or a `Hessian`, whichever takes less time."""
+    if newton._arrow is not None:
+        return Hessian(newton, ArrowMatrix(newton._arrow))
     less = not newton.layouts or table_hessian_work(newton) < kronecker_work(newton)
     if newton.has_table and less:
         return TableHessian(newton)
@@ -273,19 +279,3 @@ def _conjugate_gradients(times, g, precondition, tolerance, most):
             return d, count
         p = z + (squared / before) * p
     return None, most
-
-
-def _diagonal(matrix):
-    """The diagonal of a square matrix, to be written to."""
-    return np.einsum("ii->i", matrix)
-
-
-def _cholesky(matrix, ridge):
-    """Factor of a matrix whose diagonal grows by a ridge, or None.
-
-    The triangle above the diagonal is read, and the factor takes its place.
-    """
-    diagonal = _diagonal(matrix)
-    diagonal *= 1 + ridge
-    factor, failed = dpotrf(matrix.T, lower=1, clean=0, overwrite_a=1)
-    return None if failed else factor

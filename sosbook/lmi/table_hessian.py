@@ -10,6 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from .dense import Dense
+
 __all__ = ["TableHessian"]
 
 
@@ -54,7 +56,9 @@ class TableHessian:
         F = np.concatenate(columns)
         return F.T @ F
 
-    upper = __call__  # the whole matrix takes no longer
+    def upper(self, roots):
+        """The same for ``roots``, as a `Dense`: all of it takes no longer."""
+        return Dense(self(roots))
 
     def scaled(self, direction):
         """N dG N' of all blocks along a ``direction``, with the N of the matrix."""

@@ -8,10 +8,14 @@ on the processor at hand, and a request is solved the same way everywhere.
 import numpy as np
 
 __all__ = [
+    "arrow_work",
+    "dense_work",
+    "factor_work",
     "hessian_work",
     "iteration_work",
     "kronecker_work",
     "least_work",
+    "leaves_work",
     "products_work",
     "sparse_work",
     "sums_work",
@@ -31,6 +35,8 @@ ARRAYS_OF_MODAL = 30  # of one application of the preconditioner
 ARRAYS_OF_STACK = 8  # of either Hessian
 ARRAYS_OF_KIND = 22  # of the Kronecker products of two kinds of unknowns
 ARRAYS_OF_PART = 3  # of those of two unknowns, among others of their kinds
+ARRAYS_OF_ARROW = 400  # of the factor of Newton's matrix, and of several solutions
+ARRAYS_OF_LEAF = 60  # of each leaf's part in them
 SMALL_PRODUCTS = 2.1e8  # numbers of the table that become part of a Hessian a second
 PASSES = 6  # over the matrix of a Kronecker product, until it is in its place
 
@@ -128,15 +134,62 @@ def hessian_work(stacked):
     stacked : Stacked
         The blocks.
     """
-    k, seconds = stacked.variables, 0.0
-    terms = _terms(stacked)
-    for i, u in enumerate(stacked.layouts):
-        for j, v in enumerate(stacked.layouts[i:], i):
-            entries = u.rows * u.cols * v.rows * v.cols
-            if terms[i, j]:
-                seconds += 2 * terms[i, j] * entries / FLOPS
-                seconds += PASSES * entries / NUMBERS
-    return float(seconds + k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS)
+    return _parts_work(stacked) + factor_work(stacked)
+
+
+def factor_work(stacked):
+    """Seconds for the factor of that matrix, and for writing it.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    k = stacked.variables
+    return k**3 / 3 / FLOPS + PASSES * k**2 / NUMBERS
+
+
+def leaves_work(count):
+    """Seconds for the calls that so many leaves of an `Arrow` take.
+
+    Parameters
+    ----------
+    count : int
+        How many leaves.
+    """
+    return (ARRAYS_OF_ARROW + ARRAYS_OF_LEAF * count) * CALL
+
+
+def dense_work(stacked):
+    """Seconds for the same, where the matrix is made in the faster way.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    """
+    ways = [kronecker_work(stacked)] if stacked.layouts else []
+    if stacked.has_table:
+        ways.append(table_hessian_work(stacked))
+    return min(ways) + stacked.variables**3 / 3 / FLOPS
+
+
+def arrow_work(stacked, arrow):
+    """Seconds for the same as an `ArrowMatrix`, and a few solutions.
+
+    Parameters
+    ----------
+    stacked : Stacked
+        The blocks.
+    arrow : Arrow
+        Which variables belong to leaves and which to the border.
+    """
+    inner, border = len(arrow.inner), len(arrow.border)
+    flops = sum(s**3 / 3 + s * s * border for s in arrow.sizes)
+    flops += inner * border**2 + border**3 / 3
+    less = stacked.variables**2 - arrow.entries
+    seconds = kronecker_work(stacked) + leaves_work(len(arrow.sizes)) + flops / FLOPS
+    return seconds - PASSES * less / NUMBERS
 
 
 def table_hessian_work(stacked):
@@ -159,15 +212,13 @@ def kronecker_work(stacked):
     stacked : Stacked
         The blocks.
     """
-    k, shapes = (
-        stacked.variables,
-        [(u.rows, u.cols, u.symmetric) for u in stacked.layouts],
-    )
+    shapes = [(u.rows, u.cols, u.symmetric) for u in stacked.layouts]
     parts = np.argwhere(np.triu(_terms(stacked)))
     kinds = {frozenset((shapes[u], shapes[v])) for u, v in parts}
     arrays = ARRAYS_OF_STACK * len(stacked.stacks) + ARRAYS_OF_PART * len(parts)
     arrays += ARRAYS_OF_KIND * len(kinds)
-    return arrays * CALL + hessian_work(stacked) - k**3 / 3 / FLOPS
+    passes = PASSES * stacked.variables**2 / NUMBERS
+    return arrays * CALL + _parts_work(stacked) + passes
 
 
 def _terms(stacked):
@@ -178,6 +229,14 @@ def _terms(stacked):
     counts = np.bincount(np.array(held, int), minlength=len(blocks) * unknowns)
     counts = counts.reshape(len(blocks), unknowns)
     return counts.T @ (2.0 * np.array([w for _, w in blocks])[:, None] * counts)
+
+
+def _parts_work(stacked):
+    """Seconds for the parts of all two unknowns, as sums of Kronecker products."""
+    terms = np.triu(_terms(stacked))
+    sizes = np.array([u.rows * u.cols for u in stacked.layouts], float)
+    seconds = 2 * terms / FLOPS + PASSES / NUMBERS * (terms > 0)
+    return float(sizes @ seconds @ sizes)
 
 
 def _entries(stacked):
