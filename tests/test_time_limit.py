@@ -9,10 +9,11 @@ import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.lmi import time_limit as clock
 from sosbook.lmi.adjoint import adjoint
-from sosbook.lmi.exact import definite, exact, pivots, repair_multipliers
+from sosbook.lmi.exact import definite, exact, pivots
 from sosbook.lmi.problem import LMIProblem
 from sosbook.lmi.proof import Examined
 from sosbook.lmi.refutation import excludes, semidefinite
+from sosbook.lmi.repair import repair_multipliers
 from sosbook.plants.controllability import fixed_part
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.exclusion import excluding_mass, excluding_mode, solvable

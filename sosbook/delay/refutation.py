@@ -16,7 +16,8 @@ from scipy.linalg import qr
 from ..lmi import Unknown, block, he
 from ..lmi.blocks import Blocks
 from ..lmi.deepest import deepest
-from ..lmi.exact import exact, in_floats, inverse, repair_multipliers, round_digits
+from ..lmi.exact import exact, in_floats, inverse, round_digits
+from ..lmi.repair import repair_multipliers
 from .certificates import exclude_delay, refute_delay
 from .modes import slow_modes
 from .modes_certificate import ModesInfeasibility

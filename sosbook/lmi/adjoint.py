@@ -32,8 +32,8 @@ def adjoint(expressions, unknowns, Z):
 
     Notes
     -----
-    A term L X R contributes L' Z R' to the derivative by X. With one
-    denominator for all terms the sums are sums of integers.
+    A term L X R contributes L' Z R' to the derivative by X. The sums are sums of
+    integers, with one denominator as long as those of the terms divide it.
 
     Examples
     --------
@@ -47,21 +47,17 @@ def adjoint(expressions, unknowns, Z):
         products = [_integers(t, z) for t, z in _terms(expressions, Z, _cleared)]
     except TypeError:  # a ball
         return _in_balls(expressions, unknowns, Z)
-    common = fmpz(1)
-    for _, _, denominator in products:
-        common = common.lcm(denominator)
-    products = [(t, x * (common // d)) for t, x, d in products]
-    return _packed(products, unknowns, fmpz_mat, fmpq(1, common))
+    return _packed(products, unknowns, _sum_of_rationals)
 
 
 def _in_balls(expressions, unknowns, Z):
     """What `adjoint` returns, in balls."""
     check_time()
     products = [
-        (t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose())
+        (t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose(), None)
         for t, z in _terms(expressions, Z, _arb_mat)
     ]
-    return _packed(products, unknowns, arb_mat, arb(1))
+    return _packed(products, unknowns, _sum_of_balls)
 
 
 def _terms(expressions, Z, convert):
@@ -88,20 +84,39 @@ def _arb_mat(x):
     return arb_mat(*x.shape, [arb(e) for e in x.ravel().tolist()])
 
 
-def _packed(products, unknowns, matrix, unit):
-    """The sums of (term, product), packed as the unknowns' free entries."""
-    packed = []
+def _packed(products, unknowns, total):
+    """The sums of (term, product, denominator), as the unknowns' free entries."""
+    packed, by_unknown = [], {id(u): [] for u in unknowns}
+    for t, product, denominator in products:
+        if id(t.unknown) in by_unknown:
+            product = product.transpose() if t.transposed else product
+            by_unknown[id(t.unknown)].append((product, denominator))
     for u in unknowns:
-        total = matrix(*u.shape)
-        for t, product in products:
-            if t.unknown is u:
-                total += product.transpose() if t.transposed else product
         entries = np.empty(u.shape, object)
-        entries.flat = total.entries()
+        entries.flat = total(u.shape, by_unknown[id(u)]).entries()
         if u.symmetric:
             entries = entries + np.tril(entries.T, -1)
         packed.append(u.pack(entries))
-    return np.concatenate(packed) * unit
+    return np.concatenate(packed)
+
+
+def _sum_of_balls(shape, products):
+    total = arb_mat(*shape)
+    for product, _ in products:
+        total += product
+    return total
+
+
+def _sum_of_rationals(shape, products):
+    """The sum of products over denominators, which cancel where vertices end."""
+    total, common = fmpz_mat(*shape), fmpz(1)
+    for product, denominator in products:
+        if common % denominator != 0:
+            total, common = (fmpq_mat(total) * fmpq(1, common)).numer_denom()
+            more = common.lcm(denominator)
+            total, common = total * (more // common), more
+        total += product * (common // denominator)
+    return fmpq_mat(total) * fmpq(1, common)
 
 
 class Slopes:

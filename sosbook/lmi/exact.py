@@ -2,12 +2,10 @@
 
 import numpy as np
 from flint import fmpq, fmpz, fmpz_mat
-from scipy.linalg import qr, solve_triangular
+from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf
 
-from .adjoint import Slopes, adjoint
-from .blocks import Blocks
-from .centre import refine
+from .adjoint import adjoint
 from .expression import Affine
 from .rational import Rational, _matrix, exact, inverse, rational_matrix, round_digits
 from .time_limit import check_time
@@ -21,7 +19,6 @@ __all__ = [
     "inverse",
     "pivots",
     "positive",
-    "repair_multipliers",
     "round_digits",
 ]
 
@@ -290,103 +287,8 @@ def _shifted(e, k):
     return e << k if k >= 0 else e >> -k
 
 
-def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
-    """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
-
-    Only as many entries are changed as there are variables: those that
-    the smallest eigenvalues of the Z_k leave the most room to change.
-
-    Parameters
-    ----------
-    expressions : list of Affine
-        The blocks G_k, with exact arrays.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    Z : list of float arrays
-        Float multipliers, one for each block.
-    digits : int
-        Significant digits to which they are rounded first.
-    free : array of int, optional
-        Variables on whose slopes those of all others depend linearly.
-
-    Returns
-    -------
-    (multipliers, value) or None
-        Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
-        the repaired Z_k prove nothing.
-    """
-    blocks = Blocks.of([in_floats(g) for g in expressions], unknowns)
-    Z = refine(blocks, Z)
-    Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
-    try:
-        stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]
-    except np.linalg.LinAlgError:
-        return None
-    if min(s.min() for s in stiff) <= 0:
-        return None
-    entries = [  # of the lower triangles, by block, row and column
-        (k, i, j) for k, z in enumerate(Z) for i, j in zip(*np.tril_indices(len(z)))
-    ]
-    white = np.stack(
-        [
-            blocks.slopes[k][:, i, j]
-            / np.sqrt(stiff[k][i] * stiff[k][j])
-            * (1 if i == j else 2)
-            for k, i, j in entries
-        ],
-        axis=1,
-    )
-    free = slice(None) if free is None else free
-    white = white[free]
-    held = (white != 0).any(axis=1)  # variables that occur in a block
-    white = white[held]
-    white /= np.linalg.norm(white, axis=1)[:, None]
-    lengths, order = qr(white.T, mode="r", pivoting=True)
-    lengths = np.abs(lengths.diagonal())
-    order = order[: (lengths > 1e-10 * lengths[0]).sum()]
-    lead = np.sort(np.flatnonzero(held)[order])
-    few = qr(white[order], mode="economic", pivoting=True)[2]
-    few = [entries[e] for e in few[: len(lead)]]
-    exactly = [Slopes(g, unknowns) for g in expressions]
-    slopes = np.array([exactly[k].at(i, j)[free] for k, i, j in few]).T
-    residual = adjoint(expressions, unknowns, Z)[free, None]
-    check_time()
-    try:
-        change = _matrix(slopes[lead]).solve(_matrix(residual[lead]))
-    except ZeroDivisionError:
-        return None
-    if len(lead) < len(slopes) and _matrix(slopes) * change != _matrix(residual):
-        return None  # floats lost a variable
-    check_time()
-    repaired = [z.copy() for z in Z]
-    for (k, i, j), c in zip(few, change.entries()):
-        repaired[k][i, j] -= c
-        repaired[k][j, i] = repaired[k][i, j]
-    if not all(map(_stays_positive, Z, repaired)):
-        return None
-    value = sum((g.constant * z).sum() for g, z in zip(expressions, repaired))
-    return (repaired, value) if value <= 0 else None
-
-
 def in_floats(g):
     """An `Affine` expression g in rationals, in floats."""
     return Affine(
         g.constant.astype(float), [t.map(lambda x: x.astype(float)) for t in g.terms]
     )
-
-
-def _stays_positive(near, far):
-    """Whether ``far`` is positive definite because ``near`` is.
-
-    With short rationals in ``near``, and c_i above the sum over j of
-    |far - near|_ij w_j / w_i, near - diag(c) > 0 implies far > 0
-    (Gershgorin, after a diagonal scaling by any w > 0).
-    """
-    lowered = near.copy()
-    w = [2.0 ** -round(np.log2(float(e)) / 2) for e in near.diagonal()]
-    for i, row in enumerate(far - near):
-        change = sum(
-            abs(float(e)) * w[j] / w[i] + 1e-300 for j, e in enumerate(row) if e != 0
-        )
-        lowered[i, i] -= exact(float(f"{1.01 * change:.2e}"))
-    return definite(lowered)[0]

@@ -6,9 +6,10 @@ from math import inf, nextafter, sqrt
 
 import numpy as np
 
-from .exact import adjoint, exact, positive, repair_multipliers, round_digits
+from .exact import adjoint, exact, positive, round_digits
 from .proof import Examined, ProofFile
 from .rational import _matrix, fraction, rational_matrix
+from .repair import repair_multipliers
 from .time_limit import check_time
 
 __all__ = [

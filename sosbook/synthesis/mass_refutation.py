@@ -5,8 +5,9 @@ from flint import fmpq, fmpq_mat
 from scipy.linalg import eigh
 
 from ..lmi import Unknown, eye, he
-from ..lmi.exact import exact, repair_multipliers, round_digits
+from ..lmi.exact import exact, round_digits
 from ..lmi.refutation import InfeasibilityCertificate
+from ..lmi.repair import repair_multipliers
 from .regularity import exclude_gains, mass_pairs
 
 __all__ = ["null_basis", "refute_regular", "unreached"]

@@ -5,11 +5,12 @@ import numpy as np
 from ..lmi import Affine
 from ..lmi.blocks import Blocks
 from ..lmi.deepest import deepest
-from ..lmi.exact import exact, in_floats, inverse, repair_multipliers
+from ..lmi.exact import exact, in_floats, inverse
 from ..lmi.gain_proof import significant
 from ..lmi.proof import Examined, ProofFile
 from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..lmi.refutation import Exclusion, InfeasibilityCertificate
+from ..lmi.repair import repair_multipliers
 from ..lmi.text import rationals
 from .mass_refutation import null_basis
 

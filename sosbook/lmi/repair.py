@@ -1,0 +1,191 @@
+"""Float multipliers made exact: their sums over all blocks vanish in rationals.
+
+Where most unknowns are held by few blocks, as with a slack matrix, the blocks fall
+into parts that share a border of unknowns only (see `leaves`). Each part cancels
+what is left of the sums for its own unknowns, and its share of what is left for the
+border: so the time grows with the number of parts, and the rationals of one part
+have a common denominator of their own. Where a part can't, all blocks do together.
+"""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from scipy.linalg import qr
+
+from .adjoint import Slopes, adjoint
+from .blocks import Blocks
+from .centre import refine
+from .exact import definite, exact, in_floats
+from .leaves import leaves
+from .rational import _matrix, round_digits
+from .time_limit import check_time
+
+__all__ = ["repair_multipliers"]
+
+MOST_NUMBERS = 2e8  # of the slopes by entries that are held at once: 1.6 GB
+
+
+def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
+    """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
+
+    Only as many entries are changed as there are equations, in each part: those
+    that the smallest eigenvalues of the Z_k leave the most room to change.
+
+    Parameters
+    ----------
+    expressions : list of Affine
+        The blocks G_k, with exact arrays.
+    unknowns : list of Unknown
+        What the blocks are affine in.
+    Z : list of float arrays
+        Float multipliers, one for each block.
+    digits : int
+        Significant digits to which they are rounded first.
+    free : array of int, optional
+        Variables on whose slopes those of all others depend linearly.
+
+    Returns
+    -------
+    (multipliers, value) or None
+        Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
+        the repaired Z_k prove nothing.
+    """
+    Z = refine(Blocks.of([in_floats(g) for g in expressions], unknowns), Z)
+    Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
+    try:
+        stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]
+    except np.linalg.LinAlgError:
+        return None
+    if min(s.min() for s in stiff) <= 0:
+        return None
+    residual = adjoint(expressions, unknowns, Z)
+    ways = [[_Part(range(len(expressions)), range(len(unknowns)))]]
+    if free is None:
+        ways[:0] = _parts(expressions, unknowns)
+    for parts in ways:
+        repaired = _repaired(parts, expressions, unknowns, Z, stiff, residual, free)
+        if repaired is not None and all(map(_stays_positive, Z, repaired)):
+            value = sum((g.constant * z).sum() for g, z in zip(expressions, repaired))
+            if value <= 0:
+                return repaired, value
+    return None
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Blocks, and all unknowns that they hold: their indices."""
+
+    blocks: list
+    unknowns: list
+
+
+def _parts(expressions, unknowns):
+    """The `_Part` of each leaf, where they take the least time; a list of one or none.
+
+    Each holds all unknowns of the border that any block of a leaf holds.
+    """
+    index = {u: k for k, u in enumerate(unknowns)}
+    held = [
+        {index[t.unknown] for t in g.terms if t.unknown in index} for g in expressions
+    ]
+    sizes, best, least = np.array([u.size for u in unknowns]), [], inf
+    for leaf in leaves(held, len(unknowns)):
+        blocks = [[] for _ in range(max(leaf) + 1)]
+        for k, some in enumerate(held):
+            for own in {leaf[u] for u in some} - {-1}:
+                blocks[own].append(k)
+        parts = [
+            _Part(some, sorted(set().union(*(held[k] for k in some))))
+            for some in blocks
+        ]
+        work = sum(float(sizes[p.unknowns].sum()) ** 3 for p in parts)
+        if len(parts) > 1 and work < least:
+            best, least = [parts], work
+    return best
+
+
+def _repaired(parts, expressions, unknowns, Z, stiff, residual, free):
+    """The multipliers, changed by each part; None where one can't."""
+    sharing = [sum(k in p.unknowns for p in parts) for k in range(len(unknowns))]
+    ends = np.cumsum([0, *(u.size for u in unknowns)])
+    own = [residual[i:j] for i, j in zip(ends, ends[1:])]
+    if any(not n and (r != 0).any() for n, r in zip(sharing, own)):
+        return None
+    repaired = [z.copy() for z in Z]
+    for p in parts:
+        change = _change(
+            [expressions[k] for k in p.blocks],
+            [unknowns[k] for k in p.unknowns],
+            [stiff[k] for k in p.blocks],
+            np.concatenate([own[k] / sharing[k] for k in p.unknowns]),
+            slice(None) if free is None else free,
+        )
+        if change is None:
+            return None
+        for (k, i, j), c in change:
+            z = repaired[p.blocks[k]]
+            z[i, j] -= c
+            z[j, i] = z[i, j]
+    return repaired
+
+
+def _change(expressions, unknowns, stiff, residual, free):
+    """Changes of few entries that make the sums equal a residual, or None.
+
+    A list of ((block, row, column), rational). Floats choose the entries.
+    """
+    entries = [  # of the lower triangles
+        (k, i, j) for k, s in enumerate(stiff) for i, j in zip(*np.tril_indices(len(s)))
+    ]
+    if len(entries) * len(residual) > MOST_NUMBERS:
+        return None
+    slopes = Blocks.of([in_floats(g) for g in expressions], unknowns).slopes
+    white = np.stack(
+        [
+            slopes[k][:, i, j]
+            / np.sqrt(stiff[k][i] * stiff[k][j])
+            * (1 if i == j else 2)
+            for k, i, j in entries
+        ],
+        axis=1,
+    )[free]
+    held = (white != 0).any(axis=1)  # variables that occur in a block
+    white = white[held]
+    white /= np.linalg.norm(white, axis=1)[:, None]
+    lengths, order = qr(white.T, mode="r", pivoting=True)
+    lengths = np.abs(lengths.diagonal())
+    order = order[: (lengths > 1e-10 * lengths[0]).sum()]
+    lead = np.sort(np.flatnonzero(held)[order])
+    few = qr(white[order], mode="r", pivoting=True)[1]
+    few = [entries[e] for e in few[: len(lead)]]
+    exactly = [Slopes(g, unknowns) for g in expressions]
+    exact_slopes = np.array([exactly[k].at(i, j)[free] for k, i, j in few]).T
+    residual = residual[free, None]
+    check_time()
+    try:
+        change = _matrix(exact_slopes[lead]).solve(_matrix(residual[lead]))
+    except ZeroDivisionError:
+        return None
+    rest = len(lead) < len(residual)
+    if rest and _matrix(exact_slopes) * change != _matrix(residual):
+        return None  # floats lost a variable
+    check_time()
+    return list(zip(few, change.entries()))
+
+
+def _stays_positive(near, far):
+    """Whether ``far`` is positive definite because ``near`` is.
+
+    With short rationals in ``near``, and c_i above the sum over j of
+    |far - near|_ij w_j / w_i, near - diag(c) > 0 implies far > 0
+    (Gershgorin, after a diagonal scaling by any w > 0).
+    """
+    lowered = near.copy()
+    w = [2.0 ** -round(np.log2(float(e)) / 2) for e in near.diagonal()]
+    for i, row in enumerate(far - near):
+        change = sum(
+            abs(float(e)) * w[j] / w[i] + 1e-300 for j, e in enumerate(row) if e != 0
+        )
+        lowered[i, i] -= exact(float(f"{1.01 * change:.2e}"))
+    return definite(lowered)[0]
