@@ -355,6 +355,32 @@ def test_few_pairs_refuse_for_all(seed, monkeypatch):
     )
 
 
+@pytest.mark.parametrize("n, count", [(2, 16), (3, 12)])
+def test_few_vertices_refuse_with_a_slack_matrix(n, count):
+    rng = np.random.default_rng(count)
+    S = 3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    vertices = [
+        sos.SecondOrderSystem(
+            np.eye(n),
+            0.1 * S,
+            S * (1 + 0.3 * rng.uniform(-1, 1)),
+            np.diag(1 + 0.3 * rng.uniform(-1, 1, n)),
+        )
+        for _ in range(count)
+    ]
+    design = sos.design_pid(
+        sos.Polytope(vertices),
+        region=sos.PoleRegion(sigma=0.4, rho=8),
+        saturation=sos.Saturation(0.5, np.ones(2 * n)),
+        coupling="slack",
+        slack=0.1,
+    )
+    proof = design.infeasibility
+    assert design.status == "infeasible" and proof.verify()
+    assert check.check(proof.text) == list(proof.claims)
+    assert len({v for name in proof.multipliers for v in name.vertices}) < count
+
+
 def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
     asked = stiffnesses(40, 0.3)
     plain, whole = feasibility.search, []

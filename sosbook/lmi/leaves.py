@@ -23,13 +23,13 @@ def leaves(held, count):
     Yields
     ------
     (count,) array of int
-        The leaf of each, 0, 1, ..., or -1 for the border, to which belongs what no
-        block holds.
+        The leaf of each, 0, 1, ..., or -1 for the border. What no block holds is a
+        leaf of its own.
 
     Examples
     --------
     >>> [leaf.tolist() for leaf in leaves([{0, 1}, {1, 2}, {1, 3}], 5)]
-    [[0, -1, 1, 2, -1], [0, 0, 0, 0, -1]]
+    [[0, -1, 1, 2, 3], [0, 0, 0, 0, 1]]
     """
     pairs = [(k, thing) for k, some in enumerate(held) for thing in some]
     places = np.array(pairs, int).reshape(-1, 2).T
@@ -38,7 +38,7 @@ def leaves(held, count):
     shared = (holds.T @ holds).tocsr()
     others = np.diff(shared.indptr)
     for most in np.unique(others[others > 0]):
-        inner = np.flatnonzero((others > 0) & (others <= most))
+        inner = np.flatnonzero(others <= most)
         leaf = np.full(count, -1)
         leaf[inner] = connected_components(shared[inner][:, inner])[1]
         yield leaf

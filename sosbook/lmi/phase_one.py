@@ -190,14 +190,27 @@ def refine(blocks, Z):
         factors = [np.linalg.cholesky(z) for z in Z]
     except np.linalg.LinAlgError:
         return Z
-    white = [L.T @ s @ L for L, s in zip(factors, slopes)]
-    rows = np.hstack([h.reshape(len(h), -1) for h in white])
+    rows = np.hstack([_vectors(L.T @ s @ L) for L, s in zip(factors, slopes)])
     norms = np.linalg.norm(rows, axis=1)
-    rows = rows / np.where(norms == 0, 1, norms)[:, None]
-    ones = np.concatenate([np.eye(len(L)).ravel() for L in factors])
+    rows = rows[norms > 0] / norms[norms > 0, None]  # others occur in no block
+    ones = np.concatenate([_vectors(np.eye(len(L))[None])[0] for L in factors])
     X = -np.linalg.lstsq(rows, rows @ ones, rcond=1e-12)[0]
-    ends = np.cumsum([L.size for L in factors])[:-1]
-    changes = [x.reshape(L.shape) for L, x in zip(factors, np.split(X, ends))]
+    ends = np.cumsum([len(L) * (len(L) + 1) // 2 for L in factors])[:-1]
+    changes = [_symmetric(x, len(L)) for L, x in zip(factors, np.split(X, ends))]
     if min(np.linalg.eigvalsh(x)[0] for x in changes) <= -1:
         return Z
     return [L @ (np.eye(len(L)) + x) @ L.T for L, x in zip(factors, changes)]
+
+
+def _vectors(matrices):
+    """Symmetric matrices, (k, q, q), as the rows of an array, of the same norms."""
+    i, j = np.tril_indices(matrices.shape[-1])
+    return matrices[:, i, j] * np.where(i == j, 1.0, np.sqrt(2))
+
+
+def _symmetric(vector, q):
+    """The symmetric (q, q) matrix of a vector, see `_vectors`."""
+    i, j = np.tril_indices(q)
+    matrix = np.zeros((q, q))
+    matrix[i, j] = matrix[j, i] = vector / np.where(i == j, 1.0, np.sqrt(2))
+    return matrix

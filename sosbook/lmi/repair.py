@@ -98,6 +98,7 @@ def _parts(expressions, unknowns):
         parts = [
             _Part(some, sorted(set().union(*(held[k] for k in some))))
             for some in blocks
+            if some  # else nothing holds that leaf
         ]
         work = sum(float(sizes[p.unknowns].sum()) ** 3 for p in parts)
         if len(parts) > 1 and work < least:

@@ -291,7 +291,7 @@ def few_decide(request):
 
 def few_refuse(request):
     """Whether `Cuts` find multipliers that exclude all points sooner."""
-    return len(request.pairs) > PAIRS_PER_CUT and request.coupling != "slack"
+    return len(request.pairs) > PAIRS_PER_CUT
 
 
 def _key(name):
