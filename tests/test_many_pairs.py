@@ -98,6 +98,19 @@ def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
         assert_allclose(values[near], whole[key][near], rtol=1e-12)
 
 
+@pytest.mark.parametrize("asked", ASKED)
+def test_a_few_pairs_need_no_guess_to_start_from(asked, monkeypatch):
+    """Some blocks are no numbers where all unknowns are zero."""
+    design = designed(asked)
+    monkeypatch.setattr(ScaledLMIs, "guess", lambda lmis: None)
+    monkeypatch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 6)
+    again = sos.design_pid(plants(0), **ASKED[asked])
+    assert_allclose(again.K, design.K, rtol=1e-5)
+    words = {k: v for k, v in ASKED[asked].items() if k != "minimize"}
+    refused = sos.design_pid(plants(0), **words | {"gamma": 1e-4})
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+
+
 class Peculiar(Stability):
     """Its text looks at single numbers, and at which vertices are meant."""
 

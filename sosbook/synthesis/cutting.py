@@ -193,9 +193,11 @@ class Cuts:
             A refusal is that of the pairs that were chosen.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
-        size = sum(u.size for u in lmis.unknowns)
-        x = np.zeros(size) if start is None else lmis.packed(start)
-        while self.join(self.margins(x, 0.0), 0.0, count, apart=True) or not inside:
+        x = None if start is None else lmis.packed(start)
+        margins = -np.ones(len(lmis.request.pairs))  # of no point
+        if x is not None:
+            margins = self.margins(x, 0.0)
+        while self.join(margins, 0.0, count, apart=True) or not inside:
             check_time()
             count *= 2
             some = self.some()
@@ -203,7 +205,7 @@ class Cuts:
             if phase.x is None:
                 return self._refusal(phase)
             x = any_centre(some, lmis.unknowns, phase.x, enough=NEAR_CENTRE)
-            inside = True
+            margins, inside = self.margins(x, 0.0), True
         return LMISolution(lmis, unpacked(lmis.unknowns, x))
 
     def _refusal(self, phase):
@@ -290,7 +292,7 @@ def few_decide(request):
 
 
 def few_refuse(request):
-    """Whether `Cuts` find multipliers that exclude all points sooner."""
+    """Whether `Cuts` find multipliers that exclude all points of a request sooner."""
     return len(request.pairs) > PAIRS_PER_CUT
 
 
