@@ -95,7 +95,8 @@ class Barrier:
         H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
         d in the norm of H (section 9.5). Where H has a factor the step follows
         a `Curve` on which the barrier falls by half the decrement's square, as by
-        Newton's quadratic model, or by more than on the straight line.
+        Newton's quadratic model, or by a few decrements where it is large; else one
+        on which it falls by more than on the straight line, or that line.
         """
         roots = self._roots(x)
         factors = self.factors(x)
@@ -192,7 +193,7 @@ class Barrier:
     def _along(self, curve, factors, cost, length, least):
         """A point on a curve where the barrier rises by less than ``least``, or None.
 
-        ``length`` is the best one on the straight line. Farther and farther points
+        ``length`` is that of a step on the straight line. Farther and farther points
         are looked at while it goes on falling.
         """
         if least == np.inf:

@@ -1,7 +1,7 @@
 """Interior point: phase one, the analytic centre, linear objectives.
 
-Newton's method with an exact line search minimises the barrier
--sum log det G_k(x) of blocks that are affine in x. The numbers of sections are
+Newton's method, its steps bent or else with an exact line search, minimises the
+barrier -sum log det G_k(x) of blocks that are affine in x. The numbers of sections are
 those of Boyd and Vandenberghe (2004), where each step is derived.
 """
 
