@@ -7,7 +7,6 @@ more than its limit of seconds or memory ends its process. Under such a limit
 Linux counts in ticks of milliseconds: short calls are timed many at once.
 """
 
-import math
 import multiprocessing
 import signal
 import statistics
@@ -61,13 +60,16 @@ class Job:
         competitor = COMPETITORS[self.competitor]()
         make = _maker(FAMILIES[self.family].kind, given, framed)
         competitor.prepare(make)
+        at_once = 1
         seconds, judgement = calls(competitor, make)
-        at_once = at_once_for(seconds)
-        times = [seconds] if at_once == 1 else []
+        while right(judgement) and at_once * seconds < TICKS * tick():
+            at_once *= 2
+            seconds, judgement = calls(competitor, make, at_once)
+        times = [seconds] * at_once
         while right(judgement) and not _enough(times, at_once):
             seconds, judgement = calls(competitor, make, at_once)
             times += [seconds] * at_once
-        return times or [seconds], judgement
+        return times, judgement
 
 
 def _maker(kind, given, framed):
@@ -90,21 +92,20 @@ def calls(competitor, make, count=1):
     return seconds, {k: float(v) for k, v in question.judge(answer).items()}
 
 
-def at_once_for(seconds):
-    """How many calls of so many seconds make `TICKS` of the clock."""
-    return max(1, math.ceil(TICKS * tick() / max(seconds, tick())))
-
-
 @cache
 def tick():
-    """The step of `cpu` in seconds, the smallest of a few."""
+    """The step of `cpu` in seconds, the largest of a few.
+
+    A clock that counts in ticks makes a smaller step where the system takes the
+    processor away.
+    """
     steps = []
-    for _ in range(3):
+    for _ in range(5):
         begin = cpu()
         while (now := cpu()) == begin:
             pass
         steps.append(now - begin)
-    return min(steps)
+    return max(steps)
 
 
 def cpu():
