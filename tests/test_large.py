@@ -170,7 +170,7 @@ def test_counted_work_grows_and_decides():
         assert amounts == sorted(amounts)
     patience = [hessian_work(s) / iteration_work(s) for s in stacked]
     assert patience == sorted(patience)
-    tables = [not isinstance(s._values, Sums) for s in stacked]
+    tables = [not isinstance(s.values, Sums) for s in stacked]
     assert tables[0] and not any(tables[2:])
     iterative = [s.iterative for s in stacked]
     assert iterative == sorted(iterative) and iterative[-1] and not iterative[0]

@@ -73,7 +73,7 @@ class Barrier:
         self._last = x, factors
         return factors
 
-    def _roots(self, x):
+    def roots(self, x):
         """Inverse Cholesky factors of all blocks at x; a LinAlgError outside.
 
         A point whose blocks have positive eigenvalues may be outside by rounding.
@@ -98,7 +98,7 @@ class Barrier:
         Newton's quadratic model, or by a few decrements where it is large; else one
         on which it falls by more than on the straight line, or that line.
         """
-        roots = self._roots(x)
+        roots = self.roots(x)
         factors = self.factors(x)
         gradient = cost - self.newton.adjoint(gram(roots))
         if self.radius is not None:
@@ -156,7 +156,7 @@ class Barrier:
         """
         before = np.inf
         while True:
-            roots = self._roots(x)
+            roots = self.roots(x)
             gradient = cost - self.newton.adjoint(gram(roots))
             direction = -self._solve(gradient)
             decrement = np.sqrt(max(-gradient @ direction, 0.0))
@@ -174,8 +174,11 @@ class Barrier:
         each of Newton's steps doubles x, and on a ray one needs no Hessian. It is
         followed towards its lowest point, but only a part of the way to the edge.
         """
-        roots = self._roots(x)
-        changes = self.newton.scaled(roots, x)
+        roots = self.roots(x)
+        constants = [
+            N @ s.constant @ transposed(N) for N, s in zip(roots, self.newton.stacks)
+        ]
+        changes = [np.eye(c.shape[-1]) - c for c in constants]
         slope = -sum(
             s.weight * np.trace(c, axis1=1, axis2=2).real.sum()
             for s, c in zip(self.newton.stacks, changes)
@@ -183,7 +186,12 @@ class Barrier:
         if abs(slope) <= RAY_ABOVE * np.sqrt(self.newton.inner(changes, changes)):
             return x
         direction = -np.sign(slope) * x
-        rates, weights = self._rates([-np.sign(slope) * c for c in changes])
+        rates = [  # without constants a block changes as x does
+            np.linalg.eigvalsh(d) if c.any() else np.ones(c.shape[:2])
+            for d, c in zip(changes, constants)
+        ]
+        rates, weights = self._weighted(rates)
+        rates *= -np.sign(slope)
         if rates.min() >= -RATE_ROUNDING * rates.max():  # the ray doesn't end
             return x
         length = self._search(x, direction, 0.0, rates, weights)
@@ -258,7 +266,7 @@ class Barrier:
         Then no block decreases along it: up to rounding no rate is negative. Most
         directions are dismissed at sight.
         """
-        roots, inside = self._roots(x), self.newton.at(x)
+        roots, inside = self.roots(x), self.newton.at(x)
         for direction in directions:
             changes = self.newton.along(direction)
             if not any(map(_falls, changes, inside)):
@@ -273,9 +281,12 @@ class Barrier:
 
         Along the direction det G(x + s d) = det G(x) prod (1 + s r).
         """
-        rates = [np.linalg.eigvalsh(d).ravel() for d in changes]
-        weights = [np.full(len(r), s.weight) for r, s in zip(rates, self.newton.stacks)]
-        return np.concatenate(rates), np.concatenate(weights)
+        return self._weighted([np.linalg.eigvalsh(d) for d in changes])
+
+    def _weighted(self, rates):
+        """All ``rates``, one array for each stack, as one array; and their weights."""
+        weights = [np.full(r.size, s.weight) for r, s in zip(rates, self.newton.stacks)]
+        return np.concatenate([r.ravel() for r in rates]), np.concatenate(weights)
 
     def _search(self, x, direction, slope, rates, weights):
         """The s that minimises slope s - sum log(1 + s rate), and the ball's part.
@@ -325,7 +336,7 @@ class Barrier:
 
     def multipliers(self, x):
         """Inverse blocks at x: the dual point that belongs to a centre (11.6)."""
-        roots = self._roots(x)
+        roots = self.roots(x)
         return self.newton.unstacked(gram(roots))
 
 

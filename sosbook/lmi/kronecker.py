@@ -19,12 +19,14 @@ General cones form W G_kb W for every variable b, which is many times as much.
 
 from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from .dense import Dense
 from .stacks import gram, transposed
 from .structure import real
+from .sums import sliced
 
 __all__ = ["Hessian"]
 
@@ -45,7 +47,8 @@ class Hessian:
     """
 
     def __init__(self, stacked, matrix=None):
-        self.stacked, self.matrix = stacked, matrix
+        self.stacks, self.scalars = stacked.stacks, stacked.scalars
+        self.matrix, self.adjoint = matrix, stacked.values.adjoint
         self.pairs = _Pairs(stacked.layouts, stacked.stacks)
         if stacked.layouts:
             k = stacked.variables
@@ -60,27 +63,26 @@ class Hessian:
 
         It stands in one place each time: large arrays take long to be made.
         """
-        stacked = self.stacked
-        if not stacked.layouts:  # scalar variables only
+        if not self.pairs.layouts:  # scalar variables only
             flat = np.hstack(
                 [
                     np.sqrt(s.weight)
                     * real(N @ s.slopes @ transposed(N)).reshape(len(s.slopes), -1)
-                    for s, N in zip(stacked.stacks, roots)
+                    for s, N in zip(self.stacks, roots)
                 ]
             )
             return Dense(flat @ flat.T)
         H = self.matrix
         H.clear()
         self.pairs.add(H, roots)
-        for s, N in zip(stacked.stacks, roots):
+        for s, N in zip(self.stacks, roots):
             if s.gradient is not None:
                 H.add_square(N.item() ** 2 * s.gradient)
-        if len(stacked.scalars):
+        if len(self.scalars):
             inverses = gram(roots)
-        for a, index in enumerate(stacked.scalars):
-            WGW = [W @ s.slopes[a] @ W for s, W in zip(stacked.stacks, inverses)]
-            H.write_column(index, stacked.adjoint(WGW))
+        for a, index in enumerate(self.scalars):
+            WGW = [W @ s.slopes[a] @ W for s, W in zip(self.stacks, inverses)]
+            H.write_column(index, self.adjoint(WGW))
         return H
 
 
@@ -94,7 +96,8 @@ class _Pairs:
 
     def __init__(self, layouts, stacks):
         self.layouts, self.factors, plan, offset = layouts, [], [], 0
-        for s in stacks:
+        self.blocks = []  # of each entry of the plan: a stack's index, and which
+        for k, s in enumerate(stacks):
             found = [(some, *_distinct(some)) for some in s.alike]
             c = max(wide.shape[2] for _, wide, _ in found)
             V = np.zeros((len(s.blocks), s.q, c), s.constant.dtype)
@@ -103,6 +106,7 @@ class _Pairs:
                 held = tuple(t.unknown for t in some.products)
                 bases = offset + some.indices * c * c * s.weight
                 plan.append((held, starts, s.weight, tuple(bases.tolist()), c))
+                self.blocks.append((k, sliced(some.indices)))
             self.factors.append(V)
             offset += len(s.blocks) * c * c * s.weight
         jobs = _jobs(tuple(layouts), tuple(plan), SLABS_FROM_ROWS, BATCH_ENTRIES)
@@ -110,16 +114,13 @@ class _Pairs:
 
     def add(self, H, roots):
         """Write these parts of the Hessian to H."""
-        flat = []
-        for V, N in zip(self.factors, roots):
-            white = N @ V
-            flat.append(real(transposed(white) @ white))
-        flat = np.concatenate(flat)
-        of = self.layouts
+        grams, of = gram([N @ V for V, N in zip(self.factors, roots)]), self.layouts
+        flat = np.concatenate([real(M) for M in grams])
+        some = [grams[k][blocks] for k, blocks in self.blocks]
         for u, v, job in self.slabs:
             self._write_slabs(H.part(of[u], of[v]), flat, u, v, job)
         for u, v, *jobs in self.alone:
-            H.part(of[u], of[v])[...] = self._alone(flat, of[u], of[v], *jobs)
+            H.part(of[u], of[v])[...] = self._alone(some, of[u], of[v], *jobs)
         for batch in self.batches:
             for (u, v), part in zip(batch.pairs, batch.parts(flat)):
                 H.part(of[u], of[v])[...] = part
@@ -155,12 +156,13 @@ class _Pairs:
                 part[start : start + a + 1, :count] = rows
             start += a + 1
 
-    def _alone(self, flat, of_u, of_v, straight, crossed):
+    def _alone(self, grams, of_u, of_v, straight, crossed):
         """The part of two other large unknowns."""
         a, b, c, d = of_u.rows, of_u.cols, of_v.rows, of_v.cols
-        total = _kronecker(flat, straight).reshape(b, c, d, a).transpose(3, 0, 1, 2)
-        if crossed is not None:
-            more = _kronecker(flat, crossed).reshape(b, d, c, a)
+        total = _sum_of(straight, grams)
+        total = total.reshape(b, c, d, a).transpose(3, 0, 1, 2)
+        if crossed:
+            more = _sum_of(crossed, grams).reshape(b, d, c, a)
             total = total + more.transpose(3, 0, 2, 1)
         total = _packed(of_u, total.reshape(a * b, c * d))
         return _packed(of_v, total.T).T
@@ -241,16 +243,16 @@ def _jobs(layouts, plan, slabs_from, most_entries):
     slabs, alone, kinds = [], [], {}
     for (first, second), (straight, crossed) in _pairs(layouts, plan).items():
         X, Y = layouts[first], layouts[second]
-        straight, crossed = _arrays(straight), _arrays(crossed)
-        few = len(straight[0]) < FEW_TERMS * X.rows**2
+        few = sum(t.count(plan) for t in straight) < FEW_TERMS * X.rows**2
         if X.symmetric and Y.symmetric and X.rows >= slabs_from and few:
-            slabs.append((first, second, straight))
+            slabs.append((first, second, _arrays(straight, plan)))
             continue
         if X.rows * X.cols * Y.rows * Y.cols > most_entries:
             alone.append((first, second, straight, crossed))
             continue
         kind = X.rows, X.cols, X.symmetric, Y.rows, Y.cols, Y.symmetric
-        kinds.setdefault(kind, []).append((first, second, straight, crossed))
+        arrays = _arrays(straight, plan), _arrays(crossed, plan)
+        kinds.setdefault(kind, []).append((first, second, *arrays))
     batches = []
     for (rows, cols, _, *second, _), pairs in kinds.items():
         pairs.sort(key=lambda pair: len(pair[2][0]))  # these are padded the least
@@ -261,33 +263,102 @@ def _jobs(layouts, plan, slabs_from, most_entries):
 
 
 def _pairs(layouts, plan):
-    """Indices of both Kronecker products: with vec(dY), and with vec(dY').
+    """The terms of both Kronecker products: with vec(dY), and with vec(dY').
 
-    Two lists for each two unknowns that share a block, a symmetric one first.
+    Two lists of `_Term` for each two unknowns that share a block, a symmetric one
+    first.
     """
     found = {}
-    for products, starts, weight, bases, c in plan:
-        bases = np.array(bases)[:, None, None]
+    for k, (products, starts, *_) in enumerate(plan):
         factors = [*zip(products, *_columns(layouts, products, starts))]
         for (u, Ls, Rs), (v, Lt, Rt) in product(factors, repeat=2):
             if (not layouts[u].symmetric, u) > (not layouts[v].symmetric, v):
                 continue
             straight, crossed = found.setdefault((u, v), ([], []))
-
-            def at(rows, cols, bases=bases, c=c, weight=weight):
-                return bases + (rows[:, None] * c + cols) * weight
-
-            terms = [(straight, at(Rs, Lt), at(Rt, Ls))]
+            straight.append(_Term(k, (Rs, Lt), (Rt, Ls), False))
             if layouts[u].symmetric:  # dX may be transposed
-                terms.append((straight, at(Lt, Ls).mT, at(Rs, Rt).mT))
+                straight.append(_Term(k, (Lt, Ls), (Rs, Rt), True))
             else:
-                terms.append((crossed, at(Rs, Rt), at(Lt, Ls)))
-            for entries, A, B in terms:
-                A, B = A.reshape(len(A), -1), B.reshape(len(B), -1)
-                entries.append((A, B, 2.0 * weight))
-                if weight == 2:  # an imaginary part follows its real one
-                    entries.append((A + 1, B + 1, -2.0 * weight))
+                crossed.append(_Term(k, (Rs, Rt), (Lt, Ls), False))
     return dict(sorted(found.items()))
+
+
+class _Term(NamedTuple):
+    """A product A kron B of two submatrices of M = V' W V, for all blocks of a form.
+
+    Parameters
+    ----------
+    form : int
+        Which blocks: an index of the plan.
+    A, B : (slice, slice)
+        Rows and columns.
+    transposed : bool
+        Whether the transposes of both are meant.
+    """
+
+    form: int
+    A: tuple
+    B: tuple
+    transposed: bool
+
+    def count(self, plan):
+        """Of how many real products it is the sum."""
+        _, _, weight, bases, _ = plan[self.form]
+        return weight * len(bases)
+
+    def indices(self, plan):
+        """Where A and B stand among all M's entries, and the products' weights."""
+        _, _, weight, bases, c = plan[self.form]
+        places = np.arange(c * c).reshape(c, c) * weight
+        A, B = (
+            self._vectors(np.array(bases)[:, None, None] + places[part])
+            for part in (self.A, self.B)
+        )
+        if weight == 2:  # an imaginary part follows its real one
+            A, B = np.concatenate([A, A + 1]), np.concatenate([B, B + 1])
+        signs = np.repeat([2.0 * weight, -2.0 * weight][:weight], len(bases))
+        return A, B, signs
+
+    def vectors(self, grams):
+        """vec(A) and vec(B) of each block by rows, from the M of each form; a weight.
+
+        They are the same array where A is B. Complex ones stand for two products, of
+        the real parts less that of the imaginary ones.
+        """
+        M = grams[self.form]
+        A = self._vectors(M[:, *self.A])
+        B = A if self.A == self.B else self._vectors(M[:, *self.B])
+        return A, B, 4.0 if M.dtype == complex else 2.0
+
+    def _vectors(self, some):
+        some = some.mT if self.transposed else some
+        return some.reshape(len(some), -1)
+
+
+def _sum_of(terms, grams):
+    """The sum of some terms, from the M of each form.
+
+    That of A kron A is a product of a matrix with its transpose, which takes half of
+    the time.
+    """
+    squares, others = {1: [], -1: []}, ([], [])
+    for t in terms:
+        A, B, weight = t.vectors(grams)
+        for sign, part in ((1, np.real), (-1, np.imag))[: 1 + np.iscomplexobj(A)]:
+            if B is A:
+                squares[sign].append(weight**0.5 * part(A))
+            else:
+                others[0].append(sign * weight * part(A))
+                others[1].append(part(B))
+    total = 0.0
+    for sign, some in squares.items():
+        if some:
+            some = np.concatenate(some)
+            total = total + sign * (some.T @ some)
+    if others[0]:
+        A, B = map(np.concatenate, others)
+        total = total + A.T @ B
+    return total
 
 
 def _distinct(some):
@@ -315,16 +386,16 @@ def _distinct(some):
 def _columns(layouts, products, starts):
     """Columns of the left and the right factors within V."""
     widths = [n for k in products for n in (layouts[k].rows, layouts[k].cols)]
-    spans = [np.arange(i, i + n) for i, n in zip(starts, widths)]
+    spans = [slice(i, i + n) for i, n in zip(starts, widths)]
     return spans[::2], spans[1::2]
 
 
-def _arrays(entries):
-    if not entries:
+def _arrays(terms, plan):
+    """Indices and weights of some terms, see `_kronecker`; None without any."""
+    if not terms:
         return None
-    A, B, weights = zip(*entries)
-    weights = np.repeat(weights, [len(a) for a in A])
-    return np.concatenate(A), np.concatenate(B), weights[:, None]
+    A, B, weights = map(np.concatenate, zip(*(t.indices(plan) for t in terms)))
+    return A, B, weights[:, None]
 
 
 def _padded(jobs):

@@ -68,8 +68,8 @@ class Newton(Stacked):
         self._double = self._congruence = None
         if not self.iterative:
             return
-        known = isinstance(self._values, Sums)
-        self._double = self._values if known else Sums(self)
+        known = isinstance(self.values, Sums)
+        self._double = self.values if known else Sums(self)
         if products_work(self) > sums_work(self):  # and not numpy's calls
             self._congruence = Congruence(self)
 

@@ -56,6 +56,8 @@ class Stacked:
         Number of the variables.
     degree : int
         Sum of the sizes of the blocks, padding included.
+    values : Sums, SparseTable or _Table
+        What computes the blocks at points, their changes and adjoints.
     """
 
     def __init__(self, blocks):
@@ -66,14 +68,14 @@ class Stacked:
         entries = sum(s.constant.size for s in self.stacks)
         few = entries * self.variables <= MOST_TABLE_ENTRIES
         if few and table_work(self) < least_work(self):  # nothing else need be counted
-            self._values = _Table(self)
+            self.values = _Table(self)
             return
         ways = [(sums_work(self), Sums)]
         if self.layouts:  # else Newton's matrix wants the table
             ways.append((sparse_work(self), SparseTable))
         if few:
             ways.append((table_work(self), _Table))
-        self._values = min(ways, key=lambda way: way[0])[1](self)
+        self.values = min(ways, key=lambda way: way[0])[1](self)
 
     def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
@@ -97,7 +99,7 @@ class Stacked:
         if row is not None:
             joined.stacks.append(_Row(joined, len(slopes), *row))
             joined.degree += 1
-        joined._values = self._values.joined(joined)
+        joined.values = self.values.joined(joined)
         return joined
 
     def with_constants(self, constants):
@@ -107,7 +109,7 @@ class Stacked:
         """
         changed = copy(self)
         changed.stacks = [s.with_constants(constants) for s in self.stacks]
-        changed._values = self._values.moved(changed)
+        changed.values = self.values.moved(changed)
         return changed
 
     def diagonal_magnitudes(self):
@@ -122,7 +124,7 @@ class Stacked:
         list of (q,) arrays
             One for each block.
         """
-        squares = self._values.diagonal_squares()
+        squares = self.values.diagonal_squares()
         large = [
             np.abs(s.constant.diagonal(0, 1, 2)) + np.sqrt(np.maximum(e, 0))
             for s, e in zip(self.stacks, squares)  # rounding may leave -1e-17
@@ -135,11 +137,11 @@ class Stacked:
 
     def at(self, x):
         """The blocks at a (k,) array x, as a list of stacks."""
-        return self._values.at(x)
+        return self.values.at(x)
 
     def along(self, direction):
         """sum_a d_a G_ka: the change of the blocks along a ``direction`` d."""
-        return self._values.along(direction)
+        return self.values.along(direction)
 
     def scaled(self, roots, direction):
         """N dG N' of all blocks for their change dG `along` a direction.
@@ -155,16 +157,22 @@ class Stacked:
 
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
-        return self._values.adjoint(Z)
+        return self.values.adjoint(Z)
 
     def inner(self, Y, Z):
         """sum_k <Y_k, Z_k>, for two lists of stacks Y and Z."""
         return sum(s.weight * np.vdot(y, z).real for s, y, z in zip(self.stacks, Y, Z))
 
-    def least(self, x):
-        """The smallest eigenvalue of each block at x, at most 1."""
+    def least(self, x, scales=None):
+        """The smallest eigenvalue of each block at x, at most 1.
+
+        With ``scales``, as `stacked_diagonals` gives them, it is that of d_i d_j G_ij.
+        """
+        stacks = self.at(x)
+        if scales is not None:
+            stacks = [d[..., None] * g * d[:, None] for d, g in zip(scales, stacks)]
         smallest = np.ones(sum(len(s.indices) for s in self.stacks))
-        for s, g in zip(self.stacks, self.at(x)):
+        for s, g in zip(self.stacks, stacks):
             smallest[s.indices] = np.minimum(np.linalg.eigvalsh(g)[:, 0], 1)
         return smallest
 
@@ -198,11 +206,11 @@ class Stacked:
     @property
     def has_table(self):
         """Whether all slopes are held as a table."""
-        return isinstance(self._values, _Table)
+        return isinstance(self.values, _Table)
 
     def slope_table(self):
         """The slopes of all variables by stack, arrays (k, blocks, q, q)."""
-        return self._values.slopes()
+        return self.values.slopes()
 
     def _by_block(self, stacks, cut):
         """A list of ``cut(entry, stack, size)``, one for each block."""
@@ -309,7 +317,6 @@ class _Table:
     """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
-        self.owner = owner
         self.constant = np.concatenate([real(s.constant) for s in owner.stacks])
         columns, start = [], 0
         self.parts = []  # of a vector of all entries: place, kind and shape
@@ -336,7 +343,7 @@ class _Table:
         joined = copy(self)
         blocks = [s for s in owner.stacks if s.gradient is None]
         last = np.concatenate([real(s.slopes[-1]) for s in blocks])
-        joined.owner, joined.table = owner, np.vstack([self.table, last])
+        joined.table = np.vstack([self.table, last])
         for s in owner.stacks[len(blocks) :]:  # a row is one more column
             end = len(joined.constant)
             joined.parts = [*self.parts, (slice(end, end + 1), float, (1, 1, 1))]
@@ -349,7 +356,6 @@ class _Table:
     def moved(self, owner):
         """The same slopes with the constants of an ``owner``."""
         moved = copy(self)
-        moved.owner = owner
         moved.constant = np.concatenate([real(s.constant) for s in owner.stacks])
         return moved
 

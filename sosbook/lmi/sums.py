@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-__all__ = ["Sums", "single", "span"]
+__all__ = ["Sums", "single", "sliced", "span"]
 
 ROUNDING = 1e-14  # relative, of a left factor that is a combination of others
 LARGEST_WEIGHT = 100.0  # of such a combination; larger ones lose digits
@@ -66,7 +66,8 @@ class Sums:
             ]
 
     def _belong(self, owner):
-        self.owner, self.scalars = owner, owner.scalars
+        self.stacks, self.scalars = owner.stacks, owner.scalars
+        self.variables = owner.variables
         self.constants = [s.constant for s in owner.stacks]
         self.slopes = [s.slopes for s in owner.stacks]
         self.gradients = [s.gradient for s in owner.stacks]
@@ -84,7 +85,7 @@ class Sums:
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""
         sums = []
-        for s in self.owner.stacks:
+        for s in self.stacks:
             squares = (s.slopes.diagonal(0, 2, 3).real ** 2).sum(0)
             for e, b, k in zip(squares, s.blocks, s.sizes):
                 e[:k] += b.diagonal_squares(self.layouts)
@@ -143,9 +144,9 @@ class Sums:
             for tall, (_, right) in zip(self.lefts, self.rights)
         ]
         X = [np.zeros((layout.rows, layout.cols)) for layout in self.layouts]
-        out, row = np.zeros((2, self.owner.variables))
+        out, row = np.zeros((2, self.variables))
         of_stacks = iter(self.parts)
-        for s, stack, slopes in zip(self.owner.stacks, Z, self.slopes):
+        for s, stack, slopes in zip(self.stacks, Z, self.slopes):
             if s.gradient is not None:
                 row += stack.item() * s.gradient
                 continue
@@ -229,7 +230,7 @@ class _Many:
         if len(left) == 1:
             left = np.repeat(left, len(blocks), axis=0)
         right = np.ascontiguousarray(product.right[..., cols])
-        return cls(_sliced(blocks), (rows, cols), product.unknown, left, right)
+        return cls(sliced(blocks), (rows, cols), product.unknown, left, right)
 
     def add(self, total, X, products):
         right = X[self.unknown] @ self.right
@@ -259,7 +260,7 @@ def _are_many(some):
     return len(some.indices) >= max(MANY * rows, 2)
 
 
-def _sliced(indices):
+def sliced(indices):
     """A slice of these indices where no other is between them."""
     if (np.diff(indices) == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)

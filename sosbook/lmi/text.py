@@ -28,15 +28,17 @@ class LMIText:
 
     Parameters
     ----------
-    write : callable
-        See `LMIProblem`.
+    write : callable or None
+        See `LMIProblem`. None where a class has it as a method.
     unknowns : sequence of Unknown
         What the blocks are affine in.
     """
 
     def __init__(self, write, unknowns):
-        self.write, self.unknowns = write, list(unknowns)
-        if not callable(write):
+        if write is not None:
+            self.write = write
+        self.unknowns = list(unknowns)
+        if not callable(getattr(self, "write", None)):
             raise ValueError("write must be a function of (values, number)")
         if not self.unknowns:
             raise ValueError("unknowns is empty: there is nothing to find")

@@ -1,11 +1,12 @@
 """The loop in one arithmetic and one set of coordinates, for its blocks."""
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
-__all__ = ["Loop"]
+__all__ = ["Loop", "OnDemand"]
 
 
 class Loop:
@@ -33,7 +34,8 @@ class Loop:
         self.problem, self.frame = problem, frame
         self.number, self.P, self.Y, self.V = number, P, Y, V
         self.levels, self.own = dict(levels), dict(own)
-        self.plain = self.vertices = problem.vertices_in(number)
+        self.plain = problem.vertices_at(None, number)
+        self.vertices = problem.vertices_at(frame, number)
         self.E0 = number(problem.mean.E)
         self.T = self.back = None
         self.scale = 1
@@ -46,7 +48,6 @@ class Loop:
                 for f in (frame.left, frame.T, frame.back, frame.scale)
             )
             self.scale = scale.item()
-            self.vertices = [d.change(left, self.T, self.scale) for d in self.vertices]
             self.E0 = left @ self.E0 @ self.T
 
     @property
@@ -70,10 +71,12 @@ class Loop:
             loop.frame = self.frame.times(unit)
             loop.T, loop.back = self.T * c, self.back / c
             loop.scale = self.scale * c
-            loop.vertices = [
-                replace(d, Bw=d.Bw / c, C=d.C * c, Du=_times(d.Du, c))
-                for d in self.vertices
-            ]
+
+            def make(k):
+                d = self.vertices[k]
+                return replace(d, Bw=d.Bw / c, C=d.C * c, Du=_times(d.Du, c))
+
+            loop.vertices = OnDemand(make, len(self.vertices))
         if size is not None:
             loop.P = _divided(self.P, size)
             loop.V, loop.Y = _divided(self.V, size), _divided(self.Y, size)
@@ -105,6 +108,31 @@ class Loop:
         if free is not None:
             return free
         return self.scalar(requirement.bound) ** requirement.parameter.power
+
+
+class OnDemand(Sequence):
+    """Items that are made when they are asked for, and kept.
+
+    Parameters
+    ----------
+    make : callable
+        From an index to its item.
+    count : int
+        How many there are.
+    """
+
+    def __init__(self, make, count):
+        self._make, self._count, self._made = make, count, {}
+
+    def __len__(self):
+        return self._count
+
+    def __getitem__(self, k):
+        if not 0 <= k < self._count:
+            raise IndexError(k)
+        if k not in self._made:
+            self._made[k] = self._make(k)
+        return self._made[k]
 
 
 def _divided(x, size):

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..lmi.centre import margin
 from ..lmi.matrices import margins
+from ..lmi.text import floats
 from ..lmi.time_limit import check_time
 from ..requirements.base import BlockName
 from .pair_stacks import alone, read, stacked, together
@@ -37,7 +38,7 @@ def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
     The theorems are read with `Matrices`. A requirement that can't be read
     so, or reads otherwise for a single pair, is read pair by pair.
     """
-    _, loops, _ = request.loops(P, Y, _floats, frame, None, levels, own)
+    _, loops, _ = request.loops(P, Y, floats, frame, None, levels, own)
     stacks = {loop: stacked(loop.vertices) for loop in set(loops.values())}
     pairs, found = np.array(request.pairs), {}
     step = max(1, int(LARGEST_STACK / (BLOCK_ROWS * request.order) ** 2))
@@ -52,10 +53,6 @@ def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
                 whole = found.setdefault((r.key, block), np.empty(len(pairs)))
                 whole[part] = least
     return found
-
-
-def _floats(x):
-    return x
 
 
 def _margins(r, loop, coupled, i, j, below):

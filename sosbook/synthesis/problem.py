@@ -10,6 +10,7 @@ from ..lmi import Affine
 from ..lmi.exact import exact
 from ..lmi.matrices import Readings
 from ..lmi.read_only import ReadOnly
+from ..lmi.text import floats
 from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
@@ -22,7 +23,7 @@ from ..plants.descriptor import (
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
 from ..requirements.base import BlockTable, Requirement, sane_name
-from ..requirements.loop import Loop
+from ..requirements.loop import Loop, OnDemand
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
 from ..requirements.stability import Stability
@@ -165,15 +166,7 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
         return tuple(asked)
 
     def blocks(
-        self,
-        P,
-        Y,
-        number=lambda x: x,
-        frame=None,
-        V=None,
-        levels=(),
-        own=(),
-        pairs=None,
+        self, P, Y, number=floats, frame=None, V=None, levels=(), own=(), pairs=None
     ):
         """All blocks that must be positive definite, by name.
 
@@ -298,6 +291,35 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
             E[n : 2 * n, n : 2 * n] = number(v.M) - number(v.B) @ K_A
             loops.append(replace(d, E=E))
         return loops
+
+    def vertices_at(self, frame, number=floats):
+        """The vertices in the coordinates of a `Frame`, or in the plant's own.
+
+        In floats they are made once for each frame; in another arithmetic, of
+        ``number``, those that are asked for.
+        """
+        if number is not floats:
+            return self._vertices_at(frame, number)
+        if frame not in self._moved:
+            self._moved[frame] = list(self._vertices_at(frame, number))
+        return self._moved[frame]
+
+    def _vertices_at(self, frame, number):
+        factors = () if frame is None else (frame.left, frame.T, frame.scale)
+        factors = [number(np.array(f)) for f in factors]
+
+        def make(k):
+            (d,) = self.vertices_in(number, [k])
+            if frame is None:
+                return d
+            left, T, scale = factors
+            return d.change(left, T, scale.item())
+
+        return OnDemand(make, len(self.vertices))
+
+    @cached_property
+    def _moved(self):
+        return {}
 
     @cached_property
     def certain(self):

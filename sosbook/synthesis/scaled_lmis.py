@@ -54,9 +54,10 @@ class ScaledLMIs(TrustedProblem):
         unknowns = request.unknowns(self.units)
         self.matrices = [u for u in unknowns if u.name not in self.sizes]
         levels = [Unknown(_level(name), 1) for name in self.units]
-        super().__init__(self._written, [*self.matrices, *levels])
+        super().__init__(None, [*self.matrices, *levels])
 
-    def _written(self, values, number):
+    def write(self, values, number):
+        """All blocks by name, see `LMIProblem`."""
         return self.written_for(self.pairs, values, number)
 
     def written_for(self, pairs, values, number=floats):
@@ -152,8 +153,8 @@ class ScaledLMIs(TrustedProblem):
         request, frame = self.request, self.frame
         if len(request.vertices) > 1 or request.gain is not None:
             return
-        (d,) = request.vertices
-        A, *_ = d.change(frame.left, frame.T, frame.scale).state_space()
+        (d,) = request.vertices_at(frame)
+        A, *_ = d.state_space()
         modes, vectors = np.linalg.eig(A)
         zero = {u.name: np.zeros(u.shape) for u in self.unknowns}
         for k in np.argsort(modes.real):

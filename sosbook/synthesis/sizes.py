@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..lmi.text import floats
 from ..requirements.loop import Loop
 
 __all__ = ["Sizes"]
@@ -52,7 +53,7 @@ class Sizes:
         own = {
             u.name: np.zeros(u.shape) for r in self.demands for u in r.unknowns(self)
         }
-        loop = Loop(self, lambda x: x, None, P, Y, V, (), own)
+        loop = Loop(self, floats, None, P, Y, V, (), own)
         first = self._coupled(loop, *self.pairs[0])
 
         def constants(r):

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ..lmi import Unknown
+from ..lmi.text import floats
 from ..plants.descriptor import twins
 
 __all__ = ["InUnknowns"]
@@ -47,7 +48,7 @@ class InUnknowns:
             return ("P",)
         return tuple(f"P {i + 1}" for i in twins(self.certain))
 
-    def in_unknowns(self, frame, number=lambda x: x, levels=(), sizes=(), pairs=None):
+    def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
         """`blocks` in the `unknowns`.
 
         Parameters
@@ -69,7 +70,7 @@ class InUnknowns:
         values = {u.name: u for u in unknowns} | dict(sizes)
         return self.blocks_at(values, number, frame, levels, pairs), unknowns
 
-    def blocks_at(self, values, number=lambda x: x, frame=None, levels=(), pairs=None):
+    def blocks_at(self, values, number=floats, frame=None, levels=(), pairs=None):
         """`blocks` for values of the `unknowns`, by name, in a frame.
 
         ``number`` brings data into an arithmetic; ``levels`` are the free
@@ -78,7 +79,7 @@ class InUnknowns:
         P, Y, V, own = self.taken_apart(values, number, frame)
         return self.blocks(P, Y, number, frame, V, levels, own, pairs)
 
-    def taken_apart(self, values, number=lambda x: x, frame=None):
+    def taken_apart(self, values, number=floats, frame=None):
         """P, Y, V and own, as `blocks` takes them, of ``values`` by name.
 
         ``number`` and ``frame`` are as in `blocks`.

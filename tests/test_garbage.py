@@ -1,0 +1,60 @@
+"""Memory of a design is free as soon as its answer is dropped, without a collection."""
+
+import gc
+
+import pytest
+
+import sosbook as sos
+from benchmarks.catalogue import FAMILIES, case
+from sosbook.lmi.expression import Term, Unknown
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
+
+SMALL = Term, Unknown  # an unknown keeps itself as an expression
+
+ASKED = {name: family for name, family in FAMILIES.items() if family.half == "tuning"}
+
+
+def garbage_of(work):
+    """Objects of the package that only a collection frees after ``work``."""
+    work()  # what is made once for all, such as modules and caches
+    gc.collect()
+    gc.disable()
+    try:
+        work()
+        gc.set_debug(gc.DEBUG_SAVEALL)
+        gc.collect()
+        return [o for o in gc.garbage if type(o).__module__.startswith("sosbook")]
+    finally:
+        gc.set_debug(0)
+        gc.garbage.clear()
+        gc.enable()
+
+
+@pytest.mark.parametrize("family", ASKED)
+def test_a_design_leaves_no_garbage(family):
+    question = case(family, ASKED[family].sizes[0], framed=True)
+    found = garbage_of(lambda: question.design())
+    assert [type(o).__name__ for o in found if not isinstance(o, SMALL)] == []
+
+
+def test_a_refusal_leaves_no_garbage():
+    plant, asked = FAMILIES["uncertain springs"].make(4)
+
+    def refuse():
+        design = sos.design_pid(plant, **asked | dict(gamma=1e-3))
+        assert design.status == "infeasible" and design.infeasibility.proven
+
+    found = garbage_of(refuse)
+    assert [type(o).__name__ for o in found if not isinstance(o, SMALL)] == []
+
+
+def test_vertices_are_moved_into_a_frame_once():
+    plant, asked = FAMILIES["uncertain springs"].make(4)
+    request = Request(plant, **asked)
+    frame, other = Frame.of(request), Frame.of(request)
+    known = request.vertices_at(frame)
+    assert request.vertices_at(frame) is known is not request.vertices_at(other)
+    for d, plain in zip(known, request.vertices, strict=True):
+        moved = plain.change(frame.left, frame.T, frame.scale)
+        assert (d.E == moved.E).all() and (d.Bu == moved.Bu).all()
