@@ -87,9 +87,10 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     newton = newton_of(blocks).joined([-D for D in units])
     x = np.zeros(blocks.variables)
     scales = newton.stacked_diagonals(blocks.diagonal_scales)
-    least, below = _least(newton, scales, x), 1.0
+    least, below = newton.least(np.append(x, 0.0), scales).min(), 1.0
     if start is not None:
-        there, size = _least(newton, scales, start), max(np.abs(start).max(), 1.0)
+        there = newton.least(np.append(start, 0.0), scales).min()
+        size = max(np.abs(start).max(), 1.0)
         if there / size > least:  # far away blocks are larger
             x, least, below = start, there, max(abs(there), 0.1)
     x = np.append(x, min(least, 0) - below)
@@ -106,13 +107,6 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
             while 8 * weight < -2 * blocks.degree / x[-1]:
                 weight *= 8  # t < 0 can't be seen with so little
     return _central_path(asked, blocks, newton, x, weight, radius, wide)
-
-
-def _least(newton, scales, x):
-    """The smallest eigenvalue of all blocks, their diagonals near one; at most 1."""
-    stacks = newton.at(np.append(x, 0.0))
-    scaled = [d[..., None] * g * d[..., None, :] for d, g in zip(scales, stacks)]
-    return min(np.linalg.eigvalsh(g).min() for g in scaled)
 
 
 def _central_path(asked, blocks, newton, x, weight, radius, wide):

@@ -10,6 +10,7 @@ from ..lmi.blocks import AffineBlocks, Blocks
 from ..lmi.bounded import any_centre, unpacked
 from ..lmi.centre import margin, phase_one
 from ..lmi.newton import newton_of
+from ..lmi.shifted import enter
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import check_time
 from .pair_margins import pair_margins
@@ -161,9 +162,7 @@ class Cuts:
         A pair's blocks are bilinear in its two vertices.
         """
         request, frame, parts = self.lmis.request, self.lmis.frame, []
-        vertices = [
-            d.change(frame.left, frame.T, frame.scale) for d in request.vertices
-        ]
+        vertices = request.vertices_at(frame)
         for name in ("E", "A", "Bu", "Bw"):
             part = np.array([getattr(d, name).ravel() for d in vertices])
             part = part - part.mean(axis=0)
@@ -193,6 +192,7 @@ class Cuts:
             A refusal is that of the pairs that were chosen.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
+        near, short = False, True  # the centre of some pairs, and the ways from there
         x = None if start is None else lmis.packed(start)
         margins = -np.ones(len(lmis.request.pairs))  # of no point
         if x is not None:
@@ -201,11 +201,16 @@ class Cuts:
             check_time()
             count *= 2
             some = self.some()
-            phase = phase_one(some, start=x, multipliers=refute)
-            if phase.x is None:
-                return self._refusal(phase)
-            x = any_centre(some, lmis.unknowns, phase.x, enough=NEAR_CENTRE)
+            entered = enter(some, x) if near else None
+            if entered is None:
+                short &= not near
+                phase = phase_one(some, start=x, multipliers=refute)
+                if phase.x is None:
+                    return self._refusal(phase)
+                entered = phase.x
+            x = any_centre(some, lmis.unknowns, entered, enough=NEAR_CENTRE)
             margins, inside = self.margins(x, 0.0), True
+            near = short and bool(self.chosen)
         return LMISolution(lmis, unpacked(lmis.unknowns, x))
 
     def _refusal(self, phase):
