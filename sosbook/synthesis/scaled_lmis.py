@@ -57,7 +57,15 @@ class ScaledLMIs(TrustedProblem):
         super().__init__(None, [*self.matrices, *levels])
 
     def write(self, values, number):
-        """All blocks by name, see `LMIProblem`."""
+        """All blocks, for ``values`` of the unknowns by name; see `LMIProblem`.
+
+        ``number`` brings other data into their arithmetic.
+
+        Returns
+        -------
+        dict
+            From `BlockName` to matrix.
+        """
         return self.written_for(self.pairs, values, number)
 
     def written_for(self, pairs, values, number=floats):
