@@ -1,12 +1,15 @@
 """Memory of a design is free as soon as its answer is dropped, without a collection."""
 
 import gc
+import pickle
 
 import pytest
 
 import sosbook as sos
 from benchmarks.catalogue import FAMILIES, case
+from sosbook.lmi.exact import exact
 from sosbook.lmi.expression import Term, Unknown
+from sosbook.plants.descriptor import Descriptor
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 
@@ -58,3 +61,30 @@ def test_vertices_are_moved_into_a_frame_once():
     for d, plain in zip(known, request.vertices, strict=True):
         moved = plain.change(frame.left, frame.T, frame.scale)
         assert (d.E == moved.E).all() and (d.Bu == moved.Bu).all()
+
+
+def test_exact_vertices_are_moved_where_they_are_asked_for(monkeypatch):
+    plant, asked = FAMILIES["uncertain springs"].make(16)
+    request = Request(plant, **asked)
+    moves, change = [], Descriptor.change
+
+    def counted(d, *frame):
+        moves.append(d)
+        return change(d, *frame)
+
+    monkeypatch.setattr(Descriptor, "change", counted)
+    vertices = request.vertices_at(Frame.of(request), exact)
+    moves.clear()
+    assert len(vertices) == 16 and vertices[5] is vertices[5] and len(moves) == 1
+    assert vertices[5].E.dtype == object
+
+
+def test_moved_vertices_are_not_stored_with_a_request():
+    plant, asked = FAMILIES["uncertain springs"].make(16)
+    request = Request(plant, **asked)
+    before = len(pickle.dumps(request))
+    frame = Frame.of(request)
+    request.vertices_at(frame)
+    again = pickle.loads(pickle.dumps(request))
+    assert len(pickle.dumps(request)) < 1.1 * before
+    assert (again.vertices_at(frame)[3].A == request.vertices_at(frame)[3].A).all()

@@ -19,6 +19,7 @@ SHIFT = 4.0  # times what the worst block lacks: so deep are shifted ones at fir
 LEAST_LACK = 1e-4  # of diagonals near one; x may lie on the edge
 SMALL_TERM = 0.1  # of a curve, as far from the centre
 SHORTEST = 0.5  # of the way to s = 0; where a step gets less far the way is long
+MOST_STEPS = 8
 FARTHEST = 100.0  # times as far from 0 as before: there may be no centre
 
 
@@ -49,7 +50,7 @@ def enter(blocks, x):
     units = [np.diag((k <= 0) / d**2) for d, k in zip(scales, least)]
     barrier, farthest = Barrier(newton.joined(units)), FARTHEST * max(abs(x).max(), 1.0)
     x = np.append(x, SHIFT * max(-least.min(), LEAST_LACK))
-    while x[-1] > 0:
+    for _ in range(MOST_STEPS):
         try:
             curve = _lowering(barrier, x)
         except np.linalg.LinAlgError:
@@ -64,7 +65,9 @@ def enter(blocks, x):
         x = moved
         if not abs(x[:-1]).max() < farthest:
             return None
-    return x[:-1]
+        if x[-1] == 0:
+            return x[:-1]
+    return None
 
 
 def _lowering(barrier, x):

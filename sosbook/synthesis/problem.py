@@ -321,6 +321,9 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
     def _moved(self):
         return {}
 
+    def __getstate__(self):  # what is made again isn't stored
+        return {name: value for name, value in vars(self).items() if name != "_moved"}
+
     @cached_property
     def certain(self):
         """The vertices with E = diag(I, M - B K_A, I) free of rounding errors.
