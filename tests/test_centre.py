@@ -96,7 +96,8 @@ def test_a_start_of_the_wrong_size_costs_no_steps(family, size, most):
     assert barrier_at(newton, nearer) < barrier_at(newton, x)
     found = centre(blocks, nearer, lambda state: decrements.append(state["decrement"]))
     assert len(decrements) <= most
-    assert np.allclose(found, centre(blocks, x), rtol=0, atol=1e-8 * np.abs(x).max())
+    size = np.abs(found).max()
+    assert np.allclose(found, centre(blocks, x), rtol=0, atol=1e-8 * size)
 
 
 def test_only_a_ray_that_ends_is_followed():

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
+from sosbook import counterexamples
 from sosbook.lmi import Unknown, eye
 from sosbook.lmi import exact as certificate
 from sosbook.lmi.exact import Rational, definite, exact, inverse, pivots, round_digits
@@ -151,12 +152,21 @@ def positive_definite(matrix):
 
 
 def test_vertices_prove_nothing_between_them():
-    seat = sos.thesis.example_2()
-    plants, asked_for = seat.plant, seat.requirements
-    d = sos.design_pid(plants, coupling="vertices", **asked_for)
+    plants, region = counterexamples.actuated(), sos.PoleRegion(rho=10)
+    d = sos.design_pid(plants, coupling="vertices", region=region)
     proof = d.certify()
     assert proof.proven
     assert "not the plants between" in proof.claims[0]
+
+
+def test_vertices_that_suffice_prove_what_lies_between_them():
+    """The mass of the seat's rider stands in one row."""
+    seat = sos.thesis.example_2()
+    for coupling in ("vertices", "pairs"):
+        design = sos.design_pid(seat.plant, coupling=coupling, **seat.requirements)
+        proof = design.certify()
+        assert proof.proven
+        assert proof.claims[0].startswith("every plant of the polytope")
 
 
 def test_claims_never_say_more_than_was_asked():

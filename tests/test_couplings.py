@@ -103,7 +103,9 @@ def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
 def test_block_count_is_what_the_request_makes(count, blocks):
     found = [couplings.block_count(count, x) for x in couplings.COUPLINGS]
     assert tuple(found) == blocks
-    plants = sos.Polytope([single(1.0 + k) for k in range(count)])
+    masses = [np.diag([1.0 + k, 1.0 + k**2]) for k in range(count)]
+    one = np.eye(2)
+    plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
     for name, number in zip(couplings.COUPLINGS, blocks):
         design = sos.design_pid(
             plants, coupling=name, slack=(0.1 if name == "slack" else None)

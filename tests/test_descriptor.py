@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook import counterexamples
 from sosbook.plants.descriptor import Coupled, coupled_pairs, descriptors
 from tests.cases import random_plant
 
@@ -71,9 +72,12 @@ def test_controllability_test_agrees_with_kalmans_rank():
 
 
 def test_pairs():
-    vertices = descriptors(sos.thesis.example_2().plant)
+    vertices = descriptors(counterexamples.actuated())
     assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
     assert coupled_pairs(vertices, "pairs") == [(0, 0), (1, 1), (0, 1)]
+    seat = descriptors(sos.thesis.example_2().plant)  # one uncertain mass
+    assert coupled_pairs(seat, "pairs") == [(0, 0), (1, 1)]
+    assert coupled_pairs(seat, "pairs", quotient=False) == [(0, 0), (1, 1), (0, 1)]
 
 
 def test_pairs_with_one_mass_are_the_mean_of_their_vertices():

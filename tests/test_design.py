@@ -47,7 +47,7 @@ def test_car_seat_in_si_units_over_the_whole_polytope():
     proof = d.certify()
     assert proof.proven
     assert "every plant of the polytope" in proof.claims[0]
-    assert set(d.margins) >= {"hinf 1", "hinf 2", "hinf 1,2"}
+    assert {x for x in d.margins if x.startswith("hinf")} == {"hinf 1", "hinf 2"}
     for plant in plants.sample(10, seed=1):
         loop = sos.analyse_pid(plant, d.K, **asked)
         assert asked["region"].contains(loop.poles())

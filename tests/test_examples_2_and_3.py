@@ -81,10 +81,15 @@ def test_one_uncertain_mass_needs_no_pair(seat):
         assert seat.region.contains(poles(loop, design.K))
 
 
-def test_pairs_are_more_demanding_there(seat):
+def test_the_mass_divided_or_not_is_the_same_design(seat):
+    """Their blocks are congruent, so that they have one centre."""
     ends = [sos.thesis.car_seat(m) for m in (70, 400)]
-    pairs = sos.design_pid(sos.Polytope(ends), **seat.requirements)
-    assert pairs.status == "infeasible"
+    whole = sos.design_pid(sos.Polytope(ends), **seat.requirements)
+    quotient = sos.design_pid(
+        sos.Polytope([divided(70), divided(400)]), **seat.requirements
+    )
+    assert whole.certify().proven and len(whole.request.pairs) == 2
+    assert np.allclose(whole.K, quotient.K, rtol=1e-6)
 
 
 @pytest.mark.parametrize("mass", [70, 100, 120])

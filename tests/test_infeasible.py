@@ -368,7 +368,7 @@ def test_many_pairs_are_cut_with_and_without_an_objective():
 def corners(k):
     """2^k plants of two masses with k uncertain numbers."""
     moves = [
-        ("M", [[0.1, 0], [0, 0]]),
+        ("M", [[0.1, 0], [0, 0.05]]),  # of both masses: the vertices don't suffice
         ("M", [[0, 0], [0, 0.2]]),
         ("D", [[0.1, 0], [0, 0]]),
         ("S", [[0.3, 0], [0, 0]]),

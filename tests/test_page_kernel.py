@@ -22,6 +22,7 @@ from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
 from tests.page_requests import page_request
+from tests.test_hull import MISLEAD, SUFFICE, box
 
 SOLVE = """requests => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
@@ -41,6 +42,34 @@ def solved(kernel, requests, exact=1):
     return kernel.evaluate(
         SOLVE, [[page_request(**r), k % exact == 0] for k, r in enumerate(requests)]
     )
+
+
+def polytopes():
+    """Some whose vertices suffice and some others, with K_A or without."""
+    rng = np.random.default_rng(5)
+    for name, changes in (SUFFICE | MISLEAD).items():
+        if name == "a mass that is zero":
+            continue
+        plant = box(changes)
+        for corners in (plant.vertices, plant.vertices[1:], plant.vertices[::-1]):
+            if corners:
+                yield dict(plant=sos.Polytope(corners))
+        for size in (0.3, 0.1):
+            K_A = (size * rng.standard_normal((2, 2))).round(2)
+            yield dict(plant=plant, K_A=K_A)
+    third = 1 / 3  # 1 - 1/3 and 2 - 4/3 are the same float
+    alike = [sos.SecondOrderSystem(k * np.eye(2), np.eye(2), np.eye(2), b * np.eye(2))
+             for k, b in ((1, 1), (2, 4))]  # fmt: skip
+    yield dict(plant=sos.Polytope(alike), K_A=third * np.eye(2))
+
+
+def test_the_page_asks_for_the_package_s_pairs(kernel):
+    for asked in polytopes():
+        pairs = kernel.evaluate(
+            "request => (globalThis.kernel ??= sosKernel()).coupledPairs(request)",
+            page_request(**asked),
+        )
+        assert [tuple(pair) for pair in pairs] == list(Request(**asked).pairs)
 
 
 def requests(n, count_=None, kind=random_request):
@@ -184,7 +213,8 @@ def test_every_block_is_the_theorem_s(kernel, noise):
             """([request, P, Y, J, sizes]) => {
           const k = globalThis.kernel ??= sosKernel();
           const plain = k.descriptors(request), frame = k.plainFrame(P.length);
-          const blocks = k.assembled(plain, request.asked, "pairs", frame);
+          const blocks = k.assembled(
+            plain, k.coupledPairs(request), request.asked, frame);
           const values = {P: k.matrix(P), Y: k.matrix(Y), J: k.matrix(J)};
           const names = {input: "size for u_max", cost: "size for cost"};
           for (const [name, s] of Object.entries(sizes))

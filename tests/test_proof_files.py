@@ -36,7 +36,7 @@ def spring(M=1.0, D=0.1, S=1.0, B=1.0, F=1.0):
     return sos.SecondOrderSystem(*([[x]] for x in (M, D, S, B, F)))
 
 
-TWO = sos.Polytope([spring(1), spring(2)])
+TWO = sos.Polytope([spring(1), spring(2)])  # one mass: the vertices suffice
 SLOW = sos.PoleRegion(sigma=0.1)
 DELAYED = sos.SecondOrderSystem(
     M=np.eye(2), D=[[1, -1], [-1, 1]], S=[[3, -2], [-2, 3]], B=[[1], [0]]
@@ -66,6 +66,17 @@ def pushed(stiffness=1.0):
     return sos.SecondOrderSystem(
         np.eye(2), 0.2 * np.eye(2), S, [[1.0], [0.0]], [[0.0], [1.0]]
     )
+
+
+def driven(masses, stiffness=1.0):
+    """Two masses, a spring between them, a force on each."""
+    S = [[2.0, -1.0], [-1.0, 1.0 + stiffness]]
+    return sos.SecondOrderSystem(
+        np.diag(masses), 0.2 * np.eye(2), S, np.eye(2), np.eye(2)
+    )
+
+
+APART = sos.Polytope([driven([1.0, 1.5]), driven([1.5, 1.0])])  # they need their pair
 
 
 def mass2(M):
@@ -99,12 +110,12 @@ def every_region(coupling):
     region = make.ellipse(-4, 3.9, 5) & make.strip(-8, -0.1) & make.disk(8, -2)
     region &= make.horizontal_strip(6) & make.sector(1.2, apex=0.3)
     region &= make([[-20.0]], [[1.0]], "mine") & make.half_plane(0.05)
-    return sos.design_pid(TWO, ONE, region=region, coupling=coupling).certify()
+    return sos.design_pid(APART, ONE_OF_TWO, region=region, coupling=coupling).certify()
 
 
 def cost(noise, coupling):
-    asked = sos.QuadraticCost(np.diag([1, 1, 0]), ONE, noise, bound=500.0)
-    return sos.design_pid(TWO, ONE, cost=asked, coupling=coupling).certify()
+    asked = sos.QuadraticCost(np.diag([1, 1, 1, 1, 0]), np.eye(2), noise, bound=500.0)
+    return sos.design_pid(APART, ONE_OF_TWO, cost=asked, coupling=coupling).certify()
 
 
 def accelerated(coupling):
@@ -137,9 +148,15 @@ PROOFS = {
     "example 1": robot,
     "regions": lambda: every_region("pairs"),
     "regions, slack": lambda: every_region("slack"),
-    "vertices": lambda: sos.design_pid(TWO, ONE, coupling="vertices").certify(),
+    "vertices": lambda: sos.design_pid(
+        APART, ONE_OF_TWO, coupling="vertices"
+    ).certify(),
+    "vertices that suffice": lambda: sos.design_pid(
+        TWO, ONE, coupling="vertices"
+    ).certify(),
     "stability": lambda: sos.design_pid(spring()).certify(),
-    "H-infinity, pairs": lambda: sos.design_pid(TWO, ONE, gamma=2.0).certify(),
+    "H-infinity": lambda: sos.design_pid(TWO, ONE, gamma=2.0).certify(),
+    "H-infinity, pairs": lambda: sos.design_pid(APART, ONE_OF_TWO, gamma=2.0).certify(),
     "H-infinity, slack": lambda: sos.design_pid(
         TWO, ONE, gamma=2.0, coupling="slack"
     ).certify(),
@@ -479,17 +496,17 @@ def test_other_proofs_are_computed_too():
 
 
 def test_a_proof_is_built_from_the_plant_and_not_from_caches():
-    design = sos.design_pid(TWO, ONE)
+    design = sos.design_pid(APART, ONE_OF_TWO)
     blocks = set(design.certify().blocks)
     assert "stability 1,2" in blocks
     for pairs in ([], [(0, 0)] * 3):
         object.__setattr__(design.request, "pairs", pairs)
         assert set(design.certify().blocks) == blocks
-    wrong = sos.Polytope([spring(1, S=-50), spring(2, S=-50)])
-    others = sos.design_pid(wrong, ONE).request.vertices
+    wrong = sos.Polytope([driven([1.0, 1.5], -50), driven([1.5, 1.0], -50)])
+    others = sos.design_pid(wrong, ONE_OF_TWO).request.vertices
     object.__setattr__(design.request, "vertices", others)
     proof = design.certify()
-    assert proof.data["plant"]["vertices"][0]["S"] == [["1"]]
+    assert proof.data["plant"]["vertices"][0]["S"] == [["2", "-1"], ["-1", "2"]]
     assert set(proof.blocks) == blocks and proof.proven
 
 
@@ -532,13 +549,15 @@ def test_arrays_stay_read_only(again):
 def test_inertias_are_compared_exactly():
     """1 - 1/3 and 2 - 4/3 are the same float, but not the same number."""
     third = 1 / 3
-    plants = sos.Polytope([spring(1), spring(2, B=4)])
     assert 1 - third == 2 - 4 * third
-    design = sos.design_pid(plants, K_A=[[third]])
+    one = np.eye(2)
+    plants = sos.Polytope([sos.SecondOrderSystem(k * one, one, one, b * one)
+                           for k, b in ((1, 1), (2, 4))])  # fmt: skip
+    design = sos.design_pid(plants, K_A=third * one)
     assert "stability 1,2" in design.certify().blocks
-    bound = sos.Saturation(10, [1, 0], acceleration=True)
+    bound = sos.Saturation(10, [1, 0, 0, 0], acceleration=True)
     with pytest.raises(ValueError, match="the same M - B K_A"):
-        sos.design_pid(plants, K_A=[[third]], saturation=bound)
+        sos.design_pid(plants, K_A=third * one, saturation=bound)
 
 
 # -------------------------------------------------------------------- digits

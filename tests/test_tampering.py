@@ -327,11 +327,12 @@ def swapped():
         one | {"blocks": [b for b in one["blocks"] if b[3:] != [0, 1]]},
     )
     vertices = one["plant"]["vertices"]
+    five, pushing, turned = ([[x, "0"], ["0", x]] for x in ("5", "-30", "-1"))
     for what, some in {
         "a vertex is dropped": vertices[:1],
-        "a vertex is added": [*vertices, vertices[0] | {"M": [["5"]]}],
-        "a vertex is replaced": [vertices[0], vertices[0] | {"S": [["-30"]]}],
-        "the input is turned round": [v | {"B": [["-1"]]} for v in vertices],
+        "a vertex is added": [*vertices, vertices[0] | {"M": five}],
+        "a vertex is replaced": [vertices[0], vertices[0] | {"S": pushing}],
+        "the input is turned round": [v | {"B": turned} for v in vertices],
     }.items():
         yield what, one | {"plant": one["plant"] | {"vertices": some}}
     yield "vertices instead of pairs", one | {"coupling": "vertices"}

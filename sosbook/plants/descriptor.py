@@ -14,6 +14,7 @@ import numpy as np
 from ..lmi import he
 from ..lmi.read_only import ReadOnly
 from .checks import matrix, rank_deficient
+from .hull import quotient_in_hull
 
 __all__ = [
     "COUPLINGS",
@@ -293,7 +294,7 @@ class SlackVertex:
         return self.i.Bw
 
 
-def coupled_pairs(vertices, coupling):
+def coupled_pairs(vertices, coupling, quotient=True):
     """Indices (i, j), i <= j, of the vertex pairs that need a block.
 
     Parameters
@@ -302,14 +303,19 @@ def coupled_pairs(vertices, coupling):
         The vertices in descriptor form.
     coupling : {"pairs", "vertices", "slack"}
         ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
-        the thesis's reading, which proves nothing inside the polytope
+        the thesis's reading, which may prove nothing inside the polytope
         when ``E`` is uncertain. ``"slack"`` needs no pairs: its blocks
         are affine in the plant.
+    quotient : bool
+        Whether all LMIs are affine in the quotient: see
+        `Requirement.affine_in_quotient`.
 
     Notes
     -----
     Where ``E_i = E_j`` the pair's block is the mean of the vertices'
-    blocks and is left out. So is a vertex that repeats an earlier one.
+    blocks and is left out. So is a vertex that repeats an earlier one, and
+    every pair of two vertices where `quotient_in_hull` says that the vertices
+    suffice.
     """
     if coupling not in COUPLINGS:
         raise ValueError(
@@ -317,7 +323,7 @@ def coupled_pairs(vertices, coupling):
         )
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]
-    if coupling == "pairs" and len(few) > 1:
+    if coupling == "pairs" and not (quotient and quotient_in_hull(vertices)):
         masses = {i: tuple(np.ravel(vertices[i].E)) for i in few}
         kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
         kind = {i: kinds[E] for i, E in masses.items()}

@@ -304,6 +304,45 @@ def near(wanted, written):
     return 0 <= written - wanted <= TINY * abs(wanted)
 
 
+def suffice(vertices):
+    """Whether E^-1 [A B W] between the vertices is a mean of the vertices' ones.
+
+    Up to a congruence the blocks of a design are affine in it, so that no pair of
+    two vertices is needed then. With E + t u v' for E the inverse moves on a
+    segment, and so does the quotient where A, B and W move along u, too; det E is
+    affine in t. So it is enough that det E has one sign at all vertices and that
+    their columns differ by multiples of one u; or that they are a box, all sums of
+    some vertices with one E and any of some changes, each along a u of its own.
+    """
+    N = len(vertices[0].E)
+    points = {tuple(e for x in (d.E, d.A, d.B, d.W) for row in x.T for e in row): d.E
+              for d in vertices}  # fmt: skip
+    first, *others = sorted(points)
+
+    def change(point):
+        return tuple(a - b for a, b in zip(point, first))
+
+    def along_one(*changes):
+        columns = [c[k : k + N] for c in changes for k in range(0, len(c), N)]
+        u = next(filter(any, columns))
+        k = next(k for k in range(N) if u[k])
+        return all(c[r] * u[k] == u[r] * c[k] for c in columns for r in range(N))
+
+    box = {p for p in points if p[: N * N] == first[: N * N]}
+    if len(box) == len(points):
+        return True
+    if not along_one(*map(change, others)):
+        for point in others:
+            if point not in box:
+                if not along_one(change(point)):
+                    return False
+                box |= {tuple(map(sum, zip(p, change(point)))) for p in box}
+                if not box <= set(points):
+                    return False
+    dets = [determinant(E) for E in points.values()]
+    return all(d > 0 for d in dets) or all(d < 0 for d in dets)
+
+
 def product(n):
     return 1 if n < 2 else n * product(n - 1)
 
@@ -411,6 +450,8 @@ class Design:
         ]  # fmt: skip
         between = [(i, j) for i in few for j in few
                    if i < j and self.plain[i].E != self.plain[j].E]  # fmt: skip
+        if suffice(self.plain):
+            between = []
         self.pairs = [(i, i) for i in few]
         self.pairs += between if file["coupling"] == "pairs" else []
         self.whole = not between or file["coupling"] != "vertices"

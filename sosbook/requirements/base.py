@@ -57,6 +57,11 @@ class Requirement(ABC, ReadOnly):
         `once` and `pair` blocks of that vertex alone with P = V' P_i^-1 V
         and Y = K P. Then what excludes the vertex alone excludes every
         slack scalar.
+    affine_in_quotient : bool
+        Whether each `pair` block of a vertex is, after a congruence, affine in
+        E^-1 [A B_u B_w], as if the plant were divided by E. Where all
+        requirements are, the vertices of some polytopes suffice: see
+        `sosbook.studies.polytopes.vertices_suffice`.
     rank : int
         Its place among the requirements of a problem.
     promise : str
@@ -71,6 +76,7 @@ class Requirement(ABC, ReadOnly):
     implies_stability = False
     needs_disturbance = False
     of_poles = homogeneous = has_constants = slack_implies_pair = False
+    affine_in_quotient = False
     rank = 50
     titles: dict[str, str] = {}
 

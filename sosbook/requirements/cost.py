@@ -49,7 +49,7 @@ class QuadraticCost(Requirement):
 
     kind = name = promise = "cost"
     parameter = COST
-    implies_stability = slack_implies_pair = True
+    implies_stability = slack_implies_pair = affine_in_quotient = True
     rank = 30
     titles = {
         "lqr": "decay of the cost",

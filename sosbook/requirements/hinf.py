@@ -34,7 +34,9 @@ class HInfinity(Requirement):
 
     kind = name = promise = "gamma"
     parameter = GAMMA
-    implies_stability = needs_disturbance = slack_implies_pair = True
+    implies_stability = needs_disturbance = slack_implies_pair = affine_in_quotient = (
+        True
+    )
     has_constants = True  # mu I, of the disturbance
     rank = 20
     titles = {"hinf": "H∞ bound γ"}

@@ -43,7 +43,7 @@ class Saturation(Requirement):
 
     kind, name, promise = "input", "saturation", "u_max"
     parameter = U_MAX
-    slack_implies_pair = True
+    slack_implies_pair = affine_in_quotient = True
     has_constants = True  # x0 and u_max
     rank = 40
     titles = {"x0": "x(0) in the ellipsoid", "u_max": "input bound u_max"}

@@ -125,7 +125,7 @@ class LMIRegion(RegionForms, Region, Requirement):
     alpha: np.ndarray
     beta: np.ndarray
     text: str
-    of_poles = homogeneous = slack_implies_pair = True
+    of_poles = homogeneous = slack_implies_pair = affine_in_quotient = True
 
     def __init__(
         self, alpha: ArrayLike, beta: ArrayLike, name: str, text: str | None = None

@@ -14,11 +14,13 @@ from ..deprecation import renamed
 from ..plants.checks import count as whole
 from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS, descriptors
+from ..plants.hull import quotient_in_hull
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
 from ..runtime.progress import each
 from ..synthesis.design import Design
 from ..synthesis.pid import design_pid
+from ..synthesis.problem import Request
 
 __all__ = [
     "block_count",
@@ -28,6 +30,7 @@ __all__ = [
     "scale_polytope",
     "verify_many",
     "verify_on_samples",
+    "vertices_suffice",
 ]
 
 __getattr__ = renamed(
@@ -216,7 +219,9 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
 
 
 def block_count(vertices, coupling):
-    """How many copies of each LMI a coupling needs; E all different.
+    """How many copies of each LMI a coupling needs at most.
+
+    Pairs are fewer where vertices have the same E, and where `vertices_suffice`.
 
     Examples
     --------
@@ -228,11 +233,39 @@ def block_count(vertices, coupling):
     return N * (N + 1) // 2 if coupling == "pairs" else N
 
 
+def vertices_suffice(plants, U=None, K_A=None):
+    """Whether LMIs at the vertices are known to hold for all plants between.
+
+    Then coupling "pairs" asks for no pair. It is so for one plant, for a certain
+    M - B K_A, and for boxes in which each uncertain quantity of it changes one
+    row of the equations, or one column times a row.
+
+    Parameters
+    ----------
+    plants : Polytope
+        The polytope.
+    U, K_A : arrays, optional
+        As in `design_pid`.
+
+    Returns
+    -------
+    bool
+        True is proven, in exact arithmetic. False means that no reason was found.
+
+    Examples
+    --------
+    >>> from sosbook.book.counterexamples import actuated, random_chain
+    >>> vertices_suffice(random_chain(0)), vertices_suffice(actuated())
+    (True, False)
+    """
+    return quotient_in_hull(Request(_polytope(plants), U, K_A=K_A).certain)
+
+
 def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     """How far E^-1 [A B_u B_w] leaves the hull of its vertices.
 
     Zero (to rounding) means that checking the vertices is enough for
-    the plants looked at.
+    the plants looked at; `vertices_suffice` proves it for all.
 
     Parameters
     ----------

@@ -96,7 +96,7 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
             object.__setattr__(self, name, value)
         vertices = self._descriptors(gain)
         object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "pairs", tuple(coupled_pairs(self.certain, coupling)))
+        object.__setattr__(self, "pairs", tuple(self._pairs_of(coupling)))
         if slack is not None:
             slack = positive("slack", slack)
             if coupling != "slack":
@@ -146,8 +146,11 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
         """Whether the blocks say something about the whole polytope."""
         if self.coupling == "slack":
             return True
-        whole = coupled_pairs(self.certain, "pairs")
-        return len(self.pairs) == len(whole)
+        return len(self.pairs) == len(self._pairs_of("pairs"))
+
+    def _pairs_of(self, coupling):
+        quotient = all(r.affine_in_quotient for r in self.requirements)
+        return coupled_pairs(self.certain, coupling, quotient)
 
     @cached_property
     def demands(self):

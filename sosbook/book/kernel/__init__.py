@@ -23,7 +23,8 @@ MODULES = (
     "truth",
 )
 EXPORTS = (
-    "design, prove, refusalFile, truth, descriptors, assembled, frameOf, plainFrame, "
+    "design, prove, refusalFile, truth, descriptors, coupledPairs, assembled, frameOf, "
+    "plainFrame, "
     "stateSpace, matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, "
     "sha256"
 )

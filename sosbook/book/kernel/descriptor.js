@@ -18,21 +18,55 @@ function descriptors({vertices, U = [], K_A = null}, {matrix, zeros, identity, t
   });
 }
 
-const equal = (X, Y) => X.at.every((x, k) => x === Y.at[k]);
+const equal = (X, Y) => X.places === Y.places ? X.at.every((x, k) => x === Y.at[k]) : equal(...alike([X, Y]));
 const same = (d, e) => equal(d.E, e.E) && equal(d.A, e.A) && equal(d.Bu, e.Bu) && equal(d.Bw, e.Bw);
 
+// Indices of the vertices, without those that repeat another one.
+const distinct = vertices => vertices.map((_, i) => i).filter(i => !vertices.slice(0, i).some(d => same(d, vertices[i])));
+
 // Pairs (i, j), i <= j, of vertices that need a block. Where E_i = E_j the pair's
-// block is the mean of the vertices' blocks; a vertex that repeats another is left out.
-function coupledPairs(vertices, coupling = "pairs") {
-  const few = vertices.map((_, i) => i).filter(i => !vertices.slice(0, i).some(d => same(d, vertices[i])));
+// block is the mean of the vertices' blocks; a vertex that repeats another is left out,
+// and so is every pair where the vertices suffice.
+function coupledPairs(request, coupling = request.coupling ?? "pairs") {
+  const vertices = descriptors(request, request.K_A ? EXACT : FLOATS), few = distinct(vertices);
   const pairs = few.map(i => [i, i]);
-  if (coupling === "vertices") return pairs;
+  if (coupling === "vertices" || few.every(i => equal(vertices[i].E, vertices[0].E)) || quotientInHull(descriptors(request, EXACT))) return pairs;
   few.forEach((i, k) => few.slice(k + 1).forEach(j => { if (!equal(vertices[i].E, vertices[j].E)) pairs.push([i, j]); }));
   return pairs;
 }
 
+// Whether inv(E) [A Bu Bw] of each plant of a polytope is a mean of the vertices' ones, as
+// `sosbook.plants.hull` tells: the exact vertices are all sums of some with one E and of some
+// changes of one column each, or all differ by multiples of one column; det E has one sign.
+function quotientInHull(vertices) {
+  const N = vertices[0].E.rows, parts = ["E", "A", "Bu", "Bw"];
+  const all = alike(vertices.flatMap(d => parts.map(name => exactTransposed(d[name]))));
+  const points = new Map(), key = p => p.join();
+  vertices.forEach((d, i) => { const p = all.slice(4 * i, 4 * i + 4).flatMap(({at}) => at); points.set(key(p), p); });
+  const ordered = [...points.values()].sort((p, q) => { const k = p.findIndex((x, k) => x !== q[k]); return p[k] < q[k] ? -1 : 1; });
+  const first = ordered[0], less = p => p.map((x, k) => x - first[k]);
+  const alongOne = changes => {
+    const columns = changes.flatMap(c => c.filter((_, k) => k % N === 0).map((_, k) => c.slice(k * N, k * N + N)));
+    const u = columns.find(c => c.some(x => x !== 0n)), r = u.findIndex(x => x !== 0n);
+    return columns.every(c => c.every((x, i) => x * u[r] === u[i] * c[r]));
+  };
+  if (!alongOne(ordered.slice(1).map(less))) {
+    const box = new Map();
+    for (const p of ordered) {
+      if (p.slice(0, N * N).every((x, k) => x === first[k])) box.set(key(p), p);
+      if (box.has(key(p))) continue;
+      const change = less(p);
+      if (!alongOne([change])) return false;
+      for (const q of [...box.values()]) { const moved = q.map((x, k) => x + change[k]); box.set(key(moved), moved); }
+      if (![...box.keys()].every(k => points.has(k))) return false;
+    }
+  }
+  const signs = vertices.map(({E}) => signOfDeterminant(E));
+  return signs[0] !== 0 && signs.every(x => x === signs[0]);
+}
+
 function meanDescriptor(vertices) {
-  const few = coupledPairs(vertices, "vertices").map(([i]) => vertices[i]), mean = {};
+  const few = distinct(vertices).map(i => vertices[i]), mean = {};
   for (const name of ["E", "A", "Bu", "Bw", "C"]) {
     mean[name] = few.map(d => d[name]).reduce((sum, X) => combined(1, sum, 1, X));
     mean[name] = scaled(1 / few.length, mean[name]);
@@ -128,7 +162,7 @@ function typicalRate({sigma, rho}, mean) {
 
 // Diagonal weights of x that have the unit of energy.
 function energy(vertices, omega) {
-  const few = coupledPairs(vertices, "vertices").map(([i]) => vertices[i]);
+  const few = distinct(vertices).map(i => vertices[i]);
   const {A, C} = vertices[0], n = C.rows, N = A.rows, inertia = new Float64Array(n);
   for (const {mass, A} of few) {
     for (let i = 0; i < n; i++) {

@@ -8,11 +8,11 @@ const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad uni
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
 // arithmetic, unless `hasty`.
 function design(request, start = null, hasty = false) {
-  const {asked, coupling = "pairs"} = request, plain = descriptors(request);
+  const {asked} = request, plain = descriptors(request), pairs = coupledPairs(request);
   const empty = asked.rho !== undefined && asked.sigma !== undefined && asked.rho <= asked.sigma;
   if (empty) return {status: "infeasible", reason: "The region is empty.", steps: [0, 0]};
-  if (asked.minimize) return least(request, plain, coupling);
-  let frame = frameOf(plain, asked), blocks = assembled(plain, asked, coupling, frame);
+  if (asked.minimize) return least(request, plain, pairs);
+  let frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   let found = null;
   if (start && start.status === "feasible") {
     const near = inFrame(blocks, frame, start);
@@ -23,7 +23,7 @@ function design(request, start = null, hasty = false) {
     const closer = around(plain, frame, blocks, found.last);
     if (!closer) break;
     frame = closer;
-    blocks = assembled(plain, asked, coupling, frame);
+    blocks = assembled(plain, pairs, asked, frame);
     found = phaseOne(blocks, guess(blocks, frame));
   }
   if (found.verdict !== "feasible") {
@@ -34,12 +34,12 @@ function design(request, start = null, hasty = false) {
     return {status: hasty ? "infeasible" : "undecided", steps, reason: `${seen} in floating point, and no exact ones were found.`};
   }
   if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) {   // a bad unit
-    const closer = around(plain, frame, blocks, found.x), there = closer && assembled(plain, asked, coupling, closer);
+    const closer = around(plain, frame, blocks, found.x), there = closer && assembled(plain, pairs, asked, closer);
     const moved = there && inFrame(there, closer, inPlantUnits(frame, blocks, found.x));
     if (moved && factored(there.at(moved))) { frame = closer; blocks = there; found.x = moved; }
   }
   const best = anyCentre(blocks, found.x);
-  return finished(plain, asked, coupling, frame, blocks, best, found.steps);
+  return finished(plain, pairs, asked, frame, blocks, best, found.steps);
 }
 
 function guess(blocks, frame) {
@@ -109,8 +109,8 @@ function inPlantUnits(frame, blocks, x) {
 }
 
 // What is known of a point: in the plant's units, with margins and poles.
-function finished(plain, asked, coupling, frame, blocks, {x, lid, steps}, searched) {
-  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, asked, coupling, point), {K, P, sizes} = point;
+function finished(plain, pairs, asked, frame, blocks, {x, lid, steps}, searched) {
+  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point), {K, P, sizes} = point;
   const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
   return {status: good ? "feasible" : "undecided", ...point, K: rowsOf(K), margins, lid, frame,
     naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P), reason: good ? "" : "The margins are too small for floating point.",
@@ -119,8 +119,8 @@ function finished(plain, asked, coupling, frame, blocks, {x, lid, steps}, search
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
 // coordinates: what phase one and the centre say isn't believed.
-function marginsOf(plain, asked, coupling, {P, Y, J, sizes}) {
-  const blocks = assembled(plain, {...asked, minimize: undefined}, coupling, plainFrame(P.rows));
+function marginsOf(plain, pairs, asked, {P, Y, J, sizes}) {
+  const blocks = assembled(plain, pairs, {...asked, minimize: undefined}, plainFrame(P.rows));
   const values = {P, Y, J: J && scaled(sizes.cost || 1, J)};
   for (const [owner, s] of Object.entries(sizes)) values[sizeName(owner)] = identity(1, s);
   const margins = {};
@@ -137,9 +137,9 @@ function margin(G) {
 function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }
 
 // The least bound, "gamma" or "u_max", and the centre for a bound that is 1 % larger.
-function least(request, plain, coupling) {
+function least(request, plain, pairs) {
   const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
-  const frame = frameOf(plain, asked), blocks = assembled(plain, asked, coupling, frame);
+  const frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   const start = guess(blocks, frame), found = phaseOne(blocks, start);
   if (found.verdict !== "feasible") {   // proven where it is, for the largest bound
     const refusal = found.verdict === "infeasible" ? refuted({...request, asked}, frame, blocks, found.Z) : null;

@@ -60,6 +60,9 @@ const atPlaces = (X, places) => {
   return unit === 1n ? X : {...X, places, at: X.at.map(x => x * unit)};
 };
 
+// The same matrices, all with the places of the longest.
+const alike = list => list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
+
 function exactSum(X, Y) {
   const places = Math.max(X.places, Y.places), at = atPlaces(X, places).at.slice();
   atPlaces(Y, places).at.forEach((y, k) => { at[k] += y; });
@@ -110,6 +113,20 @@ function definite({rows: n, at}) {
     last = lead;
   }
   return true;
+}
+
+// The sign of the determinant, by the same elimination with exchanged rows.
+function signOfDeterminant({rows: n, at}) {
+  let rows = Array.from({length: n}, (_, i) => at.slice(i * n, (i + 1) * n)), last = 1n, sign = 1;
+  while (rows.length) {
+    const top = rows.findIndex(row => row[0] !== 0n);
+    if (top < 0) return 0;
+    const [head] = rows.splice(top, 1);
+    if (top % 2) sign = -sign;
+    rows = rows.map(row => row.slice(1).map((x, j) => (head[0] * x - row[0] * head[j + 1]) / last));
+    last = head[0];
+  }
+  return last > 0n ? sign : -sign;
 }
 
 // {L, W, d} with Q = L inv(W) L' for a Q that isn't negative: W is diagonal, and the columns

@@ -65,8 +65,8 @@ function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u
 }
 
 function claimsOf(request) {
-  const {vertices, asked, coupling = "pairs"} = request, count = vertices.length, plain = descriptors(request);
-  const whole = coupledPairs(plain, coupling).length === coupledPairs(plain, "pairs").length;
+  const {vertices, asked} = request, count = vertices.length;
+  const whole = coupledPairs(request).length === coupledPairs(request, "pairs").length;
   const where = count === 1 ? "the plant" : whole ? "every plant of the polytope"
     : `each of the ${count} vertices (not the plants between)`;
   const claims = [`${where}, under u = K x, is stable`];
@@ -86,7 +86,7 @@ const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "r
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:
 // those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
 function blocksAt(request, K, P, own, J) {
-  const {asked, coupling = "pairs"} = request, pairs = coupledPairs(descriptors(request), coupling);
+  const {asked} = request, pairs = coupledPairs(request);
   const X = exactMatrix(P), frame = plainFrame(P.length, EXACT), followers = Object.keys(own).map(key => key.replace("size for ", ""));
   const {list} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
   const values = {P: X, Y: exactTimes(exactMatrix(K), X)};

@@ -7,11 +7,10 @@ const MULTIPLIER_DIGITS = 15;
 // {list, Z, scale, frame}: exact multipliers Z / scale of blocks that are laid out in the
 // frame of the float ones; null where no exact ones were found.
 function refuted(request, frame, blocks, floats) {
-  const {asked, coupling = "pairs"} = request, exact = X => exactMatrix(rowsOf(X));
+  const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
   const there = {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
-  const pairs = coupledPairs(descriptors(request), coupling);
-  const {list, unknowns} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), there, followersOf(asked), EXACT);
+  const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked, exactRegions(asked), there, followersOf(asked), EXACT);
   const whole = floats.map((z, k) => {   // the floats' sizes have units, those of a file have none
     const {name, d} = blocks.list[k], unit = frame.sizes[name.replace("size for ", "")] || 1;
     return mapped(z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));

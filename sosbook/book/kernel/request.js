@@ -21,8 +21,8 @@ function regions({sigma, theta, rho}) {
 const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
 
 // The blocks of a request in a frame, affine in P, Y, the sizes s and the level.
-function assembled(plain, asked, coupling, frame) {
-  const {unknowns, list} = laidOut(plain, coupledPairs(plain, coupling), asked, regions(asked), frame);
+function assembled(plain, pairs, asked, frame) {
+  const {unknowns, list} = laidOut(plain, pairs, asked, regions(asked), frame);
   const blocks = new Blocks(unknowns);
   for (const {name, constant, terms, slopes, multiplied} of list) blocks.add(name, constant, terms, slopes, multiplied);
   return blocks;

@@ -1,0 +1,121 @@
+"""Polytopes whose vertices speak for the plants between, an exact test."""
+
+import numpy as np
+from flint import fmpq_mat
+
+from ..lmi.rational import exact
+
+__all__ = ["quotient_in_hull"]
+
+
+def quotient_in_hull(vertices):
+    """Whether E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.
+
+    Then LMIs that are affine in it hold for every plant of the polytope if
+    they hold at the vertices. It is so where
+
+    - all vertices have the same E, or
+    - the differences of [E A B_u B_w] have multiples of one column only, as
+      where one row alone is uncertain, or
+    - the vertices are a box: all sums of some plants with the same E and of
+      any of some changes, each of which has multiples of one column only. A
+      mass does that, and whatever else stands in its row of the equations.
+
+    and where det E has one sign at all vertices.
+
+    Parameters
+    ----------
+    vertices : sequence of Descriptor
+        In floats, or in rationals. Floats are read as decimals.
+
+    Returns
+    -------
+    bool
+        True is proven. A polytope that has the property for another reason
+        may get False.
+
+    Notes
+    -----
+    Source: the chapter on vertices of the book. With E + t u v' for E the
+    inverse moves on a segment (Sherman and Morrison), and so does the quotient
+    where A, B_u and B_w move along u, too. det E is affine in each t.
+
+    Examples
+    --------
+    >>> from sosbook import Polytope, SecondOrderSystem
+    >>> from sosbook.plants import descriptors
+    >>> def plant(m, d):
+    ...     I = np.eye(2)
+    ...     return SecondOrderSystem(np.diag([m, 1]), d * I, I, I)
+    >>> box = [plant(m, d) for m in (1, 3) for d in (0.1, 0.2)]
+    >>> quotient_in_hull(descriptors(Polytope(box)))
+    True
+    >>> quotient_in_hull(descriptors(Polytope(box[::3])))  # both change together
+    False
+    """
+    wide = np.array([np.hstack([d.E, d.A, d.Bu, d.Bw]) for d in vertices])
+    rows, columns = np.nonzero((wide != wide[0]).any(axis=0))
+    order = np.argsort(columns, kind="stable")  # those of E come first
+    rows, columns = rows[order], columns[order]
+    of_E = int(np.sum(columns < wide.shape[1]))
+    if not of_E:
+        return True
+    points = sorted(set(map(tuple, _rationals(wide[:, rows, columns]))))
+    places = list(zip(rows.tolist(), columns.tolist()))
+    return _spanned(points, places, of_E) and _one_sign(wide[:, :, : wide.shape[1]])
+
+
+def _spanned(points, places, of_E):
+    """Whether changes of one column each make the ``points`` from some of one E.
+
+    The points are sorted, and E comes first: so each change has the first one
+    that isn't reached without it as its end.
+    """
+    changes = [_difference(p, points[0]) for p in points[1:]]
+    if _one_column(changes, places):
+        return True
+    reached = {p for p in points if p[:of_E] == points[0][:of_E]}
+    for point in points:
+        if point in reached:
+            continue
+        change = _difference(point, points[0])
+        if not _one_column([change], places):
+            return False
+        reached |= {tuple(a + b for a, b in zip(p, change)) for p in reached}
+        if len(reached) > len(points):
+            return False
+    return reached == set(points)
+
+
+def _difference(point, first):
+    return [a - b for a, b in zip(point, first)]
+
+
+def _one_column(changes, places):
+    """Whether all columns of all ``changes`` are multiples of one of them."""
+    columns = {}
+    for k, change in enumerate(changes):
+        for (row, column), x in zip(places, change):
+            if x:
+                columns.setdefault((k, column), {})[row] = x
+    one, *others = columns.values()
+    lead = next(iter(one))
+    return all(
+        c.keys() == one.keys() and all(c[r] * one[lead] == one[r] * c[lead] for r in c)
+        for c in others
+    )
+
+
+def _one_sign(E):
+    """Whether det E has the same sign at all vertices, and is never zero."""
+    plain = E == np.eye(E.shape[1], dtype=int)
+    inner = ~(plain.all(axis=(0, 1)) & plain.all(axis=(0, 2)))
+    distinct = set(map(tuple, _rationals(E[:, inner][:, :, inner].reshape(len(E), -1))))
+    k = int(inner.sum())
+    dets = [fmpq_mat(k, k, list(entries)).det() for entries in distinct]
+    return all(d > 0 for d in dets) or all(d < 0 for d in dets)
+
+
+def _rationals(rows):
+    """A matrix of floats or rationals as lists of rationals."""
+    return (rows if rows.dtype == object else exact(rows)).tolist()

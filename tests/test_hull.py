@@ -1,0 +1,260 @@
+"""Polytopes whose vertices speak for the plants between."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+
+import sosbook as sos
+from sosbook import counterexamples, couplings
+from sosbook.plants.descriptor import Descriptor, descriptors
+from sosbook.plants.hull import quotient_in_hull
+from sosbook.requirements.base import Requirement
+from sosbook.synthesis.problem import Request
+from tests.test_proof_files import checker
+
+N, INPUTS = 3, 2
+SHAPES = {"E": (N, N), "A": (N, N), "Bu": (N, INPUTS), "Bw": (N, 1)}
+WIDTH = sum(columns for _, columns in SHAPES.values())
+CUTS = np.cumsum([columns for _, columns in SHAPES.values()])[:-1]
+
+
+def system(wide):
+    """A `Descriptor` of one matrix [E A B_u B_w]."""
+    return Descriptor(*np.split(wide, CUTS, axis=1), C=np.eye(N))
+
+
+def leaves_hull(vertices, weights):
+    """How far E^-1 [A B_u B_w] of their mean lies from the hull of theirs."""
+
+    def quotient(wide):
+        E, rest = wide[:, :N], wide[:, N:]
+        return np.append(np.linalg.solve(E, rest).ravel(), 1.0)
+
+    corners = np.array([quotient(w) for w in vertices]).T
+    target = quotient(np.tensordot(weights, vertices, 1))
+    return nnls(corners, target)[1] / np.linalg.norm(target)
+
+
+small = st.integers(-3, 3)
+
+
+@st.composite
+def polytopes(draw):
+    """Boxes that the theorem knows, and others that are near them."""
+
+    def array(*shape):
+        count = int(np.prod(shape))
+        entries = draw(st.lists(small, min_size=count, max_size=count))
+        return np.array(entries, float).reshape(shape)
+
+    base = array(N, WIDTH)
+    base[:, :N] += 12 * np.eye(N)
+    inner = [base]
+    for _ in range(draw(st.integers(0, 2))):
+        other = base.copy()
+        other[:, N:] = array(N, WIDTH - N)
+        inner.append(other)
+    changes = [np.outer(array(N), array(WIDTH)) for _ in range(draw(st.integers(0, 3)))]
+    if draw(st.booleans()):
+        changes.append(array(N, WIDTH))
+    vertices = [
+        v + sum((c for c, on in zip(changes, signs) if on), np.zeros((N, WIDTH)))
+        for v in inner
+        for signs in product((0, 1), repeat=len(changes))
+    ]
+    if draw(st.booleans()):
+        vertices = draw(st.permutations(vertices))
+    if len(vertices) > 2 and draw(st.booleans()):
+        vertices = vertices[1:]
+    return vertices
+
+
+@settings(max_examples=150, deadline=None)
+@given(polytopes(), st.integers(0, 2**32 - 1))
+def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed):
+    found = quotient_in_hull([system(w) for w in vertices])
+    exactly = [
+        checker.Vertex(*(rational(x) for x in np.split(w, CUTS, axis=1)), None)
+        for w in vertices
+    ]
+    assert checker.suffice(exactly) == found
+    if found:
+        weights = np.random.default_rng(seed).dirichlet(np.ones(len(vertices)), 5)
+        for some in weights:
+            assert leaves_hull(np.array(vertices), some) < 1e-7
+
+
+def rational(rows):
+    return checker.matrix([[str(int(e)) for e in row] for row in rows], len(rows))
+
+
+def box(changes, base=None):
+    """All sums of a plant and of some of the changes of its matrices."""
+    base = base or dict.fromkeys("MDSBF", np.eye(2))
+    vertices = []
+    for signs in product((0, 1), repeat=len(changes)):
+        parts = dict(base)
+        for on, change in zip(signs, changes):
+            for name, x in change.items():
+                parts[name] = parts[name] + on * np.asarray(x, float)
+        vertices.append(sos.SecondOrderSystem(**parts))
+    return sos.Polytope(vertices)
+
+
+FIRST, SECOND = np.diag([1.0, 0.0]), np.diag([0.0, 1.0])
+ROW = {"M": FIRST, "D": [[0.5, 0.25], [0, 0]], "S": [[2, -1], [0, 0]]}
+ONE_PLANT = [{}]
+SUFFICE = {
+    "one plant": ONE_PLANT,
+    "a certain mass": [{"S": [[1, 2], [3, 4]]}, {"D": FIRST, "B": SECOND}],
+    "two masses": [{"M": FIRST}, {"M": SECOND}],
+    "two masses and two springs": [
+        {"M": FIRST},
+        {"M": SECOND},
+        {"S": FIRST},
+        {"S": [[1, -1], [-1, 1]]},
+    ],
+    "a row of the equations": [ROW],
+    "a row, and another mass": [ROW, {"M": SECOND}],
+    "a mass at a lever": [{"M": [[4, 2], [2, 1]]}, {"M": FIRST}],
+    "decimals": [{"M": 0.1 * FIRST}, {"M": 0.7 * FIRST}],
+}
+MISLEAD = {
+    "two masses at once": [{"M": np.eye(2)}],
+    "a mass and the other's damper": [{"M": FIRST, "D": SECOND}],
+    "a mass that passes zero": [{"M": -2 * FIRST}],
+    "a mass that is zero": [{"M": -1 * FIRST}],
+}
+
+
+@pytest.mark.parametrize("name", SUFFICE)
+def test_polytopes_whose_vertices_suffice(name):
+    plants = box(SUFFICE[name])
+    assert couplings.vertices_suffice(plants)
+    if name != "one plant":
+        assert couplings.hull_gap(plants, count=50) < 1e-9
+    again = [*plants.vertices[::-1], plants.vertices[0]]
+    assert couplings.vertices_suffice(sos.Polytope(again))
+    request = Request(plants, region=sos.PoleRegion(rho=30), gamma=3.0)
+    assert all(i == j for i, j in request.pairs) and request.covers_polytope
+
+
+@pytest.mark.parametrize("name", MISLEAD)
+def test_polytopes_whose_vertices_may_mislead(name):
+    plants = box(MISLEAD[name])
+    if name == "a mass that is zero":  # refused before anybody asks
+        with pytest.raises(ValueError, match="singular"):
+            couplings.vertices_suffice(plants)
+        few = descriptors(box([{"M": FIRST}]))
+        singular = [replace(d, E=np.diag([1.0, 1, m, 1])) for d, m in zip(few, (1, 0))]
+        assert not quotient_in_hull(singular)
+        return
+    assert not couplings.vertices_suffice(plants)
+    assert len(Request(plants).pairs) == 3
+
+
+def test_a_corner_that_is_missing_counts():
+    whole = box([{"M": FIRST}, {"M": SECOND}])
+    for k in range(4):
+        some = [v for i, v in enumerate(whole.vertices) if i != k]
+        assert not couplings.vertices_suffice(sos.Polytope(some))
+        assert len(Request(sos.Polytope(some)).pairs) == 6
+
+
+def test_the_acceleration_gain_belongs_to_the_mass():
+    """M - B K_A changes with B: by one column where B does, else by more."""
+    K_A = [[0.5, 0.25], [0.1, 0.2]]
+    some = 0.25 * FIRST
+    assert couplings.vertices_suffice(box([{"B": some}]), K_A=K_A)
+    assert couplings.vertices_suffice(box([{"B": some}, {"M": SECOND}]), K_A=K_A)
+    assert not couplings.vertices_suffice(box([{"B": FIRST}]), K_A=K_A)  # det < 0
+    assert not couplings.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]), K_A=K_A)
+    assert couplings.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]))
+
+
+def test_rounded_sums_are_no_box():
+    """0.1 + 0.2 isn't 0.3 in floats: the corners are read as they are."""
+    lever = np.array([[0.0, 1.0], [0.0, 0.0]])
+    plain = dict(D=np.eye(2), S=np.eye(2), B=np.eye(2))
+
+    def plants(offsets):
+        return sos.Polytope(
+            [
+                sos.SecondOrderSystem(np.eye(2) + x * lever + m * SECOND, **plain)
+                for x in offsets
+                for m in (0, 1)
+            ]
+        )
+
+    assert couplings.vertices_suffice(plants([0, 0.1, 0.2, 0.3]))
+    assert not couplings.vertices_suffice(plants([0, 0.1, 0.2, 0.1 + 0.2]))
+
+
+class Bounded(Requirement):
+    """E P E' < c I, which isn't affine after the division by E."""
+
+    kind = name = promise = "bounded"
+
+    def pair(self, loop, c):
+        yield "bounded", 100 * sos.lmi.eye(c.EPE.shape[0]) - c.EPE
+
+    def claim(self):
+        return "E P E' is bounded"
+
+    def truth(self, loops, K, K_A=None):
+        return 0.0
+
+
+def test_a_requirement_of_ones_own_gets_its_pairs():
+    plants = box([{"M": FIRST}, {"M": SECOND}])
+    assert len(Request(plants, requirements=[Bounded()]).pairs) == 10
+    assert len(Request(plants).pairs) == 4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_designs_at_vertices_that_suffice_keep_their_promises(seed):
+    """Gamma, poles and cost of plants between, by formulas without LMIs."""
+    rng = np.random.default_rng(seed)
+    plants = box(
+        [
+            {"M": 0.8 * FIRST, "S": [[rng.uniform(-1, 1), 0.5], [0, 0]]},
+            {"M": 1.5 * SECOND},
+            {"D": rng.uniform(-0.3, 0.3, (2, 2))},
+        ],
+        dict(M=np.eye(2), D=0.5 * np.eye(2), S=np.eye(2), B=np.eye(2), F=np.eye(2)),
+    )
+    region = sos.PoleRegion(sigma=0.2, theta=1.3, rho=30)
+    cost = sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=100.0)
+    design = sos.design_pid(plants, region=region, gamma=2.0, cost=cost)
+    assert len(design.request.pairs) == 8
+    assert "every plant of the polytope" in design.certify().claims[0]
+    for plant in plants.sample(20, seed=seed):
+        loop = sos.analyse_pid(plant, design.K)
+        (d,) = descriptors(plant)
+        assert region.contains(loop.poles())
+        assert loop.hinf() < 2.0
+        assert cost.truth([d], design.K) < 100.0
+
+
+def test_eight_uncertain_masses_need_no_pair():
+    """256 vertices; all pairs would be 32,896."""
+    masses = [np.diag(m) for m in product((0.8, 1.2), repeat=8)]
+    one = np.eye(8)
+    plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
+    request = Request(plants, region=sos.PoleRegion(rho=6))
+    assert len(request.pairs) == 256 and request.covers_polytope
+
+
+def test_the_vertices_of_the_books_polytopes():
+    for make, suffice in (
+        (lambda: counterexamples.random_chain(3, masses=3), True),
+        (lambda: counterexamples.random_chain(3, box=False), False),
+        (counterexamples.actuated, False),
+        (counterexamples.slower_corners, False),
+    ):
+        assert couplings.vertices_suffice(make()) == suffice
