@@ -98,6 +98,15 @@ FAMILIES = {
     "uncertain masses": Family(
         masses.uncertain_masses,
         "pid",
+        "vertices",
+        TUNING,
+        "as many as uncertain springs",
+        (4, 16, 64, 256),
+        "vertices",
+    ),
+    "tied masses": Family(
+        masses.tied_masses,
+        "pid",
         "pairs",
         TUNING,
         "pairs in both halves",

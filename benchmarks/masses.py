@@ -16,6 +16,7 @@ __all__ = [
     "free_chain",
     "grid",
     "modes",
+    "tied_masses",
     "tree",
     "uncertain_masses",
     "uncertain_springs",
@@ -166,15 +167,37 @@ def random_modes(n, seed, inputs=2):
     ), rng
 
 
-def uncertain_masses(count, n=4):
+def uncertain_masses(count, n=8):
     """A chain between two walls, some of whose masses are uncertain by a fifth.
+
+    The vertices suffice: each number changes one mass.
 
     Parameters
     ----------
     count : int
         Vertices, a power of two up to 2^n.
     """
-    change = 0.2 * signs(count, n)
+    return _between_walls(0.2 * signs(count, n))
+
+
+def tied_masses(count, n=4):
+    """The same chain with loads that are somewhere between two neighbours.
+
+    Each number takes a tenth from one mass and gives it to the next one, so that
+    the pairs of vertices are needed.
+
+    Parameters
+    ----------
+    count : int
+        Vertices, a power of two up to 2^(n - 1).
+    """
+    moved = 0.1 * signs(count, n - 1)
+    none = np.zeros((count, 1))
+    return _between_walls(np.hstack([moved, none]) - np.hstack([none, moved]))
+
+
+def _between_walls(change):
+    n = change.shape[1]
     S = network(n, [(i, i + 1, 1.0) for i in range(n - 1)]) + np.eye(n)
     B = spread_over(n, 2)
     vertices = [sos.SecondOrderSystem(np.diag(1 + c), 0.1 * S, S, B, B) for c in change]

@@ -56,7 +56,7 @@ def test_centre_of_an_unbounded_set_is_refused():
         centre(Blocks.of([x - eye(1)], [x]), np.full(1, 2.0))
 
 
-@pytest.mark.parametrize("family, size", [("uncertain masses", 4), ("tree", 2)])
+@pytest.mark.parametrize("family, size", [("tied masses", 4), ("tree", 2)])
 def test_a_long_valley_takes_few_steps(family, size):
     """On straight lines Newton's method takes 41 and 28 steps to these centres."""
     request = case(family, size).request
@@ -79,9 +79,7 @@ def barrier_at(newton, x):
     )
 
 
-@pytest.mark.parametrize(
-    "family, size, most", [("tree", 6, 9), ("uncertain masses", 2, 6)]
-)
+@pytest.mark.parametrize("family, size, most", [("tree", 6, 9), ("tied masses", 2, 6)])
 def test_a_start_of_the_wrong_size_costs_no_steps(family, size, most):
     """Without the ray it takes 15 and 8 steps: each of the first doubles x."""
     request = case(family, size).request

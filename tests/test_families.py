@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 from benchmarks import continua, elements, machines, masses
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.questions import KINDS, right
+from sosbook import couplings
 from sosbook.plants.descriptor import descriptors
 
 
@@ -126,6 +127,12 @@ def test_signs_are_all_combinations():
         masses.signs(32, 4)
     M = [v.M for v in masses.uncertain_masses(4)[0].vertices]
     assert len({m.tobytes() for m in M}) == 4
+    tied = masses.tied_masses(8)[0]
+    total = [np.trace(v.M) for v in tied.vertices]
+    assert len({v.M.tobytes() for v in tied.vertices}) == 8
+    np.testing.assert_allclose(total, 4)
+    assert not couplings.vertices_suffice(tied)
+    assert couplings.vertices_suffice(masses.uncertain_masses(16)[0])
     springs = masses.uncertain_springs(16)[0].vertices
     assert len({v.S.tobytes() for v in springs}) == 16
     assert len({v.M.tobytes() for v in springs}) == 1

@@ -90,7 +90,7 @@ def some_centre(lmis, count):
 
 
 @pytest.mark.parametrize(
-    "family, size, count", [("uncertain springs", 16, 3), ("uncertain masses", 4, 2)]
+    "family, size, count", [("uncertain springs", 16, 3), ("tied masses", 4, 2)]
 )
 def test_the_blocks_of_all_vertices_are_entered_near_their_centre(family, size, count):
     lmis = case(family, size, framed=True).lmis

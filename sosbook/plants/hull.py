@@ -60,8 +60,13 @@ def quotient_in_hull(vertices):
     of_E = int(np.sum(columns < wide.shape[1]))
     if not of_E:
         return True
-    points = sorted(set(map(tuple, _rationals(wide[:, rows, columns]))))
+    points = sorted(set(map(tuple, wide[:, rows, columns].tolist())))
     places = list(zip(rows.tolist(), columns.tolist()))
+    other = next(p for p in points if p[:of_E] != points[0][:of_E])
+    ends = _rationals(np.array([points[0], other]))
+    if not _one_column([_difference(*ends)], places):  # most are told by this one
+        return False
+    points = list(map(tuple, _rationals(np.array(points))))
     return _spanned(points, places, of_E) and _one_sign(wide[:, :, : wide.shape[1]])
 
 
@@ -118,4 +123,7 @@ def _one_sign(E):
 
 def _rationals(rows):
     """A matrix of floats or rationals as lists of rationals."""
-    return (rows if rows.dtype == object else exact(rows)).tolist()
+    if rows.dtype == object:
+        return rows.tolist()
+    values, places = np.unique(rows, return_inverse=True)  # most are read once
+    return exact(values)[places].reshape(rows.shape).tolist()

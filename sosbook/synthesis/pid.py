@@ -66,12 +66,14 @@ def design_pid(
     K_A : (m, n) array_like, optional
         Acceleration gain, where the mass is singular.
     coupling : {"pairs", "vertices", "slack"}
-        ``"pairs"`` is sound, with one Lyapunov matrix for all plants.
+        ``"pairs"`` is sound, with one Lyapunov matrix for all plants. No
+        pair is asked where the vertices suffice: see
+        `sosbook.couplings.vertices_suffice`.
         ``"slack"`` is sound too, with one for each vertex, for plants
         that don't change with time; ``"pairs"`` also covers those that
         move through the polytope, as fast as they like.
-        ``"vertices"`` is the thesis's reading, which proves nothing
-        between vertices of different ``E``.
+        ``"vertices"`` is the thesis's reading, which proves nothing between
+        vertices of different ``E`` unless they suffice.
     mu : float, optional
         Any positive value keeps Theorem 2.1 true. Where another
         requirement fixes the size of P it is one more unknown, so that a
