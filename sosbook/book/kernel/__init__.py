@@ -4,6 +4,7 @@
 page runs as it stands or hands to a worker as text.
 """
 
+import re
 from importlib.resources import files
 
 __all__ = ["MODULES", "lean", "source"]
@@ -22,6 +23,9 @@ MODULES = (
     "design",
     "truth",
 )
+#: What stands apart for the eye only. Signs and brackets of comparison don't: "- -1",
+#: and what a page would take for the ends of a comment.
+SPACED = re.compile(r"(,) | (=>|[=!]==|&&|\|\||[=*]) ")
 EXPORTS = (
     "design, prove, refusalFile, truth, descriptors, coupledPairs, assembled, frameOf, "
     "plainFrame, "
@@ -35,13 +39,14 @@ def source():
 
     Calling it returns an object whose ``design(request)`` solves a request. Readers
     load neither indentation nor comments: they are in this folder's files. Nor do
-    they load spaces behind commas, but where a line may have a text or a pattern.
+    they load spaces behind commas and around most operators, but where a line may
+    have a text or a pattern.
     """
     modules = [
         (files(__package__) / f"{name}.js").read_text("utf8") for name in MODULES
     ]
     text, lines = set("\"'`/"), "\n".join(map(lean, modules)).splitlines()
-    body = "\n".join(x if text & set(x) else x.replace(", ", ",") for x in lines)
+    body = "\n".join(x if text & set(x) else SPACED.sub(r"\1\2", x) for x in lines)
     return (
         'globalThis.sosKernel ??= function sosKernel() {\n"use strict";\n'
         f"{body}\nreturn {{{EXPORTS}}};\n}};"

@@ -18,51 +18,50 @@ function descriptors({vertices, U = [], K_A = null}, {matrix, zeros, identity, t
   });
 }
 
-const equal = (X, Y) => X.places === Y.places ? X.at.every((x, k) => x === Y.at[k]) : equal(...alike([X, Y]));
-const same = (d, e) => equal(d.E, e.E) && equal(d.A, e.A) && equal(d.Bu, e.Bu) && equal(d.Bw, e.Bw);
+const PARTS = ["E", "A", "Bu", "Bw"];
+const same = (d, e) => PARTS.every(name => d[name].at.every((x, k) => x === e[name].at[k]));
 
-// Indices of the vertices, without those that repeat another one.
+// The vertices, without those that repeat another one: their indices.
 const distinct = vertices => vertices.map((_, i) => i).filter(i => !vertices.slice(0, i).some(d => same(d, vertices[i])));
 
 // Pairs (i, j), i <= j, of vertices that need a block. Where E_i = E_j the pair's
 // block is the mean of the vertices' blocks; a vertex that repeats another is left out,
-// and so is every pair where the vertices suffice.
+// and so are all pairs where the vertices suffice.
 function coupledPairs(request, coupling = request.coupling ?? "pairs") {
-  const vertices = descriptors(request, request.K_A ? EXACT : FLOATS), few = distinct(vertices);
-  const pairs = few.map(i => [i, i]);
-  if (coupling === "vertices" || few.every(i => equal(vertices[i].E, vertices[0].E)) || quotientInHull(descriptors(request, EXACT))) return pairs;
-  few.forEach((i, k) => few.slice(k + 1).forEach(j => { if (!equal(vertices[i].E, vertices[j].E)) pairs.push([i, j]); }));
+  const few = distinct(descriptors(request)), pairs = few.map(i => [i, i]);
+  if (coupling === "vertices" || !pairs[1]) return pairs;
+  const exactly = descriptors(request, EXACT), N = exactly[0].E.rows;
+  const all = alike(few.flatMap(i => PARTS.map(name => exactTransposed(exactly[i][name]))));
+  const points = few.map((_, k) => all.slice(4 * k, 4 * k + 4).flatMap(({at}) => at)), E = points.map(p => p.slice(0, N * N));
+  if (quotientInHull(points, E, N)) return pairs;
+  few.forEach((i, k) => few.forEach((j, l) => { if (k < l && `${E[k]}` !== `${E[l]}`) pairs.push([i, j]); }));
   return pairs;
 }
 
 // Whether inv(E) [A Bu Bw] of each plant of a polytope is a mean of the vertices' ones, as
-// `sosbook.plants.hull` tells: the exact vertices are all sums of some with one E and of some
-// changes of one column each, or all differ by multiples of one column; det E has one sign.
-function quotientInHull(vertices) {
-  const N = vertices[0].E.rows, parts = ["E", "A", "Bu", "Bw"];
-  const all = alike(vertices.flatMap(d => parts.map(name => exactTransposed(d[name]))));
-  const points = new Map(), key = p => p.join();
-  vertices.forEach((d, i) => { const p = all.slice(4 * i, 4 * i + 4).flatMap(({at}) => at); points.set(key(p), p); });
-  const ordered = [...points.values()].sort((p, q) => { const k = p.findIndex((x, k) => x !== q[k]); return p[k] < q[k] ? -1 : 1; });
-  const first = ordered[0], less = p => p.map((x, k) => x - first[k]);
-  const alongOne = changes => {
+// `sosbook.plants.hull` tells. A point holds the columns of a vertex's [E A Bu Bw].
+function quotientInHull(points, E, N) {
+  const known = new Set(points.map(String)), box = new Map();
+  const [first, ...others] = [...points].sort((p, q) => { const k = p.findIndex((x, k) => x !== q[k]); return p[k] < q[k] ? -1 : 1; });
+  const less = p => p.map((x, k) => x - first[k]), ofE = p => `${p.slice(0, N * N)}`;
+  const oneColumn = changes => {   // all columns are multiples of one
     const columns = changes.flatMap(c => c.filter((_, k) => k % N === 0).map((_, k) => c.slice(k * N, k * N + N)));
-    const u = columns.find(c => c.some(x => x !== 0n)), r = u.findIndex(x => x !== 0n);
+    const u = columns.find(c => c.some(x => x)), r = u.findIndex(x => x);
     return columns.every(c => c.every((x, i) => x * u[r] === u[i] * c[r]));
   };
-  if (!alongOne(ordered.slice(1).map(less))) {
-    const box = new Map();
-    for (const p of ordered) {
-      if (p.slice(0, N * N).every((x, k) => x === first[k])) box.set(key(p), p);
-      if (box.has(key(p))) continue;
+  if (E.every(e => `${e}` === `${E[0]}`)) return true;
+  if (!oneColumn(others.map(less))) {
+    for (const p of [first, ...others]) {
+      if (ofE(p) === ofE(first)) box.set(`${p}`, p);
+      if (box.has(`${p}`)) continue;
       const change = less(p);
-      if (!alongOne([change])) return false;
-      for (const q of [...box.values()]) { const moved = q.map((x, k) => x + change[k]); box.set(key(moved), moved); }
-      if (![...box.keys()].every(k => points.has(k))) return false;
+      if (!oneColumn([change])) return false;
+      for (const q of [...box.values()]) { const moved = q.map((x, k) => x + change[k]); box.set(`${moved}`, moved); }
+      if (![...box.keys()].every(k => known.has(k))) return false;
     }
   }
-  const signs = vertices.map(({E}) => signOfDeterminant(E));
-  return signs[0] !== 0 && signs.every(x => x === signs[0]);
+  const [sign, ...signs] = E.map(e => signOfDeterminant(e, N));
+  return sign !== 0 && signs.every(x => x === sign);
 }
 
 function meanDescriptor(vertices) {

@@ -116,10 +116,10 @@ function definite({rows: n, at}) {
 }
 
 // The sign of the determinant, by the same elimination with exchanged rows.
-function signOfDeterminant({rows: n, at}) {
+function signOfDeterminant(at, n) {
   let rows = Array.from({length: n}, (_, i) => at.slice(i * n, (i + 1) * n)), last = 1n, sign = 1;
   while (rows.length) {
-    const top = rows.findIndex(row => row[0] !== 0n);
+    const top = rows.findIndex(([x]) => x);
     if (top < 0) return 0;
     const [head] = rows.splice(top, 1);
     if (top % 2) sign = -sign;
