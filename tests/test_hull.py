@@ -177,6 +177,22 @@ def test_the_acceleration_gain_belongs_to_the_mass():
     assert couplings.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]))
 
 
+def test_vertices_along_one_column_need_no_box():
+    """The quotient's weights are those of the vertices times det E."""
+    rng = np.random.default_rng(2)
+    rows = rng.integers(-2, 3, (5, WIDTH)).astype(float)
+    base = np.hstack([9 * np.eye(N), rng.integers(-2, 3, (N, WIDTH - N))])
+    vertices = [base + np.outer([1.0, -1.0, 2.0], row) for row in rows]
+    assert quotient_in_hull([system(w) for w in vertices])
+    weights = rng.dirichlet(np.ones(5))
+    middle = np.tensordot(weights, vertices, 1)
+    beta = weights * [np.linalg.det(w[:, :N]) for w in vertices]
+    beta /= np.linalg.det(middle[:, :N])
+    quotients = [np.linalg.solve(w[:, :N], w[:, N:]) for w in (middle, *vertices)]
+    assert beta.min() > 0
+    assert np.allclose(quotients[0], np.tensordot(beta, quotients[1:], 1))
+
+
 def test_rounded_sums_are_no_box():
     """0.1 + 0.2 isn't 0.3 in floats: the corners are read as they are."""
     lever = np.array([[0.0, 1.0], [0.0, 0.0]])
