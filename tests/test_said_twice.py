@@ -51,3 +51,10 @@ def test_a_repetition_is_noticed():
     assert not phrases("that is $x$, that it is")
     assert rows("| a | b |\n|---|---|\n| 1 | 2 |\n| 1 | 2 |") == ["| 1 | 2 |"]
     assert not rows("| a |\n|---|\n| 1 |\n\n| a |\n|---|\n| 1 |")
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_a_reference_to_an_exercise_says_exercise_once(path):
+    """Its own text is "Exercise 9.3"."""
+    for text in passages(path):
+        assert not re.search(r"exercise\s+\{ref\}`ex-", text, re.IGNORECASE)
