@@ -11,10 +11,15 @@ from scipy.optimize import nnls
 
 import sosbook as sos
 from sosbook import counterexamples, couplings
-from sosbook.plants.descriptor import Descriptor, descriptors
+from sosbook.lmi.text import floats
+from sosbook.pendulum import Mip, polytope
+from sosbook.plants.descriptor import Coupled, Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
 from sosbook.requirements.base import Requirement
+from sosbook.requirements.hinf import HInfinity
+from sosbook.requirements.stability import Stability
 from sosbook.synthesis.problem import Request
+from tests import energy_to_peak
 from tests.test_proof_files import checker
 
 N, INPUTS = 3, 2
@@ -272,5 +277,42 @@ def test_the_vertices_of_the_books_polytopes():
         (lambda: counterexamples.random_chain(3, box=False), False),
         (counterexamples.actuated, False),
         (counterexamples.slower_corners, False),
+        (lambda: polytope(Mip.printed()), False),
     ):
         assert couplings.vertices_suffice(make()) == suffice
+
+
+def test_what_says_that_it_is_affine_in_the_quotient_is():
+    """Each block of a vertex, divided by E, and of a mean of quotients."""
+    rng = np.random.default_rng(8)
+    plants = box([{"M": FIRST}, {"M": [[0.25, 0.5], [0.5, 1]]}])
+    asked = [
+        Stability(),
+        HInfinity(3.0),
+        sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=9.0),
+        energy_to_peak.EnergyToPeak(2.0),
+        *sos.PoleRegion(sigma=0.2, theta=1.2, rho=8).parts,
+    ]
+    P, Y = rng.standard_normal((4, 4)), rng.standard_normal((2, 4))
+    P, own = P @ P.T, {"J": np.eye(2)}
+    request = Request(plants, requirements=asked)
+    _, loops, _ = request.loops(P, Y, floats, None, None, (), own)
+
+    def blocks(r, d):
+        return [g for _, g in r.pair(loops[r.key], Coupled(d, d, P, Y))]
+
+    def divided(d):
+        A, Bu, Bw = d.state_space()
+        return replace(d, E=np.eye(4), A=A, Bu=Bu, Bw=Bw)
+
+    quotients = [divided(d) for d in request.vertices]
+    mean = mean_descriptor(quotients)
+    for r in request.demands:
+        assert r.affine_in_quotient
+        each = [blocks(r, d) for d in quotients]
+        for g, *some in zip(blocks(r, mean), *each, strict=True):
+            assert np.allclose(g, np.mean(some, axis=0))
+        for d, one in zip(request.vertices, each, strict=True):
+            for g, divided_g in zip(blocks(r, d), one, strict=True):
+                signs = [np.sum(np.linalg.eigvalsh(x) > 0) for x in (g, divided_g)]
+                assert signs[0] == signs[1]

@@ -450,7 +450,7 @@ class Design:
         ]  # fmt: skip
         between = [(i, j) for i in few for j in few
                    if i < j and self.plain[i].E != self.plain[j].E]  # fmt: skip
-        if suffice(self.plain):
+        if between and suffice(self.plain):
             between = []
         self.pairs = [(i, i) for i in few]
         self.pairs += between if file["coupling"] == "pairs" else []

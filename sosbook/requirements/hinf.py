@@ -34,9 +34,8 @@ class HInfinity(Requirement):
 
     kind = name = promise = "gamma"
     parameter = GAMMA
-    implies_stability = needs_disturbance = slack_implies_pair = affine_in_quotient = (
-        True
-    )
+    implies_stability = needs_disturbance = True
+    slack_implies_pair = affine_in_quotient = True
     has_constants = True  # mu I, of the disturbance
     rank = 20
     titles = {"hinf": "H∞ bound γ"}

@@ -16,9 +16,8 @@ class Stability(Requirement):
 
     kind = name = "stability"
     promise = "poles"
-    implies_stability = of_poles = homogeneous = slack_implies_pair = (
-        affine_in_quotient
-    ) = True
+    implies_stability = of_poles = homogeneous = True
+    slack_implies_pair = affine_in_quotient = True
     titles = {"stability": "stability"}
 
     def pair(self, loop, c):
