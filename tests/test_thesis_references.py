@@ -6,12 +6,14 @@ numbers that stand on a page without their T.
 
 import re
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
 import nbformat
 import pytest
 
+from sosbook import reproduction
 from tests.prose import markup
 
 BOOK = Path(__file__).resolve().parent.parent / "book"
@@ -19,6 +21,8 @@ sys.path.append(str(BOOK / "_ext"))
 references = pytest.importorskip("thesis_references")
 ROWS = references.entries()
 PAGES = sorted([*BOOK.glob("*.ipynb"), *BOOK.glob("*.md")])
+WORDS = Path(__file__).with_name("thesis_words.toml")
+EQUATION = re.compile(r"\(((?:[1-5]|[AB])\.\d+(?:\.\d)?)\)")
 #: Pages whose numbers have another form: tables that the package makes.
 TABLES = {"errata", "reproduction", "thesis_references"}
 #: Pages whose numbers have no T yet.
@@ -84,6 +88,89 @@ def test_each_row_leads_to_a_place_of_the_book():
         assert row.keys() <= {"is", "at"}, number
         assert row["is"], number
         assert exists(row.get("at", "notation")), number
+
+
+@cache
+def citing():
+    """The pages that cite each number, in their text or in a program's captions."""
+    found = {}
+    for path in PAGES:
+        text = path.read_text("utf-8")
+        if path.suffix == ".ipynb":
+            cells = nbformat.reads(text, as_version=4).cells
+            text = "\n".join(cell.source for cell in cells)
+        text = re.sub(r'"\n\s*f?"', "", text)  # a caption over two lines
+        for number in references.FORM.findall(text):
+            found.setdefault(number, set()).add(path.stem)
+    return found
+
+
+def astray(rows):
+    """Numbers that are cited, and whose row leads to a page that doesn't cite them."""
+    return [
+        number
+        for number, row in rows.items()
+        if number in citing() and references.page_of(row["at"]) not in citing()[number]
+    ]
+
+
+def words():
+    """The second table: a word that stands near each number in the thesis."""
+    table = tomllib.loads(WORDS.read_text("utf-8"))
+    return {number: word for rows in table.values() for number, word in rows.items()}
+
+
+def misread(rows):
+    """Numbers whose row lacks the word that stands near them in the thesis."""
+    return [n for n, word in words().items() if word not in rows[n]["is"].lower()]
+
+
+def test_a_number_leads_to_a_page_that_cites_it():
+    assert astray(ROWS) == []
+
+
+def test_both_readings_of_a_number_agree():
+    assert list(words()) == list(ROWS)
+    assert misread(ROWS) == []
+
+
+def test_a_number_of_another_equation_is_noticed():
+    """Numbers that were once invented for examples that have none."""
+    invented = {
+        "3.2": {"is": "Example 2, the car seat", "at": "eq-11-motion"},
+        "3.3": {"is": "Example 3, the chain", "at": "12_singular_chain"},
+        "3.5": {"is": "the sine as an uncertain factor", "at": "13_flexible_arm"},
+        "3.6": {"is": "the vertices of Example 4", "at": "13_flexible_arm"},
+    }
+    assert set(astray(ROWS | invented)) == set(invented)
+    assert set(misread(ROWS | invented)) == set(invented)
+
+
+def test_most_mixed_up_rows_are_noticed():
+    """Each row in the place of another one, ten rows further on."""
+    names = list(ROWS)
+    mixed = {n: ROWS[names[k - 10]] for k, n in enumerate(names)}
+    assert len(misread(mixed)) > 0.9 * len(ROWS)
+
+
+def test_errata_and_rows_name_numbers_of_their_pages(rows):
+    """One number at least that stands in a row's place leads to its page."""
+    printed = reproduction.errata(), reproduction.checked(), rows
+    for one in (one for table in printed for one in table):
+        numbers = EQUATION.findall(one.place)
+        assert set(numbers) <= set(ROWS), one.place
+        pages = [
+            {references.page_of(ROWS[n]["at"])} | citing().get(n, set())
+            for n in numbers
+        ]
+        assert not pages or one.chapter in set.union(*pages), one
+
+
+def test_a_label_of_the_appendix_belongs_to_its_page():
+    assert references.page_of("thm-a-impulse") == "appendix_a"
+    assert {references.page_of(row["at"]) for row in ROWS.values()} <= {
+        path.stem for path in PAGES
+    }
 
 
 def test_rows_are_told_apart():

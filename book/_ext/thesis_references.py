@@ -59,9 +59,10 @@ def anchor(number):
 
 
 def page_of(place):
-    """The page of a place: a page itself, or of a label by its chapter's number."""
-    if chapter := re.match(r"[a-z]+-(\d\d)-", place):
-        return next(path.stem for path in BOOK.glob(f"{chapter[1]}_*.ipynb"))
+    """The page of a place: a page itself, or of a label by its chapter's name."""
+    if chapter := re.match(r"[a-z]+-(\d\d|a)-", place):
+        stem = "appendix_a" if chapter[1] == "a" else f"{chapter[1]}_*"
+        return next(path.stem for path in BOOK.glob(f"{stem}.ipynb"))
     return place
 
 

@@ -52,7 +52,7 @@ QUOTATIONS = {
     "7.4V limit": "section 4.3.2",
     "integral and acceleration gains bring no relevant drawback with respect "
     "to design complexity": "chapter 5",
-    "the number of optimization variables is divided by four": "section A.2",
+    "the number of optimization variables is divided by four": "Appendix A, after (A.17)",
     "The choice of the U matrix in the examples in Chapter 3 and in the "
     "experiments in Chapter 4 was made randomly, taking into account only the "
     "controllability of the system": "chapter 5",
