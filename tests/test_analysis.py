@@ -225,7 +225,7 @@ def test_samples_join_the_vertices_of_a_polytope():
 def test_a_single_plant_has_nothing_to_sample():
     robot = sos.thesis.example_1()
     design = sos.analyse_pid(robot.plant, robot.K, robot.U)
-    with pytest.raises(ValueError, match="samples needs a Polytope"):
+    with pytest.raises(ValueError, match="samples asks for plants between several"):
         design.poles(samples=3)
 
 

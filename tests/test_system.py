@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
+from sosbook.couplings import verify_on_samples
 
 import sosbook as sos
 from sosbook import Polytope, SecondOrderSystem
+from sosbook.plants.descriptor import descriptors
 from tests.cases import chain, random_plant
 
 I2, ONE = np.eye(2), [[1.0]]
@@ -42,6 +44,51 @@ def test_a_massless_coordinate_has_one_finite_pole():
 def test_a_very_fast_pole_is_finite():
     plant = SecondOrderSystem([[1e-14]], ONE, ONE, ONE)
     assert np.allclose(plant.poles(), [-1e14, -1])
+
+
+def test_systems_between_vertices_are_mixtures():
+    """Of every matrix that may differ; of a `Polytope` in first order they are it."""
+    rng = np.random.default_rng(6)
+    plants = random_plant(rng, 2, 1, vertices=4, spread=0.2)
+    parts = descriptors(plants)
+    system = sos.DescriptorSystem(
+        *([getattr(d, x) for d in parts] for x in ("E", "A", "Bu", "Bw")),
+        C=np.eye(2, 4),
+        D_u=[[0], [1]],
+    )
+    for seed, one in enumerate(system.sample(5, seed=2)):
+        (d,), (e,) = one.vertices, descriptors(plants.sample(5, seed=2)[seed])
+        for x in ("E", "A", "Bu", "Bw"):
+            assert getattr(d, x) == pytest.approx(getattr(e, x), abs=1e-12)
+        assert np.array_equal(d.C, np.eye(2, 4)) and d.Du[1] == 1
+    with pytest.raises(ValueError, match="weights must be 4 non-negative numbers"):
+        system.at([1, 0, 0])
+    with pytest.raises(ValueError, match="count must be 0"):
+        system.sample(-1, 0)
+
+
+def test_a_first_order_polytope_has_plants_between_its_vertices():
+    """Every truth of a design is asked of them, and the vertices' is no better."""
+    rng = np.random.default_rng(7)
+    plants = random_plant(rng, 2, 2, vertices=4, spread=0.1)
+    parts = descriptors(plants)
+    system = sos.DescriptorSystem(
+        *([getattr(d, x) for d in parts] for x in ("E", "A", "Bu", "Bw")),
+        C=np.eye(2, 4),
+    )
+    cost = sos.QuadraticCost(np.eye(4), np.eye(2), bound=1e6)
+    asked = dict(saturation=sos.Saturation(1e4, [1, 0, 0, 0]), cost=cost)
+    first, second = sos.design_pid(system, **asked), sos.design_pid(plants, **asked)
+    second = sos.analyse_pid(plants, first.K, **asked)
+    assert first.poles(samples=6, seed=3) == pytest.approx(
+        second.poles(samples=6, seed=3), rel=1e-6
+    )
+    for name in ("hinf", "noise_cost", "peak_input", "sensitivity_peak"):
+        truth = getattr(first, name)(samples=6)
+        assert truth >= getattr(first, name)()
+        assert truth == pytest.approx(getattr(second, name)(samples=6), rel=1e-6)
+    assert first.disk_margin(samples=6).radius <= first.disk_margin().radius
+    assert min(verify_on_samples(first).values()) > 0
 
 
 def test_poles_of_a_polytope_lie_where_its_plants_poles_lie():

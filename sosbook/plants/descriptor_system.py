@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..lmi.read_only import ReadOnly
 from .checks import matrices_of, matrix, rank_deficient
 from .descriptor import Descriptor
+from .simplex import checked_weights, random_weights
 
 __all__ = ["DescriptorSystem"]
 
@@ -116,6 +117,40 @@ class DescriptorSystem(ReadOnly):
     def __hash__(self):
         first = self.vertices[0]
         return hash((len(self.vertices), self.order, (first.A + 0.0).tobytes()))
+
+    def at(self, weights: ArrayLike) -> "DescriptorSystem":
+        """The system with the given convex weights of the vertices.
+
+        Parameters
+        ----------
+        weights : (vertices,) array_like
+            Non-negative, of sum one.
+
+        Examples
+        --------
+        >>> DescriptorSystem(1, [[[-1]], [[-3]]]).at([0.5, 0.5]).vertices[0].A
+        array([[-2.]])
+        """
+        given = checked_weights(weights, len(self.vertices))
+        first = self.vertices[0]
+        E, A, B, B_w = (
+            sum(w * getattr(d, name) for w, d in zip(given, self.vertices))
+            for name in ("E", "A", "Bu", "Bw")
+        )
+        return DescriptorSystem(E, A, B, B_w, first.C, first.Du)
+
+    def sample(self, count: int, seed: int) -> "list[DescriptorSystem]":
+        """Random systems between the vertices, uniform over the weights.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+        seed : int
+            The seed of numpy's generator: the same seed gives the same systems.
+        """
+        weights = random_weights(len(self.vertices), count, seed)
+        return [self.at(w) for w in weights]
 
     def per_vertex(self, values: Any) -> Any:
         """One of the ``values`` for each vertex; for one plant the value itself."""

@@ -12,11 +12,11 @@ from scipy import sparse
 from scipy.linalg import eigvals
 
 from ..lmi.read_only import ReadOnly
-from .checks import count as whole
-from .checks import matrix, numbers, rank_deficient
+from .checks import matrix, rank_deficient
 from .descriptor import descriptors
 from .response import simulate_open
 from .signals import Sine, Step
+from .simplex import checked_weights, random_weights
 
 __all__ = ["MassWarning", "Polytope", "SecondOrderSystem"]
 
@@ -324,10 +324,7 @@ class Polytope(_Plant, ReadOnly):
         weights : (N,) array_like
             Non-negative, of sum one.
         """
-        given = numbers("weights", weights)
-        good = given.shape == (self.N,) and np.isfinite(given).all()
-        if not good or (given < 0).any() or abs(given.sum() - 1) > 1e-9:
-            raise ValueError(f"weights must be {self.N} non-negative numbers of sum 1")
+        given = checked_weights(weights, self.N)
         mixed = (
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
@@ -344,9 +341,7 @@ class Polytope(_Plant, ReadOnly):
         seed : int
             The seed of numpy's generator: the same seed gives the same plants.
         """
-        rng = np.random.default_rng(whole("seed", seed))
-        weights = rng.dirichlet(np.ones(self.N), size=whole("count", count))
-        return [self.at(w) for w in weights]
+        return [self.at(w) for w in random_weights(self.N, count, seed)]
 
 
 def _sizes(plant):

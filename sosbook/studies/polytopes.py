@@ -5,6 +5,7 @@ checks their promises at plants between the vertices.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..deprecation import renamed
 from ..plants.checks import count as whole
 from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS, descriptors
+from ..plants.descriptor_system import DescriptorSystem
 from ..plants.hull import quotient_in_hull
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..requirements.stability import Stability
@@ -80,7 +82,7 @@ def sample_plants(plants, count=20, seed=0):
 
     Parameters
     ----------
-    plants : Polytope
+    plants : Polytope or DescriptorSystem
         The polytope.
     count : int
         Steps along each segment between two vertices, ends included;
@@ -90,17 +92,19 @@ def sample_plants(plants, count=20, seed=0):
 
     Returns
     -------
-    list of SecondOrderSystem
+    list of SecondOrderSystem or DescriptorSystem
         The drawn plants.
     """
     samples, count = [], whole("count", count, 2)
-    corners = np.eye(_polytope(plants).N)
-    for i, j in combinations(range(plants.N), 2):
+    if not isinstance(plants, DescriptorSystem):
+        _polytope(plants)
+    corners = np.eye(len(plants.vertices))
+    for i, j in combinations(range(len(corners)), 2):
         for a in np.linspace(0, 1, count):
             samples.append(plants.at((1 - a) * corners[i] + a * corners[j]))
-    if plants.N > 2:
+    if len(corners) > 2:
         samples += plants.sample(count, seed)
-    return samples or list(plants.vertices)
+    return samples or [plants.at([1])]
 
 
 def verify_on_samples(design, count=20, seed=0):
@@ -109,7 +113,7 @@ def verify_on_samples(design, count=20, seed=0):
     Parameters
     ----------
     design : Design
-        A design for a Polytope, with a gain.
+        A design for a Polytope or a DescriptorSystem, with a gain.
     count, seed : int
         As in `sample_plants`.
 
@@ -134,7 +138,7 @@ def verify_on_samples(design, count=20, seed=0):
     if design.K is None:
         raise ValueError(f"the design is {design.status}: nothing to keep")
     plants = sample_plants(request.plant, count, seed)
-    loops = descriptors(Polytope(plants), request.U, request.K_A)
+    loops = [d for one in plants for d in replace(request, plant=one).vertices]
     kept = {}
     for r in (Stability(), *request.requirements):
         value = float(r.kept(r.truth(loops, design.K, request.K_A)))

@@ -1,5 +1,6 @@
 """What the loop of a gain does: its poles, norms, peaks and motions."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from ..analysis import linear
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from ..analysis.precise import in_rationals
 from ..plants.checks import count, finite
-from ..plants.descriptor import descriptors
 from ..plants.response import Response, simulate, vector
 from ..plants.second_order import Polytope
 from ..plants.signals import Sine, Step, Steps
@@ -31,10 +31,15 @@ class ClosedLoop(Gains):
         vertices, plant = self.request.vertices, self.request.plant
         if not count("samples", samples):
             return vertices
-        if not isinstance(plant, Polytope):
-            raise ValueError("samples needs a Polytope; the plant is one")
-        inside = Polytope(plant.sample(samples, seed))
-        return vertices + descriptors(inside, self.request.U, self.request.K_A)
+        if not isinstance(plant, Polytope) and len(vertices) == 1:
+            raise ValueError(
+                "samples asks for plants between several, but this is one plant: leave "
+                "it out, or design for a Polytope or a DescriptorSystem with vertices"
+            )
+        inside = [
+            replace(self.request, plant=one) for one in plant.sample(samples, seed)
+        ]
+        return vertices + tuple(d for request in inside for d in request.vertices)
 
     def open_loop(self) -> Any:
         """control.StateSpace from (u, w, r) to x; a list per vertex."""
@@ -53,7 +58,7 @@ class ClosedLoop(Gains):
         Parameters
         ----------
         samples : int
-            For a Polytope: how many random plants join the vertices.
+            For several vertices: how many random plants join them.
         seed : int
             Of the random plants.
 
