@@ -356,6 +356,7 @@ SPEAKERS = {
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",
     "Stopped": "never proven: the time was over",
+    "Unproven": "never proven: there is no design",
 }
 
 

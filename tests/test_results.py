@@ -108,9 +108,24 @@ def test_a_refused_result(name):
         assert found.infeasibility.proven
     assert found.margins is None
     assert repr(found) == f"<{name}: {found.status}>"
-    for ask in (found.poles, found.certify, lambda: found.simulate([0, 1])):
+    for ask in (found.poles, lambda: found.simulate([0, 1])):
         with pytest.raises(ValueError, match=f"is {found.status}"):
             ask()
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_the_proof_of_a_refused_result_is_words(name, tmp_path):
+    """A script that prints it goes on; one that uses it as a proof doesn't."""
+    found = REFUSED[name]()
+    proof = found.certify()
+    assert not proof and not proof.proven and not proof.verify() and not proof.claims
+    assert str(proof).startswith(f"not proven: the {found.noun} is {found.status}. ")
+    assert ("see its infeasibility" in str(proof)) == (found.status == "infeasible")
+    with pytest.raises(ValueError, match=f"no gain is proven: .* is {found.status}"):
+        proof.K
+    with pytest.raises(ValueError, match="no proof to save"):
+        proof.save(tmp_path / "proof.json")
+    assert not list(tmp_path.iterdir())
 
 
 def test_one_vertex_is_a_polytope_all_the_same():

@@ -8,7 +8,7 @@ from typing import Any, assert_type
 import numpy as np
 
 import sosbook as sos
-from sosbook.lmi.proof import Stopped
+from sosbook.lmi.proof import Unproven
 from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.synthesis.certificates import Certificate
 
@@ -42,8 +42,8 @@ assert_type(design.K, np.ndarray | None)
 assert_type(design.K_P, np.ndarray)
 assert_type(design.poles(), np.ndarray)
 assert_type(design.hinf(samples=10), float)
-assert_type(design.certify(), Certificate)
-assert_type(design.certify(time_limit=9.0), Certificate | Stopped)
+assert_type(design.certify(time_limit=9.0), Certificate | Unproven)
+proven_gain: np.ndarray = design.certify().K
 assert_type(design.certify().proven, bool)
 assert_type(design.infeasibility, InfeasibilityCertificate | None)
 assert_type(design.advice, str)

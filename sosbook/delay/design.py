@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi.proof import Stopped, proven_within
+from ..lmi.proof import Unproven, proven_within
 from ..lmi.read_only import ReadOnly
 from ..plants.signals import Sine, Step
 from ..synthesis.gains import Gains
@@ -65,7 +65,7 @@ class DelayDesign(Gains, ReadOnly):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> DelayCertificate | Stopped:
+    ) -> DelayCertificate | Unproven:
         """Prove the decay rate in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10.
@@ -84,8 +84,8 @@ class DelayDesign(Gains, ReadOnly):
 
         Returns
         -------
-        DelayCertificate
-            The exact proof, or what it lacks.
+        DelayCertificate or Unproven
+            The exact proof, or what it lacks; words where there is no design.
 
         Notes
         -----
@@ -93,10 +93,7 @@ class DelayDesign(Gains, ReadOnly):
         side on which the theorem stays true.
         """
         if self.values is None:
-            raise ValueError(
-                f"the design is {self.status}: there is nothing to "
-                "certify; ask for a smaller delta or mu"
-            )
+            return self._nothing_to_prove()
         return proven_within(time_limit, lambda: prove_delay(self, digits), progress)
 
     @cached_property

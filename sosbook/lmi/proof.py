@@ -23,6 +23,7 @@ __all__ = [
     "Proof",
     "ProofFile",
     "Stopped",
+    "Unproven",
     "first_proven",
     "kinds",
     "load",
@@ -172,10 +173,43 @@ class Proof(_Verdict):
 
 
 @dataclass(frozen=True)
-class Stopped(_Verdict):
-    """What `proven_within` returns where the time was over before a proof was done.
+class Unproven(_Verdict):
+    """The answer of a result that has nothing to prove; it excludes nothing either.
 
-    Nothing is proven then, and nothing is excluded.
+    Parameters
+    ----------
+    why : str
+        Why there is nothing, in words.
+
+    Examples
+    --------
+    >>> print(Unproven("the design is undecided"))
+    not proven: the design is undecided
+    """
+
+    why: str
+
+    @property
+    def examined(self):
+        """The verdict: nothing is proven."""
+        return Examined.nothing(self.why)
+
+    def verify(self):
+        """Never proven: there is nothing to compute again."""
+        return False
+
+    @property
+    def K(self) -> np.ndarray:
+        """A ValueError: no gain is proven."""
+        raise ValueError(f"no gain is proven: {self.why}")
+
+    def save(self, path: object) -> None:
+        """Raise a ValueError: there is no proof for the file at ``path``."""
+        raise ValueError(f"there is no proof to save: {self.why}")
+
+
+class Stopped(Unproven):
+    """What `proven_within` returns where the time was over before a proof was done.
 
     Parameters
     ----------
@@ -183,17 +217,8 @@ class Stopped(_Verdict):
         The limit of the time.
     """
 
-    seconds: float
-
-    @property
-    def examined(self):
-        """The verdict: nothing is proven."""
-        why = f"stopped after {self.seconds:g} s; raise time_limit"
-        return Examined.nothing(why)
-
-    def verify(self):
-        """Never proven: there is nothing to compute again."""
-        return False
+    def __init__(self, seconds):
+        super().__init__(f"stopped after {seconds:g} s; raise time_limit")
 
 
 def proven_within(seconds, work, progress=False):

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
-from ..lmi.proof import Stopped, proven_within
+from ..lmi.proof import Unproven, proven_within
 from ..lmi.refutation import InfeasibilityCertificate
 from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
@@ -83,25 +83,12 @@ class Design(ClosedLoop, Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
 
-    @overload
-    def certify(
-        self, digits: int | None = None, *, progress: bool = False
-    ) -> Certificate: ...
-
-    @overload
     def certify(
         self,
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> Certificate | Stopped: ...
-
-    def certify(
-        self,
-        digits: int | None = None,
-        time_limit: float | None = None,
-        progress: bool = False,
-    ) -> Certificate | Stopped:
+    ) -> Certificate | Unproven:
         """Prove the design in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10.
@@ -120,16 +107,15 @@ class Design(ClosedLoop, Solution):
 
         Returns
         -------
-        Certificate
+        Certificate or Unproven
             What was proven, and what failed.
             Of its own ``K``, the rounded one: use that one where a gain
-            leaves the program. ``save`` makes it a file.
+            leaves the program. ``save`` makes it a file. Where there is no
+            design the answer is why, in words; the proof that there is
+            none is `infeasibility`.
         """
         if self.P is None:
-            raise ValueError(
-                f"the design is {self.status}: there is nothing to "
-                "certify; see its advice and infeasibility"
-            )
+            return self._nothing_to_prove()
 
         def proven():
             proof = prove(self.request, self.K, self.P, digits, self.V, self.own)

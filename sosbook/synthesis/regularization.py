@@ -13,7 +13,7 @@ from ..lmi import Unknown, he
 from ..lmi.centre import Unbounded
 from ..lmi.exact import exact
 from ..lmi.problem import LMIProblem, LMISolution
-from ..lmi.proof import Stopped, proven_within
+from ..lmi.proof import Unproven, proven_within
 from ..lmi.read_only import ReadOnly
 from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.checks import positive
@@ -153,7 +153,7 @@ class Regularization(Result, ReadOnly):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> RegularityCertificate | Stopped:
+    ) -> RegularityCertificate | Unproven:
         """Prove (2.12) in exact arithmetic, for the rounded K_A.
 
         For a fixed K_A it is affine in M and B, so the vertices do
@@ -171,10 +171,12 @@ class Regularization(Result, ReadOnly):
 
         Returns
         -------
-        RegularityCertificate
-            Its ``K`` is the rounded K_A.
+        RegularityCertificate or Unproven
+            Words where there is no gain. Its ``K`` is the rounded K_A.
         """
-        K_A = self._gain()
+        if self.K_A is None:
+            return self._nothing_to_prove()
+        K_A = self.K_A
         return proven_within(
             time_limit,
             lambda: prove_regular(self.plant, K_A, self.beta, digits),

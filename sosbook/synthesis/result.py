@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..display.card import card
-from ..lmi.proof import Proof
+from ..lmi.proof import Proof, Unproven
 
 __all__ = ["Result"]
 
@@ -40,8 +40,8 @@ class Result(ABC):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> Proof:
-        """The exact proof of what was asked; ValueError without a gain.
+    ) -> Proof | Unproven:
+        """The exact proof of what was asked; `Unproven` where there is no design.
 
         It has so many ``digits``; without them it finds out how many it needs.
         After ``time_limit`` seconds the answer is that nothing is proven;
@@ -106,6 +106,13 @@ class Result(ABC):
         if self.status == "feasible":
             return ("certify() proves it in exact arithmetic, simulate(t) shows it.",)
         return (getattr(self, "reason", ""), self.advice)
+
+    def _nothing_to_prove(self):
+        """What `certify` answers where there is no design."""
+        proof = self.infeasibility if self.status == "infeasible" else None
+        there = " That is proven: see its infeasibility." if proof else ""
+        reason = getattr(self, "reason", "") or "Its advice says what to change."
+        return Unproven(f"the {self.noun} is {self.status}. {reason}{there}")
 
     def _gain(self):
         if self.K is None:
