@@ -1,5 +1,6 @@
 """Margins at the plant's input, and the bound that P gives of u."""
 
+import control
 import numpy as np
 import pytest
 
@@ -95,6 +96,100 @@ def test_a_design_knows_its_worst_margin():
         (x.disk_margin() for x in single), key=lambda m: m.radius
     )
     assert design.sensitivity_peak(samples=20) >= design.sensitivity_peak()
+
+
+def doyles(q):
+    """The observer's loop of Doyle (1978), with sigma = q."""
+    plant = sos.DescriptorSystem(
+        np.eye(2), [[1, 1], [0, 1]], [[0], [1]], [[1], [1]], [[1, 0]]
+    )
+    K = sos.design_lqr(plant, q * np.ones((2, 2)), [[1]]).K
+    noise = np.sqrt(q) * np.array([[1], [1], [0], [0]])
+    return sos.design_observer(plant, K, noise, [[1]])
+
+
+@pytest.mark.parametrize("q", [5, 60, 3000])
+def test_an_observer_may_leave_hardly_any_margin(q):
+    """Doyle's closed forms, with f = 2 + sqrt(4 + q): gains stay below 1 + 1 / f^2.
+
+    S(0) is the open loop's constant coefficient by the closed loop's, 1 + f^2.
+    """
+    design, f = doyles(q), 2 + np.sqrt(4 + q)
+    assert design.K == pytest.approx(np.array([[-f, -f]]), rel=1e-6)
+    assert design.L == pytest.approx(np.array([[-f], [-f]]), rel=1e-4)
+    peak, margin = design.sensitivity_peak(), design.disk_margin()
+    assert peak == pytest.approx(1 + f**2, rel=1e-3)
+    low, high = 1 - (2 * f - 4) / (2 * f**2), 1 + 1 / f**2
+    assert low < margin.gains[0] < 1 < margin.gains[1] < high * (1 + 1e-6)
+    with_state = sos.analyse_pid(design.plant, design.K)
+    assert with_state.sensitivity_peak() < 1 + 1e-6  # Kalman's inequality
+    analysed = design.analyse()
+    assert analysed.sensitivity_peak() == peak and analysed.disk_margin() == margin
+
+
+def observed_loops(seed):
+    """An `ObserverDesign`, and its loop gain -K(s) G(s) by python-control."""
+    rng = np.random.default_rng(seed)
+    n, m, q = 1 + seed % 3, 1 + seed % 2, 1 + seed % 2
+    plant = random_plant(rng, n, m, 1, 1 + 2 * (seed % 2), 0.02)
+    C = rng.standard_normal((q, 2 * n))
+    vertices = descriptors(plant)
+    K = sos.design_lqr(
+        plant if len(vertices) == 1 else plant.mean, np.eye(2 * n), np.eye(m)
+    ).K
+    noise = np.vstack([np.eye(2 * n), np.zeros((2 * n, 2 * n))])
+    design = sos.design_observer(plant, K, noise, np.eye(q), C=C)
+    assert design.L is not None
+    law = design.controller()
+    loops = []
+    for d in vertices:
+        A, B, _ = d.state_space()
+        loops.append(-control.series(control.ss(A, B, C, 0), law))
+    return design, loops
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_margins_with_an_observer_are_those_of_the_composed_loop(seed):
+    design, loops = observed_loops(seed)
+    seen = skewed = 0.0
+    for L in loops:
+        values = np.moveaxis(L(1j * FREQUENCIES[::20], squeeze=False), -1, 0)
+        one = np.eye(values.shape[1])
+        S = np.linalg.inv(one + values)
+        seen = max(seen, np.linalg.norm(S, 2, axis=(1, 2)).max())
+        skewed = max(skewed, np.linalg.norm(S - one / 2, 2, axis=(1, 2)).max())
+    peak, radius = design.sensitivity_peak(), design.disk_margin().radius
+    if design.poles().real.max() >= 0:
+        assert peak == np.inf and radius == 0
+        return
+    assert seen * (1 - 1e-6) < peak < max(seen, 1) * 1.01
+    assert skewed * (1 - 1e-6) < 1 / radius < max(skewed, 0.5) * 1.01
+    if len(loops) > 1:
+        assert design.sensitivity_peak(samples=10, seed=1) >= peak
+        assert design.disk_margin(samples=10).radius <= radius
+
+
+def test_the_loop_with_an_observer_is_the_opened_one_closed():
+    design, loops = observed_loops(1)
+    for open_, L, closed in zip(
+        design.analyse().request.vertices, loops, design.loop().vertices, strict=True
+    ):
+        K = np.hstack([-design.K, design.K])
+        assert open_.A + open_.Bu @ K == pytest.approx(closed.A, abs=1e-9)
+        assert np.array_equal(open_.E, closed.E)
+        poles = np.linalg.eigvals(np.linalg.solve(open_.E, closed.A))
+        expected = control.feedback(L, np.eye(L.noutputs)).poles()
+        assert np.sort_complex(poles) == pytest.approx(np.sort_complex(expected))
+
+
+def test_a_loop_that_cannot_be_opened_has_no_margin():
+    """Neither a sensitivity of zero nor a division by it."""
+    closed = sos.analyse_loop(np.eye(2), [[0, 1], [-2, -3]])
+    for ask in (closed.sensitivity_peak, closed.disk_margin):
+        with pytest.raises(ValueError, match="no input is left .* analyse_pid"):
+            ask()
+    idle = sos.analyse_pid(sos.SecondOrderSystem(1, 1, 1, 0), [[0, 0]])
+    assert idle.sensitivity_peak() == 1 and idle.disk_margin().radius == 2
 
 
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])

@@ -68,7 +68,8 @@ def test_the_vertices_are_proven_exactly(designs, R):
 @pytest.mark.parametrize("R", [1, 2])
 def test_the_whole_polytope_is_proven_with_K_and_L_fixed(designs, R):
     found = designs[R].analyse()
-    assert found.certify().claims == ("every plant of the polytope is stable",)
+    claim = "every plant of the polytope, under u = K x, is stable"
+    assert found.certify().claims == (claim,)
     loop = designs[R].loop()
     rng = np.random.default_rng(0)
     for weight in rng.dirichlet(np.ones(4), 50):

@@ -302,6 +302,53 @@ def test_one_plant_gains_nothing(seed, slack):
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
 
 
+@pytest.mark.parametrize(
+    "more",
+    [
+        dict(),
+        dict(slack=0.3),
+        dict(gamma=2.0, mu=1.0),
+        dict(minimize="gamma"),
+        dict(minimize="cost", cost=sos.QuadraticCost(np.eye(2), [])),
+        dict(region=sos.PoleRegion(sigma=0.5)),
+        dict(time_limit=100),
+        dict(requirements=[sos.LMIRegion.disk(20)]),
+    ],
+    ids=lambda more: ", ".join(more) or "stability",
+)
+def test_a_loop_is_asked_by_the_same_door(more):
+    """`analyse_loop` answers as `analyse_pid` of the system without an input."""
+    E, A = np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
+    rest = [[0], [1]], [[1, 0]]
+    found = sos.analyse_loop(E, A, *rest, coupling="slack", **more)
+    system = sos.DescriptorSystem(E, A, None, *rest)
+    same = sos.analyse_pid(system, np.zeros((0, 2)), coupling="slack", **more)
+    assert found.status == same.status == "feasible" and found.certify().proven
+    assert found.certify().text == same.certify().text
+    assert found.poles(samples=5).shape == (7, 2)
+
+
+@pytest.mark.parametrize("factor", [1, 0.3, 1 / 9.81, 2.2046, 1e3])
+def test_an_observed_loop_takes_what_any_loop_takes(factor):
+    """With the length in other units, in which nothing changes but gamma and J."""
+    stiff = [
+        sos.SecondOrderSystem(1, 0.2, s, factor, 1 / factor) for s in (1.0, 1.5, 2.0)
+    ]
+    plant = sos.Polytope(stiff)
+    observer = sos.design_observer(
+        plant, np.array([[-1, -1.5]]) / factor, np.eye(4), [[factor]]
+    )
+    for more in (dict(), dict(minimize="gamma"), dict(gamma=9 / factor, slack=0.5)):
+        found = observer.analyse(coupling="slack", **more)
+        assert found.status == "feasible" and found.certify().proven
+        if found.gamma:
+            assert found.hinf(samples=20) < found.gamma
+    bound = observer.analyse(
+        coupling="slack", saturation=sos.Saturation(9.0 / factor, [1, 0, 1, 0])
+    )
+    assert bound.certify().proven and bound.peak_input() < 9 / factor
+
+
 def test_a_spoilt_proof_is_refused():
     design = sos.design_pid(
         counterexamples.actuated(),

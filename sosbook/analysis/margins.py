@@ -1,7 +1,8 @@
 """How far a loop is from instability at the plant's input.
 
 The loop is opened where u = K x enters the plant, in all inputs at once:
-L(s) = -K (s E - A)^-1 B_u. An acceleration gain K_A stays inside.
+L(s) = -K (s E - A)^-1 B_u. An acceleration gain K_A stays inside, and so does an
+observer, whose state is then part of x.
 """
 
 from dataclasses import dataclass
@@ -96,5 +97,11 @@ def disk_margin(d, K):
 
 def _peak(d, K, through):
     """The largest |K (jw - A_K)^-1 B + through I| over all frequencies."""
+    if not len(K):
+        raise ValueError(
+            "K has no row: no input is left where the loop could be opened; give the "
+            "plant's input as the B of a DescriptorSystem to analyse_pid, or ask the "
+            "ObserverDesign"
+        )
     _, B, _ = d.state_space()
     return peak_gain(loop_matrix(d, K), B, K, through * np.eye(len(K)))

@@ -31,7 +31,8 @@ class QuadraticCost(Requirement):
     Q : (N, N) array_like
         Weight of the state [z; z'; x3], symmetric, not negative.
     R : (m, m) array_like
-        Weight of the input, symmetric and positive definite.
+        Weight of the input, symmetric and positive definite; [] for a loop
+        without an input.
     noise : {"F", "states"}
         Where the noise enters, one white noise of intensity one each: on
         the plant's disturbance channels F, or on every state. With
@@ -70,15 +71,18 @@ class QuadraticCost(Requirement):
     def __post_init__(self):
         put = object.__setattr__
         for name in ("Q", "R"):
-            value = matrix(name, getattr(self, name))
+            value = getattr(self, name)
+            if name == "R" and np.size(value) == 0:
+                value = np.zeros((0, 0))  # [] for a loop without an input
+            value = matrix(name, value)
             if value.shape[0] != value.shape[1] or not np.allclose(
                 value, value.T, rtol=1e-12, atol=0
             ):
                 raise ValueError(f"{name} must be symmetric")
             put(self, name, value)
-        if np.linalg.eigvalsh(self.Q)[0] < -1e-12 * np.abs(self.Q).max():
+        if (np.linalg.eigvalsh(self.Q) < -1e-12 * np.abs(self.Q).max(initial=0)).any():
             raise ValueError("Q has a negative eigenvalue")
-        if np.linalg.eigvalsh(self.R)[0] <= 0:
+        if (np.linalg.eigvalsh(self.R) <= 0).any():  # there is none without an input
             raise ValueError("R must be positive definite")
         if self.noise not in ("F", "states"):
             raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')

@@ -9,7 +9,7 @@ from ..plants.descriptor import descriptors, mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant, checked_plant
 
-__all__ = ["error_loop", "observer_loop", "vertices_of"]
+__all__ = ["error_loop", "observed", "observer_loop", "vertices_of"]
 
 
 def observer_loop(
@@ -34,16 +34,52 @@ def observer_loop(
         With a vertex for each of the plant's, e = x - x^. The
         observer's matrices are the means over the vertices.
     """
+    vertices, mean, K, inject = _checked(plant, K, L, C)
+    loops = [error_loop(d, mean, K) for d in vertices]
+    return DescriptorSystem([E for E, _ in loops], [A + inject for _, A in loops])
+
+
+def _checked(plant, K, L, C):
+    """The vertices, their mean, K, and E^ L C where it enters the loop."""
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", C, (None, N))
     K = matrix("K", K, (vertices[0].Bu.shape[1], N))
     L = matrix("L", L, (N, len(C)))
     mean = mean_descriptor(vertices)
-    loops = [error_loop(d, mean, K) for d in vertices]
     inject = np.zeros((2 * N, 2 * N))
     inject[:N, :N] = mean.E @ L @ C
-    return DescriptorSystem([E for E, _ in loops], [A + inject for _, A in loops])
+    return vertices, mean, K, inject
+
+
+def observed(plant, K, L, C):
+    """The plant with its observer, opened where u enters the plant.
+
+    Parameters
+    ----------
+    plant, K, L, C
+        As in `observer_loop`.
+
+    Returns
+    -------
+    system : DescriptorSystem
+        E x' = A x + B u + B_w w with x = [e; state] and the plant's outputs. The
+        observer is inside, and is told K x^ whatever u is.
+    gain : (m, 2N) array
+        [-K K]: u = K x^ closes the loop, which is that of `observer_loop`.
+    """
+    vertices, mean, K, inject = _checked(plant, K, L, C)
+    told = mean.A + mean.Bu @ K
+    first = vertices[0]
+    system = DescriptorSystem(
+        [block([[mean.E, d.E - mean.E], [0, d.E]]) for d in vertices],
+        [inject + block([[told, d.A - told], [0, d.A]]) for d in vertices],
+        [np.vstack([d.Bu, d.Bu]) for d in vertices],
+        [np.vstack([d.Bw, d.Bw]) for d in vertices],
+        np.hstack([0 * first.C, first.C]),
+        first.Du,
+    )
+    return system, np.hstack([-K, K])
 
 
 def vertices_of(plant):

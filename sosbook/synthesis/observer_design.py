@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis import linear
+from ..analysis.margins import DiskMargin
 from ..lmi.exact import round_digits
-from ..lmi.proof import Stopped, first_proven, proven_within
+from ..lmi.proof import Unproven, first_proven, proven_within
 from ..lmi.read_only import ReadOnly
 from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.descriptor import mean_descriptor
@@ -17,13 +18,15 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
 from ..runtime.libraries import library
-from .error_loop import observer_loop, vertices_of
+from .design import Design
+from .error_loop import observed, observer_loop, vertices_of
 from .observer_certificate import (
     ObserverCertificate,
     ObserverInfeasibility,
     refute_observer,
 )
-from .pid import analyse_loop
+from .pid import analyse_pid
+from .problem import Request
 from .result import Result
 
 __all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]
@@ -127,7 +130,7 @@ class ObserverDesign(Result, ReadOnly):
 
     def loop(self) -> DescriptorSystem:
         """E x' = A x of the error and the state, a `DescriptorSystem`."""
-        return observer_loop(self.plant, self.K, self._observer(), self.C)
+        return observer_loop(self.plant, *self._gains())
 
     def poles(self) -> np.ndarray:
         """Poles of the loop with the observer, in rad/s.
@@ -187,7 +190,7 @@ class ObserverDesign(Result, ReadOnly):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> ObserverCertificate | Stopped:
+    ) -> ObserverCertificate | Unproven:
         """Prove Theorem 2.5 at the vertices, in exact arithmetic.
 
         Parameters
@@ -202,9 +205,11 @@ class ObserverDesign(Result, ReadOnly):
 
         Returns
         -------
-        ObserverCertificate
-            What was proven, and what failed.
+        ObserverCertificate or Unproven
+            What was proven, and what failed; words where there is no observer.
         """
+        if self.L is None:
+            return self._nothing_to_prove()
         given, names = self._observer(), list(self.margins)
 
         def attempt(digits, places):
@@ -219,16 +224,65 @@ class ObserverDesign(Result, ReadOnly):
             time_limit, lambda: first_proven(attempt, digits), progress
         )
 
-    def analyse(self, **asked: Any) -> Any:
-        """`analyse_loop` of the whole polytope, with K and L fixed.
+    def analyse(self, **asked: Any) -> Design:
+        """`analyse_pid` of the whole polytope, with K and L fixed.
 
-        What is ``asked`` goes to it as keywords.
+        Theorem 2.5 says nothing between the vertices; this does.
 
-        What is ``asked`` are keywords of `analyse_loop`. Theorem 2.5 says
-        nothing between the vertices; this does.
+        Parameters
+        ----------
+        **asked
+            Keywords of `analyse_pid`. The state is that of `loop`, the error and
+            the plant's state, and the gain of u = K x^ is [-K K] there.
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem, design_observer
+        >>> plant = SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
+        >>> observer = design_observer(
+        ...     plant, [[-3, -2]], Q_F=[[0], [1], [0], [0]], R_F=[[0.1]])
+        >>> found = observer.analyse(coupling="slack", minimize="gamma")
+        >>> found.certify().proven, found.hinf() < found.gamma
+        (True, True)
         """
-        loop = self.loop()
-        return analyse_loop(loop.E, loop.A, **asked)
+        return analyse_pid(*observed(self.plant, *self._gains()), **asked)
+
+    def _gains(self):
+        return self.K, self._observer(), self.C
+
+    @cached_property
+    def _opened(self):
+        """The loop as a `Design` that knows its gain, and nothing proven."""
+        system, gain = observed(self.plant, *self._gains())
+        return Design(Request(system, gain=gain), "undecided", gain)
+
+    def sensitivity_peak(self, samples: int = 0, seed: int = 0) -> float:
+        """The largest sensitivity at the plant's input, the observer in the loop.
+
+        As `Design.sensitivity_peak`, which takes the same arguments.
+
+        Parameters
+        ----------
+        samples : int
+            For several vertices: how many random plants join them.
+        seed : int
+            Of the random plants.
+
+        Notes
+        -----
+        The loop is opened where u = K x^ enters the plant; the observer goes on
+        with the u that was meant. State feedback alone has margins that an
+        observer may take away: Doyle, IEEE Trans. Automatic Control 23, 1978,
+        756-757.
+        """
+        return self._opened.sensitivity_peak(samples, seed)
+
+    def disk_margin(self, samples: int = 0, seed: int = 0) -> DiskMargin:
+        """The least `DiskMargin` at the plant's input, the observer in the loop.
+
+        ``samples`` and ``seed`` are as in `sensitivity_peak`.
+        """
+        return self._opened.disk_margin(samples, seed)
 
     def controller(self) -> Any:
         """The controller from y to u as python-control's StateSpace."""

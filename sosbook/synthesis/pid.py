@@ -243,19 +243,33 @@ def analyse_loop(
     region: Region | None = None,
     gamma: float | None = None,
     coupling: Literal["pairs", "vertices", "slack"] = "pairs",
+    mu: float | Literal["free"] | None = None,
+    slack: float | None = None,
+    minimize: str | Mapping[str, float] | None = None,
+    backoff: float = 0.01,
+    cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
+    time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a closed loop E x' = A x + B_w w, y = C x.
 
-    For loops that `analyse_pid` doesn't describe: with an observer, a
-    filter, actuator dynamics.
+    For loops that `analyse_pid` doesn't describe: with a filter, or with
+    actuator dynamics. No input is left in it, so it has no margins: where the
+    plant's input is known, give it as the B of a `DescriptorSystem` to
+    `analyse_pid`. A loop with an observer is that of `ObserverDesign.analyse`.
 
     Parameters
     ----------
     E, A, B_w, C
         As in `DescriptorSystem`: matrices, or lists of them for a polytope.
-    region, gamma, coupling, requirements
+    region, gamma, coupling
         As in `design_pid`; gamma bounds the norm from w to y.
+    mu, slack, minimize, backoff
+        As in `design_pid`.
+    cost : QuadraticCost, optional
+        As in `design_pid`, with R = []: there is no input.
+    requirements, time_limit
+        As in `design_pid`.
 
     Returns
     -------
@@ -271,14 +285,23 @@ def analyse_loop(
     ('every plant of the polytope is stable',)
     """
     loop = DescriptorSystem(E, A, None, B_w, C)
-    request = Request(
-        loop,
+    return _design(
+        mu,
+        minimize,
+        backoff,
+        None,
+        time_limit,
+        plant=loop,
+        U=None,
+        region=region,
+        gamma=gamma,
+        K_A=None,
         coupling=coupling,
+        slack=slack,
         gain=np.zeros((0, loop.order)),
-        **_given(region=region, gamma=gamma, requirements=requirements),
+        cost=cost,
+        requirements=requirements,
     )
-    solution = guarded(request, TIME_LIMIT, lambda: answer(request))
-    return Design(**vars(solution))
 
 
 def _design(
