@@ -11,6 +11,16 @@ from sosbook.deprecation import named_after
 from sosbook.plants.second_order import MassWarning
 
 ONE = dict(M=2, D=0.1, S=3, B=1)
+RECORDS = np.zeros(2, dtype=[("name", float)])
+
+
+class Stubborn:
+    """An object that makes no array of itself."""
+
+    def __array__(self, dtype=None, copy=None):
+        raise RuntimeError("no array for you")
+
+
 ROBOT = sos.thesis.example_1()
 DESIGN = sos.design_pid(ROBOT.plant, ROBOT.U, region=ROBOT.region)
 
@@ -66,6 +76,30 @@ def test_a_sparse_acceleration_gain_is_taken():
         (lambda: sos.SecondOrderSystem(**ONE | dict(D=[["0.1"]])), "D .* holds text"),
         (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[True]])), "S .* True or False"),
         (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[10**400]])), "S must be a"),
+        (
+            lambda: sos.SecondOrderSystem([[True, 0], [0, 1]], *3 * [np.eye(2)]),
+            "M .* True or False",
+        ),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(S=Stubborn())), "S .* no array"),
+        (lambda: sos.Saturation(1, [True, 0.5]), "x0 .* True or False"),
+        (lambda: sos.Polytope(memoryview(np.eye(2))), "vertices must be a sequence"),
+        (
+            lambda: sos.admissible_U(ROBOT.plant, candidates=np.array(2.0)),
+            "candidates must be a list of matrices U, got ndarray",
+        ),
+        (lambda: sos.design_pid(ROBOT.plant, coupling=RECORDS), "coupling must be"),
+        (
+            lambda: sos.QuadraticCost(np.eye(4), np.eye(2), noise=RECORDS),
+            "noise must be",
+        ),
+        (
+            lambda: sos.design_delay_pid(ROBOT.plant, tau=0.1, method=RECORDS),
+            "method must be",
+        ),
+        (
+            lambda: sos.regularize(sos.SecondOrderSystem(**ONE), choose=RECORDS),
+            "choose must be",
+        ),
         (lambda: sos.SecondOrderSystem(**ONE | dict(S=[[1j]])), "S .* complex"),
         (lambda: sos.SecondOrderSystem(2, np.eye(2), np.eye(2), np.eye(2)), "M must"),
         (lambda: sos.SecondOrderSystem([[1, 2], [3]], 1, 1, 1), "M .* different len"),

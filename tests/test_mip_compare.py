@@ -157,7 +157,7 @@ def test_a_model_survives_its_file(tmp_path):
     again = Model.read(tmp_path)
     assert again.mip == MODEL.mip and again.robot == MODEL.robot
     assert again.text == MODEL.text
-    for bad, words in (("[]", "isn't a model"), ("{", "isn't JSON")):
+    for bad, words in (("[]", "isn't a model"), ("{", "is no JSON file")):
         (tmp_path / "model_balance.json").write_text(bad, "utf-8")
         with pytest.raises(ValueError, match=words):
             Model.read(tmp_path)

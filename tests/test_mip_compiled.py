@@ -482,10 +482,11 @@ def test_random_laws_of_any_order(seed):
 def test_the_state_has_the_size_that_c_gives_it(tmp_path):
     for name, law in LAWS.items():
         for precision, real in (("double", 8), ("single", 4)):
-            c = Compiled(Firmware(law), precision, tmp_path)
+            folder = tmp_path / name / precision
+            c = Compiled(Firmware(law), precision, folder)
             plain = real * (9 + law.order) + 4 * 6
             assert 0 <= ctypes.sizeof(c.state_type) - plain < real
-            assert sorted(p.name for p in tmp_path.iterdir()) == [
+            assert sorted(p.name for p in folder.iterdir()) == [
                 "balance.c",
                 "balance.h",
                 "balance.so",

@@ -168,7 +168,7 @@ def test_a_log_survives_its_file(tmp_path):
         ("t,V,V\n0,0,0\n", "each once"),
         ("t,V,gyro\n0,0,0\n0.01,,0\n", "line 3 lacks a value"),
         ("t,V,gyro\n0,0,0\n0.01,1\n", "line 3 lacks a value"),
-        ("t,V\n0,zero\n", "could not convert string"),
+        ("t,V\n0,zero\n", "line 2: 'zero' is no number"),
         ("t,V\n0,0\n0.01,nan\n0.02,0\n", "V isn't finite at row 2"),
         ("t,V\n", "t has 0 samples"),
         ("t,V\n0,0\n0.01,0\n0.01,0\n", "t must increase.* row 2"),

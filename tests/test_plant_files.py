@@ -91,7 +91,7 @@ def test_a_missing_file_is_named(tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("mass\n1", r"M\.csv, line 1: 'mass' has something that is no number"),
+        ("mass\n1", r"M\.csv, line 1: 'mass' is no number; write 0.5 with a point"),
         ("1,2\n3", r"M\.csv, line 2: 1 numbers, the first line has 2"),
         ("# nothing\n", r"M\.csv: there are no numbers"),
         ("1,2\n3,4\n5,6", "M has 2 columns"),

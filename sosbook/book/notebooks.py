@@ -22,6 +22,7 @@ from pathlib import Path
 from ..runtime.libraries import library
 from ..runtime.progress import WITHOUT_BARS
 from ..runtime.threads import ONE_THREAD
+from ..runtime.writing import write_file
 
 nbformat = library("nbformat")
 NotebookClient = library("nbclient").NotebookClient
@@ -260,7 +261,7 @@ def _run(path):
         return [f"failed\n{error}"]
     after = text(notebook)
     if after != before:
-        path.write_text(after, encoding="utf-8", newline="\n")
+        write_file(path, after)
     print(f"{path.name}: {'unchanged' if after == before else 'stored'}", flush=True)
     return problems(notebook)
 

@@ -8,6 +8,7 @@ from ..lmi.exact import round_digits
 from ..lmi.rational import digit_count
 from ..lmi.time_limit import OutOfTime, checked_seconds
 from ..lmi.time_limit import time_limit as limited
+from ..plants.checks import is_word
 from ..runtime.threads import one_thread
 from .design import DelayDesign
 from .request import DelayRequest, check_loop
@@ -125,7 +126,7 @@ def largest(
     >>> largest("tau", loop, tau=1, method="legendre", order=1, digits=3)
     <Largest: tau = 6.05 has a certificate, 6.06 is proven to have none>
     """
-    if name not in ("tau", "mu", "delta"):
+    if not is_word(name, ("tau", "mu", "delta")):
         raise ValueError(f'name must be "tau", "mu" or "delta", got {name!r}')
     digits = digit_count(digits)
     check_loop(plant, K, U)

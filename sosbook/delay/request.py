@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..lmi.exact import exact, inverse
 from ..lmi.read_only import ReadOnly
-from ..plants.checks import finite, matrix, positive
+from ..plants.checks import finite, is_word, matrix, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
@@ -106,7 +106,7 @@ class DelayRequest(ReadOnly):
             )
         if self.alpha is not None:
             put(self, "alpha", positive("alpha", self.alpha))
-        if self.method not in METHODS:
+        if not is_word(self.method, METHODS):
             raise ValueError(
                 f"method must be one of {', '.join(METHODS)}, got {self.method!r}"
             )

@@ -7,13 +7,14 @@ matrices, or from the text of a file that holds all exact data.
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from pathlib import Path
 from time import monotonic
 
 import numpy as np
 
+from ..runtime.reading import read_text
+from ..runtime.writing import write_file
 from .exact import definite
-from .proof_text import parse, same, written
+from .proof_text import is_proof, parse, same, written
 from .rational import digit_count
 from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
 
@@ -308,9 +309,14 @@ class ProofFile(_Verdict, ABC):
         Parameters
         ----------
         path : str or Path
-            Where the file goes.
+            Where the file goes. A proof that is there is replaced.
+
+        Raises
+        ------
+        FileExistsError
+            If a file is there that is no proof.
         """
-        Path(path).write_bytes(self.text.encode())
+        write_file(path, self.text, over=is_proof)
 
     @classmethod
     def load(cls, path):
@@ -363,16 +369,16 @@ def load(path):
     ValueError
         If it is no proof file.
     """
+    text = read_text(path)
     try:
-        text = Path(path).read_bytes().decode("utf-8")
         kind, _ = parse(text)
-    except ValueError as error:  # UnicodeDecodeError is one
+    except ValueError as error:
         raise ValueError(f"{path} is no proof file: {error}") from None
     for cls in kinds():
         if cls.kind == kind:
             return cls(text)
     known = ", ".join(sorted(repr(cls.kind) for cls in kinds()))
-    raise ValueError(f"{path}: kind must be one of {known}, got {kind!r}")
+    raise ValueError(f"{path}: kind must be one of {known}, got {kind!r:.80}")
 
 
 def _examined(cls, text):
@@ -385,7 +391,7 @@ def _examined(cls, text):
         return Examined.nothing(f"not a well-formed proof: {e}")
     for key in [*data, *again]:
         if key not in data or key not in again or not same(data[key], again[key]):
-            return Examined.nothing(f"{key} isn't what the data say")
+            return Examined.nothing(f"{key!r:.80} isn't what the data say")
     return examined
 
 

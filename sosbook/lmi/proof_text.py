@@ -1,9 +1,12 @@
 """The text of a proof file: JSON, with a version and a checksum."""
 
-import hashlib
 import json
+import re
 
-__all__ = ["FORMAT", "VERSION", "laid_out", "parse", "same", "written"]
+from ..runtime.digests import digest
+from ..runtime.reading import parse_json
+
+__all__ = ["FORMAT", "VERSION", "is_proof", "laid_out", "parse", "same", "written"]
 
 FORMAT, VERSION = "sosbook proof", 1
 HEAD = ("format", "version", "kind", "checksum")
@@ -30,9 +33,7 @@ def checksum(whole):
     It finds what was changed by accident. Who changes a file on purpose
     can mend it, and then the arithmetic decides.
     """
-    rest = {key: value for key, value in whole.items() if key != "checksum"}
-    plain = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(plain.encode()).hexdigest()
+    return digest({key: value for key, value in whole.items() if key != "checksum"})
 
 
 def parse(text):
@@ -40,14 +41,11 @@ def parse(text):
 
     Raises ValueError if it is no proof file.
     """
-    try:
-        whole = json.loads(text, object_pairs_hook=_unique, parse_constant=_refused)
-    except RecursionError:
-        raise ValueError("its lists are nested too deeply") from None
+    whole = parse_json(text)
     if not isinstance(whole, dict) or whole.get("format") != FORMAT:
         raise ValueError(f'there is no "format": "{FORMAT}"')
-    if whole.get("version") != VERSION or isinstance(whole["version"], bool):
-        raise ValueError(f"version must be {VERSION}, got {whole.get('version')!r}")
+    if type(whole.get("version")) is not int or whole["version"] != VERSION:
+        raise ValueError(f"version must be {VERSION}, got {whole.get('version')!r:.40}")
     if whole.get("checksum") != checksum(whole):
         raise ValueError("the checksum isn't that of the contents: they were changed")
     kind = whole.get("kind")
@@ -56,20 +54,14 @@ def parse(text):
     return kind, {key: value for key, value in whole.items() if key not in HEAD}
 
 
+def is_proof(content):
+    """Whether the bytes of a file say that it is a proof, whole or not."""
+    return re.search(rb'"format"\s*:\s*"sosbook proof"', content) is not None
+
+
 def same(a, b):
     """Whether two contents, a and b, are written alike: True isn't 1 here."""
     return json.dumps(a, sort_keys=True) == json.dumps(b, sort_keys=True)
-
-
-def _unique(pairs):
-    contents = dict(pairs)
-    if len(contents) < len(pairs):
-        raise ValueError("a key comes twice")
-    return contents
-
-
-def _refused(word):
-    raise ValueError(f"{word} is no number")
 
 
 def laid_out(value, indent=""):

@@ -7,6 +7,8 @@ from math import isfinite
 import numpy as np
 from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
+from ..runtime.reading import MOST_DIGITS
+
 __all__ = [
     "Rational",
     "decimal",
@@ -28,6 +30,7 @@ __all__ = [
 
 BITS = 128  # of the first balls in which a matrix is inverted
 SHARP = 1e-12  # radius of their balls, by the largest entry
+FRACTION = rf"-?\d{{1,{MOST_DIGITS}}}(/\d{{1,{MOST_DIGITS}}})?"
 LONG = r"-?[1-9]\d{14,999}e[-+]\d{1,3}"  # a numeral that is no float
 
 
@@ -289,7 +292,7 @@ def read_numerals(rows, *shape):
 
 def fraction(text):
     """The rational of a text "p/q", as str(fmpq) writes it."""
-    if isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII):
+    if isinstance(text, str) and re.fullmatch(FRACTION, text, re.ASCII):
         p, _, q = text.partition("/")
         denominator = fmpz(q or "1")
         if denominator:

@@ -12,7 +12,8 @@ import argparse
 import sys
 from dataclasses import fields
 
-from .commands import COMMANDS
+from ..runtime.saying import say, visible
+from .commands import COMMANDS, REPLACE
 from .deployment import deploy, described, inspect
 from .report import write_report
 from .rig import DATA
@@ -51,6 +52,7 @@ def main(argv=None):
         default=None,
         help="go on with logs that are refused",
     )
+    parser.add_argument("--replace", **REPLACE)
     parser.add_argument("--cells", type=int, help="for the sampled proofs")
     parser.add_argument(
         "--Q",
@@ -84,6 +86,7 @@ def main(argv=None):
         if value is not None
     }
     paths, name = options.pop("paths"), options.pop("name")
+    replace = options.pop("replace")
     changes = {x.name: options.pop(x.name) for x in fields(Robot) if x.name in options}
     try:
         robot, body, wheels, folder = places(paths)
@@ -91,14 +94,14 @@ def main(argv=None):
             options.setdefault("R", 20.0)
         robot = described(robot, (body, wheels)).but(**changes)
         report = write_report(inspect(body, wheels, robot), folder)
-        print(f"wrote {report}")
+        say(f"wrote {report}")
         deployment = deploy(body, wheels, robot, **options)
         for word, text in deployment.facts.items():
-            print(f"{word}: {text}")
-        for path in deployment.write(folder, name):
-            print(f"wrote {path}")
+            say(f"{word}: {text}")
+        for path in deployment.write(folder, name, replace):
+            say(f"wrote {path}")
     except (OSError, ValueError) as error:
-        parser.exit(1, f"{error}\n")
+        parser.exit(1, visible(f"{error}\n"))
     return deployment
 
 

@@ -3,12 +3,19 @@
 import argparse
 from pathlib import Path
 
+from ..runtime.saying import say, visible
 from .comparison import compare, write_comparison
 from .deployment import described_or_none
 from .recorded import EXPERIMENTS, check_recording
 from .recording import SWEEP_SECONDS, write_recorders
 
-__all__ = ["COMMANDS"]
+__all__ = ["COMMANDS", "REPLACE"]
+
+#: The option of every command that writes programs.
+REPLACE = {
+    "action": "store_true",
+    "help": "files of an earlier run that differ; without it nothing is written then",
+}
 
 
 def parser_of(name, text):
@@ -25,15 +32,20 @@ def record(argv):
     parser.add_argument("folder", nargs="?", default="recorders")
     parser.add_argument("--amplitude", type=float, help="of the sines, in V")
     parser.add_argument("--seconds", type=float, default=SWEEP_SECONDS)
+    parser.add_argument("--replace", **REPLACE)
     asked = parser.parse_args(argv)
     try:
         paths = write_recorders(
-            asked.robot, asked.folder, amplitude=asked.amplitude, seconds=asked.seconds
+            asked.robot,
+            asked.folder,
+            asked.replace,
+            amplitude=asked.amplitude,
+            seconds=asked.seconds,
         )
     except (OSError, ValueError) as error:
-        parser.exit(1, f"{error}\n")
+        parser.exit(1, visible(f"{error}\n"))
     for path in paths:
-        print(f"wrote {path}")
+        say(f"wrote {path}")
     return paths
 
 
@@ -48,9 +60,9 @@ def check(argv):
         robot = described_or_none(asked.robot)
         found = [check_recording(log, robot, asked.experiment) for log in asked.logs]
     except (OSError, ValueError) as error:
-        parser.exit(1, f"{error}\n")
+        parser.exit(1, visible(f"{error}\n"))
     for path, recording in zip(asked.logs, found):
-        print(f"{path}: {recording.report}")
+        say(f"{path}: {recording.report}")
     if not all(recording.usable for recording in found):
         parser.exit(1)
     return found
@@ -66,9 +78,9 @@ def compared(argv):
         comparison = compare(asked.log, asked.folder)
         path = write_comparison(comparison, Path(asked.log).parent)
     except (OSError, ValueError) as error:
-        parser.exit(1, f"{error}\n")
-    print(comparison.report)
-    print(f"wrote {path}")
+        parser.exit(1, visible(f"{error}\n"))
+    say(comparison.report)
+    say(f"wrote {path}")
     return comparison
 
 

@@ -10,7 +10,7 @@ from .finding import Finding
 from .fit_spread import FitSpread
 from .heading import Heading, track_heading
 from .modelled import Model
-from .report import PAGE, curve
+from .report import PAGE, curve, write_page
 from .ticks import TickLog
 from .tracking import Tracking, track
 from .turning import turning_plants
@@ -349,7 +349,4 @@ def write_comparison(comparison, folder):
 
     Returns its path.
     """
-    path = Path(folder) / "comparison.html"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(comparison.page.encode())
-    return path
+    return write_page(Path(folder) / "comparison.html", comparison.page)

@@ -14,6 +14,7 @@ import numpy as np
 
 from .c_code import c_header, c_source
 from .firmware import COUNTERS
+from .recording import write_texts
 from .spelling import FLOAT_TYPES
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
@@ -88,6 +89,8 @@ class Compiled:
     ------
     ValueError
         As for `c_source`.
+    FileExistsError
+        If the folder has other files of these names.
     RuntimeError
         If there is no compiler, or it refuses.
 
@@ -112,10 +115,8 @@ class Compiled:
                 prefix="balance", ignore_cleanup_errors=True
             )
             folder = self._temporary.name
-        folder = Path(folder)
-        (folder / "balance.h").write_text(header, "utf-8")
-        (folder / "balance.c").write_text(source, "utf-8")
-        self.library = _build(folder, flags)
+        write_texts(folder, {"balance.h": header, "balance.c": source})
+        self.library = _build(Path(folder), flags)
         self._load(ctypes.CDLL(str(self.library)))
 
     def _load(self, library):

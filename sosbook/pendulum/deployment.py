@@ -4,12 +4,13 @@
 all.
 """
 
-import hashlib
 from pathlib import Path
 
 import numpy as np
 
 from ..plants.checks import finite, positive
+from ..runtime.digests import digest
+from ..runtime.reading import read_bytes
 from .fit_spread import FitSpread
 from .gate import Inspection, refused, widened
 from .log import Log
@@ -158,7 +159,7 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
             raise ValueError("give spread or confidence: each says which robots")
         asked["spread"] = FitSpread.of(identified, sd, confidence)
     data = {
-        f"log of the {name}": f"{Path(path).name}, sha256 " + digest(path)
+        f"log of the {name}": f"{Path(path).name}, sha256 {digest(read_bytes(path))}"
         for name, path in (("body", body), ("wheels", wheels))
     }
     data["identified"] = ", ".join(
@@ -184,11 +185,6 @@ def inspect(body, wheels, robot=None):
     return Inspection.of(*logs, robot)
 
 
-def digest(path):
-    """The SHA-256 of a file, in hexadecimal."""
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
 def described_or_none(robot):
     """The `Robot` in a file or itself; None stays None."""
     return robot if robot is None or isinstance(robot, Robot) else Robot.read(robot)
@@ -200,8 +196,8 @@ def described(robot, logs):
         return robot
     if robot is not None and not isinstance(robot, dict):
         return Robot.read(robot)
-    ours = [digest(DATA / f"{name}.csv") for name in ("body", "wheels")]
-    if [digest(path) for path in logs] != ours:
+    ours = [read_bytes(DATA / f"{name}.csv") for name in ("body", "wheels")]
+    if [read_bytes(path) for path in logs] != ours:
         raise ValueError(
             "these logs aren't those that the package ships, so the "
             "robot must be described: its masses, lengths, counts, "

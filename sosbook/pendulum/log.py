@@ -1,10 +1,11 @@
 """A log of one experiment: time, voltage and what the sensors said."""
 
-import csv
 from dataclasses import dataclass, fields
-from pathlib import Path
 
 import numpy as np
+
+from ..runtime.reading import named, numbers_of, read_rows
+from ..runtime.writing import write_file
 
 __all__ = ["Log"]
 
@@ -124,8 +125,7 @@ class Log:
         The names are t, V and those of gyro, encoder1, encoder2 that
         were recorded; other columns are refused.
         """
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
+        rows = read_rows(path)
         names = [name.strip() for name in rows[0]] if rows else []
         columns = [x.name for x in fields(cls)]
         unknown = [name for name in names if name not in columns]
@@ -133,19 +133,11 @@ class Log:
         if unknown or lost or len(set(names)) < len(names):
             raise ValueError(
                 f"{path}: the first row must name t, V and some of gyro, "
-                f"encoder1, encoder2, each once; it is {','.join(names)!r}"
+                f"encoder1, encoder2, each once; it is {','.join(names)!r:.80}"
             )
-        for i, row in enumerate(rows[1:], 2):
-            if len(row) != len(names) or not all(x.strip() for x in row):
-                raise ValueError(
-                    f"{path}: line {i} lacks a value or has "
-                    f"one too many: {','.join(row)!r}"
-                )
-        try:
-            table = np.array(rows[1:], dtype=float).reshape(-1, len(names))
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
-        return cls(**dict(zip(names, table.T)))
+        table = numbers_of(path, rows, names)
+        with named(path):
+            return cls(**dict(zip(names, table.T)))
 
     def write(self, path):
         """Write the CSV file at ``path`` that `read` reads."""
@@ -153,7 +145,7 @@ class Log:
         form = ",".join(FORMATS[x] for x in names) + "\n"
         rows = zip(*(getattr(self, x).tolist() for x in names))
         text = ",".join(names) + "\n" + "".join(form.format(*x) for x in rows)
-        Path(path).write_bytes(text.encode())
+        write_file(path, text)
 
 
 def column(name, value):

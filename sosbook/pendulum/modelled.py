@@ -2,10 +2,11 @@
 
 import json
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
 
 import numpy as np
 
+from ..plants.checks import numbers
+from ..runtime.reading import named, path_of, read_json
 from .firmware import Firmware
 from .fit_spread import FitSpread
 from .law import SampledLaw
@@ -63,33 +64,43 @@ class Model:
         Raises
         ------
         ValueError
-            If there is none, or more than one.
+            If there is none, or more than one, or it isn't what `text` writes.
         """
-        path = Path(folder)
+        path = path_of(folder)
         paths = sorted(path.glob("model_*.json")) if path.is_dir() else [path]
         if len(paths) != 1:
             raise ValueError(
                 f"{folder} has {len(paths)} files model_*.json, but must have one: "
                 "give the folder that the command wrote, or one of the files"
             )
-        try:
-            table = json.loads(paths[0].read_text("utf-8"))
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{paths[0]} isn't JSON: {error}") from None
+        table = read_json(paths[0])
         if not isinstance(table, dict) or table.get("format") != FORMAT:
             raise ValueError(f"{paths[0]} isn't a model of this version ({FORMAT})")
+        try:
+            return cls._of(table, str(paths[0]))
+        except (LookupError, TypeError, AttributeError, ArithmeticError) as error:
+            raise ValueError(
+                f"{paths[0]} lacks something that a model has, or it has another "
+                f"shape ({type(error).__name__}: {str(error)!r:.80}): write the "
+                "programs again"
+            ) from None
+
+    @classmethod
+    def _of(cls, table, source):
+        """The model of a file's contents; what is missing raises anything."""
         law = table["law"]
         order = len(law["start"])
         shapes = dict(A=(order, order), B=(order, 4), C=(1, order), D=(1, 4))
         shapes |= dict(W=(order, 1), start=(order,))
-        matrices = {x: np.reshape(law[x], shapes[x]) for x in LAW}
-        return cls(
-            Mip(**table["pendulum"]),
-            Robot.of(table["robot"], str(paths[0])),
-            _spread(table["spread"]),
-            SampledLaw(**matrices, T=law["T"]),
-            table.get("gain of steering"),
-        )
+        with named(source):
+            matrices = {x: np.reshape(numbers(x, law[x]), shapes[x]) for x in LAW}
+            return cls(
+                Mip(**table["pendulum"]),
+                Robot.of(table["robot"], source),
+                _spread(table["spread"]),
+                SampledLaw(**matrices, T=law["T"]),
+                table.get("gain of steering"),
+            )
 
     @property
     def text(self):

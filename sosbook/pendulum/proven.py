@@ -313,7 +313,7 @@ class Deployment:
 
     stand = renamed_attribute("stand", "bench_firmware")
 
-    def write(self, folder, name="balance"):
+    def write(self, folder, name="balance", replace=False):
         """Write the programs, their provenance and their proofs.
 
         Parameters
@@ -322,6 +322,8 @@ class Deployment:
             Made if it doesn't exist.
         name : str
             The name of the C functions and files.
+        replace : bool
+            As for `write_texts`: replace files of an earlier run that differ.
 
         Returns
         -------
@@ -333,6 +335,8 @@ class Deployment:
         ValueError
             If something isn't proven, or the sensitivity peaks above
             ``peak``: such a controller isn't written.
+        FileExistsError
+            If a file is there that may not be replaced; then nothing is written.
         """
         if not self.proven:
             raise ValueError(
@@ -356,4 +360,4 @@ class Deployment:
                 "larger R, or leave it out"
             )
         self._check_coupling()
-        return write_texts(folder, texts(self, name))
+        return write_texts(folder, texts(self, name), replace)

@@ -4,9 +4,10 @@ They come before any fit, so they take nothing but the robot's description.
 """
 
 from math import pi, radians, sqrt
-from pathlib import Path
 
 from ..plants.checks import positive
+from ..runtime.reading import path_of
+from ..runtime.writing import may_replace, write_file
 from .boards import (
     PYCTRL_COUNTS_PER_TURN,
     dmp_rate,
@@ -167,7 +168,7 @@ def board_files(folder, robot, note):
     }
 
 
-def write_recorders(robot, folder, **asked):
+def write_recorders(robot, folder, replace=False, **asked):
     """Write the `recorders` into a folder.
 
     Parameters
@@ -176,6 +177,8 @@ def write_recorders(robot, folder, **asked):
         The robot's description, or the file that holds it.
     folder : str or Path
         Made if it doesn't exist.
+    replace : bool
+        As for `write_texts`.
     **asked
         As for `recorders`.
 
@@ -185,13 +188,38 @@ def write_recorders(robot, folder, **asked):
         Where the files stand.
     """
     robot = robot if isinstance(robot, Robot) else Robot.read(robot)
-    return write_texts(folder, recorders(robot, **asked))
+    return write_texts(folder, recorders(robot, **asked), replace)
 
 
-def write_texts(folder, texts):
-    """Write texts, a dict from names, into a folder; returns the paths."""
-    paths = [Path(folder) / name for name in texts]
-    for path, text in zip(paths, texts.values()):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text.encode())
-    return paths
+def write_texts(folder, texts, replace=False):
+    """Write files into a folder: all of them, or none.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it doesn't exist.
+    texts : dict
+        From the files' names to their texts.
+    replace : bool
+        Replace files that are there with another text. Else they stop everything: a
+        ``robot_io.cpp``, for example, may hold its owner's pins.
+
+    Returns
+    -------
+    list of Path
+        Where the files stand.
+
+    Raises
+    ------
+    FileExistsError
+        If a file is there that may not be replaced.
+    """
+    files = {path_of(folder) / name: text.encode() for name, text in texts.items()}
+    for path, text in files.items():
+        if not replace:
+            may_replace(
+                path,
+                lambda old, text=text: old == text,
+                "give another folder, or say that it may be replaced",
+            )
+    return [write_file(path, text) for path, text in files.items()]

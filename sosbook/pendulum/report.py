@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 
 from ..display.escape import page_text
+from ..runtime.writing import write_file
 from .gate import widened
 
-__all__ = ["curve", "page", "write_report"]
+__all__ = ["curve", "page", "write_page", "write_report"]
 
 CURVE_WIDTH, CURVE_HEIGHT, CURVE_POINTS = 760, 150, 700
+MARK = b'<meta name="generator" content="sosbook">'  # of a page that is ours
 PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+<html lang="en"><head><meta charset="utf-8"><meta name="generator" content="sosbook">
+<title>{title}</title><style>
 body {{ font: 15px/1.5 sans-serif; max-width: 50em; margin: 1em auto; }}
 td, th {{ padding: 0 1em 0 0; text-align: left; }}
 .refused {{ color: #b00; }} svg {{ background: #f6f6f6; }}
@@ -70,11 +73,12 @@ def write_report(seen, folder):
 
     Returns its path.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "identification.html"
-    path.write_bytes(page(seen).encode())
-    return path
+    return write_page(Path(folder) / "identification.html", page(seen))
+
+
+def write_page(path, text):
+    """Write a page, which replaces an earlier one but nothing else."""
+    return write_file(path, text, over=lambda old: MARK in old)
 
 
 def _raw(label, t, y):

@@ -3,7 +3,6 @@
 ``python -m sosbook.pendulum.rig`` writes the logs that the package ships.
 """
 
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from ..deprecation import renamed
 from ..plants.checks import positive
+from ..runtime.reading import read_toml
 from .experiments import chirp, motion
 from .log import Log
 from .model import R_G, Mip
@@ -219,8 +219,7 @@ def gear_motors():
     >>> round(mip.e, 4), round(mip.f, 4), round(1e3 * mip.J, 3)
     (0.0833, 0.0476, 0.925)
     """
-    with open(DATA / "gearmotors.toml", "rb") as file:
-        robot = tomllib.load(file)
+    robot = read_toml(DATA / "gearmotors.toml")
     M_b, l, r, M_w = (robot[x] for x in ("M_b", "l", "r", "M_w"))
     J = 2 * GEARS**2 * ROTOR
     double = M_w * r**2 + J  # 2 I_w: two discs and two rotors

@@ -1,11 +1,12 @@
 """What no log says of a robot: its description, a TOML file."""
 
-import tomllib
 from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
 from math import isfinite, pi
-from pathlib import Path
+from sys import float_info
 
+from ..runtime.reading import read_toml
+from ..runtime.saying import visible
 from .rig import DATA
 
 __all__ = ["BOARDS", "LAWS", "Robot"]
@@ -197,10 +198,10 @@ class Robot:
                 'takes this: leave it out, or set board = "beaglebone"'
             )
         if self.board != "other" and self.edges != 4:
+            counts = 4 / self.edges * _number(self, "counts")
             raise ValueError(
                 f"edges = {self.edges}: the counters of this board count all four "
-                f"edges of a period: set counts = {4 / self.edges * self.counts:g} and "
-                "leave edges out"
+                f"edges of a period: set counts = {counts:g} and leave edges out"
             )
         lost = [k for k in BOARD_KEYS if k not in present]
         if self.board != "other" and lost:
@@ -235,7 +236,7 @@ class Robot:
                     if near
                     else (f": the keys are {', '.join(keys)}")
                 )
-                raise ValueError(f"{source}: unknown key {name}{hint}")
+                raise ValueError(f"{source}: unknown key {visible(name)}{hint}")
         lost = [
             ", ".join(
                 filter(None, (f"{x.name} ({x.metadata['text']}", x.metadata["unit"]))
@@ -253,11 +254,7 @@ class Robot:
     @classmethod
     def read(cls, path):
         """A robot from the TOML file at ``path``."""
-        try:
-            table = tomllib.loads(Path(path).read_text("utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path} isn't TOML: {error}") from None
-        return cls.of(table, str(path))
+        return cls.of(read_toml(path), str(path))
 
     @classmethod
     def shipped(cls, name):
@@ -310,14 +307,14 @@ def _number(robot, name):
     good = (
         isinstance(value, (int, float))
         and not isinstance(value, bool)
-        and isfinite(value)
-        and value <= high
+        and abs(value) <= min(high, float_info.max)
         and (value >= 0 if low is None else value > low)
     )
     if not good:
         unit = f" {about['unit']}".rstrip()
         raise ValueError(
-            f"{name} ({about['text']}) must be a number {bounds}{unit}, got {value!r}"
+            f"{name} ({about['text']}) must be a number {bounds}{unit}, "
+            f"got {value!r:.80}"
         )
     return float(value)
 
@@ -340,13 +337,13 @@ def _pair(name, value):
         "battery": (
             "two voltages, low and high",
             [5.0, 9.0],
-            lambda v: isfinite(v) and v > 0,
+            lambda v: 0 < v <= float_info.max,
             (int, float),
         ),
         "turning": (
             "two inertias, least and largest",
             [0.0004, 0.0009],
-            lambda v: isfinite(v) and v >= 0 and value[0] <= value[1],
+            lambda v: 0 <= v <= float_info.max and value[0] <= value[1],
             (int, float),
         ),
     }[name.split("_")[-1]]
@@ -357,5 +354,5 @@ def _pair(name, value):
             isinstance(v, kind) and not isinstance(v, bool) and good(v) for v in value
         )
     ):
-        raise ValueError(f"{name} must be {what}, such as {example}; got {value!r}")
+        raise ValueError(f"{name} must be {what}, such as {example}; got {value!r:.80}")
     return tuple(value) if kind is int else tuple(map(float, value))

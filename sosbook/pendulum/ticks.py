@@ -1,10 +1,11 @@
 """What a running program logs at every tick."""
 
-import csv
 from dataclasses import dataclass, fields
-from pathlib import Path
 
 import numpy as np
+
+from ..runtime.reading import named, numbers_of, read_rows
+from ..runtime.writing import write_file
 
 __all__ = ["START", "STEER_COLUMNS", "TickLog"]
 
@@ -119,26 +120,16 @@ class TickLog:
         ValueError
             That names the column or the row.
         """
-        try:
-            text = Path(path).read_text("utf-8")
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{path} isn't text: {error}") from None
-        rows = list(csv.reader(text.splitlines()))
+        rows = read_rows(path)
         names = [name.strip() for name in rows[0]] if rows else []
         lost = [name for name in FORMATS if name not in names]
         if lost:
             raise ValueError(f"{path} lacks the column(s) {', '.join(lost)}")
-        table = []
-        for i, row in enumerate(rows[1:], 2):
-            if i == len(rows) and len(row) != len(names):
-                break  # power went off while it was written
-            try:
-                table.append([float(x) for x in row])
-            except ValueError as error:
-                raise ValueError(f"{path}: line {i}: {error}") from None
-            if len(row) != len(names):
-                raise ValueError(f"{path}: line {i} has {len(row)} entries")
-        table = np.array(table).reshape(-1, len(names))
+        if len(set(names)) < len(names):
+            raise ValueError(f"{path} has a column twice: {','.join(names)!r:.80}")
+        if len(rows[-1]) != len(names):
+            del rows[-1]  # power went off while it was written
+        table = numbers_of(path, rows, names)
         columns = {
             name: table[:, names.index(name)]
             for name in (*FORMATS, *STEER_COLUMNS)
@@ -150,7 +141,8 @@ class TickLog:
         ends = np.append(starts[1:], len(table))
         k = int(np.argmax(ends - starts))
         run = slice(starts[k], ends[k])
-        return cls(**{name: column[run] for name, column in columns.items()})
+        with named(path):
+            return cls(**{name: column[run] for name, column in columns.items()})
 
     def write(self, path):
         """Write the CSV file at ``path`` that `read` reads."""
@@ -160,7 +152,7 @@ class TickLog:
         form = ",".join(formats.values())
         rows = zip(*(getattr(self, name).tolist() for name in formats))
         lines = [",".join(formats), *(form.format(*row) for row in rows)]
-        Path(path).write_bytes(("\n".join(lines) + "\n").encode())
+        write_file(path, "\n".join(lines) + "\n")
 
     @property
     def steers(self):

@@ -10,6 +10,7 @@ from ..deprecation import renamed
 __all__ = [
     "count",
     "finite",
+    "is_word",
     "logarithmic_scales",
     "matrices_of",
     "matrix",
@@ -50,6 +51,17 @@ def _check_size(name, largest):
         raise ValueError(
             f"{name} = {largest:.3g} is below {SIZE_LIMITS[0]:g}: choose other units"
         )
+
+
+def is_word(value, words):
+    """Whether a value is one of some words; anything may be asked of, an array too.
+
+    Examples
+    --------
+    >>> is_word("slack", ("pairs", "slack")), is_word(np.zeros(2), ("pairs", "slack"))
+    (True, False)
+    """
+    return isinstance(value, str) and value in words
 
 
 def count(name, value, least=0):
@@ -145,15 +157,22 @@ def _floats(name, value, what="must be a real matrix"):
             raise TypeError("it has complex entries")
         if raw.dtype.kind in "US" or _holds(raw, (str, bytes)):
             raise TypeError("it holds text; write numbers without quotes")
-        if raw.dtype.kind == "b" or _holds(raw, bool):
+        if raw.dtype.kind == "b" or _holds(raw, bool) or _says_true(value):
             raise TypeError("it holds True or False; write 1 and 0")
         if raw.dtype.kind not in "iufO":
             raise TypeError(f"its entries are of the type {raw.dtype}")
         if np.ma.is_masked(value):
             raise TypeError("it has masked entries; fill them in")
         return np.array(raw, dtype=float)
-    except (TypeError, ValueError, OverflowError) as error:
+    except Exception as error:  # an object may make an array of itself, and fail
         raise ValueError(f"{name} {what}: {error}") from None
+
+
+def _says_true(value):
+    """Whether lists hold True or False, which numpy takes for 1 and 0 there."""
+    if isinstance(value, (list, tuple)):
+        return any(map(_says_true, value))
+    return isinstance(value, (bool, np.bool_))
 
 
 def _ragged(rows):

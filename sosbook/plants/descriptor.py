@@ -13,7 +13,7 @@ import numpy as np
 
 from ..lmi import he
 from ..lmi.read_only import ReadOnly
-from .checks import matrix, rank_deficient
+from .checks import is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
 
 __all__ = [
@@ -317,7 +317,7 @@ def coupled_pairs(vertices, coupling, quotient=True):
     every pair of two vertices where `quotient_in_hull` says that the vertices
     suffice.
     """
-    if coupling not in COUPLINGS:
+    if not is_word(coupling, COUPLINGS):
         raise ValueError(
             f'coupling must be "pairs", "vertices" or "slack", got {coupling!r}'
         )

@@ -1,14 +1,23 @@
 """Plants from files: CSV, NumPy, Matrix Market, MATLAB and JSON."""
 
-import json
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
+from ..runtime.reading import (
+    named,
+    number,
+    path_of,
+    read_json,
+    read_mat,
+    read_mtx,
+    read_npy,
+    read_npz,
+    read_text,
+)
 from .second_order import Polytope, SecondOrderSystem
 
-__all__ = ["load_plant", "plant_of", "read_json"]
+__all__ = ["load_plant", "plant_of"]
 
 NAMES, OPTIONAL = "MDSBF", "F"
 ENDS = ".csv", ".mtx", ".npy"
@@ -38,31 +47,39 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
     FileNotFoundError
         If there is no such file, or a matrix is missing in a folder.
     ValueError
-        If the kind of the file isn't known, or what it holds is no plant. The
-        text names the file and the matrix.
+        If the kind of the file isn't known, or what it holds is no plant, or it is
+        beyond the limits of `sosbook.runtime.reading`. The text names the file and
+        the matrix.
 
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     for name, text in dict(M="2", D="3", S="1", B="1").items():
     ...         _ = (Path(folder) / f"{name}.csv").write_text(text)
     ...     load_plant(folder).poles()
     array([-1. , -0.5])
     """
-    path = Path(path)
+    path = path_of(path)
     if path.is_dir():
         return _plant(path, _folder(path))
     if not path.exists():
         raise FileNotFoundError(f"{path}: there is no such file or folder")
-    readers = {".npz": _npz, ".mat": _mat, ".json": _json}
+    readers = {".npz": read_npz, ".mat": _mat, ".json": read_json}
     if path.suffix.lower() not in readers:
         known = ", ".join(readers)
         raise ValueError(
             f"{path}: give a file of the kind {known}, or a folder with a file "
             "for each matrix (M.csv, M.mtx or M.npy, ...)"
         )
-    return readers[path.suffix.lower()](path)
+    data = readers[path.suffix.lower()](path)
+    if path.suffix.lower() != ".json":
+        return _plant(path, data)
+    if isinstance(data, dict) and "plant" in data:
+        data = data["plant"]
+    with named(path):
+        return plant_of(data)
 
 
 def plant_of(data, where="plant"):
@@ -100,20 +117,6 @@ def _vertex(where, data):
     if not isinstance(data, dict) or not {*"MDSB"} <= data.keys() <= {*NAMES}:
         raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
     return _plant(where, data)
-
-
-def read_json(path):
-    """What a JSON file holds.
-
-    Parameters
-    ----------
-    path : str or Path
-        A ValueError names it if it isn't one.
-    """
-    try:
-        return json.loads(Path(path).read_bytes().decode("utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{path} is no JSON file: {error}") from None
 
 
 def _plant(where, matrices):
@@ -158,37 +161,26 @@ def _folder(path):
 
 
 def _matrix(file):
-    if file.suffix == ".csv":
-        return _csv(file)
-    try:
-        if file.suffix == ".npy":
-            return np.load(file, allow_pickle=False)
-        from scipy.io import mmread
-
-        return mmread(file)
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from None
+    return {".csv": _csv, ".npy": read_npy, ".mtx": read_mtx}[file.suffix](file)
 
 
 def _csv(file):
     """A matrix of text, with the line of what is no number."""
     rows = []
-    text = file.read_text("utf-8-sig")
-    for number, line in enumerate(text.splitlines(), 1):
+    for place, line in enumerate(read_text(file, bom=True).splitlines(), 1):
         line = line.partition("#")[0].strip()
         if not line:
             continue
         between = next((x for x in ";," if x in line), None)
         try:
-            rows.append([float(word) for word in line.split(between)])
-        except ValueError:
+            rows.append([number(word.strip()) for word in line.split(between)])
+        except ValueError as error:
             raise ValueError(
-                f"{file}, line {number}: {line!r:.60} has something that is "
-                "no number; write 0.5 with a point, and no headings"
+                f"{file}, line {place}: {error}, and no headings"
             ) from None
         if len(rows[-1]) != len(rows[0]):
             raise ValueError(
-                f"{file}, line {number}: {len(rows[-1])} numbers, "
+                f"{file}, line {place}: {len(rows[-1])} numbers, "
                 f"the first line has {len(rows[0])}"
             )
     if not rows:
@@ -196,37 +188,5 @@ def _csv(file):
     return np.array(rows)
 
 
-def _npz(path):
-    with np.load(path, allow_pickle=False) as data:
-        try:
-            return _plant(path, {name: data[name] for name in data.files})
-        except ValueError as error:
-            raise ValueError(_named(path, error)) from None
-
-
 def _mat(path):
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        data = loadmat(path)
-    except (MatReadError, NotImplementedError, ValueError) as error:
-        raise ValueError(
-            f"{path}: {error}; in MATLAB, save with the option '-v7'"
-        ) from None
-    return _plant(path, {n: x for n, x in data.items() if not n.startswith("__")})
-
-
-def _json(path):
-    data = read_json(path)
-    if isinstance(data, dict) and "plant" in data:
-        data = data["plant"]
-    try:
-        return plant_of(data)
-    except ValueError as error:
-        raise ValueError(_named(path, error)) from None
-
-
-def _named(path, error):
-    text = str(error)
-    return text if text.startswith(str(path)) else f"{path}: {text}"
+    return read_mat(path, [*NAMES, *OPTIONAL.lower()])

@@ -260,7 +260,7 @@ class Polytope(_Plant, ReadOnly):
     def __post_init__(self):
         try:
             vertices = tuple(self.vertices)
-        except TypeError:
+        except (TypeError, NotImplementedError):  # the latter of a memoryview
             raise ValueError(
                 "vertices must be a sequence of SecondOrderSystem objects, "
                 f"got {type(self.vertices).__name__}"

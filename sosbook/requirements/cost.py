@@ -12,7 +12,7 @@ from ..analysis.lyapunov import lyapunov
 from ..lmi import Unknown, eye, he
 from ..lmi.exact import exact, inverse
 from ..lmi.rational import decimal
-from ..plants.checks import matrix, positive
+from ..plants.checks import is_word, matrix, positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .base import Requirement
@@ -84,7 +84,7 @@ class QuadraticCost(Requirement):
             raise ValueError("Q has a negative eigenvalue")
         if (np.linalg.eigvalsh(self.R) <= 0).any():  # there is none without an input
             raise ValueError("R must be positive definite")
-        if self.noise not in ("F", "states"):
+        if not is_word(self.noise, ("F", "states")):
             raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')
         if self.bound is not None:
             put(self, "bound", positive("bound", self.bound))

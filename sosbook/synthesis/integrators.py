@@ -158,7 +158,7 @@ def admissible_U(
     checked_plant(plant, SecondOrderPlant)
     if candidates is None:
         candidates = _selections(plant)
-    elif issparse(candidates) or not isinstance(candidates, Iterable):
+    elif issparse(candidates) or not np.iterable(candidates):
         raise ValueError(
             f"candidates must be a list of matrices U, got {type(candidates).__name__}"
         )

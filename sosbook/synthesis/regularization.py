@@ -16,7 +16,7 @@ from ..lmi.problem import LMIProblem, LMISolution
 from ..lmi.proof import Unproven, proven_within
 from ..lmi.read_only import ReadOnly
 from ..lmi.refutation import InfeasibilityCertificate
-from ..plants.checks import positive
+from ..plants.checks import is_word, positive
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.response import Response
 from ..plants.second_order import Polytope, SecondOrderSystem
@@ -294,7 +294,7 @@ def regularize(
     """
     checked_plant(plant, SecondOrderPlant)
     beta = positive("beta", beta)
-    if choose not in ("centre", "least norm"):
+    if not is_word(choose, ("centre", "least norm")):
         raise ValueError(f'choose must be "centre" or "least norm", got {choose!r}')
     refused = Regularization(plant, beta, "infeasible")
     if refused.infeasibility is not None:

@@ -5,6 +5,7 @@ import re
 import sys
 from pathlib import Path
 
+from ...runtime.writing import write_file
 from . import print_book
 
 NOTE = re.compile(r'<span class="sos-pdf">.*?</span>', re.DOTALL)
@@ -41,7 +42,7 @@ def mention(site, path, size):
         name = path.resolve().relative_to(site.resolve()).as_posix()
         link = f'<span class="sos-pdf"><a href="../{name}">PDF</a> ({size})</span>'
         text = first.read_text("utf-8")
-        first.write_text(NOTE.sub(link, text), "utf-8")
+        write_file(first, NOTE.sub(link, text))
 
 
 if __name__ == "__main__":

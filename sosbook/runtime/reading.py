@@ -1,0 +1,372 @@
+"""Files of other people: read within limits, with errors that name the file.
+
+Whatever reads a file reads it here. The limits are those of `MOST_BYTES`,
+`DEEPEST`, `LONGEST_TEXT` and `MOST_ENTRIES`; what is beyond them, or is no file of its
+kind, is a ValueError. Nothing in a file is ever executed.
+"""
+
+import csv
+import json
+import re
+import tomllib
+import zipfile
+from contextlib import contextmanager
+from io import BytesIO, StringIO
+from math import isinf, prod
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+__all__ = [
+    "LONGEST_TEXT",
+    "MOST_DIGITS",
+    "named",
+    "number",
+    "numbers_of",
+    "parse_json",
+    "path_of",
+    "read_bytes",
+    "read_json",
+    "read_mat",
+    "read_mtx",
+    "read_npy",
+    "read_npz",
+    "read_rows",
+    "read_text",
+    "read_toml",
+]
+
+MOST_BYTES = 200_000_000  # of a file, and of what an archive unpacks
+MOST_ENTRIES = 20_000_000  # of a matrix in a file of NumPy, MATLAB or Matrix Market
+MOST_DIGITS = 100_000  # of a whole number that is written in a text
+LONGEST_TEXT = 2 * MOST_DIGITS + 2  # of one text in JSON: a fraction with its sign
+LONGEST_INTEGER = 400  # digits of one in JSON; a float has at most 309
+DEEPEST = 200  # lists in lists
+
+
+@contextmanager
+def named(path):
+    """Let each ValueError inside begin with the name of the file at ``path``.
+
+    Examples
+    --------
+    >>> with named("plant.json"):
+    ...     raise ValueError("M is missing")
+    Traceback (most recent call last):
+        ...
+    ValueError: plant.json: M is missing
+    """
+    try:
+        yield
+    except ValueError as error:
+        text = str(error)
+        if not text.startswith(str(path)):
+            text = f"{path}: {text}"
+        raise ValueError(text) from None
+
+
+@contextmanager
+def _decoded(path, kind):
+    """Let whatever a decoder raises name the file at ``path``, and its ``kind``."""
+    try:
+        yield
+    except Exception as error:  # a broken file brings a library to all kinds of ends
+        words = str(error) or type(error).__name__
+        raise ValueError(f"{path} can't be read as {kind}: {words}") from None
+
+
+def path_of(path):
+    """A ``path``, a str or Path, as a Path; or a ValueError."""
+    if not isinstance(path, (str, PathLike)) or "\0" in str(path):
+        raise ValueError(f"the name of a file or folder is needed, got {path!r:.80}")
+    return Path(path)
+
+
+def read_bytes(path):
+    """All bytes of the file at ``path``.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Raises
+    ------
+    OSError
+        If it can't be read; it names the file.
+    ValueError
+        If it has more than `MOST_BYTES` bytes, or ``path`` is no path.
+    """
+    with path_of(path).open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"{path} has more than {MOST_BYTES} bytes: too large to read")
+    return content
+
+
+def read_text(path, bom=False):
+    """The text of the file at ``path``, in UTF-8; see `read_bytes`.
+
+    A byte order mark in front, as some editors write, is left out if ``bom``.
+    """
+    content = read_bytes(path)
+    try:
+        return content.decode("utf-8-sig" if bom else "utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"{path} is no text in UTF-8: byte {error.start + 1} is "
+            f"0x{content[error.start]:02x}; save it in UTF-8"
+        ) from None
+
+
+def read_json(path):
+    """What the JSON file at ``path`` holds; see `parse_json` and `read_bytes`."""
+    try:
+        return parse_json(read_text(path))
+    except ValueError as error:
+        text = str(error)
+        if text.startswith(str(path)):
+            raise
+        raise ValueError(f"{path} is no JSON file: {text}") from None
+
+
+def parse_json(text):
+    """What a ``text`` in JSON holds.
+
+    Raises
+    ------
+    ValueError
+        If it is no JSON; also for a key that comes twice, for NaN and Infinity, for
+        numbers that no float is near, and beyond the limits of this module.
+
+    Examples
+    --------
+    >>> parse_json('{"M": [[1, 0.5]]}')
+    {'M': [[1, 0.5]]}
+    >>> parse_json('{"M": [[1]], "M": [[2]]}')
+    Traceback (most recent call last):
+        ...
+    ValueError: the key 'M' comes twice
+    """
+    try:
+        content = json.loads(
+            text,
+            object_pairs_hook=_unique,
+            parse_constant=_refused,
+            parse_int=_integer,
+            parse_float=number,
+        )
+    except RecursionError:
+        raise ValueError("its lists are nested too deeply") from None
+    _check_limits(content)
+    return content
+
+
+def _unique(pairs):
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        names = [key for key, _ in pairs]
+        twice = next(key for key in names if names.count(key) > 1)
+        raise ValueError(f"the key {twice!r:.80} comes twice")
+    return content
+
+
+def _refused(word):
+    raise ValueError(f"{word} is no number of JSON")
+
+
+def _integer(word):
+    if len(word) > LONGEST_INTEGER:
+        raise ValueError(f"a whole number has {len(word)} digits, too many to read")
+    return int(word)
+
+
+def _check_limits(content):
+    """A ValueError for what is nested too deeply, or a text that is too long."""
+    level = [content]
+    for _ in range(DEEPEST):
+        inside = []
+        for value in level:
+            if isinstance(value, dict):
+                inside += value.values()
+            elif isinstance(value, list):
+                inside += value
+            elif isinstance(value, str) and len(value) > LONGEST_TEXT:
+                raise ValueError(
+                    f"{value[:20]!r}... has {len(value)} characters, more than "
+                    f"{LONGEST_TEXT}"
+                )
+        level = inside
+        if not level:
+            return
+    raise ValueError("its lists are nested too deeply")
+
+
+def number(word):
+    """The float nearest to the decimal that a ``word`` spells; also nan and inf.
+
+    Raises
+    ------
+    ValueError
+        If it is no number in ASCII, or so large or so small that no float is near.
+
+    Examples
+    --------
+    >>> number("1.5e3")
+    1500.0
+    >>> number("1_0")
+    Traceback (most recent call last):
+        ...
+    ValueError: '1_0' is no number; write 0.5 with a point
+    """
+    try:
+        if not word.isascii() or "_" in word:
+            raise ValueError
+        value = float(word)
+    except ValueError:
+        raise ValueError(f"{word!r:.60} is no number; write 0.5 with a point") from None
+    if isinf(value) and "n" not in word.lower():
+        raise ValueError(f"{word:.60} is too large: choose other units")
+    if value == 0 and re.search("[1-9]", re.split("[eE]", word)[0]):
+        raise ValueError(f"{word:.60} is too small: write 0, or choose other units")
+    return value
+
+
+def read_toml(path):
+    """What the TOML file at ``path`` holds, a dict; see `read_bytes`."""
+    text = read_text(path)
+    try:
+        content = tomllib.loads(text, parse_float=_toml_float)
+        _check_limits(content)
+    except RecursionError:
+        raise ValueError(f"{path} isn't TOML: nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"{path} isn't TOML: {error}") from None
+    return content
+
+
+def _toml_float(word):
+    return number(word.replace("_", ""))  # TOML parts digits so
+
+
+def read_rows(path):
+    """The rows of a CSV file at ``path``: lists of words; see `read_bytes`."""
+    text, rows = read_text(path, bom=True), []
+    try:
+        for row in csv.reader(StringIO(text, newline="")):
+            rows.append(row)
+    except csv.Error as error:
+        raise ValueError(f"{path}: line {len(rows) + 1}: {error}") from None
+    return rows
+
+
+def numbers_of(path, rows, names):
+    """The numbers below the first of some ``rows`` of a CSV file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its name, for errors.
+    rows : list of lists of str
+        As `read_rows` gives them.
+    names : list of str
+        What the columns are called.
+
+    Returns
+    -------
+    (N, k) array
+        k is the number of names.
+
+    Raises
+    ------
+    ValueError
+        With the line that is no row of k numbers.
+    """
+    table = []
+    for line, row in enumerate(rows[1:], 2):
+        if len(row) != len(names) or not all(word.strip() for word in row):
+            raise ValueError(
+                f"{path}: line {line} lacks a value or has one too many: "
+                f"{','.join(row)!r:.80}"
+            )
+        try:
+            table.append([number(word) for word in row])
+        except ValueError as error:
+            raise ValueError(f"{path}: line {line}: {error}") from None
+    return np.array(table).reshape(-1, len(names))
+
+
+def read_npy(path):
+    """The array in a file of NumPy at ``path``; Python's objects are refused."""
+    content = read_bytes(path)
+    with _decoded(path, "an array of NumPy"):
+        return _array(content)
+
+
+def _array(content):
+    """The array in bytes of NumPy's format, whose header is looked at first."""
+    stream = BytesIO(content)
+    version = np.lib.format.read_magic(stream)
+    headers = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }
+    if version not in headers:
+        raise ValueError(f"its version is {version}")
+    shape, _, kind = headers[version](stream)
+    if kind.hasobject:
+        raise ValueError("it holds objects of Python, which are never opened")
+    if min(shape, default=0) < 0 or prod(shape) * kind.itemsize != len(content) - (
+        stream.tell()
+    ):
+        raise ValueError(f"its head promises an array of {shape}, which isn't there")
+    stream.seek(0)
+    return np.load(stream, allow_pickle=False)
+
+
+def read_npz(path):
+    """The arrays in an archive of NumPy at ``path``, a dict; see `read_npy`."""
+    content = read_bytes(path)
+    with _decoded(path, "an archive of NumPy"):
+        archive = zipfile.ZipFile(BytesIO(content))
+        size = sum(part.file_size for part in archive.infolist())
+        if size > MOST_BYTES:
+            raise ValueError(f"it unpacks to {size} bytes, more than {MOST_BYTES}")
+        arrays = {}
+        for part in archive.infolist():
+            name = part.filename.removesuffix(".npy")
+            if name in arrays:
+                raise ValueError(f"{name!r:.80} is there twice")
+            arrays[name] = _array(archive.read(part))
+        return arrays
+
+
+def read_mtx(path):
+    """The matrix in a Matrix Market file at ``path``, dense or sparse."""
+    from scipy.io import mminfo, mmread
+
+    content = read_bytes(path)
+    with _decoded(path, "a matrix of Matrix Market"):
+        rows, columns, _, _, field, _ = mminfo(BytesIO(content))
+        _check_size(rows, columns)
+        if field == "pattern":
+            raise ValueError("it has a pattern and no numbers")
+        return mmread(BytesIO(content))
+
+
+def read_mat(path, names):
+    """Arrays in a MATLAB file at ``path``, a dict: those of some ``names``."""
+    from scipy.io import loadmat, whosmat
+
+    content = read_bytes(path)
+    with _decoded(path, "a file of MATLAB (save with the option '-v7')"):
+        for _, shape, _ in whosmat(BytesIO(content)):
+            _check_size(*shape)
+        found = loadmat(BytesIO(content), variable_names=list(names))
+        return {name: found[name] for name in names if name in found}
+
+
+def _check_size(*shape):
+    if prod(shape) > MOST_ENTRIES:
+        size = " x ".join(map(str, shape))
+        raise ValueError(f"it promises a matrix of {size}, too large to read")

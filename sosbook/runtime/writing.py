@@ -1,0 +1,83 @@
+"""Files are written here: as a whole or not at all, and over nothing foreign."""
+
+import os
+import stat
+from secrets import token_hex
+
+from .reading import path_of, read_bytes
+
+__all__ = ["may_replace", "write_file"]
+
+
+def write_file(path, content, over=None):
+    """Write a file so that at any time the old one or the new one is there.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where it goes. Its folder is made. A device, such as /dev/stdout, is written to.
+    content : str or bytes
+        A text is written in UTF-8.
+    over : callable, optional
+        From the bytes of a file that is there to whether it may be replaced. Any may
+        without it.
+
+    Returns
+    -------
+    Path
+        ``path``.
+
+    Raises
+    ------
+    FileExistsError
+        If a file is there that may not be replaced.
+    OSError
+        If there is no room, for example. A file that was there is still there, whole.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_file(Path(folder) / "log.csv", "t,V").read_text()
+    't,V'
+    """
+    path = path_of(path)
+    may_replace(path, over)
+    content = content.encode() if isinstance(content, str) else content
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.exists() and not path.is_file():
+        path.write_bytes(content)
+        return path
+    _replace(path.resolve(), content, path)  # a link stays a link
+    return path
+
+
+def may_replace(path, over, cure="give another name, or move it away"):
+    """Raise FileExistsError for a file at ``path`` that may not be replaced.
+
+    ``over`` is as for `write_file`; the ``cure`` ends the error.
+    """
+    path = path_of(path)
+    if over is not None and path.is_file() and not over(read_bytes(path)):
+        raise FileExistsError(
+            f"{path} is there already and holds something else: {cure}"
+        )
+
+
+def _replace(file, content, path):
+    """Write a file beside the final one, and put it in its place."""
+    beside = file.with_name(f".{token_hex(8)}.part")
+    try:
+        try:
+            with open(beside, "xb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            if file.exists():
+                beside.chmod(stat.S_IMODE(file.stat().st_mode))
+            os.replace(beside, file)
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:  # it speaks of the file beside
+        raise type(error)(error.errno, error.strerror, str(path)) from None
