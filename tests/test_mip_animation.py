@@ -16,17 +16,15 @@ from sosbook.mip.spread import vertices
 
 from sosbook import thesis
 from sosbook.book.elements.robot import STEPS_PER_TICK, animation
+from sosbook.plants import Gain
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
+from tests.gains import named
 
 MIP = Mip.printed()
 T = 0.01
 STEP = T / STEPS_PER_TICK
 LIMIT, TIP = Firmware.limit, Firmware.tip
-LAWS = {
-    "PD": thesis.mip().pd,
-    "PID": thesis.mip().pid,
-    "weak & <slow>": {4: thesis.mip().pd[5] / 5},
-}
+LAWS = thesis.mip().gains | {"weak & <slow>": {4: named(thesis.mip().pd[5] / 5)}}
 START = dict(law="PD", R=5, tilt=10, delay=5, noise=1)
 
 
@@ -59,7 +57,7 @@ def test_the_page_gets_the_very_gains_and_pendulums(element):
     assert data["title"] == "Stand & <fall>"
     for law in data["laws"]:
         for R, K in zip(law["R"], law["K"]):
-            assert K == np.ravel(LAWS[law["name"]][R]).tolist()
+            assert K == LAWS[law["name"]][R].K[0].tolist()
     for stored, mip in zip(data["robots"], [MIP, *vertices(MIP)]):
         assert [stored[x] for x in "abcdefJ"] == [getattr(mip, x) for x in "abcdefJ"]
         assert np.isclose(stored["radius"], 0.032)  # m, of `from_ratios`
@@ -72,9 +70,12 @@ def test_the_page_gets_the_very_gains_and_pendulums(element):
     [
         (dict(laws={}), "laws must be a dict"),
         (dict(laws={"PD": {}}), r"laws\['PD'\] must be a dict"),
-        (dict(laws={"PD": {1: [1, 2, 3]}}), r"laws\['PD'\]\[1\]: K must be"),
-        (dict(laws={"PD": {1: [1, 2, 3, np.nan]}}), r"laws\['PD'\]\[1\]: "),
-        (dict(laws={"PD": {-1: [1, 2, 3, 4]}}), "R in laws"),
+        (dict(laws={"PD": {1: [1, 2, 3, 4]}}), r"laws\['PD'\]\[1\]: gain must be"),
+        (
+            dict(laws={"PD": {1: Gain([1, 2], ("z", "z'"))}}),
+            r"laws\['PD'\]\[1\]: gain isn't of a balancing robot: it multiplies z, z'",
+        ),
+        (dict(laws={"PD": {-1: named([1, 2, 3, 4])}}), "R in laws"),
         (dict(robots={"flat": 3}), r"robots\['flat'\] must be a Mip"),
         (dict(T=0), "T"),
         (dict(start=dict(R=3)), r"R must be one of \[1.0, 2.0, 5.0\]"),
@@ -147,9 +148,9 @@ def adaptive(x, V, h):
     ).y[:, -1]
 
 
-def simulate(K, tilt, delay, seconds, sensors, method=runge_kutta):
+def simulate(gain, tilt, delay, seconds, sensors, method=runge_kutta):
     """theta, phi, theta', phi', V at the ticks, and the fault."""
-    law = SampledLaw.of_gain(K, T)
+    law = SampledLaw.of_gain(gain, T)
     controller = Firmware(law, stall=10**9).controller()
     x, late = np.array([np.radians(tilt), 0, 0, 0]), round(delay / STEP)
     controller.start(x[0], sensors.wheels(x[:2]))
@@ -297,9 +298,9 @@ def test_what_stands_is_what_is_stable(engine):
     """
     found = set()
     for law in ("PD", "PID"):
-        for R, K in LAWS[law].items():
+        for R, gain in LAWS[law].items():
             for ticks in (0, 1):
-                radius = np.abs(np.linalg.eigvals(loop(K, ticks))).max()
+                radius = np.abs(np.linalg.eigvals(loop(gain.K, ticks))).max()
                 word = held(
                     engine,
                     "return a.run(given).verdict.word;",

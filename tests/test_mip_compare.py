@@ -14,6 +14,7 @@ from sosbook.mip.ticks import FORMATS, START, TickLog
 from sosbook import thesis
 from sosbook.pendulum.tracking import NOMINAL, Predictor, _slopes
 from tests import test_mip_export as programs
+from tests.gains import named
 from tests.six_robots import SIX, G, advance
 
 MACHINE = SIX[0]
@@ -30,7 +31,7 @@ MODEL = Model(
     pendulum(MACHINE),
     Robot.shipped("thesis").but(counts=MACHINE.counts, delay=0.005, jitter=0.0005),
     0.04,
-    SampledLaw.of_gain(thesis.mip().pid[5], MACHINE.T),
+    SampledLaw.of_gain(named(thesis.mip().pid[5]), MACHINE.T),
 )
 
 

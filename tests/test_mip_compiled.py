@@ -19,6 +19,7 @@ from sosbook.mip.simulator import simulate
 
 from sosbook import thesis
 from tests.compiler import MISSING, ensure, find, refuse
+from tests.gains import named
 
 T = 0.01
 PRINTED = thesis.mip()
@@ -48,9 +49,9 @@ def observer():
 
 
 LAWS = {
-    "PD": SampledLaw.of_gain(PRINTED.pd[5], T),
-    "PID": SampledLaw.of_gain(ROBUST, T),
-    "Appendix B": SampledLaw.appendix_b(ROBUST, T),
+    "PD": SampledLaw.of_gain(named(PRINTED.pd[5]), T),
+    "PID": SampledLaw.of_gain(named(ROBUST), T),
+    "Appendix B": SampledLaw.appendix_b(named(ROBUST), T),
     "(4.30)": observer(),
 }
 

@@ -16,10 +16,11 @@ from sosbook.mip.ticks import TickLog
 from tests import test_mip_export as programs
 from tests import test_mip_recording as recording
 from tests.compiler import run
+from tests.gains import named
 
 cpp, fake_pyctrl = recording.cpp, programs.fake_pyctrl
 PERIODS, TURNS = 374, 3
-LAW = SampledLaw.of_gain([[20, 0.8, 2, 0.9, 0.4]], 0.01)
+LAW = SampledLaw.of_gain(named([[20, 0.8, 2, 0.9, 0.4]]), 0.01)
 BOARD = Robot.shipped("thesis").but(counts=4.0 * PERIODS)
 #: Two wheels that roll forward by so many periods, edge by edge. With its
 #: channels swapped an encoder would count down.

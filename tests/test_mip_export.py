@@ -20,6 +20,7 @@ from sosbook.mip.rig import COUNTS_PER_TURN
 import sosbook
 from sosbook import thesis
 from tests.compiler import run
+from tests.gains import named
 
 T = 0.01
 PRINTED = thesis.mip()
@@ -51,9 +52,9 @@ def observer():
 
 
 LAWS = {
-    "PD": SampledLaw.of_gain(PRINTED.pd[5], T),
-    "PID": SampledLaw.of_gain(PRINTED.pid[5], T),
-    "Appendix B": SampledLaw.appendix_b(PRINTED.pid[5], T),
+    "PD": SampledLaw.of_gain(named(PRINTED.pd[5]), T),
+    "PID": SampledLaw.of_gain(named(PRINTED.pid[5]), T),
+    "Appendix B": SampledLaw.appendix_b(named(PRINTED.pid[5]), T),
     "(4.30)": observer(),
 }
 
@@ -167,13 +168,13 @@ def test_other_refusals():
     with pytest.raises(ValueError, match="stall must be at most"):
         c_source(Firmware(LAWS["PD"], stall=10**6))
     with pytest.raises(ValueError, match="doesn't use what it measures"):
-        c_source(Firmware(SampledLaw.of_gain([[0, 0, 0, 0]], T)))
-    big = Firmware(SampledLaw.of_gain([[1e39, 0, 0, 0]], T))
+        c_source(Firmware(SampledLaw.of_gain(named([[0, 0, 0, 0]]), T)))
+    big = Firmware(SampledLaw.of_gain(named([[1e39, 0, 0, 0]]), T))
     assert "e+39" in c_source(big)
     with pytest.raises(ValueError, match="too large for single"):
         c_source(big, precision="single")
     with pytest.raises(ValueError, match="the IMU's rates"):
-        rc_balance(Firmware(SampledLaw.of_gain(PRINTED.pd[5], 0.003)))
+        rc_balance(Firmware(SampledLaw.of_gain(named(PRINTED.pd[5]), 0.003)))
 
 
 # The C program

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from sosbook.mip import FAULTS, Firmware, SampledLaw
 
+from tests.gains import named
+
 K = [[16.0, 0.5, 1.4, 0.7, 0.2]]
 T = 0.01
-LAW = SampledLaw.of_gain(K, T)
+LAW = SampledLaw.of_gain(named(K), T)
 NAN = np.nan
 
 
@@ -29,7 +31,7 @@ def test_the_estimate_is_the_trapezoid_of_the_gyro():
 
 
 def test_the_wheels_angle_is_absolute_and_starts_at_zero():
-    controller = Firmware(SampledLaw.of_gain([[0, 1, 0, 0]], T)).controller()
+    controller = Firmware(SampledLaw.of_gain(named([[0, 1, 0, 0]]), T)).controller()
     controller.start(tilt=0.2, wheels=30.0)
     assert controller.step(0.0, 30.0) == 0  # where it stands is zero
     turned = controller.step(2.0, 30.05)  # the body turns the wheels along
@@ -40,14 +42,14 @@ def test_the_wheels_angle_is_absolute_and_starts_at_zero():
 
 
 def test_the_wheels_rate_is_the_difference_of_absolute_angles():
-    controller = Firmware(SampledLaw.of_gain([[0, 0, 0, 1]], T)).controller()
+    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 0, 1]]), T)).controller()
     controller.start(0.0)
     assert np.isclose(controller.step(1.0, 0.02), 0.02 / T + 0.5)
     assert np.isclose(controller.step(1.0, 0.05, rate=0.25), 0.03 / T + 1.0 - 0.25)
 
 
 def test_the_bias_is_taken_off():
-    controller = Firmware(SampledLaw.of_gain([[0, 0, 1, 0]], T)).controller()
+    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 1, 0]]), T)).controller()
     controller.start(0.0, bias=0.3)
     assert np.isclose(controller.step(0.5, 0.0), 0.2)
 
@@ -69,7 +71,9 @@ def test_the_voltage_is_limited():
 
 
 def test_the_integral_stops_winding_up():
-    wound = started(0.0, law=SampledLaw.of_gain(K, T, tracking_time=1e9), stall=999)
+    wound = started(
+        0.0, law=SampledLaw.of_gain(named(K), T, tracking_time=1e9), stall=999
+    )
     held = started(0.0, stall=999)
     for controller in (wound, held):
         for _ in range(300):
@@ -104,7 +108,7 @@ def test_a_good_reading_ends_the_count():
 
 
 def test_while_the_encoder_is_silent_the_wheels_roll_on():
-    controller = Firmware(SampledLaw.of_gain([[0, 0, 0, 1]], T)).controller()
+    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 0, 1]]), T)).controller()
     controller.start(0.0)
     rates = [controller.step(0.0, w)[0] for w in (0.02, 0.04, NAN, NAN, 0.10)]
     assert np.allclose(rates, 2.0)

@@ -11,11 +11,12 @@ from sosbook.pendulum.describing import backlash, coulomb, limit_cycle, soft_sig
 from sosbook.pendulum.simulator import _Play
 from sosbook.pendulum.spread import vertices
 from tests.compiler import find, refuse
+from tests.gains import named
 
 MIP, THESIS = Mip.printed(), Robot.shipped("thesis")
 #: One kilogram, two 12 V gear motors, 200 Hz.
 GEARS = Mip(0.00238, 0.00244, 0.00880, 0.736, 0.0833, 0.0476, I_w=0.00061, J=9.2e-4)
-LAW = SampledLaw.of_gain([[18.9, 0.5, 1.9, 0.8, 0.1]], 0.01)
+LAW = SampledLaw.of_gain(named([[18.9, 0.5, 1.9, 0.8, 0.1]]), 0.01)
 PHASE = 2 * np.pi * (np.arange(200000) + 0.5) / 200000
 
 
@@ -67,7 +68,7 @@ def test_the_compensation_of_c_is_that_of_python(precision):
 
 
 def test_a_command_gets_half_of_itself_or_all_of_the_friction():
-    law = SampledLaw.of_gain([[1.0, 0, 0, 0]], 0.01)
+    law = SampledLaw.of_gain(named([[1.0, 0, 0, 0]]), 0.01)
     steps = np.array([0.0, 0.1, 0.5, 0.7, -0.2, -0.8])
     each = Firmware(law, compensation=0.3).controller(len(steps))
     each.start(steps)
@@ -155,7 +156,7 @@ def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
     }[which]
     mip, T, delay, limit, friction, R = case
     K = recommend(mip, R=R, robot=THESIS).certificate.K
-    law = SampledLaw.of_gain(K, T)
+    law = SampledLaw.of_gain(named(K), T)
     tilts = []
     for compensation in (0.0, friction):
         predicted, seen = swings(mip, law, delay, limit, friction, compensation)

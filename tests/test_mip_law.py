@@ -3,10 +3,13 @@
 import control
 import numpy as np
 import pytest
-from sosbook.mip import SampledLaw
-from sosbook.mip.law import combine
+from sosbook.mip import Gain, Mip, SampledLaw, polytope
+from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, combine, pendulum_gain
 
+import sosbook as sos
 from sosbook import thesis
+from sosbook.pendulum.turning import turning_plants, unequal_plant
+from tests.gains import named
 
 PRINTED = thesis.mip()
 T = 0.01
@@ -24,14 +27,14 @@ def outputs(law, y, x=None):
 
 def test_a_pd_gain_is_its_product_with_the_samples():
     K = PRINTED.pd[2]
-    assert np.allclose(outputs(SampledLaw.of_gain(K, T), PATH), K[0] @ PATH)
+    assert np.allclose(outputs(SampledLaw.of_gain(named(K), T), PATH), K[0] @ PATH)
 
 
 def test_a_pid_gain_adds_the_sum_of_the_wheels_angle():
     K = PRINTED.pid[5]
     x3 = T * np.append(0, np.cumsum(PATH[1])[:-1])
     expected = K[0, :4] @ PATH + K[0, 4] * x3
-    assert np.allclose(outputs(SampledLaw.of_gain(K, T), PATH), expected)
+    assert np.allclose(outputs(SampledLaw.of_gain(named(K), T), PATH), expected)
 
 
 @pytest.mark.parametrize("name", ["pd", "pid"])
@@ -43,7 +46,7 @@ def test_appendix_b_is_a_pid_of_angles_summed_by_euler(name):
     summed = T * np.append(0, np.cumsum(angles[1])[:-1])
     K_I = K[0, 4] if name == "pid" else 0.0
     expected = K[0, :2] @ angles + K[0, 2:4] @ PATH[2:] + K_I * summed
-    law = SampledLaw.appendix_b(K, T)
+    law = SampledLaw.appendix_b(named(K), T)
     assert np.allclose(outputs(law, PATH, tilt * law.start), expected)
 
 
@@ -68,7 +71,7 @@ def test_the_printed_discrete_controller_is_the_hold_of_4_29():
 
 
 def test_back_calculation_unwinds_the_integral_with_its_time_constant():
-    law = SampledLaw.of_gain([[0, 0, 0, 0, 2.0]], 0.001, tracking_time=0.1)
+    law = SampledLaw.of_gain(named([[0, 0, 0, 0, 2.0]]), 0.001, tracking_time=0.1)
     x, limit = np.array([10.0]), 5.0
     for _ in range(100):
         u = law.output(x, np.zeros(4))
@@ -87,12 +90,11 @@ def test_combine_skips_zeros_and_keeps_the_precision():
 @pytest.mark.parametrize(
     "make, words",
     [
-        (lambda: SampledLaw.of_gain([[1, 2, 3]], T), "K must be"),
-        (lambda: SampledLaw.of_gain([[1, 2, 3, np.nan]], T), "K"),
-        (lambda: SampledLaw.of_gain([[1, 2, 3, 4, 0]], T), "leave it out"),
-        (lambda: SampledLaw.of_gain([[1, 2, 3, 4]], 0), "T"),
+        (lambda: SampledLaw.of_gain(named([[1, 2, 3, np.nan]]), T), "K"),
+        (lambda: SampledLaw.of_gain(named([[1, 2, 3, 4, 0]]), T), "leave it out"),
+        (lambda: SampledLaw.of_gain(named([[1, 2, 3, 4]]), 0), "T"),
         (
-            lambda: SampledLaw.of_gain([[1, 2, 3, 4, 5]], T, tracking_time=-1),
+            lambda: SampledLaw.of_gain(named([[1, 2, 3, 4, 5]]), T, tracking_time=-1),
             "tracking_time",
         ),
         (lambda: SampledLaw([[1]], [[1]], [[1]], [[1]], T), "B"),
@@ -112,5 +114,151 @@ def test_bad_input_is_named(make, words):
 def test_the_former_name_of_the_tracking_time_warns_and_works():
     K = [[1.0, 2, 3, 4, 5]]
     with pytest.warns(DeprecationWarning, match="unwind is now called tracking_time"):
-        former = SampledLaw.of_gain(K, 0.01, unwind=0.3)
-    assert np.array_equal(former.W, SampledLaw.of_gain(K, 0.01, tracking_time=0.3).W)
+        former = SampledLaw.of_gain(named(K), 0.01, unwind=0.3)
+    assert np.array_equal(
+        former.W, SampledLaw.of_gain(named(K), 0.01, tracking_time=0.3).W
+    )
+
+
+# What a gain multiplies
+
+
+def pendulum(**asked):
+    """A design for the pendulum in the middle, of the integral of phi."""
+    return sos.design_lqr(Mip.printed().plant(), np.eye(5), [[5]], **asked)
+
+
+def test_a_designs_gain_becomes_the_law_of_its_numbers():
+    design = pendulum(U=[[0, 1]])
+    assert design.gain.signals == PID_SIGNALS
+    law = SampledLaw.of_gain(design.gain, T)
+    assert np.array_equal(np.hstack([law.D, law.C]), design.K)
+    proven = design.gain.but(design.certify(digits=4).K)
+    assert np.array_equal(
+        SampledLaw.of_gain(proven, T).D, design.certify(digits=4).K[:, :4]
+    )
+    for plant in (polytope(Mip.printed()), Mip.printed().printed_form()):
+        assert sos.design_lqr(plant, np.eye(4), [[5]]).gain.signals == PD_SIGNALS
+
+
+def test_signals_in_another_order_are_put_in_the_robots():
+    """A plant of [phi; theta] is the same robot, and its gain the same law."""
+    swap, plant = np.eye(2)[::-1], Mip.printed().plant()
+    turned = sos.SecondOrderSystem(
+        *(swap @ getattr(plant, x) @ swap for x in "MDS"),
+        swap @ plant.B,
+        coordinates=("phi", "theta"),
+    )
+    gain = sos.design_lqr(turned, np.eye(5), [[5]], [[1, 0]]).gain
+    assert gain.signals == ("phi", "theta", "phi'", "theta'", "integral of phi")
+    straight = pendulum(U=[[0, 1]])
+    assert pendulum_gain(gain) == pytest.approx(straight.K, rel=1e-4)
+
+
+def cart(n=2):
+    """Another plant with as many coordinates: two masses on a spring."""
+    M, S = np.eye(n), 2 * np.eye(n) - np.ones((n, n))
+    return sos.SecondOrderSystem(M, 0.1 * S, S, np.eye(n)[:, :1])
+
+
+def delayed(U=None):
+    """Of a computer that takes a tick: it knows the voltage before."""
+    weights = np.eye(4 if U is None else 5)
+    plant = Mip.printed().plant()
+    return sos.design_sampled_lqr(plant, weights, [[5]], T, T, U).gain
+
+
+@pytest.mark.parametrize(
+    "gain, words",
+    [
+        (lambda: [[20, 0.8, 2, 0.9]], "an array doesn't say what its columns multiply"),
+        (lambda: pendulum(U=[[0, 1]]).K, "Give design.gain"),
+        (
+            lambda: sos.design_lqr(cart(), np.eye(4), [[1]]).gain,
+            "it multiplies z1, z2, z1', z2' and not theta, phi, theta', phi'",
+        ),
+        (
+            lambda: sos.design_lqr(cart(), np.eye(5), [[1]], [[1, 0]]).gain,
+            "integral of z1",
+        ),
+        # the fifth entry isn't K_I, though there are five
+        (delayed, r"older voltages, u\(k-1\), which this law doesn't keep"),
+        (lambda: delayed([[0, 1]]), r'law = "lqr" or "observer"'),
+        (
+            lambda: Gain([range(5)], (*PD_SIGNALS, "x")),
+            "it multiplies .*, x. The robot",
+        ),
+        (lambda: pendulum(U=[[0, 2]]).gain, "integral of 2 phi"),
+        (
+            lambda: (
+                sos.design_lqr(
+                    turning_plants(Mip.printed(), TRACKED)[0], np.eye(3), [[1]], [[1]]
+                ).gain
+            ),
+            "it multiplies delta, delta', integral of delta",
+        ),
+        (lambda: Gain(np.ones((2, 4)), PD_SIGNALS), "2 outputs"),
+        (
+            lambda: (
+                sos.design_lqr(
+                    unequal_plant(Mip.printed(), 1e-3, 0.1, 0.1), np.eye(6), np.eye(2)
+                ).gain
+            ),
+            "2 outputs",
+        ),
+    ],
+)
+@pytest.mark.parametrize("law", [SampledLaw.of_gain, SampledLaw.appendix_b])
+def test_a_gain_of_something_else_is_refused(gain, words, law):
+    with pytest.raises(ValueError, match=words):
+        law(gain(), T)
+
+
+def test_the_fifth_entry_of_a_regulator_that_knows_its_delay_is_no_integral():
+    """Taken for K_I, as a bare array would have it, the loop is unstable."""
+    late = delayed()
+    assert late.K.shape == (1, 5)
+    wrong = SampledLaw.of_gain(named(late.K), T)
+    assert sos.mip.SampledLoop(Mip.printed(), wrong, T).radius > 1
+    assert late.signals == (*PD_SIGNALS, "u(k-1)")
+
+
+TRACKED = sos.mip.Robot.shipped("thesis").but(track=0.07)
+
+
+def test_names_of_coordinates_go_with_the_plant():
+    plant = polytope(Mip.printed())
+    assert plant.coordinates == plant.mean.coordinates == ("theta", "phi")
+    first, *others = plant.vertices
+    bare = sos.SecondOrderSystem(*(getattr(first, x) for x in "MDSBF"))
+    assert bare == first and bare.coordinates is None  # the same mechanics
+    assert sos.Polytope([bare, *others]).coordinates == ("theta", "phi")
+    other = sos.SecondOrderSystem(
+        *(getattr(first, x) for x in "MDSBF"), coordinates=("phi", "theta")
+    )
+    with pytest.raises(ValueError, match="name their coordinates differently"):
+        sos.Polytope([other, *others])
+    for wrong in (("theta",), ("a", "a"), ("a", ""), (1, 2), "theta"):
+        with pytest.raises(ValueError, match="coordinates must be 2 different names"):
+            sos.SecondOrderSystem(*4 * [np.eye(2)], coordinates=wrong)
+
+
+@pytest.mark.parametrize(
+    "K, signals, words",
+    [
+        ([[1, 2]], ("a",), "each of K's 2 columns once"),
+        ([[1, 2]], ("a", "a"), "each of K's 2 columns once"),
+        ([[1, 2]], "ab", "each of K's 2 columns once"),
+        ([[1, np.nan]], ("a", "b"), "K"),
+    ],
+)
+def test_a_gain_names_each_of_its_columns(K, signals, words):
+    with pytest.raises(ValueError, match=words):
+        Gain(K, signals)
+
+
+def test_a_gain_is_read_only_and_compared_by_numbers_and_names():
+    gain = Gain([[1, 2]], ("a", "b"))
+    assert gain == Gain([1, 2], ["a", "b"]) != Gain([[1, 2]], ("b", "a"))
+    assert gain.but([[3, 4]]) == Gain([[3, 4]], gain.signals) != "gain"
+    assert not gain.K.flags.writeable

@@ -8,11 +8,12 @@ from sosbook.mip import Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.margins import SENSING, SampledLoop, lowest_rate, sensing
 
 from sosbook import thesis
+from tests.gains import named
 
 PRINTED = thesis.mip()
 ROBOT = Mip.printed()
 T = 0.01
-RECOMMENDED = SampledLaw.of_gain([[15.78, 0.49, 1.42, 0.69, 0.22]], T)
+RECOMMENDED = SampledLaw.of_gain(named([[15.78, 0.49, 1.42, 0.69, 0.22]]), T)
 
 
 def one_tick(robot, T):
@@ -58,14 +59,14 @@ def test_measured_exactly_it_is_the_textbook_loop():
     forward, push = one_tick(ROBOT, T)
     K = PRINTED.pd[5]
     direct = np.linalg.eigvals(forward + push[:, None] @ K)
-    loop = SampledLoop(ROBOT, SampledLaw.of_gain(K, T))
+    loop = SampledLoop(ROBOT, SampledLaw.of_gain(named(K), T))
     assert np.isclose(loop.radius, np.abs(direct).max(), rtol=1e-9)
     assert loop.constants == 0
 
 
 def test_an_ideal_controller_of_rates_leaves_constants():
     pd, pid = (
-        SampledLoop(ROBOT, SampledLaw.appendix_b(K, T))
+        SampledLoop(ROBOT, SampledLaw.appendix_b(named(K), T))
         for K in (PRINTED.pd[5], PRINTED.pid[5])
     )
     assert (pd.constants, pid.constants) == (2, 1)
@@ -77,7 +78,7 @@ def test_differenced_wheels_undo_every_printed_gain(name):
     """At 100 Hz without delay, at one robot of five at least."""
     robots = (ROBOT, *vertices(ROBOT))
     for R, K in getattr(PRINTED, name).items():
-        law = SampledLaw.of_gain(K, T)
+        law = SampledLaw.of_gain(named(K), T)
         told = [
             max(SampledLoop(r, law, 0.0, kind).radius for r in robots)
             for kind in ("exact", "differenced")
@@ -104,7 +105,9 @@ def test_sensitivity_and_gain_margins_agree_with_python_control():
 
 
 def test_an_unstable_loop_has_no_margins():
-    loop = SampledLoop(ROBOT, SampledLaw.of_gain(PRINTED.pid[1], T), 0.0, "differenced")
+    loop = SampledLoop(
+        ROBOT, SampledLaw.of_gain(named(PRINTED.pid[1]), T), 0.0, "differenced"
+    )
     assert loop.radius > 1 and loop.sensitivity == np.inf
     assert np.isnan(loop.gain_margins).all()
 
@@ -113,7 +116,7 @@ def test_the_lowest_rate_is_where_stability_ends():
     K = PRINTED.pd[2]
 
     def law_of(T):
-        return SampledLaw.of_gain(K, T)
+        return SampledLaw.of_gain(named(K), T)
 
     rates = np.linspace(200, 20, 91)
     found = lowest_rate([ROBOT], law_of, 1, "differenced", rates)
@@ -147,5 +150,5 @@ def test_bad_input_is_named():
 
 
 def test_a_slow_growth_is_no_constant():
-    law = SampledLaw.of_gain([[1e-9, 0, 0, 0]], 1e-7)
+    law = SampledLaw.of_gain(named([[1e-9, 0, 0, 0]]), 1e-7)
     assert SampledLoop(ROBOT, law).radius > 1

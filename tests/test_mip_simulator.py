@@ -16,11 +16,12 @@ from sosbook.mip.simulator import Run, simulate
 from sosbook.plots.robot import robot_run
 
 from sosbook import thesis
+from tests.gains import named
 
 T = 0.01
 MIP = Mip.printed()
 GAIN = thesis.mip().pd[5]
-FIRMWARE = Firmware(SampledLaw.of_gain(GAIN, T))
+FIRMWARE = Firmware(SampledLaw.of_gain(named(GAIN), T))
 IDEAL = Sensors(ideal=True)
 
 
@@ -432,7 +433,7 @@ def test_bad_sensors_are_named(change, words):
 def test_the_integral_turns_a_gyros_drift_into_an_offset():
     """PID rests where K_P1 w + K_I phi = 0, phi as it is estimated."""
     w, K = np.deg2rad(0.05), thesis.mip().pid[5]
-    firmware = Firmware(SampledLaw.of_gain(K, T))
+    firmware = Firmware(SampledLaw.of_gain(named(K), T))
     run = simulate(MIP, firmware, 0.0, 12.0, sensors=IDEAL, bias=-w, substeps=2)
     phi = -w * run.t[-1] - K[0, 0] * w / K[0, 4]
     assert abs(run.x[1, 0, -1] - phi) < 0.01 * abs(phi)
@@ -456,7 +457,7 @@ def test_a_plot_of_a_run_holds_each_robot_and_the_limits():
 
 
 def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
-    firmware = Firmware(SampledLaw.of_gain(thesis.mip().pd[5], 0.01))
+    firmware = Firmware(SampledLaw.of_gain(named(thesis.mip().pd[5]), 0.01))
     plain, hair = (
         simulate(
             Mip.printed(),

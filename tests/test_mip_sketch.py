@@ -12,6 +12,7 @@ from sosbook.mip.ticks import TickLog
 
 from sosbook import thesis
 from tests.compiler import run
+from tests.gains import named
 from tests.six_robots import SIX, advance
 from tests.test_mip_recording import PIPE, cpp, sketch_flags
 
@@ -20,7 +21,7 @@ MACHINE = SIX[0]
 ROBOT = Robot.shipped("gearmotors").but(
     counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
 )
-LAW = SampledLaw.of_gain(thesis.mip().pid[5], MACHINE.T)
+LAW = SampledLaw.of_gain(named(thesis.mip().pid[5]), MACHINE.T)
 FIRMWARE = Firmware(LAW, blend=0.005, gyro_range=17.4)
 DRIVE = Drive(4.0, 6.0)
 

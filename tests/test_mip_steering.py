@@ -27,6 +27,7 @@ from sosbook.pendulum.tuning import DELAY_SHARES
 from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load
 from tests.compiler import run
+from tests.gains import named
 from tests.test_mip_hardware import CROSS
 from tests.test_mip_recording import cpp, sketch_flags
 from tests.test_mip_sketch import BOARD
@@ -57,7 +58,7 @@ MIP = Mip(
     J=MACHINE.J,
 )
 FIRMWARE = Firmware(
-    SampledLaw.of_gain(programs.PRINTED.pid[5], 0.01), blend=0.02, limit=7.4
+    SampledLaw.of_gain(named(programs.PRINTED.pid[5]), 0.01), blend=0.02, limit=7.4
 )
 STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
 

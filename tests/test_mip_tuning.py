@@ -16,13 +16,16 @@ from sosbook.mip.tuning import (
 )
 
 from sosbook.delay import analyse_delay
+from tests.gains import named
 from tests.test_mip_robot import GEARS, THESIS, truth
 
 Q = np.eye(5)
 
 
 def peak(mip, robot, R):
-    law = SampledLaw.of_gain(design(mip, robot, 0.04, Q, R, 2.0).certify().K, robot.T)
+    law = SampledLaw.of_gain(
+        named(design(mip, robot, 0.04, Q, R, 2.0).certify().K), robot.T
+    )
     return peak_of((mip, *vertices(mip)), law, robot)
 
 

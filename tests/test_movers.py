@@ -32,6 +32,7 @@ from sosbook.pendulum.srivc import respond
 from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from tests.elements import points
+from tests.gains import named
 from tests.test_page_elements import stored
 
 pytestmark = pytest.mark.skipif(
@@ -565,7 +566,7 @@ def test_clock_has_the_radius_of_the_sampled_loop(desk, sensing):
     for k, law in enumerate(laws):
         place = {"law": k, "T": 12.5, "delay": 35, "sensing": sensing}
         (here,) = desk.compute("sos-clock", [place])
-        sampled = SampledLaw.of_gain([law["K"]], 0.0125)
+        sampled = SampledLaw.of_gain(named([law["K"]]), 0.0125)
         kind = ("exact", "differenced")[sensing]
         robots = (middle, *vertices(middle))
         true = [SampledLoop(r, sampled, 0.35 * 0.0125, kind).radius for r in robots]
@@ -677,7 +678,7 @@ def test_chain_hands_on_what_the_package_computes(desk):
     A, B, _ = descriptors(mip.plant(), [[0, 1]])[0].state_space()
     K = -B.T @ solve_continuous_are(A, B, np.eye(5), [[10]]) / 10
     assert np.allclose(here["K"], K[0], rtol=1e-7)
-    law = SampledLaw.of_gain(K, 0.01)
+    law = SampledLaw.of_gain(named(K), 0.01)
     true = [SampledLoop(r, law, 0.007).radius for r in vertices(mip, 0.12)]
     assert np.allclose(here["radius"], true, atol=1e-7)
 

@@ -9,6 +9,7 @@ from sosbook.mip import Firmware, Mip, SampledLaw, Sensors, simulate, vertices
 from sosbook.reproduction import desk
 
 from sosbook import thesis
+from tests.gains import named
 
 T = 0.01
 
@@ -46,7 +47,7 @@ def test_verdicts(verdicts, item, verdict):
 def test_what_the_rows_call_unstable_grows_in_the_nonlinear_robot(verdicts, law, R):
     """From a thousandth of a degree, ideal sensors: to the limit or home."""
     K = getattr(thesis.mip(), law)[R]
-    firmware = Firmware(SampledLaw.of_gain(K, T), stall=10**6)
+    firmware = Firmware(SampledLaw.of_gain(named(K), T), stall=10**6)
     run = simulate(
         Mip.printed(), firmware, np.deg2rad(1e-3), 4.0, sensors=Sensors(ideal=True)
     )

@@ -10,6 +10,7 @@ from sosbook.mip.sensors import Sensors
 from sosbook.widgets.robot import PD, PID, SINGLE, explore_robot
 
 import sosbook as sos
+from tests.gains import named
 
 PRINT = sos.thesis.mip()
 
@@ -71,7 +72,7 @@ def test_it_chatters_where_the_sampled_loop_is_unstable(explorer, law, R, table)
         assert np.allclose(K, table[int(R)], rtol=0.03)
         radius = max(
             SampledLoop(
-                robot, SampledLaw.of_gain(K, 0.01), delay / 1000, "firmware"
+                robot, SampledLaw.of_gain(named(K), 0.01), delay / 1000, "firmware"
             ).radius
             for robot in vertices(Mip.printed())
         )

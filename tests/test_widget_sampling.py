@@ -12,6 +12,7 @@ from sosbook.widgets.pendulum_control import PID, ROBUST
 from sosbook.widgets.sampling import explore_sampling, kick
 
 import sosbook as sos
+from tests.gains import named
 
 PRINT = sos.thesis.mip()
 ROBOTS = vertices(Mip.printed())
@@ -70,14 +71,14 @@ def simulated(robot, K, T, delay, differenced, rate, count):
 @pytest.mark.parametrize("K, ticks", [(PRINT.pd[5], 0.0), (PRINT.pid[5], 0.5)])
 def test_the_kick_is_that_of_an_adaptive_integrator(sensing, K, ticks):
     T, delay = 0.01, 0.01 * ticks
-    loop = SampledLoop(ROBOTS[2], SampledLaw.of_gain(K, T), delay, sensing)
+    loop = SampledLoop(ROBOTS[2], SampledLaw.of_gain(named(K), T), delay, sensing)
     true = simulated(ROBOTS[2], K, T, delay, sensing == "differenced", 0.5, 25)
     assert np.allclose(kick(loop, 0.5, 25), true, rtol=1e-6, atol=1e-7)
 
 
 def test_the_kick_starts_with_the_plant_alone():
     """A tick late, nothing but the plant acts during the first one."""
-    law = SampledLaw.of_gain(PRINT.pd[1], 0.01)
+    law = SampledLaw.of_gain(named(PRINT.pd[1]), 0.01)
     x = kick(SampledLoop(ROBOTS[0], law, 0.01, "firmware"), 1.0, 2)
     A, _, _ = sos.plants.descriptors(ROBOTS[0].plant())[0].state_space()
     assert np.allclose(x[:, 1], expm(0.01 * A) @ [0, 0, 1, 0])
@@ -87,7 +88,7 @@ def test_it_starts_with_table_4_1(explorer):
     K = PRINT.pd[5]
     cells = re.findall(r"text-align:right'>([-\d.]+)<", explorer.picture.value)
     assert np.allclose([float(c) for c in cells], K[0], rtol=1e-3)
-    law = SampledLaw.of_gain(K, 0.01)
+    law = SampledLaw.of_gain(named(K), 0.01)
     radius = max(SampledLoop(r, law, sensing="firmware").radius for r in ROBOTS)
     shown = float(re.search(r"Radius ([\d.]+)", explorer.picture.value)[1])
     assert abs(shown - radius) < 2e-4
@@ -116,7 +117,7 @@ def test_the_peak_is_that_of_a_dense_sweep(moved):
     said = moved(R=20.0, law=PID, design=ROBUST, ticks=2.0)
     shown = float(re.search(r"<strong>([\d.]+)</strong>: Nyq", said)[1])
     K = sos.design_lqr(sos.mip.polytope(Mip.printed()), np.eye(5), [[20]], [[0, 1]]).K
-    law, peak = SampledLaw.of_gain(K, 0.01), 0.0
+    law, peak = SampledLaw.of_gain(named(K), 0.01), 0.0
     for robot in ROBOTS:
         loop = SampledLoop(robot, law, 0.02, "firmware")
         L, eye = loop.open_loop, np.eye(loop.open_loop.nstates)

@@ -1,8 +1,9 @@
 """The mobile inverted pendulum of chapter 4, from its logs to its program."""
 
+from ..plants.gain import Gain
 from .deployment import Deployment, deploy, recommend
 from .firmware import FAULTS, Controller, Firmware
-from .law import SampledLaw
+from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
 from .recovery import largest_tilt, recovered
@@ -12,11 +13,14 @@ from .spread import polytope, reduced, triangles, vertices
 
 __all__ = [
     "FAULTS",
+    "PD_SIGNALS",
+    "PID_SIGNALS",
     "R_G",
     "V_MAX",
     "Controller",
     "Deployment",
     "Firmware",
+    "Gain",
     "Mip",
     "Push",
     "Robot",

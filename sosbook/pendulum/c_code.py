@@ -43,8 +43,9 @@ def c_header(firmware, name="balance", precision="double"):
 
     Examples
     --------
-    >>> from sosbook.pendulum import SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> print(c_header(Firmware(law)).splitlines()[0])
     /* balance.h: a control law for a mobile inverted pendulum
     """
@@ -115,8 +116,9 @@ def c_source(firmware, name="balance", precision="double"):
 
     Examples
     --------
-    >>> from sosbook.pendulum import SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> text = c_source(Firmware(law))
     >>> print(text[text.index("const double u"):].partition(";")[0])
     const double u =
@@ -188,8 +190,9 @@ def serial_main(firmware, name="balance", precision="double"):
 
     Examples
     --------
-    >>> from sosbook.pendulum import SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> "int main(void)" in serial_main(Firmware(law))
     True
     """

@@ -96,8 +96,9 @@ class Compiled:
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> controller = Compiled(Firmware(law))  # doctest: +SKIP
     >>> controller.start(tilt=0.1)            # doctest: +SKIP
     >>> controller.step(gyro=0.0, wheels=0.0).round(3)  # doctest: +SKIP

@@ -114,9 +114,10 @@ def limit_cycle(loop, friction, compensation=0.0):
 
     Examples
     --------
-    >>> from sosbook.pendulum import Mip, SampledLaw
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain, Mip, SampledLaw
     >>> from sosbook.pendulum.margins import SampledLoop
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> limit_cycle(SampledLoop(Mip.printed(), law), 0.0) is None
     True
     """

@@ -58,8 +58,9 @@ def rc_balance(
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> "rc_mpu_set_dmp_callback(tick)" in rc_balance(Firmware(law))
     True
     """
@@ -115,8 +116,9 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance", steering=Non
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
     values = words(firmware, name, "double")

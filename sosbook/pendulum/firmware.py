@@ -84,7 +84,9 @@ class Firmware:
 
     Examples
     --------
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> controller = Firmware(law).controller()
     >>> controller.start(tilt=0.1)
     >>> controller.step(gyro=0.0, wheels=0.0).round(3)

@@ -7,11 +7,24 @@ import numpy as np
 
 from ..deprecation import renamed_arguments
 from ..plants.checks import matrix, positive
+from ..plants.gain import Gain
 from ..runtime.libraries import library
 
-__all__ = ["MEASURED", "SampledLaw", "combine"]
+__all__ = [
+    "PD_SIGNALS",
+    "PID_SIGNALS",
+    "TRACKING_TIME",
+    "SampledLaw",
+    "combine",
+    "pendulum_gain",
+]
 
-MEASURED = ("theta", "phi", "theta'", "phi'")  # y; phi is absolute
+#: What a robot measures, y of its law, which a gain [K_P K_D] multiplies; phi is
+#: absolute.
+PD_SIGNALS = ("theta", "phi", "theta'", "phi'")
+#: What a gain [K_P K_D K_I] multiplies.
+PID_SIGNALS = (*PD_SIGNALS, "integral of phi")
+TRACKING_TIME = 0.5  # s, with which a sum follows what the limit withholds
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +59,8 @@ class SampledLaw:
 
     Examples
     --------
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9, 0.4]], 0.01)
+    >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> law.order, law.D
     (1, array([[20. ,  0.8,  2. ,  0.9]]))
     """
@@ -63,7 +77,7 @@ class SampledLaw:
         A = np.asarray(self.A, float)
         if A.ndim != 2:
             raise ValueError(f"A must be a matrix, got the shape {A.shape}")
-        N, width = len(A), len(MEASURED)
+        N, width = len(A), len(PD_SIGNALS)
         W = np.zeros((N, 1)) if self.W is None else self.W
         start = np.zeros(N) if self.start is None else self.start
         start = np.reshape(np.asarray(start, float), (-1, 1))
@@ -87,13 +101,14 @@ class SampledLaw:
 
     @classmethod
     @renamed_arguments(unwind="tracking_time")
-    def of_gain(cls, K, T, tracking_time=0.5):
-        """V = K [theta, phi, theta', phi', x3] of measured states.
+    def of_gain(cls, gain, T, tracking_time=TRACKING_TIME):
+        """V = K [theta, phi, theta', phi', x3] of measured states; x3 sums T phi.
 
         Parameters
         ----------
-        K : (1, 4) or (1, 5) array_like
-            [K_P K_D] or [K_P K_D K_I]; x3 sums T phi.
+        gain : Gain
+            The ``gain`` of a design for a pendulum's plant, of `PD_SIGNALS` or
+            `PID_SIGNALS` in any order.
         T : float
             Time between samples, in s.
         tracking_time : float
@@ -104,6 +119,12 @@ class SampledLaw:
         -------
         SampledLaw
 
+        Raises
+        ------
+        ValueError
+            If the gain doesn't say what it multiplies, or that isn't what a robot
+            measures and sums.
+
         Notes
         -----
         Source: thesis (2.8), sampled; back calculation against windup
@@ -111,11 +132,11 @@ class SampledLaw:
 
         Examples
         --------
-        >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9, 0.4]], 0.01)
-        >>> law.W
+        >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
+        >>> SampledLaw.of_gain(gain, 0.01).W
         array([[0.05]])
         """
-        K = _gain(K)
+        K = pendulum_gain(gain)
         T, tracking_time = positive("T", T), positive("tracking_time", tracking_time)
         if K.shape[1] == 4:
             none = np.zeros((0, 4))
@@ -133,7 +154,7 @@ class SampledLaw:
         )
 
     @classmethod
-    def appendix_b(cls, K, T):
+    def appendix_b(cls, gain, T):
         """The thesis's realisation: both rates, summed by Euler's rule.
 
         The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the two
@@ -143,8 +164,8 @@ class SampledLaw:
 
         Parameters
         ----------
-        K : (1, 4) or (1, 5) array_like
-            The gain, [K_P K_D] or [K_P K_D K_I].
+        gain : Gain
+            As for `of_gain`.
         T : float
             Time between samples, in s.
 
@@ -158,10 +179,11 @@ class SampledLaw:
 
         Examples
         --------
-        >>> SampledLaw.appendix_b([[20, 0.8, 2, 0.9]], 0.01).start
+        >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+        >>> SampledLaw.appendix_b(gain, 0.01).start
         array([   0., 2000.])
         """
-        K, T = _gain(K), positive("T", T)
+        K, T = pendulum_gain(gain), positive("T", T)
         K_I = K[0, 4] if K.shape[1] == 5 else 0.0
         rates = [0, 0], K[0, 2:4]
         return cls(
@@ -256,11 +278,37 @@ def combine(factors, values):
     return np.result_type(*values).type(0) if total is None else total
 
 
-def _gain(K):
-    K = np.atleast_2d(np.asarray(K, float))
-    if K.shape not in ((1, 4), (1, 5)):
+def pendulum_gain(gain):
+    """K of a `Gain` in the order of `PD_SIGNALS` or `PID_SIGNALS`.
+
+    A ValueError says why a ``gain`` isn't a pendulum's.
+    """
+    measured = ", ".join(PD_SIGNALS)
+    if not isinstance(gain, Gain):
         raise ValueError(
-            "K must be [K_P K_D] or [K_P K_D K_I] of one motor: 4 or 5 "
-            f"entries, got the shape {K.shape}"
+            "gain must be a Gain: an array doesn't say what its columns multiply. "
+            "Give design.gain, or Gain(K, PD_SIGNALS) or Gain(K, PID_SIGNALS) if K "
+            f"is of {measured} and, with five columns, of the {PID_SIGNALS[-1]}"
         )
-    return matrix("K", K)
+    for names in (PD_SIGNALS, PID_SIGNALS):
+        if set(names) == set(gain.signals) and len(gain.K) == 1:
+            return gain.columns(names)
+    older = [name for name in gain.signals if name.endswith(")")]
+    others = [x for x in gain.signals if x not in (*PID_SIGNALS, *older)]
+    lost = [name for name in PD_SIGNALS if name not in gain.signals]
+    if older and not others:
+        why = (
+            f"it multiplies older voltages, {', '.join(older)}, which this law doesn't "
+            'keep: a regulator that knows the delay is law = "lqr" or "observer" of '
+            "a robot's description"
+        )
+    elif len(gain.K) > 1:
+        why = f"it has {len(gain.K)} outputs, and both motors get one voltage"
+    else:
+        why = f"it multiplies {', '.join(gain.signals)}" + (
+            f" and not {', '.join(lost)}" * bool(lost)
+        )
+    raise ValueError(
+        f"gain isn't of a balancing robot: {why}. The robot measures {measured} and "
+        f"sums phi; Mip.plant() has these names"
+    )

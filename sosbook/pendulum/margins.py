@@ -124,7 +124,7 @@ class SampledLoop:
     Examples
     --------
     >>> from sosbook.book import thesis
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[1], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][1], 0.01)
     >>> round(SampledLoop(Mip.printed(), law).radius, 3)
     0.99
     >>> late = SampledLoop(Mip.printed(), law, delay=0.01)
@@ -290,9 +290,9 @@ def lowest_rate(
     Examples
     --------
     >>> from sosbook.book import thesis
-    >>> K = thesis.mip().pd[5]
+    >>> gain = thesis.mip().gains["PD"][5]
     >>> rate = lowest_rate(
-    ...     [Mip.printed()], lambda T: SampledLaw.of_gain(K, T), ticks=1)
+    ...     [Mip.printed()], lambda T: SampledLaw.of_gain(gain, T), ticks=1)
     >>> 35 < rate < 45
     True
     """

@@ -11,8 +11,9 @@ import numpy as np
 from ..plants.checks import finite, positive
 from ..plants.second_order import SecondOrderSystem
 
-__all__ = ["R_G", "V_MAX", "Mip", "accelerated"]
+__all__ = ["COORDINATES", "R_G", "V_MAX", "Mip", "accelerated"]
 
+COORDINATES = ("theta", "phi")  # z of every pendulum's plant
 V_MAX = 7.4  # V, of the battery
 R_G = 35.37  # motor turns per wheel turn
 
@@ -213,6 +214,7 @@ class Mip:
             S=[[-d, 0], [0, 0]],
             B=[[-e], [e]],
             F=F,
+            coordinates=COORDINATES,
         )
 
     def printed_form(self, F=((1,), (1,))):
@@ -250,6 +252,7 @@ class Mip:
             S=[[-a * d, 0], [b * d, 0]],
             B=[[-e * (a + b)], [e * (b + c)]],
             F=F,
+            coordinates=COORDINATES,
         )
 
     def acceleration(self, z, dz, V):

@@ -7,13 +7,12 @@ from scipy.linalg import solve_discrete_are
 
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.lqr import design_sampled_lqr
-from .law import SampledLaw
+from .law import TRACKING_TIME, SampledLaw
 
 __all__ = ["KINDS", "OptimalLaw", "optimal_law"]
 
 KINDS = ("lqr", "observer")
 U = [[0, 1]]  # integrate phi
-TRACKING_TIME = 0.5  # s, as in `SampledLaw.of_gain`
 DISTURBANCE_SHARE = 0.05  # of the limit: V that change from tick to tick
 TILT_NOISE = 0.01  # rad, of the estimate of theta
 GYRO_NOISE = 0.003  # rad/s

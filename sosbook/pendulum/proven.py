@@ -7,11 +7,12 @@ import numpy as np
 
 from ..deprecation import renamed_attribute
 from ..plants.checks import finite, positive
+from ..plants.gain import Gain
 from ..sampled import certify_sampled
 from .drive import Drive
 from .facts import facts
 from .firmware import SOFTNESS, Firmware, share
-from .law import SampledLaw
+from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .optimal import OptimalLaw
 from .recording import write_texts
@@ -152,7 +153,8 @@ class Deployment:
         """The `SampledLaw` of K, or of the `OptimalLaw`."""
         if self.optimal:
             return self.design.law
-        return SampledLaw.of_gain(self.certificate.K, self.T)
+        # of this pendulum's plants and U = [0 1], as `_check_gain` has seen
+        return SampledLaw.of_gain(Gain(self.certificate.K, PID_SIGNALS), self.T)
 
     @property
     def robots(self):
@@ -285,7 +287,11 @@ class Deployment:
         """
         return self._firmware(
             SampledLaw.of_gain(
-                (self.design.K[:, :4] if self.optimal else self.law.D) * [1, 0, 1, 0],
+                Gain(
+                    (self.design.K[:, :4] if self.optimal else self.law.D)
+                    * [1, 0, 1, 0],
+                    PD_SIGNALS,
+                ),
                 self.T,
             ),
             min(BENCH_VOLTS, self.robot.limit),

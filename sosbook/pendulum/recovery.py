@@ -33,7 +33,7 @@ def recovered(robots, controller, tilts, t_end=3.0, **options):
     --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Firmware, Mip, SampledLaw
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
     >>> recovered(Mip.printed(), Firmware(law), [0.1, 1.2])
     array([[ True, False]])
     """
@@ -76,7 +76,7 @@ def largest_tilt(
     --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Firmware, Mip, SampledLaw
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
     >>> tilt = largest_tilt(Mip.printed(), Firmware(law), rounds=2)
     >>> bool(np.all((0.8 < tilt) & (tilt <= Firmware(law).tip)))
     True

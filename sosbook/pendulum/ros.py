@@ -31,8 +31,9 @@ def ros_node(firmware, robot=None, name="balance"):
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01)
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> code = compile(ros_node(Firmware(law)), "ros_balance.py", "exec")
     """
     note = python_comment(provenance(firmware))

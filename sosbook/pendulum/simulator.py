@@ -166,7 +166,7 @@ def simulate(
     --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Mip, SampledLaw
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
     >>> run = simulate(Mip.printed(), Firmware(law), [0.1, 1.2], 1.0)
     >>> run.fell
     array([False,  True])

@@ -38,8 +38,9 @@ def sketch(firmware, robot, name="balance", drive=None, steering=None):
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, Robot, SampledLaw
-    >>> law = SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.005)
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, Robot, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.005)
     >>> sorted(sketch(Firmware(law), Robot.shipped("gearmotors")))[0]
     'balance_sketch/balance_single.c'
     """

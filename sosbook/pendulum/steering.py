@@ -14,11 +14,10 @@ from ..plants.checks import matrix, positive
 from ..sampled.system import SampledSystem
 from .firmware import TRUSTED_VOLTS, Firmware, within
 from .lanes import Lanes
-from .law import combine
+from .law import TRACKING_TIME, combine
 
 __all__ = ["Steered", "Steering"]
 
-TRACKING_TIME = 0.5  # s, as in `SampledLaw.of_gain`
 MOST_LOST = 32766  # ticks: what C promises of an int, less one
 
 
@@ -49,8 +48,9 @@ class Steering:
 
     Examples
     --------
-    >>> from sosbook.pendulum import SampledLaw
-    >>> firmware = Firmware(SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01))
+    >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> firmware = Firmware(SampledLaw.of_gain(gain, 0.01))
     >>> steering = Steering(firmware, [[-1, -0.1, -0.5]], 0.25, 0.08, 0.034)
     >>> steered = steering.controller()
     >>> steered.start(left=0.0, right=0.0)

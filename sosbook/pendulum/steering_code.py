@@ -57,9 +57,10 @@ def c_steering(steering, name="balance", precision="double"):
 
     Examples
     --------
-    >>> from sosbook.pendulum import Firmware, SampledLaw
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
     >>> from sosbook.pendulum.steering import Steering
-    >>> firmware = Firmware(SampledLaw.of_gain([[20, 0.8, 2, 0.9]], 0.01))
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> firmware = Firmware(SampledLaw.of_gain(gain, 0.01))
     >>> sorted(c_steering(Steering(firmware, [[-1, -0.1, -0.5]], 0.25, 0.08, 0.034)))
     ['balance_steer.c', 'balance_steer.h']
     """

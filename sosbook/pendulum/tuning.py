@@ -10,8 +10,9 @@ from scipy.linalg import solve_continuous_are
 
 from ..delay import DelayDesign, DelayRequest, solve_delay
 from ..deprecation import renamed
+from ..plants.gain import Gain
 from ..synthesis.lqr import design_lqr
-from .law import SampledLaw
+from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
 from .spread import polytope, vertices
@@ -121,7 +122,7 @@ def design(mip, robot, spread, Q, R, peak):
 
     def good(k):
         tried[k] = _designed(mip, spread, Q, WEIGHTS[k])
-        law = SampledLaw.of_gain(tried[k].certify().K, robot.T)
+        law = SampledLaw.of_gain(tried[k].gain.but(tried[k].certify().K), robot.T)
         return peak_of((mip, *vertices(mip, spread)), law, robot) <= peak
 
     k = guess[0]
@@ -162,8 +163,8 @@ def _guessed(mip, robot, Q, R):
     try:
         if robot.law != "gain":
             return peak_of([mip], optimal_law(mip, robot, robot.law, Q, R).law, robot)
-        K = _riccati(mip, Q, R)
-        return peak_of([mip], SampledLaw.of_gain(K, robot.T), robot)
+        gain = Gain(_riccati(mip, Q, R), PID_SIGNALS)
+        return peak_of([mip], SampledLaw.of_gain(gain, robot.T), robot)
     except ValueError:  # no gain of the integral, or no solution in floats
         return np.inf
 

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from ..plants.second_order import Polytope, SecondOrderSystem
+from .model import COORDINATES
 from .spread import vertices
 
 __all__ = ["inertia_bounds", "turning_plants", "unequal_plant"]
@@ -74,7 +75,7 @@ def turning_plants(mip, robot, spread=0.04):
     inertia = min(quotients), max(quotients)
     damping = min(m.f / m.e for m in around), max(m.f / m.e for m in around)
     plants = [
-        SecondOrderSystem([[m]], [[d]], [[0]], B=[[1]])
+        SecondOrderSystem([[m]], [[d]], [[0]], B=[[1]], coordinates=("delta",))
         for m, d in product(inertia, damping)
     ]
     parts = (0, 1, 2, 3), (0, 3, 1), (0, 3, 2)
@@ -107,4 +108,4 @@ def unequal_plant(mip, inertia, more, crossed):
     D[2, :2] = -2 * f * crossed, 2 * f * crossed
     S[:2, :2] = two.S
     B = [[-e, -e * more / 2], [e, e * more / 2], [2 * e * more, e]]
-    return SecondOrderSystem(M, D, S, B=B)
+    return SecondOrderSystem(M, D, S, B=B, coordinates=(*COORDINATES, "delta"))

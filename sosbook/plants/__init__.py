@@ -10,12 +10,14 @@ from .descriptor import (
 )
 from .descriptor_system import DescriptorSystem
 from .files import load_plant
+from .gain import Gain
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = [
     "Coupled",
     "Descriptor",
     "DescriptorSystem",
+    "Gain",
     "Polytope",
     "SecondOrderSystem",
     "SlackVertex",

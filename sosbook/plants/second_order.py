@@ -97,12 +97,15 @@ class SecondOrderSystem(_Plant, ReadOnly):
         Input matrix.
     F : (n, p) array_like, optional
         Disturbance matrix; needed where an H-infinity bound is asked.
+    coordinates : sequence of n str, optional
+        The names of z, by which a `Gain` says what it multiplies. They are no
+        part of the plant's mechanics, and so of none of its comparisons.
 
     Raises
     ------
     ValueError
-        On wrong shapes, entries that aren't finite, or ``[M B]``
-        without full row rank.
+        On wrong shapes, entries that aren't finite, names that aren't n, or
+        ``[M B]`` without full row rank.
 
     Warns
     -----
@@ -130,11 +133,18 @@ class SecondOrderSystem(_Plant, ReadOnly):
     S: np.ndarray
     B: np.ndarray
     F: np.ndarray = None  # type: ignore[assignment]  # an array once it is made
+    coordinates: tuple[str, ...] | None = None
 
     if TYPE_CHECKING:  # what the constructor takes
 
         def __init__(
-            self, M: Matrix, D: Matrix, S: Matrix, B: Matrix, F: Matrix | None = None
+            self,
+            M: Matrix,
+            D: Matrix,
+            S: Matrix,
+            B: Matrix,
+            F: Matrix | None = None,
+            coordinates: Iterable[str] | None = None,
         ) -> None: ...
 
     def __post_init__(self):
@@ -156,6 +166,7 @@ class SecondOrderSystem(_Plant, ReadOnly):
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        object.__setattr__(self, "coordinates", _names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
         if rank_deficient(np.hstack([self.M, self.B]), 1e-14):
@@ -278,6 +289,10 @@ class Polytope(_Plant, ReadOnly):
         if len(sizes) > 1:
             raise ValueError(f"vertices differ in size (n, m, p): {sorted(sizes)}")
         object.__setattr__(self, "vertices", vertices)
+        if len(named := self._named) > 1:
+            raise ValueError(
+                f"vertices name their coordinates differently: {sorted(named)}"
+            )
 
     def __repr__(self):
         corners = "1 vertex" if self.N == 1 else f"{self.N} vertices"
@@ -312,6 +327,15 @@ class Polytope(_Plant, ReadOnly):
         return self.vertices[0].p
 
     @property
+    def coordinates(self) -> tuple[str, ...] | None:
+        """The names of z, of all vertices; None where none names them."""
+        return next(iter(self._named), None)
+
+    @property
+    def _named(self):
+        return {v.coordinates for v in self.vertices} - {None}
+
+    @property
     def mean(self) -> SecondOrderSystem:
         """The plant in the middle of the vertices."""
         return self.at(np.full(self.N, 1 / self.N))
@@ -329,7 +353,7 @@ class Polytope(_Plant, ReadOnly):
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
         )
-        return SecondOrderSystem(*mixed)
+        return SecondOrderSystem(*mixed, self.coordinates)
 
     def sample(self, count: int, seed: int) -> list[SecondOrderSystem]:
         """Random plants, uniform over the weights.
@@ -352,6 +376,19 @@ def _sizes(plant):
         (plant.p, "disturbance", "disturbances"),
     )
     return ", ".join(f"{k} {one if k == 1 else many}" for k, one, many in counts)
+
+
+def _names(coordinates, n):
+    """The names of n coordinates, checked; None without."""
+    if coordinates is None:
+        return None
+    names = (coordinates,) if isinstance(coordinates, str) else tuple(coordinates)
+    good = len(names) == len(set(names)) == n
+    if not good or not all(isinstance(name, str) and name for name in names):
+        raise ValueError(
+            f"coordinates must be {n} different names, got {coordinates!r}"
+        )
+    return names
 
 
 def _mass_fault(M):

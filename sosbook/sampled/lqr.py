@@ -12,6 +12,7 @@ from scipy.linalg import expm, matrix_balance, solve_discrete_are
 from ..lmi.proof import Stopped
 from ..plants.checks import matrix, numbers, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import Gain, signals
 from ..plants.kinds import Plant
 from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
@@ -106,6 +107,13 @@ class SampledLQR(Result):
 
     def _region(self):
         return LMIRegion.disk(1, name="unit circle")
+
+    @property
+    def gain(self) -> Gain:
+        """K with the names of what it multiplies, the older inputs among them."""
+        names = signals(self.plant, self.U)
+        older = (self.K.shape[1] - len(names)) // self.plant.m
+        return Gain(self.K, signals(self.plant, self.U, older))
 
     @property
     def margins(self) -> dict[str, float]:

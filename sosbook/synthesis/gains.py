@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..plants.gain import Gain, signals
 from ..plants.second_order import Polytope, SecondOrderSystem
 from .result import Result
 
@@ -14,6 +15,14 @@ class Gains(Result):
     def __repr__(self):
         condition = "" if self.margins else getattr(self, "condition", "")
         return super().__repr__().replace(">", f" {condition}>" if condition else ">")
+
+    @property
+    def gain(self) -> Gain:
+        """K with the names of what it multiplies.
+
+        ``design.gain.but(design.certify().K)`` is the proven one.
+        """
+        return Gain(self._gain(), signals(self.request.plant, self.request.U))
 
     @property
     def K_P(self) -> np.ndarray:

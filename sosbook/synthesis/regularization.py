@@ -90,7 +90,7 @@ class Regularization(Result, ReadOnly):
         """The plant with the mass M - B K_A."""
         gain = self._gain()
         vertices = [
-            SecondOrderSystem(v.M - v.B @ gain, v.D, v.S, v.B, v.F)
+            SecondOrderSystem(v.M - v.B @ gain, v.D, v.S, v.B, v.F, v.coordinates)
             for v in self.plant.vertices
         ]
         single = isinstance(self.plant, SecondOrderSystem)

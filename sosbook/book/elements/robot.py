@@ -8,7 +8,7 @@ runs the loop itself: the nonlinear pendulum, its sensors, and what
 import numpy as np
 
 from ...pendulum.firmware import Firmware
-from ...pendulum.law import SampledLaw
+from ...pendulum.law import TRACKING_TIME, SampledLaw, pendulum_gain
 from ...pendulum.model import Mip
 from ...pendulum.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
 from ...pendulum.spread import vertices
@@ -18,7 +18,6 @@ from .page import PageElement
 __all__ = ["Animation", "animation"]
 
 STEPS_PER_TICK = 8  # of Runge and Kutta's method
-TRACKING_TIME = 0.5  # s, of the anti-windup; as `SampledLaw.of_gain` has it
 GRAVITY = 9.8  # m/s^2, of `Mip.from_ratios`
 SEED = 2023
 #: Sliders: label, unit, largest value, step; at rest on the smallest.
@@ -72,7 +71,7 @@ def animation(
     Parameters
     ----------
     laws : dict
-        For each name a dict from R to K, (1, 4) or (1, 5) array_like.
+        For each name a dict from R to a `Gain` of the pendulum.
         The slider for R stops at these values only.
     robots : dict, optional
         A `Mip` for each name. Without it the printed one and its four
@@ -95,9 +94,8 @@ def animation(
     Raises
     ------
     ValueError
-        If there is no law or robot, a gain hasn't 4 or 5 finite
-        entries, an R or T isn't positive, or a start value isn't on its
-        control.
+        If there is no law or robot, a gain isn't a pendulum's, an R or T
+        isn't positive, or a start value isn't on its control.
 
     Notes
     -----
@@ -113,7 +111,7 @@ def animation(
     Examples
     --------
     >>> from sosbook.book import thesis
-    >>> animation({"PD": thesis.mip().pd, "PID": thesis.mip().pid})
+    >>> animation(thesis.mip().gains)
     Animation: 6 gains of 2 laws on 5 robots
     """
     T = positive("T", T)
@@ -153,12 +151,12 @@ def _law(name, gains, T):
     """One law: its values of R, increasing, and the gain of each."""
     where = f"laws[{name!r}]"
     by_R = {}
-    for R, K in _named(where, gains).items():
+    for R, gain in _named(where, gains).items():
         try:
-            SampledLaw.of_gain(K, T, TRACKING_TIME)
+            SampledLaw.of_gain(gain, T)
         except ValueError as error:
             raise ValueError(f"{where}[{R}]: {error}") from None
-        by_R[positive(f"R in {where}", R)] = np.ravel(K).tolist()
+        by_R[positive(f"R in {where}", R)] = pendulum_gain(gain)[0].tolist()
     values = sorted(by_R)
     return {"name": str(name), "R": values, "K": [by_R[R] for R in values]}
 

@@ -50,7 +50,7 @@ def robot_run(run, names=None, panels=("theta", "V"), figsize=None):
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Firmware, Mip, SampledLaw
     >>> from sosbook.pendulum.simulator import simulate
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
     >>> run = simulate(Mip.printed(), Firmware(law), 0.1, t_end=0.2)
     >>> figure = robot_run(run, panels=["theta", "phi", "V"])
     >>> [ax.get_ylabel() for ax in figure.axes]

@@ -151,11 +151,11 @@ def _drift():
     """The wheels under a torque, and while the gyro keeps an offset."""
     speeds, ends = {}, {}
     printed, plants = thesis.mip(), polytope(Mip.printed())
-    for name, table, U in (("PD", printed.pd, None), ("PID", printed.pid, [[0, 1]])):
-        law = SampledLaw.of_gain(table[5], T)
+    for name, U in (("PD", None), ("PID", [[0, 1]])):
+        gain = printed.gains[name][5]
         run = simulate(
             Mip.printed(),
-            Firmware(law),
+            Firmware(SampledLaw.of_gain(gain, T)),
             0.0,
             10.0,
             substeps=2,
@@ -163,7 +163,7 @@ def _drift():
             bias=-np.deg2rad(0.1),
         )
         speeds[name] = np.degrees(run.x[1, 0, -1] - run.x[1, 0, -101])
-        loop = analyse_pid(plants, table[5], U, coupling="vertices")
+        loop = analyse_pid(plants, gain.K, U, coupling="vertices")
         ends[name] = max(abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000
     K = printed.pd[5][0]
     return Row(
@@ -224,9 +224,11 @@ def _each(runs, measure):
 
 
 def _laws():
-    printed = thesis.mip()
-    laws = {f"PD {R}": SampledLaw.of_gain(printed.pd[R], T) for R in (1, 2, 5)}
-    laws |= {f"PID {R}": SampledLaw.of_gain(printed.pid[R], T) for R in (2, 5)}
+    gains = thesis.mip().gains
+    laws = {
+        f"{law} {R}": SampledLaw.of_gain(gains[law][R], T)
+        for law, R in (("PD", 1), ("PD", 2), ("PD", 5), ("PID", 2), ("PID", 5))
+    }
     for R in (1, 2):
         laws[f"LQE {R}"] = SampledLaw.of_controller(
             without_the_fast(observer_controller(R)), T

@@ -33,12 +33,12 @@ def rows():
         return max(SampledLoop(r, law, ticks * T, sensing).radius for r in robots)
 
     gains = {
-        f"{law} R = {R}": K
-        for law, table in (("PD", printed.pd), ("PID", printed.pid))
-        for R, K in table.items()
+        f"{law} R = {R}": gain
+        for law, table in printed.gains.items()
+        for R, gain in table.items()
     }
     rates = np.random.default_rng(0).normal(size=(50, 2))
-    gap = max(_gap(K, rates) for K in gains.values())
+    gap = max(_gap(gain, rates) for gain in gains.values())
     yield Row(
         SAMPLED,
         "the PID's program",
@@ -51,8 +51,8 @@ def rows():
     lost = {
         way: [
             name
-            for name, K in gains.items()
-            if worst(law_of(K, T), ticks, sensing) >= 1
+            for name, gain in gains.items()
+            if worst(law_of(gain, T), ticks, sensing) >= 1
         ]
         for way, law_of, ticks, sensing in WAYS
     }
@@ -84,9 +84,10 @@ def rows():
     )
 
 
-def _gap(K, rates):
+def _gap(gain, rates):
     """The difference between (4.26), mended, and a PID of Euler sums."""
-    law, z, s = SampledLaw.appendix_b(K, T), np.array([0.1, 0.0]), 0.0
+    law, z, s = SampledLaw.appendix_b(gain, T), np.array([0.1, 0.0]), 0.0
+    K = gain.K
     x, gap = law.start * z[0], 0.0
     for e in rates:
         y = np.array([0, 0, *e])

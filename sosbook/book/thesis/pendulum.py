@@ -75,6 +75,18 @@ class MipPrint:
     reduced: tuple
     discrete: tuple
 
+    @property
+    def gains(self):
+        """``pd`` and ``pid`` as each a `Gain` that names its signals."""
+        # the pendulum's room isn't loaded for the sake of numbers
+        from ...pendulum import PD_SIGNALS, PID_SIGNALS, Gain
+
+        tables = ("PD", self.pd, PD_SIGNALS), ("PID", self.pid, PID_SIGNALS)
+        return {
+            law: {R: Gain(K, signals) for R, K in table.items()}
+            for law, table, signals in tables
+        }
+
 
 def mip():
     """The mobile inverted pendulum: every printed number of chapter 4.

@@ -69,7 +69,7 @@ def _draw(R, tilt, delay, noise, offset, law, design):
 
 def _page(robots, regulator, tilt, delay, noise, offset):
     firmware = Firmware(
-        SampledLaw.of_gain(regulator.K, T), tip=1.5, stall=NEVER_STALLED
+        SampledLaw.of_gain(regulator.gain, T), tip=1.5, stall=NEVER_STALLED
     )
     sensors = Sensors(noise=noise * Sensors.noise)
     bias = Sensors().offset - np.radians(offset)

@@ -79,7 +79,7 @@ def kick(loop, rate, count):
     Examples
     --------
     >>> from sosbook.book import thesis
-    >>> law = SampledLaw.of_gain(thesis.mip().pd[5], 0.01)
+    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
     >>> x = kick(SampledLoop(Mip.printed(), law), 0.5, 201)
     >>> round(float(abs(x[0]).max()), 3), bool(abs(x[0, -1]) < 1e-3)
     (0.023, True)
@@ -111,7 +111,7 @@ def _draw(R, T, ticks, sensing, law, design):
         )
         return
     T = positive("T", T) / 1000
-    runs = SampledLaw.of_gain(regulator.K, T)
+    runs = SampledLaw.of_gain(regulator.gain, T)
     loops = [
         SampledLoop(robot, runs, ticks * T, sensing)
         for robot in vertices(Mip.printed())

@@ -1,8 +1,7 @@
 """The clock in the page: a gain that is sampled, held and late."""
 
-import numpy as np
-
 from ....pendulum import Mip, vertices
+from ....pendulum.law import pendulum_gain
 from .mover import Mover, choice, slider
 
 __all__ = ["clock"]
@@ -28,7 +27,7 @@ def clock(gains, spread=0.04):
     Parameters
     ----------
     gains : dict
-        For each name K, (1, 4) or (1, 5) array_like, of V = K x.
+        For each name a `Gain` that `SampledLaw.of_gain` takes.
     spread : float
         Of the four vertices, as `vertices` takes it.
 
@@ -40,20 +39,20 @@ def clock(gains, spread=0.04):
     Raises
     ------
     ValueError
-        If a gain has another shape.
+        If a gain isn't a pendulum's.
 
     Examples
     --------
     >>> from sosbook.book import thesis
-    >>> clock({"PD, R = 5": thesis.mip().pd[5]})
+    >>> clock({"PD, R = 5": thesis.mip().gains["PD"][5]})
     Clock: law, sensing, T, delay
     """
     laws = []
-    for name, K in gains.items():
-        row = np.ravel(K)
-        if row.size not in (4, 5):
-            raise ValueError(f"gains[{name!r}] must have 4 or 5 entries")
-        laws.append({"name": name, "K": row.tolist()})
+    for name, gain in gains.items():
+        try:
+            laws.append({"name": name, "K": pendulum_gain(gain)[0].tolist()})
+        except ValueError as error:
+            raise ValueError(f"gains[{name!r}]: {error}") from None
     middle = Mip.printed()
     robots = (middle, *vertices(middle, spread))
     return Clock(
