@@ -345,6 +345,38 @@ def test_encoders_that_come_back_are_believed_again():
     assert left > right and steered.lost == 0
 
 
+@pytest.mark.parametrize("start", [(np.nan, 0.1), (0.3, np.nan), (np.inf, -np.inf)])
+@pytest.mark.usefixtures("fake_pyctrl")
+def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_path):
+    """It isn't a robot that never steers: C, Python and the script alike."""
+    program = Program(gcc, tmp_path, STEERING, "double")
+    ours, steered = FIRMWARE.controller(), STEERING.controller()
+    known = {"__name__": "script"}
+    exec(pyctrl_script(FIRMWARE, drive=LIMITS, steering=STEERING), known)
+    script = known["Steering"]()
+    program.law.start(0.0, 0.0)
+    ours.start(0.0, 0.0)
+    program._start(program.state, *start)
+    script.start(*start)
+    steered.start(*start)
+    rows = [(np.nan, 0.0), (0.0, np.nan), (5.0, 5.5), (5.0, 5.6), (5.0, 5.6)]
+    pushed = []
+    for k, (left, right) in enumerate(rows):
+        V = ours.step(0.0, 0.0, 0.0)
+        found = steered.step(V, ours.fault, left, right, target=0.2)
+        theirs = program.step(0.0, left, right, 0.0, 0, 0, 0.2, 0.0)
+        law = SimpleNamespace(fault=0, volts=float(V[0]))
+        assert tuple(np.ravel(found)) == theirs == script.step(law, left, right, 0.2)
+        pushed.append(theirs[1] - theirs[0])
+        assert steered.lost == (k + 1 if k < 2 else 0)
+    assert pushed[:2] == [0.0, 0.0]  # nothing is known yet
+    K, T = STEERING.K[0], 0.01
+    assert pushed[2] == pytest.approx(-0.2 * K[0])  # the first reading is zero
+    room = 2 * STEERING.volts
+    later = -0.1 * K[0] + 0.1 / T * K[1] - 0.2 * T * K[2]
+    assert pushed[3] == pytest.approx(np.clip(later, -room, room))
+
+
 @pytest.mark.parametrize("target", CROSS)
 def test_no_computers_compiler_warns(target, tmp_path):
     command, flags, precision = CROSS[target]

@@ -138,12 +138,16 @@ class Steered:
             unwinding=steering.unwinding,
             huge=TRUSTED_VOLTS,
             none=0.0,
+            largest=np.finfo(self.kind).max,
         )
         real = self._lanes.real
         self._numbers = SimpleNamespace(**{x: real(y) for x, y in numbers.items()})
 
     def start(self, left=0.0, right=0.0):
-        """Forget everything; the wheels rest at the angles left and right, in rad."""
+        """Forget everything; the wheels rest at the angles left and right, in rad.
+
+        Where one isn't a number the first reading after it counts as the start's.
+        """
         each = self._lanes.array
         self.turned = self.zero = each(right) - each(left)
         self.sum = each(0)
@@ -178,17 +182,23 @@ class Steered:
         )
         with np.errstate(invalid="ignore", over="ignore"):
             found = self._step(now, fault == 0, *read)
-        left, right, self.sum, self.turned, self.lost = map(lanes.shown, found)
+        shown = map(lanes.shown, found)
+        left, right, self.sum, self.turned, self.lost, self.zero = shown
         return left, right
 
     def _step(self, now, running, V, left, right, target, rate):
         """Both motors' volts, the sum, the difference and the ticks without one."""
         n, where = self._numbers, self._lanes.where
         turned, since = right - left, self._lanes.counted(now.lost + 1)
-        seen = within(turned - now.turned, n.reach * since)
+        started = within(now.turned, n.largest)  # with a reading
+        zero, before = (
+            where(started, now.zero, turned),
+            where(started, now.turned, turned),
+        )
+        seen = within(turned - before, n.reach * since)
         y = [
-            turned - now.zero - target,
-            (turned - now.turned) * n.hertz / since - rate,
+            turned - zero - target,
+            (turned - before) * n.hertz / since - rate,
             now.sum,
         ]
         u = combine(self.steering.K[0], y)
@@ -207,6 +217,7 @@ class Steered:
         return (
             *motors,
             where(good, later, now.sum),
-            where(good, turned, now.turned),
+            where(running, where(good, turned, before), now.turned),
             where(good, 0, where(running, lost, now.lost)),
+            where(running, zero, now.zero),
         )

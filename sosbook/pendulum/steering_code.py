@@ -1,7 +1,7 @@
 """A `Steering` as source code, and what the programs with it have more."""
 
 from . import spelling
-from .c_code import guards, words
+from .c_code import DIGITS, guards, words
 from .firmware import TRUSTED_VOLTS
 from .steering import MOST_LOST, Steering
 from .template import fill
@@ -79,6 +79,7 @@ def c_steering(steering, name="balance", precision="double"):
         gain=spelling.braces(steering.K[0], number),
         output=gained(steering),
         most=MOST_LOST,
+        largest=f"{DIGITS[precision][0]}_MAX",
     )
     header = fill("steer.h", values, per_radian=f"{steering.per_radian:.9g}")
     return {f"{name}_steer.h": header, f"{name}_steer.c": source}
@@ -263,6 +264,8 @@ class Steering:
 
     def difference(self, law, turned, target, rate):
         """Right less left, as far as balancing leaves them."""
+        if not within(self.turned, sys.float_info.max):  # a start without a reading
+            self.turned = self.zero = turned
         K, since = self.K, self.lost + 1.0
         y = [turned - self.zero - target,
              (turned - self.turned) * HERTZ / since - rate, self.sum]

@@ -35,6 +35,11 @@ void ${name}_steer_start(${name}_steering *s, $real left, $real right)
 static $real difference(${name}_steering *s, $real V, $real turned,
     $real target, $real rate)
 {
+    /* A start without a reading: the first one is where the robot heads. */
+    if (!within(s->turned, ${largest})) {
+        s->turned = turned;
+        s->zero = turned;
+    }
     const $real since = ($real)(s->lost + 1);
     const $real y[3] = {
         turned - s->zero - target,

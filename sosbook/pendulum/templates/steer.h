@@ -27,7 +27,8 @@ typedef struct {
 } ${name}_steering;
 
 /* Forget everything; the robot rests.
- *   left, right  rad, the encoders' angles, wheels against body */
+ *   left, right  rad, the encoders' angles, wheels against body; not a
+ *                number: the first reading after it counts as the start's */
 void ${name}_steer_start(${name}_steering *s, $real left, $real right);
 
 /* One tick; writes the volts of the left and the right motor, 0 after a
