@@ -9,6 +9,7 @@ import sosbook as sos
 from sosbook import design_observer, observer_loop
 from sosbook.lmi.centre import Unbounded
 from sosbook.lmi.newton import Newton
+from sosbook.lmi.solution import LMISolution
 from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.synthesis import observer
 
@@ -169,14 +170,102 @@ def test_bad_input_is_named():
         design_observer(plant, K, Q_F[:3], NOISE)
     with pytest.raises(ValueError, match="R_F has 1 rows, needs 2"):
         design_observer(plant, K, Q_F, [[1]])
-    quiet = sos.DescriptorSystem(
-        [d.E for d in plant.vertices],
-        [d.A for d in plant.vertices],
-        [d.Bu for d in plant.vertices],
-        C=C,
+    with pytest.raises(ValueError, match="B_w has no column: leave it out"):
+        design_observer(plant, K, Q_F, NOISE, B_w=np.zeros((3, 0)))
+    unseen = sos.DescriptorSystem(np.eye(2), [[0, 1], [-2, -3]], [[0], [1]])
+    with pytest.raises(ValueError, match="C is missing"):
+        design_observer(unseen, [[0, 0]], np.eye(4), [[1]])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_gain_of_one_plant_needs_no_word_on_the_noise_of_the_cost(seed):
+    """L is Kalman's for any B_w; without one tr J bounds the error's variances."""
+    rng = np.random.default_rng(seed)
+    E = np.eye(3) + 0.3 * rng.standard_normal((3, 3))
+    A, B = rng.standard_normal((3, 3)), rng.standard_normal((3, 1))
+    C, half = rng.standard_normal((2, 3)), rng.standard_normal((3, 3))
+    quiet = sos.DescriptorSystem(E, A, B, C=C)
+    K = sos.design_lqr(quiet, np.eye(3), [[1]]).K
+    asked = quiet, K, np.vstack([half, 0 * half]), NOISE
+    design = design_observer(*asked)
+    assert design.status == "feasible" and design.certify().proven
+    R = NOISE @ NOISE.T
+    X = solve_continuous_are(np.linalg.solve(E, A).T, C.T, half @ half.T, R)
+    assert np.allclose(design.L, -np.linalg.solve(R, C @ X).T, rtol=1e-6, atol=1e-6)
+    assert design.bound == pytest.approx(np.trace(X), rel=2e-4)
+    other = design_observer(*asked, B_w=rng.standard_normal((3, 2)))
+    assert np.allclose(other.L, design.L, rtol=1e-6, atol=1e-6)
+
+
+def test_a_polytope_without_disturbance_has_an_observer():
+    plant = reduced(MIP)
+    parts = [[getattr(d, x) for d in plant.vertices] for x in ("E", "A", "Bu")]
+    quiet = sos.DescriptorSystem(*parts, C=C)
+    design = design_observer(quiet, feedback(plant, 1), weights(plant), NOISE)
+    assert design.status == "feasible" and design.certify().proven
+
+
+def test_an_integral_is_a_state_that_is_measured():
+    """What the message for a PID controller's gain advises, done."""
+    ends = [sos.SecondOrderSystem(m, 0.1, 1, 1, 1) for m in (1, 1.3)]
+    plant, U = sos.Polytope(ends), [[1]]
+    K = sos.design_pid(plant, U, region=sos.PoleRegion(sigma=0.4)).K
+    with pytest.raises(ValueError, match="K has 3 columns, needs 2: .* no integrators"):
+        design_observer(plant, K, np.eye(4), [[1]])
+    parts = descriptors(plant, U)
+    with_integral = sos.DescriptorSystem(
+        *([getattr(d, x) for d in parts] for x in ("E", "A", "Bu", "Bw")),
+        C=[[1, 0, 0], [0, 0, 1]],
     )
-    with pytest.raises(ValueError, match="B_w is missing"):
-        design_observer(quiet, K, Q_F, NOISE)
+    noise = np.vstack([np.diag([0.1, 1, 0.01]), np.zeros((3, 3))])
+    design = design_observer(with_integral, K, noise, np.eye(2))
+    assert design.status == "feasible"
+    proof = design.analyse(coupling="slack").certify()
+    assert proof.proven
+
+
+def refused_observers():
+    """Observers that aren't found, by what is said of them."""
+    plant = reduced(Mip.printed(), 0.2)
+    K = feedback(plant, 1)
+    yield "in floats", design_observer(plant, K, weights(plant), NOISE)
+    ends = [sos.SecondOrderSystem(1, 0.1, s, 1, 1) for s in (-5.0, 6.0)]
+    Q_F = [[0], [1], [0], [0]]
+    yield ("exactly", design_observer(sos.Polytope(ends), [[-1.0, -2.0]], Q_F, [[1.0]]))
+
+
+def test_a_refusal_has_a_reason_and_advice():
+    for kind, design in refused_observers():
+        assert design.status == ("infeasible" if kind == "exactly" else "undecided")
+        assert design.reason.endswith(".") and design.advice.endswith(".")
+        assert design.advice != design.reason
+        exact = design.status == "infeasible"
+        assert ("Exact multipliers" in design.reason) == exact, design.reason
+        assert design.reason in design._repr_html_().replace("&#x27;", "'")
+        assert design.reason in str(design.certify())
+
+
+@pytest.mark.parametrize("broken", ["bounded", "open"])
+def test_a_search_that_finds_nothing_says_so(broken, monkeypatch):
+    """Where floats end without a point and without multipliers, too."""
+
+    class Empty:
+        def __init__(self, *given):
+            pass
+
+        def solve(self, start=None):
+            return LMISolution(None, None)
+
+        def minimize(self, *given):
+            return LMISolution(None, None)
+
+    monkeypatch.setattr(observer, "riccati_observer", lambda *a: None)
+    monkeypatch.setattr(observer.ObserverProblem, broken, Empty)
+    plant = sos.SecondOrderSystem(1, 1, 1, 1, 1)
+    design = design_observer(plant, [[-1, -1]], np.eye(4), [[1]], C=[[1, 0]])
+    assert design.status == "undecided" and design.L is None
+    assert design.reason.startswith("The numerics found ")
+    assert "exclude" not in design.reason or "neither" in design.reason
 
 
 def test_a_gain_that_does_not_stabilise_is_refused():

@@ -33,6 +33,22 @@ from .riccati_point import riccati_observer
 
 __all__ = ["design_observer"]
 
+REFUSED = (
+    "Exact multipliers of the LMIs exclude every observer with this K by Theorem 2.5; "
+    "others may do."
+)
+REFUSED_IN_FLOATS = (
+    "Multipliers in floating point exclude every observer with this K by Theorem 2.5; "
+    "no exact proof was found. Others may do."
+)
+NOTHING_FOUND = (
+    "The numerics found neither an observer with this K by Theorem 2.5 nor multipliers "
+    "that exclude it."
+)
+TOO_THIN = (
+    "The numerics found an observer whose margins are below what floats can tell from "
+    "zero."
+)
 OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
 BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 
@@ -54,7 +70,8 @@ def design_observer(
     Parameters
     ----------
     plant : SecondOrderSystem, Polytope or DescriptorSystem
-        With the controller of `design_lqr` and no integrators.
+        Without integrators: an integral is a state of a DescriptorSystem, and
+        measured.
     K : (m, N) array_like
         The gain of u = K x.
     Q_F : (2N, k) array_like
@@ -65,8 +82,9 @@ def design_observer(
     C : (q, N) array_like, optional
         What is measured; the plant's own C without it.
     B_w : (N, p) array_like, or one for each vertex, optional
-        Where the noise of the cost (2.44) enters; the plant's own
-        without it.
+        Where the noise of the cost (2.44) enters; the plant's own without it, or E
+        where the plant has none: then tr J bounds the sum of the variances of the
+        error. Of one plant L doesn't depend on it, only the bound does.
     time_limit : float
         Seconds after which the answer is "undecided".
 
@@ -100,11 +118,19 @@ def design_observer(
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))
-    K = matrix("K", K, (vertices[0].Bu.shape[1], N))
+    K = matrix("K", K, (vertices[0].Bu.shape[1], None))
+    if K.shape[1] != N:
+        raise ValueError(
+            f"K has {K.shape[1]} columns, needs {N}: here are no integrators; put the "
+            "integral into the matrices of a DescriptorSystem, and measure it (a row "
+            "of C)"
+        )
     Q_F = matrix("Q_F", Q_F, (2 * N, None))
+    if len(C) == 0:
+        raise ValueError("C is missing: the plant has no outputs, so say what is seen")
     R_F = matrix("R_F", R_F, (len(C), len(C)))
     if B_w is None:
-        noises = [d.Bw for d in vertices]
+        noises = [d.Bw if d.Bw.shape[1] else d.E for d in vertices]
     else:
         noises = [matrix("B_w", w, (N, None)) for w in matrices_of("B_w", B_w)]
         if len(noises) not in (1, len(vertices)):
@@ -112,8 +138,8 @@ def design_observer(
                 f"B_w has {len(noises)} matrices, needs {len(vertices)} or one"
             )
         noises *= len(vertices) // len(noises)
-    if noises[0].shape[1] == 0:
-        raise ValueError("B_w is missing: the plant has no F")
+        if noises[0].shape[1] == 0:
+            raise ValueError("B_w has no column: leave it out")
     seconds, begun = checked_seconds(time_limit, needed=True), monotonic()
     try:
         with limited(seconds):
@@ -271,10 +297,13 @@ class ObserverProblem:
                 "undecided",
                 problem=self,
                 multipliers=optimum.multipliers,
+                reason=REFUSED_IN_FLOATS
+                if optimum.verdict == "infeasible"
+                else NOTHING_FOUND,
             )
             proof = refused.infeasibility
             if proof is not None and proof.proven:
-                return replace(refused, status="infeasible")
+                return replace(refused, status="infeasible", reason=REFUSED)
             return refused
         known = optimum.values
         T1 = self.T[0]
@@ -286,7 +315,12 @@ class ObserverProblem:
         """The design of this L, with P1, P2 and J for the bound, ``near`` these."""
         solution = self.bounded(L, bound).solve(start=near)
         if solution.values is None:
-            return ObserverDesign(plant, self.K, self.C, "undecided", problem=self)
+            reason = (
+                f"The numerics found an observer, but no proof of tr J < {bound:g}."
+            )
+            return ObserverDesign(
+                plant, self.K, self.C, "undecided", problem=self, reason=reason
+            )
         return ObserverDesign(
             plant,
             self.K,
@@ -297,6 +331,7 @@ class ObserverProblem:
             solution.margins,
             solution.values,
             self,
+            reason="" if solution.status == "feasible" else TOO_THIN,
         )
 
     def open(self):

@@ -76,7 +76,8 @@ class ObserverDesign(Result, ReadOnly):
     multipliers : list of arrays or None
         Of their blocks, where there is no observer.
     reason : str
-        Why nothing is known, if the time was over or the numerics gave up.
+        Why there is no observer: what is proven, or what was excluded and what
+        was merely not found. Empty for a feasible design.
     """
 
     plant: Any
@@ -118,7 +119,7 @@ class ObserverDesign(Result, ReadOnly):
 
         Found by designing for the mean plant alone, unless time was short.
         """
-        if self.status == "feasible" or self.reason:
+        if self.status == "feasible" or self.problem is None:
             return self.reason
         if self.problem is not None and len(self.problem.vertices) > 1:
             if self.problem.of_mean().solve(self.plant).status == "feasible":
