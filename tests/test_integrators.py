@@ -441,3 +441,30 @@ def test_integrators_are_within_reach_in_any_units(unit):
     plant, asked = in_units(case, *SYSTEMS[unit])
     design = sos.design_pid(plant, **asked)
     assert design.status == "feasible" and design.certify().proven
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_first_choice_is_one_that_a_design_can_take(seed):
+    """Of plants with fewer inputs than coordinates, too; integers hide integrators."""
+    plant = integer_plant(seed)
+    try:
+        choices = admissible_U(plant)
+    except ValueError as error:
+        assert "can't be stabilised" in str(error)
+        return
+    good = [c for c in choices if c.admissible]
+    assert list(choices[: len(good)]) == good
+    if good:
+        assert choices[0].a == max(c.a for c in good)
+        assert sos.design_pid(plant, choices[0].U).status == "feasible"
+
+
+def test_the_first_choice_of_a_polytope_is_proven():
+    """Both vertices let z1 be integrated, a plant between them doesn't."""
+    carts = [two_masses(s) for s in (1, -1)]
+    choices = admissible_U(sos.Polytope(carts))
+    assert [c.channels for c in choices] == [(1,), (0,)]
+    assert [(c.admissible, c.certified) for c in choices] == [
+        (True, True),
+        (True, False),
+    ]

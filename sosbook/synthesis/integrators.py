@@ -107,7 +107,7 @@ class IntegratorChoice:
 def admissible_U(
     plant: SecondOrderPlant, candidates: Iterable[ArrayLike] | None = None
 ) -> tuple[IntegratorChoice, ...]:
-    r"""Every choice of integrators, the most and the safest first.
+    r"""Every choice of integrators, the admissible ones first.
 
     With :math:`(A_0, B_0)` stabilisable, a U gives a stabilisable loop
     with integrators if and only if
@@ -130,8 +130,8 @@ def admissible_U(
     Returns
     -------
     tuple of IntegratorChoice
-        Sorted by the number of integrators, then by distance, both
-        descending.
+        First those that are admissible, and of a Polytope those that are proven
+        so; of each kind the most integrators first, then the largest distance.
 
     Raises
     ------
@@ -171,7 +171,12 @@ def admissible_U(
         raise ValueError("a candidate has no row: that is a PD controller")
     _check_stabilisable(plant)
     choices = [_judge(plant, U) for U in candidates]
-    return tuple(sorted(choices, key=lambda c: (-c.a, -round(c.distance, 9))))
+    return tuple(sorted(choices, key=_rank))
+
+
+def _rank(choice):
+    unsafe = not choice.admissible, choice.certified is False
+    return *unsafe, -choice.a, -round(choice.distance, 9)
 
 
 def _selections(plant):
