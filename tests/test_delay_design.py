@@ -152,7 +152,7 @@ def test_alpha_is_searched():
 def test_where_no_alpha_succeeds_nothing_is_decided():
     d = design(delta=0.6, alpha=None)
     assert d.status == "undecided"
-    for ask in (d.certify, d.slowest_decay, lambda: d.K_P):
+    for ask in (lambda: d.certify().K, d.slowest_decay, lambda: d.K_P):
         with pytest.raises(ValueError, match="the design is undecided"):
             ask()
 

@@ -2,6 +2,7 @@
 
 import warnings
 
+import control
 import numpy as np
 import pytest
 import scipy.sparse
@@ -138,7 +139,7 @@ def test_degrees_are_the_same_region():
 @pytest.mark.parametrize(
     "M, words",
     [
-        ([[1, 0.5], [0, 1]], "isn't symmetric"),
+        ([[1, 0.5], [0, 1]], "isn't symmetric: .* differs .* by 0.5. That is right"),
         ([[-1, 0], [0, 1]], "negative eigenvalue -1"),
         ([[1, 2], [2, 1]], "negative eigenvalue -1"),
     ],
@@ -147,6 +148,80 @@ def test_a_strange_mass_is_named_where_it_was_written(M, words):
     with pytest.warns(MassWarning, match=words) as seen:
         sos.SecondOrderSystem(M, np.eye(2), np.eye(2), np.eye(2))
     assert seen[0].filename == __file__
+
+
+@pytest.mark.parametrize("factor", [1, 0.3, 1 / 9.81, 2.2046])
+def test_rows_that_were_divided_are_no_error(factor):
+    """A crane's load hangs on a rope of length l: its row divided by the load's mass.
+
+    So uncertain masses fill one row of M, and the warning doesn't call it an error.
+    """
+    m, load, g, rope = 100 * factor, 50 * factor, 9.81, 7.0
+    lagrange = sos.SecondOrderSystem(
+        [[m + load, load * rope], [load * rope, load * rope**2]],
+        np.zeros((2, 2)),
+        np.diag([0, load * g * rope]),
+        [[1], [0]],
+    )
+    with pytest.warns(MassWarning) as seen:
+        divided = sos.SecondOrderSystem(
+            [[m, 0], [1, rope]], np.zeros((2, 2)), [[0, -load * g], [0, g]], [[1], [0]]
+        )
+    assert "missing" not in str(seen[0].message) and "wrong" not in str(seen[0].message)
+    assert divided.poles() == pytest.approx(lagrange.poles(), abs=1e-6)
+
+
+def test_a_row_without_mass_or_input_has_a_cure():
+    """Each cure of the message, done: the finite poles are those of the whole."""
+    m, k, spring, c = 10.0, 1000.0, 500.0, 20.0
+    D, S = np.array([[c, -c], [-c, c]]), np.diag([k, spring])
+    with pytest.raises(ValueError, match="of first order: write a DescriptorSystem"):
+        sos.SecondOrderSystem(np.diag([m, 0]), D, S, [[1], [0]])
+    whole = sos.SecondOrderSystem(np.diag([m, 0]), D, S, np.eye(2)).poles()
+    system = sos.DescriptorSystem(
+        [[1, 0, 0], [0, m, 0], [-c, 0, c]],
+        [[0, 1, 0], [-k, 0, -spring], [0, 0, -spring]],
+        [[0], [1], [0]],
+    )
+    found = sos.analyse_pid(system, np.zeros((1, 3))).poles()
+    assert np.poly(found) == pytest.approx(np.poly(whole))
+    with pytest.raises(ValueError, match="solve it for its displacement"):
+        sos.SecondOrderSystem(
+            np.diag([m, 0]), np.diag([c, 0]), [[k, -k], [-k, k + spring]], [[1], [0]]
+        )
+    full = [[k, -k], [-k, k + spring]]
+    whole = sos.SecondOrderSystem(
+        np.diag([m, 0]), np.diag([c, 0]), full, np.eye(2)
+    ).poles()
+    solved = sos.SecondOrderSystem(m, c, k - k**2 / (k + spring), 1).poles()
+    assert np.poly(solved) == pytest.approx(np.poly(whole))
+
+
+def test_an_output_that_differs_between_vertices_has_a_cure():
+    """The acceleration of a mass on an uncertain spring, through a fast filter."""
+    springs, A = (1.0, 2.0), lambda k: [[0, 1], [-k, -0.5]]
+    several = [[[-k, -0.5]] for k in springs]
+    for wrong in (dict(C=several), dict(C=np.eye(1, 2), D_u=[[[1]], [[2]]])):
+        with pytest.raises(ValueError, match="matrices that differ, .* fast filter"):
+            sos.DescriptorSystem(
+                np.eye(2), [A(k) for k in springs], [[0], [1]], [[0], [1]], **wrong
+            )
+    same = sos.DescriptorSystem(np.eye(2), [A(k) for k in springs], C=[np.eye(2)] * 2)
+    assert same == sos.DescriptorSystem(np.eye(2), [A(k) for k in springs], C=np.eye(2))
+    with pytest.raises(ValueError, match=r"C must be one matrix .*, got a list of 2"):
+        sos.design_observer(same, np.zeros((0, 2)), np.eye(4), [[1]], C=several)
+    tau = 1e-3
+    filtered = sos.DescriptorSystem(
+        np.diag([1, 1, tau]),
+        [[[0, 1, 0], [-k, -0.5, 0], [-k, -0.5, -1]] for k in springs],
+        B_w=[[0], [1], [1]],  # the push on the mass, and so on its acceleration
+        C=[[0, 0, 1]],
+    )
+    for k, d in zip(springs, filtered.vertices):
+        exact = control.ss(A(k), [[0], [1]], several[springs.index(k)], [[1]])
+        w = np.geomspace(1e-2, 10, 50)
+        through = control.ss(d.state_space()[0], d.state_space()[2], d.C, 0)
+        assert np.abs(through(1j * w)) == pytest.approx(np.abs(exact(1j * w)), rel=1e-3)
 
 
 def test_a_sound_mass_is_taken_in_silence():

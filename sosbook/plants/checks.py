@@ -99,6 +99,10 @@ def matrix(name, value, shape=None):
             f"{name} must be a matrix (two dimensions), got 1: write [[{row}]] "
             f"for one row or [{column}] for one column"
         )
+    if array.ndim == 3:
+        raise ValueError(
+            f"{name} must be one matrix (two dimensions), got a list of {len(array)}"
+        )
     if array.ndim != 2:
         raise ValueError(f"{name} must be a matrix (two dimensions), got {array.ndim}")
     largest = np.abs(array).max(initial=0.0)

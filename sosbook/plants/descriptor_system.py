@@ -31,7 +31,9 @@ class DescriptorSystem(ReadOnly):
     B_w : (N, p) array_like, or a list of them, optional
         The disturbance matrix.
     C : (q, N) array_like, optional
-        The output matrix.
+        The output matrix, the same at all vertices. An output that differs from
+        vertex to vertex is that of a fast filter, whose state y is one of the
+        plant's: tau y' = C_i x + D_i u - y.
     D_u : (q, m) array_like, optional
         Lets gamma bound the input too: with C = [I; 0], D_u = [0; R] it
         bounds the norm from w to [x; R u]. Systems with equal matrices
@@ -89,9 +91,10 @@ class DescriptorSystem(ReadOnly):
         if any(rank_deficient(x, 1e-14) for x in lists["E"]):
             raise ValueError("E is singular at a vertex")
         C = np.zeros((0, N)) if self.C is None else self.C
-        C = matrix("C", C, (None, N))
+        C = matrix("C", _common("C", C), (None, N))
         D_u = self.D_u
         if D_u is not None:
+            D_u = _common("D_u", D_u)
             D_u = matrix("D_u", D_u, (len(C), lists["B"][0].shape[1]))
         vertices = tuple(
             Descriptor(e, a, b, w, C, D_u) for e, a, b, w in zip(*lists.values())
@@ -175,6 +178,18 @@ class DescriptorSystem(ReadOnly):
     def n(self) -> int:
         """Number of outputs."""
         return len(self.vertices[0].C)
+
+
+def _common(name, value):
+    """The one matrix of all vertices, or a ValueError that says what to do."""
+    first, *others = matrices_of(name, value)
+    if not all(_equal(first, other) for other in others):
+        raise ValueError(
+            f"{name} has {1 + len(others)} matrices that differ, needs one for all "
+            "vertices: make such an output a state y of a fast filter, "
+            "tau y' = C_i x + D_i u - y, by rows of E, A and B, and let C pick it"
+        )
+    return first
 
 
 def _equal(a, b):

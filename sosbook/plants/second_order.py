@@ -25,7 +25,7 @@ Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
 
 
 class MassWarning(UserWarning):
-    """A mass matrix that no mechanical system has."""
+    """A mass matrix that isn't symmetric, or has a negative eigenvalue."""
 
 
 class _Plant:
@@ -111,7 +111,7 @@ class SecondOrderSystem(_Plant, ReadOnly):
     -----
     MassWarning
         If M isn't symmetric, or has a negative eigenvalue: the theorems
-        hold all the same, but a mass matrix has neither.
+        hold all the same, but in Lagrange's equations it is neither.
 
     Notes
     -----
@@ -171,9 +171,11 @@ class SecondOrderSystem(_Plant, ReadOnly):
             raise ValueError("B has no column: the plant has no input")
         if rank_deficient(np.hstack([self.M, self.B]), 1e-14):
             raise ValueError(
-                "[M B] lacks full row rank: no acceleration feedback can "
-                "make M - B K_A nonsingular; remove the rows that carry "
-                "neither mass nor input by hand"
+                "[M B] lacks full row rank: no acceleration feedback can make "
+                "M - B K_A nonsingular, for a row (or a mixture of rows) has neither "
+                "mass nor input. Where it has damping it is of first order: write a "
+                "DescriptorSystem without that velocity. Where it has none, solve it "
+                "for its displacement and put that into the other rows"
             )
         self._warn()
 
@@ -397,14 +399,15 @@ def _mass_fault(M):
     skew = np.abs(M - M.T).max()
     if skew > 1e-9 * largest:
         return (
-            "M isn't symmetric, as a mass matrix is: M and its transpose "
-            f"differ by {skew:.3g}; is an entry missing?"
+            f"M isn't symmetric: it differs from its transpose by {skew:.3g}. That is "
+            "right where equations were divided or combined, and every theorem holds; "
+            "Lagrange's equations have a symmetric M"
         )
     least = np.linalg.eigvalsh((M + M.T) / 2)[0]
     if least < -1e-9 * largest:
         return (
-            f"M has the negative eigenvalue {least:.3g}, as no mass matrix "
-            "has: is a sign wrong?"
+            f"M has the negative eigenvalue {least:.3g}, which no kinetic energy has: "
+            "is a sign wrong?"
         )
     return ""
 
