@@ -16,6 +16,8 @@ from .triangular import inverse_of_lower
 
 __all__ = ["Modal"]
 
+UNMOVED = 1e-12  # of the largest entry of the diagonal; smaller ones are rounding
+
 
 class Modal:
     """Approximate inverse of the Hessian in P, in Y = K P and in scalars.
@@ -73,7 +75,8 @@ class Modal:
         loop = sum(R.inner(L).real for b in blocks for L, R in zip(b.lefts, b.rights))
         triangle, Q = schur(self.T.T @ loop @ self.T)
         self.basis, self.pairs = self.T @ Q, _Conjugates(triangle)
-        self.dX, effort = 0.0, 0.0
+        m = 0 if self.Y is None else self.Y.rows
+        self.dX, effort = 0.0, np.zeros((m, m))
         for b in blocks:
             b.G = b.in_modes(self.basis, self.pairs)
             T = len(b.lefts)
@@ -85,7 +88,7 @@ class Modal:
                 effort = effort + scale * (left.conj().T @ b.w @ left).real
         if self.Y is None:
             return
-        self.V, self.dZ = np.linalg.eigh(effort)[1], 0.0
+        self.V, dZ = np.linalg.eigh(effort)[1], np.zeros((m, len(self.basis)))
         for b in blocks:
             T = len(b.lefts)
             for left_s, s in b.of_Y:
@@ -93,7 +96,9 @@ class Modal:
                     middle = left_t.conj().T @ b.w @ left_s
                     inner = np.einsum("ia,ij,ja->a", self.V, middle, self.V)
                     outer = np.outer(inner, b.G[T + s, T + t])
-                    self.dZ = self.dZ + 2 * b.weight * outer.real
+                    dZ = dZ + 2 * b.weight * outer.real
+        # an input that moves nothing, or what others do, leaves a row of zeros
+        self.dZ = np.maximum(dZ, UNMOVED * dZ.max()) if dZ.any() else dZ + 1
 
     def __call__(self, g):
         """The approximate solution d of H d = g."""
