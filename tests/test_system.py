@@ -217,7 +217,6 @@ REQUESTS = {
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
     "minimize without F": (dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),
     "backoff": (dict(minimize="gamma", backoff=0), "backoff must be pos"),
-    "no minimum": (dict(minimize="gamma"), "has no minimum"),
 }
 
 

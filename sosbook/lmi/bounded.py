@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .centre import Unbounded, centre, lower_on_ray, minimize, phase_one
+from .centre import NO_LEAST, Unbounded, centre, lower_on_ray, minimize, phase_one
 from .evaluated import kinds_of
 from .expression import block, eye
 from .newton import newton_of
@@ -69,19 +69,24 @@ def any_minimum(blocks, unknowns, cost, x, gap):
     Raises
     ------
     Unbounded
-        If there is no minimum.
+        If no minimum is found, with the best point that doesn't go far for it.
     """
     try:
         return minimize(blocks, cost, x, gap)[0]
-    except Unbounded:  # perhaps in a direction that costs nothing
+    except Unbounded as missed:  # perhaps in a direction that costs nothing
+        best = missed.x
+    try:
         near, far = (
             minimize(joined, cost, inside, gap)[0]
             for joined, inside in (
                 bounded(blocks, unknowns, x, r) for r in MINIMUM_BOUNDS
             )
         )
+    except Unbounded as missed:
+        points = [p for p in (x, best, missed.x) if p is not None]
+        raise Unbounded(NO_LEAST, min(points, key=lambda p: cost @ p)) from None
     if cost @ far < 0.99 * (cost @ near):
-        raise Unbounded("the infimum is zero or isn't attained")
+        raise Unbounded(NO_LEAST, near)
     return near
 
 

@@ -39,11 +39,24 @@ FAR_STEP = 3.0  # times as far from 0 as before: sooner than that rays are looke
 
 #: A decrement below it is small enough for further steps with the same matrix.
 SETTLES_BELOW = 0.3
-ENDLESS = "the feasible set is unbounded and has no analytic centre"
+ENDLESS = "no analytic centre was found: the set seems to be unbounded"
+NO_LEAST = "no minimum was found: perhaps it isn't attained"
 
 
 class Unbounded(ValueError):
-    """Raised where a set has no analytic centre."""
+    """Raised where no analytic centre or no minimum is found: there may be none.
+
+    Parameters
+    ----------
+    message : str
+        What wasn't found.
+    x : array, optional
+        The best point that was: strictly feasible, not optimal.
+    """
+
+    def __init__(self, message, x=None):
+        super().__init__(message)
+        self.x = x
 
 
 @one_thread
@@ -77,7 +90,7 @@ def centre(blocks, x, watch=None, enough=None, rays=None, elsewhere=None):
     Raises
     ------
     Unbounded
-        If the set is unbounded: it has no centre.
+        If no centre is found: an unbounded set has none.
     """
     barrier = barrier_of(blocks)
     newton = barrier.newton
@@ -175,7 +188,8 @@ def minimize(blocks, cost, x, gap=1e-6):
     Raises
     ------
     Unbounded
-        If no such point is found: the infimum is zero or isn't attained.
+        If no such point is found, with the last one; the infimum may be zero,
+        or not be attained.
     """
     newton = newton_of(blocks)
     barrier = Barrier(newton)
@@ -199,7 +213,7 @@ def minimize(blocks, cost, x, gap=1e-6):
         if uncertainty < gap * abs(cost @ x):
             return x, cost @ x - uncertainty
         weight *= 8
-    raise Unbounded("the infimum is zero or isn't attained")
+    raise Unbounded(NO_LEAST, x)
 
 
 def margin(g):

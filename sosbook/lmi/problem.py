@@ -174,7 +174,7 @@ class LMIProblem(LMIText):
         Raises
         ------
         Unbounded
-            If there is no minimum.
+            If no minimum is found: it may be zero, or not be attained.
         ValueError
             If a weight has no unknown or another shape, or if ``start``
             isn't inside.

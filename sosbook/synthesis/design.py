@@ -55,7 +55,8 @@ class Design(ClosedLoop, Solution):
         place of the bounds; the request is without them.
     reason : str
         Why there is no design: what is proven, or what was excluded and
-        what was merely not found. Empty for a feasible design.
+        what was merely not found; or why a feasible one isn't all that was
+        asked, such as the least bound. Otherwise empty.
     exclusion : InfeasibilityCertificate, FixedModeCertificate or None
         The exact proof of "infeasible".
     """

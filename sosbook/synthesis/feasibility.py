@@ -26,6 +26,7 @@ __all__ = [
     "finish",
     "follow",
     "guarded",
+    "nearer",
     "refused",
     "refused_by",
     "search",
@@ -376,7 +377,7 @@ def finish(lmis, values):
     if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
         lmis.request.leader()
     ):
-        lmis, x = _nearer(lmis, x)
+        lmis, x = nearer(lmis, x)
     if _too_many(lmis.request):
         x = Cuts(lmis).centre(x)
     else:
@@ -399,19 +400,24 @@ def _hints(lmis):
     return dict(rays=lmis.rays, elsewhere=elsewhere if few else None)
 
 
-def _nearer(lmis, x):
-    """The same point and blocks in a frame in which P and the sizes are one.
+def nearer(lmis, x):
+    """The same point and blocks in a frame in which P, sizes and levels are one.
 
     The guess of a size may be wrong by orders of magnitude, and what is
     far away looks as if the set had no bound.
     """
-    values = unpacked(lmis.unknowns, x)
-    point = Solution(lmis.request, "feasible", **lmis.in_plant_units(values))
+    values, levels = unpacked(lmis.unknowns, x), lmis.units
+    request = lmis.request.with_bounds(lmis.bounds(values))
+    point = Solution(request, "feasible", **lmis.in_plant_units(values))
     try:
-        frame = Frame.of_solution(lmis.request, point, unit=True)
+        frame = Frame.of_solution(request, point, unit=True, levels=levels)
     except np.linalg.LinAlgError:
         return lmis, x
-    there = ScaledLMIs(lmis.request, frame)
+    units = {
+        r.parameter.key: request.owner(r.parameter.key).bound ** r.parameter.power
+        for r in lmis.free
+    }
+    there = ScaledLMIs(lmis.request, frame, lmis.free, units=units)
     moved = there.point(point)
     if moved is None or not holds(there, moved):
         return lmis, x

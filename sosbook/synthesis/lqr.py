@@ -10,9 +10,11 @@ from ..plants.kinds import Plant
 from ..requirements.cost import QuadraticCost, noise_input
 from ..requirements.pole_region import Region
 from ..runtime.threads import one_thread
+from .bracket import bracketed
 from .design import Design
 from .feasibility import answer, follow, guarded
-from .objectives import Unfinished, optimum, without_optimum
+from .idle import without_input
+from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT
 from .problem import Request
 from .regularization import Regularization
@@ -25,6 +27,7 @@ __all__ = ["design_lqr"]
 # relative accuracies to which the optimum is sought; the first that is reached
 OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6
 BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
+UNSETTLED = "Give states that the open loop doesn't settle a weight in Q."
 
 
 @named_after(4)
@@ -64,7 +67,8 @@ def design_lqr(
     Design
         K is the optimum of Theorem 2.4; for one plant it is the gain of
         the Riccati equation. Its certificate is of K and a bound one in
-        ten thousand above the optimum: ``.request.cost.bound``.
+        ten thousand above the optimum: ``.request.cost.bound``. Where no optimum
+        is found, ``reason`` says what is known of smaller bounds.
 
     Raises
     ------
@@ -104,14 +108,20 @@ def _least(request, name):
         if solution is not None and solution.status == "feasible":
             return _with_any_gain(solution)
     objective = {name: 1.0}
+    idle = without_input(request, objective)
+    if idle is not None:
+        return idle
     settled = with_slack(request, objective)
     if settled is None:
         return without_slack(request, objective)
     request = settled
+    attained = True
     try:
         bounds, best = _first_optimum(request, objective)
     except Unfinished as stopped:
         return stopped.solution(request)
+    except Unattained as missed:
+        bounds, best, attained = missed.bounds, missed.point, False
     if bounds is None:
         return without_optimum(best)
     gain = best.problem.gain(best.values)
@@ -120,9 +130,10 @@ def _least(request, name):
     natural = best.problem.in_plant_units(best.values)
     near = Solution(given, "feasible", frame=best.problem.frame, **natural)
     solution = follow(given, near) or answer(given)
-    if solution.status != "feasible":
-        return solution
-    return _with_any_gain(solution)
+    if attained and solution.status == "feasible":
+        return _with_any_gain(solution)
+    solution = bracketed(request, {name: asked.cost.bound}, _with_any_gain(solution))
+    return replace(solution, reason=f"{solution.reason} {UNSETTLED}")
 
 
 def _bound(least):
@@ -138,12 +149,6 @@ def _first_optimum(request, objective):
     for gap in OPTIMUM_GAPS[:-1]:
         try:
             return optimum(request, objective, gap)
-        except ValueError:  # not to be had in floats
+        except Unattained:  # not to be had in floats
             pass
-    try:
-        return optimum(request, objective, OPTIMUM_GAPS[-1])
-    except ValueError:
-        raise ValueError(
-            "Q: the least cost is zero or isn't attained; give the states that "
-            "the open loop doesn't settle a weight in Q"
-        ) from None
+    return optimum(request, objective, OPTIMUM_GAPS[-1])

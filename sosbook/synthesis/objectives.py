@@ -9,17 +9,13 @@ from ..lmi.centre import Unbounded
 from ..lmi.exact import round_digits
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
+from .bracket import bracketed, rounded_up
 from .cutting import Cuts, few_decide, holds
-from .feasibility import answer, find, finish, search
+from .feasibility import answer, find, finish, nearer, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
-__all__ = ["Unfinished", "at_optimum", "optimum", "without_optimum"]
-
-NO_MINIMUM = (
-    "minimize: {} has no minimum: the bound goes to zero or is reached by "
-    "infinite gains only; limit them with saturation or a disk (rho)"
-)
+__all__ = ["Unattained", "Unfinished", "at_optimum", "optimum", "without_optimum"]
 
 
 def at_optimum(request, objective, backoff):
@@ -32,19 +28,36 @@ def at_optimum(request, objective, backoff):
     backoff : float
         What is added to the optimal bounds, as a fraction.
     """
+
+    def eased(bounds):
+        return {name: rounded_up(b * (1 + backoff)) for name, b in bounds.items()}
+
     try:
         bounds, best = optimum(request, objective, 1e-5)
     except Unfinished as stopped:
         return stopped.solution(request)
+    except Unattained as missed:
+        bounds = eased(missed.bounds)
+        return bracketed(request, bounds, _near(missed.point, request, bounds))
     if bounds is None:
         return without_optimum(best)
-    request = request.with_bounds(
-        {name: _rounded_up(value * (1 + backoff)) for name, value in bounds.items()}
-    )
+    bounds = eased(bounds)
+    solution = _near(best, request, bounds)
+    if solution.status == "feasible":
+        return solution
+    return bracketed(request, bounds, solution)
+
+
+def _near(best, request, bounds):
+    """The Solution of a request with some bounds, from a point that keeps them."""
+    request = request.with_bounds(bounds)
     lmis, values = best.problem.led(best.values, request)
-    if not holds(lmis, values):
-        return answer(request)  # the optimum lies too close to the boundary
-    return finish(lmis, values)
+    if holds(lmis, values):
+        try:
+            return finish(lmis, values)
+        except np.linalg.LinAlgError:
+            pass
+    return answer(request)  # the optimum lies too close to the boundary
 
 
 def optimum(request, objective, gap):
@@ -70,8 +83,8 @@ def optimum(request, objective, gap):
 
     Raises
     ------
-    ValueError
-        If there is no minimum.
+    Unattained
+        If no minimum is found; it has the best point that was.
     Unfinished
         If time ends before it is found.
 
@@ -88,37 +101,58 @@ def optimum(request, objective, gap):
     first = search(probe, free)
     if first.values is None:
         return None, first
-    lmis = first.problem
     followers = probe.followers(probe.leader(objective))
     searched = [r.size_name for r in followers if r in free]
     try:
         if searched:
             return _with_sizes(first, searched, objective, gap)
-        values = _least(lmis, objective, first.values, gap)
+        best = _least(first.problem, objective, first.values, gap)
     except OutOfTime:
         raise Unfinished(first) from None
-    return lmis.bounds(values), LMISolution(lmis, values)
+    return best.problem.bounds(best.values), best
 
 
 def _least(lmis, objective, values, gap):
-    """The unknowns where the objective is least, from a point inside.
+    """Where the objective is least, as an LMISolution, from a point inside.
+
+    Where the first coordinates don't do, those of the best point may: there all that
+    is unknown is near one.
+    """
+    try:
+        return _minimum(lmis, objective, lmis.packed(values), gap)
+    except Unattained as missed:
+        if lmis.sizes:  # numbers for these coordinates
+            raise
+        best = missed.point
+    there, x = nearer(best.problem, best.problem.packed(best.values))
+    if there is not best.problem:
+        try:
+            return _minimum(there, objective, x, gap)
+        except Unattained:  # farther away, which helps nobody
+            pass
+    raise Unattained(best)
+
+
+def _minimum(lmis, objective, x, gap):
+    """What `_least` finds in these coordinates, from a point x.
 
     Where there are many pairs of vertices, with some of the blocks.
     """
-    cost, x = lmis.weights(objective), lmis.packed(values)
+    cost = lmis.weights(objective)
 
     def work(blocks, x):
-        try:
-            return any_minimum(blocks, lmis.matrices, cost, x, gap)
-        except Unbounded:
-            names = " and ".join(objective)
-            raise ValueError(NO_MINIMUM.format(names)) from None
+        return any_minimum(blocks, lmis.matrices, cost, x, gap)
 
-    if few_decide(lmis.request):
-        x = Cuts(lmis).least(x, work)
-    else:
-        x = work(lmis.compiled, x)
-    return unpacked(lmis.unknowns, x)
+    try:
+        x = (
+            Cuts(lmis).least(x, work)
+            if few_decide(lmis.request)
+            else work(lmis.compiled, x)
+        )
+    except Unbounded as missed:
+        best = unpacked(lmis.unknowns, missed.x)
+        raise Unattained(LMISolution(lmis, best)) from None
+    return LMISolution(lmis, unpacked(lmis.unknowns, x))
 
 
 def _with_sizes(first, searched, objective, gap):
@@ -143,24 +177,46 @@ def _with_sizes(first, searched, objective, gap):
                     if not best(moved)[0] < best(sizes)[0]:
                         break
                     sizes = moved
-    _, bounds, values = best(sizes)
-    if bounds is None:  # only the point that phase one found
-        raise ValueError(NO_MINIMUM.format(" and ".join(objective)))
-    return bounds, LMISolution(lmis, lmis.joined(values, sizes))
+    _, found, attained = best(sizes)
+    if found is None:  # only the point that phase one found
+        raise Unattained(first)
+    whole = LMISolution(lmis, lmis.joined(found.values, sizes))
+    if not attained:
+        raise Unattained(whole)
+    return found.problem.bounds(found.values), whole
 
 
 def _at_sizes(lmis, sizes, objective, gap):
-    """The least weighted sum of levels for given sizes, the bounds, the point."""
-    there = ScaledLMIs(lmis.request, lmis.frame, lmis.free, sizes)
+    """The least weighted sum of levels for given sizes, where, and if attained."""
+    there, attained = ScaledLMIs(lmis.request, lmis.frame, lmis.free, sizes), True
     first = find(there, refute=False)
     if first.values is None:
-        return np.inf, None, None
+        return np.inf, None, False
     try:
-        values = _least(there, objective, first.values, gap)
-    except ValueError:
-        return np.inf, None, None
-    value = there.weights(objective) @ there.packed(values)
-    return value, there.bounds(values), values
+        best = _least(there, objective, first.values, gap)
+    except Unattained as missed:
+        best, attained = missed.point, False
+    value = there.weights(objective) @ there.packed(best.values)
+    return value, best, attained
+
+
+class Unattained(ValueError):
+    """Raised where no minimum is found, which doesn't say that there is none.
+
+    Parameters
+    ----------
+    point : LMISolution
+        Of `ScaledLMIs`: the best point that was found.
+    """
+
+    def __init__(self, point):
+        super().__init__("no minimum was found")
+        self.point = point
+
+    @property
+    def bounds(self):
+        """Its bounds, by the parameters' names."""
+        return self.point.problem.bounds(self.point.values)
 
 
 class Unfinished(OutOfTime):
@@ -179,7 +235,7 @@ class Unfinished(OutOfTime):
     def solution(self, request):
         """What is known of a request: a design that keeps larger bounds."""
         lmis, values = self.first.problem, self.first.values
-        bounds = {name: _rounded_up(b) for name, b in lmis.bounds(values).items()}
+        bounds = {name: rounded_up(b) for name, b in lmis.bounds(values).items()}
         return replace(
             lmis.solution(values, request.with_bounds(bounds)),
             status="undecided",
@@ -216,9 +272,3 @@ def without_optimum(first):
     text = f"No point was found from where {names} could be minimised"
     text = " ".join(filter(None, (text, request.condition))) + "."
     return replace(refusal, reason=text)
-
-
-def _rounded_up(value):
-    """To three significant digits."""
-    digits = 2 - int(np.floor(np.log10(value)))
-    return float(np.round(np.ceil(value * 10.0**digits) / 10.0**digits, max(digits, 0)))

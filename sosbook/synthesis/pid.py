@@ -19,6 +19,7 @@ from ..requirements.vocabulary import PARAMETERS
 from ..runtime.threads import one_thread
 from .design import Design
 from .feasibility import answer, follow, guarded
+from .idle import without_input
 from .objectives import at_optimum
 from .problem import Request
 from .regularization import Regularization
@@ -89,7 +90,11 @@ def design_pid(
         weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
         weighted sum of the squares ("cost" as it is). The bounds
         themselves are left out: no ``gamma``, ``Saturation(None, x0)``,
-        ``QuadraticCost(Q, R)``.
+        ``QuadraticCost(Q, R)``. Where the search gives up, because the gains grow
+        without end as the bound falls, say, the design keeps the smallest bound
+        that was found, and its ``reason`` says what is known of smaller ones.
+        A plant that meets all the rest by itself gets K = 0: the least u_max is
+        zero then, and the request names a small positive number.
     backoff : float
         See ``minimize``.
     start : Design, optional
@@ -338,6 +343,9 @@ def _design(
 
     def solved():
         settled, first = request, None
+        idle = without_input(request, objective) if objective else None
+        if idle is not None:
+            return idle
         if objective:
             settled = with_slack(request, objective)
         elif coupling == "slack" and slack is None:

@@ -104,7 +104,8 @@ class Result(ABC):
     def _next(self):
         """What to do next, in sentences."""
         if self.status == "feasible":
-            return ("certify() proves it in exact arithmetic, simulate(t) shows it.",)
+            more = "certify() proves it in exact arithmetic, simulate(t) shows it."
+            return (getattr(self, "reason", ""), more)
         return (getattr(self, "reason", ""), self.advice)
 
     def _nothing_to_prove(self):

@@ -42,13 +42,15 @@ class ScaledLMIs(TrustedProblem):
     pairs : sequence, optional
         Some of the request's pairs of vertices: the blocks of others are left
         out.
+    units : dict, optional
+        The units of the free levels by their parameters' names; estimated without.
     """
 
-    def __init__(self, request, frame, free=(), sizes=None, pairs=None):
+    def __init__(self, request, frame, free=(), sizes=None, pairs=None, units=None):
         self.request, self.frame, self.free = request, frame, tuple(free)
         self.pairs = pairs
         self.sizes = dict(sizes or {})
-        self.units = {
+        self.units = units or {
             r.parameter.key: r.level_unit(request, frame.owned(r)) for r in self.free
         }
         unknowns = request.unknowns(self.units)
@@ -90,7 +92,9 @@ class ScaledLMIs(TrustedProblem):
 
     def of_pairs(self, pairs):
         """The same LMIs for some of the pairs of vertices."""
-        return ScaledLMIs(self.request, self.frame, self.free, self.sizes, pairs)
+        return ScaledLMIs(
+            self.request, self.frame, self.free, self.sizes, pairs, self.units
+        )
 
     def reads_at_once(self):
         """Whether nothing keeps the blocks from being read at points.
@@ -281,9 +285,13 @@ class ScaledLMIs(TrustedProblem):
         """The unknowns at a Solution, by name; None if it lacks some.
 
         The inverse of `in_plant_units`, for a solution of the same shape and
-        unknowns that the request's own leader leads.
+        unknowns, whose bounds are those of its request.
         """
-        values = in_unknowns_of(self.request, self.frame, solution)
+        values = in_unknowns_of(self.request, self.frame, solution, self.units)
+        for r in self.free if values is not None else ():
+            key, size = r.parameter.key, values.get(r.size_name, np.ones((1, 1)))
+            level = solution.request.owner(key).bound ** r.parameter.power
+            values[_level(key)] = level / self.units[key] * size
         if values is None or any(
             np.shape(values[u.name]) != u.shape for u in self.unknowns
         ):

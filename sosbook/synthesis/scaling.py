@@ -123,7 +123,7 @@ class Frame(ReadOnly):
         return cls.at(request, T, 1.0, None, levels)
 
     @classmethod
-    def of_solution(cls, request, solution, unit=False):
+    def of_solution(cls, request, solution, unit=False, levels=()):
         """Coordinates in which the P of a solution is a multiple of I.
 
         Parameters
@@ -134,12 +134,15 @@ class Frame(ReadOnly):
             With a slack matrix the mean of its P is taken.
         unit : bool
             The unknown P is I itself, and every unknown size one.
+        levels
+            As in `Frame.of`.
         """
         P = solution.P if np.ndim(solution.P) == 2 else solution.P.mean(axis=0)
         T = np.linalg.cholesky(P)
         top = np.abs(T).max()
-        frame = cls.at(request, T / top, np.linalg.norm(solution.K @ T / top, 2))
-        values = in_unknowns_of(request, frame, solution)
+        scale = np.linalg.norm(solution.K @ T / top, 2) or 1.0
+        frame = cls.at(request, T / top, scale, levels=levels)
+        values = in_unknowns_of(request, frame, solution, levels)
         if values is None:
             return frame
         # there P = p I, and a requirement's own is p / size I
@@ -153,7 +156,7 @@ class Frame(ReadOnly):
         if not unit:
             return replace(frame, sizes=units)
         T = frame.T * np.sqrt(p)
-        scale = np.linalg.norm(solution.K @ T, 2)
+        scale = np.linalg.norm(solution.K @ T, 2) or 1.0
         return cls.at(request, T, scale, sizes=units)
 
     @classmethod
@@ -242,13 +245,13 @@ def _energy(request, omega):
     )
 
 
-def in_unknowns_of(request, frame, solution):
+def in_unknowns_of(request, frame, solution, levels=()):
     """Values of the unknowns in a frame, from a Solution; None if it lacks some.
 
     The inverse of `ScaledLMIs.in_plant_units`, for a solution of the same shape and
-    unknowns that the request's own leader leads.
+    unknowns; ``levels`` are as in `Request.leader`.
     """
-    leader, known = request.leader(), solution.own or {}
+    leader, known = request.leader(levels), solution.own or {}
     followers = request.followers(leader)
     if followers:
         known = {request.sized[-1].size_name: np.ones((1, 1))} | known

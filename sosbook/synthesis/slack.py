@@ -7,7 +7,7 @@ from ..lmi.time_limit import OutOfTime, check_time
 from ..plants.descriptor_system import DescriptorSystem
 from .exclusion import excluding_mode
 from .feasibility import guarded, refused, search, without_lmis
-from .objectives import optimum
+from .objectives import Unattained, optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
@@ -46,6 +46,8 @@ def with_slack(request, objective=None):
             continue
         try:
             bounds = optimum(trial, objective, GAP)[0]
+        except Unattained as missed:
+            bounds = missed.bounds
         except OutOfTime:
             if best is None:
                 raise

@@ -146,9 +146,10 @@ function least(request, plain, pairs) {
     return {status: refusal ? "infeasible" : "undecided", steps: [found.steps, 0], reason: `No ${name} is known to be large enough.`};
   }
   const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
-  if (!optimum) return {status: "undecided", steps: [found.steps, 0], reason: `${name} has no minimum: limit the gains.`};
   const unit = name === "u_max" ? frame.scale : 1, bound = name === "cost" ? optimum.x[at] * frame.root ** 2 : unit * Math.sqrt(optimum.x[at]);
   const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
   const next = {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
-  return {...design({...request, asked: next}), least: bound, [name]: next[name]};
+  const answer = {...design({...request, asked: next}), [name]: next[name]};
+  if (optimum.bound !== null) return {...answer, least: bound};
+  return {...answer, reason: `The search for the least ${name} gave up: whether a smaller one than ${next[name]} can be kept isn't known.`};
 }

@@ -214,16 +214,19 @@ function lineSearch(rates) {
 }
 
 // ---------------------------------------------------------------- one bound
-// The least value of variable a, to a relative gap, from an x inside; null without one.
+// The least value of variable a, to a relative gap, from an x inside. Its bound from below
+// is null where the search gives up: then x is the best point of it.
 function minimize(blocks, a, x, gap = 1e-5) {
   const cost = new Float64Array(blocks.size);
   cost[a] = 1;
+  let best = {x, bound: null, steps: 0};
   for (const state of interiorSteps(blocks, x, cost, blocks.degree / Math.max(Math.abs(x[a]), 1e-12))) {
     const size = Math.sqrt(dot(state.x, state.x)), doubt = state.gap + state.residual * size;
-    if (size > LONGEST_CENTRE) return null;
+    if (size > LONGEST_CENTRE) break;
     if (state.residual < 1e-6 && doubt < gap * Math.abs(state.x[a])) {
       return {x: state.x, bound: state.x[a] - doubt, steps: state.step};
     }
+    if (state.x[a] < best.x[a]) best = {x: state.x, bound: null, steps: state.step};
   }
-  return null;
+  return best;
 }
