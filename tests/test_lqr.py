@@ -349,3 +349,71 @@ def test_a_first_order_plant_has_no_displacements():
     ):
         with pytest.raises(ValueError, match="its state isn't"):
             wanted()
+
+
+UNSEEN = {  # S, D and Q of a unit mass beside one that Q sees; the mode, if it bites
+    "free": (0.0, 0.0, "at 0 rad/s"),
+    "undamped": (4.0, 0.0, "at ±2j rad/s"),
+    "undamped, from a root": (2.0, 0.0, "at ±1.414j rad/s"),
+    "damped a little": (4.0, 1e-9, ""),
+    "unstable": (-4.0, 0.0, ""),
+    "free, with friction": (0.0, 0.3, "at 0 rad/s"),
+}
+
+
+@pytest.mark.parametrize("factor", [1, 0.3, 1 / 9.81, 2.2046])
+@pytest.mark.parametrize("name", UNSEEN)
+def test_an_optimum_that_no_gain_attains_is_named(name, factor):
+    """By the modes of (Q, A) on the imaginary axis, in exact arithmetic."""
+    s, d, words = UNSEEN[name]
+    M = factor * np.array([[2.0, 0.0], [0.0, 1.0]])
+    plant = sos.SecondOrderSystem(
+        M, factor * np.diag([0.1, d]), factor * np.diag([3.0, s]), factor * np.eye(2)
+    )
+    design = sos.design_lqr(plant, np.diag([1.0, 0, 1, 0]), np.eye(2))
+    assert ("no gain attains" in design.reason) == bool(words)
+    assert words in design.reason
+    if name == "unstable":  # P is infinite
+        return
+    assert design.status == "feasible" and design.certify().proven
+    seen = sos.design_lqr(plant, np.diag([1.0, 1, 1, 0]), np.eye(2))
+    assert seen.status == "feasible" and seen.reason == ""
+    if words:
+        assert "no gain attains the least cost: the nearer" in design.reason
+        costs = []  # of the optima as the weight of that motion goes to zero
+        for share in (1e-2, 1e-4, 1e-6):
+            Q = np.diag([1.0, share, 1, 0])
+            costs.append(sos.design_lqr(plant, Q, np.eye(2)))
+        slowest = [-d.poles().real.max() for d in costs]
+        assert slowest[0] > 2 * slowest[1] > 4 * slowest[2]  # ever slower
+        mine = design.noise_cost()
+        assert mine < costs[0].noise_cost() + 1e-3 * abs(mine)
+        inside = sos.PoleRegion(sigma=0.01)
+        assert sos.design_lqr(plant, np.diag([1.0, 0, 1, 0]), np.eye(2), region=inside)
+
+
+def test_what_else_is_asked_of_an_optimal_gain_means_the_same():
+    """The least cost beside other bounds is that of `design_pid`, backed off by 1 %."""
+    plant = sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1, 1) for m in (1, 1.4)])
+    Q, R = np.eye(2), [[1]]
+    alone = sos.design_lqr(plant, Q, R).request.cost.bound
+    for asked in (
+        dict(gamma=0.5),
+        dict(gamma=0.5, mu=1.0),
+        dict(saturation=sos.Saturation(0.8, [1, 0])),
+        dict(requirements=[sos.LMIRegion.half_plane(0.9)]),
+        dict(gamma=0.6, coupling="slack", slack=0.5),
+    ):
+        found = sos.design_lqr(plant, Q, R, **asked)
+        assert found.status == "feasible" and found.certify().proven
+        same = sos.design_pid(
+            plant, cost=sos.QuadraticCost(Q, R), minimize="cost", **asked
+        )
+        bound = found.request.cost.bound
+        assert bound == pytest.approx(same.request.cost.bound, rel=0.012)
+        assert found.noise_cost(samples=20) < bound
+        if "coupling" not in asked:
+            assert bound > alone * 1.001
+    with pytest.raises(ValueError, match="two requirements are called cost"):
+        second = sos.QuadraticCost(Q, R, bound=9.0)
+        sos.design_lqr(plant, Q, R, requirements=[second])

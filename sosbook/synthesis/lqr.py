@@ -1,21 +1,29 @@
 """Procedures 2.3 and 2.4: PID and PD controllers of least quadratic cost."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..deprecation import named_after
+from ..lmi.exact import exact
+from ..lmi.time_limit import OutOfTime
+from ..plants.controllability import fixed_part
 from ..plants.kinds import Plant
+from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost, noise_input
+from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
+from ..requirements.shorthand import collected
 from ..runtime.threads import one_thread
 from .bracket import bracketed
 from .design import Design
 from .feasibility import answer, follow, guarded
 from .idle import without_input
 from .objectives import Unattained, Unfinished, optimum, without_optimum
-from .pid import TIME_LIMIT
+from .pid import TIME_LIMIT, given
 from .problem import Request
 from .regularization import Regularization
 from .riccati_point import riccati_point
@@ -43,6 +51,10 @@ def design_lqr(
     coupling: Literal["pairs", "vertices", "slack"] = "pairs",
     slack: float | None = None,
     region: Region | None = None,
+    gamma: float | None = None,
+    saturation: Saturation | None = None,
+    mu: float | Literal["free"] | None = None,
+    requirements: Iterable[Requirement] = (),
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
@@ -59,7 +71,7 @@ def design_lqr(
         As in `design_pid`.
     noise : {"states", "F"}
         As in `QuadraticCost`.
-    coupling, slack, region, time_limit
+    coupling, slack, region, gamma, saturation, mu, requirements, time_limit
         As in `design_pid`.
 
     Returns
@@ -68,7 +80,9 @@ def design_lqr(
         K is the optimum of Theorem 2.4; for one plant it is the gain of
         the Riccati equation. Its certificate is of K and a bound one in
         ten thousand above the optimum: ``.request.cost.bound``. Where no optimum
-        is found, ``reason`` says what is known of smaller bounds.
+        is found, ``reason`` says what is known of smaller bounds. Where Q
+        doesn't see a mode on the imaginary axis no gain attains the optimum:
+        K comes near it, and ``reason`` says so, too.
 
     Raises
     ------
@@ -93,10 +107,17 @@ def design_lqr(
     """
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
+    more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)
+    more = collected(**more, requirements=requirements)
     request = Request(
-        plant, U, region, K_A=K_A, coupling=coupling, slack=slack, requirements=[asked]
+        plant,
+        U,
+        K_A=K_A,
+        coupling=coupling,
+        slack=slack,
+        requirements=sorted((asked, *more), key=lambda r: r.rank),
     )
-    solution = guarded(request, time_limit, lambda: _least(request, name))
+    solution = guarded(request, time_limit, lambda: _explained(_least(request, name)))
     return Design(**vars(solution))
 
 
@@ -134,6 +155,43 @@ def _least(request, name):
         return _with_any_gain(solution)
     solution = bracketed(request, {name: asked.cost.bound}, _with_any_gain(solution))
     return replace(solution, reason=f"{solution.reason} {UNSETTLED}")
+
+
+def _explained(solution):
+    """The Solution, with a reason where certainly no gain attains the optimum."""
+    request, cost = solution.request, solution.request.cost
+    alone = len(request.requirements) == len(request.distinct) == 1
+    if solution.status != "feasible" or not alone or cost.noise != "states":
+        return solution
+    try:
+        mode = _unseen(request, cost.Q)
+    except OutOfTime:
+        return solution
+    if mode is None:
+        return solution
+    place = f"±{abs(complex(mode)):.4g}j" if abs(complex(mode)) else "0"
+    text = (
+        f"Q doesn't see the mode at {place} rad/s, so that no gain attains the least "
+        "cost: the nearer to it, the slower the mode. This gain is near. Give that "
+        "motion a weight in Q, or ask for a region."
+    )
+    return replace(solution, reason=" ".join(filter(None, (text, solution.reason))))
+
+
+def _unseen(request, Q):
+    """A mode on the imaginary axis that Q doesn't see, by exact arithmetic; or None.
+
+    The cost of any K is that of the least solution X of the Riccati equation and
+    the response of (K + R^-1 B'X) x, so that it is least for -R^-1 B'X alone, whose
+    loop has all unseen modes on the axis.
+    """
+    (d,) = request.vertices_in(exact, request.distinct)
+    part = fixed_part(d.E.T, d.A.T, exact(Q))
+    zero, one = exact(np.zeros((1, 1))), exact(np.eye(1))
+    for mode in part.modes() if part is not None else ():
+        if mode.inside(zero, one) is mode.inside(zero, -one) is False:
+            return mode
+    return None
 
 
 def _bound(least):

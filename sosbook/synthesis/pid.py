@@ -25,7 +25,7 @@ from .problem import Request
 from .regularization import Regularization
 from .slack import point_with_slack, refuted, with_slack, without_slack
 
-__all__ = ["analyse_loop", "analyse_pid", "design_pid"]
+__all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 
 TIME_LIMIT = 300.0  # seconds
 
@@ -323,7 +323,7 @@ def _design(
     gain=None,
     **asked,
 ):
-    asked = collected(**_given(mu=mu, **asked))
+    asked = collected(**given(mu=mu, **asked))
     objective = _objective(minimize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
@@ -335,7 +335,7 @@ def _design(
         slack=slack,
         gain=gain,
         requirements=asked,
-        **_given(mu=mu),
+        **given(mu=mu),
     )
     if start is not None:
         _check_start(start, request)
@@ -363,8 +363,8 @@ def _design(
     return Design(**vars(guarded(request, time_limit, solved)))
 
 
-def _given(**asked):
-    """The keywords that ask something."""
+def given(**asked):
+    """Those of the keywords that aren't None, ``asked`` by name."""
     return {name: value for name, value in asked.items() if value is not None}
 
 
