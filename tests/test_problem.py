@@ -41,7 +41,8 @@ def test_a_stable_matrix_is_proven_stable():
     assert found.status == "feasible" and min(found.margins.values()) > 0
     assert found.infeasibility is None
     proof = found.prove(("A is stable",))
-    assert proof.proven and proof.claims == ("A is stable",)
+    assert proof.proven and proof.statement == ("A is stable",)
+    assert proof.claims == ("these blocks are positive definite: P, decay",)
     P = found.values["P"]
     assert np.linalg.eigvalsh(P)[0] > 0
     assert np.linalg.eigvalsh(A @ P + P @ A.T)[-1] < 0

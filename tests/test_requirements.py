@@ -83,7 +83,7 @@ def test_solve_prove_and_truth(designs, name):
     d, r = designs[name], REQUIREMENTS[name]
     assert d.status == "feasible" and min(d.margins.values()) > 0
     proof = d.certify()
-    assert proof.proven and r.claim() in proof.claims
+    assert proof.proven and r.statement in proof.claims
     kept = verify_on_samples(d)
     assert kept[r.promise] > 0 and min(kept.values()) > 0
     truth = r.truth(descriptors(PLANTS), d.K)

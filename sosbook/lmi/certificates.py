@@ -1,22 +1,27 @@
 """Proofs about LMIs of one's own, as files: a point inside, or that there is none."""
 
+import json
+
 import numpy as np
 
 from .exact import exact
 from .expression import Affine, Term, Unknown
+from .names import sane_name
 from .proof import Examined, ProofFile
 from .rational import decimals, fraction, rational_matrix, read_array, round_digits
 from .refutation import Exclusion
 
 __all__ = ["LMIInfeasibility", "LMIProof"]
 
+OF_AN_AUTHOR = "proven of an author's LMIs:"
+
 
 class LMIProof(ProofFile):
     """An exact proof that a point lies inside some LMIs, or its failure.
 
     Its ``text`` is a file with the blocks as ``constant + sum of L X R`` in
-    rationals and with the point. The file's own claim is that these blocks
-    are positive definite at that point. What it means is the author's
+    rationals and with the point. What is claimed is that these blocks are
+    positive definite at that point. What it means is the author's
     ``statement``: nobody checks that the blocks say so.
 
     Examples
@@ -29,7 +34,9 @@ class LMIProof(ProofFile):
     >>> P = Unknown("P", 2, symmetric=True)
     >>> proof = LMIProblem(lyapunov, [P]).solve().prove(("A is stable",))
     >>> proof.verify(), proof.claims
-    (True, ('A is stable',))
+    (True, ('these blocks are positive definite: P, decay',))
+    >>> proof.statement
+    ('A is stable',)
     """
 
     kind = "lmi"
@@ -45,11 +52,17 @@ class LMIProof(ProofFile):
         """To so many significant digits the point was rounded."""
         return self.data["digits"]
 
+    @property
+    def statement(self):
+        """What its author says that the blocks mean; empty without a proof."""
+        return tuple(self.data["statement"]) if self.proven else ()
+
     def __str__(self):
-        if not self.proven or not self.data["statement"]:
-            return super().__str__()
-        exact_words = "; ".join(self.data["claims"])
-        return f"{super().__str__()}\n({exact_words}; nobody checks what that means)"
+        said = "\n  which say, by their author's word alone: "
+        return super().__str__() + "".join(said + json.dumps(w) for w in self.statement)
+
+    def _proven_words(self):
+        return OF_AN_AUTHOR
 
     @classmethod
     def examine(cls, data):
@@ -68,7 +81,7 @@ class LMIProof(ProofFile):
             if u.symmetric and (point[u] != point[u].T).any():
                 return again, Examined.nothing(f"{u.name} isn't symmetric")
         blocks = {name: g.value(point) for name, g in expressions.items()}
-        return again, Examined.of(blocks, statement or again["claims"])
+        return again, Examined.of(blocks, again["claims"])
 
     @classmethod
     def contents(cls, expressions, unknowns, values, digits, statement=()):
@@ -105,6 +118,9 @@ class LMIInfeasibility(Exclusion):
     """
 
     kind = "infeasible lmi"
+
+    def _proven_words(self):
+        return OF_AN_AUTHOR
 
     @classmethod
     def rebuilt(cls, data):
@@ -144,9 +160,9 @@ def _unknowns(data):
     unknowns = []
     for name, rows, columns, symmetric in data["shapes"]:
         sizes = type(rows) is type(columns) is int and min(rows, columns) > 0
-        if not (sizes and isinstance(name, str) and isinstance(symmetric, bool)):
+        if not (sizes and isinstance(symmetric, bool)):
             raise ValueError("an unknown is a name, rows, columns, and if symmetric")
-        unknowns.append(Unknown(name, rows, columns, symmetric))
+        unknowns.append(Unknown(sane_name(name), rows, columns, symmetric))
     if len({u.name for u in unknowns}) < len(unknowns):
         raise ValueError("two unknowns have one name")
     return unknowns
@@ -155,7 +171,7 @@ def _unknowns(data):
 def _expressions(data, unknowns):
     named, expressions = {u.name: u for u in unknowns}, {}
     for name, constant, terms in data["expressions"]:
-        total = Affine(_rationals(constant))
+        name, total = sane_name(name), Affine(_rationals(constant))
         rows, columns = total.shape
         if name in expressions or rows != columns:
             raise ValueError(f"the block {name!r} comes twice or isn't square")

@@ -57,9 +57,9 @@ class LMIProblem(LMIText):
     ...     return LMIProblem(write, [Unknown("P", 2, symmetric=True)])
     >>> stable = lyapunov([[0, 1], [-2, -3]]).solve()
     >>> print(stable.status, "|", stable.prove(("A is stable",)))
-    feasible | proven:
-    - A is stable
-    (these blocks are positive definite: P, decay; nobody checks what that means)
+    feasible | proven of an author's LMIs:
+    - these blocks are positive definite: P, decay
+      which say, by their author's word alone: "A is stable"
     >>> unstable = lyapunov([[0, 1], [-2, 3]]).solve()
     >>> unstable.status, unstable.infeasibility.proven
     ('infeasible', True)
@@ -207,8 +207,8 @@ class LMIProblem(LMIText):
         values : dict
             A point by the unknowns' names, in floats; read as decimals.
         claims : sequence of str
-            What that proves, in words. They are yours: nobody checks
-            that the blocks mean it.
+            What that means, in words: the proof's ``statement``. They are yours,
+            and nobody checks that the blocks say so.
         digits : int, optional
             Significant digits to which the values are rounded; without it 12,
             or 17 where 12 won't do.

@@ -14,6 +14,8 @@ import numpy as np
 from ..runtime.reading import read_text
 from ..runtime.writing import write_file
 from .exact import definite
+from .kinds import OfKind
+from .names import one_line
 from .proof_text import is_proof, parse, same, written
 from .rational import digit_count
 from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
@@ -90,7 +92,9 @@ class Examined:
     def of(cls, matrices, claims):
         """Decide for each of the ``matrices`` of rationals, by name.
 
-        ``claims`` are what they prove together, in words.
+        ``claims`` are what they prove: pairs of words and the names of the blocks
+        that prove them. Words alone rest on all of the blocks. A claim for which a
+        block is missing, or that rests on none, fails.
         """
         verdicts = {}
         for name, g in matrices.items():
@@ -99,11 +103,16 @@ class Examined:
                 verdicts[name] = definite(g)
             except ValueError:  # it isn't symmetric
                 verdicts[name] = False, np.nan
-        failed = tuple(name for name, (proven, _) in verdicts.items() if not proven)
+        failed = [name for name, (proven, _) in verdicts.items() if not proven]
         if not verdicts:
-            failed = ("there is no block",)
+            failed.append("there is no block")
+        pairs = [(c, tuple(verdicts)) if isinstance(c, str) else c for c in claims]
+        for words, names in pairs:
+            if verdicts and not (names and set(names) <= set(verdicts)):
+                failed.append(f"no block proves: {words}")
         blocks = {name: float(size) for name, (_, size) in verdicts.items()}
-        return cls(() if failed else tuple(claims), blocks, failed)
+        said = () if failed else tuple(words for words, _ in pairs)
+        return cls(said, blocks, tuple(failed))
 
     @classmethod
     def nothing(cls, why):
@@ -141,8 +150,8 @@ class _Verdict:
 
     def __str__(self):
         if self.proven:
-            return "\n- ".join([self._proven_words(), *self.claims])
-        return "not proven: " + ", ".join(self.failed)
+            return "\n- ".join([self._proven_words(), *map(one_line, self.claims)])
+        return "not proven: " + ", ".join(map(one_line, self.failed))
 
     def _proven_words(self):
         return "proven:"
@@ -250,7 +259,7 @@ def proven_within(seconds, work, progress=False):
 
 
 @dataclass(frozen=True, repr=False)
-class ProofFile(_Verdict, ABC):
+class ProofFile(_Verdict, OfKind, ABC):
     """A proof that is a file: its text holds all data, as exact decimals.
 
     What it proves is computed from the text alone. A changed text is
@@ -263,8 +272,6 @@ class ProofFile(_Verdict, ABC):
     """
 
     text: str
-
-    kind = ""
 
     @classmethod
     def of(cls, data):
@@ -343,12 +350,9 @@ class ProofFile(_Verdict, ABC):
         return f"<{type(self).__name__}: {'' if self.proven else 'not '}proven>"
 
 
-def kinds(cls=ProofFile):
+def kinds():
     """The classes of proof files that are known."""
-    for sub in cls.__subclasses__():
-        if sub.kind:
-            yield sub
-        yield from kinds(sub)
+    return ProofFile.owners()
 
 
 def load(path):
@@ -374,9 +378,9 @@ def load(path):
         kind, _ = parse(text)
     except ValueError as error:
         raise ValueError(f"{path} is no proof file: {error}") from None
-    for cls in kinds():
-        if cls.kind == kind:
-            return cls(text)
+    cls = ProofFile.owner(kind)
+    if cls is not None:
+        return cls(text)
     known = ", ".join(sorted(repr(cls.kind) for cls in kinds()))
     raise ValueError(f"{path}: kind must be one of {known}, got {kind!r:.80}")
 

@@ -9,6 +9,7 @@ from .blocks import Blocks
 from .centre import margin
 from .exact import exact
 from .expression import Affine, Unknown
+from .names import sane_name
 
 __all__ = ["LMIText", "floats", "rationals"]
 
@@ -45,6 +46,7 @@ class LMIText:
         for u in self.unknowns:
             if not isinstance(u, Unknown):
                 raise ValueError(f"unknowns must hold Unknown, got {u!r}")
+            sane_name(u.name)
         names = [u.name for u in self.unknowns]
         if len(set(names)) < len(names):
             raise ValueError(f"two unknowns have one name: {names}")
@@ -81,6 +83,7 @@ class LMIText:
         if not isinstance(written, dict) or not written:
             raise ValueError("write must return a dict from names to blocks")
         for name, g in written.items():
+            sane_name(name)
             shape = getattr(g, "shape", None)
             if shape is None or len(shape) != 2 or shape[0] != shape[1]:
                 raise ValueError(f"block {name!r} must be a square matrix, got {shape}")

@@ -43,6 +43,11 @@ def need(condition, words):
         raise Refused(words)
 
 
+def printed(text):
+    """One line: what isn't printed is escaped, so that no text moves the cursor."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
 # ---- 1. Matrices of rationals
 
 
@@ -147,6 +152,14 @@ def solve(a, b):
 
 def keys(what, names):
     need(set(what) == set(names.split()), f"the keys must be {names}")
+
+
+def sane(name):
+    """A name: one line, and no sentence."""
+    sign = r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )"
+    good = isinstance(name, str) and re.fullmatch(sign, name)
+    need(good, f"{name!r:.40} is no name: one line of letters, digits, spaces, hyphens")
+    return name
 
 
 def number(text):
@@ -364,7 +377,6 @@ def region(r):
     excludes them excludes the form.
     """
     k, form = len(r["alpha"]), r["form"]
-    need(re.fullmatch(r"(?!\s)[\w -]+(#\d+)?(?<!\s)", r["name"]), "an odd name")
     keys(r, "kind name form alpha beta " + FORMS.get(form, ""))
     alpha, beta = matrix(r["alpha"], k, k), matrix(r["beta"], k, k)
     need(alpha == alpha.T and k, "alpha must be symmetric")
@@ -462,15 +474,23 @@ class Design:
         for r in self.asked:
             if r["kind"] not in BLOCKS:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
-        names = [(r["kind"], r["name"]) for r in self.asked]
+        names = [(r["kind"], sane(r["name"])) for r in self.asked]
         need(len(set(names)) == len(names), "a requirement comes twice")
-        stable = any(r["kind"] in ("gamma", "cost") for r in self.asked) or any(
-            len(r["beta"]) == 1
-            and number(r["beta"][0][0]) > 0 <= number(r["alpha"][0][0])
-            for r in self.asked if r["kind"] == "region"
-        )  # fmt: skip
-        self.demands = self.asked + ([] if stable else [STABILITY])
+        self.statements = list(self._statements())
+        demanded = {(r["kind"], r["name"]): r for _, r in self.statements}
+        self.demands = list(demanded.values())
         self._sizes()
+
+    def _statements(self):
+        """Each claim beside the requirement whose blocks prove it."""
+        where = "the plant" if self.many == 1 else "every plant of the polytope"
+        if not self.whole:
+            where = f"each of the {self.many} vertices (not the plants between)"
+        under = ", under u = K x," if self.m else ""
+        stable = next(filter(implies_stability, self.asked), STABILITY)
+        owners = [next(o for o in self.asked if repeats(r, o)) for r in self.asked]
+        yield f"{where}{under} is stable", stable
+        yield from zip(map(claim, self.asked), owners)
 
     def _sizes(self):
         """Which requirements have an unknown size, and under which condition."""
@@ -538,11 +558,7 @@ class Design:
         return loops
 
     def claims(self):
-        where = "the plant" if self.many == 1 else "every plant of the polytope"
-        if not self.whole:
-            where = f"each of the {self.many} vertices (not the plants between)"
-        under = ", under u = K x," if self.m else ""
-        return [f"{where}{under} is stable"] + [claim(r) for r in self.asked]
+        return [words for words, _ in self.statements]
 
 
 class Once:
@@ -676,11 +692,16 @@ def cost(d, r, x, c):
 def weights(d, r, frame):
     """L, W, R^-1 with Q = L W^-1 L' and W diagonal, in the coordinates."""
     if not d.Q:
-        keys(r, "kind name Q R noise bound")
-        rest, R = matrix(r["Q"], d.N, d.N), matrix(r["R"], d.m, d.m)
-        need(definite(rest, semi=True), "Q must be positive semidefinite")
+        R = matrix(r["R"], d.m, d.m)
         need(definite(R), "R must be positive definite")
-        columns, sizes = [], []
+        if "C" in r:  # Q = C'C
+            keys(r, "kind name C R noise bound")
+            C = matrix(r["C"], len(r["C"]), d.N)
+            d.Q = C.T, eye(len(C)), solve(R, eye(d.m))
+    if not d.Q:
+        keys(r, "kind name Q R noise bound")
+        rest, columns, sizes = matrix(r["Q"], d.N, d.N), [], []
+        need(definite(rest, semi=True), "Q must be positive semidefinite")
         for k in range(d.N):
             if rest[k][k]:
                 columns.append([row[k] / rest[k][k] for row in rest])
@@ -697,6 +718,22 @@ def weights(d, r, frame):
 def size_name(r):
     """The name of a requirement's size among the unknowns."""
     return " ".join(["size for", *dict.fromkeys((r["kind"], r["name"]))])
+
+
+def repeats(r, other):
+    """Whether they are the same, or one region by matrices of whatever size."""
+    if r is other or not r["kind"] == other["kind"] == "region":
+        return r is other
+    (a, b, _), (c, d, _) = region(r), region(other)
+    one, two = (next((abs(e) for row in x for e in row if e), 1) for x in (b, d))
+    return two * a == one * c and two * b == one * d
+
+
+def implies_stability(r):
+    if r["kind"] != "region":
+        return r["kind"] in ("gamma", "cost")
+    alpha, beta, _ = region(r)
+    return len(beta) == 1 and beta[0][0] > 0 <= alpha[0][0]
 
 
 def claim(r):
@@ -1150,10 +1187,10 @@ class Own:
         need(good, "the statement must be words")
         for name, rows, columns, even in file["shapes"]:
             good = type(rows) is type(columns) is int and min(rows, columns) > 0
-            need(good and isinstance(name, str), "an unknown has a name and a size")
+            need(good, "an unknown has a name and a size")
             need(even is False or (even is True and rows == columns), "not symmetric")
-            self.shapes[name] = rows, columns, even
-        self.names = [name for name, *_ in file["expressions"]]
+            self.shapes[sane(name)] = rows, columns, even
+        self.names = [sane(name) for name, *_ in file["expressions"]]
         for names, things in (
             (self.shapes, file["shapes"]),
             (set(self.names), self.names),
@@ -1585,6 +1622,18 @@ BEYOND = {
 }
 
 
+class Proven(list):
+    """What is claimed; of an author's LMIs also what the author says they mean."""
+
+    author = None
+
+    def __str__(self):
+        whose = ":" if self.author is None else " of an author's LMIs:"
+        lines = "\n- ".join(["proven" + whose, *map(printed, self)])
+        said = "\n  which say, by their author's word alone: "
+        return lines + "".join(said + json.dumps(words) for words in self.author or ())
+
+
 def check(text):
     """The claims that the text of a proof file proves; else Refused or Beyond."""
     file = json.loads(text, object_pairs_hook=unique, parse_constant=nothing)
@@ -1629,6 +1678,8 @@ def check(text):
             need(proven == listed, "the blocks aren't those listed")
     other = "the file claims something else: " + "; ".join(claims)
     need(file["claims"] == claims, other)
+    claims = Proven(claims)
+    claims.author = file.get("statement", []) if kind == "lmi" else None
     return claims
 
 
@@ -1653,18 +1704,18 @@ def main(arguments):
         with open(arguments[0], encoding="utf-8") as file:
             claims = check(file.read())
     except Refused as refusal:
-        print(f"refused: {refusal}")
+        print(f"refused: {printed(refusal)}")
         return 1
     except MALFORMED as fault:
-        print(f"refused: not a well-formed proof file ({fault!r:.200})")
+        print(f"refused: not a well-formed proof file ({printed(repr(fault)):.200})")
         return 1
     except Beyond as limit:
-        print(f"not checked: {limit}")
+        print(f"not checked: {printed(limit)}")
         return 3
     except OSError as fault:
-        print(f"not read: {fault}")
+        print(f"not read: {printed(fault)}")
         return 2
-    print("\n- ".join(["proven:", *claims]))
+    print(claims)
     return 0
 
 

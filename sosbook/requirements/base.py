@@ -5,7 +5,7 @@ It writes its own LMI blocks, says in words what a proof of them proves and
 computes the true value in a loop. A new one is a new file, here or elsewhere.
 """
 
-import re
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..lmi.kinds import OfKind
 from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..lmi.read_only import ReadOnly
 from ..plants.checks import positive
@@ -20,16 +21,17 @@ from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from .loop import Loop
 from .vocabulary import Parameter
 
-__all__ = ["BlockName", "BlockTable", "Requirement", "sane_name"]
+__all__ = ["BlockName", "BlockTable", "Requirement"]
 
 
-class Requirement(ABC, ReadOnly):
+class Requirement(OfKind, ABC, ReadOnly):
     """Something that is asked of a loop.
 
     Attributes
     ----------
     kind : str
-        What sort of requirement it is: "region", "cost", ...
+        What sort of requirement it is: "region", "cost", ... Each class declares
+        one of its own, by which proof files find it: see `OfKind`.
     name : str
         Distinguishes it from others of its kind; `Request.without` takes it.
     parameter : Parameter or None
@@ -41,7 +43,8 @@ class Requirement(ABC, ReadOnly):
         What holds its P to a given multiple of the others', in words, such
         as "mu = 1"; empty if nothing does.
     implies_stability : bool
-        Whether its blocks demand Re s < 0, so that no other need do so.
+        Whether its blocks demand Re s < 0, so that no other need do so. Where the
+        class isn't the package's own, stability is demanded all the same.
     needs_disturbance : bool
         Whether it is about w, so that the plant must have F.
     of_poles : bool
@@ -56,12 +59,13 @@ class Requirement(ABC, ReadOnly):
         Whether its `slack` blocks of a vertex, with P_i and V, imply its
         `once` and `pair` blocks of that vertex alone with P = V' P_i^-1 V
         and Y = K P. Then what excludes the vertex alone excludes every
-        slack scalar.
+        slack scalar. It is believed of the package's own classes only.
     affine_in_quotient : bool
         Whether each `pair` block of a vertex is, after a congruence, affine in
         E^-1 [A B_u B_w], as if the plant were divided by E. Where all
         requirements are, the vertices of some polytopes suffice: see
-        `sosbook.studies.polytopes.vertices_suffice`.
+        `sosbook.studies.polytopes.vertices_suffice`. Where the class isn't the
+        package's own, that is probed in rationals: see `sosbook.synthesis.probe`.
     rank : int
         Its place among the requirements of a problem.
     promise : str
@@ -96,6 +100,11 @@ class Requirement(ABC, ReadOnly):
         return self.kind, self.name
 
     @property
+    def of_package(self) -> bool:
+        """Whether its class is the package's own: then its word is tested there."""
+        return type(self).__module__.split(".")[0] == __package__.split(".")[0]
+
+    @property
     def words(self) -> str:
         """What messages call it."""
         return self.parameter.words if self.parameter else self.name
@@ -120,7 +129,10 @@ class Requirement(ABC, ReadOnly):
             )
 
     def repeats(self, other: Any) -> bool:
-        """Whether its blocks are those of an ``other`` requirement."""
+        """Whether its blocks are, exactly, positive multiples of an ``other`` one's.
+
+        Then they are demanded once. It is believed of the package's own classes only.
+        """
         return False
 
     def contradicts(self, other: Any) -> bool:
@@ -149,9 +161,16 @@ class Requirement(ABC, ReadOnly):
         """A number that the H-infinity norm from w to z must stay below, or None."""
         return None
 
+    @property
+    def statement(self) -> str:
+        """Its claim for a proof's lines: an author's is quoted, and named as theirs."""
+        if self.of_package:
+            return self.claim()
+        return f"{self.name}, by its author's theorem: {json.dumps(self.claim())}"
+
     def broken(self) -> str:
         """What a pole outside breaks, in words that say no more than is asked."""
-        return self.claim()
+        return self.statement
 
     def untied(self) -> "Requirement":
         """The same requirement, whose P may be any multiple of the others'."""
@@ -251,13 +270,13 @@ class Requirement(ABC, ReadOnly):
     @staticmethod
     def read(data: dict) -> "Requirement":
         """The requirement of `data`, of whatever kind."""
-        classes = {cls.kind: cls for cls in _below(Requirement)}
-        if data["kind"] not in classes:
+        cls = Requirement.owner(data["kind"])
+        if cls is None:
             raise ValueError(
                 f"a requirement of the kind {data['kind']!r} isn't known: import "
                 "the module that defines it"
             )
-        return classes[data["kind"]].of_data(data)
+        return cls.of_data(data)
 
     @classmethod
     def of_data(cls, data: dict) -> "Requirement":
@@ -283,12 +302,6 @@ class Requirement(ABC, ReadOnly):
         ``Bw`` is how w acts on x', and ``omega`` a typical angular frequency.
         """
         return 0.0
-
-
-def _below(cls):
-    for sub in cls.__subclasses__():
-        yield sub
-        yield from _below(sub)
 
 
 def _value(recorded):
@@ -370,14 +383,3 @@ class BlockTable:
         if not self.many or not vertices:
             return ""
         return " " + ",".join(str(i + 1) for i in vertices)
-
-
-def sane_name(name):
-    """A name that is safe in messages, pages and files, or a ValueError."""
-    if not isinstance(name, str) or not re.fullmatch(
-        r"(?!\s)[\w -]+(#\d+)?(?<!\s)", name
-    ):
-        raise ValueError(
-            f"name = {name!r} must be a string of letters, digits, spaces and hyphens"
-        )
-    return name

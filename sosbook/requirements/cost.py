@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike
 from ..analysis.linear import loop_matrix
 from ..analysis.lyapunov import lyapunov
 from ..lmi import Unknown, eye, he
-from ..lmi.exact import exact, inverse
+from ..lmi.exact import definite, exact, inverse
 from ..lmi.rational import decimal
-from ..plants.checks import is_word, matrix, positive
+from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .base import Requirement
 from .loop import Loop
 from .vocabulary import COST
+from .weights import semidefinite_weight, square_factors, symmetric_weight
 
 __all__ = ["QuadraticCost", "noise_cost", "noise_input"]
 
@@ -29,7 +30,10 @@ class QuadraticCost(Requirement):
     Parameters
     ----------
     Q : (N, N) array_like
-        Weight of the state [z; z'; x3], symmetric, not negative.
+        Weight of the state [z; z'; x3], symmetric and positive semidefinite. What
+        roundings have spoilt is mended, to one part in 1e12: Q is symmetrised, and
+        its diagonal is raised until Q is semidefinite as it is written in decimals.
+        Proofs are about that matrix, ``cost.Q``.
     R : (m, m) array_like
         Weight of the input, symmetric and positive definite; [] for a loop
         without an input.
@@ -41,12 +45,29 @@ class QuadraticCost(Requirement):
     bound : float, optional
         A requirement: the cost stays below it. None where it is to be
         minimised.
+    C : (q, N) array_like, optional
+        Weighs the output y = C x instead: Q = C' C, exactly. ``cost.Q`` is that
+        matrix in floats then.
+
+    Raises
+    ------
+    ValueError
+        If Q isn't semidefinite or R isn't definite, other than by rounding, or if
+        not one of Q and C is given.
+
+    Examples
+    --------
+    >>> QuadraticCost([[1, 2], [2, 4]], [[1]]).Q.tolist()
+    [[1.0, 2.0], [2.0, 4.0]]
+    >>> QuadraticCost(C=[[0.1, 0.3]], R=[[1]]).C.tolist()
+    [[0.1, 0.3]]
     """
 
-    Q: np.ndarray
-    R: np.ndarray
+    Q: np.ndarray | None = None
+    R: np.ndarray | None = None
     noise: str = "states"
     bound: float | None = None
+    C: np.ndarray | None = None
 
     kind = name = promise = "cost"
     parameter = COST
@@ -62,28 +83,30 @@ class QuadraticCost(Requirement):
 
         def __init__(
             self,
-            Q: ArrayLike,
-            R: ArrayLike,
+            Q: ArrayLike | None = None,
+            R: ArrayLike | None = None,
             noise: Literal["F", "states"] = "states",
             bound: float | None = None,
+            C: ArrayLike | None = None,
         ) -> None: ...
 
     def __post_init__(self):
         put = object.__setattr__
-        for name in ("Q", "R"):
-            value = getattr(self, name)
-            if name == "R" and np.size(value) == 0:
-                value = np.zeros((0, 0))  # [] for a loop without an input
-            value = matrix(name, value)
-            if value.shape[0] != value.shape[1] or not np.allclose(
-                value, value.T, rtol=1e-12, atol=0
-            ):
-                raise ValueError(f"{name} must be symmetric")
-            put(self, name, value)
-        if (np.linalg.eigvalsh(self.Q) < -1e-12 * np.abs(self.Q).max(initial=0)).any():
-            raise ValueError("Q has a negative eigenvalue")
-        if (np.linalg.eigvalsh(self.R) <= 0).any():  # there is none without an input
+        if (self.Q is None) == (self.C is None):
+            raise ValueError("give one of Q and C: the cost weighs x' Q x, or |C x|^2")
+        if self.R is None:
+            raise ValueError("R is missing: it weighs the input")
+        if self.C is not None:
+            put(self, "C", matrix("C", self.C))
+            put(self, "Q", semidefinite_weight("C' C", self.C.T @ self.C))
+        else:
+            put(self, "Q", semidefinite_weight("Q", self.Q))
+        R = numbers("R", self.R)
+        R = R if R.size else np.zeros((0, 0))  # [] for a loop without an input
+        R = symmetric_weight("R", R)
+        if len(R) and not definite(exact(R))[0]:
             raise ValueError("R must be positive definite")
+        put(self, "R", R)
         if not is_word(self.noise, ("F", "states")):
             raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')
         if self.bound is not None:
@@ -91,24 +114,23 @@ class QuadraticCost(Requirement):
 
     def factors(self) -> tuple:
         """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
-        remainder, columns, sizes = exact(self.Q), [], []
-        for k in range(len(remainder)):
-            pivot = remainder[k, k]
-            if pivot > 0:
-                column = remainder[:, k : k + 1] / pivot
-                remainder = remainder - pivot * (column @ column.T)
-                columns.append(column)
-                sizes.append(1 / pivot)
-        L = np.hstack(columns) if columns else remainder[:, :0]
-        W = exact(np.zeros((len(sizes), len(sizes))))
-        W[range(len(sizes)), range(len(sizes))] = sizes
-        return L, W, inverse(exact(self.R))
+        R = inverse(exact(self.R))
+        if self.C is not None:
+            return exact(self.C.T), exact(np.eye(len(self.C))), R
+        return *square_factors(exact(self.Q)), R
 
     def with_bound(self, bound: float) -> "Requirement":
-        return replace(self, bound=bound)
+        Q = self.Q if self.C is None else None
+        return replace(self, Q=Q, bound=bound)
+
+    def data(self) -> dict:
+        left_out = "C" if self.C is None else "Q"
+        return {k: v for k, v in super().data().items() if k != left_out}
 
     def check(self, problem: Any) -> None:
-        matrix("Q", self.Q, (problem.order, problem.order))
+        weight = "Q" if self.C is None else "C"
+        rows = problem.order if self.C is None else None
+        matrix(weight, getattr(self, weight), (rows, problem.order))
         matrix("R", self.R, (problem.plant.m, problem.plant.m))
         if self.noise == "F" and problem.plant.p == 0:
             raise ValueError('noise="F", but the plant has no F: take "states"')

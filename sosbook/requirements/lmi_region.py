@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from ..analysis.linear import poles
+from ..lmi.names import sane_name
 from ..lmi.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import pole_region, slack_pole_region
-from .base import Requirement, sane_name
+from .base import Requirement
 from .loop import Loop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
@@ -195,28 +196,27 @@ class LMIRegion(RegionForms, Region, Requirement):
         return self._again(bound)
 
     def repeats(self, other: Any) -> bool:
-        """Whether its blocks are those of an ``other`` requirement."""
         if not isinstance(other, LMIRegion) or other.alpha.shape != self.alpha.shape:
             return False
-        return all(
-            np.array_equal(one, two)
-            for one, two in zip(_of_size_one(self), _of_size_one(other))
-        )
+        pairs = zip(_of_size_one(self), _of_size_one(other))
+        return all((one == two).all() for one, two in pairs)
 
     def contradicts(self, other: Any) -> bool:
         """Whether an ``other`` region lies apart at sight.
 
-        A disk that lies right of a half-plane holds no pole of it.
+        A disk that lies right of a half-plane holds no pole of it. With some v,
+        v' f(s) v >= 0 wherever Re s <= -sigma: floats suggest v, rationals decide.
         """
-        disk = self._disk
-        if (
-            disk is None
-            or not isinstance(other, LMIRegion)
-            or other.parameter is not SIGMA
-        ):
+        if self._disk is None or not isinstance(other, LMIRegion):
             return False
-        rho, centre = disk
-        return rho <= other.bound + centre
+        if other.parameter is not SIGMA:
+            return False
+        wall = self.alpha - other.bound * (self.beta + self.beta.T)
+        v = np.linalg.eigh(wall)[1][:, -1]
+        v = exact((v / np.abs(v).max()).round(6))
+        (alpha, beta), sigma = self.pole_matrices(), exact(other.bound)
+        slope = v @ beta @ v
+        return bool(slope <= 0 and v @ alpha @ v - 2 * sigma * slope >= 0)
 
     def pole_matrices(self) -> tuple:
         return exact(self.alpha), exact(self.beta)
@@ -322,8 +322,10 @@ FORMS = {
 
 
 def _of_size_one(part):
-    size = max(np.abs(part.alpha).max(), np.abs(part.beta).max())
-    return part.alpha / size, part.beta / size
+    """alpha and beta in rationals, divided by the size of beta's first entry."""
+    alpha, beta = part.pole_matrices()
+    size = next(abs(e) for e in beta.flat if e != 0)
+    return alpha / size, beta / size
 
 
 def _numerical_radius(beta):

@@ -89,7 +89,7 @@ class Certificate(GainProof):
         again = cls.contents(request, K, values, map(_key, blocks))
         if not all((values[name] == values[name].T).all() for name in request.lyapunov):
             return again, Examined.nothing("P isn't symmetric")
-        return again, Examined.of(blocks, claims(request))
+        return again, Examined.of(blocks, _rest(request, blocks))
 
     @classmethod
     def contents(cls, request, K, values, blocks):
@@ -273,17 +273,21 @@ def _recorded(request):
 
 def claims(request):
     """What positive definite blocks of a request prove, in words."""
-    N = len(request.vertices)
-    if N == 1:
-        where = "the plant"
-    elif request.covers_polytope:
-        where = "every plant of the polytope"
-    else:
-        where = f"each of the {N} vertices (not the plants between)"
-    under = ", under u = K x," if request.plant.m else ""
-    words = [f"{where}{under} is stable"]
-    words += [r.claim() for r in request.requirements]
-    return tuple(words)
+    return tuple(words for words, _ in request.statements())
+
+
+def _rest(request, blocks):
+    """The claims, each with the names of the blocks that prove it.
+
+    P itself belongs to all of them.
+    """
+    owned = {}
+    for name in blocks:
+        owned.setdefault(name.requirement, []).append(name)
+    return [
+        (words, [*owned[r.key], *owned.get(None, ())] if r.key in owned else ())
+        for words, r in request.statements()
+    ]
 
 
 class DesignInfeasibility(Exclusion):

@@ -9,6 +9,7 @@ import numpy as np
 from ..lmi import Affine
 from ..lmi.exact import exact
 from ..lmi.matrices import Readings
+from ..lmi.names import sane_name
 from ..lmi.read_only import ReadOnly
 from ..lmi.text import floats
 from ..lmi.time_limit import check_time
@@ -16,27 +17,27 @@ from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
     SlackVertex,
-    coupled_pairs,
     descriptors,
     mean_descriptor,
+    twins,
 )
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
-from ..requirements.base import BlockTable, Requirement, sane_name
+from ..requirements.base import BlockTable, Requirement
 from ..requirements.loop import Loop, OnDemand
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
-from ..requirements.stability import Stability
 from .pair_stacks import blocks_of_pairs
 from .regularization import Regularization
 from .sizes import Sizes
+from .statements import Statements
 from .unknowns import InUnknowns
 
 __all__ = ["Request"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
+class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     Parameters
@@ -105,11 +106,17 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
                 )
         for r in self.requirements:
             sane_name(r.name)
+            if not r.owns_its_kind:
+                raise ValueError(
+                    f"{type(r).__name__} has no kind of its own: write kind = ... into "
+                    "the body of its class, and its proofs can be files"
+                )
             r.check(self)
         if gain is not None:
             gain = matrix("K", gain, (plant.m, self.order))
         object.__setattr__(self, "slack", slack)
         object.__setattr__(self, "gain", gain)
+        self._check_unknowns()
 
     def _descriptors(self, gain):
         plant = self.plant
@@ -131,42 +138,15 @@ class Request(Shorthand, Sizes, InUnknowns, ReadOnly):
         """2n + a, the number of states."""
         return len(self.vertices[0].E)
 
-    @property
+    @cached_property
     def distinct(self):
         """Indices of the vertices, without those that repeat another one."""
-        return [i for i, j in self.pairs if i == j]
+        return sorted(set(twins(self.certain)))
 
     @cached_property
     def mean(self):
         """The mean vertex, or the first one: see `mean_descriptor`."""
         return mean_descriptor([self.vertices[i] for i in self.distinct])
-
-    @property
-    def covers_polytope(self):
-        """Whether the blocks say something about the whole polytope."""
-        if self.coupling == "slack":
-            return True
-        return len(self.pairs) == len(self._pairs_of("pairs"))
-
-    def _pairs_of(self, coupling):
-        quotient = all(r.affine_in_quotient for r in self.requirements)
-        return coupled_pairs(self.certain, coupling, quotient)
-
-    @cached_property
-    def demands(self):
-        """The requirements in the order of their blocks; stability joins.
-
-        Those with unknowns of their own come first; what repeats another
-        one is left out.
-        """
-        asked = []
-        for r in sorted(self.requirements, key=lambda r: not r.unknowns(self)):
-            if not any(r.repeats(earlier) for earlier in asked):
-                asked.append(r)
-        if not any(r.implies_stability for r in asked):
-            leading = sum(bool(r.unknowns(self)) for r in asked)
-            asked.insert(leading, Stability())
-        return tuple(asked)
 
     def blocks(
         self, P, Y, number=floats, frame=None, V=None, levels=(), own=(), pairs=None

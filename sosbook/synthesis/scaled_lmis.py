@@ -101,9 +101,9 @@ class ScaledLMIs(TrustedProblem):
 
         Requirements of others are written first: what isn't affine is refused then.
         """
-        own = {type(r).__module__.split(".")[0] for r in self.request.demands}
         few = len(self.request.pairs) <= FEW_PAIRS
-        return few and not self.sizes and own == {__package__.split(".")[0]}
+        own = all(r.of_package for r in self.request.demands)
+        return few and not self.sizes and own
 
     def _limited(self, work, first=None):
         return work()  # `guarded` limits the time of a whole request

@@ -178,7 +178,9 @@ def refuted(request):
     certain = without_lmis(request)
     if certain is not None:
         return certain
-    kept = tuple(r for r in request.requirements if r.slack_implies_pair)
+    kept = tuple(
+        r for r in request.requirements if r.slack_implies_pair and r.of_package
+    )
     for k in request.distinct:
         check_time()
         first = search(

@@ -1,14 +1,18 @@
 """What the blocks of a request are affine in, and the blocks for values of it."""
 
+import re
 from functools import cached_property
 
 import numpy as np
 
 from ..lmi import Unknown
+from ..lmi.names import sane_name
 from ..lmi.text import floats
 from ..plants.descriptor import twins
 
 __all__ = ["InUnknowns"]
+
+RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknowns
 
 
 class InUnknowns:
@@ -40,6 +44,16 @@ class InUnknowns:
         if len(set(names)) < len(names):
             raise ValueError(f"two unknowns have one name: {names}")
         return unknowns
+
+    def _check_unknowns(self):
+        """A ValueError where a requirement's own unknown has a name that is taken."""
+        for r in self.requirements:
+            for name in (sane_name(u.name) for u in r.unknowns(self)):
+                if RESERVED.fullmatch(name):
+                    raise ValueError(
+                        f"{r.words}: an unknown of its own is called {name!r}, which "
+                        "is one of every problem: give it another name"
+                    )
 
     @cached_property
     def lyapunov(self):

@@ -33,7 +33,7 @@ def program_data(request):
         "x0": None if saturation is None else _table([saturation.x0])[0],
         "mu": request.mu,
         "cost": cost
-        and {"Q": _table(cost.Q), "R": _table(cost.R), "noise": cost.noise},
+        and {"Q": cost.Q.tolist(), "R": cost.R.tolist(), "noise": cost.noise},
         "own": [_own(r) for r in request.requirements if not _known(r)],
     }
 

@@ -129,8 +129,9 @@ function signOfDeterminant(at, n) {
   return last > 0n ? sign : -sign;
 }
 
-// {L, W, d} with Q = L inv(W) L' for a Q that isn't negative: W is diagonal, and the columns
-// of L are those that begin with one, times d (Bareiss, with a common factor taken out).
+// {L, W, d} with Q = L inv(W) L' for a positive semidefinite Q, else an Error: W is diagonal,
+// and the columns of L are those that begin with one, times d (Bareiss, with a common factor
+// taken out). Nothing of Q is left out.
 function weightFactors(Q) {
   const {at, places, rows: N} = exactMatrix(Q), columns = [], W = [], d = [];
   let rest = Array.from({length: N}, (_, i) => at.slice(i * N, (i + 1) * N)), last = 1n;
@@ -144,6 +145,7 @@ function weightFactors(Q) {
     rest = rest.map((row, i) => row.map((x, j) => (pivot * x - column[i] * head[j]) / last));
     last = pivot;
   }
+  if (rest.some(row => row.some(x => x))) throw new Error("Q has a negative eigenvalue: it must be positive semidefinite.");
   const along = list => list.reduce((X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}), exactZeros(list.length, list.length));
   const L = columns.reduce((X, x, k) => EXACT.place(X, 0, k, {rows: N, cols: 1, ...x}), exactZeros(N, columns.length));
   return {L, W: along(W), d: along(d)};

@@ -63,7 +63,8 @@ function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(aske
     const near = frame.near || identity(N);
     if (asked.noise !== "F") add("cost", [...KINDS.cost, "cost"], "cost", noiseShare([[near, near, 0.5]], frame.back, frame, ring));
   }
-  const all = [asked.sigma, asked.gamma, asked.cost].every(x => x === undefined) ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
+  const stable = asked.sigma >= 0 || asked.gamma !== undefined || asked.cost !== undefined;
+  const all = !stable ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
   for (const [i, j] of pairs) {
     const place = plain.length > 1 ? ` ${i + 1}${i === j ? "" : `,${j + 1}`}` : "", where = i === j ? [i] : [i, j];
     const a = vertices[i], b = vertices[j], ends = i === j ? [[a, a, 1]] : [[a, b, 0.5], [b, a, 0.5]];

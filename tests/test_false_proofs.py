@@ -1,0 +1,571 @@
+"""No proof of what isn't so: claims, the blocks under them, and the words of others.
+
+Each file is read by the package and by ``check.py``. Oracles are exact: Lyapunov's
+equation and characteristic polynomials in rationals.
+"""
+
+import json
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import fmpq, fmpq_mat
+
+import sosbook as sos
+from sosbook import proofs
+from sosbook.lmi import LMIProblem, Unknown, he
+from sosbook.lmi.exact import exact
+from sosbook.lmi.names import sane_name
+from sosbook.lmi.proof import Examined, ProofFile
+from sosbook.lmi.proof_text import checksum
+from sosbook.lmi.refutation import semidefinite
+from sosbook.plants.controllability import matrix_of
+from sosbook.proofs import check
+from sosbook.requirements import LMIRegion, Requirement
+from sosbook.requirements.hinf import HInfinity
+from sosbook.requirements.stability import Stability
+from sosbook.requirements.weights import semidefinite_weight
+from sosbook.synthesis.probe import affine_in_quotient
+from sosbook.synthesis.problem import Request
+from tests import energy_to_peak
+
+ONE = np.eye(2)
+PLANT = sos.SecondOrderSystem(
+    [[2, 0], [0, 1]], [[0.4, -0.1], [-0.1, 0.2]], [[6, -2], [-2, 4]], ONE, ONE
+)
+FACTORS = 1.0, 0.3, 1 / 9.81, 2.2046, 1e3
+
+
+def mended(proof, change):
+    """The text of a proof whose contents were changed, with the checksum of that."""
+    whole = json.loads(proof.text)
+    change(whole)
+    whole["checksum"] = checksum(whole)
+    return json.dumps(whole)
+
+
+def readers(text):
+    """What the package and check.py say of a text: whether it is proven."""
+    cls = ProofFile.owner(json.loads(text)["kind"])
+    try:
+        check.check(text)
+    except (check.Refused, check.Beyond, *check.MALFORMED):
+        return cls(text).verify(), False
+    return cls(text).verify(), True
+
+
+def agree(proof):
+    """Whether both readers accept a proof, and with the same claims."""
+    return proof.proven and check.check(proof.text) == list(proof.claims)
+
+
+# ---- what weighs a cost
+
+
+def true_cost(plant, Q):
+    """tr W'XW with A'X + XA = -Q without control, in rationals."""
+    n, inverse = plant.n, matrix_of(exact(plant.M)).inv()
+    zero, one = fmpq_mat(n, n), matrix_of(exact(np.eye(n)))
+    lower = [inverse * matrix_of(-exact(x)) for x in (plant.S, plant.D)]
+    rows = [[*a, *b] for a, b in zip(zero.table(), one.table())]
+    rows += [[*a, *b] for a, b in zip(*(x.table() for x in lower))]
+    N, A = 2 * n, fmpq_mat(rows)
+    L, right = fmpq_mat(N * N, N * N), fmpq_mat(N * N, 1)
+    for i in range(N):
+        for j in range(N):
+            right[i * N + j, 0] = -exact(float(Q[i, j]))
+            for k in range(N):
+                L[i * N + j, k * N + j] += A[k, i]
+                L[i * N + j, i * N + k] += A[k, j]
+    x = L.solve(right)
+    X = fmpq_mat(N, N, [x[k, 0] for k in range(N * N)])
+    push = (inverse * matrix_of(exact(plant.F))).table()
+    W = fmpq_mat([[fmpq(0)] * plant.p] * n + push)
+    product = W.transpose() * X * W
+    return float(sum(product[k, k] for k in range(plant.p)))
+
+
+@pytest.mark.parametrize(
+    "w, bound, true", [(1e-7, 2.525e6, 5.25e7), (1e-6, 252500, 3e5)]
+)
+def test_what_weighs_less_than_nothing_is_no_cost(w, bound, true):
+    """Nothing of Q is left out because floats take it for a rounding error."""
+    plant = sos.SecondOrderSystem(ONE, 2 * w * ONE, w * w * ONE, ONE, [[1.0], [1.0]])
+    Q = np.diag([0, 0, 1.0, 0])
+    cost = sos.QuadraticCost(Q, ONE, "F", bound=bound)
+    proof = sos.analyse_pid(plant, np.zeros((2, 4)), cost=cost).certify()
+    assert agree(proof) and true_cost(plant, Q) < bound
+    Q[0, 1] = Q[1, 0] = 1e-13
+    assert true_cost(plant, Q) == pytest.approx(true, rel=1e-3) and true > bound
+    with pytest.raises(ValueError, match="Q has a negative eigenvalue, in the states"):
+        sos.QuadraticCost(Q, ONE, "F", bound=bound)
+
+    def weigh(whole):
+        asked = whole["requirements"][0]["Q"]
+        asked[0][1] = asked[1][0] = "1e-13"
+
+    assert readers(mended(proof, weigh)) == (False, False)
+
+
+def low_rank(seed):
+    rng = np.random.default_rng(seed)
+    C = rng.normal(size=(rng.integers(1, 4), 4)) * rng.choice(FACTORS, 4)
+    return C, rng
+
+
+def weights_of_outputs(seeds):
+    for seed in seeds:
+        C, _ = low_rank(seed)
+        given = C.T @ C
+        design = sos.design_lqr(PLANT, given, ONE)
+        cost = design.request.cost
+        assert semidefinite(exact(cost.Q)) and semidefinite(
+            exact(cost.Q) - exact((given + given.T) / 2)
+        )
+        assert np.allclose(cost.Q, given, rtol=1e-12, atol=0)
+        assert agree(design.certify()), seed
+        bound = cost.with_bound(0.98 * cost.bound)
+        refused = sos.design_pid(PLANT, cost=bound).infeasibility
+        assert agree(refused), seed
+
+
+def test_weights_of_outputs_are_read_alike():
+    weights_of_outputs(range(25))
+
+
+@pytest.mark.slow
+def test_two_hundred_weights_of_outputs_are_read_alike():
+    weights_of_outputs(range(25, 225))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_an_output_is_weighed_exactly(seed):
+    """The file holds C; its cost is that of Q = C'C."""
+    C, rng = low_rank(seed)
+    noise = "F" if seed % 2 else "states"
+    cost = sos.QuadraticCost(C=C, R=ONE, noise=noise)
+    design = sos.design_pid(PLANT, cost=cost, minimize="cost")
+    bound = design.request.cost.bound
+    other = sos.design_lqr(PLANT, C.T @ C, ONE, noise=noise).request.cost.bound
+    assert bound == pytest.approx(other, rel=0.03)
+    proof = design.certify()
+    asked = json.loads(proof.text)["requirements"][0]
+    assert "Q" not in asked and np.array_equal(np.array(asked["C"], float), C)
+    assert agree(proof)
+    assert cost.truth(design.request.vertices, proof.K) < bound
+    heavier = mended(proof, lambda whole: whole["requirements"][0].update(
+        C=[[str(2 * Fraction(e)) if "e" not in e and "." not in e else
+            repr(2 * float(e)) for e in row] for row in asked["C"]]
+    ))  # fmt: skip
+    assert readers(heavier) == (False, False)
+    refused = sos.design_pid(PLANT, cost=cost.with_bound(0.9 * other))
+    assert agree(refused.infeasibility)
+
+
+@pytest.mark.parametrize("name", "QR")
+@pytest.mark.parametrize("factor", FACTORS)
+def test_weights_asymmetric_by_a_rounding_are_made_symmetric(name, factor):
+    size = 4 if name == "Q" else 2
+    X = factor * (np.eye(size) + 0.3)
+    X[0, 1] += 5e-13 * factor
+    given = {"Q": np.eye(4), "R": ONE} | {name: X}
+    design = sos.design_lqr(PLANT, **given)
+    held = getattr(design.request.cost, name)
+    assert (held == held.T).all() and np.allclose(held, X, rtol=1e-11)
+    assert agree(design.certify())
+    X[0, 1] += 1e-9 * factor
+    with pytest.raises(ValueError, match=f"{name} must be symmetric"):
+        sos.QuadraticCost(**given)
+
+
+def test_what_is_mended_has_no_units():
+    """A weight is mended, or refused, alike in all units of the states."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        C, unit = rng.normal(size=(1, 5)), 10.0 ** rng.integers(-9, 9, 5)
+        Q = semidefinite_weight("Q", (C * unit).T @ (C * unit))
+        assert np.allclose(Q / np.outer(unit, unit), C.T @ C, rtol=1e-12, atol=0)
+        bad = np.outer(unit, unit) * (C.T @ C - 1e-9 * np.eye(5))
+        with pytest.raises(ValueError, match="negative eigenvalue"):
+            semidefinite_weight("Q", (bad + bad.T) / 2)
+
+
+@pytest.mark.parametrize(
+    "more, words",
+    [
+        (dict(R=ONE), "give one of Q and C"),
+        (dict(Q=ONE, C=ONE, R=ONE), "give one of Q and C"),
+        (dict(Q=ONE), "R is missing"),
+        (dict(Q=ONE, R=[[1, 2], [2, 4]]), "R must be positive definite"),
+        (dict(Q=[[1, 1], [1, 0]], R=ONE), "negative eigenvalue, in the states .1, 2."),
+        (dict(Q=[[1, 2]], R=ONE), "Q must be square"),
+    ],
+)
+def test_weights_that_are_none_are_named(more, words):
+    with pytest.raises(ValueError, match=words):
+        sos.QuadraticCost(**more)
+
+
+# ---- regions that are asked twice
+
+
+@pytest.mark.parametrize("sigma", [0.73, 0.739, 0.743, 0.744, 0.763])
+def test_a_wall_beside_a_wall_keeps_its_block(sigma):
+    """The second one lies one float further, and a pole between the two."""
+    farther, e = float(np.nextafter(sigma, 9)), 5e-17
+    region = LMIRegion.half_plane(sigma, "a") & LMIRegion.half_plane(farther, "b")
+    plant = sos.SecondOrderSystem([[1]], [[1 + sigma]], [[sigma]], [[1]])
+    found = sos.analyse_pid(plant, [[-e, -e]], region=region)
+    # s^2 + (D + e) s + S + e, negative at -farther: a pole lies right of it
+    damping, at = exact(1 + sigma) + exact(e), exact(farther)
+    beyond = at * at - damping * at + exact(sigma) + exact(e) < 0
+    proven = found.status == "feasible" and found.certify().proven
+    assert not (beyond and proven)
+    assert beyond or agree(found.certify())
+
+
+TWICE = {
+    "sigma": sos.PoleRegion(sigma=0.5) & sos.PoleRegion(sigma=0.5, rho=8),
+    "all of it": sos.PoleRegion(sigma=0.5) & sos.PoleRegion(sigma=0.5),
+    "disk": LMIRegion.disk(8) & LMIRegion.disk(8),
+    "mine": LMIRegion([[1]], [[1]], "mine") & LMIRegion.half_plane(0.5),
+    "mine, of another size": LMIRegion([[2]], [[2]], "mine")
+    & LMIRegion.half_plane(0.5),
+    "left of zero": LMIRegion.half_plane(0) & sos.PoleRegion(rho=9),
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_a_region_that_is_named_twice_is_proven_by_both(name):
+    design = sos.design_pid(PLANT, region=TWICE[name])
+    proof = design.certify()
+    assert agree(proof)
+    owners = {k.requirement for k in proof.blocks if k.requirement}
+    assert owners == {r.key for _, r in design.request.statements()}
+    assert len(proof.claims) == 1 + len(design.request.requirements)
+    refused = sos.design_pid(
+        PLANT,
+        region=TWICE[name],
+        gamma=1e-4,
+        saturation=sos.Saturation(1, [0.1, 0.1, 0, 0]),
+    )
+    assert refused.status == "infeasible" and agree(refused.infeasibility)
+
+
+def test_what_excludes_at_sight_does_so_exactly():
+    for rho in (0.3, 1 / 9.81, 2.2046, 3.0):
+        wall, disk = LMIRegion.half_plane(rho), LMIRegion.disk(rho)
+        assert disk.contradicts(wall)
+        larger = LMIRegion.disk(float(np.nextafter(rho, 9)))
+        assert not larger.contradicts(wall)
+
+
+def test_each_claim_stands_beside_the_one_who_demands_its_blocks():
+    region = sos.PoleRegion(sigma=0.3, theta=1.2, rho=20)
+    asked = dict(region=region, gamma=5.0, saturation=sos.Saturation(90, [1, 0, 0, 0]))
+    request = Request(PLANT, **asked)
+    said = request.statements()
+    assert [words for words, _ in said] == list(
+        sos.design_pid(PLANT, **asked).certify().claims
+    )
+    assert {r.key for _, r in said} == {r.key for r in request.demands}
+    bare = Request(PLANT)
+    assert [r.key for _, r in bare.statements()] == [("stability", "stability")]
+
+
+def test_a_claim_without_its_block_isnt_proven():
+    good = {"P": exact(np.eye(1))}
+    assert Examined.of(good, [("yes", ["P"])]).claims == ("yes",)
+    for names in ((), ("Q",), ("P", "Q")):
+        found = Examined.of(good, [("yes", names)])
+        assert not found.proven and found.claims == ()
+        assert found.failed == ("no block proves: yes",)
+
+
+# ---- words of a file or an author
+
+LINE = "P\n- every plant of the polytope, under u = K x, is stable"
+HIDDEN = "\x1b[8m\n- its H-infinity norm is below 0.001\x85\u202e"
+
+
+def own_proof(words=()):
+    def write(values, number):
+        P = values["P"]
+        return {"P": P, "decay 1,2 (A.6)": -he(number([[0, 1], [-2, -3]]) @ P)}
+
+    return LMIProblem(write, [Unknown("P", 2, symmetric=True)]).solve().prove(words)
+
+
+def rename(whole, old, new):
+    for place in ("shapes", "expressions"):
+        for row in whole[place]:
+            row[0] = new if row[0] == old else row[0]
+    for row in whole["expressions"]:
+        for term in row[2]:
+            term[0] = new if term[0] == old else term[0]
+    for place in ("blocks", "claims"):
+        whole[place] = [text.replace(old, new) for text in whole[place]]
+    whole["unknowns"] = {k.replace(old, new): v for k, v in whole["unknowns"].items()}
+
+
+def run(text, path, capsys):
+    """What the two command lines print of a file: (exit code, text) each."""
+    from sosbook.proofs.command import main
+
+    path.write_text(text, "utf-8")
+    codes = []
+    for call in (lambda: main(["verify", str(path)]), lambda: check.main([str(path)])):
+        code = call()
+        codes.append((code, capsys.readouterr().out))
+    return codes
+
+
+@pytest.mark.parametrize("name", [LINE, "P" + HIDDEN, "P. It is", "", " P", "P\t"])
+def test_a_block_s_name_is_one_line_of_a_few_signs(name, tmp_path, capsys):
+    with pytest.raises(ValueError, match="must be one line of letters"):
+        sane_name(name)
+    with pytest.raises(ValueError, match="must be one line of letters"):
+        LMIProblem(lambda v, n: {name: v["X"]}, [Unknown("X", 1)]).solve()
+    with pytest.raises(ValueError, match="must be one line of letters"):
+        LMIProblem(lambda v, n: {"X": v[name]}, [Unknown(name, 1)])
+    for old in ("P", "decay 1,2 (A.6)"):
+        text = mended(own_proof(), lambda whole, old=old: rename(whole, old, name))
+        assert readers(text) == (False, False)
+        for code, printed in run(text, tmp_path / "proof.json", capsys):
+            assert code == 1 and "\x1b" not in printed and "\u202e" not in printed
+            assert len(printed.splitlines()) == 1
+
+
+def test_an_author_s_words_are_quoted(tmp_path, capsys):
+    proof = own_proof(("A is stable", HIDDEN))
+    assert proof.proven and agree(proof)
+    ours, theirs = run(proof.text, tmp_path / "proof.json", capsys)
+    assert ours == theirs and ours[0] == 0
+    first, claim, *said = ours[1].splitlines()
+    assert first == "proven of an author's LMIs:"
+    assert claim == f"- {proof.claims[0]}"
+    assert [line.split(": ", 1)[1] for line in said] == [
+        json.dumps(words) for words in proof.statement
+    ]
+    assert all("by their author's word alone" in line for line in said)
+
+
+def test_no_text_of_a_file_moves_the_cursor(tmp_path, capsys):
+    proof = sos.design_pid(PLANT, region=sos.PoleRegion(sigma=0.5)).certify()
+
+    def each(whole):
+        yield lambda w: w.update({HIDDEN: 1})
+        for key in whole:
+            if key not in ("format", "checksum"):
+                yield lambda w, key=key: w.update({key: HIDDEN})
+        yield lambda w: w["requirements"][0].update({HIDDEN: "1"})
+        for key in whole["requirements"][0]:
+            yield lambda w, key=key: w["requirements"][0].update({key: HIDDEN})
+        for key in whole["unknowns"]:
+            yield lambda w, key=key: w["unknowns"].update({key + HIDDEN: [["1"]]})
+        yield lambda w: w["blocks"][0].append(HIDDEN)
+
+    for change in each(json.loads(proof.text)):
+        text = mended(proof, change)
+        whole = json.loads(text)
+        path = tmp_path / "proof.json"
+        if ProofFile.owner(whole["kind"]) is not None and whole["version"] == 1:
+            assert readers(text)[0] is False
+        for code, printed in run(text, path, capsys):
+            assert code != 0 and "\x1b" not in printed and "\u202e" not in printed
+            assert len(printed.splitlines()) <= 1
+
+
+def test_a_version_is_a_whole_number():
+    proof = own_proof()
+    for version in (1.0, True, "1", None):
+        text = mended(proof, lambda whole, v=version: whole.update(version=v))
+        assert readers(text) == (False, False)
+
+
+# ---- classes of others
+
+
+def test_a_class_changes_no_proof_that_is_there():
+    proof = sos.design_pid(
+        PLANT, saturation=sos.Saturation(90, [0.1, 0, 0, 0])
+    ).certify()
+    small = mended(proof, lambda w: w["requirements"][0].update(u_max="0.001"))
+
+    class Mine(sos.Saturation):
+        """Declares no kind, and has neither blocks nor the same words."""
+
+        def once(self, loop):
+            return ()
+
+        def claim(self):
+            return "whatever"
+
+    assert proof.verify() and readers(small) == (False, False)
+    asked = Mine(90, [0.1, 0, 0, 0])
+    with pytest.raises(ValueError, match="Mine has no kind of its own"):
+        sos.design_pid(PLANT, requirements=[asked])
+
+
+@pytest.mark.parametrize("base", [sos.Saturation, Requirement, LMIRegion, HInfinity])
+def test_a_kind_has_one_owner(base):
+    for kind in ("input", "region", "stability"):
+        with pytest.raises(ValueError, match=f"kind = '{kind}' is that of sosbook"):
+            type("Mine", (base,), {"kind": kind})
+    with pytest.raises(ValueError, match="must be one line"):
+        type("Mine", (base,), {"kind": LINE})
+    with pytest.raises(ValueError, match="kind = 'design' is that of sosbook"):
+        type("Mine", (proofs.Certificate,), {"kind": "design"})
+    assert Requirement.owner("input") is sos.Saturation
+    assert ProofFile.owner("design") is proofs.Certificate
+
+
+def test_a_cell_that_is_run_again_takes_its_own_place():
+    first, second = (
+        type("Again", (Stability,), {"kind": "again", "name": "again"})
+        for _ in range(2)
+    )
+    assert Requirement.owner("again") is second is not first
+    for cls in (first, second):
+        assert Request(PLANT, requirements=[cls()]).demands
+
+
+@dataclass(frozen=True, eq=False)
+class Trivial(Requirement):
+    """Its author says that it implies stability; its block demands nothing."""
+
+    kind = name = "trivial"
+    implies_stability = slack_implies_pair = affine_in_quotient = True
+    parts = ("block",)
+
+    def pair(self, loop, c):
+        for part in self.parts:
+            yield part, c.EPE
+
+    def slack(self, loop, c, i):
+        return self.pair(loop, c)
+
+    def claim(self):
+        return "nothing" + HIDDEN
+
+    def truth(self, loops, K, K_A=None):
+        return 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Empty(Trivial):
+    """No block at all."""
+
+    kind = name = "empty"
+    parts = ()
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_stability_is_proven_whatever_an_author_says(coupling):
+    falling = sos.SecondOrderSystem([[1]], [[-1]], [[1]], [[1]])
+    more = dict(coupling=coupling, requirements=[Trivial()])
+    found = sos.analyse_pid(falling, [[0, 0]], **more)
+    assert found.status == "infeasible"
+    design = sos.design_pid(falling, **more)
+    assert ("stability", "stability") in [r.key for r in design.request.demands]
+    proof = design.certify()
+    assert proof.proven and (design.poles().real < 0).all()
+    words = proof.claims[1]
+    assert words.startswith("trivial, by its author's theorem: \"nothing")
+    assert words.isprintable() and len(str(proof).splitlines()) == 3
+
+
+def test_a_requirement_without_blocks_proves_nothing():
+    design = sos.design_pid(PLANT, requirements=[Empty()])
+    proof = design.certify()
+    assert not proof.proven and proof.claims == ()
+    assert "no block proves: empty, by its author's theorem" in proof.failed[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Mass(Trivial):
+    """E P E' < 100, which isn't affine after a division by E, whatever it says."""
+
+    kind = name = "mass"
+
+    def pair(self, loop, c):
+        yield "mass", 100 * sos.lmi.eye(c.EPE.shape[0]) - c.EPE
+
+
+@dataclass(frozen=True, eq=False)
+class Square(Trivial):
+    """Quadratic in the quotient's B_w."""
+
+    kind = name = "square"
+
+    def pair(self, loop, c):
+        yield "square", c.EPE - c.Bw @ c.Bw.T
+
+
+@dataclass(frozen=True, eq=False)
+class Entry(Trivial):
+    """One entry of an affine block: a division by E doesn't leave it alone."""
+
+    kind = name = "entry"
+
+    def pair(self, loop, c):
+        yield "entry", c.EPE[:1, :1]
+
+
+@dataclass(frozen=True, eq=False)
+class Fine(Trivial):
+    """A block of the package."""
+
+    kind = name = "fine"
+
+    def pair(self, loop, c):
+        yield "fine", -he(c.Theta) - c.EPE
+
+
+def lever(masses=(0.5, 1.5)):
+    """Masses along two columns: vertices suffice for what is affine."""
+    first, second = np.array([[1, 1], [1, 1]]), np.array([[0.25, 0.5], [0.5, 1]])
+    return sos.Polytope(
+        [
+            sos.SecondOrderSystem(ONE + a * first + b * second, ONE, ONE, ONE, ONE)
+            for a in masses
+            for b in masses
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    "requirement, fine",
+    [
+        (Mass(), False),
+        (Square(), False),
+        (Entry(), False),
+        (Fine(), True),
+        (energy_to_peak.EnergyToPeak(2.0), True),
+        (energy_to_peak.EnergyToPeak(), True),
+        (sos.QuadraticCost(np.eye(4), ONE, "F", 9.0), True),
+        (HInfinity(3.0), True),
+        *((part, True) for part in sos.PoleRegion(0.2, 1.2, 8).parts),
+    ],
+)
+def test_affinity_is_tried_before_pairs_are_left_out(requirement, fine):
+    plants = lever()
+    request = Request(plants)
+    assert len(request.pairs) == 4
+    assert affine_in_quotient(requirement, request) == fine
+    if requirement.parameter is None or requirement.bound is not None:
+        asked = Request(plants, requirements=[requirement])
+        assert len(asked.pairs) == (4 if fine else 10)
+
+
+@pytest.mark.parametrize("name", ["P", "P 1", "Y", "V", "size for input saturation"])
+def test_an_unknown_that_every_problem_has_is_named(name):
+    class Owning(Trivial):
+        kind = "owning"
+
+        def unknowns(self, problem):
+            return (Unknown(name, 2, symmetric=True),)
+
+    with pytest.raises(ValueError, match=f"an unknown of its own is called '{name}'"):
+        sos.design_pid(PLANT, requirements=[Owning()])
