@@ -297,7 +297,7 @@ def test_what_is_certified_is_a_file(tmp_path):
         proof.save(tmp_path / "proof.json")
         again = proofs.load(tmp_path / "proof.json")
         assert again.proven and again.verify()
-        assert "full row rank at every plant" in again.claims[0]
+        assert "full row rank at every plant" in again.statement[0]
         assert checker.check(again.text) == again.data["claims"]
     with pytest.raises(ValueError, match="nothing to certify"):
         admissible_U(plants.mean)[0].certify()

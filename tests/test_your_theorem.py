@@ -88,7 +88,7 @@ for name, text in texts.items():
         try:
             with np.errstate(invalid="ignore"):  # an unstable loop's truth
                 space[test]()
-        except AssertionError:
+        except (AssertionError, KeyError):  # it fails, or there is no design
             failed.append(test)
     print(name, len(failed), sep=": ")
 """
@@ -96,7 +96,7 @@ for name, text in texts.items():
 
 @pytest.mark.slow
 def test_its_own_tests_notice_a_slip(folder):
-    """In a process of its own: a proof takes the newest class of a kind."""
+    """In a process of its own: a class made anew takes the place of the last one."""
     texts = {"none": file_of(FILE)}
     for slip, changes in SLIPS.items():
         texts[slip] = texts["none"]

@@ -52,7 +52,7 @@ def semidefinite_weight(name, Q):
 
     Examples
     --------
-    >>> C = np.array([[0.1, 0.7]])
+    >>> C = np.array([[0.3, 0.7]])
     >>> bool(semidefinite(exact(C.T @ C)))
     False
     >>> bool(semidefinite(exact(semidefinite_weight("Q", C.T @ C))))
