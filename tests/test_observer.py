@@ -170,8 +170,9 @@ def test_bad_input_is_named():
         design_observer(plant, K, Q_F[:3], NOISE)
     with pytest.raises(ValueError, match="R_F has 1 rows, needs 2"):
         design_observer(plant, K, Q_F, [[1]])
-    with pytest.raises(ValueError, match="B_w has no column: leave it out"):
-        design_observer(plant, K, Q_F, NOISE, B_w=np.zeros((3, 0)))
+    for none in (np.zeros((3, 0)), np.zeros((3, 1))):
+        with pytest.raises(ValueError, match="B_w is zero or .*: leave it out"):
+            design_observer(plant, K, Q_F, NOISE, B_w=none)
     unseen = sos.DescriptorSystem(np.eye(2), [[0, 1], [-2, -3]], [[0], [1]])
     with pytest.raises(ValueError, match="C is missing"):
         design_observer(unseen, [[0, 0]], np.eye(4), [[1]])
@@ -193,6 +194,8 @@ def test_the_gain_of_one_plant_needs_no_word_on_the_noise_of_the_cost(seed):
     X = solve_continuous_are(np.linalg.solve(E, A).T, C.T, half @ half.T, R)
     assert np.allclose(design.L, -np.linalg.solve(R, C @ X).T, rtol=1e-6, atol=1e-6)
     assert design.bound == pytest.approx(np.trace(X), rel=2e-4)
+    still = sos.DescriptorSystem(E, A, B, np.zeros((3, 1)), C)
+    assert np.array_equal(design_observer(still, *asked[1:]).L, design.L)
     other = design_observer(*asked, B_w=rng.standard_normal((3, 2)))
     assert np.allclose(other.L, design.L, rtol=1e-6, atol=1e-6)
 

@@ -1,6 +1,7 @@
 """Every design function's result keeps one protocol."""
 
 import inspect
+import traceback
 
 import numpy as np
 import pytest
@@ -126,6 +127,110 @@ def test_the_proof_of_a_refused_result_is_words(name, tmp_path):
     with pytest.raises(ValueError, match="no proof to save"):
         proof.save(tmp_path / "proof.json")
     assert not list(tmp_path.iterdir())
+
+
+ONE, PUSHED = sos.DescriptorSystem(1, 1, 1), sos.DescriptorSystem(1, 1, 1, 1)
+SEEN = sos.DescriptorSystem(1, 1, 1, None, 1)
+SMALLEST = {  # one state, no disturbance, no output or no input
+    "no F": lambda: sos.design_pid(sos.SecondOrderSystem(1, 0.1, 1, 1)),
+    "U without rows": lambda: sos.design_pid(CART, np.zeros((0, 1)), gamma=2),
+    "one vertex": lambda: sos.design_pid(sos.Polytope([CART]), gamma=2),
+    "B = 0": lambda: sos.analyse_pid(sos.SecondOrderSystem(1, 1, 1, 0), [[0, 0]]),
+    "one state": lambda: sos.design_pid(ONE),
+    "one state, F": lambda: sos.design_pid(PUSHED),
+    "one state, C": lambda: sos.design_pid(SEEN),
+    "bare loop": lambda: sos.analyse_loop(1, -1),
+    "loop": lambda: sos.analyse_loop(1, -1, 1, 1, gamma=2),
+    "loop, slack": lambda: sos.analyse_loop(1, [[[-1]], [[-2]]], coupling="slack"),
+    "unstable loop": lambda: sos.analyse_loop(1, 1),
+    "loop's cost": lambda: sos.analyse_loop(
+        1, -1, cost=sos.QuadraticCost(1, [], bound=3)
+    ),
+    "cost": lambda: sos.design_lqr(ONE, 1, 1),
+    "observer": lambda: sos.design_observer(SEEN, [[-2]], [[1], [0]], 1),
+    "observer, quiet": lambda: sos.design_observer(SEEN, [[-2]], np.zeros((2, 0)), 1),
+    "observer alone": lambda: sos.design_observer(
+        sos.DescriptorSystem(1, -1, None, None, 1), np.zeros((0, 1)), [[1], [0]], 1
+    ),
+    "delay": lambda: sos.design_delay_pid(CART, tau=0.1, delta=0.01),
+    "sampled": lambda: sos.design_sampled_lqr(ONE, 1, 1, T=0.1),
+    "mass": lambda: sos.regularize(sos.SecondOrderSystem(1, 0.1, 1, 1), 0.1),
+    "U": lambda: sos.admissible_U(CART)[0],
+    "modes": lambda: sos.infinite_modes(CART),
+}
+
+
+def asked_of(thing):
+    """Public attributes, and methods that need no argument but times, with these."""
+    for name in dir(type(thing)):
+        if name.startswith("_"):
+            continue
+        method = inspect.getattr_static(type(thing), name)
+        if inspect.isfunction(method):
+            needed = [
+                p.name
+                for p in list(inspect.signature(method).parameters.values())[1:]
+                if p.default is p.empty and p.kind is not p.VAR_KEYWORD
+            ]
+            if not set(needed) <= {"t"}:
+                continue
+        yield name, [[0, 0.5, 1]] * (inspect.isfunction(method) and len(needed))
+
+
+@pytest.mark.parametrize("name", SMALLEST)
+def test_the_smallest_result_answers_or_says_what_is_missing(name):
+    """Nothing is the maximum over nothing: no zero, no infinity, no error of numpy."""
+    thing = SMALLEST[name]()
+    numbers = {}
+    for key, given in asked_of(thing):
+        try:
+            value = getattr(thing, key)
+            numbers[key] = value(*given) if callable(value) else value
+        except ValueError as error:
+            *_, last = traceback.extract_tb(error.__traceback__)
+            assert "sosbook" in last.filename, (key, error)
+    for key in ("hinf", "sensitivity_peak", "noise_cost", "peak_input"):
+        if key in numbers:
+            assert 0 < numbers[key] < np.inf or name in ("B = 0",), key
+    plant = getattr(getattr(thing, "request", thing), "plant", None)
+    if plant is not None:
+        bare = plant.m == 0
+        assert ("sensitivity_peak" in numbers) <= (not bare)
+        assert ("disk_margin" in numbers) == ("sensitivity_peak" in numbers)
+        assert ("hinf" in numbers) <= (plant.p > 0 and plant.n > 0)
+
+
+@pytest.mark.parametrize(
+    "ask, words",
+    [
+        (lambda: sos.analyse_loop(1, -1, 1, gamma=1), "gamma needs .* outputs"),
+        (
+            lambda: sos.analyse_loop(1, -1, 1, minimize="gamma"),
+            "gamma needs .* outputs",
+        ),
+        (lambda: sos.analyse_loop(1, -1, None, 1, gamma=1), "gamma needs .* F"),
+        (lambda: sos.design_pid(PUSHED, gamma=1), "gamma needs a plant with outputs"),
+        (
+            lambda: sos.analyse_loop(1, -1, requirements=[sos.Saturation(1, [1])]),
+            "saturation bounds the input, but the plant has no B",
+        ),
+        (
+            lambda: sos.DescriptorSystem(1, 1, 1, D_u=np.zeros((0, 1))),
+            "D_u is given without C",
+        ),
+    ],
+)
+def test_a_bound_of_nothing_is_refused(ask, words):
+    """It would be "proven" whatever its number is."""
+    with pytest.raises(ValueError, match=words):
+        ask()
+
+
+def test_a_loop_has_its_pole_by_itself():
+    """No gain is blamed where none was given."""
+    refused = sos.analyse_loop(1, 1)
+    assert refused.reason.startswith("This loop has a pole at 1")
+    assert "Change the loop" in refused.advice and "gain" not in refused.advice
 
 
 def test_one_vertex_is_a_polytope_all_the_same():

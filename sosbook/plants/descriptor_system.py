@@ -94,6 +94,8 @@ class DescriptorSystem(ReadOnly):
         C = matrix("C", _common("C", C), (None, N))
         D_u = self.D_u
         if D_u is not None:
+            if not len(C):
+                raise ValueError("D_u is given without C: give both, or neither")
             D_u = _common("D_u", D_u)
             D_u = matrix("D_u", D_u, (len(C), lists["B"][0].shape[1]))
         vertices = tuple(

@@ -56,6 +56,14 @@ class HInfinity(Requirement):
     def _mu(self):
         return 1.0 if self.mu is None else self.mu
 
+    def check(self, problem):
+        super().check(problem)
+        if problem.plant.n == 0:
+            raise ValueError(
+                f"{self.name} needs a plant with outputs, but the plant has no C: say "
+                "which of its states, or mixtures of them, must answer little"
+            )
+
     def level_unit(self, problem, frame):
         d = problem.vertices[0]
         output = [d.C @ frame.T] + [x * frame.scale for x in (d.Du,) if x is not None]

@@ -68,6 +68,11 @@ class Saturation(Requirement):
 
     def check(self, problem: Any) -> None:
         super().check(problem)
+        if problem.plant.m == 0:
+            raise ValueError(
+                "saturation bounds the input, but the plant has no B: give its input "
+                "as the B of a DescriptorSystem to analyse_pid"
+            )
         first = problem.certain[0].E
         if self.acceleration and any(
             not np.array_equal(d.E, first) for d in problem.certain

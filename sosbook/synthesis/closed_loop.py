@@ -78,8 +78,10 @@ class ClosedLoop(Gains):
         `poles`.
         """
         K = self._gain()
-        if self.request.plant.p == 0:
-            raise ValueError("the plant has no F: there is no such norm")
+        plant = self.request.plant
+        if plant.p == 0 or plant.n == 0:
+            lacking = "F" if plant.p == 0 else "C"
+            raise ValueError(f"the plant has no {lacking}: there is no such norm")
         return max(linear.hinf_norm(d, K) for d in self._loops(samples, seed))
 
     def noise_cost(

@@ -179,7 +179,8 @@ class Design(ClosedLoop, Solution):
             return ""
         if isinstance(self.exclusion, FixedModeCertificate):
             if self.request.gain is not None:
-                return f"{self.reason} Change the gain, or ask for less."
+                what = "gain" if self.request.plant.m else "loop"
+                return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
         whole, free = self.asked, [r.key for r in self.minimized]
 

@@ -313,7 +313,7 @@ def refused_by(request, certificate):
     text = (
         f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
         if request.gain is None
-        else f"This gain leaves a pole{where} at {mode:.4g} rad/s"
+        else f"{_whose(request)} a pole{where} at {mode:.4g} rad/s"
     )
     return Solution(
         request,
@@ -322,6 +322,11 @@ def refused_by(request, certificate):
         reason=f"{text}, which violates {certificate.requirement}.",
         exclusion=certificate,
     )
+
+
+def _whose(request):
+    """Who has a pole: the loop of a gain, or one that is closed already."""
+    return "This gain leaves" if request.plant.m else "This loop has"
 
 
 def follow(request, start):

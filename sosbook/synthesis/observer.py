@@ -130,7 +130,8 @@ def design_observer(
         raise ValueError("C is missing: the plant has no outputs, so say what is seen")
     R_F = matrix("R_F", R_F, (len(C), len(C)))
     if B_w is None:
-        noises = [d.Bw if d.Bw.shape[1] else d.E for d in vertices]
+        own = any(d.Bw.any() for d in vertices)
+        noises = [d.Bw if own else d.E for d in vertices]
     else:
         noises = [matrix("B_w", w, (N, None)) for w in matrices_of("B_w", B_w)]
         if len(noises) not in (1, len(vertices)):
@@ -138,8 +139,8 @@ def design_observer(
                 f"B_w has {len(noises)} matrices, needs {len(vertices)} or one"
             )
         noises *= len(vertices) // len(noises)
-        if noises[0].shape[1] == 0:
-            raise ValueError("B_w has no column: leave it out")
+        if not any(w.any() for w in noises):
+            raise ValueError("B_w is zero or has no column: leave it out")
     seconds, begun = checked_seconds(time_limit, needed=True), monotonic()
     try:
         with limited(seconds):
