@@ -25,12 +25,15 @@ T = 0.01
 STEP = T / STEPS_PER_TICK
 LIMIT, TIP = Firmware.limit, Firmware.tip
 LAWS = thesis.mip().gains | {"weak & <slow>": {4: named(thesis.mip().pd[5] / 5)}}
+#: As without it, and one whose rotors turn with the body.
+ROBOTS = {"printed": MIP} | {f"vertex {k}": v for k, v in enumerate(vertices(MIP), 1)}
+ROBOTS["rotors"] = Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=True)
 START = dict(law="PD", R=5, tilt=10, delay=5, noise=1)
 
 
 @pytest.fixture(scope="module")
 def element():
-    return animation(LAWS, start=START, title="Stand & <fall>")
+    return animation(LAWS, ROBOTS, start=START, title="Stand & <fall>")
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +61,8 @@ def test_the_page_gets_the_very_gains_and_pendulums(element):
     for law in data["laws"]:
         for R, K in zip(law["R"], law["K"]):
             assert K == LAWS[law["name"]][R].K[0].tolist()
-    for stored, mip in zip(data["robots"], [MIP, *vertices(MIP)]):
+    assert ROBOTS["rotors"].J > 0 == MIP.J
+    for stored, mip in zip(data["robots"], ROBOTS.values(), strict=True):
         assert [stored[x] for x in "abcdefJ"] == [getattr(mip, x) for x in "abcdefJ"]
         assert np.isclose(stored["radius"], 0.032)  # m, of `from_ratios`
     assert "http" not in element.html and len(element.html) < 60_000
@@ -130,25 +134,25 @@ class Ideal:
         return dz[0]
 
 
-def rate(x, V):
-    return np.append(x[2:], MIP.acceleration(x[:2], x[2:], V))
+def rate(x, V, mip):
+    return np.append(x[2:], mip.acceleration(x[:2], x[2:], V))
 
 
-def runge_kutta(x, V, h):
-    a = rate(x, V)
-    b = rate(x + h / 2 * a, V)
-    c = rate(x + h / 2 * b, V)
-    d = rate(x + h * c, V)
+def runge_kutta(x, V, h, mip):
+    a = rate(x, V, mip)
+    b = rate(x + h / 2 * a, V, mip)
+    c = rate(x + h / 2 * b, V, mip)
+    d = rate(x + h * c, V, mip)
     return x + h / 6 * (a + 2 * b + 2 * c + d)
 
 
-def adaptive(x, V, h):
+def adaptive(x, V, h, mip):
     return solve_ivp(
-        lambda _, x: rate(x, V), (0, h), x, "DOP853", rtol=1e-10, atol=1e-12
+        lambda _, x: rate(x, V, mip), (0, h), x, "DOP853", rtol=1e-10, atol=1e-12
     ).y[:, -1]
 
 
-def simulate(gain, tilt, delay, seconds, sensors, method=runge_kutta):
+def simulate(gain, tilt, delay, seconds, sensors, method=runge_kutta, mip=MIP):
     """theta, phi, theta', phi', V at the ticks, and the fault."""
     law = SampledLaw.of_gain(gain, T)
     controller = Firmware(law, stall=10**9).controller()
@@ -161,7 +165,7 @@ def simulate(gain, tilt, delay, seconds, sensors, method=runge_kutta):
         rows.append([*x, V])
         for n in range(k * STEPS_PER_TICK, (k + 1) * STEPS_PER_TICK):
             from_tick = (n - late) // STEPS_PER_TICK
-            x = method(x, asked[from_tick] if from_tick >= 0 else 0.0, STEP)
+            x = method(x, asked[from_tick] if from_tick >= 0 else 0.0, STEP, mip)
     return np.array(rows).T, controller.fault[0]
 
 
@@ -206,6 +210,7 @@ def engine(browser, sheet):
     page.close()
 
 
+@pytest.mark.parametrize("robot", ["printed", "rotors"])
 @pytest.mark.parametrize(
     "law, R, tilt, delay",
     [
@@ -217,12 +222,13 @@ def engine(browser, sheet):
         ("weak & <slow>", 4, 20, 2.5),
     ],
 )
-def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay):
+def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay, robot):
     """Controller and `Mip.acceleration` against the script: to 1e-9."""
     page, verdict = ran(
-        engine, law=law, R=R, tilt=tilt, delay=delay, ideal=True, seconds=2
+        engine, law=law, R=R, tilt=tilt, delay=delay, robot=robot, ideal=True, seconds=2
     )
-    true, fault = simulate(LAWS[law][R], tilt, delay / 1e3, 2, Ideal())
+    mip = ROBOTS[robot]
+    true, fault = simulate(LAWS[law][R], tilt, delay / 1e3, 2, Ideal(), mip=mip)
     assert (fault != 0) == (verdict["fell"] is not None)
     there = np.abs(true[0]) < 1.4  # then it lies on the ground
     end = len(there) if there.all() else there.argmin()
@@ -313,11 +319,13 @@ def test_what_stands_is_what_is_stable(engine):
     assert found == {"stands", "chatters"}
 
 
-def test_a_push_is_a_momentum_at_the_top(engine):
-    page, _ = ran(engine, tilt=10, pushes=[0], seconds=T, ideal=True)
+@pytest.mark.parametrize("robot", ["printed", "rotors"])
+def test_a_push_is_a_momentum_at_the_top(engine, robot):
+    page, _ = ran(engine, tilt=10, pushes=[0], seconds=T, robot=robot, ideal=True)
     theta, _, *jump = page[:4, 0]
-    both = MIP.b * np.cos(theta)
-    mass = np.array([[MIP.c, both], [both, MIP.a]])
+    mip = ROBOTS[robot]
+    both = mip.b * np.cos(theta) - mip.J
+    mass = np.array([[mip.c, both], [both, mip.a]])
     assert np.allclose(mass @ jump, 0.06 * np.array([0.1 * np.cos(theta), 0.032]))
 
 

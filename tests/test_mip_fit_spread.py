@@ -29,6 +29,14 @@ def spread(fit):
     return FitSpread.of(fit, widened(fit))
 
 
+#: What stays as the masses and lengths say: r^2 (M_b + 2 M_w), and, with rotors on the
+#: body, the discs of both wheels, 2 I_w - J = M_w r^2.
+ROBOTS_OWN = (
+    lambda mip: mip.a - 2 * mip.I_w,
+    lambda mip: 2 * mip.I_w - mip.J if mip.J else 0.0,
+)
+
+
 def numbers(mip):
     return np.array([mip.c, mip.e, mip.f, mip.I_w])
 
@@ -59,6 +67,9 @@ def test_the_plants_between_the_corners_are_pendulums_of_the_simplex(fit, spread
     rotors = Mip.from_ratios(**fit.ratios, rotors=True)
     for mip in (fit.mip, rotors):
         corners = spread.vertices(mip)
+        for known in ROBOTS_OWN:  # whatever its motors are
+            same = [known(x) for x in corners]
+            assert same == pytest.approx(5 * [known(mip)], rel=1e-12)
         plants = polytope(mip, spread).vertices
         for weights in random.dirichlet(np.ones(5), 20):
             moved = weights @ spread.corners
