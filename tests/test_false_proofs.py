@@ -163,6 +163,38 @@ def test_an_output_is_weighed_exactly(seed):
     assert agree(refused.infeasibility)
 
 
+STILL = np.eye(2), [[-1, 1], [0, -1]]  # a loop without an input
+EMPTY = {
+    "no weight": lambda more: sos.design_pid(
+        PLANT, cost=sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=5.0), **more
+    ).certify(),
+    "no weight, refused": lambda more: (
+        sos.analyse_pid(
+            PLANT,
+            -np.eye(2, 4),
+            cost=sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=1e-5),
+        ).infeasibility
+    ),
+    "no input": lambda more: sos.analyse_loop(
+        *STILL, cost=sos.QuadraticCost(ONE, [], bound=9.0), **more
+    ).certify(),
+    "no input, an output": lambda more: sos.analyse_loop(
+        *STILL, cost=sos.QuadraticCost(C=[[1, 2]], R=[], bound=9.0), **more
+    ).certify(),
+    "no input, refused": lambda more: (
+        sos.analyse_loop(
+            *STILL, cost=sos.QuadraticCost(ONE, [], bound=0.1)
+        ).infeasibility
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EMPTY)
+def test_weights_of_nothing_are_read_alike(name):
+    for more in ({}, {"coupling": "slack"}):
+        assert agree(EMPTY[name](more))
+
+
 @pytest.mark.parametrize("name", "QR")
 @pytest.mark.parametrize("factor", FACTORS)
 def test_weights_asymmetric_by_a_rounding_are_made_symmetric(name, factor):

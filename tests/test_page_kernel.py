@@ -492,3 +492,26 @@ def test_no_text_of_a_module_spans_lines(name):
     module = (files("sosbook.book.kernel") / f"{name}.js").read_text("utf8")
     assert all(line.count("`") % 2 == 0 for line in module.splitlines())
     assert "/*" not in module
+
+
+@pytest.mark.parametrize("noise", ["states", "F"])
+def test_nothing_of_a_weight_is_left_out_on_the_page(kernel, noise):
+    """What weighs outputs is factored exactly; what weighs less than nothing isn't."""
+    one = np.eye(2)
+    plant = sos.SecondOrderSystem(one, 0.2 * one, [[3, -1], [-1, 2]], one, one)
+    asked = []
+    for seed in range(6):
+        C = np.random.default_rng(seed).normal(size=(1 + seed % 2, 4))
+        cost = sos.QuadraticCost(C.T @ C, one, noise, 40.0)
+        asked.append({"plant": plant, "cost": cost})
+    for found in solved(kernel, asked):
+        assert Certificate(found["proof"]).proven and check.check(found["proof"])
+    request = page_request(**asked[0])
+    request["asked"]["Q"] = np.diag([0, 0, 1.0, 0]).tolist()
+    request["asked"]["Q"][0][1] = request["asked"]["Q"][1][0] = 1e-13
+    said = kernel.evaluate(
+        """request => { try { return sosKernel().design(request).status; }
+          catch (fault) { return fault.message; } }""",
+        request,
+    )
+    assert "Q has a negative eigenvalue" in said

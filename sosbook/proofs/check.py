@@ -679,7 +679,7 @@ def cost(d, r, x, c):
     if isinstance(c, Once):
         return
     L, W, R = weights(d, r, c.c)
-    off = -1 * (c.EP @ L), -1 * c.EY
+    off = -1 * (c.EP @ L), -1 * (c.EY if d.m else Matrix([[]] * d.N))
     if isinstance(c, Pair):
         yield "lqr", symmetric(-1 * he(c.Theta), W, R, b12=off[0], b13=off[1])
     else:
@@ -710,7 +710,8 @@ def weights(d, r, frame):
                 rest = rest - rest[k][k] * (column.T @ column)
         W = eye(len(sizes))
         W = Matrix([s * e for e in row] for (s,), row in zip(sizes, W))
-        d.Q = Matrix(columns).T, W, solve(R, eye(d.m))
+        L = Matrix([c[i] for c in columns] for i in range(d.N))
+        d.Q = L, W, solve(R, eye(d.m))
     L, W, R = d.Q
     return frame.T.T @ L, W, 1 / frame.scale**2 * R
 
