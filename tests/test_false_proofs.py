@@ -25,6 +25,7 @@ from sosbook.proofs import check
 from sosbook.requirements import LMIRegion, Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
+from sosbook.requirements.vocabulary import GAMMA, SIGMA, U_MAX
 from sosbook.requirements.weights import semidefinite_weight
 from sosbook.synthesis.probe import affine_in_quotient
 from sosbook.synthesis.problem import Request
@@ -601,3 +602,12 @@ def test_an_unknown_that_every_problem_has_is_named(name):
 
     with pytest.raises(ValueError, match=f"an unknown of its own is called '{name}'"):
         sos.design_pid(PLANT, requirements=[Owning()])
+
+
+def test_a_proof_holds_for_its_number_and_no_harder_one():
+    for value in (0.3, 1 / 9.81, 2.2046, 1e9):
+        beyond = float(np.nextafter(value, np.inf))
+        for parameter in (SIGMA, GAMMA, U_MAX):
+            assert parameter.harder_than(value, value) == 0
+            assert parameter.harder_than(beyond, value) == parameter.harder
+            assert parameter.harder_than(value, beyond) == -parameter.harder

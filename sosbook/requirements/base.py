@@ -205,6 +205,10 @@ class Requirement(OfKind, ABC, ReadOnly):
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         """Blocks of a pair of vertices: (name, matrix) each.
 
+        A plant between has the weights w of the vertices, and its block must be
+        sum w_i w_j of these: so a pair whose E are equal needs no block, for its
+        block is the mean of the vertices' ones.
+
         Parameters
         ----------
         loop : Loop

@@ -226,7 +226,8 @@ class LMIRegion(RegionForms, Region, Requirement):
         plain = self._form == "disk"
         if self._form == "half-plane":
             plain = exact(self.alpha)[0, 0] == 2 * exact(self._sizes["sigma"])
-        return (self if plain else LMIRegion(self.alpha, self.beta, "bare")).claim()
+        bare = LMIRegion(self.alpha, self.beta, "bare")
+        return (self if plain or not self.of_package else bare).statement
 
     def holds_at(self, root: Any) -> bool | None:
         return root.inside(exact(self.alpha), exact(self.beta))
