@@ -20,7 +20,7 @@ class OwnPlant(Explorer):
 
     tag = "sos-plant"
     sheets = (*Explorer.sheets, "plant.css")
-    scripts = (*Explorer.scripts, "plant.js")
+    scripts = (*Explorer.scripts, "checks.js", "plant.js")
     notice = "A solver for your own matrices. It needs JavaScript"
 
 
@@ -58,9 +58,7 @@ def own_plant(title="A plant of your own"):
         {"name": name, "request": data["request"], "x0": x0.tolist() or None}
         for (name, _, _, x0), data in zip(plants, elements, strict=True)
     ]
-    return OwnPlant(
-        elements[0] | {"x0": examples[0]["x0"], "examples": examples, "mu": None}
-    )
+    return OwnPlant(elements[0] | {"examples": examples, "mu": None})
 
 
 def _examples():

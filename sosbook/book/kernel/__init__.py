@@ -29,8 +29,8 @@ SPACED = re.compile(r"(,) | (=>|[=!]==|&&|\|\||[=*]) ")
 EXPORTS = (
     "design, prove, refusalFile, truth, descriptors, coupledPairs, assembled, frameOf, "
     "plainFrame, "
-    "stateSpace, matrix, rowsOf, eigenvalues, norm, decimal, sector, twiceAtLeast, "
-    "sha256"
+    "stateSpace, solve, matrix, rowsOf, eigenvalues, norm, decimal, sector, "
+    "twiceAtLeast, sha256"
 )
 
 

@@ -1,7 +1,7 @@
 (() => {
   "use strict";
   const {PageElement, Plot, READOUT, announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
-    panel, panels, places, printed, slider, steady, withConjugates} = window.sosKit;
+    number, panel, panels, places, printed, slider, steady, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
   const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
@@ -133,7 +133,7 @@
       });
       const linked = this.linked();
       this.move(this.data.sliders.map(({key, values}, k) => {
-        const at = values.indexOf(Number(linked[key] ?? NaN));
+        const at = values.indexOf(number(linked[key]));
         return at < 0 ? this.data.start[k] : at;
       }));
     }
@@ -144,12 +144,9 @@
       this.update();
     }
 
-    press(what) {
-      this.part("more").innerHTML = "";
-      if (what === "reset") this.move(this.data.start);
-      else if (what === "link") this.link(this.asked);
-      else if (what === "python") this.print(this.program);
-    }
+    reset() { this.move(this.data.start); }
+
+    get address() { return this.asked; }
 
     get program() {
       const {sliders, shownFixed} = this.data, degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
@@ -295,9 +292,9 @@
     }
 
     // The verdict on what the sliders ask for; a subclass adds what that means.
-    verdict({status}, more = "") {
+    verdict({status, texts = this.texts}, more = "") {
       return `<p><span class="sos-status">${capital(status)}</span> for ` +
-        `${escape(printed([...this.texts, ...this.data.also].join(", ")))}${more}.</p>`;
+        `${escape(printed([...texts, ...this.data.also].join(", ")))}${more}.</p>`;
     }
 
     readout(design) {

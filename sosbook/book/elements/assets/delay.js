@@ -1,6 +1,6 @@
 (() => {
   "use strict";
-  const {Plot, READOUT, buttons, clean, controls, define, escape, gainRows, gains, panel, panels, select, withConjugates} = window.sosKit;
+  const {Plot, READOUT, buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, select, withConjugates} = window.sosKit;
   const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];
   const SHAPES = ["○", "+", "✕"], DELAYS = ["shortest", "nominal", "longest"];
   const product = (X, x) => X.map(row => row.reduce((sum, a, k) => sum + a * x[k], 0));
@@ -61,7 +61,8 @@
 
     wire() {
       const kind = this.view.querySelector("select");
-      this.kind = kind.value = Math.min(Number(this.linked().kind) || 0, this.data.kinds.length - 1);
+      const linked = number(this.linked().kind);
+      this.kind = kind.value = linked in this.data.kinds ? linked : 0;
       kind.addEventListener("change", () => {
         this.kind = Number(kind.value);
         this.update();
@@ -69,11 +70,12 @@
       super.wire();
     }
 
-    press(what) {
-      if (what === "reset") this.kind = this.view.querySelector("select").value = 0;
-      super.press(what);
-      if (what === "link") this.link({...this.asked, kind: this.kind});
+    reset() {
+      this.kind = this.view.querySelector("select").value = 0;
+      super.reset();
     }
+
+    get address() { return {...this.asked, kind: this.kind}; }
 
     get program() {
       const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data, {list, program} = window.sosProgram;

@@ -2,7 +2,7 @@
 // browser solves. What is drawn is what the atlas draws.
 (() => {
   "use strict";
-  const {Plot, QUIET, announce, band, clean, define, escape, printed, withConjugates} = window.sosKit;
+  const {Plot, QUIET, announce, band, clean, define, escape, number, printed, withConjugates} = window.sosKit;
   const Atlas = customElements.get("sos-atlas");
   const STEPS = 200;   // of a slider
   const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part.";
@@ -35,13 +35,14 @@
       this.listen();
       this.inputs = [...this.view.querySelectorAll("input[type=range]")];
       this.values = this.data.sliders.map(s => s.value);
-      this.found = this.ghost = null;
-      this.read();
-      this.inputs.forEach((input, k) => {
-        input.addEventListener("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
-        input.addEventListener("keydown", event => this.key(event, k));
-        input.addEventListener("pointerdown", () => { this.held = this.values[k]; this.remember(); });
-        input.addEventListener("pointercancel", () => this.set(k, this.held));   // a swipe that scrolls
+      this.answer = this.found = this.ghost = null;
+      this.read(this.linked());
+      this.inputs.forEach((input, k) => {   // sliders of a plant before say nothing any more
+        const on = (kind, act) => input.addEventListener(kind, event => { if (input === this.inputs[k]) act(event); });
+        on("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
+        on("keydown", event => this.key(event, k));
+        on("pointerdown", () => { this.held = this.values[k]; this.remember(); });
+        on("pointercancel", () => this.set(k, this.held));   // a swipe that scrolls
       });
       this.part("map").addEventListener("pointerdown", event => this.grab(event));
       // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
@@ -81,25 +82,24 @@
     remember() { if (this.found) this.ghost = {...this.found, response: this.shown}; }
 
     press(what) {
-      this.part("more").innerHTML = "";
-      if (what === "reset") {
-        this.remember();
-        this.data.sliders.forEach((s, k) => this.put(k, s.value));
-        this.solve();
-      } else if (what === "link") this.link(this.named);
-      else if (what === "python") this.print(this.program);
-      else if (what === "prove") this.prove();
+      super.press(what);
+      if (what === "prove") this.prove();
     }
+
+    reset() {
+      this.remember();
+      this.data.sliders.forEach((s, k) => this.put(k, s.value));
+      this.solve();
+    }
+
+    get address() { return this.named; }
 
     // The sliders' values by name, in the units shown.
     get named() { return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]])); }
     get program() { return window.sosProgram.design(this.data, {...this.data.shownFixed, ...this.named}); }
 
-    read() {
-      for (const [key, text] of Object.entries(this.linked())) {
-        const k = this.data.sliders.findIndex(s => s.key === key);
-        if (k >= 0 && isFinite(Number(text))) this.put(k, Number(text));
-      }
+    read(linked) {
+      this.data.sliders.forEach(({key}, k) => { if (isFinite(number(linked[key]))) this.put(k, number(linked[key])); });
     }
 
     // ------------------------------------------------------------ the requests
@@ -122,9 +122,11 @@
     async solve() {
       this.inputs.forEach((input, k) => announce(input, this.texts[k]));
       this.view.querySelectorAll(".sos-band").forEach(band => band.classList.add("sos-old"));
-      const values = [...this.values], answer = await this.solver.ask(this.name, "move", this.request(values));
-      if (!answer) return;
-      this.answer = {...answer, asked: this.askedAt(values), values};
+      this.settle();
+      const {texts, digest} = this, {request} = this.data, values = [...this.values];
+      const answer = await this.solver.ask(this.name, "move", this.request(values));
+      if (!answer || request !== this.data.request) return;   // another plant by now
+      this.answer = {...answer, asked: this.askedAt(values), values, texts, digest};
       if (answer.status === "feasible") this.found = this.answer;
       this.edges = null;
       this.update();
@@ -137,22 +139,21 @@
     async look() {
       clearTimeout(this.idle);
       if (!this.seen || !this.answer) return;
-      const values = [...this.values], edges = [];
+      const values = [...this.values], edges = [], {digest} = this;
       const holds = async (k, at) => {
         const moved = [...values];
         moved[k] = valueAt(this.data.sliders[k], at);
         return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status === "feasible";
       };
-      const stale = () => values.some((v, k) => v !== this.values[k]);
+      const stale = () => digest !== this.digest;
       for (const [k, {looser}] of this.data.sliders.entries()) {
         let good = looser > 0 ? STEPS : 0, bad = STEPS - good;
         edges[k] = null;
-        if (await holds(k, good)) {
+        if (await holds(k, good) && !stale()) {
           if (await holds(k, bad)) good = bad;
-          while (Math.abs(good - bad) > 1.5) {
+          while (!stale() && Math.abs(good - bad) > 1.5) {
             const middle = (good + bad) / 2;
             if (await holds(k, middle)) good = middle; else bad = middle;
-            if (stale()) return;
           }
           edges[k] = good;
         }
@@ -160,7 +161,7 @@
         this.band(k, edges[k]);
       }
       this.edges = edges;
-      if (this.answer.status !== "feasible") this.tell(this.answer.status, this.readout(this.design));
+      if (this.answer.digest === digest && this.answer.status !== "feasible") this.tell(this.answer.status, this.readout(this.design));
     }
 
     band(k, edge) {
@@ -180,11 +181,11 @@
 
     // --------------------------------------------------------------- the design
     get design() {
-      const {status, asked, K, poles, margins, norm, peak, cost} = this.answer;
-      if (status !== "feasible") return {status, asked};
+      const {status, asked, texts, K, poles, margins, norm, peak, cost} = this.answer;
+      if (status !== "feasible") return {status, asked, texts};
       const upper = poles.flat().filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]), least = Math.min(...Object.values(margins));
       const block = Object.keys(margins).find(name => margins[name] === least);
-      return {status, asked, K, poles: upper, margin: [block, least], norm, peak, cost};
+      return {status, asked, texts, K, poles: upper, margin: [block, least], norm, peak, cost};
     }
 
     update() {
@@ -195,7 +196,7 @@
       this.part("step").innerHTML = picture.replace("</svg>", this.before(design) + "</svg>");
       this.part("step").classList.toggle("sos-stale", !held);
       if (held) this.shown = this.response;
-      this.tell(design.status, this.readout(design));
+      this.tell(design.status, this.readout(design), this.answer.digest);
     }
 
     // The same axes as those of the atlas's pole map.
@@ -206,20 +207,20 @@
     }
 
     // Ghosts of poles, and handles on the edges of the region.
-    overlay({status}) {
+    overlay({status, asked}) {
       const plot = this.axes(), ghost = status === "feasible" ? this.ghost : this.found;
       let text = "";
       for (const [re, im] of withConjugates((ghost?.poles || []).flat().filter(([, im]) => im >= 0)).filter(pole => plot.has(pole))) {
         text += `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
       }
-      for (const [k, [re, im]] of this.handles().entries()) {
+      for (const [k, [re, im]] of this.handles(asked).entries()) {
         if (plot.has([re, im])) text += `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${plot.Y(im)}" r="7"/>`;
       }
       return text;
     }
 
-    handles() {
-      const {sigma, theta, rho} = this.asked, far = (rho ?? this.data.window[2]) * 0.7;
+    handles({sigma, theta, rho}) {
+      const far = (rho ?? this.data.window[2]) * 0.7;
       const ends = {sigma: [-sigma, 0], theta: [-far * Math.cos(theta), far * Math.sin(theta)], rho: [-rho, 0]};
       return this.data.sliders.map(({key}) => ends[key] ?? []);
     }
@@ -228,10 +229,11 @@
       const handle = event.target.closest("[data-handle]");
       if (!handle) return;
       event.preventDefault();
-      const k = Number(handle.dataset.handle), plot = this.axes(), {key} = this.data.sliders[k];
+      const k = Number(handle.dataset.handle), plot = this.axes(), {key} = this.data.sliders[k], map = this.part("map");
       this.remember();
       const move = event => {
-        const svg = this.part("map").querySelector("svg"), at = new DOMPoint(event.clientX, event.clientY)
+        if (!map.isConnected) return;   // another plant by now
+        const svg = map.querySelector("svg"), at = new DOMPoint(event.clientX, event.clientY)
           .matrixTransform(svg.getScreenCTM().inverse());
         const re = plot.x[0] + (at.x - plot.l) / (plot.r - plot.l) * (plot.x[1] - plot.x[0]);
         const im = plot.y[1] - (at.y - plot.t) / (plot.b - plot.t) * (plot.y[1] - plot.y[0]);
@@ -275,19 +277,20 @@
 
     // ----------------------------------------------------------------- the proof
     async prove() {
-      this.part("more").innerHTML = "<p>Computing with whole numbers …</p>";
+      const {digest, texts} = this;
+      this.reply("<p>Computing with whole numbers …</p>");
       const answer = await this.solver.ask(this.name, "prove", this.request());
+      if (this.part("more").dataset.digest !== digest) return;   // something else stands there by now
       if (!answer?.proof?.proven) {
-        this.part("more").innerHTML = `<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`;
+        this.reply(`<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`, digest);
         return;
       }
       const {claims, text, blocks, digits} = answer.proof;
-      this.proof = text;
       const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
       const how = answer.status === "feasible" ? ` for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
         : `: rational multipliers of ${blocks.length} blocks exclude every solution`;
-      this.part("more").innerHTML = `<p><span class="sos-status">Proven</span> in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
-        `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`;
+      this.reply(`<p><span class="sos-status">Proven</span> for ${escape(printed(texts.join(", ")))} in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
+        `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`, digest);
     }
   }
 

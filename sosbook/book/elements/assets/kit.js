@@ -13,6 +13,8 @@ window.sosKit ??= (() => {
   // Names and units as the book prints them; programs have u_max and 1/s.
   const printed = text => text.replaceAll("1/s", "s⁻¹").replaceAll("u_max", "uₘₐₓ");
   const round = x => Math.round(x * 10) / 10 + 0;
+  // A decimal number that a reader wrote or that stands in an address; NaN for anything else.
+  const number = text => /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(String(text).replace("−", "-")) : NaN;
   const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
   const capital = word => word[0].toUpperCase() + word.slice(1);
   const complex = (re, im) => im === 0 ? clean(re) : `${clean(re)} ± ${clean(im)}j`;
@@ -50,8 +52,9 @@ window.sosKit ??= (() => {
   const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
   // Buttons, and the place for what they answer.
-  const buttons = list => `<div class="sos-buttons">${list.map(([key, words]) =>
-    `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("")}</div><div class="sos-more" aria-live="polite"></div>`;
+  const buttons = list => `<div class="sos-buttons">` + list.map(([key, words]) =>
+    `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("") +
+    `</div><div class="sos-more" aria-live="polite"></div>`;
 
   // The band under a slider: stretches [from, to, good] of its way, in parts of one.
   function band(input, stretches) {
@@ -163,6 +166,10 @@ window.sosKit ??= (() => {
   const LONGEST = 8;   // texts of a readout that are measured
 
   // An element holds its data as JSON. It has `markup()`, and `wire()` to listen.
+  //
+  // What its controls ask is its `address`: names and values that say all of it. The
+  // `digest` is its text. Whatever is shown has the digest of what it answers; where that
+  // isn't what the controls ask, it is marked as old, and its downloads are out of reach.
   class PageElement extends HTMLElement {
     connectedCallback() { this.start(); }
 
@@ -178,36 +185,79 @@ window.sosKit ??= (() => {
       this.view = document.createElement("div");
       this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.markup()}`;
       this.append(this.view);
+      this.view.addEventListener("input", () => this.settle());
       this.wire();
       this.reserve();
+      const strange = this.strange(this.linked());
+      this.opened = true;
+      if (strange && this.part("more")) this.reply(`<p>The address asks for what isn't here: ${escape(strange)}.</p>`);
     }
 
-    // The page's address leads back to these values, which `linked` reads.
-    link(values) {
-      history.replaceState(null, "", `#${this.name}:${new URLSearchParams(values)}`);
-      this.part("more").innerHTML = "<p>The address of this page now leads to this setting.</p>";
+    get address() { return {}; }
+    get digest() { return String(new URLSearchParams(this.address)); }
+
+    // Marks what answers another question than the present one.
+    settle() {
+      const now = this.digest;
+      for (const part of this.view.querySelectorAll("[data-digest]")) {
+        const old = part.dataset.digest !== now;
+        part.classList.toggle("sos-old", old);
+        part.ariaBusy = String(old);
+        part.inert = old && part.matches(".sos-more");
+      }
+    }
+
+    // What the buttons answer: a link, code, a proof.
+    reply(html, digest = this.digest) {
+      const box = this.part("more");
+      box.innerHTML = html;
+      box.dataset.digest = digest;
+      this.settle();
+    }
+
+    press(what) {
+      if (what) this.reply("");
+      if (what === "reset") this.reset();
+      else if (what === "link") this.link();
+      else if (what === "python") this.print(this.program);
+    }
+
+    // The page's address leads back to what the controls ask; `linked` reads it, once.
+    link() {
+      history.replaceState(null, "", `#${this.name}:${this.digest}`);
+      this.reply("<p>The address of this page now leads to this setting.</p>");
     }
 
     linked() {
       const [, name, words] = /^#([^:]*):(.*)$/.exec(location.hash) || [];
-      if (name !== this.name) return {};
+      if (this.opened || name !== this.name) return {};
       this.scrollIntoView();
       return Object.fromEntries(new URLSearchParams(words));
     }
 
+    // What the page's address asks for and the controls don't.
+    strange(linked) {
+      const {address} = this, held = (text, value) => text === String(value) || number(text) === Number(value);
+      return Object.entries(linked).filter(([key, text]) => !(Object.hasOwn(address, key) && held(text, address[key])))
+        .map(([key, text]) => `${key} = ${text}`).join(", ");
+    }
+
     // Code to read, and to paste where that is allowed.
     print(code) {
-      this.code = code;
-      this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(code)}</pre>`;
-      navigator.clipboard?.writeText(code).then(() => this.part("more").insertAdjacentHTML("afterbegin", "<p>Copied.</p>"), () => {});
+      this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>`);
+      const shown = this.part("code");
+      navigator.clipboard?.writeText(code).then(() => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});
     }
 
     part(name) { return this.view.querySelector(`.sos-${name}`); }
 
-    tell(status, html) {
+    // The verdict, once all figures are drawn: they answer the same question.
+    tell(status, html, digest = this.digest) {
       const box = this.part("readout");
       box.className = `sos-readout sos-${status}`;
       box.innerHTML = html;
+      for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel")) part.dataset.digest = digest;
+      this.settle();
       if (this.longest && box.getBoundingClientRect().height > this.tall + 0.01) {
         this.longest.push(html);
         this.room();
@@ -256,5 +306,5 @@ window.sosKit ??= (() => {
   }
 
   return {PageElement, Plot, READOUT, QUIET, announce, band, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
-    options, panel, panels, places, printed, round, row, select, slider, steady, upright, withConjugates};
+    number, options, panel, panels, places, printed, round, row, select, slider, steady, upright, withConjugates};
 })();

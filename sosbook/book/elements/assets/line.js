@@ -9,12 +9,13 @@ window.sosLine ??= (home, start) => {
       due = null;
       receive(answer);
     };
+    const read = text => { try { return JSON.parse(text); } catch { return {}; } };   // half of an answer is none
     const listen = place => {
       if (place === known) return;
       known = place;
       new MutationObserver(() => {
-        const answer = JSON.parse(place.textContent.trim() || "{}");
-        if (due && answer.id === due.id) taken(answer);
+        const answer = read(place.textContent);
+        if (due && answer?.id === due.id) taken(answer);
       }).observe(place, {childList: true, characterData: true, subtree: true});
     };
     const alone = () => (spare ??= start(taken))(due);

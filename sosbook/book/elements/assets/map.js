@@ -1,6 +1,6 @@
 (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, buttons, clean, controls, define, escape, gainRows, gains, options,
+  const {PageElement, Plot, READOUT, announce, buttons, clean, controls, define, escape, gainRows, gains, number, options,
     panel, panels, places, printed, select, slider, steady} = window.sosKit;
 
   class FeasibilityMap extends PageElement {
@@ -14,21 +14,18 @@
     }
 
     wire() {
-      this.control("group").addEventListener("change", () => this.choose());
-      this.control("pair").addEventListener("change", () => this.open());
+      this.control("group").addEventListener("input", () => this.choose());
+      this.control("pair").addEventListener("input", () => this.open());
       for (const key of ["x", "y"]) {
         this.control(key).addEventListener("input", () => this.update());
         steady(this.control(key));
       }
       this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
       const {group = 0, pair = 0, x, y} = this.linked();
-      this.control("group").value = group in this.data.groups ? group : 0;
+      this.control("group").value = number(group) in this.data.groups ? group : 0;
       this.choose(pair);
-      if (x && y) {
-        this.put("x", Number(x));
-        this.put("y", Number(y));
-        this.update();
-      }
+      for (const [key, value] of [["x", number(x)], ["y", number(y)]]) if (value > 0) this.put(key, value);
+      this.update();
     }
 
     // A slider at the value next to this one.
@@ -39,12 +36,16 @@
 
     get values() { return ["x", "y"].map((key, k) => this.map[key].values[this.place[k]]); }
 
-    press(what) {
-      this.part("more").innerHTML = "";
+    reset() { this.open(); }
+
+    get address() {
+      const [x, y] = this.values;
+      return {group: this.control("group").value, pair: this.control("pair").value, x, y};
+    }
+
+    get program() {
       const {x, y, bounds, program} = this.map, [u, v] = this.values;
-      if (what === "reset") this.open();
-      else if (what === "link") this.link({group: this.control("group").value, pair: this.control("pair").value, x: u, y: v});
-      else if (what === "python") this.print(window.sosProgram.design(program, {...bounds, [x.key]: u, [y.key]: v}));
+      return window.sosProgram.design(program, {...bounds, [x.key]: u, [y.key]: v});
     }
 
     control(key) { return this.view.querySelector(`[data-key=${key}]`); }
@@ -54,7 +55,7 @@
 
     choose(pair = 0) {
       this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
-      this.control("pair").value = pair in this.group.maps ? pair : 0;
+      this.control("pair").value = number(pair) in this.group.maps ? pair : 0;
       this.open();
       if (this.longest) this.reserve();   // those of another plant
     }

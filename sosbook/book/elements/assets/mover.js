@@ -2,7 +2,8 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 window.sosMover ??= (() => {
   "use strict";
-  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, panel, panels, printed, select, slider, steady} = window.sosKit;
+  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, number: decimal, panel, panels, printed,
+    select, slider, steady} = window.sosKit;
 
   // Room for the longest of the words that a slider may show: its label doesn't break anew.
   const roomy = (input, texts) => {
@@ -51,7 +52,7 @@ window.sosMover ??= (() => {
         roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
       }
       this.part("reset").addEventListener("click", () => this.reset());
-      this.part("address").addEventListener("click", () => this.link(this.place));
+      this.part("address").addEventListener("click", () => this.link());
       if (this.horizon) this.ready();
       if (this.good) {
         new IntersectionObserver(([entry]) => { this.near = entry.isIntersecting; this.survey(); }, {rootMargin: "25%"}).observe(this.view);
@@ -61,15 +62,17 @@ window.sosMover ??= (() => {
 
     reset(to = {}) {
       for (const control of this.data.controls) {
-        const {key, names, start} = control, wanted = Number(to[key] ?? NaN), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
+        const {key, names, start} = control, wanted = decimal(to[key]), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
         this.inputs[key].value = names ? x : position(control, x);
       }
-      this.part("more").innerHTML = "";
+      this.reply("");
       this.ghost = undefined;
       this.update();
     }
 
     words({unit}, x) { return `${clean(x, 4)}${unit}`; }
+
+    get address() { return this.place; }
 
     get place() {
       return Object.fromEntries(this.data.controls.map(control => {

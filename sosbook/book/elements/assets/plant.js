@@ -1,57 +1,31 @@
 // A plant of the reader's own: matrices to type or paste, then the explorer's sliders.
 (() => {
   "use strict";
-  const {QUIET, define, escape, select} = window.sosKit;
-  const Explorer = customElements.get("sos-explorer");
+  const {QUIET, define, escape, number, select} = window.sosKit, {Fault, parsed, refuse} = window.sosChecks;
+  const checks = window.sosChecks, Explorer = customElements.get("sos-explorer");
   const LARGEST = 4;   // degrees of freedom
-  const FIELDS = [["M", "Mass M"], ["D", "Damping D"], ["S", "Stiffness S"], ["B", "Inputs B"], ["F", "Disturbances F"],
-    ["U", "Integrated errors U"], ["x0", "Initial state x(0)"], ["Q", "Weight Q of the state"], ["R", "Weight R of the input"]];
-
-  // "1 2; 3 4", lines of numbers, or [[1, 2], [3, 4]] as Python writes it.
-  function parse(name, text) {
-    const rows = text.replace(/\]\s*,?\s*\[/g, ";").replace(/[[\]]/g, " ").split(/[;\n]/).map(row => row.trim()).filter(row => row)
-      .map(row => row.split(/[\s,]+/).filter(word => word).map(Number));
-    if (rows.flat().some(x => !isFinite(x))) throw new Error(`${name} holds something that is no number.`);
-    rows.forEach((row, k) => {
-      if (row.length !== rows[0].length) throw new Error(`${name}: row ${k + 1} has ${row.length} numbers, the first has ${rows[0].length}.`);
-    });
-    return rows;
-  }
+  const CHANGED = "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
+  const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
+  // name, words, shape, and the box that asks for it
+  const FIELDS = [["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"], ["S", "Stiffness S", "n rows of n"],
+    ["B", "Inputs B", "n rows, a column for each input"], ["F", "Disturbances F", "n rows; may be empty"],
+    ["U", "Integrated errors U", "a rows of n; may be empty"], ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
+    ["Q", "Weight Q of the state", "of z, z′, integrals of U z: 2n + a numbers, a diagonal, or as many rows", "cost"],
+    ["R", "Weight R of the input", "a number for each input, or as many rows", "cost"]];
 
   const written = rows => rows.map(row => row.join(" ")).join("\n");
+  // One line, as an address has it.
+  const compact = text => text.split(/[;\n]/).map(row => row.trim()).filter(row => row).join(";");
 
-  // A weight of so many rows, symmetric; one row is a diagonal.
-  function weight(name, text, size, who) {
-    const rows = parse(name, text), X = rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
-    if (X.length !== size || X[0].length !== size) throw new Error(`${name} needs ${size} numbers (a diagonal) or ${size} rows, ${who}.`);
-    if (X.some((row, i) => row.some((x, j) => x !== X[j][i]))) throw new Error(`${name} must be symmetric.`);
-    const kernel = window.sosPlain, least = Math.min(...kernel.eigenvalues(kernel.matrix(X)).map(([re]) => re)), most = Math.max(...X.flat().map(Math.abs));
-    if (name === "R" ? least <= 0 : least < -1e-12 * most) throw new Error(`${name} must ${name === "R" ? "be positive definite" : "have no negative eigenvalue"}.`);
-    return X;
-  }
-
-  // The cost that the fields weigh; noise enters by F, or every state without one.
-  function costOf({Q, R}, {vertices: [{M, B, F}], U}) {
-    const N = 2 * M.length + U.length;
-    return {Q: weight("Q", Q, N, "for z, z', and the integrals of U z"), R: weight("R", R, B[0].length, "one for each input"), noise: F ? "F" : "states"};
-  }
-
-  // The request of the typed matrices; an Error that names what doesn't fit.
-  function requestOf(texts) {
-    const typed = FIELDS.map(([name]) => name).filter(name => name !== "Q" && name !== "R");
-    const given = Object.fromEntries(typed.map(name => [name, parse(name, texts[name])]));
-    const {M, D, S, B, F, U} = given, n = M.length;
-    if (!n || n > LARGEST) throw new Error(`M must have 1 to ${LARGEST} rows. For larger plants take the package.`);
-    for (const [name, X] of [["M", M], ["D", D], ["S", S], ["B", B], ["F", F]]) {
-      if (name === "F" && !X.length) continue;
-      if (X.length !== n) throw new Error(`${name} must have ${n} rows, like M; it has ${X.length}.`);
-      if ("MDS".includes(name) && X[0].length !== n) throw new Error(`${name} must be ${n} by ${n}.`);
-    }
-    if (U.length && U[0].length !== n) throw new Error(`U must have ${n} columns.`);
-    if (U.length > B[0].length) throw new Error("U has more rows than there are inputs: integrate fewer errors.");
-    const N = 2 * n + U.length, x0 = given.x0.flat();
-    if (x0.length && x0.length !== N) throw new Error(`x(0) needs ${N} numbers: z, z', and the integrals of U z.`);
-    return {request: {vertices: [{M, D, S, B, ...(F.length ? {F} : {})}], U, K_A: null, coupling: "pairs"}, x0: x0.length ? x0 : null};
+  // {request, x0, cost, warning} of what is typed and asked; a Fault says what doesn't fit.
+  function requestOf(texts, wanted, kernel) {
+    const given = Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, parsed(name, text)])), {M, D, S, B, F, U} = given;
+    if (!M.length || M.length > LARGEST) refuse(`M must have 1 to ${LARGEST} rows. For larger plants take the package.`);
+    const warning = checks.plant(given, kernel), N = 2 * M.length + U.length;
+    if (wanted.gamma && !F.length) refuse("gamma needs a plant with F, but the plant has no F: say where the disturbance enters");
+    return {request: {vertices: [{M, D, S, B, ...(F.length ? {F} : {})}], U, K_A: null, coupling: "pairs"}, warning,
+      x0: wanted.u_max ? checks.start(given.x0, N) : null,
+      cost: wanted.cost ? {Q: checks.weight("Q", given.Q, N, kernel), R: checks.weight("R", given.R, B[0].length, kernel), noise: F.length ? "F" : "states"} : null};
   }
 
   // Two digits are enough for the end of a slider.
@@ -59,31 +33,26 @@
   const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) =>
     ({key, label, symbol, unit, looser, min: plain(min), max: plain(max), value: plain(value), degrees: false, log: true, ...more});
 
-  // What the explorer needs to know of a plant; `before` is what is known of its last design.
-  function dataOf({request, x0}, wanted, before, texts) {
-    const kernel = window.sosPlain ??= window.sosKernel(), cost = wanted.cost ? costOf(texts, request) : null, {B, F, M} = request.vertices[0];
-    const [d] = kernel.descriptors(request), [A, Bu] = kernel.stateSpace(d);
-    if (!A || !Bu || A.at.some(x => !isFinite(x))) throw new Error("M is singular: such plants need acceleration feedback, see the package.");
+  // What the explorer needs to know of a plant. Bounds start at three times what the last
+  // design does, `before`, or where the page's address has them.
+  function dataOf({request, x0, cost}, wanted, before, linked, kernel) {
+    const [d] = kernel.descriptors(request), [A, Bu] = kernel.stateSpace(d), {B, F, M} = request.vertices[0];
     const rates = kernel.eigenvalues(A).map(s => Math.hypot(...s)).filter(x => x > 1e-6);
     const omega = rates.length ? Math.exp(rates.reduce((sum, x) => sum + Math.log(x), 0) / rates.length) : 1;
+    if (![...A.at, ...Bu.at, omega, 1 / omega].every(isFinite)) refuse(STRANGE);
     const n = M.length, a = request.U.length, r = M.map(() => 1);
+    const now = before ? kernel.truth({...request, asked: {...cost, ...(x0 && {x0})}}, before) : {};
+    const bound = (key, size, usual) => {
+      const typical = number(linked[key]) > 0 ? number(linked[key]) / 3 : size > 0 ? size : usual;
+      return [typical / 20, typical * 50, typical * 3];
+    };
     const sliders = [
       slider("sigma", "Decay rate σ", "σ", " 1/s", -1, 0.02 * omega, 2 * omega, 0.2 * omega),
       slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
       slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)];
-    if (wanted.gamma && F) {
-      const norm = before?.norm || 1;
-      sliders.push(slider("gamma", "H∞ bound γ", "γ", "", 1, norm / 20, norm * 50, norm * 3));
-    }
-    if (cost) {
-      const fits = before && before.K[0].length === cost.Q.length && before.K.length === cost.R.length;
-      const now = fits ? kernel.truth({...request, asked: cost}, before).cost : 0, typical = now > 0 ? now : 100;
-      sliders.push(slider("cost", "Bound of the cost", "J", "", 1, typical / 20, typical * 50, typical * 3));
-    }
-    if (wanted.u_max && x0) {
-      const peak = before?.peak || 10;
-      sliders.push(slider("u_max", "Input bound u_max", "u_max", "", 1, peak / 20, peak * 50, peak * 3));
-    }
+    if (wanted.gamma) sliders.push(slider("gamma", "H∞ bound γ", "γ", "", 1, ...bound("gamma", now.norm, 1)));
+    if (cost) sliders.push(slider("cost", "Bound of the cost", "J", "", 1, ...bound("cost", now.cost, 100)));
+    if (x0) sliders.push(slider("u_max", "Input bound u_max", "u_max", "", 1, ...bound("u_max", now.peak, 10)));
     const far = 10 * omega, s = [...Array(2 * n).fill(0), ...request.U.map(row => -row.reduce((sum, u) => sum + u, 0))];
     return {request, x0, mu: null, cost, sliders, fixed: {}, shownFixed: {}, also: [], shape: [n, B[0].length, a], r,
       horizon: plain(40 / omega), window: [-1.06 * far, 0.2 * far, far],
@@ -124,77 +93,114 @@ ${a ? `        for (int j = 0; j < INTEGRATORS; j++)
   }
 
   class OwnPlant extends Explorer {
+    get buttons() {
+      const [[reset], ...others] = super.buttons;
+      return [[reset, "Reset the sliders"], ...others, ["c", "As C"]];
+    }
+
     markup() {
-      const field = ([name, words]) => `<div class="sos-field"><label for="${this.name}-${name}">${words}</label>` +
+      const field = ([name, words, shape, box]) => `<div class="sos-field"${box ? ` data-box="${box}" hidden` : ""}>` +
+        `<label for="${this.name}-${name}">${words} <span class="sos-soft">${shape}</span></label>` +
         `<textarea id="${this.name}-${name}" data-field="${name}" rows="4" spellcheck="false" ${QUIET}></textarea></div>`;
       const box = (key, words) => `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
       const names = this.data.examples.map(({name}) => name);
       return `<div class="sos-form">${select({id: `${this.name}-example`, key: "example", label: "Start from", names})}` +
-        `<div class="sos-fields">${FIELDS.map(field).join("")}</div><div class="sos-row">` +
-        `<button type="button" class="sos-button sos-design" ${QUIET}>Design for these matrices</button>` +
+        `<p class="sos-soft">A row of numbers a line, or 1 0; 0 1. Decimals have a point.</p><div class="sos-fields">${FIELDS.map(field).join("")}</div>` +
+        `<div class="sos-row"><button type="button" class="sos-button sos-design" ${QUIET}>Design for these matrices</button>` +
         box("gamma", "bound what w does (γ)") + box("cost", "bound the cost (Q, R)") + box("u_max", "bound the input from x(0)") + `</div>` +
-        `<p class="sos-fault" role="alert"></p></div><div class="sos-inner">${this.inner()}</div>`;
-    }
-
-    inner() {
-      return super.markup().replace(/<\/button><\/div>/, `</button><button type="button" class="sos-button" data-do="c" ${QUIET}>As C</button></div>`);
+        `<p class="sos-fault" role="alert"></p><p class="sos-note" role="status"></p></div><div class="sos-inner">${super.markup()}</div>`;
     }
 
     wire() {
-      super.wire();
+      const linked = this.linked(), on = (name, kind, act) =>
+        this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
+      on("select", "change", () => { this.fill(this.data.examples[this.example.value]); this.rebuild(); });
+      on(".sos-design", "click", () => this.rebuild());
+      on("[data-wanted]", "change", () => this.rebuild());
       this.fill(this.data.examples[0]);
-      const example = this.view.querySelector("select");
-      example.addEventListener("change", () => { this.fill(this.data.examples[example.value]); this.rebuild(); });
-      this.part("design").addEventListener("click", () => this.rebuild());
-      this.view.querySelectorAll("[data-wanted]").forEach(box => box.addEventListener("change", () => this.rebuild()));
+      this.built = this.typed;
+      super.wire();
+      if ("M" in linked) this.open(linked);
+    }
+
+    get example() { return this.view.querySelector("select"); }
+    area(name) { return this.view.querySelector(`[data-field=${name}]`); }
+
+    // The wishes that are ticked, and the fields that count.
+    get wanted() { return Object.fromEntries([...this.view.querySelectorAll("[data-wanted]")].map(box => [box.dataset.wanted, box.checked])); }
+    get matrices() { return Object.fromEntries(FIELDS.filter(([, , , box]) => !box || this.wanted[box]).map(([name]) => [name, compact(this.area(name).value)])); }
+    get typed() { return JSON.stringify([this.wanted, this.matrices]); }
+    get address() {
+      const bounds = Object.entries(this.wanted).filter(([, on]) => on).map(([key]) => key).join(" ");
+      return {...this.named, example: this.example.value, ...this.matrices, ...(bounds && {bounds})};
+    }
+
+    // The plant of the page's address.
+    open(linked) {
+      const bounds = (linked.bounds ?? "").split(" "), example = number(linked.example);
+      this.example.value = example in this.data.examples ? example : 0;
+      this.fill({});
+      for (const [name] of FIELDS) this.area(name).value = (linked[name] ?? "").replaceAll(";", "\n");
+      this.view.querySelectorAll("[data-wanted]").forEach(box => { box.checked = bounds.includes(box.dataset.wanted); });
+      this.rebuild(linked);
     }
 
     fill({request, x0}) {
-      const [{M, D, S, B, F = []}] = request.vertices, ones = X => [Array(X).fill(1)];
-      const values = {M, D, S, B, F, U: request.U, x0: x0 ? [x0] : [], Q: ones(2 * M.length + request.U.length), R: ones(B[0].length)};
-      this.view.querySelectorAll("textarea").forEach(area => { area.value = written(values[area.dataset.field]); });
+      const [{M, D, S, B, F = []}] = request?.vertices ?? [{M: [], D: [], S: [], B: []}], values = {M, D, S, B, F, U: request?.U ?? []};
+      for (const [name] of FIELDS) this.area(name).value = this.area(name).dataset.given = written(values[name] ?? []);
+      this.initial = x0;
     }
 
-    rebuild() {
-      const texts = Object.fromEntries([...this.view.querySelectorAll("textarea")].map(area => [area.dataset.field, area.value]));
-      const wanted = Object.fromEntries([...this.view.querySelectorAll("[data-wanted]")].map(box => [box.dataset.wanted, box.checked]));
-      const fault = this.part("fault");
+    // What a wish needs and nobody has typed: weights of one, and the example's x(0).
+    complete() {
+      const rows = name => { try { return parsed(name, this.area(name).value); } catch { return []; } };
+      const n = rows("M").length, N = n && 2 * n + rows("U").length, ones = count => Array(count).fill(1), x0 = this.initial?.length === N ? this.initial : [];
+      for (const [name, list] of [["x0", x0], ["Q", ones(N)], ["R", ones(rows("B")[0]?.length ?? 0)]]) {
+        const area = this.area(name);
+        if (area.value === area.dataset.given) area.value = area.dataset.given = list.join(" ");
+      }
+    }
+
+    rebuild(linked = {}) {
+      const {wanted} = this, kernel = window.sosPlain ??= window.sosKernel(), fault = this.part("fault");
+      this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
+      this.complete();
       fault.textContent = "";
       try {
-        if (wanted.u_max && !parse("x0", texts.x0).length) throw new Error("The bound of the input needs x(0).");
-        if (wanted.gamma && !parse("F", texts.F).length) throw new Error("The bound γ needs F: say where the disturbance enters.");
-        Object.assign(this.data, dataOf(requestOf(texts), wanted, this.found, texts));
+        const found = requestOf(this.matrices, wanted, kernel), same = JSON.stringify(found.request) === JSON.stringify(this.data.request);
+        Object.assign(this.data, dataOf(found, wanted, same ? this.found : null, linked, kernel));
+        this.warning = found.warning;
       } catch (error) {
-        fault.textContent = error.message;
+        if (!(error instanceof Fault)) console.error(error);
+        fault.textContent = error instanceof Fault ? error.message : STRANGE;
+        this.settle();
         return;
       }
       this.solver.cancel(this.name);
       clearTimeout(this.idle);
-      this.rebuilt = true;
-      this.part("inner").innerHTML = this.inner();
+      this.built = this.typed;
+      this.part("inner").innerHTML = super.markup();
       super.wire();
       this.reserve();
     }
 
-    // The largest input from x(0) is told, whether it has a bound or not.
-    request(values) {
-      const request = super.request(values);
-      if (this.data.x0) request.asked.x0 = this.data.x0;
-      return request;
+    // Until fields and answer belong together nothing below the fields can be used.
+    settle() {
+      super.settle();
+      const inner = this.part("inner"), old = this.built !== this.typed;
+      inner.classList.toggle("sos-locked", old);
+      inner.inert = old;
+      const note = this.part("note"), words = old ? CHANGED : this.warning ?? "";
+      if (note.textContent !== words) note.textContent = words;   // screen readers say it once
     }
-
-    // A link leads to the first plant's sliders only.
-    read() { if (!this.rebuilt) super.read(); }
 
     press(what) {
       super.press(what);
       if (what !== "c") return;
-      if (this.answer?.status !== "feasible") {
-        this.part("more").innerHTML = "<p>There is no design here.</p>";
-        return;
-      }
-      this.code = program(this.answer.K, this.data.shape, this.data.request.U);
-      this.part("more").innerHTML = `<pre class="sos-code" tabindex="0">${escape(this.code)}</pre>`;
+      const {answer, digest} = this;
+      if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");
+      else if (answer.status !== "feasible") this.reply("<p>There is no design here.</p>");
+      else this.print(program(answer.K, this.data.shape, this.data.request.U));
     }
   }
 

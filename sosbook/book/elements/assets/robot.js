@@ -214,6 +214,7 @@
           `Tilt, and the voltage asked for at every tick of ${clean(1000 * T)} ms. Dashed: the limit.`)) + READOUT;
     }
 
+    get address() { return {...this.place, pushes: this.live?.pushes}; }
     get law() { return this.data.laws[this.place.law]; }
     change(key, value) {
       const {R} = this.law, wanted = R[this.place.R];

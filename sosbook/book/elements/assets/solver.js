@@ -20,7 +20,8 @@ window.sosSolver ??= (() => {
         } else if (kind === "prove" && found.refusal) answer.proof = kernel.refusalFile(request, found.refusal);
         send({...answer, ms: performance.now() - begun});
       } catch (fault) {
-        send({id, status: "undecided", reason: String(fault.message || fault)});
+        console.error(fault);
+        send({id, status: "undecided", reason: "The page's solver can't compute with these numbers: choose other units, or take the package."});
       }
     };
   }

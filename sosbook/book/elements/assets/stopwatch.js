@@ -1,7 +1,7 @@
 // How long a move takes on the reader's own computer: an explorer that moves by itself.
 (() => {
   "use strict";
-  const {Plot, QUIET, clean, define, escape, select} = window.sosKit;
+  const {Plot, QUIET, clean, define, escape, number, select} = window.sosKit;
   const Explorer = customElements.get("sos-explorer");
   const MOVES = 60, SHARE = 0.2, GOAL = 16;   // of a slider, up and down by this share; milliseconds
 
@@ -17,29 +17,33 @@
     }
 
     wire() {
+      const linked = number(this.linked().example), example = this.view.querySelector("select");
       super.wire();
-      const example = this.view.querySelector("select");
-      example.addEventListener("change", () => this.choose(this.data.examples[example.value]));
+      example.addEventListener("change", () => this.choose(Number(example.value)));
       this.part("measure").addEventListener("click", () => this.measure());
-      this.draw([]);
+      if (linked > 0 && linked in this.data.examples) this.choose(linked);
+      else this.draw([]);
     }
 
-    choose({data}) {
+    choose(k) {
+      this.view.querySelector("select").value = k;
       this.solver.cancel(this.name);
       clearTimeout(this.idle);
-      Object.assign(this.data, data);
+      Object.assign(this.data, this.data.examples[k].data);
       this.part("inner").innerHTML = super.markup();
       super.wire();
       this.reserve();
       this.draw([]);
     }
 
-    // A link leads to the first plant's sliders only.
-    read() { if (this.data.examples[0].data.title === this.data.title) super.read(); }
+    get address() { return {...this.named, example: this.view.querySelector("select").value}; }
+
+    // The address has the sliders of its own plant.
+    read(linked) { if (!("example" in linked) || linked.example === this.address.example) super.read(linked); }
 
     // Milliseconds of each move, and those of them that the solver took.
     async measure() {
-      const button = this.part("measure"), begin = [...this.values], times = [], solver = [];
+      const button = this.part("measure"), begin = [...this.values], times = [], solver = [], {request} = this.data;
       button.disabled = true;
       for (const [k, value] of begin.entries()) {
         for (let move = 0; move < MOVES; move++) {
@@ -47,8 +51,9 @@
           this.put(k, value * (1 + SHARE * Math.sin(2 * Math.PI * move / MOVES)));
           await this.solve();
           times.push(performance.now() - from);
-          solver.push(this.answer.ms);
+          solver.push(this.answer?.ms);
           await new Promise(requestAnimationFrame);
+          if (request !== this.data.request) { button.disabled = false; return null; }   // another plant by now
         }
         this.set(k, value);
       }
