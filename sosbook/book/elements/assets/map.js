@@ -14,8 +14,8 @@
     }
 
     wire() {
-      this.control("group").addEventListener("input", () => this.choose());
-      this.control("pair").addEventListener("input", () => this.open());
+      this.control("group").addEventListener("change", () => this.choose());
+      this.control("pair").addEventListener("change", () => this.open());
       for (const key of ["x", "y"]) {
         this.control(key).addEventListener("input", () => this.update());
         steady(this.control(key));
@@ -50,7 +50,8 @@
 
     control(key) { return this.view.querySelector(`[data-key=${key}]`); }
     get group() { return this.data.groups[Number(this.control("group").value)]; }
-    get map() { return this.group.maps[Number(this.control("pair").value)]; }
+    // Between a list's "input" and its "change" a plant may lack the pair of the one before.
+    get map() { return this.group.maps[Number(this.control("pair").value)] ?? this.group.maps[0]; }
     get place() { return [Number(this.control("x").value), Number(this.control("y").value)]; }
 
     choose(pair = 0) {
