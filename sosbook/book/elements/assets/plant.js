@@ -10,8 +10,8 @@
   const FIELDS = [["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"], ["S", "Stiffness S", "n rows of n"],
     ["B", "Inputs B", "n rows, a column for each input"], ["F", "Disturbances F", "n rows; may be empty"],
     ["U", "Integrated errors U", "a rows of n; may be empty"], ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
-    ["Q", "Weight Q of the state", "of z, z′, integrals of U z: 2n + a numbers, a diagonal, or as many rows", "cost"],
-    ["R", "Weight R of the input", "a number for each input, or as many rows", "cost"]];
+    ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
+    ["R", "Weight R of the input", "a number for each input, or rows", "cost"]];
 
   const written = rows => rows.map(row => row.join(" ")).join("\n");
   // One line, as an address has it.
