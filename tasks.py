@@ -8,6 +8,7 @@
     python3 tasks.py coverage      which lines of the package its tests reach
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
+    python3 tasks.py hunt          package, checker and page against each other
     python3 tasks.py types         what mypy says of the package's types
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
@@ -160,6 +161,12 @@ def rehearse(words):
     """Run the notebooks in other numerical worlds; see tests/rehearsal."""
     prepare()
     return call(PYTHON, "-m", "tests.rehearsal", *words)
+
+
+def hunt(words):
+    """Look for differences between package, checker and page; see tests/hunt."""
+    prepare()
+    return call(PYTHON, "-m", "tests.hunt", *words)
 
 
 def types(words):
@@ -315,8 +322,8 @@ def fail(message, status=1):
 TASKS = {
     task.__name__: task
     for task in (
-        *(book, pdf, test, coverage, campaign, rehearse, types, lab, run, bench),
-        clean,
+        *(book, pdf, test, coverage, campaign, rehearse, hunt, types, lab, run),
+        *(bench, clean),
     )
 }
 

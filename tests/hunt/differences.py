@@ -1,0 +1,186 @@
+"""One request after the other, asked in all ways, and what doesn't agree."""
+
+import json
+import tempfile
+import traceback
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+import sosbook as sos
+from sosbook.lmi.proof_text import checksum
+from sosbook.requirements.base import Requirement
+from tests.hunt.readers import alone, on_pages, package
+from tests.hunt.requests import FACTORS, in_units, request
+from tests.hunt.tampering import FREE, tampered
+from tests.hunt.truth import broken
+
+__all__ = ["Hunt"]
+
+LIMIT = 10  # seconds for one answer
+CHANGES = 8  # of each proof file
+BETWEEN = 6  # plants between the vertices that a claim is tried on
+#: What the checker may read and the package not, or the other way: an angle whose
+#: degrees are claimed, the mean of the masses, and the order of the blocks.
+UNREAD = FREE | {"theta", "E0", "blocks"}
+
+
+class Hunt:
+    """What was asked, and every difference that was found.
+
+    Parameters
+    ----------
+    page : Page, optional
+        The page's solver; without it nobody asks it.
+
+    Attributes
+    ----------
+    counts : Counter
+        From what was done to how often.
+    differences : list of str
+        Each with the seed of its request.
+    """
+
+    def __init__(self, page=None):
+        self.page, self.counts, self.differences = page, Counter(), []
+
+    def __str__(self):
+        rows = [f"{count:7d}  {what}" for what, count in sorted(self.counts.items())]
+        return "\n".join([*rows, f"{len(self.differences):7d}  DIFFERENCES"])
+
+    def ask(self, seed):
+        """Ask one request in all ways; the differences that are new, as words."""
+        before, asked = len(self.differences), request(seed)
+        rng = np.random.default_rng([seed, 1])
+        try:
+            self._ask(asked, rng)
+        except Exception:  # whatever it is, the hunt has caught something
+            last = traceback.format_exc(limit=-2).strip().replace("\n", " | ")
+            self._differs(asked, f"an error that nobody expects: {last}")
+        return self.differences[before:]
+
+    def _differs(self, asked, what):
+        self.differences.append(f"{asked}: {what}")
+
+    def _ask(self, asked, rng):
+        self.counts["requests"] += 1
+        try:
+            design = designed(asked)
+        except ValueError as fault:
+            self.counts[f"refused as input: {str(fault)[:40]} ..."] += 1
+            return
+        self.counts[f"answers: {design.status}"] += 1
+        text = self._backed(asked, design, rng)
+        if text is not None:
+            self._tamper(asked, json.loads(text), rng)
+        self._elsewhere(asked, design, rng)
+        if self.page is not None and on_pages(asked):
+            self._on_page(asked, design, rng)
+
+    def _backed(self, asked, design, rng):
+        """The text of the proof of an answer, if there is one; it is read by all."""
+        if design.status == "feasible":
+            proof = design.certify(time_limit=LIMIT)
+        elif design.status == "infeasible":
+            proof = design.infeasibility
+        else:
+            return None
+        if not proof.proven:
+            self.counts[f"{design.status} without a proof"] += 1
+            if design.status == "infeasible":
+                self._differs(asked, "infeasible, and nothing proves it")
+            return None
+        self._read(asked, proof.text, rng, "the package's proof")
+        return proof.text
+
+    def _read(self, asked, text, rng, whose):
+        """All readers accept a proof, say the same of it, and it is true."""
+        self.counts["proofs read by the package and the checker"] += 1
+        mine, theirs = read_by_both(text)
+        if mine is None or theirs is None:
+            who = "the package" if mine is None else "the checker"
+            self._differs(asked, f"{whose} is refused by {who}")
+        elif theirs != "beyond" and mine != theirs:
+            self._differs(asked, f"{whose}: the package reads {mine}, else {theirs}")
+        else:
+            self._true(asked, json.loads(text), rng, whose)
+
+    def _true(self, asked, file, rng, whose):
+        """Whether a file of a design tells the truth of the loop that it holds."""
+        if file["kind"] != "design" or file["K_A"] is not None:
+            return
+        self.counts["claims compared with the truth"] += 1
+        vertices = [
+            sos.SecondOrderSystem(*(np.array(v[x], float) for x in "MDSBF"))
+            for v in file["plant"]["vertices"]
+        ]
+        n, U = vertices[0].n, file["U"]
+        faults = broken(
+            vertices,
+            np.array(file["K"], float),
+            np.array(U, float) if U else None,
+            [Requirement.read(r) for r in file["requirements"]],
+            rng,
+            0 if "not the plants between" in file["claims"][0] else BETWEEN,
+        )
+        if faults:
+            self._differs(asked, f"{whose} is false (n = {n}): {faults[0]}")
+
+    def _tamper(self, asked, file, rng):
+        """Changes of a file are accepted by all and true, or refused by all."""
+        changed = list(tampered(file))
+        for k in rng.permutation(len(changed))[:CHANGES]:
+            path, other = changed[k]
+            other = dict(other, checksum=checksum(other))
+            self.counts["changed files"] += 1
+            mine, theirs = read_by_both(json.dumps(other))
+            what = f"the proof with another {'.'.join(map(str, path))}"
+            if theirs == "beyond" or (mine is None) == (theirs is None):
+                if mine is not None:
+                    self.counts["changed files that are proofs"] += 1
+                    self._true(asked, other, rng, what)
+                    if theirs not in ("beyond", mine):
+                        self._differs(asked, f"{what}: {mine}, else {theirs}")
+            elif UNREAD & set(path):
+                self.counts["changed files of data that one doesn't read"] += 1
+            else:
+                who = "the package" if theirs is None else "the checker"
+                self._differs(asked, f"{what} is accepted by {who} alone")
+
+    def _elsewhere(self, asked, design, rng):
+        """The verdict in other units doesn't contradict this one."""
+        there = in_units(asked, *rng.choice(FACTORS, 3))
+        if there is None:
+            return
+        self.counts["requests in other units"] += 1
+        again = designed(there)
+        if {design.status, again.status} == {"feasible", "infeasible"}:
+            if len(design.request.pairs) != len(again.request.pairs):
+                # vertices that are a box but for rounding: the pairs are asked there
+                self.counts["units in which the last bit makes a box or not"] += 1
+            else:
+                self._differs(there, f"{again.status}, and {design.status} before")
+        elif design.status != again.status:
+            self.counts["units with an answer less or more"] += 1
+
+    def _on_page(self, asked, design, rng):
+        self.counts["requests on a page"] += 1
+        answer = self.page.design(asked)
+        if {design.status, answer["status"]} == {"feasible", "infeasible"}:
+            self._differs(asked, f"{answer['status']} on a page")
+        if "text" in answer:
+            self._read(asked, answer["text"], rng, "the page's proof")
+
+
+def designed(asked):
+    """What `design_pid` answers."""
+    return sos.design_pid(asked.plant, time_limit=LIMIT, **asked.keywords)
+
+
+def read_by_both(text):
+    """What the package and the checker read in a text: claims or None each."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "proof.json")
+        file.write_text(text, "utf-8")
+        return package(file), alone(text)

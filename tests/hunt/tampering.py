@@ -1,0 +1,223 @@
+"""Proof files that were changed, what two readers say of them, and what is true.
+
+Each change is a proof in its own right, or none: floats then find the poles of the
+changed loop where the claims say.
+"""
+
+import copy
+import json
+from fractions import Fraction
+
+import numpy as np
+
+import sosbook as sos
+from sosbook.lmi.proof import kinds
+from sosbook.lmi.rational import decimal
+from sosbook.requirements.base import Requirement
+from sosbook.synthesis.records import read_request
+from tests.least_input import least_input
+from tests.least_norm import least_norm
+from tests.test_proof_files import checker
+
+__all__ = ["FREE", "put", "tampered", "true_claims", "verdicts"]
+
+CLASSES = {cls.kind: cls for cls in kinds()}
+# data that may be other data: names nobody claims anything of, coordinates of
+# LMIs, the model that an observer follows, words of an author
+FREE = {"name", "witness", "coordinates", "model", "statement", "E", "D_u"}
+
+
+def leaves(value, path=()):
+    """(path, leaf) of everything in nested lists and dicts."""
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, inner in items:
+        yield (*path, key), inner
+        if isinstance(inner, (dict, list)):
+            yield from leaves(inner, (*path, key))
+
+
+def changes(value):
+    """What becomes of a value: other signs, digits, types, shapes."""
+    if isinstance(value, str):
+        yield from ("NaN", "Infinity", "", None, [value], {"x": value}, True, 0)
+        if value[-1:].isdigit() and value[:1] in "-0123456789":
+            yield value[1:] if value[0] == "-" else "-" + value
+            first = next(k for k, c in enumerate(value) if c.isdigit())
+            digit = str((int(value[first]) + 3) % 10)
+            yield value[:first] + digit + value[first + 1 :]
+            yield from (value + "0", "0" + value, value + "e5", "1e400", value + "/0")
+            yield float(value) if "/" not in value else 1.5
+            if "/" not in value and np.isfinite(float(value)):
+                yield decimal(np.nextafter(float(value), np.inf))  # the last bit
+        else:
+            yield from (value + " x", "poles")
+    elif isinstance(value, list):
+        yield from (value[:-1], value + value[-1:], value[::-1], [], None, {}, "1")
+    elif isinstance(value, dict):
+        yield from ([], None, "1", {**value, "extra": "1"})
+        for key in value:
+            yield {k: v for k, v in value.items() if k != key}
+    elif isinstance(value, bool):
+        yield from (not value, int(value), None, "true")
+    elif isinstance(value, int):
+        yield from (value + 1, -value - 1, str(value), True, None, 10**6)
+    else:
+        yield from ("1", [], {}, 0, True)
+
+
+def put(whole, path, value):
+    found = inner = copy.copy(whole)
+    for key in path[:-1]:
+        inner[key] = inner = copy.copy(inner[key])
+    inner[path[-1]] = value
+    return found
+
+
+def tampered(whole, most=400):
+    """Changed contents; an even choice where there are too many."""
+    everything = []
+    for path, value in leaves(whole):
+        if path != ("checksum",):
+            same = json.dumps(value, sort_keys=True)
+            everything += [
+                (path, change)
+                for change in changes(value)
+                if json.dumps(change, sort_keys=True) != same
+            ]
+    step = max(1, len(everything) // most)
+    for path, change in everything[::step]:
+        yield path, put(whole, path, change)
+
+
+def verdicts(whole):
+    """(what the package says, what the checker says)."""
+    text = json.dumps(whole)
+    kind = whole.get("kind")
+    cls = CLASSES.get(kind) if isinstance(kind, str) else None
+    package = cls is not None and cls(text).verify()
+    try:
+        alone = bool(checker.check(text))
+    except (checker.Refused, checker.Beyond):
+        alone = False
+    except checker.MALFORMED:
+        alone = False
+    return package, alone
+
+
+def true_claims(whole):
+    """Whether the changed file's claims hold, by eigenvalues in floats."""
+    if whole["kind"] == "design":
+        request = read_request(whole)
+        K = np.array(whole["K"], float).reshape(request.plant.m, request.order)
+        for d in request.vertices:
+            for r in request.demands:
+                if r.kept(r.truth([d], K, request.K_A)) < -1e-9:
+                    return False
+        return True
+    if whole["kind"] == "delay":
+        A, A_d = (np.array(whole["plant"][x], float) for x in ("A", "A_d"))
+        rate, _ = sos.delay.spectrum.slowest_decay(A, A_d, *2 * (float(whole["tau"]),))
+        return rate > float(whole["delta"]) - 1e-9
+    if whole["kind"] == "regularization":
+        plants = [
+            [np.array(v[x], float) for x in "MB"] for v in whole["plant"]["vertices"]
+        ]
+        K_A, beta = np.array(whole["K"], float), float(whole["beta"])
+        return all(
+            np.linalg.eigvalsh(M - B @ K_A + (M - B @ K_A).T)[0] / 2 > beta**2
+            for M, B in plants
+        )
+    if whole["kind"] == "schur":
+        rate = float(whole["rate"])
+        return all(
+            abs(np.linalg.eigvals(np.array(F, float))).max() < rate
+            for F in whole["matrices"]
+        )
+    if whole["kind"] == "sampled":
+        vertices = [
+            sos.SecondOrderSystem(*(np.array(v[x], float) for x in "MDSBF"))
+            for v in whole["plant"]["vertices"]
+        ]
+        from sosbook.sampled import sampled_loop
+
+        loops = sampled_loop(
+            sos.Polytope(vertices),
+            np.array(whole["K"], float),
+            float(whole["T"]),
+            float(whole["delay"]),
+        )
+        return all(
+            abs(np.linalg.eigvals(F)).max() < float(whole["rate"]) for F in loops
+        )
+    if whole["kind"] == "fixed mode":
+        return true_mode(whole)
+    if whole["kind"] == "small input":
+        request = read_request(whole)
+        least = least_input(request)
+        return None if least is None else least > 0.999 * request.saturation.u_max
+    if whole["kind"] == "unreached response":
+        plant = whole["plant"]["vertices"][whole["vertex"]]
+        parts = [np.array(plant[x], float) for x in "MDSBF"]
+        return least_norm(*parts) > 0.999 * float(whole["bound"])
+    if whole["kind"] == "singular mass":
+        i, j = whole["between"]
+        E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))
+        t = np.linspace(0, 1, 10001)
+        signs = np.sign(np.linalg.det(E + t[:, None, None] * (F - E)).round(12))
+        return len(set(signs)) > 1 or 0 in signs
+    if whole["kind"] == "lmi":
+        return all(x > -1e-12 for x in least_eigenvalues(whole))
+    if whole["kind"] == "observer":
+        return observed(whole)
+    return None  # no oracle here
+
+
+def true_mode(whole):
+    """The row rank of [A - s E, B] at the mode, and where it lies."""
+    parts = [
+        [np.array(whole["plant"]["vertices"][k][x], float) for x in "MDSB"]
+        for k in whole["place"]
+    ]
+    M, D, S, B = (sum(x) / 2 for x in zip(*parts))
+    n, s = len(M), complex(*(float(Fraction(x)) for x in whole["point"]))
+    if whole["K"] is not None:
+        K = np.array(whole["K"], float)
+        S, D, B = S - B @ K[:, :n], D - B @ K[:, n:], 0 * B
+    pencil = np.hstack([s * s * M + s * D + S, B])
+    asked = whole["requirement"]
+    region = sos.LMIRegion.half_plane(0.0) if asked is None else None
+    if asked is not None:
+        region = Requirement.read(asked)
+    (distance,) = region.distances([s]).values()
+    return np.linalg.svd(pencil)[1][-1] < 1e-7 and distance[0] < 1e-7
+
+
+def least_eigenvalues(whole):
+    """Of the blocks of an LMI at its point, in floats."""
+    values = {k: np.array(v, float) for k, v in whole["unknowns"].items()}
+    for _, constant, terms in whole["expressions"]:
+        total = in_floats(constant)
+        for name, transposed, left, right in terms:
+            x = values[name].T if transposed else values[name]
+            total = total + in_floats(left) @ x @ in_floats(right)
+        yield np.linalg.eigvalsh(total)[0]
+
+
+def in_floats(rows):
+    return np.array([[float(Fraction(e)) for e in row] for row in rows])
+
+
+def observed(whole):
+    """Whether plant and observer are stable together, at each vertex."""
+    K, L, C = (np.array(whole[x], float) for x in "KLC")
+    E, A, B = (np.array(whole["model"][x], float) for x in ("E", "A", "Bu"))
+    for v in whole["plant"]["vertices"]:
+        M, D, S, Bv = (np.array(v[x], float) for x in "MDSB")
+        one = np.eye(len(M))
+        plant = np.block([[0 * one, one], [np.linalg.solve(M, -np.hstack([S, D]))]])
+        push = np.vstack([0 * Bv, np.linalg.solve(M, Bv)])
+        follow = np.linalg.solve(E, A + B @ K) + L @ C
+        loop = np.block([[plant, push @ K], [-L @ C, follow]])
+        if np.linalg.eigvals(loop).real.max() > 1e-9:
+            return False
+    return True

@@ -1,0 +1,71 @@
+"""A short hunt finds nothing, and faults that are planted don't escape it."""
+
+import pytest
+
+from sosbook.requirements.lmi_region import LMIRegion
+from tests.hunt import differences
+from tests.hunt.differences import Hunt
+from tests.hunt.readers import Page
+from tests.hunt.requests import request
+from tests.test_proof_files import checker
+
+
+def hunted(seeds, page=None):
+    hunt = Hunt(page)
+    for seed in seeds:
+        hunt.ask(seed)
+    return hunt
+
+
+@pytest.mark.slow
+def test_package_checker_and_page_agree(kernel):
+    hunt = hunted(range(24), Page(kernel))
+    assert not hunt.differences
+    for what in ("changed files", "requests in other units", "requests on a page"):
+        assert hunt.counts[what] > 5, what
+
+
+def test_a_seed_makes_the_same_request_again():
+    one, other = (request(11) for _ in range(2))
+    assert str(one) == str(other)
+    for v, w in zip(one.vertices, other.vertices, strict=True):
+        assert (v.S == w.S).all()
+    assert str(request(12)) != str(one)
+
+
+def a_lax_checker(monkeypatch):
+    monkeypatch.setattr(checker, "definite", lambda x, semi=False: True)
+
+
+def a_region_without_its_block(monkeypatch):
+    monkeypatch.setattr(LMIRegion, "pair", lambda self, loop, c: iter(()))
+
+
+def a_claim_of_more_than_is_asked(monkeypatch):
+    honest = LMIRegion.claim
+    monkeypatch.setattr(LMIRegion, "claim", lambda self: honest(self) + "0")
+
+
+def a_refusal_that_nothing_proves(monkeypatch):
+    honest = differences.designed
+
+    def designed(asked):
+        design = honest(asked)
+        object.__setattr__(design, "status", "infeasible")
+        return design
+
+    monkeypatch.setattr(differences, "designed", designed)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        a_lax_checker,
+        a_region_without_its_block,
+        a_claim_of_more_than_is_asked,
+        a_refusal_that_nothing_proves,
+    ],
+)
+def test_a_planted_fault_is_found(monkeypatch, fault):
+    fault(monkeypatch)
+    assert hunted(range(8)).differences
