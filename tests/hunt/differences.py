@@ -13,7 +13,7 @@ from sosbook.lmi.proof_text import checksum
 from sosbook.requirements.base import Requirement
 from tests.hunt.readers import alone, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
-from tests.hunt.tampering import FREE, tampered
+from tests.hunt.tampering import FREE, tampered, true_claims
 from tests.hunt.truth import broken
 
 __all__ = ["Hunt"]
@@ -74,6 +74,10 @@ class Hunt:
         text = self._backed(asked, design, rng)
         if text is not None:
             self._tamper(asked, json.loads(text), rng)
+        for what, proof in other_proofs(asked.vertices[0], rng):
+            self.counts[f"proofs of {what}"] += 1
+            self._read(asked, proof.text, rng, f"the proof of {what}")
+            self._tamper(asked, json.loads(proof.text), rng)
         self._elsewhere(asked, design, rng)
         if self.page is not None and on_pages(asked):
             self._on_page(asked, design, rng)
@@ -107,8 +111,12 @@ class Hunt:
             self._true(asked, json.loads(text), rng, whose)
 
     def _true(self, asked, file, rng, whose):
-        """Whether a file of a design tells the truth of the loop that it holds."""
-        if file["kind"] != "design" or file["K_A"] is not None:
+        """Whether a file tells the truth of what it holds."""
+        if file["kind"] != "design":
+            if true_claims(file) is False:
+                self._differs(asked, f"{whose} is false")
+            return
+        if file["K_A"] is not None or file["plant"]["kind"] != "second order":
             return
         self.counts["claims compared with the truth"] += 1
         vertices = [
@@ -176,6 +184,43 @@ class Hunt:
 def designed(asked):
     """What `design_pid` answers."""
     return sos.design_pid(asked.plant, time_limit=LIMIT, **asked.keywords)
+
+
+def other_proofs(plant, rng):
+    """A proof of another kind of one plant, where there is one: (words, proof)."""
+    n, m = plant.n, plant.m
+    match rng.choice(["regulator", "observer", "delay", "mass", "sampled", "none"]):
+        case "regulator":
+            C = rng.standard_normal((int(rng.integers(1, 2 * n + 1)), 2 * n))
+            design = sos.design_lqr(plant, C.T @ C, np.eye(m), time_limit=LIMIT)
+        case "observer":
+            one = np.eye(2 * n)
+            K = sos.design_lqr(plant, one, np.eye(m), time_limit=LIMIT).K
+            if K is None:
+                return
+            design = sos.design_observer(
+                plant, K, np.vstack([one, one]), np.eye(n), time_limit=LIMIT
+            )
+        case "delay":
+            tau = 0.02 / (1e-3 + np.abs(plant.poles()).max())
+            design = sos.design_delay_pid(
+                plant, tau=tau, mu=0.0, delta=0.01 / tau, time_limit=LIMIT
+            )
+        case "mass":
+            design = sos.regularize(plant)
+        case "sampled":
+            T = 0.05 / (1e-3 + np.abs(plant.poles()).max())
+            K = np.zeros((m, 2 * n))
+            proof = sos.certify_sampled(plant, K, T=T, time_limit=LIMIT)
+            if proof.proven:
+                yield "a sampled loop", proof
+            return
+        case _:
+            return
+    if design.status == "feasible":
+        proof = design.certify(time_limit=LIMIT)
+        if proof.proven:
+            yield type(design).__name__, proof
 
 
 def read_by_both(text):
