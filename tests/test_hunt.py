@@ -2,6 +2,7 @@
 
 import pytest
 
+from sosbook.lmi import proof
 from sosbook.requirements.lmi_region import LMIRegion
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
@@ -37,8 +38,8 @@ def a_lax_checker(monkeypatch):
     monkeypatch.setattr(checker, "definite", lambda x, semi=False: True)
 
 
-def a_region_without_its_block(monkeypatch):
-    monkeypatch.setattr(LMIRegion, "pair", lambda self, loop, c: iter(()))
+def a_lax_package(monkeypatch):
+    monkeypatch.setattr(proof, "definite", lambda x: (True, 1.0))
 
 
 def a_claim_of_more_than_is_asked(monkeypatch):
@@ -61,7 +62,7 @@ def a_refusal_that_nothing_proves(monkeypatch):
     "fault",
     [
         a_lax_checker,
-        a_region_without_its_block,
+        a_lax_package,
         a_claim_of_more_than_is_asked,
         a_refusal_that_nothing_proves,
     ],

@@ -13,7 +13,7 @@ from sosbook.lmi.proof_text import checksum
 from sosbook.requirements.base import Requirement
 from tests.hunt.readers import alone, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
-from tests.hunt.tampering import FREE, tampered, true_claims
+from tests.hunt.tampering import may_differ, tampered, true_claims
 from tests.hunt.truth import broken
 
 __all__ = ["Hunt"]
@@ -21,9 +21,6 @@ __all__ = ["Hunt"]
 LIMIT = 10  # seconds for one answer
 CHANGES = 8  # of each proof file
 BETWEEN = 6  # plants between the vertices that a claim is tried on
-#: What the checker may read and the package not, or the other way: an angle whose
-#: degrees are claimed, the mean of the masses, and the order of the blocks.
-UNREAD = FREE | {"theta", "E0", "blocks"}
 
 
 class Hunt:
@@ -150,7 +147,7 @@ class Hunt:
                     self._true(asked, other, rng, what)
                     if theirs not in ("beyond", mine):
                         self._differs(asked, f"{what}: {mine}, else {theirs}")
-            elif UNREAD & set(path):
+            elif may_differ(path, other, theirs is not None):
                 self.counts["changed files of data that one doesn't read"] += 1
             else:
                 who = "the package" if theirs is None else "the checker"

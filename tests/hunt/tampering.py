@@ -19,12 +19,24 @@ from tests.least_input import least_input
 from tests.least_norm import least_norm
 from tests.test_proof_files import checker
 
-__all__ = ["FREE", "put", "tampered", "true_claims", "verdicts"]
+__all__ = ["may_differ", "put", "tampered", "true_claims", "verdicts"]
 
 CLASSES = {cls.kind: cls for cls in kinds()}
-# data that may be other data: names nobody claims anything of, coordinates of
-# LMIs, the model that an observer follows, words of an author
+#: Data that may be other data: names nobody claims anything of, coordinates of LMIs,
+#: the model that an observer follows, words of an author.
 FREE = {"name", "witness", "coordinates", "model", "statement", "E", "D_u"}
+
+
+def may_differ(path, whole, alone):
+    """Whether only one of the two may accept a file that was changed at a path.
+
+    The checker doesn't read an angle whose degrees are claimed, nor the order of the
+    blocks. It doesn't ask either where a matrix comes from that may be any: E0 and an
+    observer's model, which the package compares with the mean of the plants.
+    """
+    if FREE & set(path) or path[-1] == "theta" or path[0] in ("E0", "blocks"):
+        return True
+    return bool(alone and path[0] == "plant" and (whole.get("E0") or "model" in whole))
 
 
 def leaves(value, path=()):
