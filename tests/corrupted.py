@@ -16,6 +16,12 @@ def spikes(y, size, count=3):
     return y
 
 
+def wrapped(y, numbers, least=None):
+    """A number that has so many values, and begins anew behind the largest one."""
+    least = -numbers / 2 if least is None else least
+    return (y - least) % numbers + least
+
+
 def clipped(y, share=0.6):
     top = share * abs(y).max()
     return np.clip(y, -top, top)
@@ -114,6 +120,14 @@ SPOILT = {
     "an encoder's glitches": (
         lambda b, w: (b, rewritten(w, encoder1=lambda n: spikes(n, 500.0))),
         "spike",
+    ),
+    "a gyro that goes over its end": (
+        lambda b, w: (rewritten(b, gyro=lambda g: wrapped(g, 1.2 * abs(g).max())), w),
+        "goes on at the other end",
+    ),
+    "a counter that goes over its end too fast": (
+        lambda b, w: (b, both(w, lambda n: wrapped(16 * n, 2**8))),
+        "counter of 8 bits, .* by too much between two samples",
     ),
     "gyro two samples late": (
         lambda b, w: (rewritten(b, gyro=lambda g: late(g, 2)), w),

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..runtime.reading import named, numbers_of, read_rows
 from ..runtime.writing import write_file
+from .counters import Counter
 
 __all__ = ["Log"]
 
@@ -33,7 +34,8 @@ class Log:
     gyro : (N,) array_like, optional
         The body's speed theta' in rad/s, read before V acts.
     encoder1, encoder2 : (N,) array_like, optional
-        Counts of the wheels against the body, read before V acts.
+        Counts of the wheels against the body, read before V acts. Those of a
+        counter of 8 to 32 bits that goes over its end are unwrapped.
 
     Raises
     ------
@@ -65,6 +67,7 @@ class Log:
             if value is None and x.name not in ("t", "V"):
                 continue
             object.__setattr__(self, x.name, column(x.name, value))
+        object.__setattr__(self, "unwrapped", self._unwrap())
         for x in fields(self):
             value = getattr(self, x.name)
             if value is not None and len(value) != len(self.t):
@@ -72,6 +75,17 @@ class Log:
                     f"{x.name} has {len(value)} samples, t has {len(self.t)}"
                 )
         gapless(self.t)
+
+    def _unwrap(self):
+        """Let counters go on; for each of them its name and its `Counter`."""
+        found = {}
+        for name in ("encoder1", "encoder2"):
+            given = getattr(self, name)
+            counter = None if given is None else Counter.of(given)
+            if counter is not None and not len(counter.wild):
+                object.__setattr__(self, name, column(name, counter.counts))
+                found[name] = counter
+        return found
 
     @property
     def T(self):

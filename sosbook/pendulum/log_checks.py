@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from .counters import Counter
 from .finding import Finding
 
 __all__ = ["check_log"]
 
 SPIKE_STEPS = 12.0  # times the usual step away from both neighbours
 CLIPPED_SAMPLES = 4  # samples in a row at the very largest value
+WRAP_SHARE = 2 / 3  # of the gyro's whole span: a jump beyond it goes over the end
 SAMPLES_AT_REST = 10  # at the beginning of a log
 FASTEST_RATE = 60.0  # rad/s, 573 rpm at the wheel or 3400 deg/s of a body
 PLAUSIBLE_VOLTS = 0.2, 60.0  # of a plausible chirp
@@ -74,6 +76,8 @@ def _check_column(say, log, column, y, robot):
                 "gyro has whole numbers: is it raw, or an "
                 "encoder's column? It must be in rad/s",
             )
+    elif _check_counter(say, log, column, y):
+        return
     else:
         turn = 2 * np.pi / (robot.counts if robot else 2000.0)
         rate = np.diff(y) * turn / np.diff(log.t)
@@ -95,19 +99,76 @@ def _check_column(say, log, column, y, robot):
                 else "are the counts per turn right?"
             ),
         )
+    if column == "gyro":
+        _check_gyro(say, y, robot)
     step = np.diff(y)
     usual = np.quantile(abs(np.diff(step)), 0.9) + 1e-12
     alone = (abs(np.diff(step)) > SPIKE_STEPS * usual) & (step[1:] * step[:-1] < 0)
-    if alone.any():
-        row = int(np.flatnonzero(alone)[0]) + 2
+    if not alone.any():
+        return
+    places = np.flatnonzero(alone)
+    jumps = np.where(abs(step[places]) > abs(step[places + 1]), places, places + 1)
+    if column == "gyro" and _goes_over(y, jumps):
+        before, after = y[jumps[0]], y[jumps[0] + 1]
         say(
             "refused",
-            f"{column} has {alone.sum()} spike(s), the first in "
-            f"row {row + 1} (t = {log.t[row - 1]:g} s): a glitch of the "
-            "bus? Cut the log there or record it anew",
+            f"gyro jumps from {before:.4g} to {after:.4g} rad/s, the first time in "
+            f"{_row(log, jumps[0] + 1)}: the body turns faster than its number can "
+            "say, which goes on at the other end. Widen the gyro's range or lower V",
         )
-    if column == "gyro":
-        _check_gyro(say, y, robot)
+        return
+    _say_spikes(say, log, column, len(places), places[0] + 1)
+
+
+def _say_spikes(say, log, column, count, first):
+    say(
+        "refused",
+        f"{column} has {count} spike(s), the first in {_row(log, first)}: a glitch of "
+        "the bus? Cut the log there or record it anew",
+    )
+
+
+def _row(log, sample):
+    """A sample's row in the file, and its time, in words."""
+    return f"row {sample + 2} (t = {log.t[sample]:g} s)"
+
+
+def _goes_over(y, jumps):
+    """Whether each jump, after a sample, is from near one end to near the other."""
+    low, high = y.min(), y.max()
+    before, after = y[jumps], y[jumps + 1]
+    down = (before > high / 2) & (after < low / 2)
+    up = (before < low / 2) & (after > high / 2)
+    far = abs(after - before) > WRAP_SHARE * (high - low)
+    return low < 0 < high and bool((far & (down | up)).all())
+
+
+def _check_counter(say, log, column, y):
+    """Say what is known of a counter's end; whether it isn't known how far it went."""
+    counter = log.unwrapped.get(column)
+    if counter is not None:
+        say(
+            "warning",
+            f"{column} is of a counter of {counter.bits} bits, which goes over its end "
+            f"{len(counter.wraps)} time(s), first in {_row(log, counter.wraps[0])}: "
+            "it is read as one that goes on",
+        )
+        return False
+    counter = Counter.of(y)
+    if counter is None:
+        return False
+    if not counter.too_fast:
+        apart = 1 + np.count_nonzero(np.diff(counter.wild) > 1)
+        _say_spikes(say, log, column, apart, counter.wild[0])
+    else:
+        say(
+            "refused",
+            f"{column} seems to be of a counter of {counter.bits} bits, which goes "
+            f"over its end {len(counter.wraps)} times, first in "
+            f"{_row(log, counter.wraps[0])}, and by too much between two samples to "
+            "say how far: read it more often, count in more bits, or lower V",
+        )
+    return True
 
 
 def _check_gyro(say, y, robot):
