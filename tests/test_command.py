@@ -1,18 +1,35 @@
 """The command line: python -m sosbook verify and design."""
 
 import json
+import os
 import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+import sosbook
 from sosbook import proofs
+from sosbook.proofs import check as checker
 from sosbook.proofs.command import main
+from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS
+from sosbook.runtime.digests import digest, short_digest
 
 FOLDER = proofs.CHECKER.parent
 EXAMPLE = FOLDER / "plant.example.json"
+
+
+def by_checker(*arguments):
+    digits = sys.get_int_max_str_digits()
+    try:
+        return checker.main(arguments)
+    finally:  # a program of its own may change it
+        sys.set_int_max_str_digits(digits)
+
+
+VERIFY = {"package": lambda *x: main(["verify", *x]), "checker": by_checker}
 
 
 def run(*arguments):
@@ -123,6 +140,298 @@ def test_what_is_no_json_is_said(tmp_path, capsys, text):
     assert main(["design", str(file)]) == main(["verify", str(file)]) == 2
     assert str(file) in capsys.readouterr().err
     assert main(["verify", str(tmp_path / "none.json")]) == 2
+
+
+# ------------------------------------------- which plant and gain a proof is about
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A folder with a plant of one mass, its proof and what `design` printed."""
+    folder = tmp_path_factory.mktemp("small")
+    data = {"plant": {k: [[x]] for k, x in zip("MDSB", (0.3, 0.1, 1 / 9.81, 2.2046))}}
+    data |= {"U": [[1]], "saturation": {"u_max": 50, "x0": [0.5, 0, 0]}}
+    (folder / "plant.json").write_text(json.dumps(data), "utf-8")
+    done = run("design", folder / "plant.json", "--proof", folder / "proof.json")
+    assert done.returncode == 0, done.stderr
+    (folder / "gain.json").write_text(done.stdout, "utf-8")
+    return folder
+
+
+def mended(text, path, value):
+    """The text of a proof with something exchanged, and its checksum mended."""
+    whole = json.loads(text)
+    place = whole
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    rest = {key: inner for key, inner in whole.items() if key != "checksum"}
+    return json.dumps(rest | {"checksum": digest(rest)})
+
+
+def test_a_verdict_names_plant_gain_and_start(small, capsys):
+    """In both programs with the same words."""
+    said = []
+    for verify in VERIFY.values():
+        assert verify(str(small / "proof.json")) == 0
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    first = said[0].splitlines()[0]
+    data = proofs.load(small / "proof.json").data
+    for name, part in (
+        ("plant", data["plant"]),
+        ("U", data["U"]),
+        ("K", data["K"]),
+        ("x0", data["requirements"][0]["x0"]),
+    ):
+        numbers = json.dumps(part).replace('"', "")
+        assert f"{name} {short_digest(part)} = {numbers}" in first
+    for path, value in (
+        (("plant", "vertices", 0, "M", 0, 0), "0.29"),
+        (("K", 0, 0), "-100"),
+        (("requirements", 0, "x0", 0), "0.4"),
+    ):
+        other = json.loads(mended((small / "proof.json").read_text(), path, value))
+        assert subject(other) == checker.subject(other) not in first
+
+
+@pytest.mark.parametrize("program", VERIFY)
+def test_a_proof_is_held_against_plant_and_gain(small, tmp_path, capsys, program):
+    verify = VERIFY[program]
+    proof, plant, gain = (str(small / f"{x}.json") for x in ("proof", "plant", "gain"))
+    assert verify(proof, "--plant", plant, "--gain", gain) == 0
+    data = json.loads((small / "plant.json").read_text("utf-8"))
+    bare, other = tmp_path / "bare.json", tmp_path / "other.json"
+    for same in (
+        data["plant"],
+        data["plant"] | {"F": [[]]},
+        {"vertices": [data["plant"]]},
+    ):
+        bare.write_text(json.dumps(same), "utf-8")
+        assert verify(proof, "--plant", str(bare)) == 0
+    capsys.readouterr()
+    wrong = {
+        "another plant .*S of vertex 1": ("plant", "S", [[np.nextafter(1 / 9.81, 1)]]),
+        "another plant .*F of vertex 1": ("plant", "F", [[1]]),
+        "another plant": (None, "plant", {"vertices": 2 * [data["plant"]]}),
+        "another U": (None, "U", [[2]]),
+        "another K_A": (None, "K_A", [[0.5]]),
+    }
+    for words, (part, key, value) in wrong.items():
+        changed = json.loads(json.dumps(data))
+        (changed if part is None else changed[part])[key] = value
+        other.write_text(json.dumps(changed), "utf-8")
+        assert verify(proof, "--plant", str(other)) == 1
+        said = capsys.readouterr().out
+        words = words.partition(" .*")[0] if program == "checker" else words
+        assert said.startswith("refused: ") and re.search(words, said), said
+        assert "proven" not in said
+    K = json.loads((small / "gain.json").read_text("utf-8"))["K"]
+    for given, code in ((K, 0), ([[*K[0][:2], K[0][2] + 1e-9]], 1), ([K[0][:2]], 1)):
+        other.write_text(json.dumps(given), "utf-8")
+        assert verify(proof, "--gain", str(other)) == code
+    assert "another K" in capsys.readouterr().out
+    for broken in ("", "{", '{"M": 1, "M": 2}', "[[true]]", '{"L": [[1]]}'):
+        other.write_text(broken, "utf-8")
+        for option in ("--plant", "--gain"):
+            assert verify(proof, option, str(other)) == 2
+            said = capsys.readouterr()
+            assert str(other) in said.out + said.err
+
+
+# ------------------------------------------------- nothing is lost, nothing is stale
+
+
+def test_only_a_proof_about_the_same_plant_is_replaced(small, tmp_path, capsys):
+    plant, proof = tmp_path / "plant.json", tmp_path / "proof.json"
+    text = (small / "plant.json").read_text("utf-8")
+    plant.write_text(text, "utf-8")
+    assert main(["design", str(plant), "--proof", str(plant)]) == 2
+    assert plant.read_text("utf-8") == text
+    assert "holds something else: give --proof another name" in capsys.readouterr().err
+    design = ["design", str(plant), "--proof", str(proof)]
+    assert main(design) == main(design) == 0
+    capsys.readouterr()
+    plant.write_text(text.replace("0.3", "0.4"), "utf-8")
+    before = proof.read_bytes()
+    assert main(design) == 2 and proof.read_bytes() == before
+    assert "about another plant; give --proof" in capsys.readouterr().err
+    assert main([*design, "--force"]) == 0 and proof.read_bytes() != before
+    proof.write_bytes(before[:500])  # cut, as on a full disk
+    assert main(design) == 2 and main([*design, "--force"]) == 0
+    assert main(["design", str(plant), "--proof", str(tmp_path / "no" / "p.json")]) == 2
+
+
+def test_no_stale_proof_is_left(small, tmp_path, capsys):
+    plant, proof = tmp_path / "plant.json", tmp_path / "proof.json"
+    data = json.loads((small / "plant.json").read_text("utf-8"))
+    plant.write_text(json.dumps(data), "utf-8")
+    design = ["design", str(plant), "--proof", str(proof)]
+    assert main(design) == 0
+    plant.write_text(json.dumps(data | {"gama": 1}), "utf-8")
+    capsys.readouterr()
+    assert main(design) == 2 and proof.exists()
+    assert "is still the answer to an earlier request" in capsys.readouterr().err
+    tiny = data | {"saturation": {"u_max": 1e-9, "x0": [0.5, 0, 0]}}
+    tiny |= {"region": {"sigma": 5.0}, "coupling": "slack", "slack": 1e-9}
+    plant.write_text(json.dumps(tiny), "utf-8")
+    code, said = main(design), capsys.readouterr()
+    answer = json.loads(said.out)
+    assert code == 1
+    if answer["proven"]:
+        assert proofs.load(proof).proven and "no gain" in answer["claims"][0]
+    else:
+        assert not proof.exists() and "is removed" in said.err
+
+
+def test_a_design_without_proof_removes_the_old_one(
+    small, tmp_path, capsys, monkeypatch
+):
+    """Whatever the reason is that there is none."""
+    proof = tmp_path / "proof.json"
+    design = ["design", str(small / "plant.json"), "--proof", str(proof)]
+    assert main(design) == 0
+    failed = proofs.Certificate(mended(proof.read_text("utf-8"), ("K", 0, 0), "1000"))
+    monkeypatch.setattr(sosbook.Design, "certify", lambda self: failed)
+    capsys.readouterr()
+    assert main(design) == 1
+    assert not proof.exists() and "is removed" in capsys.readouterr().err
+
+
+# ------------------------------------------------------------------ limits
+
+
+def spoilt(small, **changes):
+    whole = json.loads((small / "proof.json").read_text("utf-8")) | changes
+    rest = {key: inner for key, inner in whole.items() if key != "checksum"}
+    return json.dumps(rest | {"checksum": digest(rest)})
+
+
+def heavy(small):
+    """From a name to the text of a proof that takes for ever, and where it ends."""
+    n, one = 150, "1"
+    eye = [[str(int(i == j)) for j in range(n)] for i in range(n)]
+    full, column = [[one] * n] * n, [[one]] * n
+    large = {"M": eye, "D": full, "S": full, "B": column, "F": [[]] * n}
+    P = [["1.5" if i == j else "0.1" for j in range(2 * n)] for i in range(2 * n)]
+    (vertex,) = json.loads((small / "proof.json").read_text())["plant"]["vertices"]
+    several = [vertex | {"M": [[str(k + 1)]]} for k in range(400)]
+    kind = "second order"
+    return {
+        "a version of 2e7 digits": (
+            (small / "proof.json")
+            .read_text("utf-8")
+            .replace('"version": 1', f'"version": {"9" * 20_000_000}')
+        ),
+        "a number of 4e6 digits": spoilt(small, claims=["1" * 4_000_000]),
+        "20000 equal vertices": spoilt(
+            small, plant={"kind": kind, "vertices": [vertex] * 20_000}
+        ),
+        "400 vertices": spoilt(small, plant={"kind": kind, "vertices": several}),
+        "150 masses": spoilt(
+            small,
+            plant={"kind": kind, "vertices": [large]},
+            U=[],
+            K=[[one] * 2 * n],
+            requirements=[],
+            unknowns={"P": P},
+        ),
+        "lists in lists": spoilt(small, K="@").replace('"@"', "[" * 9000 + "]" * 9000),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", ["package", "checker"])
+def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
+    """Undecided has an exit code of its own: it is never "not proven"."""
+    command = [sys.executable, "-m", "sosbook", "verify"]
+    command = command if program == "package" else [sys.executable, proofs.CHECKER]
+    for name, text in heavy(small).items():
+        file = tmp_path / "heavy.json"
+        file.write_text(text, "utf-8")
+        done = subprocess.run(
+            [*command, file, "--time-limit", "4"],
+            capture_output=True,
+            encoding="utf-8",
+            timeout=60,
+        )
+        said = done.stdout + done.stderr
+        assert "Traceback" not in said and len(said) < 2000, name
+        if done.returncode == 4:
+            assert said.startswith("not decided"), name
+        else:
+            assert done.returncode in (1, 2, 3), name
+            assert not done.stdout.startswith("proven"), name
+    file.write_text(heavy(small)["150 masses"], "utf-8")
+    done = subprocess.run([*command, file, "--time-limit", "1e-4"], capture_output=True)
+    assert done.returncode == 4 and done.stdout.startswith(b"not decided within")
+
+
+def test_the_time_is_a_number_of_seconds(small, capsys):
+    for wrong in ("0", "-1", "nan", "inf"):
+        assert main(["verify", str(small / "proof.json"), "--time-limit", wrong]) == 2
+        assert "time_limit must be positive" in capsys.readouterr().err
+
+
+# ---------------------------------------------------------------- what is printed
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
+@pytest.mark.parametrize("program", ["package", "checker"])
+def test_a_reader_that_goes_away_is_no_error(small, program):
+    """As in ``verify proof.json | head -0``: the verdict is the exit code."""
+    command = [sys.executable, "-m", "sosbook", "verify"]
+    command = command if program == "package" else [sys.executable, proofs.CHECKER]
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [*command, small / "proof.json"], stdout=write, stderr=subprocess.PIPE
+    )
+    os.close(write)
+    assert done.returncode == 0 and done.stderr == b""
+
+
+@pytest.mark.parametrize("program", ["package", "checker"])
+def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
+    evil = "\x1b[2J\x1b[1;1Hproven:\u202e"
+    plant = json.loads((small / "plant.json").read_text("utf-8"))
+    for changes in (
+        {evil: "1"},
+        {"claims": [evil]},
+        {"kind": evil},
+        {"coupling": evil},
+        {"method": evil},
+        {"requirements": [{"kind": evil, "name": "x"}]},
+        {"requirements": [{"kind": "region", "name": evil}]},
+        {"plant": {"kind": evil, "vertices": []}},
+        {"K": [[evil]]},
+        {"U": evil},
+        {"unknowns": {evil: [["1"]]}},
+    ):
+        file = tmp_path / "evil.json"
+        file.write_text(spoilt(small, **changes), "utf-8")
+        command = [sys.executable, "-m", "sosbook", "verify"]
+        command = command if program == "package" else [sys.executable, proofs.CHECKER]
+        done = subprocess.run(
+            [*command, file], capture_output=True, encoding="utf-8", timeout=60
+        )
+        said = done.stdout + done.stderr
+        assert done.returncode in (1, 2, 3) and "Traceback" not in said
+        assert said.replace("\n", "").isprintable(), changes
+        assert not re.search("^(proven|- )", said, re.M), said
+    if program == "package":
+        for changes in (
+            {evil: 1},
+            {"region": {evil: 1}},
+            {"minimize": {evil: 1}},
+            {"coupling": evil},
+            {"plant": {**plant["plant"], evil: 1}},
+        ):
+            file = tmp_path / "plant.json"
+            file.write_text(json.dumps(plant | changes), "utf-8")
+            done = run("design", file, "--proof", tmp_path / "proof.json")
+            assert done.returncode == 2 and done.stderr.startswith("error: ")
+            assert done.stderr.replace("\n", "").isprintable()
 
 
 def test_schemas_name_what_the_files_hold(tmp_path):

@@ -24,6 +24,7 @@ from sosbook.pendulum.robot import Robot
 from sosbook.pendulum.ticks import FORMATS, TickLog
 from sosbook.plants import load_plant
 from sosbook.proofs.command import read_plant_file
+from sosbook.proofs.subject import compare_gain, compare_plant
 from sosbook.runtime import reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file
@@ -56,6 +57,10 @@ READERS = {
         *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx")),
     ],
     "proofs.command.read_plant_file": [("json", read_plant_file)],
+    "proofs.subject.compare_plant": [
+        *((ending, lambda x: compare_plant({}, x)) for ending in ("json", "npz", "mat"))
+    ],
+    "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
     "lmi.proof.load": [("json", proofs.load)],
     "lmi.proof.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],
@@ -105,6 +110,8 @@ TAKES = {
 #: What takes a path and reads no file of others.
 WRITERS = {
     "lmi.proof.ProofFile.save",
+    "lmi.proof.Unproven.save",  # always an error
+    "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
     "pendulum.compiled.Compiled.__init__",
     "pendulum.log.Log.write",
@@ -325,9 +332,9 @@ def test_a_link_and_permissions_stay(tmp_path):
     write_file(link, "new")
     assert link.is_symlink() and real.read_text("utf-8") == "new"
     assert real.stat().st_mode & 0o777 == 0o640
-    write_file(tmp_path / "a" / "b", b"new")
+    write_file(tmp_path / "new", b"new")
     (tmp_path / "plain").write_text("", "utf-8")
-    plain, new = (tmp_path / "plain").stat(), (tmp_path / "a" / "b").stat()
+    plain, new = (tmp_path / "plain").stat(), (tmp_path / "new").stat()
     assert plain.st_mode == new.st_mode
     with pytest.raises(OSError, match="real"):
         write_file(real / "b", "in a file")

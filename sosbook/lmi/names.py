@@ -2,7 +2,7 @@
 
 import re
 
-__all__ = ["one_line", "sane_name"]
+__all__ = ["sane_name"]
 
 NAME = re.compile(r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )")
 
@@ -24,16 +24,3 @@ def sane_name(name):
             "and of _ ( ) , # and points inside words"
         )
     return name
-
-
-def one_line(text):
-    r"""A text in which everything that isn't printed is escaped, line ends as well.
-
-    Examples
-    --------
-    >>> print(one_line("P\nproven: \x1b[8m"))
-    P\nproven: \x1b[8m
-    """
-    return "".join(
-        c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text)
-    )

@@ -12,10 +12,10 @@ from time import monotonic
 import numpy as np
 
 from ..runtime.reading import read_text
+from ..runtime.saying import one_line
 from ..runtime.writing import write_file
 from .exact import definite
 from .kinds import OfKind
-from .names import one_line
 from .proof_text import is_proof, parse, same, written
 from .rational import digit_count
 from .time_limit import OutOfTime, check_time, checked_seconds, time_limit

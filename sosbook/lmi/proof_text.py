@@ -55,7 +55,7 @@ def parse(text):
 
 
 def is_proof(content):
-    """Whether the bytes of a file say that it is a proof, whole or not."""
+    """Whether a file's bytes, ``content``, say that it is a proof, whole or not."""
     return re.search(rb'"format"\s*:\s*"sosbook proof"', content) is not None
 
 

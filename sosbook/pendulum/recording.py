@@ -222,4 +222,6 @@ def write_texts(folder, texts, replace=False):
                 lambda old, text=text: old == text,
                 "give another folder, or say that it may be replaced",
             )
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
     return [write_file(path, text) for path, text in files.items()]

@@ -77,7 +77,8 @@ def write_report(seen, folder):
 
 
 def write_page(path, text):
-    """Write a page, which replaces an earlier one but nothing else."""
+    """Write a page, ``text``, to ``path``, over an earlier page but nothing else."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     return write_file(path, text, over=lambda old: MARK in old)
 
 

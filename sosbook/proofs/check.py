@@ -1,11 +1,15 @@
 """Check a proof file of sosbook: ``python check.py proof.json``.
 
+``--plant plant.json`` and ``--gain gain.json`` refuse a proof about another plant or
+another gain; ``--time-limit SECONDS`` bounds the time.
+
 It needs Python 3.9 or newer and nothing else. Its formulas are written from
 the theorems; it shares no line with the package that wrote the file. All
 numbers are decimals or fractions, and all arithmetic is exact.
 
 Exit code: 0 proven, 1 refused, 2 no file or not readable, 3 beyond this checker
-(it says why; ``python -m sosbook verify`` decides).
+(it says why; ``python -m sosbook verify`` decides), 4 not decided within the time or
+memory that there is.
 
 Contents
  1. Matrices of rationals: the only mathematics is ``definite`` and ``solve``
@@ -20,14 +24,20 @@ Contents
 To trust a proof of one kind read 1, 2, 8 and that part.
 """
 
+import argparse
 import hashlib
 import json
+import os
 import re
 import sys
 from copy import copy
 from fractions import Fraction
 from functools import cache
 from math import lcm
+from threading import Lock, Timer
+
+SECONDS = 600.0  # unless told otherwise
+MOST_BYTES, MOST_DIGITS, MOST_VERTICES, DEEPEST = 200_000_000, 100_000, 4096, 200
 
 
 class Refused(Exception):
@@ -187,7 +197,9 @@ def positive(text):
 
 def ratio(text):
     """A fraction in lowest terms, in a string."""
-    good = isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII)
+    digits = rf"\d{{1,{MOST_DIGITS}}}"
+    form = rf"-?{digits}(/{digits})?"
+    good = isinstance(text, str) and re.fullmatch(form, text, re.ASCII)
     need(good and not re.search("/0+$", text), f"{text!r:.40} isn't a fraction")
     need(str(Fraction(text)) == text, f"{text!r:.40} isn't in lowest terms")
     return Fraction(text)
@@ -1637,16 +1649,19 @@ class Proven(list):
 
 def check(text):
     """The claims that the text of a proof file proves; else Refused or Beyond."""
-    file = json.loads(text, object_pairs_hook=unique, parse_constant=nothing)
+    file = contents(text)
     good = isinstance(file, dict) and file.get("format") == "sosbook proof"
     need(good, "no proof file")
     need(type(file.get("version")) is int, "there is no version")
     if file["version"] != 1:
         raise Beyond("this checker reads version 1 of the format")
     rest = {key: value for key, value in file.items() if key != "checksum"}
-    plain = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    digest = hashlib.sha256(plain.encode()).hexdigest()
-    need(file.get("checksum") == digest, "the checksum isn't that of the contents")
+    need(
+        file.get("checksum") == digest(rest), "the checksum isn't that of the contents"
+    )
+    plant = file.get("plant")
+    if isinstance(plant, dict) and len(plant.get("vertices", ())) > MOST_VERTICES:
+        raise Beyond(f"the plant has more than {MOST_VERTICES} vertices")
     whole = str(file.get("kind"))
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
@@ -1684,6 +1699,22 @@ def check(text):
     return claims
 
 
+def contents(text):
+    """What a text in JSON holds, within the limits."""
+    value = json.loads(text, object_pairs_hook=unique, parse_constant=nothing,
+                       parse_int=whole_number)  # fmt: skip
+    level = [value]
+    for _ in range(DEEPEST):
+        longest = max((len(x) for x in level if isinstance(x, str)), default=0)
+        if longest > 2 * MOST_DIGITS + 2:
+            raise Beyond(f"a text has {longest} characters")
+        level = [x for v in level if isinstance(v, (dict, list))
+                 for x in (v.values() if isinstance(v, dict) else v)]  # fmt: skip
+        if not level:
+            return value
+    raise Refused("its lists are nested too deeply")
+
+
 def unique(pairs):
     need(len(dict(pairs)) == len(pairs), "a key comes twice")
     return dict(pairs)
@@ -1693,31 +1724,146 @@ def nothing(word):
     raise Refused(f"{word} is no number")
 
 
-MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError)
+def whole_number(word):
+    need(len(word) <= 400, "a whole number has too many digits")
+    return int(word)
+
+
+def digest(value):
+    plain = json.dumps(value, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(plain.encode()).hexdigest()
+
+
+def subject(file):
+    """What a proof is about: digests, and numbers or sizes."""
+    parts = [(k, file[k]) for k in ("plant", "U", "K_A", "K", "L") if file.get(k)]
+    parts += [("x0", r["x0"]) for r in file.get("requirements", []) if "x0" in r]
+    about = []
+    for name, value in parts:
+        text = json.dumps(value).replace('"', "")
+        text = f"= {text}" if len(text) <= 120 else f"({size(value)})"
+        about.append(f"{name} {digest(value)[:12]} {text}")
+    return ", ".join(about)
+
+
+def size(value):
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {size(inner)}" for key, inner in value.items())
+    if not isinstance(value, list) or not value:
+        return json.dumps(value).replace('"', "")[:120]
+    if isinstance(value[0], dict):
+        return f"{len(value)} with {size(value[0])}"
+    if isinstance(value[0], list):
+        return f"{len(value)} x {len(value[0])}"
+    return f"{len(value)} numbers"
+
+
+def wanted_plant(given):
+    """The plant, and U and K_A if any, of a plant file as proof files write them."""
+    plant = given.get("plant", given)
+    vertices = []
+    for v in plant.get("vertices", [plant]):
+        keys(dict(v, F=0), "M D S B F")
+        v = dict({"F": [[] for _ in v["M"]]}, **v)
+        vertices.append({k: written(v[k]) for k in "MDSBF"})
+    wanted = {"plant": {"kind": "second order", "vertices": vertices}}
+    for name, none in (("U", []), ("K_A", None)) if "plant" in given else ():
+        wanted[name] = none if given.get(name) is None else written(given[name])
+    return wanted
+
+
+def wanted_gain(given):
+    return {"K": written(given["K"] if isinstance(given, dict) else given)}
+
+
+def written(rows):
+    """Numbers of JSON as proof files write them."""
+    if isinstance(rows, list):
+        return [written(x) for x in rows]
+    need(
+        type(rows) in (int, float), "a plant or a gain has something that is no number"
+    )
+    text = repr(float(rows) + 0.0)
+    return text[:-2] if text.endswith(".0") else text
+
+
+def read(name):
+    """The text of a file."""
+    with open(name, "rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise Beyond(f"the file has more than {MOST_BYTES} bytes")
+    return content.decode("utf-8")
+
+
+def say(*lines):
+    try:
+        print(*map(printed, lines), sep="\n", flush=True)
+    except BrokenPipeError:  # nobody reads any more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError,
+             OverflowError)  # fmt: skip
 
 
 def main(arguments):
     getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
-    if len(arguments) != 1:
-        print(__doc__)
-        return 2
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("proof")
+    parser.add_argument("--plant", help="a file of `python -m sosbook design`")
+    parser.add_argument("--gain", help='a matrix in JSON, or {"K": [[..]]}')
+    parser.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS")
+    asked = parser.parse_args(arguments)
+    if not 0 < asked.time_limit < 1e9:
+        parser.error("--time-limit must be positive, a number of seconds")
+    last_word = Lock()
+
+    def give_up():
+        last_word.acquire()
+        say(f"not decided within {asked.time_limit:g} s: give more by --time-limit")
+        os._exit(4)
+
+    watch = Timer(asked.time_limit, give_up)
+    watch.daemon = True
+    watch.start()
     try:
-        with open(arguments[0], encoding="utf-8") as file:
-            claims = check(file.read())
+        code, lines = verdict(asked)
+    finally:
+        last_word.acquire()
+        watch.cancel()
+    say(*lines)
+    return code
+
+
+def verdict(asked):
+    """The exit code, and what is said."""
+    wanted = {}
+    for name, form in ((asked.plant, wanted_plant), (asked.gain, wanted_gain)):
+        try:
+            wanted.update(form(contents(read(name))) if name else {})
+        except (OSError, Refused, Beyond, *MALFORMED) as fault:
+            return 2, [f"not read: {name}: {fault}"]
+    try:
+        text = read(asked.proof)
+        claims, file = check(text), contents(text)
+        about = subject(file)
+        for name, value in wanted.items():
+            if name in file or name in ("plant", "K"):
+                need(file.get(name) == value, f"it is about another {name}")
     except Refused as refusal:
-        print(f"refused: {printed(refusal)}")
-        return 1
+        return 1, [f"refused: {refusal}"]
     except MALFORMED as fault:
-        print(f"refused: not a well-formed proof file ({printed(repr(fault)):.200})")
-        return 1
+        return 1, [f"refused: not a well-formed proof file ({fault!r:.200})"]
     except Beyond as limit:
-        print(f"not checked: {printed(limit)}")
-        return 3
+        return 3, [f"not checked: {limit}"]
     except OSError as fault:
-        print(f"not read: {printed(fault)}")
-        return 2
-    print(claims)
-    return 0
+        return 2, [f"not read: {fault}"]
+    except MemoryError:
+        return 4, ["not decided: it takes more memory than there is"]
+    first, *lines = str(claims).splitlines()
+    return 0, [f"{first[:-1]}, of {about}:" if about else first, *lines]
 
 
 if __name__ == "__main__":

@@ -1,20 +1,33 @@
 """The command line: verify a proof file, or design a controller with proof.
 
-Exit codes: 0 proven, 1 not proven, 2 bad input.
+Exit codes: 0 proven, 1 not proven, or about another plant or gain, 2 bad input, 4 not
+decided within the time or memory that there is.
 """
 
 import argparse
+import os
 import sys
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock, Timer
 
 from ..lmi.proof import ProofFile, load
-from ..lmi.proof_text import laid_out
-from ..plants.files import plant_of, read_json
+from ..lmi.proof_text import is_proof, laid_out, parse
+from ..lmi.time_limit import checked_seconds
+from ..plants.files import plant_of
+from ..plants.records import plant_data
 from ..requirements.in_files import KEYS, asked_in_file
+from ..runtime.reading import named, read_bytes, read_json
+from ..runtime.saying import one_line, say
+from ..runtime.writing import may_replace
 from ..synthesis.pid import design_pid
+from .subject import compare_gain, compare_plant, subject
 
 __all__ = ["main"]
 
-PROVEN, NOT_PROVEN, BAD_INPUT = 0, 1, 2
+PROVEN, NOT_PROVEN, BAD_INPUT, NOT_DECIDED = 0, 1, 2, 4
+SECONDS = 600.0  # that verify takes at most
+MOST_VERTICES = 4096  # their pairs fill the memory
 
 
 def main(arguments: list | None = None) -> int:
@@ -34,33 +47,114 @@ def main(arguments: list | None = None) -> int:
     commands = parser.add_subparsers(required=True, metavar="command")
     verifying = commands.add_parser("verify", help="check a proof file")
     verifying.add_argument("proof", help="a file that a certificate's save wrote")
+    verifying.add_argument("--plant", help="refuse a proof about another plant")
+    verifying.add_argument("--gain", help='refuse another gain: JSON, {"K": [[..]]}')
+    verifying.add_argument(
+        "--time-limit",
+        type=float,
+        default=SECONDS,
+        metavar="SECONDS",
+        help=f"say after so long that it isn't decided ({SECONDS:g})",
+    )
     verifying.set_defaults(run=verify)
     designing = commands.add_parser("design", help="design a PID controller")
     designing.add_argument("plant", help="see plant.schema.json beside this module")
-    designing.add_argument("--proof", help="where to write it", default="proof.json")
+    designing.add_argument(
+        "--proof",
+        default="proof.json",
+        help="where to write it; an older proof about the same plant is replaced, and "
+        "removed where there is none for this request; nothing else is",
+    )
+    designing.add_argument(
+        "--force", action="store_true", help="replace a proof about another plant, too"
+    )
     designing.set_defaults(run=design)
     asked = parser.parse_args(arguments)
     try:
         return asked.run(asked)
     except (OSError, ValueError) as fault:
-        print(f"error: {fault}", file=sys.stderr)
+        words = [f"error: {one_line(fault)}", *getattr(fault, "__notes__", ())]
+        say("\n".join(words), sys.stderr)
         return BAD_INPUT
+    except MemoryError:
+        say("not decided: it takes more memory than there is")
+        return NOT_DECIDED
 
 
 def verify(asked):
     """Compute everything in a proof file again, and print what it proves."""
-    proof = load(asked.proof)
-    print(proof)
-    return PROVEN if proof.verify() else NOT_PROVEN
+    with at_most(checked_seconds(asked.time_limit, needed=True)):
+        proof = load(asked.proof)
+        data = proof.data
+        many = vertices_of(data)
+        if many > MOST_VERTICES:
+            say(
+                f"not decided: the plant has {many} vertices, more than {MOST_VERTICES}"
+            )
+            return NOT_DECIDED
+        proven = proof.proven
+    trouble = ""
+    if proven and asked.plant is not None:
+        trouble = compare_plant(data, asked.plant)
+    if proven and not trouble and asked.gain is not None:
+        trouble = compare_gain(data, asked.gain)
+    if trouble:
+        say(f"refused: {trouble}. It is about {subject(data) or 'no plant'}")
+        return NOT_PROVEN
+    first, *claims = str(proof).splitlines()
+    about = subject(data) if proven else ""
+    if about:
+        first = f"{first.removesuffix(':')}, of {about}:"
+    say("\n".join([first, *claims]))
+    return PROVEN if proven else NOT_PROVEN
+
+
+def vertices_of(data):
+    """How many vertices the plant has in the ``data`` of a file."""
+    plant = data.get("plant")
+    vertices = plant.get("vertices") if isinstance(plant, dict) else None
+    return len(vertices) if isinstance(vertices, list) else 0
+
+
+@contextmanager
+def at_most(seconds):
+    """End the program after some ``seconds``: nothing else stops one long call."""
+    last_word = Lock()
+
+    def give_up():
+        last_word.acquire()
+        try:
+            say(
+                f"not decided within {seconds:g} s: this says nothing about the proof; "
+                "give more by --time-limit"
+            )
+        finally:
+            os._exit(NOT_DECIDED)
+
+    watch = Timer(seconds, give_up)
+    watch.daemon = True
+    watch.start()
+    try:
+        yield
+    finally:
+        last_word.acquire()
+        watch.cancel()
 
 
 def design(asked):
     """Design for a plant file; print gains and margins, write the proof."""
-    plant, requirements = read_plant_file(asked.plant)
+    earlier = Path(asked.proof)
     try:
-        result = design_pid(plant, **requirements)
-    except (ValueError, TypeError) as error:
-        raise ValueError(f"{asked.plant}: {error}") from None
+        plant, requirements = read_plant_file(asked.plant)
+        check_place(earlier, plant, asked.force)
+        try:
+            result = design_pid(plant, **requirements)
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{asked.plant}: {error}") from None
+    except ValueError as error:
+        if earlier.is_file() and is_proof(read_bytes(earlier)):
+            error.add_note(f"{earlier} is still the answer to an earlier request")
+        raise
     answer, proof = {"status": result.status}, result.infeasibility
     if result.status == "feasible":
         proof = result.certify()
@@ -80,8 +174,32 @@ def design(asked):
     if proven:
         proof.save(asked.proof)
         answer["proof"] = str(asked.proof)
-    print(laid_out(answer))
+    elif earlier.is_file():
+        earlier.unlink()
+        say(f"{earlier} is removed: it answered an earlier request", sys.stderr)
+    say(laid_out(answer))
     return PROVEN if proven and result.status == "feasible" else NOT_PROVEN
+
+
+def check_place(path, plant, force):
+    """Raise where a file is there that no proof may replace, or its folder isn't."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"{path}: there is no such folder")
+    may_replace(path, is_proof, "give --proof another name")
+    if not force:
+        may_replace(
+            path,
+            lambda old: _plant_in(old) == plant_data(plant),
+            "a proof about another plant; give --proof another name, or --force",
+        )
+
+
+def _plant_in(content):
+    """The plant in the bytes of a proof file, as data; None of a broken one."""
+    try:
+        return parse(content.decode())[1].get("plant")
+    except ValueError:
+        return None
 
 
 def read_plant_file(path):
@@ -105,7 +223,5 @@ def read_plant_file(path):
             f"{path}: {sorted(unknown)[0]!r} isn't known: the keys are "
             f"plant, {', '.join(KEYS)}"
         )
-    try:
+    with named(path):
         return plant_of(data.pop("plant")), asked_in_file(data)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None

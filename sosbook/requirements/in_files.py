@@ -1,5 +1,7 @@
 """What a JSON file asks of a plant, as the keywords of `design_pid`."""
 
+from inspect import signature
+
 from .cost import QuadraticCost
 from .input_bound import Saturation
 from .pole_region import PoleRegion
@@ -40,12 +42,18 @@ def asked_in_file(data: dict) -> dict:
             keywords[key] = value
             continue
         if key not in OBJECTS:
-            raise ValueError(f"{key!r} isn't known: the keys are {', '.join(KEYS)}")
+            raise ValueError(f"{key!r:.80} isn't known: the keys are {', '.join(KEYS)}")
         if not isinstance(value, dict):
             raise ValueError(f'{key} must be an object, such as {{"name": value}}')
+        known = signature(OBJECTS[key]).parameters
+        for name in value:
+            if name not in known:
+                raise ValueError(
+                    f"{key}: {name!r:.80} isn't known: its keys are {', '.join(known)}"
+                )
         try:
             keywords[key] = OBJECTS[key](**value)
-        except TypeError as error:
+        except TypeError as error:  # one is missing
             text = str(error).split("__init__() ")[-1]
             raise ValueError(f"{key}: {text}") from None
         except ValueError as error:

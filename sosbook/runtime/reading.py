@@ -84,11 +84,7 @@ def path_of(path):
 
 
 def read_bytes(path):
-    """All bytes of the file at ``path``.
-
-    Parameters
-    ----------
-    path : str or Path
+    """All bytes of the file at ``path``, a str or Path.
 
     Raises
     ------

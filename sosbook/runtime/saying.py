@@ -3,21 +3,32 @@
 import os
 import sys
 
-__all__ = ["say", "visible"]
+__all__ = ["one_line", "say", "visible"]
 
 
-def visible(text):
-    """A ``text`` whose control characters are spelled, but for the ends of lines.
+def one_line(text):
+    r"""A text in which everything that isn't printed is escaped, line ends as well.
 
     Examples
     --------
-    >>> print(visible("\\x1b[2Jproven"))
-    \\x1b[2Jproven
+    >>> print(one_line("P\nproven: \x1b[8m"))
+    P\nproven: \x1b[8m
     """
     return "".join(
-        c if c == "\n" or c.isprintable() else c.encode("unicode_escape").decode()
-        for c in text
+        c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text)
     )
+
+
+def visible(text):
+    r"""A ``text`` of several lines, each as `one_line` has it.
+
+    Examples
+    --------
+    >>> print(visible("\x1b[2Jproven\n- all"))
+    \x1b[2Jproven
+    - all
+    """
+    return "\n".join(map(one_line, text.split("\n")))
 
 
 def say(text, stream=None):

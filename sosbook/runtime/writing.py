@@ -15,7 +15,7 @@ def write_file(path, content, over=None):
     Parameters
     ----------
     path : str or Path
-        Where it goes. Its folder is made. A device, such as /dev/stdout, is written to.
+        Where it goes. A device, such as /dev/stdout, is written to.
     content : str or bytes
         A text is written in UTF-8.
     over : callable, optional
@@ -45,7 +45,6 @@ def write_file(path, content, over=None):
     path = path_of(path)
     may_replace(path, over)
     content = content.encode() if isinstance(content, str) else content
-    path.parent.mkdir(parents=True, exist_ok=True)
     if path.exists() and not path.is_file():
         path.write_bytes(content)
         return path
