@@ -187,6 +187,8 @@ def delay_margin(example, mu=None, second=1.0, misprints=()):
     RuntimeError
         As `largest_margin`.
     """
+    if not {"sign"}.issuperset(misprints):
+        raise ValueError(f'misprints may hold "sign", got {misprints!r}')
     mu = example.mu if mu is None else finite("mu", mu)
     second = positive("second", second)
     vertices, units = _in_time(example, second)

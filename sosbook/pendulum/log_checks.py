@@ -32,6 +32,8 @@ def check_log(name, log, robot=None):
     list of Finding
         What speaks against the log; empty if nothing does.
     """
+    if name not in ("body", "wheels"):
+        raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")
     findings, subject = [], f"log of the {name}"
 
     def say(severity, text):

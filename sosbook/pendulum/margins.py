@@ -111,7 +111,7 @@ class SampledLoop:
         The control law, which sees samples and gives a voltage.
     delay : float
         The time from the sample to the voltage that follows from it, in s.
-    sensing : str
+    sensing : {"exact", "differenced", "raw", "firmware"}
         As in `sensing`.
     blend : float
         As in `Firmware`.
@@ -276,7 +276,7 @@ def lowest_rate(
         Makes a `SampledLaw` of T, in s.
     ticks : float
         The delay, in units of T.
-    sensing : str
+    sensing : {"exact", "differenced", "raw", "firmware"}
         As in `sensing`.
     rates : sequence of float
         Rates in Hz, from the fastest down; the answer is the last one before

@@ -153,7 +153,7 @@ def compare(plant, couplings=COUPLINGS, **asked):
     ----------
     plant : SecondOrderSystem or Polytope
         The polytope.
-    couplings : sequence of str
+    couplings : sequence of {"vertices", "pairs", "slack"}
         The conditions on pairs of vertices to compare.
     **asked
         Keywords of `design_pid`. ``slack`` reaches only that coupling.
@@ -191,7 +191,7 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     ----------
     polytopes : sequence of Polytope
         The polytopes to compare the conditions on.
-    couplings : sequence of str
+    couplings : sequence of {"vertices", "pairs", "slack"}
         The conditions on pairs of vertices to compare.
     **asked
         Keywords, as in `compare`.
@@ -226,6 +226,13 @@ def block_count(vertices, coupling):
     """How many copies of each LMI a coupling needs at most.
 
     Pairs are fewer where vertices have the same E, and where `vertices_suffice`.
+
+    Parameters
+    ----------
+    vertices : int
+        How many vertices the polytope has.
+    coupling : {"vertices", "pairs", "slack"}
+        As in `design_pid`.
 
     Examples
     --------

@@ -269,7 +269,11 @@ def analyse_loop(
         As in `DescriptorSystem`: matrices, or lists of them for a polytope.
     region, gamma, coupling
         As in `design_pid`; gamma bounds the norm from w to y.
-    mu, slack, minimize, backoff
+    mu, slack
+        As in `design_pid`.
+    minimize : {None, "gamma", "cost"} or dict, optional
+        As in `design_pid`; without an input there is no u_max.
+    backoff
         As in `design_pid`.
     cost : QuadraticCost, optional
         As in `design_pid`, with R = []: there is no input.

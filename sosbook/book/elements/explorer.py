@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...requirements.shorthand import parameter
+from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
 from ...synthesis.problem import Request
 from ..kernel import source
@@ -86,8 +86,12 @@ def design_explorer(
         The weights of the cost, and how the noise enters.
     cost_bound : float or pair, optional
         Bound of the cost; overrides that of ``cost``.
-    K_A, coupling, mu
-        As in `design_pid`; ``coupling`` is "pairs" or "vertices".
+    K_A
+        As in `design_pid`.
+    coupling : {"pairs", "vertices"}
+        As in `design_pid`; the page has no slack matrix.
+    mu
+        As in `design_pid`.
     r : (n,) array_like, optional
         Set point of the step response; ones if left out.
     horizon : float, optional
@@ -118,6 +122,7 @@ def design_explorer(
     """
     if coupling not in ("pairs", "vertices"):
         raise ValueError(f'coupling must be "pairs" or "vertices", got {coupling!r}')
+    (hinf,) = collected(gamma=1.0, mu=mu)  # "free" is None in the page
     if plant.n > LARGEST or len(plant.vertices) > LARGEST:
         raise ValueError(
             f"the page solves up to {LARGEST} degrees of freedom and vertices: "
@@ -173,7 +178,7 @@ def design_explorer(
                     cost=cost and cost.with_bound(1.0),
                 )
             ),
-            "mu": mu,
+            "mu": hinf.mu,
         }
     )
 

@@ -72,6 +72,8 @@ def controller(R, form="natural", printed=None):
     >>> np.sort(controller(2, "printed").poles().real).round(2)
     array([-1694.17,   -10.45,    -5.04])
     """
+    if form not in ("natural", "printed"):
+        raise ValueError(f'form must be "natural" or "printed", got {form!r}')
     printed = printed or thesis.mip()
     K, L = printed.lqe[R]
     if form == "printed":

@@ -5,6 +5,7 @@ import numpy as np
 from ...display.escape import page_text
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
+from ...synthesis.problem import Request
 from ..plots import BLUE, COLOURS, GREEN, GREY, VERMILLION, window_of
 from .charts import plane, set_point_chart
 from .explorer import (
@@ -47,6 +48,9 @@ def explore_design(
     Explorer
         The sliders and the figure.
     """
+    Request(
+        plant, U, K_A=K_A, coupling=coupling, mu=mu
+    )  # no slider mends what it refuses
     sliders = {}
     if region is not None and region.sigma is not None:
         top = 3 * region.sigma or 1.0

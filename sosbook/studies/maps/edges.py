@@ -233,7 +233,7 @@ def edge(
         Seconds after which the search stops; the sides are those that
         are proven by then, and the reason says so.
     **options
-        cost, requirements, K_A, coupling and so on, for `design_pid`.
+        cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
 
     Returns
     -------

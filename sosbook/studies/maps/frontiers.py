@@ -131,7 +131,7 @@ def frontier(
 
     Parameters
     ----------
-    x, y : str
+    x, y : {"sigma", "theta", "rho", "gamma", "u_max", "cost"}
         Names of parameters, as in `edge`.
     plant, U, region, gamma, saturation
         As in `edge`.

@@ -65,6 +65,8 @@ def slider(key, label, unit, ends, step, start, scale="linear"):
     >>> slider("R", "Weight R", "", (-1, 2), 0.5, 1, "log")["max"]
     2
     """
+    if scale not in ("linear", "log"):
+        raise ValueError(f'scale must be "linear" or "log", got {scale!r}')
     low, high = ends
     return {
         "key": key,

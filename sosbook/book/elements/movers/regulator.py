@@ -68,6 +68,9 @@ def regulator(
     """
     asked = {"law": 0, "design": 0, "R": 1, "spread": 10, "tilt": 10}
     asked |= start or {}
+    for law in laws:
+        if law not in LAWS:
+            raise ValueError(f"laws must be of {', '.join(LAWS)}, got {law!r}")
     mip = Mip.printed()
     robust = [_grid(mip, U, R, spreads) for U in map(LAWS.get, laws)]
     designs = (

@@ -1,0 +1,433 @@
+"""Every documented value of every option gets an answer, or an error that names it.
+
+The options are read from the package: sets in docstrings, ``{"pairs", "slack"}``,
+and ``Literal`` in signatures; "As in `f`" and "Keywords of `f`" lead to those of f.
+A public function with an option needs a small call here.
+"""
+
+import ast
+import inspect
+import re
+import traceback
+import typing
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+from numpydoc.docscrape import FunctionDoc
+
+import sosbook as sos
+from sosbook.book.elements.movers.mover import slider
+from sosbook.book.elements.movers.regulator import regulator
+from sosbook.book.largest_margin import delay_margin
+from sosbook.book.reproduction.observer import controller
+from sosbook.delay import DelayedLoop
+from sosbook.pendulum.c_code import c_header, c_source, serial_main
+from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.export import rc_balance
+from sosbook.pendulum.identify import fit_body, fit_wheel, speed
+from sosbook.pendulum.log_checks import check_log
+from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
+from sosbook.pendulum.optimal import optimal_law
+from sosbook.pendulum.recorded import check_recording
+from sosbook.pendulum.rig import DATA, shipped
+from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.steering_code import c_steering
+from sosbook.plants.descriptor import coupled_pairs, descriptors
+from tests.test_docstrings import function_of, public
+
+CART = sos.SecondOrderSystem(M=1, D=0.1, S=2, B=1, F=1)
+PAIR = sos.Polytope([CART, sos.SecondOrderSystem(M=1.2, D=0.1, S=3, B=1, F=1)])
+LIGHT = sos.SecondOrderSystem(np.diag([1e-4, 1]), np.eye(2), np.eye(2), np.eye(2))
+FIRST_ORDER = sos.DescriptorSystem(
+    [np.eye(2), np.diag([1, 1.2])],
+    [[[0, 1], [-2, -0.1]], [[0, 1], [-3, -0.1]]],
+    [[0], [1]],
+    [[0], [1]],
+    np.eye(1, 2),
+)
+PLANTS = {"plant": CART, "polytope": PAIR, "first order": FIRST_ORDER}
+K = np.array([[-1.0, -2.0]])
+LOOP = np.eye(2), [[[0, 1], [-3, -2.1]], [[0, 1], [-4, -2.1]]], [[0], [1]], [[1, 0]]
+WITH = {  # what the least bound of a name needs beside it
+    "u_max": dict(saturation=sos.Saturation(None, [1, 0])),
+    "cost": dict(cost=sos.QuadraticCost(np.eye(2), [[1]])),
+}
+OBSERVER = sos.design_observer(PAIR, K, np.eye(4), [[1]])
+
+
+def of_each_plant(function, *given):
+    """One call of a design function a plant, with what ``minimize`` needs."""
+
+    def ask(plant):
+        return lambda **o: function(plant, *given, **completed(o))
+
+    return [ask(plant) for plant in PLANTS.values()]
+
+
+def completed(options):
+    """Options with the companion of the least bound, where the plant has an input."""
+    return options | WITH.get(options.get("minimize"), {})
+
+
+def looped(**options):
+    cost = sos.QuadraticCost(np.eye(2), [])
+    more = {"cost": dict(cost=cost)}.get(options.get("minimize"), {})
+    return sos.analyse_loop(*LOOP, **options | more)
+
+
+def observed(**options):
+    """The loop of observer and plant, whose states are twice as many."""
+    more = {
+        "u_max": dict(saturation=sos.Saturation(None, [0, 0, 1, 0])),
+        "cost": dict(cost=sos.QuadraticCost(np.eye(4), [[1]])),
+    }
+    return OBSERVER.analyse(**options | more.get(options.get("minimize"), {}))
+
+
+def noisy(noise):
+    cost = sos.QuadraticCost(np.eye(2), [[1]], noise, bound=50.0)
+    return [sos.design_pid(plant, cost=cost) for plant in PLANTS.values()]
+
+
+def edged(name="sigma", **options):
+    cost = sos.QuadraticCost(np.eye(2), [[1]], bound=50.0)
+    held = {
+        "u_max": dict(saturation=sos.Saturation(9.0, [1, 0])),
+        "cost": dict(cost=cost),
+    }
+    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=9)) | held.get(name, {})
+    return sos.maps.edge(name, CART, digits=1, **asked | options)
+
+
+def across(x, y):
+    asked = dict(
+        region=sos.PoleRegion(sigma=0.2, rho=9),
+        saturation=sos.Saturation(9.0, [1, 0]),
+        cost=sos.QuadraticCost(np.eye(2), [[1]], bound=50.0),
+        gamma=2.0,
+    )
+    values = dict(sigma=0.3, theta=1.0, rho=8.0, gamma=1.5, u_max=8.0, cost=40.0)
+    value = values.get(x, 1.0)
+    return sos.maps.frontier(
+        x, y, CART, values=[value, 1.1 * value], digits=1, progress=False, **asked
+    )
+
+
+def mapped(**options):
+    across, up = ("sigma", [0.2, 0.4]), ("rho", [5.0, 9.0])
+    return sos.maps.feasibility_map(CART, across=across, up=up, **options)
+
+
+def law(T=0.01):
+    return sos.mip.SampledLaw.of_gain(sos.thesis.mip().gains["PD"][1], T)
+
+
+FIRMWARE = sos.mip.Firmware(law())
+STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+
+
+@cache
+def run():
+    return sos.mip.simulate(sos.mip.Mip.printed(), FIRMWARE, 0.1, t_end=0.2)
+
+
+def late(function, plants, *given):
+    def ask(plant):
+        return lambda **o: function(plant, *given, tau=0.1, delta=0.01, **o)
+
+    return [ask(plant) for plant in plants]
+
+
+BODY, WHEELS = shipped("body"), shipped("wheels")
+ROBOT = sos.mip.Robot.shipped("thesis")
+GEARMOTORS = sos.mip.Robot.shipped("gearmotors")
+
+#: For each public function or class with options small calls that take them.
+CALLS = {
+    "design_pid": of_each_plant(sos.design_pid),
+    "analyse_pid": of_each_plant(sos.analyse_pid, K),
+    "analyse_loop": [looped],
+    "ObserverDesign.analyse": [observed],
+    "design_lqr": of_each_plant(sos.design_lqr, np.eye(2), [[1]]),
+    "compare": [lambda **o: sos.couplings.compare(PAIR, **completed(o))],
+    "verify_many": [lambda **o: sos.couplings.verify_many([PAIR], **completed(o))],
+    "block_count": [lambda coupling: sos.couplings.block_count(4, coupling)],
+    "coupled_pairs": [lambda coupling: coupled_pairs(descriptors(PAIR), coupling)],
+    "QuadraticCost": [noisy],
+    "regularize": [lambda choose: sos.regularize(LIGHT, 0.1, choose=choose)],
+    "edge": [edged],
+    "frontier": [
+        lambda x: across(x, "theta" if x == "sigma" else "sigma"),
+        lambda y: across("theta" if y == "sigma" else "sigma", y),
+    ],
+    "design_delay_pid": late(sos.design_delay_pid, (CART, PAIR)),
+    "analyse_delay": [
+        *late(sos.analyse_delay, (CART, PAIR), K),
+        *late(sos.analyse_delay, [DelayedLoop([[0.1]], [[-1]])]),
+    ],
+    "largest": [
+        lambda name="delta", **o: sos.delay.largest(
+            name, CART, K, tau=0.1, delta=0.05 * (name != "delta"), digits=1, **o
+        )
+    ],
+    "misprint": [sos.counterexamples.misprint],
+    "robot_run": [lambda panels: sos.plots.robot_run(run(), panels=panels)],
+    "slider": [lambda scale: slider("a", "A", "", (0.1, 1), 0.1, 1, scale)],
+    "regulator": [lambda laws: regulator((1, 10), (10,), laws=laws)],
+    "delay_margin": [
+        lambda misprints: delay_margin(
+            sos.thesis.delay_example_2(), misprints=misprints
+        )
+    ],
+    "controller": [lambda R=1, form="natural": controller(R, form)],
+    "c_header": [lambda precision: c_header(FIRMWARE, "b", precision)],
+    "c_source": [lambda precision: c_source(FIRMWARE, "b", precision)],
+    "serial_main": [lambda precision: serial_main(FIRMWARE, "b", precision)],
+    "rc_balance": [lambda precision: rc_balance(FIRMWARE, "b", precision)],
+    "c_steering": [lambda precision: c_steering(STEERING, "b", precision)],
+    "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
+    "fit_body": [lambda **o: fit_body(BODY, **o)],
+    "fit_wheel": [lambda **o: fit_wheel(WHEELS, **o)],
+    "speed": [lambda wheel: speed(WHEELS, wheel)],
+    "check_log": [lambda name: check_log(name, BODY if name == "body" else WHEELS)],
+    "sensing": [lambda kind: sensing(kind, 0.01)],
+    "SampledLoop": [
+        lambda sensing: SampledLoop(sos.mip.Mip.printed(), law(), sensing=sensing)
+    ],
+    "lowest_rate": [
+        lambda sensing: lowest_rate(
+            [sos.mip.Mip.printed()], law, sensing=sensing, rates=(200, 100)
+        )
+    ],
+    "optimal_law": [
+        lambda kind: optimal_law(sos.mip.Mip.printed(), ROBOT, kind, np.eye(5), 20)
+    ],
+    "check_recording": [
+        lambda experiment: check_recording(
+            DATA / ("wheels.csv" if experiment == "wheels" else "body.csv"),
+            ROBOT,
+            experiment,
+        )
+    ],
+    "shipped": [shipped],
+    "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
+    "designs": [lambda **o: sos.maps.designs(CART, [completed(o)], progress=False)],
+    "feasibility_map": [mapped],
+    "design_atlas": [
+        lambda **o: sos.atlas.design_atlas(PAIR, sigma=[0.2, 0.4], rho=9.0, **o)
+    ],
+    "design_explorer": [
+        lambda **o: sos.atlas.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
+    ],
+    "explore_design": [
+        lambda **o: sos.widgets.explore_design(
+            PAIR, region=sos.PoleRegion(sigma=0.3), **o
+        )
+    ],
+}
+
+#: What documents a set and isn't called with one, or not by a reader.
+NO_CALLS = {
+    "status": "a result's own verdict",
+    "verdict": "a result's own verdict",
+    "Finding": "made by the checks of a log",
+    "Recording": "made by check_recording",
+    "OptimalLaw": "made by optimal_law",
+    "Parameter": "a word of the vocabulary",
+    "Largest": "made by largest",
+    "Request": "made by the design functions",
+    "Ask": "made by the functions of maps",
+    "theorems": "blocks: whoever writes them gives every value in its own tests",
+}
+
+
+def values_of(text):
+    """The set in a type's text, such as ``sequence of {"pairs", "slack"}``, or ()."""
+    found = re.search(r"\{([^}:]*)\}", text)
+    return tuple(ast.literal_eval(f"({found[1]},)")) if found else ()
+
+
+def literals(annotation):
+    """The values of each ``Literal`` in an annotation."""
+    if typing.get_origin(annotation) is typing.Literal:
+        return typing.get_args(annotation)
+    return sum((literals(part) for part in typing.get_args(annotation)), ())
+
+
+def annotations(thing):
+    call = thing.__init__ if inspect.isclass(thing) else function_of(thing)
+    try:
+        return typing.get_type_hints(call)
+    except (NameError, AttributeError):  # of type checkers only, or a class of C
+        return {}
+
+
+@cache
+def options(full):
+    """By an option's name its documented values, and whether it takes several."""
+    thing, found = public()[full], {}
+    hints = annotations(thing)
+    for p in FunctionDoc(None, doc=inspect.getdoc(thing) or "")["Parameters"]:
+        words = " ".join(p.desc)
+        elsewhere = {}
+        for other in map(home, re.findall(r"(?:As in|of|for) `(\w+)`", words)):
+            if other and other != full:
+                elsewhere |= options(other)
+        for name in p.name.split(", "):
+            values = values_of(p.type) or literals(hints.get(name))
+            if values:
+                several = re.match(r"(sequence|collection) of", p.type)
+                found[name] = values, bool(several)
+            elif name in elsewhere:
+                found[name] = elsewhere[name]
+        if p.name.startswith("**"):
+            everything = words.startswith("Keywords of")
+            for name in elsewhere.keys() - found.keys():
+                if f"{name}s" not in found and (everything or name in words):
+                    found[name] = elsewhere[name]
+        elif "Keywords of" in words:  # dicts of them
+            found |= elsewhere
+    return found
+
+
+@cache
+def home(name):
+    """The full name of a public function, or None."""
+    names = [full for full in public() if full.rpartition(".")[2] == name]
+    return names[0] if len(names) == 1 else None
+
+
+@cache
+def documented():
+    """Options by the short name of what takes them."""
+    found = {}
+    for full, thing in public().items():
+        if isinstance(thing, property):
+            continue
+        known = {n: v for n, v in options(full).items() if n not in NO_CALLS}
+        owner, _, name = full.rpartition(".")
+        if not known or ".theorems." in full or name in NO_CALLS:
+            continue
+        if owner in public():
+            name = f"{owner.rpartition('.')[2]}.{name}"
+        found[name] = known
+    return found
+
+
+MARKS = {"Compiled": pytest.mark.compiler, "delay_margin": pytest.mark.slow}
+
+
+def cases():
+    return [
+        pytest.param(
+            name,
+            option,
+            (value,) if several else value,
+            id=f"{name}, {option}={value!r}",
+            marks=MARKS.get(name, ()),
+        )
+        for name, known in documented().items()
+        for option, (values, several) in known.items()
+        for value in values
+    ]
+
+
+def answered(call, words, **given):
+    """Whether there is an answer; else a ValueError of ours has one of the words."""
+    try:
+        call(**given)
+    except ValueError as error:
+        *_, last = traceback.extract_tb(error.__traceback__)
+        assert "sosbook" in last.filename, f"{last.filename}: {error}"
+        assert any(word in str(error) for word in words), error
+        return False
+    return True
+
+
+def test_every_option_has_a_call():
+    assert documented().keys() == CALLS.keys()
+    for name in ("design_pid", "analyse_pid", "analyse_loop", "ObserverDesign.analyse"):
+        known = documented()[name]
+        assert known["coupling"][0] == ("pairs", "vertices", "slack")
+        assert {"minimize", "mu"} <= known.keys()
+
+
+@pytest.mark.parametrize("name, option, value", cases())
+def test_a_documented_value_is_taken(name, option, value, plt_closed):
+    takers = [call for call in CALLS[name] if takes(call, option)]
+    assert takers
+    good = [answered(call, (option, str(value)), **{option: value}) for call in takers]
+    assert any(good), "documented, and refused everywhere"
+
+
+def takes(call, option):
+    known = inspect.signature(call).parameters
+    return option in known or any(p.kind is p.VAR_KEYWORD for p in known.values())
+
+
+@pytest.fixture
+def plt_closed():
+    yield
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+
+
+REQUESTS = (
+    pytest.param("design_pid", marks=pytest.mark.slow),
+    "analyse_pid",
+    "analyse_loop",
+    "ObserverDesign.analyse",
+)
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+def test_options_of_a_request_go_together(name):
+    """Each with each, on the way that all of them take, whoever asks."""
+    known = {option: values for option, (values, _) in documented()[name].items()}
+    given = product(
+        known["coupling"], known["minimize"], (None, 1.0, "free"), (None, 0.5)
+    )
+    for coupling, least, mu, slack in given:
+        asked = dict(coupling=coupling, minimize=least, mu=mu, slack=slack)
+        asked = {option: value for option, value in asked.items() if value is not None}
+        if mu is not None and least != "gamma":
+            continue
+        good = answered(CALLS[name][0], ("slack",), **asked)
+        assert good == (slack is None or coupling == "slack"), asked
+
+
+def test_all_requests_have_the_same_words():
+    """What is asked of a design can be asked of a gain and of a loop."""
+    of = {name: set(inspect.signature(f).parameters) for name, f in DOORS.items()}
+    design = of["design_pid"] - {"start"}  # a design to begin with
+    assert of["analyse_pid"] == design | {"K"}
+    plant = {"plant", "U", "K_A", "saturation"}  # what a closed loop doesn't have
+    assert of["analyse_loop"] == (design - plant) | {"E", "A", "B_w", "C"}
+    cost = {"cost", "minimize", "backoff"}  # it is the least, backed off by 1e-4
+    assert of["design_lqr"] == (design - cost) | {"Q", "R", "noise"}
+    assert of["observer"] == {"self", "asked"}  # those of analyse_pid
+
+
+DOORS = {
+    "design_pid": sos.design_pid,
+    "analyse_pid": sos.analyse_pid,
+    "analyse_loop": sos.analyse_loop,
+    "design_lqr": sos.design_lqr,
+    "observer": sos.ObserverDesign.analyse,
+}
+
+
+@pytest.mark.parametrize("name", documented())
+def test_another_value_is_named(name):
+    """A word that isn't in the set is refused by a ValueError that says so."""
+    for option, (values, several) in documented()[name].items():
+        if not all(isinstance(v, str) for v in values):
+            continue
+        wrong = ("no such word",) if several else "no such word"
+        for call in CALLS[name]:
+            if takes(call, option):
+                words = (option, option.rstrip("s"), "no such word")
+                assert not answered(call, words, **{option: wrong}), (name, option)
