@@ -182,6 +182,37 @@ def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
         assert copy.errors == []
 
 
+FIRST = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in reversed([*stored()])}
+
+
+@pytest.mark.parametrize("tag", sorted(FIRST.keys() - {"sos-robot"}))
+def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
+    """Nothing of it is taken for a number or brought into a range in silence."""
+    sheet = tmp_path / "sheet.html"
+    sheet.write_text(
+        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
+        f'<link rel="icon" href="data:,">{again(FIRST[tag])}',
+        "utf8",
+    )
+    tab, ask = visit(sheet), f"document.querySelector('{tag}')"
+    start = tab.page.evaluate(f"Object.entries({ask}.address)")
+    keys = [key for key, _ in start if key not in "MDSBFU"]  # tests/test_own_plant.py
+    for word in ["", "x", "0x1", "1e999", "-9e9", "<b>", "1,5"]:
+        words = "&".join(f"{key}={word}" for key in [*keys, "wings"])
+        tab.page.goto("about:blank")
+        tab.page.goto(f"{sheet.as_uri()}#{tag}-1:{words}")
+        said = tab.page.locator(".sos-more").first.inner_text()
+        assert all(f"{key} = {word}" in said for key in [*keys, "wings"]), word
+        now = tab.page.evaluate(f"Object.entries({ask}.address)")
+        if word != "-9e9":  # brought to the end of a slider, and said
+            assert now == start
+    here = "&".join(f"{key}={value}" for key, value in start)
+    tab.page.evaluate(f"location.hash = {f'#{tag}-1:{here}'!r}")  # a link, pasted
+    tab.page.wait_for_function(f"{ask}?.part('more').textContent === ''")
+    assert tab.page.evaluate(f"Object.entries({ask}.address)") == start
+    assert tab.errors == []
+
+
 def test_half_an_answer_of_the_package_is_none(browser):
     """What isn't JSON, or answers something else, leaves the question open."""
     page, errors = browser.new_page(), []

@@ -18,7 +18,7 @@ from .response import simulate_open
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
 
-__all__ = ["MassWarning", "Polytope", "SecondOrderSystem"]
+__all__ = ["MassWarning", "Polytope", "SecondOrderSystem", "mass_fault"]
 
 
 Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
@@ -183,7 +183,7 @@ class SecondOrderSystem(_Plant, ReadOnly):
         """Warn of a strange M, unless this package itself has made the plant."""
         caller = sys._getframe(3).f_globals.get("__name__", "")  # of __init__
         if caller.split(".")[0] != __package__.split(".")[0]:
-            if fault := _mass_fault(self.M):
+            if fault := mass_fault(self.M):
                 warnings.warn(fault, MassWarning, stacklevel=4)
 
     def __repr__(self):
@@ -393,7 +393,7 @@ def _names(coordinates, n):
     return names
 
 
-def _mass_fault(M):
+def mass_fault(M):
     """Why M is no mass matrix, in words; else empty."""
     largest = np.abs(M).max()
     skew = np.abs(M - M.T).max()

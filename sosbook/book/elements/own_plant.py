@@ -1,8 +1,12 @@
 """Matrices to type, and sliders that the reader's browser solves for them."""
 
+from functools import cache
+
 import numpy as np
 
-from ...plants.second_order import SecondOrderSystem
+from ...display.escape import json_text
+from ...plants.second_order import SecondOrderSystem, mass_fault
+from ...synthesis.problem import Request
 from ..thesis import example_1
 from .explorer import Explorer, design_explorer
 
@@ -22,6 +26,12 @@ class OwnPlant(Explorer):
     sheets = (*Explorer.sheets, "plant.css")
     scripts = (*Explorer.scripts, "checks.js", "plant.js")
     notice = "A solver for your own matrices. It needs JavaScript"
+
+    @property
+    def html(self):
+        """The element as HTML, with the package's words for what it refuses."""
+        words = f"window.sosRefusals = {json_text(_refusals())};"
+        return super().html.replace("<script>\n", f"<script>\n{words}\n", 1)
 
 
 def own_plant(title="A plant of your own"):
@@ -86,3 +96,29 @@ def _examples():
             np.eye(4)[[0, 3]],
         ),
     )  # fmt: skip
+
+
+@cache
+def _refusals():
+    """What the package says of plants that it refuses or warns of, by short names.
+
+    The package is asked for each, so that the page can't say anything else. A number
+    has the place {}.
+    """
+    plants = {  # M, B, U and what else is asked
+        "massless": (0, 0, None, {}),
+        "singular": (0, 1, None, {}),
+        "dependent": (1, 1, [[1], [1]], {}),
+        "uncontrollable": (1, 0, [[1]], {}),
+        "disturbance": (1, 1, None, {"gamma": 1.0}),
+    }
+    words = {
+        "skew": mass_fault(np.array([[1.0, 8.0], [0.0, 1.0]])).replace("8", "{}"),
+        "negative": mass_fault(np.array([[-8.0]])).replace("-8", "{}"),
+    }
+    for name, (M, B, U, asked) in plants.items():
+        try:
+            Request(SecondOrderSystem(M, 1, 1, B), U, **asked)
+        except ValueError as fault:
+            words[name] = str(fault)
+    return words

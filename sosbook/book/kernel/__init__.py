@@ -30,7 +30,7 @@ EXPORTS = (
     "design, prove, refusalFile, truth, descriptors, coupledPairs, assembled, frameOf, "
     "plainFrame, "
     "stateSpace, solve, matrix, rowsOf, eigenvalues, norm, decimal, sector, "
-    "twiceAtLeast, sha256"
+    "twiceAtLeast, weightFactors, sha256"
 )
 
 

@@ -4,7 +4,9 @@ window.sosChecks ??= (() => {
   "use strict";
   const {number} = window.sosKit;
   const SIZES = [1e-100, 1e100], SAME = 1.2, RIDGE = 1e-9;   // as in the package's plants/checks.py
-  const EMPTY_M = "M is empty: a plant has at least one row";
+  const ROUNDING = 1e-12, STEPS = Array.from({length: 12}, (_, k) => 2 ** (k - 51));   // as in requirements/weights.py
+  // The package's own words, in which a number has the place {}.
+  const said = (name, x = 0) => window.sosRefusals[name].replace("{}", general(x));
 
   // What is wrong with what a reader wrote, in a sentence for the reader.
   class Fault extends Error {}
@@ -98,30 +100,23 @@ window.sosChecks ??= (() => {
   // Why M is no mass matrix, in words; else empty.
   function massFault(M, kernel) {
     const largest = Math.max(...M.flat().map(Math.abs)), skew = Math.max(...M.flatMap((row, i) => row.map((x, j) => Math.abs(x - M[j][i]))));
-    if (skew > 1e-9 * largest) return `M isn't symmetric, as a mass matrix is: M and its transpose differ by ${general(skew)}; is an entry missing?`;
+    if (skew > 1e-9 * largest) return said("skew", skew);
     const lowest = least(M.map((row, i) => row.map((x, j) => (x + M[j][i]) / 2)), kernel);
-    return lowest < -1e-9 * largest ? `M has the negative eigenvalue ${general(lowest)}, as no mass matrix has: is a sign wrong?` : "";
+    return lowest < -1e-9 * largest ? said("negative", lowest) : "";
   }
 
   // A warning, or nothing; a Fault where there is no such plant, or U doesn't fit it.
   function plant({M, D, S, B, F, U}, kernel) {
     const n = M.length, zeros = (rows, columns) => Array.from({length: rows}, () => Array(columns).fill(0));
-    if (!n) refuse(EMPTY_M);
     for (const [name, X, columns] of [["M", M, n], ["D", D, n], ["S", S, n], ["B", B]]) matrix(name, X, n, columns);
     if (F.length) matrix("F", F, n);
-    if (deficient(M.map((row, i) => [...row, ...B[i]]), 1e-14, kernel)) {
-      refuse("[M B] lacks full row rank: no acceleration feedback can make M - B K_A nonsingular; remove the rows that carry neither mass nor input by hand");
-    }
+    if (deficient(M.map((row, i) => [...row, ...B[i]]), 1e-14, kernel)) refuse(said("massless"));
     if (U.length) matrix("U", U, 0, n);
-    if (deficient(M, 1e-14, kernel)) {
-      refuse("M - B K_A is singular: give an acceleration gain K_A that makes it regular (Lemma 2.1). This page has none: take the package.");
-    }
+    if (deficient(M, 1e-14, kernel)) refuse(`${said("singular")}. This page has none: take the package.`);
     const zero = U.length && [...S.map((row, i) => [...row.map(x => -x), ...B[i]]), ...U.map((row, i) => [...row, ...zeros(1, B[0].length)[0]])];
     if (zero && deficient(zero, 1e-10, kernel)) {
-      const sizes = singularValues(U.length > n ? U[0].map((_, j) => U.map(row => row[j])) : U), most = Math.max(...sizes);
-      refuse(U.length > n || sizes.some(x => x <= most * n * Number.EPSILON)
-        ? "U has linearly dependent rows: two integrators would carry the same error; remove one"
-        : "U is uncontrollable: [-S B; U 0] lacks full row rank, so a transmission zero at s = 0 hides an integrator from u; integrate fewer or other errors");
+      const sizes = U.length > n ? [0] : singularValues(U), most = Math.max(...sizes);
+      refuse(said(sizes.some(x => x <= most * n * Number.EPSILON) ? "dependent" : "uncontrollable"));
     }
     return massFault(M, kernel);
   }
@@ -132,17 +127,36 @@ window.sosChecks ??= (() => {
     return list;
   }
 
-  // A weight of so many rows; one row of numbers is a diagonal.
+  // Its rank in exact arithmetic; -1 where it isn't semidefinite.
+  const rank = (X, kernel) => { try { return kernel.weightFactors(X).W.rows; } catch { return -1; } };
+
+  // The states that Q joins to this one.
+  function joined(Q, i, known = new Set([i])) {
+    Q[i].forEach((x, j) => { if (x && !known.has(j)) joined(Q, j, known.add(j)); });
+    return [...known].sort((p, q) => p - q);
+  }
+
+  // A weight of so many rows; one row of numbers is a diagonal. What roundings have
+  // spoilt is mended, as in requirements/weights.py: the diagonal of Q grows by a few.
   function weight(name, rows, size, kernel) {
-    const X = rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
-    matrix(name, X);
-    const even = X.length === X[0].length && X.every((row, i) => row.every((x, j) => Math.abs(x - X[j][i]) <= 1e-12 * Math.abs(X[j][i])));
-    if (!even) refuse(`${name} must be symmetric`);
-    const lowest = least(X, kernel);
-    if (name === "Q" && lowest < -1e-12 * Math.max(...X.flat().map(Math.abs))) refuse("Q has a negative eigenvalue");
-    if (name === "R" && lowest <= 0) refuse("R must be positive definite");
+    const given = rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
+    matrix(name, given);
+    if (given.length !== given[0].length) refuse(`${name} must be square, got ${given.length} x ${given[0].length}`);
+    const near = (x, i, j) => Math.abs(x - given[j][i]) <= ROUNDING * Math.sqrt(Math.abs(given[i][i] * given[j][j]));
+    if (!given.every((row, i) => row.every((x, j) => near(x, i, j)))) refuse(`${name} must be symmetric`);
+    const X = given.map((row, i) => row.map((x, j) => x / 2 + given[j][i] / 2));
+    if (name === "R" && rank(X, kernel) < X.length) refuse("R must be positive definite");
+    for (const part of name === "Q" ? X.map((_, i) => joined(X, i)).filter((list, i) => list[0] === i) : []) {
+      const larger = step => part.map(i => part.map(j => i === j ? X[i][i] * (1 + step) : X[i][j]));
+      const step = [0, ...STEPS].find(step => rank(larger(step), kernel) >= 0);
+      if (step === undefined || (step && part.some(i => X[i][i] <= 0))) {
+        refuse(`Q has a negative eigenvalue, in the states [${part.map(i => i + 1).join(", ")}]: it must be positive semidefinite. ` +
+          "A weight of outputs y = C x is given as C");
+      }
+      for (const i of part) X[i][i] *= 1 + step;
+    }
     return matrix(name, X, size, size);
   }
 
-  return {Fault, parsed, plant, refuse, start, weight};
+  return {Fault, parsed, plant, refuse, said, start, weight};
 })();

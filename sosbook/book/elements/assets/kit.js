@@ -190,6 +190,7 @@ window.sosKit ??= (() => {
       this.reserve();
       const strange = this.strange(this.linked());
       this.opened = true;
+      addEventListener("hashchange", () => { if (location.hash.startsWith(`#${this.name}:`)) location.reload(); });
       if (strange && this.part("more")) this.reply(`<p>The address asks for what isn't here: ${escape(strange)}.</p>`);
     }
 

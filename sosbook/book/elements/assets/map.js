@@ -24,7 +24,7 @@
       const {group = 0, pair = 0, x, y} = this.linked();
       this.control("group").value = number(group) in this.data.groups ? group : 0;
       this.choose(pair);
-      for (const [key, value] of [["x", number(x)], ["y", number(y)]]) if (value > 0) this.put(key, value);
+      for (const [key, value] of [["x", number(x)], ["y", number(y)]]) if (value > 0 && isFinite(value)) this.put(key, value);
       this.update();
     }
 

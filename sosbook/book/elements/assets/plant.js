@@ -22,7 +22,7 @@
     const given = Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, parsed(name, text)])), {M, D, S, B, F, U} = given;
     if (!M.length || M.length > LARGEST) refuse(`M must have 1 to ${LARGEST} rows. For larger plants take the package.`);
     const warning = checks.plant(given, kernel), N = 2 * M.length + U.length;
-    if (wanted.gamma && !F.length) refuse("gamma needs a plant with F, but the plant has no F: say where the disturbance enters");
+    if (wanted.gamma && !F.length) refuse(checks.said("disturbance"));
     return {request: {vertices: [{M, D, S, B, ...(F.length ? {F} : {})}], U, K_A: null, coupling: "pairs"}, warning,
       x0: wanted.u_max ? checks.start(given.x0, N) : null,
       cost: wanted.cost ? {Q: checks.weight("Q", given.Q, N, kernel), R: checks.weight("R", given.R, B[0].length, kernel), noise: F.length ? "F" : "states"} : null};
