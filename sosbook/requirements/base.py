@@ -19,6 +19,7 @@ from ..lmi.read_only import ReadOnly
 from ..plants.checks import positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from .loop import Loop
+from .magnitudes import magnitudes
 from .vocabulary import Parameter
 
 __all__ = ["BlockName", "BlockTable", "Requirement"]
@@ -190,12 +191,15 @@ class Requirement(OfKind, ABC, ReadOnly):
         return ()
 
     def own_unit(self, problem: Any, frame: Any) -> float:
-        """The unit of its own unknowns for a problem in a frame."""
+        """The unit in which its blocks measure its own unknowns, in a frame.
+
+        What it makes of 1 is measured by `magnitudes`.
+        """
         return 1.0
 
     def level_unit(self, problem: Any, frame: Any) -> float:
         """The unit of its level (see `Parameter`) for a problem in a frame."""
-        return 1.0
+        return magnitudes(self, problem, frame).level or 1.0
 
     def once(self, loop: Loop) -> Iterable:
         """Blocks of a loop that are demanded once: (name, vertices, matrix) each."""
@@ -300,12 +304,9 @@ class Requirement(OfKind, ABC, ReadOnly):
     def riccati(self) -> Any:
         """(Q, R) of the Riccati equation that it is about, or None."""
 
-    def size_of_P(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
-        """How large P must be in coordinates x = T xi, roughly.
-
-        ``Bw`` is how w acts on x', and ``omega`` a typical angular frequency.
-        """
-        return 0.0
+    def size_of_P(self, problem: Any, frame: Any) -> float:
+        """How large P must be for a problem in a frame, roughly."""
+        return 2 * magnitudes(self, problem, frame).P
 
 
 def _value(recorded):

@@ -86,6 +86,6 @@ class HInfinity(Requirement):
     def bounds_response(self):
         return self.gamma
 
-    def size_of_P(self, T, Bw, omega):
-        noise = np.linalg.norm(np.linalg.solve(T, Bw), 2) ** 2
-        return noise / self._mu / omega
+    def size_of_P(self, problem, frame):
+        Bw = np.linalg.solve(frame.T, problem.mean.state_space()[2])
+        return np.linalg.norm(Bw, 2) ** 2 / self._mu / problem.typical_rate

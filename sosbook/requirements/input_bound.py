@@ -151,6 +151,6 @@ class Saturation(Requirement):
         K_A = K_A if self.acceleration else None
         return max(peak_input(d, K, self.x0, K_A) for d in loops)
 
-    def size_of_P(self, T: np.ndarray, Bw: np.ndarray, omega: float) -> Any:
-        start = np.linalg.solve(T, self.x0)
+    def size_of_P(self, problem: Any, frame: Any) -> float:
+        start = np.linalg.solve(frame.T, self.x0)
         return 2 * start @ start

@@ -273,6 +273,7 @@ class ScaledLMIs(TrustedProblem):
             u.name: values[u.name]
             / size.get(r.size_name, 1.0)
             * r.own_unit(request, frame.owned(r))
+            * frame.own.get(u.name, 1.0)
             for r in request.demands
             for u in r.unknowns(request)
         }

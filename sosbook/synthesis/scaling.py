@@ -11,6 +11,8 @@ from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
 from ..plants.checks import logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
+from ..requirements.base import Requirement
+from ..requirements.magnitudes import magnitudes
 
 __all__ = ["Frame", "in_unknowns_of"]
 
@@ -26,7 +28,8 @@ class Frame(ReadOnly):
     six digits (`inward` has all);
     `gain` is that of the Riccati equation, v = gain xi. Requirements
     that fix the size of P may want it larger or smaller by far: those in
-    `sizes`, by their `size_name`, have coordinates x = T c xi.
+    `sizes`, by their `size_name`, have coordinates x = T c xi. Own unknowns of
+    requirements are measured in the units `own`, by their names.
     """
 
     left: np.ndarray
@@ -35,12 +38,14 @@ class Frame(ReadOnly):
     scale: float
     gain: np.ndarray | None = None
     sizes: dict = field(default_factory=dict)
+    own: dict = field(default_factory=dict)
 
     def times(self, c):
         """Coordinates x = T c xi."""
         if c == 1.0:
             return self
-        return Frame(self.left / c, self.T * c, self.back / c, self.scale * c)
+        moved = self.left / c, self.T * c, self.back / c, self.scale * c
+        return Frame(*moved, own=self.own)
 
     def inward(self, P):
         """T^-1 P T'^-1 without the rounding of ``back``.
@@ -146,6 +151,7 @@ class Frame(ReadOnly):
         if values is None:
             return frame
         # there P = p I, and a requirement's own is p / size I
+        one = np.ones((1, 1))
         p = sum(np.trace(values[x]) for x in request.lyapunov)
         p = p / len(T) / len(request.lyapunov)
         wanted = 1.0 if unit else p
@@ -157,7 +163,17 @@ class Frame(ReadOnly):
             return replace(frame, sizes=units)
         T = frame.T * np.sqrt(p)
         scale = np.linalg.norm(solution.K @ T, 2) or 1.0
-        return cls.at(request, T, scale, sizes=units)
+        own = {
+            u.name: np.abs(values[u.name]).max() / values.get(r.size_name, one).item()
+            for r in request.demands
+            for u in r.unknowns(request)
+            if u.name in frame.own
+        }
+        own = {
+            name: float(round_digits(frame.own[name] * (size or 1.0), 2))
+            for name, size in own.items()
+        }
+        return replace(cls.at(request, T, scale, sizes=units), own=own)
 
     @classmethod
     def at(cls, request, T, scale, gain=None, levels=(), sizes=None):
@@ -187,15 +203,33 @@ class Frame(ReadOnly):
             float(round_digits(scale, 6)),
             gain,
             _sizes(request, T, levels) if sizes is None else sizes,
+            _own(request, T),
         )
+
+
+def _plain(request, T):
+    """The frame of coordinates T, with all digits and nothing else."""
+    left = np.linalg.inv(request.mean.E @ T)
+    return Frame(left, T, np.linalg.inv(T), request.typical_rate)
 
 
 def _reaches(request, T):
     """How large each requirement's P must be in coordinates T, roughly."""
     if not request.sized:
         return {}
-    Bw, omega = request.mean.state_space()[2], request.typical_rate
-    return {r: r.size_of_P(T, Bw, omega) or 1.0 for r in request.sized}
+    frame = _plain(request, T)
+    return {r: r.size_of_P(request, frame) or 1.0 for r in request.sized}
+
+
+def _own(request, T):
+    """See `Frame.own`: of requirements that leave the unit of theirs to others."""
+    return {
+        u.name: float(round_digits(magnitudes(r, request, _plain(request, T)).own, 2))
+        or 1.0
+        for r in request.demands
+        for u in r.unknowns(request)
+        if type(r).own_unit is Requirement.own_unit
+    }
 
 
 def _size(request, T, levels):
@@ -265,6 +299,7 @@ def in_unknowns_of(request, frame, solution, levels=()):
             u.name: known[u.name]
             * size.get(r.size_name, 1.0)
             / r.own_unit(request, frame.owned(r))
+            / frame.own.get(u.name, 1.0)
             for r in request.demands
             for u in r.unknowns(request)
         }

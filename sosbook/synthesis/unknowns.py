@@ -101,6 +101,9 @@ class InUnknowns:
         names = self.lyapunov
         P = [values[name] for name in names]
         values = {name: x for name, x in values.items() if name not in names}
+        for name, unit in () if frame is None else frame.own.items():
+            if name in values:
+                values[name] = values[name] * number(np.array(unit)).item()
         V = values.pop("V", None)
         if self.coupling != "slack":
             (P,) = P

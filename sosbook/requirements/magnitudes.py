@@ -1,0 +1,129 @@
+"""How large the unknowns of a requirement must be, read from its blocks.
+
+In coordinates x = T xi a loop is taken that decays evenly, xi' = -omega xi, with
+P = p I, a gain of size one and the requirement's own unknowns t I. Its blocks are
+affine in p, t and the level: the least p, t and level for which they hold, one after
+the other, have the units of what the blocks are made of, whatever these are.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..lmi.primal_dual import positive
+from ..lmi.text import floats
+from ..plants.descriptor import Coupled, Descriptor
+from .loop import Loop
+
+__all__ = ["Magnitudes", "magnitudes"]
+
+LARGEST = 60.0  # a power of ten; nothing is sought beyond
+FINEST = 1e-3  # of a power of ten
+HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
+MOST_NOISE = 1e-12  # of the largest entry; what is smaller counts as zero
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """The least p, t and level, each zero where nothing bounds it from below."""
+
+    P: float
+    own: float
+    level: float
+
+
+def magnitudes(requirement, problem, frame):
+    """The `Magnitudes` of a requirement of a problem, in a frame.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        It writes the blocks.
+    problem : Request
+        With its plant; the coupling doesn't matter.
+    frame : Frame
+        The coordinates.
+    """
+    if problem.coupling == "slack":
+        problem = replace(problem, coupling="pairs", slack=None)
+    zero = _blocks(requirement, problem, frame, 0.0, 0.0, 0.0)
+    parts = [
+        [g - g0 for g, g0 in zip(_blocks(requirement, problem, frame, *at), zero)]
+        for at in np.eye(3)
+    ]
+    blocks = [_Block(*block) for block in zip(zero, *parts)]
+    found, known = [], []
+    for _ in parts[0] and range(3):
+        found.append(max(b.least(known) for b in blocks))
+        known.append(2 * found[-1] or 1.0)
+    return Magnitudes(*found or (0.0, 0.0, 0.0))
+
+
+class _Block:
+    """A block, affine in p, t and the level; those that aren't given are infinite."""
+
+    def __init__(self, constant, *slopes):
+        sizes = [np.abs(g).max(initial=0.0) for g in (constant, *slopes)]
+        least = [MOST_NOISE * size for size in sizes]
+        self.constant = np.where(np.abs(constant) > least[0], constant, 0.0)
+        self.slopes = [
+            np.where(np.abs(g) > size, g, 0.0) for g, size in zip(slopes, least[1:])
+        ]
+
+    def least(self, known):
+        """The next value's least at which it holds; 0 if each will do, or none.
+
+        ``known`` are the values before; those after are infinite.
+        """
+        k = len(known)
+        fixed = self.constant + sum(x * s for x, s in zip(known, self.slopes))
+        raised = sum(s.diagonal() > 0 for s in self.slopes[k + 1 :])
+        used = (fixed != 0) | (self.slopes[k] != 0)
+        rows = np.flatnonzero(used.any(axis=1) & ~(raised > 0))
+        fixed, slope = (g[np.ix_(rows, rows)] for g in (fixed, self.slopes[k]))
+        if not len(rows) or not slope.any():
+            return 0.0
+        low, high = -LARGEST, LARGEST
+        if _definite(fixed + 10.0**low * slope):
+            return 0.0
+        if not _definite(fixed + 10.0**high * slope):
+            return 0.0
+        while high - low > FINEST:
+            middle = (low + high) / 2
+            good = _definite(fixed + 10.0**middle * slope)
+            low, high = (low, middle) if good else (middle, high)
+        return 10.0**high
+
+
+def _definite(g):
+    """Whether a matrix is positive definite, its diagonal scaled to one."""
+    diagonal = g.diagonal()
+    if not diagonal.min() > 0:
+        return False
+    scale = 1 / np.sqrt(diagonal)
+    scaled = g * scale * scale[:, None]
+    scaled[np.diag_indices(len(g))] -= HOLDS
+    return positive([scaled])
+
+
+def _blocks(requirement, problem, frame, p, t, level):
+    """The blocks of the even loop at p, t and a level, as arrays."""
+    N, m = problem.order, problem.plant.m
+    mean = problem.mean.change(frame.left, frame.T, frame.scale)
+    even = Descriptor(
+        np.eye(N), -problem.typical_rate * np.eye(N), np.zeros((N, m)), mean.Bw, mean.C,
+        mean.Du,
+    )  # fmt: skip
+    own = {
+        u.name: t * np.eye(*u.shape) if u.symmetric else np.zeros(u.shape)
+        for u in requirement.unknowns(problem)
+    }
+    levels = {}
+    if requirement.parameter is not None and requirement.parameter.power:
+        levels = {requirement.parameter.key: level}
+    P, Y = p * np.eye(N), p * np.eye(m, N)
+    loop = Loop(problem, floats, frame, P, Y, None, levels, own)
+    loop.vertices = [even] * len(problem.vertices)
+    named = [g for _, _, g in requirement.once(loop)]
+    named += [g for _, g in requirement.pair(loop, Coupled(even, even, P, Y))]
+    return [np.asarray(g, float) for g in named]
