@@ -29,10 +29,23 @@ from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 
-__all__ = ["KINDS", "ROUNDED", "Case", "Units", "random_case", "random_request"]
+__all__ = [
+    "KINDS",
+    "ODD",
+    "ODD_POWERS",
+    "ROUNDED",
+    "Case",
+    "Units",
+    "random_case",
+    "random_request",
+]
 
 ROUNDED = ", but for rounding"
 KINDS = ("feasible", "infeasible", "marginal")
+
+#: Units of time, length and force that have no short decimals nor binary fractions.
+ODD = 0.3, 1 / 9.81, 2.2046
+ODD_POWERS = tuple(float(np.log10(x)) for x in (*ODD, 0.3, 2.2046))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
 from sosbook.analysis.precise import ExactLoop
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
+from tests.random_plants import ODD
 
 
 def stable_loop(seed, p=2):
@@ -66,7 +67,9 @@ def test_norm_for_any_number_of_disturbances(seed, p):
 
 
 @pytest.mark.parametrize("damping", [0.5, 1e-5])
-@pytest.mark.parametrize("scale, rate", [(1, 1), (1e-9, 1), (1e9, 1e4)])
+@pytest.mark.parametrize(
+    "scale, rate", [(1, 1), (1e-9, 1), (1e9, 1e4), ODD[:2], ODD[1:]]
+)
 def test_norm_in_any_unit(damping, scale, rate):
     d, K = lightly_damped(damping, scale, rate)
     assert np.isclose(hinf_norm(d, K), sweep(d, K), rtol=1e-5, atol=0)
@@ -154,7 +157,7 @@ def test_norm_and_peak_of_a_resonance_against_closed_forms(damping, omega):
         assert found == pytest.approx(peak, rel=1e-13)
 
 
-@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9, *ODD])
 def test_peak_of_two_resonances_that_beat(unit):
     """u = exp(-1e-6 t) (cos t - cos 1.0037 t): largest after a hundred periods."""
     damping, faster = 1e-6, 1.0037

@@ -8,6 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 import sosbook as sos
 from sosbook.plants.descriptor import descriptors
 from tests.cases import chain, random_request
+from tests.random_plants import ODD
 
 ONE = [[1.0]]
 
@@ -214,7 +215,7 @@ def test_the_certificate_bounds_lyapunovs_solution():
 
 
 @pytest.mark.parametrize("U", [None, ONE])
-@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6, *ODD])
 def test_one_degree_of_freedom_in_any_unit(U, scale):
     plant = sos.SecondOrderSystem([[scale]], [[0.1 * scale]], [[scale]], ONE, [[scale]])
     start = np.eye(3 if U else 2)[0]

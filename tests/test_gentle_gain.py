@@ -9,6 +9,7 @@ from sosbook.synthesis.gentle_gain import start_of
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
+from tests.random_plants import ODD
 
 
 def modes(seed, n, m, unit=1.0):
@@ -40,7 +41,7 @@ def least(lmis, values):
 
 
 @pytest.mark.parametrize("n, m", [(1, 1), (2, 1), (2, 2), (4, 1), (4, 2)])
-@pytest.mark.parametrize("unit", [1.0, 1e-4])
+@pytest.mark.parametrize("unit", [1.0, 1e-4, *ODD])
 def test_a_gentle_gain_lies_inside_where_the_frames_own_asks_too_much(n, m, unit):
     inside = 0
     for seed in range(6):

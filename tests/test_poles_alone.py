@@ -19,9 +19,9 @@ from sosbook.synthesis.placement import placed_gain
 from sosbook.synthesis.pole_proof import decided_by_poles
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.rounding import modes_by_rounding
-from tests.random_plants import random_case
+from tests.random_plants import ODD, random_case
 
-UNITS = {"N, m": (1, 1, 1), **SYSTEMS}
+UNITS = {"N, m": (1, 1, 1), "odd": ODD, **SYSTEMS}
 
 
 def modal(seed, gap, inputs=1):

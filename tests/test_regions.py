@@ -9,6 +9,7 @@ from flint import arb, ctx
 
 import sosbook as sos
 from sosbook import LMIRegion, PoleRegion, Region
+from tests.random_plants import ODD
 
 DEFINITIONS = {
     "half-plane": (LMIRegion.half_plane(1), lambda x, y: -1 - x),
@@ -262,7 +263,7 @@ def test_intersection_with_something_else_is_refused():
         LMIRegion.disk(1) & 3
 
 
-@pytest.mark.parametrize("w", [1e-6, 1e-3, 1e3, 1e6])
+@pytest.mark.parametrize("w", [1e-6, 1e-3, 1e3, 1e6, *ODD])
 def test_an_ellipse_has_its_unit_in_alpha_alone(w):
     """The scalar of the slack LMIs is shared by all blocks, which have none."""
     one, other = LMIRegion.ellipse(-3, 2, 0.5), LMIRegion.ellipse(-3 * w, 2 * w, w / 2)
@@ -274,7 +275,7 @@ def test_an_ellipse_has_its_unit_in_alpha_alone(w):
     assert np.array_equal(circle.beta, disk.beta)
 
 
-@pytest.mark.parametrize("w", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("w", [1e-3, 1.0, 1e3, *ODD])
 def test_an_ellipse_with_a_slack_matrix_is_judged_alike_in_any_unit(w):
     plants = sos.Polytope(
         [

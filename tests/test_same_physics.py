@@ -8,19 +8,19 @@ the same but for its units.
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
 from sosbook.requirements.shorthand import collected
-from tests.random_plants import Units
+from tests.random_plants import ODD_POWERS, Units
 
 few = settings(
     max_examples=2,
     derandomize=True,
     deadline=None,
     database=None,
-    phases=[Phase.generate],
+    phases=[Phase.explicit, Phase.generate],
 )
 powers = st.floats(-9, 9)
 units = st.tuples(powers, powers, powers, powers, powers)
@@ -97,6 +97,7 @@ def accuracy(asked):
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2])
 @few
+@example(11, ODD_POWERS)
 @given(seeds, units)
 def test_design_and_analysis(count, seed, powers):
     plant = random_plant(seed, count)
@@ -162,6 +163,7 @@ def test_a_region_can_be_written_in_many_ways(seed):
 
 
 @few
+@example(11, ODD_POWERS)
 @given(seeds, units)
 def test_regulators(seed, powers):
     plant = random_plant(seed)
@@ -180,6 +182,7 @@ def test_regulators(seed, powers):
 
 
 @few
+@example(11, ODD_POWERS)
 @given(seeds, units)
 def test_regular_mass_and_integrators(seed, powers):
     plant = random_plant(seed)

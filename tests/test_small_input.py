@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
@@ -15,8 +15,10 @@ from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.small_input import excluding_input
 from tests.least_input import least_input
-from tests.random_plants import random_case
+from tests.random_plants import ODD, ODD_POWERS, random_case
 from tests.test_same_physics import as_units
+
+UNITS = {"N, m": (1, 1, 1), "odd": ODD, **SYSTEMS}
 
 
 def one_mass(M, D, S, B):
@@ -32,7 +34,7 @@ def of_one_mode(plant, sigma, x0):
     return (slow + sigma) * abs(w @ np.diag([1, M]) @ x0 / (w[1] * B))
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6, *ODD])
 @pytest.mark.parametrize(
     ("M", "D", "S", "B", "sigma", "x0"),
     [
@@ -154,11 +156,11 @@ def test_the_file_says_which_modes():
     assert again["vertex"] == 0 and len(again["spread"]) == 1
 
 
-@pytest.mark.parametrize("system", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize("system", UNITS)
 @pytest.mark.parametrize("seed", [7006, 7322, 9190])
 def test_random_requests_are_refused_in_all_units(seed, system):
     """Modes that are hardly normal, and one bound 2e-4 below the least."""
-    plant, asked = in_units(random_case(seed, 6), *SYSTEMS.get(system, (1, 1, 1)))
+    plant, asked = in_units(random_case(seed, 6), *UNITS[system])
     proof = excluding_input(Request(plant, **asked), search)
     assert proof is not None and proof.verify()
 
@@ -181,6 +183,8 @@ def moved(seed, share):
 
 
 @settings(max_examples=6, deadline=None, derandomize=True, database=None)
+@example(0, (8.0, -8.0, 0.0, 0.0, 0.0))  # rows of E T that differ by 1e16
+@example(11, ODD_POWERS)
 @given(st.integers(0, 10**6), st.tuples(*5 * [st.floats(-9, 9)]))
 def test_no_units_hide_the_mode_that_asks_for_most(seed, powers):
     plant, asked = moved(seed, 0.99)

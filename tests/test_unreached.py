@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
@@ -14,8 +14,10 @@ from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.unreached import excluding_response
 from tests.least_norm import least_norm
-from tests.random_plants import float_blocks, random_case, scaled
+from tests.random_plants import ODD, ODD_POWERS, float_blocks, random_case, scaled
 from tests.test_same_physics import as_units
+
+UNITS = {"N, m": (1, 1, 1), "odd": ODD, **SYSTEMS}
 
 
 def plant(seed):
@@ -49,7 +51,7 @@ def test_clarabel_finds_no_loop_either(seed):
     assert t < 1e-6
 
 
-@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6, *ODD])
 def test_units_and_vertices_do_not_matter(unit):
     one, bound = plant(1)
     other, _ = plant(1)
@@ -77,16 +79,17 @@ def test_inputs_that_reach_everything_exclude_nothing():
     assert excluding_response(Request(full, gamma=1e-9)) is None
 
 
-@pytest.mark.parametrize("system", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize("system", UNITS)
 @pytest.mark.parametrize("seed", [9148, 9193])
 def test_random_requests_are_refused_in_all_units(seed, system):
     """Forces are small in their rows next to the inputs' in some of the units."""
-    plant, asked = in_units(random_case(seed, 6), *SYSTEMS.get(system, (1, 1, 1)))
+    plant, asked = in_units(random_case(seed, 6), *UNITS[system])
     proof = excluding_response(Request(plant, **asked))
     assert proof is not None and proof.verify()
 
 
 @settings(max_examples=10, deadline=None, derandomize=True, database=None)
+@example(11, ODD_POWERS)
 @given(st.integers(0, 40), st.tuples(*5 * [st.floats(-9, 9)]))
 def test_no_units_hide_a_response(seed, powers):
     one, bound = plant(seed)
@@ -108,7 +111,7 @@ def test_integrators_hold_what_they_integrate():
     assert excluding_response(free) is None
 
 
-@pytest.mark.parametrize("unit", ["N, m", *SYSTEMS])
+@pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize(
     "coupling, damping",
     [(1.0, 2e-6), (0.3, 2e-6), (0.3, 0.4), (1e-3, 2e-6), (0.0, 2e-6)],
@@ -122,9 +125,7 @@ def test_the_peak_between_frequencies_is_found(coupling, damping, unit):
     )  # fmt: skip
     peak = 1 / np.sqrt(coupling**2 + damping**2 * (k - damping**2 / 4))
     for share, excluded in [(1 - 1e-9, True), (1 + 1e-9, False)]:
-        there, asked = asked_in_units(
-            plant, {"gamma": share * peak}, *SYSTEMS.get(unit, (1, 1, 1))
-        )
+        there, asked = asked_in_units(plant, {"gamma": share * peak}, *UNITS[unit])
         proof = excluding_response(Request(there, **asked))
         assert (proof is not None and proof.verify()) == excluded
 

@@ -20,7 +20,7 @@ __all__ = ["Magnitudes", "magnitudes"]
 LARGEST = 60.0  # a power of ten; nothing is sought beyond
 FINEST = 1e-3  # of a power of ten
 HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
-MOST_NOISE = 1e-12  # of the largest entry; what is smaller counts as zero
+MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a difference
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,9 @@ class _Block:
     """A block, affine in p, t and the level; those that aren't given are infinite."""
 
     def __init__(self, constant, *slopes):
-        sizes = [np.abs(g).max(initial=0.0) for g in (constant, *slopes)]
-        least = [MOST_NOISE * size for size in sizes]
-        self.constant = np.where(np.abs(constant) > least[0], constant, 0.0)
-        self.slopes = [
-            np.where(np.abs(g) > size, g, 0.0) for g, size in zip(slopes, least[1:])
-        ]
+        noise = MOST_NOISE * np.abs(constant)
+        self.constant = constant
+        self.slopes = [np.where(np.abs(g) > noise, g, 0.0) for g in slopes]
 
     def least(self, known):
         """The next value's least at which it holds; 0 if each will do, or none.

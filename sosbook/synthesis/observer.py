@@ -19,7 +19,7 @@ from ..lmi.rational import decimal, decimals, read_array, read_number
 from ..lmi.time_limit import OutOfTime, checked_seconds
 from ..lmi.time_limit import time_limit as limited
 from ..lmi.trusted import TrustedProblem
-from ..plants.checks import matrices_of, matrix
+from ..plants.checks import inverse_by_rows, matrices_of, matrix
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
@@ -197,7 +197,7 @@ class ObserverProblem:
             round_digits(np.linalg.inv(cholesky(x, lower=True)).T / units[:, None], 6)
             for x in (X, rest)
         ]
-        self.left = round_digits(np.linalg.inv(mean.E @ self.T[0]), 6)
+        self.left = round_digits(inverse_by_rows(mean.E @ self.T[0]), 6)
         self.unit = float(
             round_digits(max(np.linalg.norm(self.left @ w, 2) for w in noises), 2)
         )

@@ -9,7 +9,7 @@ from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..lmi.exact import round_digits
 from ..lmi.read_only import ReadOnly
-from ..plants.checks import logarithmic_scales
+from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.base import Requirement
 from ..requirements.magnitudes import magnitudes
@@ -195,11 +195,11 @@ class Frame(ReadOnly):
             Estimated without it.
         """
         T = round_digits(T, 6)
-        left = np.linalg.inv(request.mean.E @ T)
+        left = inverse_by_rows(request.mean.E @ T)
         return cls(
             round_digits(left, 6),
             T,
-            round_digits(np.linalg.inv(T), 6),
+            round_digits(inverse_by_rows(T), 6),
             float(round_digits(scale, 6)),
             gain,
             _sizes(request, T, levels) if sizes is None else sizes,
@@ -209,8 +209,8 @@ class Frame(ReadOnly):
 
 def _plain(request, T):
     """The frame of coordinates T, with all digits and nothing else."""
-    left = np.linalg.inv(request.mean.E @ T)
-    return Frame(left, T, np.linalg.inv(T), request.typical_rate)
+    left = inverse_by_rows(request.mean.E @ T)
+    return Frame(left, T, inverse_by_rows(T), request.typical_rate)
 
 
 def _reaches(request, T):

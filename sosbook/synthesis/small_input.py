@@ -20,6 +20,7 @@ from scipy.linalg import schur
 
 from ..lmi.exact import exact, inverse, round_digits
 from ..lmi.time_limit import check_time
+from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import LMIRegion
 from .problem import Request
@@ -83,7 +84,7 @@ class _Vertex:
     def __init__(self, request, bound, k):
         self.request, self.bound, self.k = request, bound, k
         d, self.frame = request.vertices[k], Frame.of(request)
-        self.left = np.linalg.inv(d.E @ self.frame.T)
+        self.left = inverse_by_rows(d.E @ self.frame.T)
         self.A, self.B = self.left @ d.A @ self.frame.T, self.left @ d.Bu
         self.start = np.linalg.solve(self.frame.T, bound.bounds_input_from())
         self.regions = pole_demands(request)

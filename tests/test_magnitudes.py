@@ -1,0 +1,58 @@
+"""How large unknowns must be, read from blocks: against the closed forms."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.requirements.hinf import HInfinity
+from sosbook.requirements.magnitudes import magnitudes
+from sosbook.synthesis.problem import Request
+from sosbook.synthesis.scaling import Frame
+from tests.random_plants import ODD_POWERS
+from tests.test_same_physics import as_units, random_plant
+
+POWERS = [(0,) * 5, ODD_POWERS, (3, 6, -4, 5, 0), (-6, -9, 2, -5, 0)]
+
+
+def request(seed, powers, name):
+    """A random plant in other units, and one requirement of it."""
+    plant = random_plant(seed, 2)
+    there = as_units(plant, powers, 0)
+    x0 = np.random.default_rng(seed).standard_normal(2 * plant.n)
+    asked = {"gamma": {"gamma": 2.0}, "u_max": {"saturation": sos.Saturation(3.0, x0)}}[
+        name
+    ]
+    return Request(there.plant(plant), **there.requirements(asked))
+
+
+@pytest.mark.parametrize("name", ["gamma", "u_max"])
+@pytest.mark.parametrize("powers", POWERS)
+@pytest.mark.parametrize("seed", range(3))
+def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, name):
+    asked = request(seed, powers, name)
+    (r,), frame = asked.requirements, Frame.of(asked)
+    found = magnitudes(r, asked, frame)
+    assert 2 * found.P == pytest.approx(r.size_of_P(asked, frame), rel=0.01)
+    # a level holds for the P that is taken: (C P C') / (rate P) for the norm
+    rate = asked.typical_rate if isinstance(r, HInfinity) else 1.0
+    level = r.level_unit(asked, frame) / rate
+    assert 0.05 * level < found.level < 20 * level
+
+
+@pytest.mark.parametrize("noise", ["F", "states"])
+def test_a_cost_leaves_its_own_unknown_near_one(noise):
+    plant = random_plant(1)
+    N = 2 * plant.n
+    cost = sos.QuadraticCost(np.eye(N), np.eye(plant.m), noise, bound=1.0)
+    for powers in POWERS:
+        asked = Request(as_units(plant, powers, 0).plant(plant), requirements=[cost])
+        found = magnitudes(cost, asked, Frame.of(asked))
+        assert found.P == 0  # any will do
+        assert 1e-2 < found.own < 1e2
+
+
+def test_what_nothing_bounds_is_zero():
+    asked = Request(random_plant(2), region=sos.PoleRegion(sigma=0.3))
+    (region,) = asked.requirements
+    found = magnitudes(region, asked, Frame.of(asked))
+    assert (found.P, found.own, found.level) == (0.0, 0.0, 0.0)
