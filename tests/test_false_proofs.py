@@ -611,3 +611,14 @@ def test_a_proof_holds_for_its_number_and_no_harder_one():
             assert parameter.harder_than(value, value) == 0
             assert parameter.harder_than(beyond, value) == parameter.harder
             assert parameter.harder_than(value, beyond) == -parameter.harder
+
+
+def test_a_requirement_has_the_name_of_its_kind_in_both_readers():
+    proof = sos.design_pid(PLANT, gamma=5.0).certify()
+
+    def rename_it(whole):
+        whole["requirements"][0]["name"] = "ours"
+        for key in whole["blocks"]:
+            key[:2] = ["gamma", "ours"] if key[0] else key[:2]
+
+    assert readers(mended(proof, rename_it)) == (False, False)

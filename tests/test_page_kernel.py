@@ -515,3 +515,18 @@ def test_nothing_of_a_weight_is_left_out_on_the_page(kernel, noise):
         request,
     )
     assert "Q has a negative eigenvalue" in said
+
+
+@pytest.mark.parametrize("sigma", [-0.1, 0, 0.1])
+def test_the_page_proves_stability_where_no_bound_does(kernel, sigma):
+    plant = sos.SecondOrderSystem(np.eye(1), [[-0.5]], [[2.0]], [[1.0]])
+    request = page_request(plant, sigma=sigma, rho=9.0)
+    text = kernel.evaluate(
+        """request => { const {design, prove} = sosKernel();
+          return prove(request, design(request)).text; }""",
+        request,
+    )
+    proof = Certificate(text)
+    assert proof.proven and check.check(text) == list(proof.claims)
+    owners = [name.requirement for name in proof.blocks]
+    assert (("stability", "stability") in owners) == (sigma < 0)

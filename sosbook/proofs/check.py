@@ -487,6 +487,8 @@ class Design:
             if r["kind"] not in BLOCKS:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
         names = [(r["kind"], sane(r["name"])) for r in self.asked]
+        named = [NAMES.get(kind, name) == name for kind, name in names]
+        need(all(named), "a requirement has another name than its kind")
         need(len(set(names)) == len(names), "a requirement comes twice")
         self.statements = list(self._statements())
         demanded = {(r["kind"], r["name"]): r for _, r in self.statements}
@@ -763,6 +765,7 @@ def claim(r):
 
 STABILITY = {"kind": "stability", "name": "stability", "form": "half-plane",
              "sigma": "0", "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
+NAMES = {"gamma": "gamma", "cost": "cost", "input": "saturation"}  # regions have any
 SIZED = ("gamma", "cost", "input")  # whose blocks aren't homogeneous in P
 BLOCKS = {"region": poles, "gamma": gamma, "input": peak, "cost": cost,
           "stability": poles}  # fmt: skip

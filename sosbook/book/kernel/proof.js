@@ -26,6 +26,8 @@ function ownSizes({asked}, {sizes}) {
 function examined(request, K, P, own, J) {
   const blocks = blocksAt(request, K, P, own, J), claims = claimsOf(request);
   const failed = blocks.filter(([, G]) => !definite(G)).map(([key]) => key);
+  const bare = ([, kind, name]) => !blocks.some(([key]) => key[0] === kind && key[1] === name);
+  failed.push(...statementsOf(request).filter(bare));   // a claim rests on blocks of its own
   const unknowns = {P: decimals(P), ...(J && {J: decimals(J)}), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))};
   const more = {K: decimals(K), unknowns, blocks: blocks.map(([key]) => key)};
   return {proven: !failed.length, failed, claims: failed.length ? [] : claims, blocks: more.blocks,
@@ -64,20 +66,24 @@ function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u
   return list;
 }
 
-function claimsOf(request) {
+// [words, kind, name]: each claim beside the requirement whose blocks prove it.
+function statementsOf(request) {
   const {vertices, asked} = request, count = vertices.length;
   const whole = coupledPairs(request).length === coupledPairs(request, "pairs").length;
   const where = count === 1 ? "the plant" : whole ? "every plant of the polytope"
     : `each of the ${count} vertices (not the plants between)`;
-  const claims = [`${where}, under u = K x, is stable`];
-  if (asked.sigma !== undefined) claims.push(`its poles lie in the half-plane Re s < ${decimal(-asked.sigma)}`);
-  if (asked.theta !== undefined) claims.push(`its poles lie in the sector of half-angle ${sector(asked.theta).degrees} degrees`);
-  if (asked.rho !== undefined) claims.push(`its poles lie in the disk of radius ${decimal(asked.rho)} around 0`);
-  if (asked.gamma !== undefined) claims.push(`its H-infinity norm is below ${decimal(asked.gamma)}`);
-  if (asked.cost !== undefined) claims.push(`its quadratic cost is below ${decimal(asked.cost)} times the largest noise intensity`);
-  if (asked.u_max !== undefined) claims.push(`|K x(t)| <= ${decimal(asked.u_max)} from x0 (with r = 0, w = 0)`);
-  return claims;
+  const {sigma, theta, rho, gamma, cost, u_max} = asked, said = [];
+  const say = (bound, words, ...owner) => bound === undefined || said.push([words(bound), ...owner]);
+  say(sigma, x => `its poles lie in the half-plane Re s < ${decimal(-x)}`, "region", "half-plane");
+  say(theta, x => `its poles lie in the sector of half-angle ${sector(x).degrees} degrees`, "region", "sector");
+  say(rho, x => `its poles lie in the disk of radius ${decimal(x)} around 0`, "region", "disk");
+  say(gamma, x => `its H-infinity norm is below ${decimal(x)}`, ...KINDS.gamma);
+  say(cost, x => `its quadratic cost is below ${decimal(x)} times the largest noise intensity`, ...KINDS.cost);
+  say(u_max, x => `|K x(t)| <= ${decimal(x)} from x0 (with r = 0, w = 0)`, ...KINDS.u_max);
+  return [[`${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]], ...said];
 }
+
+const claimsOf = request => statementsOf(request).map(([words]) => words);
 
 // The regions as a file has them: rounded inwards, as numbers.
 const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "region")

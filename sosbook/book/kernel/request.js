@@ -35,6 +35,9 @@ function followersOf(asked) {
 }
 
 const KINDS = {gamma: ["gamma", "gamma"], cost: ["cost", "cost"], u_max: ["input", "saturation"]};   // in the words of a proof file
+// The kind and the name of a requirement whose blocks demand Re s < 0; undefined without one.
+const impliesStability = ({sigma, gamma, cost}) => sigma >= 0 ? ["region", "half-plane"]
+  : gamma !== undefined ? KINDS.gamma : cost !== undefined ? KINDS.cost : undefined;
 const sizeName = name => `size for ${name}`;
 
 // {unknowns, list}: each block has its name, its key in a proof file, its products
@@ -63,8 +66,7 @@ function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(aske
     const near = frame.near || identity(N);
     if (asked.noise !== "F") add("cost", [...KINDS.cost, "cost"], "cost", noiseShare([[near, near, 0.5]], frame.back, frame, ring));
   }
-  const stable = asked.sigma >= 0 || asked.gamma !== undefined || asked.cost !== undefined;
-  const all = !stable ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
+  const all = !impliesStability(asked) ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
   for (const [i, j] of pairs) {
     const place = plain.length > 1 ? ` ${i + 1}${i === j ? "" : `,${j + 1}`}` : "", where = i === j ? [i] : [i, j];
     const a = vertices[i], b = vertices[j], ends = i === j ? [[a, a, 1]] : [[a, b, 0.5], [b, a, 0.5]];
