@@ -98,6 +98,29 @@ def test_the_plant_is_the_machines_about_upright():
     assert low < inertia < high == pytest.approx(MIP.a)
 
 
+def test_the_limits_of_a_drive_are_what_the_machines_motors_can():
+    """By its own equations: 40 % of what the volts hold, reached with half of them."""
+    limit, share = ROBOT.limit, ROBOT.steering
+    robot = ROBOT.but(turning=(TURNER.upright, TURNER.upright))
+    limits = Drive.of(MIP, limit).turning(MIP, robot)
+    turner = replace(TURNER, machine=replace(MACHINE, friction=0.0))
+
+    def turns(psi, volts):
+        """psi'' of a robot whose right motor gets so much and the left as little."""
+        return turner.rate(np.array([0, 0, 0, 0, 0, psi]), [-volts, volts])[5]
+
+    rolls = np.array([0, 0, 0, 0, limits.speed / 0.4, 0])
+    assert np.array(turner.torques([limit, limit], rolls)) == pytest.approx(0, abs=1e-9)
+    assert limits.turn > 0 < limits.turn_acceleration
+    assert turns(limits.turn / 0.4, share * limit) == pytest.approx(0, abs=1e-9)
+    half = turns(0.0, share * limit / 2)
+    assert limits.turn_acceleration == pytest.approx(half, rel=1e-9)
+    # whatever the inertia is within its bounds, these volts reach it
+    assert Drive.of(MIP, limit).turning(MIP, ROBOT).turn_acceleration <= half
+    left, right = turner.wheels([0, 0, 0.3])
+    assert STEERING.per_radian * 0.3 == pytest.approx(right - left)
+
+
 def test_the_rectangle_and_its_triangles_hold_every_plant_that_is_meant():
     whole, *parts = turning_plants(MIP, ROBOT, 0.04)
     corners = [(p.M[0, 0], p.D[0, 0]) for p in whole.vertices]
