@@ -29,13 +29,7 @@ def clipped(y, share=0.6):
 
 def cut(log, start):
     """Without its first samples: it doesn't begin at rest."""
-    return replace(
-        log,
-        **{
-            x: None if getattr(log, x) is None else getattr(log, x)[start:]
-            for x in ("t", "V", "gyro", "encoder1", "encoder2")
-        },
-    )
+    return log.part(slice(start, None))
 
 
 def rewritten(log, **columns):

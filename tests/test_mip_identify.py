@@ -30,8 +30,7 @@ def found():
 
 def head(log, seconds):
     """The first seconds of a log."""
-    part = slice(round(seconds / log.T))
-    return Log(**{x: None if y is None else y[part] for x, y in vars(log).items()})
+    return log.part(slice(round(seconds / log.T)))
 
 
 def bias(fit, truth):

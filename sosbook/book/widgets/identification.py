@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 
 from ...pendulum.identify import fit_body, fit_wheel
-from ...pendulum.log import Log
 from ...pendulum.rig import Rig
 from ...runtime.libraries import library
 from ..elements.chart import Chart
@@ -71,8 +70,7 @@ def _wheels(amplitude, friction):
 
 
 def _head(log):
-    n = round(SWEEP_SECONDS / log.T)
-    return Log(**{name: None if x is None else x[:n] for name, x in vars(log).items()})
+    return log.part(slice(round(SWEEP_SECONDS / log.T)))
 
 
 def _inside(fit, name, truth):
