@@ -1,6 +1,6 @@
 """What a row of the reproduction table and an erratum hold."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ __all__ = [
     "below",
     "claim",
     "compare",
+    "filled",
     "format_gain",
     "format_poles",
     "matched",
@@ -97,6 +98,20 @@ class Erratum:
     def __post_init__(self):
         if self.kind not in KINDS:
             raise ValueError(f"unknown kind {self.kind!r}")
+
+
+def filled(errata, numbers):
+    """The errata with computed numbers, by their names, in place of {braces}."""
+    return tuple(
+        replace(
+            erratum,
+            **{
+                f.name: getattr(erratum, f.name).format(**numbers)
+                for f in fields(erratum)
+            },
+        )
+        for erratum in errata
+    )
 
 
 def compare(printed, ours, tolerance):

@@ -6,7 +6,7 @@ the kind of a single character, for it may be the copy's.
 
 from functools import cache
 
-from .delay import DELAY_ERRATA
+from .delay import delayed
 from .design import DESIGN_ERRATA
 from .pendulum import pendulum
 from .regulators import REGULATOR_ERRATA
@@ -18,7 +18,7 @@ __all__ = ["checked", "errata"]
 @cache
 def errata():
     """Corrections to the text that this edition relies on."""
-    return (*DESIGN_ERRATA, *DELAY_ERRATA, *REGULATOR_ERRATA, *pendulum())
+    return (*DESIGN_ERRATA, *delayed(), *REGULATOR_ERRATA, *pendulum())
 
 
 def checked():

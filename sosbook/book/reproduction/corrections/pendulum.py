@@ -1,11 +1,9 @@
 """Corrections to sections 4.1 to 4.3 and to Appendix B."""
 
-from dataclasses import fields, replace
-
 import numpy as np
 
 from ... import thesis
-from ..table import Erratum
+from ..table import Erratum, filled
 
 __all__ = ["pendulum"]
 
@@ -313,14 +311,4 @@ def _numbers():
 
 def pendulum():
     """The robot's model, its numbers, its controllers."""
-    numbers = _numbers()
-    return tuple(
-        replace(
-            erratum,
-            **{
-                f.name: getattr(erratum, f.name).format(**numbers)
-                for f in fields(erratum)
-            },
-        )
-        for erratum in TEXTS
-    )
+    return filled(TEXTS, _numbers())
