@@ -182,11 +182,7 @@ def test_unknown_names_are_refused():
 
 def test_rows_on_the_vertices():
     verdicts = [row.verdict for row in vertices.rows()]
-    assert verdicts == [
-        "property holds",
-        *5 * ["claim refuted"],
-        *2 * ["property holds"],
-    ]
+    assert verdicts == [*5 * ["claim refuted"], *2 * ["property holds"]]
 
 
 def test_what_is_no_polytope_or_no_name_is_named():

@@ -75,14 +75,14 @@ def test_verdicts(rows, item, verdict):
 def test_every_row_is_complete(rows):
     for r in rows:
         assert r.verdict in reproduction.VERDICTS
-        assert all(vars(r).values())
+        assert all(text for name, text in vars(r).items() if name != "claim")
     names = [(r.chapter, r.item, r.place) for r in rows]
     assert len(set(names)) == len(names)
 
 
 def test_every_erratum_is_complete():
     for e in ERRATA:
-        assert all(vars(e).values())
+        assert all(text for name, text in vars(e).items() if name != "claim")
         assert e.printed != e.correct
         assert e.kind in reproduction.KINDS
     names = [(e.place, e.printed) for e in ERRATA]

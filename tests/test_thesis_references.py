@@ -25,6 +25,8 @@ WORDS = Path(__file__).with_name("thesis_words.toml")
 EQUATION = re.compile(r"\(((?:[1-5]|[AB])\.\d+(?:\.\d)?)\)")
 #: Pages whose numbers have another form: tables that the package makes.
 TABLES = {"errata", "reproduction", "thesis_references"}
+#: Pages that mention numbers of all chapters.
+OVERVIEWS = TABLES | {"bibliography", "intro", "notation", "where_this_stands"}
 #: Pages whose numbers have no T yet.
 NOT_YET = ("bibliography",)
 KIND = r"(?:Theorem|Lemma|Procedure|Definition|Table|Figs?\.?|[Ss]ection)"
@@ -92,9 +94,9 @@ def test_each_row_leads_to_a_place_of_the_book():
 
 @cache
 def citing():
-    """The pages that cite each number, in their text or in a program's captions."""
+    """The chapters that cite each number, in their text or in captions."""
     found = {}
-    for path in PAGES:
+    for path in (page for page in PAGES if page.stem not in OVERVIEWS):
         text = path.read_text("utf-8")
         if path.suffix == ".ipynb":
             cells = nbformat.reads(text, as_version=4).cells

@@ -111,13 +111,14 @@ def kinds(errata):
 
 
 def verdicts(rows):
-    """A `Table` that explains the verdicts and counts them in some rows."""
+    """A `Table` that explains the verdicts and counts claims and rows."""
     count = Counter(r.verdict for r in rows)
+    claims = Counter(verdict for _, verdict in {(r.about, r.verdict) for r in rows})
     return Table(
         "Verdicts and how often they are given",
-        ["Verdict", "Rows", "Meaning"],
+        ["Verdict", "Claims", "Rows", "Meaning"],
         [
-            [_verdict(v), str(count[v]), _text(meaning)]
+            [_verdict(v), str(claims[v]), str(count[v]), _text(meaning)]
             for v, meaning in VERDICTS.items()
         ],
     )

@@ -8,6 +8,7 @@ One module for each subject of the table.
 from functools import cache
 
 from . import (
+    appendix,
     delay,
     desk,
     example_1,
@@ -41,6 +42,7 @@ _SUBJECTS = (
     mip,
     sampled,
     desk,
+    appendix,
 )
 
 

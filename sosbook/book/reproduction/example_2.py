@@ -23,8 +23,8 @@ def rows():
     printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
 
-    def row(item, place, printed, ours, verdict, why):
-        return Row(chapter, item, place, printed, ours, verdict, why)
+    def row(item, place, printed, ours, verdict, why, of=""):
+        return Row(chapter, item, place, printed, ours, verdict, why, of)
 
     def inside(points):
         return min(x.min() for x in ex.region.distances(points).values())
@@ -68,6 +68,7 @@ def rows():
         f"printed it takes {shift['k1 + b2'][1]:.0f} N. The printed gains "
         "are proven with "
         + ("either reading, so poles can't decide" if both else "one reading only"),
+        "S of Example 2",
     )
     verdict, reason = solution(ex.K, own.K, 1, proof, proven(own, 7))
     yield row("K_P, K_D, K_I", "Example 2", _gain(ex.K), _gain(own.K), verdict, reason)

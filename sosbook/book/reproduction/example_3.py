@@ -30,8 +30,8 @@ def rows():
     yield _complexity(ex)
 
 
-def row(item, place, printed, ours, verdict, why):
-    return Row("12_singular_chain", item, place, printed, ours, verdict, why)
+def row(item, place, printed, ours, verdict, why, of=""):
+    return Row("12_singular_chain", item, place, printed, ours, verdict, why, of)
 
 
 def numbers(ex):
@@ -170,6 +170,7 @@ def _signals(ex):
         "from x(0) = 0 with a unit set point. Which of the two signals the "
         "figure shows, and from which x(0), isn't said; Lemma 2.2 bounds "
         "K x alone, and no set point",
+        "u_max in Fig. 3.12",
     )
     last = np.abs(answer.e[:, -1]).max()
     yield row(

@@ -37,8 +37,8 @@ def rows():
     yield from _motions(ex)
 
 
-def row(item, place, printed, ours, verdict, why):
-    return Row("13_flexible_arm", item, place, printed, ours, verdict, why)
+def row(item, place, printed, ours, verdict, why, of=""):
+    return Row("13_flexible_arm", item, place, printed, ours, verdict, why, of)
 
 
 def _poles(ex, plant, U=None):
@@ -98,6 +98,7 @@ def numbers(ex):
         ),
         "sinc is even: -pi/2 and pi/2 are one and the same vertex; the "
         "first row has the poles of sinc = 1",
+        "labels of Table 3.3",
     )
     S11 = ex.plant.vertices[1].S[0, 0]
     rounded = matched(ex.closed_loop_poles[1], _poles(ex, thesis.arm(0.64)))
@@ -131,7 +132,7 @@ def _promises(ex):
         "boundary at the vertices; for every factor between "
         + ("proven" if proof else "not proven"),
         claim(proof),
-        "a common P in exact arithmetic; E is certain, so here the vertices do suffice",
+        "a common P in exact arithmetic",
     )
     verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 8))
     yield row(

@@ -5,6 +5,7 @@ import numpy as np
 from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
 from ...runtime.libraries import library
 from .. import thesis
+from .observer import controller
 from .table import Row, below, claim
 
 control = library("control")
@@ -82,6 +83,7 @@ def rows():
         claim(max(radii) < 1),
         "at once and one tick late, rates exact and differenced; phi isn't fed back",
     )
+    yield _random(printed)
 
 
 def _gap(gain, rates):
@@ -95,3 +97,28 @@ def _gap(gain, rates):
         gap = max(gap, abs((law.C @ x + law.D @ y)[0] - V))
         x, s, z = law.A @ x + law.B @ y, s + T * z[1], z + T * e
     return gap
+
+
+def _random(printed):
+    """Whether a fast pole makes the sampled controller random."""
+    held = control.sample_system(controller(2, "printed"), T, "zoh")
+    (_, (far, _)), (fast, *_) = printed.controller[1:]
+    w = 1j * np.pi / T  # half of the sampling rate
+    lag = -np.degrees(np.angle((1 - w / far) / (1 - w / fast)))
+    gap = np.abs(
+        np.sort(held.poles().real)
+        - np.sort(np.exp(T * controller(2, "printed").poles().real))
+    ).max()
+    return Row(
+        SAMPLED,
+        "fast poles make the sampled controller random",
+        "Section 4.3.2",
+        "poles and zeros above or close to 100 Hz can",
+        f"the hold has the poles exp(p T), difference {below(gap, 1e-6)}; "
+        f"of {fast:g} it makes {np.exp(fast * T):.0e}. The pole and the zero at "
+        f"{far:g} cost {lag:.0f} degrees at 50 Hz",
+        claim(gap > 1e-6, lag > 0),
+        "what random means isn't said: the hold is exact and repeatable, "
+        "but dropping the two does help, by what they cost",
+        "random results",
+    )

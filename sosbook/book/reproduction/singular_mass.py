@@ -17,8 +17,8 @@ def rows():
     """Rows of section 2.3 and of Example 3's mass, computed."""
     ex = thesis.example_3()
 
-    def row(item, place, printed, ours, verdict, why):
-        return Row("08_singular_mass", item, place, printed, ours, verdict, why)
+    def row(item, place, printed, ours, verdict, why, of=""):
+        return Row("08_singular_mass", item, place, printed, ours, verdict, why, of)
 
     proof = prove_regular(ex.plant, ex.K_A, 0.1)
     mass = ex.plant.M - ex.plant.B @ ex.K_A
@@ -67,6 +67,7 @@ def rows():
         claim(modes.impulsive),
         "by the test below (A.5), A22 = -b4 is regular: [z; z'] jumps "
         "without an impulse; the impulse is in the acceleration",
+        "impulsive behaviour",
     )
     jump = _jump(ex.plant, 1e-6)
     yield row(

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 __all__ = [
+    "AGREES",
     "KINDS",
     "VERDICTS",
     "Erratum",
@@ -33,11 +34,18 @@ VERDICTS = {
 }
 KINDS = {
     "misprint": "the text beside it, or a computation, shows what is meant",
-    "single character": "a misprint of one sign, digit, letter or point, "
-    "which may be of our machine-read copy and not of the thesis",
+    "single character": "a misprint of one sign, digit, letter or point in "
+    "one place, which may be of our machine-read copy and not of the thesis",
     "gap": "something that is needed isn't said",
     "claim refuted": "what is said isn't so",
     "improvement": "right as it stands; there is something better",
+}
+
+#: What an erratum calls a claim that its rows give a verdict on.
+AGREES = {
+    "claim refuted": {"claim refuted"},
+    "misprint": {"misprint", "single character"},
+    "not reproducible": {"gap", "single character"},
 }
 
 
@@ -57,6 +65,9 @@ class Row:
         A key of `VERDICTS`.
     why : str
         Tolerance, reason, or what is missing.
+    claim : str, optional
+        The claim that the row tests, if several rows do or an erratum
+        speaks of it: a claim is counted once.
     """
 
     chapter: str
@@ -66,10 +77,16 @@ class Row:
     ours: str
     verdict: str
     why: str
+    claim: str = ""
 
     def __post_init__(self):
         if self.verdict not in VERDICTS:
             raise ValueError(f"unknown verdict {self.verdict!r}")
+
+    @property
+    def about(self):
+        """The claim's name; a row without one has its own."""
+        return self.claim or f"{self.place}: {self.item}"
 
 
 @dataclass(frozen=True)
@@ -86,6 +103,8 @@ class Erratum:
         Why, and what computes it.
     chapter : str
         File of the chapter that shows it.
+    claim : str, optional
+        The claim of the rows that compute it.
     """
 
     kind: str
@@ -94,6 +113,7 @@ class Erratum:
     correct: str
     evidence: str
     chapter: str
+    claim: str = ""
 
     def __post_init__(self):
         if self.kind not in KINDS:

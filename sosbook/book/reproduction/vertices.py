@@ -19,15 +19,9 @@ def rows():
     chapter = "09_when_vertices_are_not_enough"
     whole = "the vertices suffice"
 
-    def row(item, place, ours, holds, why, printed=whole):
-        return Row(chapter, item, place, printed, ours, claim(holds), why)
+    def row(item, place, ours, holds, why, printed=whole, of=whole):
+        return Row(chapter, item, place, printed, ours, claim(holds), why, of)
 
-    yield row(
-        "vertices are enough for (2.12)",
-        "Lemma 2.1, proof",
-        *_regularization(),
-        "M and B enter once: the LMI is affine in the polytope's weights",
-    )
     limit = Saturation(10, [1, 0, 0, 0])
     driven = counterexamples.actuated()
     design = design_pid(driven, gamma=3, saturation=limit, coupling="vertices", mu=1.0)
@@ -78,6 +72,7 @@ def rows():
         "z'' + 0.2 z' + k z = 0, k in [1, 100]: one P for all k is a "
         "restriction. For one plant the equivalence is true",
         printed="a common P exists iff the poles lie in D",
+        of="if and only if",
     )
     for number, reason in (
         (
@@ -101,22 +96,12 @@ def rows():
             else "no",
             holds,
             reason,
+            of="",
         )
 
 
 def _proven(design):
     return "proven" if design.certify().proven else "not proven"
-
-
-def _regularization():
-    """Smallest eigenvalue of sm{M - B K_A} / 2, corners and between."""
-    plants, worst = counterexamples.random_pair(0), []
-    K_A = -0.3 * np.eye(2)
-    for group in (plants.vertices, sample_plants(plants, 21)):
-        regular = [v.M - v.B @ K_A for v in group]
-        worst.append(min(np.linalg.eigvalsh(x + x.T)[0] / 2 for x in regular))
-    holds = worst[1] >= worst[0] * (1 - 1e-12)
-    return "yes, never smaller between the vertices" if holds else "no", holds
 
 
 def _lqr(plants, P):

@@ -27,16 +27,17 @@ TEXTS = (
         "19_input_delay",
     ),
     Erratum(
-        "single character",
+        "misprint",
         "(2.24), (A.20)",
         "Z / epsilon2 times + mu in the last block",
         "- mu Z / epsilon2",
         "a negative definite matrix has no positive diagonal block "
         "unless Z < 0, and then V isn't positive; computed: as printed "
         "it accepts x' = x - 0.1 x(t - d), whose root is +0.96 for "
-        "d = 1. It stands so in both places. A.3 is quoted from Fenili "
-        "et al. (2014), which we haven't seen",
+        "d = 1. It stands twice: a machine that reads hardly slips twice "
+        "alike. A.3 is quoted from Fenili et al. (2014), which we haven't seen",
         "20_delay_theorem",
+        "the sign of Theorem A.3",
     ),
     Erratum(
         "misprint",
@@ -47,6 +48,7 @@ TEXTS = (
         "(2.25) has its transform right; computed: as printed it accepts "
         "an unstable loop without any delay",
         "20_delay_theorem",
+        "the transpose of Theorem A.3",
     ),
     Erratum(
         "misprint",
@@ -57,6 +59,7 @@ TEXTS = (
         "computed: with a small alpha it accepts x' = -x(t - d) on "
         "[0, 2], unstable at d = 2",
         "20_delay_theorem",
+        "the alpha of Theorem A.3",
     ),
     Erratum(
         "single character",
@@ -114,6 +117,14 @@ TEXTS = (
     Erratum(
         "misprint",
         "Theorem 2.3, proof",
+        "the closed-loop matrix E^-1 (A(t) x(t) + A_d x(t - d(t)) + B_u(t) K)",
+        "the matrices E^-1 A and E^-1 A_d, with A_d = B_u K",
+        "a matrix and signals are added, and B_u K stands in A_d already",
+        "20_delay_theorem",
+    ),
+    Erratum(
+        "misprint",
+        "Theorem 2.3, proof",
         "[P Q R1 R2 R3 Z], diag(E, E, I, I)",
         "[P Q S R1 R2 R3 Z], diag(E, E, I, I, I)",
         "S-bar stands in the LMIs too; (2.24) has five block rows",
@@ -151,6 +162,7 @@ TEXTS = (
         "2.45",
         "the same sources; 2.5 may be its rounding, and the printed gains can't tell",
         "21_delay_examples",
+        "D12 of the wing",
     ),
     Erratum(
         "single character",
@@ -162,6 +174,7 @@ TEXTS = (
         "don't stabilise it at the nominal delay, with 2.7 they do; only "
         "that wing flutters",
         "21_delay_examples",
+        "S22 of the wing",
     ),
     Erratum(
         "claim refuted",
@@ -174,6 +187,7 @@ TEXTS = (
         "has a slower rate, at 0.3 s the loop has a root of real part "
         "+0.10. With the printed data it is unstable at tau itself",
         "21_delay_examples",
+        "the wing's promise",
     ),
 )
 

@@ -27,8 +27,10 @@ DESIGN_ERRATA = (
         "(2.7)",
         "x3 = - integral of U e",
         "x3 = + integral of U e",
-        "with the minus the printed gains of Example 1 are unstable; "
-        "with the plus Table 3.1 is reproduced",
+        "the matrix A that is printed for (2.8) has + U in its last row, and r "
+        "enters there with - U: x3' = U z - U r = + U e. Computed: with the "
+        "minus the printed gains of Example 1 are unstable, with the plus "
+        "Table 3.1 is reproduced",
         "02_descriptor_form",
     ),
     Erratum(
@@ -74,6 +76,14 @@ DESIGN_ERRATA = (
         "05_hinf",
     ),
     Erratum(
+        "gap",
+        "Problem 1, item 3",
+        "a bound on u for a set of initial conditions",
+        "Lemma 2.2 takes one x(0); for a set, ask its first LMI at each corner",
+        "(2.21) is affine in x(0): what holds at corners holds between them",
+        "06_saturation",
+    ),
+    Erratum(
         "claim refuted",
         "Theorems 2.1, 2.2, 2.4, proofs",
         '"it suffices to check the LMIs at the vertices of the convex polytope" '
@@ -85,6 +95,7 @@ DESIGN_ERRATA = (
         "with a proof, and an unstable plant between them, also for a "
         "design; for the disk even if only M varies",
         "09_when_vertices_are_not_enough",
+        "the vertices suffice",
     ),
     Erratum(
         "claim refuted",
@@ -94,6 +105,7 @@ DESIGN_ERRATA = (
         "one P for all plants is a restriction; for one plant the "
         "equivalence is Chilali and Gahinet's",
         "04_lmi_regions",
+        "if and only if",
     ),
     Erratum(
         "gap",
@@ -105,12 +117,29 @@ DESIGN_ERRATA = (
         "06_saturation",
     ),
     Erratum(
-        "single character",
+        "misprint",
         "(A.15), (A.16)",
         "lower left entry - cos(theta) (z* - z)",
         "cos(theta) (z* - z)",
-        "the matrix must be Hermitian; (2.20) has it right",
+        "the matrix must be Hermitian; (2.20) has it right. It stands twice: a "
+        "machine that reads hardly slips twice alike",
         "04_lmi_regions",
+    ),
+    Erratum(
+        "misprint",
+        "before (A.13)",
+        "the sector S(0, 0, theta) if and only if there exists P",
+        "A has its poles in the sector S(0, 0, theta) if and only if",
+        "the sentence has no predicate; the one before (A.16) has it",
+        "appendix_a",
+    ),
+    Erratum(
+        "single character",
+        "Theorem A.1",
+        "for some positive beta",
+        "for some positive beta-hat",
+        "(A.6) has the hat",
+        "appendix_a",
     ),
     Erratum(
         "single character",
@@ -121,11 +150,20 @@ DESIGN_ERRATA = (
         "07_grasping_robot",
     ),
     Erratum(
-        "misprint",
+        "gap",
         "Examples 1-4",
-        "inner angle theta",
-        "half-angle theta (inner angle 2 theta)",
-        "Theorem 2.2 and (2.20) use the half-angle",
+        "a sector with inner angle given by theta",
+        "half-angle theta, inner angle 2 theta",
+        "section 2.4.2 defines the inner angle as 2 theta, and the examples "
+        "point to Fig. 2.1: the theta that they give is (2.20)'s half-angle",
+        "07_grasping_robot",
+    ),
+    Erratum(
+        "misprint",
+        "Chapter 3, opening",
+        "four numerical examples",
+        "six, four of them without delay",
+        "they are numbered 1 to 4, and 1 and 2 with delay",
         "07_grasping_robot",
     ),
     Erratum(
@@ -146,6 +184,7 @@ DESIGN_ERRATA = (
         "Fig. 3.8 can: u2 ends at 40.0 kN with k1 + k2 (then the limit "
         "of 40 kN is just met) and at 35.5 kN with k1 + b2",
         "11_car_seat",
+        "S of Example 2",
     ),
     Erratum(
         "gap",
@@ -165,6 +204,7 @@ DESIGN_ERRATA = (
         "(m1 - K_A11) times its K x; Lemma 2.2 leaves K_A e'' out, and "
         "set points",
         "12_singular_chain",
+        "u_max in Fig. 3.12",
     ),
     Erratum(
         "claim refuted",
@@ -173,6 +213,7 @@ DESIGN_ERRATA = (
         "a jump of z4' (index one); the impulse is in z4'' only",
         "A22 = -b4 is regular in (A.5); infinite_modes counts no impulsive mode",
         "08_singular_mass",
+        "impulsive behaviour",
     ),
     Erratum(
         "improvement",
@@ -202,6 +243,7 @@ DESIGN_ERRATA = (
         "sinc is even: -pi/2 and pi/2 are one vertex; the first row "
         "has the poles of sinc = 1",
         "13_flexible_arm",
+        "labels of Table 3.3",
     ),
     Erratum(
         "gap",

@@ -41,19 +41,20 @@ TEXTS = (
         MODEL,
     ),
     Erratum(
-        "single character",
+        "misprint",
         "(4.4), (4.5)",
         "the components added: (- r phi' + 0)",
         "a vector: (- r phi', 0), and likewise in (4.5)",
-        "x and y components; (4.7) has the square of the vector",
+        "x and y components; (4.7) has the square of the vector. It stands twice",
         MODEL,
     ),
     Erratum(
-        "single character",
+        "misprint",
         "4.1, x_b and C_b",
         "- r phi + l sin(theta)",
         "- r phi - l sin(theta)",
-        "its derivative is (4.5); with the plus, b changes its sign in (4.10)",
+        "its derivative is (4.5); with the plus, b changes its sign in (4.10). "
+        "It stands twice",
         MODEL,
     ),
     Erratum(
@@ -65,11 +66,19 @@ TEXTS = (
         MODEL,
     ),
     Erratum(
-        "single character",
+        "misprint",
         "(4.7)",
         "- M_w r^2 phi'^2 and + M_w r^2 / 2 + R_g^2 I_a",
         "+ M_w r^2 phi'^2 and + (M_w r^2 / 2 + R_g^2 I_a) phi'^2",
-        "(4.3) written out; it gives (4.10)",
+        "(4.3) written out; it gives (4.10). Three signs and factors differ",
+        MODEL,
+    ),
+    Erratum(
+        "misprint",
+        "(4.3), (4.10.1)",
+        "V_B, I_B, M_B",
+        "V_b, I_b, M_b",
+        "the lists under the equations have the small letters",
         MODEL,
     ),
     Erratum(
@@ -84,11 +93,11 @@ TEXTS = (
         MODEL,
     ),
     Erratum(
-        "single character",
+        "misprint",
         "(4.13)",
         "- b e V cos(theta) - a e, times V",
         "- b e cos(theta) - a e; b e cos(theta) + c e in the second row",
-        "(4.12) solved: V stands there once",
+        "(4.12) solved: V stands there once. It is one too many in both rows",
         MODEL,
     ),
     Erratum(
@@ -99,6 +108,7 @@ TEXTS = (
         "(4.13) linearised, and B of (4.25); the printed gains are "
         "unstable with (4.15)'s sign",
         MODEL,
+        "sign of B",
     ),
     Erratum(
         "misprint",
@@ -107,6 +117,15 @@ TEXTS = (
         "- D_i, - S_i",
         "the text has the right-hand sides of M z'' = ...; the printed "
         "gains are stable with - D_i, - S_i only",
+        MODEL,
+        "signs of D and S",
+    ),
+    Erratum(
+        "misprint",
+        "4.2.2, the body at rest",
+        "thus M_b and M_w terms.",
+        "thus the terms with M_b and M_w vanish",
+        "the sentence has no predicate; the line below it leaves them out",
         MODEL,
     ),
     Erratum(
@@ -121,6 +140,7 @@ TEXTS = (
         "and (4.25) follow to the last digit; which of the solutions "
         "was used can't be told",
         MODEL,
+        "the known parameters",
     ),
     Erratum(
         "misprint",
@@ -132,6 +152,7 @@ TEXTS = (
         "l = 0.036 give every digit) and 0.1066 behind a to f: 13 "
         "percent apart",
         MODEL,
+        "one M_b g l",
     ),
     Erratum(
         "misprint",
@@ -151,12 +172,13 @@ TEXTS = (
         MODEL,
     ),
     Erratum(
-        "gap",
+        "claim refuted",
         "4.2.2, f/a = 33.02",
-        "listed with the values that are used",
+        "f/a beside e/c, f/c and e/a, as of one robot to 4 percent",
         "it isn't used: a and f give f / (2 I_w) = 48.8",
         "the experiments' e / f, 4.28 and 6.32, are 48 percent apart; Delta allows 8",
         MODEL,
+        "both experiments describe one robot",
     ),
     Erratum(
         "misprint",
@@ -182,6 +204,7 @@ TEXTS = (
         "Tables 4.1 and 4.2; with Q = I one gain is 1 / sqrt(R): "
         "1.0001, 0.7072, 0.4472",
         DESIGN,
+        "values of R",
     ),
     Erratum(
         "single character",
@@ -208,6 +231,7 @@ TEXTS = (
         "1e-4 [0, - 0.2324, 0.3706]^T",
         "E_1 and A_1 are vertex 1's, this is B_4 of (4.25)",
         OBSERVER,
+        "B_1 of (4.27)",
     ),
     Erratum(
         "single character",
@@ -224,6 +248,7 @@ TEXTS = (
         "R_F and Q_F, swapped",
         "in (2.45) Q_F has a row per state and error, six, and R_F one per output, two",
         OBSERVER,
+        "Q_F and R_F",
     ),
     Erratum(
         "single character",
@@ -250,6 +275,7 @@ TEXTS = (
         "to 1e-4 and 5e-4; one gain is 1 / sqrt(R). They are robustly "
         "stable all the same, proven",
         DESIGN,
+        "Tables 4.1 and 4.2 solve Theorem 2.4",
     ),
     Erratum(
         "gap",
@@ -261,15 +287,16 @@ TEXTS = (
         SAMPLED,
     ),
     Erratum(
-        "claim refuted",
+        "gap",
         "4.3.2",
         '"all poles and zeros above or close to this frequency '
         '[100 Hz] can generate random results"',
-        "the hold maps a pole p to exp(p T) exactly",
+        "say why: the hold maps a pole p to exp(p T) exactly, nothing is random",
         "exp({exponent:.2f}) = {factor:.0e} is a delay "
         "of one tick, and the zero at +{zero:g} costs {lag:.0f} "
-        "degrees at 50 Hz: dropping both does help",
+        "degrees at 50 Hz: the advice to drop both is right",
         SAMPLED,
+        "random results",
     ),
     Erratum(
         "gap",

@@ -15,6 +15,7 @@ REGULATOR_ERRATA = (
         "the determinant: the chapter has a loop whose true cost exceeds "
         "det W tr J. The notation doesn't say",
         "23_lqr",
+        "|W| in Lemma 2.3",
     ),
     Erratum(
         "misprint",
@@ -67,6 +68,7 @@ REGULATOR_ERRATA = (
         "tr J",
         "(2.30) bounds the cost itself, not its root",
         "27_pendulum_control",
+        "the root of tr J",
     ),
     Erratum(
         "gap",
