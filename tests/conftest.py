@@ -81,6 +81,7 @@ LONGEST = (
     "test_page_steady",
     "test_movers",
     "test_page_elements",
+    "test_page_answers",
     "test_page_kernel",
 )
 

@@ -277,7 +277,7 @@
 
     // ----------------------------------------------------------------- the proof
     async prove() {
-      const {digest, texts} = this;
+      const {digest, texts, data: {also}} = this;
       this.reply("<p>Computing with whole numbers …</p>");
       const answer = await this.solver.ask(this.name, "prove", this.request());
       if (this.part("more").dataset.digest !== digest) return;   // something else stands there by now
@@ -289,7 +289,7 @@
       const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
       const how = answer.status === "feasible" ? ` for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
         : `: rational multipliers of ${blocks.length} blocks exclude every solution`;
-      this.reply(`<p><span class="sos-status">Proven</span> for ${escape(printed(texts.join(", ")))} in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
+      this.reply(`<p><span class="sos-status">Proven</span> for ${escape(printed([...texts, ...also].join(", ")))} in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
         `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`, digest);
     }
   }
