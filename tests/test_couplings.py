@@ -217,6 +217,24 @@ def test_what_is_no_polytope_or_no_name_is_named():
             couplings.compare(pair, wrong)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_polytope_of_first_order_is_one_too(seed):
+    """Each study says of it what it says of the same plants in second order."""
+    plants = counterexamples.random_chain(seed)
+    parts = descriptors(plants)
+    system = sos.DescriptorSystem(
+        *([getattr(d, x) for d in parts] for x in ("E", "A", "Bu", "Bw")), C=parts[0].C
+    )
+    assert couplings.vertices_suffice(system) == couplings.vertices_suffice(plants)
+    assert couplings.hull_gap(system) == pytest.approx(
+        couplings.hull_gap(plants), abs=1e-9
+    )
+    kept = couplings.verify_many([system], region=sos.PoleRegion(rho=20))
+    assert kept["pairs"] > 0 and kept["slack"] > 0
+    with pytest.raises(ValueError, match="plants must be a Polytope, got Descriptor"):
+        couplings.scale_polytope(system, 0.5)
+
+
 def test_bounds_of_gamma_name_what_is_missing():
     one = sos.SecondOrderSystem(1, 1, 1, 1, 1)
     bounds = sos.Saturation(1.0, [1, 0])

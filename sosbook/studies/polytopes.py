@@ -14,7 +14,7 @@ from scipy.optimize import nnls
 from ..deprecation import renamed
 from ..plants.checks import count as whole
 from ..plants.checks import finite
-from ..plants.descriptor import COUPLINGS, descriptors
+from ..plants.descriptor import COUPLINGS
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.hull import quotient_in_hull
 from ..plants.second_order import Polytope, SecondOrderSystem
@@ -96,9 +96,7 @@ def sample_plants(plants, count=20, seed=0):
         The drawn plants.
     """
     samples, count = [], whole("count", count, 2)
-    if not isinstance(plants, DescriptorSystem):
-        _polytope(plants)
-    corners = np.eye(len(plants.vertices))
+    corners = np.eye(len(_several(plants).vertices))
     for i, j in combinations(range(len(corners)), 2):
         for a in np.linspace(0, 1, count):
             samples.append(plants.at((1 - a) * corners[i] + a * corners[j]))
@@ -151,7 +149,7 @@ def compare(plant, couplings=COUPLINGS, **asked):
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
         The polytope.
     couplings : sequence of {"vertices", "pairs", "slack"}
         The conditions on pairs of vertices to compare.
@@ -189,7 +187,7 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
 
     Parameters
     ----------
-    polytopes : sequence of Polytope
+    polytopes : sequence of Polytope or DescriptorSystem
         The polytopes to compare the conditions on.
     couplings : sequence of {"vertices", "pairs", "slack"}
         The conditions on pairs of vertices to compare.
@@ -213,7 +211,7 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     """
     couplings = _names(couplings)
     worst = {name: [] for name in couplings}
-    for plants in each([_polytope(plants) for plants in polytopes], "polytope"):
+    for plants in each([_several(plants) for plants in polytopes], "polytope"):
         for name, design in compare(plants, couplings, **asked).items():
             kept = np.nan
             if design.K is not None:
@@ -253,7 +251,7 @@ def vertices_suffice(plants, U=None, K_A=None):
 
     Parameters
     ----------
-    plants : Polytope
+    plants : Polytope or DescriptorSystem
         The polytope.
     U, K_A : arrays, optional
         As in `design_pid`.
@@ -269,7 +267,7 @@ def vertices_suffice(plants, U=None, K_A=None):
     >>> vertices_suffice(random_chain(0)), vertices_suffice(actuated())
     (True, False)
     """
-    return quotient_in_hull(Request(_polytope(plants), U, K_A=K_A).certain)
+    return quotient_in_hull(Request(_several(plants), U, K_A=K_A).certain)
 
 
 def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
@@ -280,7 +278,7 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
 
     Parameters
     ----------
-    plants : Polytope
+    plants : Polytope or DescriptorSystem
         The polytope.
     U, K_A : arrays, optional
         As in `design_pid`.
@@ -298,13 +296,18 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     >>> hull_gap(thesis.example_2().plant, U=np.eye(2)) < 1e-9
     True
     """
-    corners = _standard_forms(_polytope(plants), U, K_A)
+    corners = _standard_forms([_several(plants)], U, K_A)
     largest = np.abs(corners).max(axis=1, keepdims=True)
     largest[largest == 0] = 1
-    corners = np.vstack([corners / largest, np.ones(plants.N)])
-    targets = _standard_forms(Polytope(sample_plants(plants, count, seed)), U, K_A)
+    corners = np.vstack([corners / largest, np.ones(corners.shape[1])])
+    targets = _standard_forms(sample_plants(plants, count, seed), U, K_A)
     targets = np.vstack([targets / largest, np.ones(targets.shape[1])])
     return float(max(nnls(corners, t)[1] / np.linalg.norm(t) for t in targets.T))
+
+
+def _several(plants):
+    """A polytope of plants of either order."""
+    return plants if isinstance(plants, DescriptorSystem) else _polytope(plants)
 
 
 def _polytope(plants):
@@ -328,7 +331,6 @@ def _names(couplings):
 
 
 def _standard_forms(plants, U, K_A):
-    """A matrix with the entries of E^-1 [A B_u B_w], one column a vertex."""
-    return np.array(
-        [np.hstack(d.state_space()).ravel() for d in descriptors(plants, U, K_A)]
-    ).T
+    """A matrix with the entries of E^-1 [A B_u B_w], one column a vertex of each."""
+    loops = [d for one in plants for d in Request(one, U, K_A=K_A).vertices]
+    return np.array([np.hstack(d.state_space()).ravel() for d in loops]).T
