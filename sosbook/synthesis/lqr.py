@@ -117,8 +117,11 @@ def design_lqr(
         slack=slack,
         requirements=sorted((asked, *more), key=lambda r: r.rank),
     )
-    solution = guarded(request, time_limit, lambda: _explained(_least(request, name)))
-    return Design(**vars(solution))
+
+    def solved():
+        return _explained(_least(request, name), asked)
+
+    return Design(**vars(guarded(request, time_limit, solved)))
 
 
 def _least(request, name):
@@ -157,9 +160,9 @@ def _least(request, name):
     return replace(solution, reason=f"{solution.reason} {UNSETTLED}")
 
 
-def _explained(solution):
-    """The Solution, with a reason where certainly no gain attains the optimum."""
-    request, cost = solution.request, solution.request.cost
+def _explained(solution, cost):
+    """The Solution, with a reason where certainly no gain attains the least cost."""
+    request = solution.request
     alone = len(request.requirements) == len(request.distinct) == 1
     if solution.status != "feasible" or not alone or cost.noise != "states":
         return solution
