@@ -246,6 +246,7 @@ def test_a_set_without_end_is_seen_before_rounding_hides_it(monkeypatch):
         Barrier, "step", lambda self, *x: taken.append(1) or step(self, *x)
     )
     monkeypatch.setattr("sosbook.lmi.centre.near_centre", lambda *_: pytest.fail())
+    monkeypatch.setattr("sosbook.synthesis.centre.LARGE_BOUNDS", ())
     design = sos.design_pid(
         plant, region=sos.PoleRegion(0.04, rho=30), saturation=sos.Saturation(30.0, x0)
     )

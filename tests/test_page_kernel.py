@@ -138,6 +138,27 @@ def test_500_random_costs(kernel):
     agree(kernel, list(islice(costs, 120, 620)), undecided=10)
 
 
+def test_a_drive_s_far_centre_is_found_by_the_page_too(kernel):
+    """The gain doesn't jump with the decay rate, nor from the package to the page."""
+    shaft = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    plant = sos.SecondOrderSystem(
+        np.diag([0.0025, 0.0045]), 0.004 * shaft, 1.9 * shaft, [[1], [0]]
+    )
+    asked = [
+        dict(
+            plant=plant,
+            U=[[0, 1]],
+            region=sos.PoleRegion(sigma=sigma, theta_deg=60, rho=280),
+            saturation=sos.Saturation(136, [-1, -1, 0, 0, 0]),
+        )
+        for sigma in (2.2, 2.65, 2.7, 3.2)
+    ]
+    for request, r in zip(asked, solved(kernel, asked), strict=True):
+        design = sos.design_pid(**request)
+        assert design.central and not r["lid"]
+        assert off(r["K"], design.K) < 2e-6
+
+
 @pytest.mark.parametrize("seed", [198, 382, 415, 537])
 def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
     """Newton's method alone takes hundreds of steps to it."""

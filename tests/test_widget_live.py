@@ -8,7 +8,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import widgets
-from sosbook.book.elements.answers import Answers, is_central
+from sosbook.book.elements.answers import Answers
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from tests.cases import random_cost_request, random_request
@@ -100,12 +100,6 @@ def test_page_and_package_say_alike_whether_solutions_are_bounded(
     assert mine["status"] == theirs["status"]
     if mine["status"] == "feasible":
         assert mine["lid"] == theirs["lid"]
-
-
-def test_a_cone_has_no_centre_and_a_bounded_request_has_one(robot):
-    alone = sos.design_pid(robot.plant, robot.U, region=sos.PoleRegion(0.7))
-    assert not is_central(alone)
-    assert is_central(sos.design_pid(robot.plant, **robot.requirements))
 
 
 def test_an_answer_does_not_depend_on_the_last_one(wished):

@@ -44,7 +44,10 @@ class DelayDesign(Gains, ReadOnly):
         The exact proof that the LMIs have no solution, with status
         "infeasible".
     reason : str
-        Of "undecided", in words.
+        Of "undecided", in words; of a feasible design: which of the gains K is.
+    central : bool or None
+        False, for these LMIs are a cone and have no analytic centre; None where K
+        was given.
     """
 
     request: DelayRequest
@@ -54,6 +57,7 @@ class DelayDesign(Gains, ReadOnly):
     margins: dict | None = None
     infeasibility: Any = None
     reason: str = ""
+    central: bool | None = None
 
     @property
     def alpha(self) -> float | None:

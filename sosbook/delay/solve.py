@@ -36,6 +36,12 @@ ROUGHLY = 100.0
 # near it, for the many blocks of a cone push the centre there
 START_SIZE = 14.0
 
+OF_BOUND = (
+    "Every multiple of a solution is one, so that none is their analytic centre: K is "
+    "the centre of those below a bound, whichever it is."
+)
+OF_SOME = "K is that of some solution, not of a centre."
+
 
 @one_thread
 def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=False):
@@ -126,8 +132,8 @@ def centred_design(design):
 def _best(request, problem, blocks, x, centred):
     """The first design of the `_candidates`, or None."""
     designs = (
-        _at(request, problem, point)
-        for point in _candidates(blocks, problem.unknowns, x, centred)
+        _at(request, problem, *candidate)
+        for candidate in _candidates(blocks, problem.unknowns, x, centred)
     )
     return next((design for design in designs if design is not None), None)
 
@@ -149,35 +155,39 @@ def _reason(deep):
 
 
 def _candidates(blocks, unknowns, x, centred):
-    """The centre under a lid, then the deepest point."""
+    """The centre under a lid, then the deepest point; and which of them it is."""
     if centred:
         try:
-            yield centre(*bounded(blocks, unknowns, x, size=START_SIZE))
+            yield centre(*bounded(blocks, unknowns, x, size=START_SIZE)), OF_BOUND
         except (Unbounded, np.linalg.LinAlgError):
-            yield deepest(blocks, accuracy=1e-6).x
+            yield deepest(blocks, accuracy=1e-6).x, OF_SOME
             return
         except OutOfTime:  # a point is known: better than none
             pass
     size = max(
         np.linalg.norm(np.atleast_2d(v), 2) for v in unpacked(unknowns, x).values()
     )
-    yield x * (START_SIZE / size)  # for the LMIs are a cone
+    yield x * (START_SIZE / size), OF_SOME  # for the LMIs are a cone
 
 
-def _at(request, problem, x):
-    """The design at a point, or None where its blocks aren't positive."""
+def _at(request, problem, x, which):
+    """The design at a point, or None where its blocks aren't positive.
+
+    ``which`` of the points it is, in words.
+    """
     values = unpacked(problem.unknowns, x)
     margins = problem.margins(values)
     if min(margins.values()) <= 0:
         return None
-    K, frame = request.gain, request.frame
+    K, frame, said = request.gain, request.frame, {}
     if K is None:
+        said = {"central": False, "reason": which}
         try:
             K = np.linalg.solve(values["F"], values["X"].T).T
         except np.linalg.LinAlgError:
             return None
         K = frame.scale * np.linalg.solve(frame.T.T, K.T).T
-    design = DelayDesign(request, "feasible", K, values, margins)
+    design = DelayDesign(request, "feasible", K, values, margins, **said)
     if min(margins.values()) > 1e-9 or prove_delay(design, 17).proven:
         return design
     return None

@@ -51,7 +51,8 @@ class Unbounded(ValueError):
     message : str
         What wasn't found.
     x : array, optional
-        The best point that was: strictly feasible, not optimal.
+        The best point that was: strictly feasible, not optimal. None where a
+        direction is known in which the set has no end.
     """
 
     def __init__(self, message, x=None):
@@ -127,7 +128,7 @@ def centre(blocks, x, watch=None, enough=None, rays=None, elsewhere=None):
         far = x @ x > FAR_STEP**2 * (behind @ behind)
         if rays is not None and decrement >= 1 and (far or count + 1 == STEPS_TO_RAYS):
             if barrier.recedes(x, rays()):
-                break
+                raise Unbounded(ENDLESS)
             rays = None
         alone += 1
         if alone == STEPS_ALONE and decrement >= 1 and ways:
@@ -137,7 +138,7 @@ def centre(blocks, x, watch=None, enough=None, rays=None, elsewhere=None):
             if near is None:
                 break
             x, alone = near, 0
-    raise Unbounded(ENDLESS)
+    raise Unbounded(ENDLESS, x)
 
 
 def _approached(newton, x, rays):

@@ -166,6 +166,8 @@ def design(asked):
             "K_I": proof.K[:, 2 * n :].tolist(),
             "digits": proof.digits,
             "margins": {name: float(f"{x:.3g}") for name, x in result.margins.items()},
+            "central": result.central,
+            "reason": result.reason,
         }
     else:
         answer["advice"] = result.advice

@@ -56,9 +56,26 @@ class Design(ClosedLoop, Solution):
     reason : str
         Why there is no design: what is proven, or what was excluded and
         what was merely not found; or why a feasible one isn't all that was
-        asked, such as the least bound. Otherwise empty.
+        asked, such as the least bound, or isn't ``central``, and what would
+        make it so. Otherwise empty.
     exclusion : InfeasibilityCertificate, FixedModeCertificate or None
         The exact proof of "infeasible".
+    central : bool or None
+        Whether K is that of the analytic centre of all that was asked, which is
+        unique. False where the solutions have no bound, or hardly one: K is that
+        of a bounded part of them. None where K is no centre's: it was given,
+        or costs the least.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> mass = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    >>> design = sos.design_pid(mass, region=sos.PoleRegion(sigma=1, rho=9))
+    >>> design.central, design.reason[:29]
+    (False, 'Every multiple of a solution ')
+    >>> bounds = dict(region=sos.PoleRegion(1), saturation=sos.Saturation(9, [1, 0]))
+    >>> sos.design_pid(mass, **bounds).central
+    True
     """
 
     @property

@@ -5,11 +5,11 @@ from time import monotonic
 
 import numpy as np
 
-from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import LONGEST_SOLUTION, Unbounded, centre
+from ..lmi.centre import LONGEST_SOLUTION
 from ..lmi.exact import round_digits
 from ..lmi.time_limit import OutOfTime, check_time, checked_seconds, time_limit
-from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_decide, few_refuse, holds
+from .centre import centred, finish, too_many
+from .cutting import Cuts, few_decide, few_refuse
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .gentle_gain import start_of
 from .pole_proof import decided_by_poles, of_poles_alone
@@ -22,11 +22,8 @@ from .unreached import excluding_response
 
 __all__ = [
     "answer",
-    "centred",
-    "finish",
     "follow",
     "guarded",
-    "nearer",
     "refused",
     "refused_by",
     "search",
@@ -34,7 +31,6 @@ __all__ = [
 ]
 
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
-LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
 MOST_MODES_NAMED = 4  # in a reason
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
@@ -123,14 +119,9 @@ def find(lmis, start=None, refute=True, whole=False):
         if first is None or (first.values is None and refute):
             first = Cuts(lmis).find(start or lmis.guess(), refute)
         known = first.values is not None or first.verdict == "infeasible"
-        if known or _too_many(request) or not refute:
+        if known or too_many(request) or not refute:
             return first
     return lmis.find(refute, start or start_of(lmis))
-
-
-def _too_many(request):
-    """Whether not all pairs of vertices can be solved at once."""
-    return len(request.pairs) > CENTRE_UP_TO_PAIRS
 
 
 def closer(lmis, near):
@@ -181,7 +172,7 @@ def answer(request, refuse=True, first=None):
             return Solution(request, "undecided", request.gain, reason=text)
         solution = refused(first)
         few = first.problem.pairs is not None
-        if solution.status != "undecided" or not few or _too_many(request):
+        if solution.status != "undecided" or not few or too_many(request):
             return solution
         first = search(request, whole=True)  # all pairs may exclude what few don't
         if first.values is None:
@@ -346,84 +337,3 @@ def follow(request, start):
     if inside is None:
         return None
     return centred(lmis, inside)
-
-
-def centred(lmis, values):
-    """The Solution that `finish` returns where the centre needs no bounds; else None.
-
-    So it doesn't depend on the frame of ``lmis``; ``values`` are those of a point
-    inside.
-    """
-    if _too_many(lmis.request):
-        return finish(lmis, values)
-    try:
-        x = centre(lmis.compiled, lmis.packed(values), **_hints(lmis))
-        return lmis.solution(unpacked(lmis.unknowns, x))
-    except Unbounded:
-        return None
-
-
-def finish(lmis, values):
-    """The analytic centre as a Solution, from a point inside.
-
-    Parameters
-    ----------
-    lmis : ScaledLMIs
-        The LMIs.
-    values : dict
-        The point: the unknowns by name.
-
-    Notes
-    -----
-    With more than a thousand pairs of vertices it is the centre of some
-    of their blocks: see `Cuts.centre`.
-    """
-    x = lmis.packed(values)
-    if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
-        lmis.request.leader()
-    ):
-        lmis, x = nearer(lmis, x)
-    if _too_many(lmis.request):
-        x = Cuts(lmis).centre(x)
-    else:
-        x = any_centre(lmis.compiled, lmis.unknowns, x, **_hints(lmis))
-    return lmis.solution(unpacked(lmis.unknowns, x))
-
-
-def _hints(lmis):
-    """What helps `centre` on its way from a point inside.
-
-    The blocks of many vertices push a point against those that belong to no vertex,
-    along which it creeps. The centres of a few vertices lead past that.
-    """
-
-    def elsewhere(x):
-        led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refute=False).values
-        return None if led is None else lmis.packed(led)
-
-    few = few_refuse(lmis.request)
-    return dict(rays=lmis.rays, elsewhere=elsewhere if few else None)
-
-
-def nearer(lmis, x):
-    """The same point and blocks in a frame in which P, sizes and levels are one.
-
-    The guess of a size may be wrong by orders of magnitude, and what is
-    far away looks as if the set had no bound.
-    """
-    values, levels = unpacked(lmis.unknowns, x), lmis.units
-    request = lmis.request.with_bounds(lmis.bounds(values))
-    point = Solution(request, "feasible", **lmis.in_plant_units(values))
-    try:
-        frame = Frame.of_solution(request, point, unit=True, levels=levels)
-    except np.linalg.LinAlgError:
-        return lmis, x
-    units = {
-        r.parameter.key: request.owner(r.parameter.key).bound ** r.parameter.power
-        for r in lmis.free
-    }
-    there = ScaledLMIs(lmis.request, frame, lmis.free, units=units)
-    moved = there.point(point)
-    if moved is None or not holds(there, moved):
-        return lmis, x
-    return there, there.packed(moved)

@@ -10,8 +10,9 @@ from ..lmi.exact import round_digits
 from ..lmi.solution import LMISolution
 from ..lmi.time_limit import OutOfTime
 from .bracket import bracketed, rounded_up
+from .centre import finish, nearer
 from .cutting import Cuts, few_decide, holds
-from .feasibility import answer, find, finish, nearer, search
+from .feasibility import answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 

@@ -61,6 +61,9 @@ class Regularization(Result, ReadOnly):
     margins : dict or None
         From a block's name, "mass" or "mass 1", "mass 2", ..., to its
         smallest eigenvalue, after scaling its diagonal to one.
+    central : bool or None
+        Whether K_A is the analytic centre that `regularize` describes; None where
+        it was to be something else.
     """
 
     plant: SecondOrderSystem | Polytope
@@ -69,6 +72,7 @@ class Regularization(Result, ReadOnly):
     K_A: np.ndarray | None = None
     margins: dict | None = None
     _multipliers: list | None = None
+    central: bool | None = None
 
     noun = "regularization"
 
@@ -307,14 +311,16 @@ def regularize(
         if proof is not None and proof.proven:
             return replace(refused, status="infeasible")
         return refused
-    pick = scaled.centre if choose == "centre" else scaled.least_norm
+    central = True if choose == "centre" else None
+    pick = scaled.centre if central else scaled.least_norm
     try:
         K_A = pick(first.values)
     except Unbounded:  # a degenerate set: keep the feasible point
-        K_A = scaled.gain(first.values["L"], scaled.basis)
+        K_A, central = scaled.gain(first.values["L"], scaled.basis), False
     K_A = np.where(np.abs(K_A) > 1e-9 * np.abs(K_A).max(), K_A, 0.0)
     point = LMISolution(_lemma(plant, beta), {"K_A": K_A})
-    return Regularization(plant, beta, point.status, K_A, point.margins)
+    found = Regularization(plant, beta, point.status, K_A, point.margins)
+    return replace(found, central=central)
 
 
 def _lemma(plant, beta):

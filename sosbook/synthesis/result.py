@@ -29,10 +29,14 @@ class Result(ABC):
     margins : dict or None
         From a name to a number that is positive where what it names
         holds; None without a gain.
+    central : bool or None
+        Whether K is that of the analytic centre of all that was asked, which
+        is unique; None where K isn't chosen by a centre.
     """
 
     noun = "design"  # what messages call it
     pole_axis = "poles, rad/s"  # below the picture of its poles
+    central: bool | None = None
 
     @abstractmethod
     def certify(

@@ -28,9 +28,11 @@ class Solution(ReadOnly):
     reason : str
         Why there is no design, in a sentence: what is proven, or what
         was excluded and what was merely not found; or why the design
-        isn't all that was asked. Otherwise empty.
+        isn't all that was asked, or its gain no centre. Otherwise empty.
     exclusion : InfeasibilityCertificate or FixedModeCertificate or None
         The exact proof of "infeasible".
+    central : bool or None
+        As in `Design`.
     """
 
     request: Request
@@ -46,6 +48,7 @@ class Solution(ReadOnly):
     minimized: tuple = ()
     reason: str = ""
     exclusion: Any = None
+    central: bool | None = None
 
     @property
     def asked(self) -> Request:

@@ -9,19 +9,15 @@ import time
 import numpy as np
 
 from ...analysis.linear import peak_input
-from ...lmi.barrier import Barrier
-from ...lmi.newton import newton_of
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...requirements.cost import QuadraticCost
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...synthesis.pid import design_pid
-from ...synthesis.scaled_lmis import ScaledLMIs
 
-__all__ = ["Answers", "asked_of", "is_central"]
+__all__ = ["Answers", "asked_of"]
 
 EMPTY = "The region is empty."
-CENTRAL = 0.25  # Newton decrement: a centre is nearer than that (section 9.6.4)
 
 
 class Answers:
@@ -111,31 +107,6 @@ def asked_of(request):
     return given
 
 
-def is_central(design):
-    """Whether a gain is the centre of all that was asked, not of a bounded part.
-
-    ``design`` is a feasible `Design`. The solutions of a request may have no bound,
-    or hardly one: then there is no centre within reach.
-
-    Examples
-    --------
-    >>> import sosbook as sos
-    >>> mass = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
-    >>> is_central(sos.design_pid(mass, region=sos.PoleRegion(sigma=1)))
-    False
-    >>> bounds = dict(gamma=1.0, saturation=sos.Saturation(9, [1, 0]))
-    >>> region = sos.PoleRegion(sigma=1, rho=9)
-    >>> is_central(sos.design_pid(mass, region=region, **bounds))
-    True
-    """
-    lmis = ScaledLMIs(design.request, design.frame)
-    if not any(c.any() for c in lmis.compiled.constants):
-        return False  # a cone
-    x = lmis.packed(lmis.point(design))
-    _, decrement = Barrier(newton_of(lmis.compiled)).step(x, 0 * x)
-    return bool(decrement < CENTRAL)
-
-
 def _found(design, x0):
     """What is drawn and told of a design."""
     request = design.request
@@ -149,7 +120,7 @@ def _found(design, x0):
         "K": design.K.tolist(),
         "poles": [[[s.real, s.imag] for s in loop] for loop in poles.tolist()],
         "margins": {str(name): float(x) for name, x in design.margins.items()},
-        "lid": not is_central(design),
+        "lid": not design.central,
         "norm": float(design.hinf()) if request.plant.p else None,
         "peak": None if peak is None else float(peak),
         "cost": None if request.cost is None else float(design.noise_cost()),

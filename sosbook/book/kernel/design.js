@@ -3,6 +3,11 @@
 const MARGIN_IN_FLOATS = 1e-9;   // a smaller one is no proof in floats
 const RETRIES = 2;               // in closer frames, where nothing is decided
 const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad unit
+const MOST_FRAMES = 2;            // one after the other, on the way to a centre
+const SMALL_BOUND = 16;          // of P, where any other would change the gain as much
+const LARGE_BOUNDS = [16 ** 4, 16 ** 6];   // floats lose larger ones
+const SETTLED = 1e-3;            // of a gain: what a bound e times as large changes
+const SMALLEST_GAIN = 0.1;       // in a frame, where that of the Riccati equation is about one
 
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
@@ -33,13 +38,9 @@ function design(request, start = null, hasty = false) {
     if (found.verdict === "undecided") return {status: "undecided", steps, reason: "Neither a design nor a proof that there is none was found."};
     return {status: hasty ? "infeasible" : "undecided", steps, reason: `${seen} in floating point, and no exact ones were found.`};
   }
-  if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) {   // a bad unit
-    const closer = around(plain, frame, blocks, found.x), there = closer && assembled(plain, pairs, asked, closer);
-    const moved = there && inFrame(there, closer, inPlantUnits(frame, blocks, found.x));
-    if (moved && factored(there.at(moved))) { frame = closer; blocks = there; found.x = moved; }
-  }
-  const best = anyCentre(blocks, found.x);
-  return finished(plain, pairs, asked, frame, blocks, best, found.steps);
+  let at = {frame, blocks, x: found.x};
+  if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) at = nearer(plain, pairs, asked, at) ?? at;
+  return finished(plain, pairs, asked, anyCentre(plain, pairs, asked, at), found.steps);
 }
 
 function guess(blocks, frame) {
@@ -49,18 +50,60 @@ function guess(blocks, frame) {
   return blocks.packed(values);
 }
 
-// The centre, of a bounded part if there is no other.
-function anyCentre(blocks, x) {
-  const free = blocks.homogeneous ? null : centre(blocks, x);
-  if (free) return {...free, lid: false};
-  for (let r = 16; r < 1e16; r *= 16) {
-    const part = joined(blocks, r);
-    const inside = factored(part.at(x)) ? x : phaseOne(part).x;
-    if (!inside) continue;
-    const found = centre(part, inside);
-    return found ? {...found, lid: true} : {x: inside, steps: 0, lid: true};
+// {frame, blocks, x, lid, steps}: the centre, if need be in a frame of its own; where there
+// is none, that of a part so large that the gain settles, if anything bounds the gain.
+function anyCentre(plain, pairs, asked, start) {
+  const small = () => ({...start, steps: 0, lid: true, ...centreBelow(start.blocks, start.x, SMALL_BOUND)});
+  if (start.blocks.homogeneous || gainsRunOff(plain, start)) return small();
+  let at = start, part = null;
+  for (let count = 0; at && count < MOST_FRAMES; count++) {
+    const found = centre(at.blocks, at.x);
+    if (!found.lost) return {...at, ...found, lid: false};
+    at = nearer(plain, pairs, asked, {...at, ...found});
   }
-  return {x, steps: 0, lid: true};
+  for (const r of LARGE_BOUNDS) {
+    const next = centreBelow(start.blocks, part ? part.x : start.x, r);
+    if (!next || !(leastMargin(plain, pairs, asked, {...start, ...next}) > MARGIN_IN_FLOATS)) break;
+    part = next;
+    if (settles(start.blocks, part.x, r)) break;
+  }
+  return part ? {...start, ...part, lid: true} : small();
+}
+
+// The centre of the part with P below r I, or of a larger one; null if it is lost.
+function centreBelow(blocks, x, r) {
+  for (; r < 1e16; r *= 16) {
+    const part = joined(blocks, r), inside = factored(part.at(x)) ? x : phaseOne(part).x;
+    if (!inside) continue;
+    const {lost, ...found} = centre(part, inside);
+    return lost ? null : found;
+  }
+  return null;
+}
+
+// Whether the gain may grow against the input forever while P stays.
+function gainsRunOff(plain, {frame, blocks, x}) {
+  const [, B] = stateSpace(meanDescriptor(plain)), push = scaled(-frame.scale, solve(frame.T, B));
+  const zero = Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
+  const change = blocks.at(blocks.packed({...zero, Y: transposed(push)}), true);
+  const rates = rootsOf(factored(blocks.at(x))).flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
+  return Math.min(...rates) > -1e-10 * Math.max(...rates);
+}
+
+// Whether a centre x with P below r I has hardly another gain with a larger r, by one Newton step.
+function settles(blocks, x, r) {
+  const part = joined(blocks, 1.01 * r), W = inverses(rootsOf(factored(part.at(x))));
+  const gains = y => { const [P, Y] = blocks.unpacked(y); return times(Y, inverse(P)).at; };
+  const here = gains(x), there = gains(plus(x, 1, newtonSolver(part.hessian(W, W))(part.adjoint(W))));
+  const largest = list => Math.max(...Array.from(list, Math.abs));
+  return largest(here.map((k, i) => there[i] - k)) / Math.log(1.01) <= SETTLED * Math.max(largest(here), SMALLEST_GAIN);
+}
+
+// The same point and blocks in a frame in which P is the identity and the sizes are one; or null.
+function nearer(plain, pairs, asked, {frame, blocks, x}) {
+  const closer = around(plain, frame, blocks, x, 0), there = closer && assembled(plain, pairs, asked, closer);
+  const moved = there && inFrame(there, closer, inPlantUnits(frame, blocks, x));
+  return moved && factored(there.at(moved)) ? {frame: closer, blocks: there, x: moved} : null;
 }
 
 // A point of another frame, in this one.
@@ -80,9 +123,9 @@ function inFrame(blocks, frame, {P, Y, J, sizes}) {
 }
 
 // Coordinates in which the P of a point is the identity, and the sizes are one.
-function around(plain, frame, blocks, x) {
+function around(plain, frame, blocks, x, thinnest = 1e-6) {
   const [P, Y] = blocks.unpacked(x), values = symmetricEigenvalues(P), n = P.rows;
-  const lift = Math.max(0, 1e-6 * values[n - 1] - values[0]);
+  const lift = Math.max(0, thinnest * values[n - 1] - values[0]);
   const L = values[n - 1] > 0 && cholesky(combined(1, P, 1, identity(n, lift)));
   if (!L) return null;
   const T = mapped(times(frame.T, L), v => rounded(v, 6));
@@ -92,7 +135,9 @@ function around(plain, frame, blocks, x) {
     const owner = name.replace("size for ", ""), s = x[from];
     if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
   });
-  return {...frame, sizes, ...withInverses(T, meanDescriptor(plain), frame.noise), scale, gain: scaled(frame.scale / scale, times(K, L))};
+  const turned = withInverses(T, meanDescriptor(plain), frame.noise);
+  turned.root *= 2 ** -Math.round(2 * Math.log2(sizes.cost || 1));   // J is multiplied by the size
+  return {...frame, sizes, ...turned, scale, gain: scaled(frame.scale / scale, times(K, L))};
 }
 
 // K, P, Y, J and the sizes of a point, in the plant's units.
@@ -109,12 +154,16 @@ function inPlantUnits(frame, blocks, x) {
 }
 
 // What is known of a point: in the plant's units, with margins and poles.
-function finished(plain, pairs, asked, frame, blocks, {x, lid, steps}, searched) {
+function finished(plain, pairs, asked, {frame, blocks, x, lid, steps}, searched) {
   const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point), {K, P, sizes} = point;
   const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
   return {status: good ? "feasible" : "undecided", ...point, K: rowsOf(K), margins, lid, frame,
     naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P), reason: good ? "" : "The margins are too small for floating point.",
     poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
+}
+
+function leastMargin(plain, pairs, asked, {frame, blocks, x}) {
+  return Math.min(...Object.values(marginsOf(plain, pairs, asked, inPlantUnits(frame, blocks, x))));
 }
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own

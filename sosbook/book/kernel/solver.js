@@ -155,13 +155,14 @@ function refined(problem, blocks, Z) {
 }
 
 // ---------------------------------------------------------- analytic centre
-// The x that maximises sum log det G_k from an x inside (section 8.5.3); null where
-// the set is unbounded. Newton's method with an exact line search (section 9.7.1).
+// The x that maximises sum log det G_k from an x inside (section 8.5.3). Where the set is
+// unbounded, or the numbers give out on a long way, the last x and `lost`. Newton's method
+// with an exact line search (section 9.7.1).
 function centre(blocks, x, enough = 1e-8) {
   let factors = factored(blocks.at(x));
   for (let count = 1; count <= 200; count++) {
     const roots = rootsOf(factors), W = inverses(roots), solver = newtonSolver(blocks.hessian(W, W));
-    if (!solver) return null;
+    if (!solver) return {x, lost: true};
     const gradient = blocks.adjoint(W), d = solver(gradient), decrement = Math.sqrt(Math.max(dot(gradient, d), 0));
     let length = 1;
     if (decrement > 0.2) {
@@ -173,18 +174,19 @@ function centre(blocks, x, enough = 1e-8) {
       moved = plus(x, length, d);
       factors = factored(blocks.at(moved));
       if (factors) break;
-      if (length < 1e-12) return decrement < 1e-4 ? {x, steps: count} : null;
+      if (length < 1e-12) return decrement < 1e-4 ? {x, steps: count} : {x, lost: true};
     }
     x = moved;
     if (decrement < enough) return {x, steps: count};
-    if (dot(x, x) > LONGEST_CENTRE ** 2) return null;
+    if (dot(x, x) > LONGEST_CENTRE ** 2) return {x, lost: true};
     if (count === STEPS_ALONE) {
-      x = nearCentre(blocks, x);
-      if (!x) return null;
+      const near = nearCentre(blocks, x);
+      if (!near) return {x, lost: true};
+      x = near;
       factors = factored(blocks.at(x));
     }
   }
-  return null;
+  return {x, lost: true};
 }
 
 // A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method

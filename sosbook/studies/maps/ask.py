@@ -4,8 +4,9 @@ from functools import cached_property, partial
 
 from ...lmi.solution import LMISolution
 from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory, moved
+from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
-from ...synthesis.feasibility import centred, find, finish, guarded, refused
+from ...synthesis.feasibility import find, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
 from ...synthesis.pole_proof import of_poles_alone
 from ...synthesis.problem import Request

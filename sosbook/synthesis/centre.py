@@ -1,0 +1,230 @@
+"""The analytic centre of a request's LMIs, or the gain that comes nearest to one.
+
+A centre may be so far away that the frame in which it is sought has no digits left:
+then it is sought in a frame of its own. Where the solutions have no bound, there is
+none. Then P is kept below r I, and r grows until the gain settles, unless nothing
+bounds the gains either.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..lmi.barrier import CONVERGES_BELOW, Barrier, barrier_of
+from ..lmi.bounded import bounded, unpacked
+from ..lmi.centre import Unbounded, centre, lower_on_ray
+from ..lmi.newton import newton_of
+from ..lmi.solution import CLEAR_MARGIN
+from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_refuse, holds
+from .scaled_lmis import ScaledLMIs
+from .scaling import Frame
+from .solution import Solution
+
+__all__ = ["centred", "finish", "nearer", "too_many"]
+
+LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
+MOST_FRAMES = 2  # one after the other, on the way to a centre
+SMALL_BOUND = 16.0  # of P, where any other would change the gain as much
+LARGE_BOUNDS = 16.0**4, 16.0**6  # floats lose larger ones
+SETTLED = 1e-3  # of a gain: what a bound e times as large changes
+SMALLEST_GAIN = 0.1  # in a frame, where that of the Riccati equation is about one
+
+NO_SIZE = (
+    "Every multiple of a solution is one, so that none is their analytic centre: K is "
+    "the centre of those below a bound. An input bound, a bound of gamma or one of a "
+    "cost gives the solutions a size."
+)
+NO_GAIN_BOUND = (
+    "Nothing that is asked bounds the gains, so that the solutions have no analytic "
+    "centre: K is that of those below a bound, and depends on it. A disk (rho), an "
+    "input bound or a bound of a cost would limit the gains."
+)
+NO_BOUND = (
+    "The solutions have no bound, and no analytic centre within reach: K is what the "
+    "centres of larger and larger parts {end}. A bound of a cost would limit them."
+)
+SETTLES = "settle to"
+STILL_MOVES = "lead to, and still depends on the last part"
+
+
+def too_many(request):
+    """Whether not all pairs of vertices can be solved at once."""
+    return len(request.pairs) > CENTRE_UP_TO_PAIRS
+
+
+def centred(lmis, values):
+    """The Solution that `finish` returns where the centre needs no bounds; else None.
+
+    So it doesn't depend on the frame of ``lmis``; ``values`` are those of a point
+    inside.
+    """
+    if too_many(lmis.request):
+        return finish(lmis, values)
+    found = _centre(lmis, lmis.packed(values))
+    return None if found is None else _solution(*found, True)
+
+
+def finish(lmis, values):
+    """The analytic centre as a Solution, from a point inside.
+
+    Parameters
+    ----------
+    lmis : ScaledLMIs
+        The LMIs.
+    values : dict
+        The point: the unknowns by name.
+
+    Returns
+    -------
+    Solution
+        Where the LMIs have no centre: that of a bounded part. Its ``central`` and
+        its ``reason`` tell.
+
+    Notes
+    -----
+    With more than a thousand pairs of vertices it is the centre of some
+    of their blocks: see `Cuts.centre`.
+    """
+    x = lmis.packed(values)
+    if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
+        lmis.request.leader()
+    ):
+        lmis, x = nearer(lmis, x)
+    if too_many(lmis.request):
+        cuts = Cuts(lmis)
+        x = cuts.centre(x)
+        _, decrement = barrier_of(cuts.some()).step(x, np.zeros(len(x)))
+        central = bool(decrement < CONVERGES_BELOW)
+        reason = "" if central else NO_BOUND.format(end=STILL_MOVES)
+        return _solution(lmis, x, central, reason)
+    if not any(c.any() for c in lmis.compiled.constants):
+        return _of_small_part(lmis, x, NO_SIZE)
+    if barrier_of(lmis.compiled).recedes(x, [_gain_alone(lmis)]):
+        return _of_small_part(lmis, x, NO_GAIN_BOUND)
+    found = _centre(lmis, x)
+    return _of_part(lmis, x) if found is None else _solution(*found, True)
+
+
+def _solution(lmis, x, central, reason=""):
+    """The `Solution` at x; ``reason`` says why it isn't ``central``.
+
+    Of a given gain it is no matter which P proves it.
+    """
+    solution = lmis.solution(unpacked(lmis.unknowns, x))
+    if lmis.request.gain is not None:
+        return solution
+    return replace(solution, central=central, reason=reason)
+
+
+def _centre(lmis, x):
+    """`ScaledLMIs` and their analytic centre in them, from x inside; or None."""
+    for _ in range(MOST_FRAMES):
+        blocks = lmis.compiled
+        try:
+            return lmis, centre(blocks, lower_on_ray(blocks, x), **_hints(lmis))
+        except Unbounded as end:
+            if end.x is None:
+                return None
+            there, x = nearer(lmis, end.x)
+        if there is lmis:
+            return None
+        lmis = there
+    return None
+
+
+def _of_part(lmis, x):
+    """The Solution of a part that is so large that the gain settles, if one does."""
+    found, reason = None, NO_BOUND.format(end=STILL_MOVES)
+    for r in LARGE_BOUNDS:
+        near = _below(lmis, x if found is None else found, r)
+        if near is None or _margin(lmis, near) <= CLEAR_MARGIN:
+            break
+        found = near
+        if _settles(lmis, found, r):
+            reason = NO_BOUND.format(end=SETTLES)
+            break
+    if found is None:
+        return _of_small_part(lmis, x, reason)
+    return _solution(lmis, found, False, reason)
+
+
+def _of_small_part(lmis, x, reason):
+    found = _below(lmis, x, SMALL_BOUND)  # without one: a degenerate set
+    return _solution(lmis, x if found is None else found, False, reason)
+
+
+def _margin(lmis, x):
+    return min(lmis.solution(unpacked(lmis.unknowns, x)).margins.values())
+
+
+def _below(lmis, x, r):
+    """The centre of the part with P below r I, from x inside; None if it is lost."""
+    try:
+        part, inside = bounded(lmis.compiled, lmis.unknowns, x, r)
+        return centre(part, lower_on_ray(part, inside))
+    except Unbounded:
+        return None
+
+
+def _gain_alone(lmis):
+    """The direction in which the gain grows against the input, and P stays."""
+    request, frame = lmis.request, lmis.frame
+    B = request.mean.change(frame.left, frame.T, frame.scale).state_space()[1]
+    zero = {u.name: np.zeros(u.shape) for u in lmis.unknowns}
+    return lmis.packed(zero | {"Y": -B.T} if "Y" in zero else zero)
+
+
+def _settles(lmis, x, r):
+    """Whether a centre x with P below r I has hardly another gain with a larger r.
+
+    One Newton step is towards the centre with a bound that is a little larger.
+    """
+    wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)
+    moved, _ = Barrier(newton_of(wider)).step(x, np.zeros(len(x)))
+    there, here = (_gain_inside(lmis, y) for y in (moved, x))
+    change = np.abs(there - here).max() / np.log(1.01)
+    return change <= SETTLED * max(np.abs(here).max(), SMALLEST_GAIN)
+
+
+def _gain_inside(lmis, x):
+    """The gain at x in the frame of ``lmis``."""
+    return lmis.gain(unpacked(lmis.unknowns, x)) @ lmis.frame.T / lmis.frame.scale
+
+
+def _hints(lmis):
+    """What helps `centre` on its way from a point inside.
+
+    The blocks of many vertices push a point against those that belong to no vertex,
+    along which it creeps. The centres of a few vertices lead past that.
+    """
+
+    def elsewhere(x):
+        led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refute=False).values
+        return None if led is None else lmis.packed(led)
+
+    few = few_refuse(lmis.request)
+    return dict(rays=lmis.rays, elsewhere=elsewhere if few else None)
+
+
+def nearer(lmis, x):
+    """The same point and blocks in a frame in which P, sizes and levels are one.
+
+    The guess of a size may be wrong by orders of magnitude, and what is
+    far away looks as if the set had no bound.
+    """
+    values, levels = unpacked(lmis.unknowns, x), lmis.units
+    request = lmis.request.with_bounds(lmis.bounds(values))
+    point = Solution(request, "feasible", **lmis.in_plant_units(values))
+    try:
+        frame = Frame.of_solution(request, point, unit=True, levels=levels)
+    except np.linalg.LinAlgError:
+        return lmis, x
+    units = {
+        r.parameter.key: request.owner(r.parameter.key).bound ** r.parameter.power
+        for r in lmis.free
+    }
+    there = ScaledLMIs(lmis.request, frame, lmis.free, units=units)
+    moved = there.point(point)
+    if moved is None or not holds(there, moved):
+        return lmis, x
+    return there, there.packed(moved)
