@@ -149,14 +149,15 @@ def _least(request, name):
     if bounds is None:
         return without_optimum(best)
     gain = best.problem.gain(best.values)
-    asked = request.with_bounds({name: _bound(bounds[name])})
+    bound = {name: _bound(bounds[name])}
+    asked = request.with_bounds(bound)
     given = replace(asked, gain=gain)
     natural = best.problem.in_plant_units(best.values)
     near = Solution(given, "feasible", frame=best.problem.frame, **natural)
     solution = follow(given, near) or answer(given)
     if attained and solution.status == "feasible":
         return _with_any_gain(solution)
-    solution = bracketed(request, {name: asked.cost.bound}, _with_any_gain(solution))
+    solution = bracketed(request, bound, _with_any_gain(solution))
     return replace(solution, reason=f"{solution.reason} {UNSETTLED}")
 
 
