@@ -104,6 +104,12 @@ def test_combine_skips_zeros_and_keeps_the_precision():
             lambda: SampledLaw.of_controller(control.ss([], [], [], [[1, 2]], 0.5), T),
             "sampled with 0.5",
         ),
+        (
+            lambda: SampledLaw.of_controller(
+                control.ss([], [], [], [[1, 2]], T * (1 + 1e-6)), T
+            ),
+            "not with T",
+        ),
     ],
 )
 def test_bad_input_is_named(make, words):

@@ -581,6 +581,8 @@ def test_a_polytope_with_a_controller_is_proven_or_refused():
         control.ss([[0.5]], [[0.2]], [[1]], [[0]], 0.1),
         control.ss([[-1]], [[1, 1]], [[1]], [[0, 0]]),
         control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.2),
+        control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.1 * (1 + 1e-6)),
+        control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], float(np.nextafter(0.1, 1))),
     ],
 )
 def test_a_controller_of_another_kind_is_named(controller):

@@ -234,8 +234,10 @@ class SampledLaw:
             held = control.sample_system(system, positive("T", T), "zoh")
         elif not (
             system.dt is True or (system.dt is None and not system.nstates)
-        ) and not (system.dt and np.isclose(system.dt, T, atol=0)):
-            raise ValueError(f"controller is sampled with {system.dt}, not T")
+        ) and system.dt != float(T):
+            raise ValueError(
+                f"controller is sampled with {system.dt!r}, not with T = {float(T)!r}"
+            )
         B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in (held.B, held.D))
         return cls(held.A, B, held.C, D, T, W, start)
 

@@ -186,12 +186,12 @@ class SampleTiming:
             )
         timeless = K.dt is True or (K.dt is None and not K.nstates)
         if (K.ninputs, K.noutputs) != (N, m) or (
-            not timeless and (not K.dt or not np.isclose(K.dt, float(self.T), atol=0))
+            not timeless and K.dt != float(self.T)
         ):
             raise ValueError(
                 f"K must be a controller with {N} inputs and {m} outputs, "
-                f"sampled with dt = {float(self.T)}; got {K.ninputs}, "
-                f"{K.noutputs} and dt = {K.dt}"
+                f"sampled with dt = {float(self.T)!r}, to the last digit; got "
+                f"{K.ninputs}, {K.noutputs} and dt = {K.dt!r}"
             )
         past = np.zeros((K.nstates + m, m * self.n_past_inputs))
         rows = np.hstack([np.vstack([K.B, K.D]), past, np.vstack([K.A, K.C])])
