@@ -622,3 +622,27 @@ def test_a_requirement_has_the_name_of_its_kind_in_both_readers():
             key[:2] = ["gamma", "ours"] if key[0] else key[:2]
 
     assert readers(mended(proof, rename_it)) == (False, False)
+
+
+class Bold(LMIRegion):
+    """Its author's words say more than its matrices do."""
+
+    kind = "bold"
+
+    def claim(self):
+        return "all its poles are real"
+
+
+def test_an_author_s_region_is_read_as_theirs_and_quoted():
+    for region in (Bold.half_plane(0.5), Bold([[2]], [[2]], "mine"), Bold.disk(9.0)):
+        design = sos.design_pid(PLANT, region=region)
+        proof = design.certify()
+        assert proof.proven and type(design.request.parts[0]) is Bold
+        said = f'{region.name}, by its author\'s theorem: "all its poles are real"'
+        assert proof.claims[1] == said and said in region.broken()
+        assert ("stability", "stability") in [r.key for r in design.request.demands]
+        with pytest.raises(check.Beyond):
+            check.check(proof.text)
+    stuck = sos.SecondOrderSystem(ONE, ONE, ONE, [[1], [1]])
+    refused = sos.design_pid(stuck, region=Bold.half_plane(3.0)).infeasibility
+    assert refused.proven and "by its author's theorem: \"all" in refused.claims[0]

@@ -170,7 +170,7 @@ class LMIRegion(RegionForms, Region, Requirement):
             return cls(*sizes, data["name"])
         fixed = ("kind", "name", "form", "degrees", "alpha", "beta")
         sizes = {k: read_number(v) for k, v in data.items() if k not in fixed}
-        return make(**sizes, name=data["name"])
+        return getattr(cls, make)(**sizes, name=data["name"])
 
     @property
     def implies_stability(self) -> bool:
@@ -312,13 +312,13 @@ class LMIRegion(RegionForms, Region, Requirement):
 
 ROUNDING = 1e-10  # relative, of a disk whose matrices were turned
 
-FORMS = {
-    "half-plane": LMIRegion.half_plane,
-    "sector": LMIRegion.sector,
-    "disk": LMIRegion.disk,
-    "strip": LMIRegion.strip,
-    "horizontal strip": LMIRegion.horizontal_strip,
-    "ellipse": LMIRegion.ellipse,
+FORMS = {  # which method makes them
+    "half-plane": "half_plane",
+    "sector": "sector",
+    "disk": "disk",
+    "strip": "strip",
+    "horizontal strip": "horizontal_strip",
+    "ellipse": "ellipse",
 }
 
 
