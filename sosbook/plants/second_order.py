@@ -355,7 +355,7 @@ class Polytope(_Plant, ReadOnly):
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
         )
-        return SecondOrderSystem(*mixed, self.coordinates)
+        return SecondOrderSystem(*mixed, coordinates=self.coordinates)
 
     def sample(self, count: int, seed: int) -> list[SecondOrderSystem]:
         """Random plants, uniform over the weights.

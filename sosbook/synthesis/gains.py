@@ -1,5 +1,7 @@
 """What a design of u = K x says of its gain, whatever the theorem."""
 
+from typing import Any
+
 import numpy as np
 
 from ..plants.gain import Gain, signals
@@ -11,6 +13,8 @@ __all__ = ["Gains"]
 
 class Gains(Result):
     """K in parts, for results with a ``request``."""
+
+    request: Any
 
     def __repr__(self):
         condition = "" if self.margins else getattr(self, "condition", "")
