@@ -351,11 +351,11 @@ class Polytope(_Plant, ReadOnly):
             Non-negative, of sum one.
         """
         given = checked_weights(weights, self.N)
-        mixed = (
+        M, D, S, B, F = (
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
         )
-        return SecondOrderSystem(*mixed, coordinates=self.coordinates)
+        return SecondOrderSystem(M, D, S, B, F, self.coordinates)
 
     def sample(self, count: int, seed: int) -> list[SecondOrderSystem]:
         """Random plants, uniform over the weights.
