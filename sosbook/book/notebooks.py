@@ -34,8 +34,9 @@ LINE_LENGTH = 72
 CELL_LENGTH = 25
 CELL_TIMEOUT = 600  # seconds for one cell
 
-#: A cell with a live widget carries both tags, and no other cell does: its
-#: output depends on the reader, so it is neither stored, compared nor shown.
+#: A cell with a live widget carries both tags, and no other program does: its
+#: output depends on the reader, so it is neither stored, compared nor shown. The
+#: sentences about it stand in a cell with the second tag.
 LIVE = frozenset({"nbval-ignore-output", "remove-cell"})
 TEXTS = frozenset({"text/plain", "text/html", "text/markdown", "text/latex"})
 
@@ -64,6 +65,7 @@ _MACHINE = re.compile(
     r"|site-packages|\b[A-Z]:\\\w|<ipython-input|ipykernel_\d"
 )
 _DIGITS = re.compile(r"\d\.\d{11,}")  # more than other processors agree on
+_LIVE_CELL = re.compile(r"\blive\s+cell\b")
 _WIDGET = re.compile(r"\bwidgets?\b|\binteract(ive)?\b")
 
 
@@ -150,7 +152,7 @@ def problems(notebook):
                 fault for output in cell.outputs for fault in _output_faults(output)
             ]
         else:
-            faults += _page_faults(cell.source)
+            faults += [*_page_faults(cell.source), *_live_faults(cell)]
         sentences += [f"cell {index} {fault}" for fault in faults]
     return sentences
 
@@ -191,6 +193,16 @@ def _page_faults(source):
     for proof in _PROOF.findall(source):
         if not proof.rstrip().endswith(r"$\square$"):
             yield "has a proof that doesn't end with a square"
+
+
+def _live_faults(cell):
+    """The pages show no live cell, so sentences about one are for Jupyter alone."""
+    hidden = "remove-cell" in cell.metadata.get("tags", [])
+    speaks = _LIVE_CELL.search(cell.source)
+    if speaks and not hidden:
+        yield "speaks of a live cell, which the page doesn't show"
+    if hidden and not speaks:
+        yield "is hidden and doesn't speak of a live cell"
 
 
 def _code_faults(cell):
