@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from sosbook import proofs
 from sosbook.proofs import check as checker
 from sosbook.proofs.command import main
 from sosbook.proofs.subject import subject
-from sosbook.requirements.in_files import KEYS
+from sosbook.requirements.in_files import KEYS, OBJECTS
 from sosbook.runtime.digests import digest, short_digest
 
 FOLDER = proofs.CHECKER.parent
@@ -439,6 +440,9 @@ def test_schemas_name_what_the_files_hold(tmp_path):
     schema = json.loads((FOLDER / "plant.schema.json").read_text("utf-8"))
     assert set(schema["properties"]) == {"$schema", "plant", *KEYS}
     assert json.loads(EXAMPLE.read_text("utf-8")).keys() <= set(schema["properties"])
+    for key, make in OBJECTS.items():
+        there = schema["properties"][key]["properties"].keys()
+        assert there == signature(make).parameters.keys(), key
     proof = json.loads((FOLDER / "proof.schema.json").read_text("utf-8"))
     kinds = {cls.kind for cls in proofs.kinds()}
     assert set(proof["properties"]["kind"]["enum"]) == kinds

@@ -188,7 +188,7 @@ def test_bad_columns():
         Log([0, 1, 2], [0, 1])
     with pytest.raises(ValueError, match="gyro must be a list"):
         Log([0, 1, 2], [0, 1, 2], gyro=[[0], [1], [2]])
-    with pytest.raises(ValueError, match="V must be a list of real"):
+    with pytest.raises(ValueError, match="V must be real numbers: "):
         Log([0, 1, 2], [0, 1, 1j])
     with pytest.raises(ValueError, match="no column encoder1"):
         shipped("body").need("encoder1")

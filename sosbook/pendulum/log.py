@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..plants.checks import numbers
 from ..runtime.reading import named, numbers_of, read_rows
 from ..runtime.writing import write_file
 from .counters import Counter
@@ -175,10 +176,7 @@ class Log:
 
 def column(name, value):
     """A read-only float vector, or a ValueError that names it."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a list of real numbers") from None
+    array = numbers(name, value)
     if array.ndim != 1:
         raise ValueError(
             f"{name} must be a list of numbers, got {array.ndim} dimensions"
