@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
@@ -103,6 +102,8 @@ def simulate_nonlinear(
     >>> answer.z[:, -1].round(3)  # phi1 hangs back by sin(phi1) / 50
     array([0.983, 1.   ])
     """
+    from scipy.integrate import solve_ivp  # it loads thirty modules
+
     if not isinstance(plant, SecondOrderSystem):
         raise ValueError(
             "plant must be a SecondOrderSystem: the nonlinear force takes "

@@ -1,5 +1,7 @@
 """Families of classes that files name by their kind, each kind with one owner."""
 
+from typing import ClassVar
+
 from .names import sane_name
 
 __all__ = ["OfKind"]
@@ -31,6 +33,7 @@ class OfKind:
     """
 
     kind = ""
+    _owners: ClassVar[dict]
 
     def __init_subclass__(cls, **more):
         super().__init_subclass__(**more)

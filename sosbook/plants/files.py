@@ -61,21 +61,22 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
     ...     load_plant(folder).poles()
     array([-1. , -0.5])
     """
-    path = path_of(path)
-    if path.is_dir():
-        return _plant(path, _folder(path))
-    if not path.exists():
+    place = path_of(path)
+    kind = place.suffix.lower()
+    if place.is_dir():
+        return _plant(place, _folder(place))
+    if not place.exists():
         raise FileNotFoundError(f"{path}: there is no such file or folder")
     readers = {".npz": read_npz, ".mat": _mat, ".json": read_json}
-    if path.suffix.lower() not in readers:
+    if kind not in readers:
         known = ", ".join(readers)
         raise ValueError(
             f"{path}: give a file of the kind {known}, or a folder with a file "
             "for each matrix (M.csv, M.mtx or M.npy, ...)"
         )
-    data = readers[path.suffix.lower()](path)
-    if path.suffix.lower() != ".json":
-        return _plant(path, data)
+    data = readers[kind](place)
+    if kind != ".json":
+        return _plant(place, data)
     if isinstance(data, dict) and "plant" in data:
         data = data["plant"]
     with named(path):

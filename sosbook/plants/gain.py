@@ -84,6 +84,7 @@ def signals(plant, U=None, older=0):
     Returns
     -------
     tuple of str
+        One for each column, in its order.
 
     Examples
     --------

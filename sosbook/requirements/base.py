@@ -191,7 +191,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         return ()
 
     def own_unit(self, problem: Any, frame: Any) -> float:
-        """The unit in which its blocks measure its own unknowns, in a frame.
+        """The unit in which a problem in a frame measures its own unknowns.
 
         What it makes of 1 is measured by `magnitudes`.
         """

@@ -153,4 +153,4 @@ class Saturation(Requirement):
 
     def size_of_P(self, problem: Any, frame: Any) -> float:
         start = np.linalg.solve(frame.T, self.x0)
-        return 2 * start @ start
+        return float(2 * start @ start)

@@ -8,7 +8,6 @@ kind, is a ValueError. Nothing in a file is ever executed.
 import csv
 import json
 import re
-import tomllib
 import zipfile
 from contextlib import contextmanager
 from io import BytesIO, StringIO
@@ -230,6 +229,8 @@ def number(word):
 
 def read_toml(path):
     """What the TOML file at ``path`` holds, a dict; see `read_bytes`."""
+    import tomllib  # a plant needs no TOML
+
     text = read_text(path)
     try:
         content = tomllib.loads(text, parse_float=_toml_float)
