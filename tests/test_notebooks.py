@@ -210,3 +210,12 @@ def test_a_failing_cell_stores_nothing(tmp_path, capsys):
     assert path.read_bytes() == before
     assert "ZeroDivisionError" in capsys.readouterr().err
     assert notebooks.main(["check", str(path)]) == 1
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_prediction_asks_for_nothing_that_only_jupyter_can_do(path):
+    """The answer is a run of the page, not of a cell that the reader changes."""
+    cells = notebooks.read(path).cells
+    texts = [cell.source for cell in cells if cell.cell_type == "markdown"]
+    boxes = re.findall(r"\*\*Predict, then run\.\*\*.*", "\n".join(texts))
+    assert not [box for box in boxes if re.search(r"\bcell\b", box)]
