@@ -17,6 +17,7 @@ import pytest
 import sosbook
 from sosbook import proofs
 from sosbook.pendulum import comparison, compiled, deployment, recorded, recording
+from sosbook.pendulum.commands import COMMANDS
 from sosbook.pendulum.log import Log
 from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import DATA
@@ -354,7 +355,7 @@ def test_a_proof_replaces_nothing_but_a_proof(tmp_path):
     assert proofs.load(tmp_path / "proof.json").proven
 
 
-def test_programs_replace_nothing_unasked(tmp_path):
+def test_programs_replace_nothing_unasked(tmp_path, capsys):
     robot = Robot.read(ROBOT)
     paths = recording.write_recorders(robot, tmp_path)
     assert recording.write_recorders(robot, tmp_path) == paths  # the same texts
@@ -368,6 +369,11 @@ def test_programs_replace_nothing_unasked(tmp_path):
     assert before == {x: x.read_bytes() for x in paths}  # all or nothing
     recording.write_recorders(robot, tmp_path, replace=True)
     assert "my pins" not in pins.read_text("utf-8")
+    pins.write_text("// my pins\n", "utf-8")
+    with pytest.raises(SystemExit):
+        COMMANDS["record"]([str(ROBOT), str(tmp_path)])
+    assert "or --replace" in capsys.readouterr().err
+    assert COMMANDS["record"]([str(ROBOT), str(tmp_path), "--replace"]) == paths
     (tmp_path / "balance.c").write_text("mine", "utf-8")
     with pytest.raises(FileExistsError):
         compiled.write_texts(tmp_path, {"balance.c": "other"})

@@ -220,7 +220,7 @@ def write_texts(folder, texts, replace=False):
             may_replace(
                 path,
                 lambda old, text=text: old == text,
-                "give another folder, or say that it may be replaced",
+                "give another folder, or --replace (replace=True)",
             )
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
