@@ -6,7 +6,8 @@ import pytest
 import sosbook as sos
 from sosbook.lmi.centre import Unbounded
 from sosbook.synthesis import objectives
-from tests.test_same_physics import random_plant
+from tests.random_plants import ODD_POWERS
+from tests.test_same_physics import as_units, random_plant
 
 ONE = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])  # stable
 FALLS = sos.SecondOrderSystem([[1]], [[1]], [[-1]], [[1]], [[1]])
@@ -173,3 +174,27 @@ def test_random_minima_are_answers(seed):
         name = asked["minimize"]
         asked = d.request.owner(name)
         assert asked.truth(d.request.vertices, d.K) <= asked.bound
+
+
+UNSTABLE = sos.SecondOrderSystem(
+    np.diag([7, 5]), [[-1, -1], [-1, 1]], [[1, 0], [5, 5]], np.eye(2), [[-1.12], [1]]
+)
+
+
+@pytest.mark.parametrize("plant", [UNSTABLE, random_plant(3, 2)])
+@pytest.mark.parametrize(
+    "powers", [ODD_POWERS, (-6, -9, 6, 0, 0), (6, 9, -6, 3, 0), (5, -8, 7, -4, 0)]
+)
+def test_the_least_norm_has_no_units(plant, powers):
+    """A level has the square of a row's unit, which is far from the other rows'."""
+    here = as_units(plant, (0,) * 5, 0)
+    there = as_units(plant, powers, 0)
+    region = dict(region=sos.PoleRegion(0.0948, 0.441, 5.57))
+    bounds = []
+    for units in (here, there):
+        asked = units.requirements(region)
+        d = sos.design_pid(units.plant(plant), **asked, minimize="gamma")
+        assert d.status == "feasible" and not d.reason and d.certify().proven
+        size = units.requirements({"gamma": 1.0})["gamma"]
+        bounds.append(d.gamma / size)
+    assert bounds[1] == pytest.approx(bounds[0], rel=1.1e-2)

@@ -346,6 +346,16 @@ def test_without_multipliers_a_refusal_is_left_open():
     assert open_.verdict == "undecided" and open_.Z is None
 
 
+@pytest.mark.parametrize("unit", [0.3, 1e-9, 1e-20, 1e20])
+def test_a_row_in_another_unit_has_its_own_size(unit):
+    """Its diagonal entry has the unit's square, the others in its row the unit."""
+    x = [Unknown(name, 1) for name in "abc"]
+    row = np.array([[1.0, 0], [0, unit]])
+    g = row @ block([[x[0], x[1]], [x[1], x[2]]]) @ row
+    (sizes,) = Blocks.of([g], x).diagonal_scales
+    assert sizes == pytest.approx([1, 1 / unit], rel=0.5)
+
+
 def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
     """Between E = diag(1, 1) and diag(1, -1) a diagonal entry cancels out."""
     E = [np.eye(2), np.diag([1.0, -1.0])]

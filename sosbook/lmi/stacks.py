@@ -252,11 +252,22 @@ class _Stack:
         return constant
 
     def before_cancelling(self):
-        """How large diagonal entries were if no product cancelled another: (b, q)."""
+        """How large diagonal entries were if no product cancelled another: (b, q).
+
+        Of what was added up no product is left. What doesn't cancel in its row is
+        as large then, or in rows of another unit as large as in a block that is
+        positive, where |g_ij|^2 <= g_ii g_jj.
+        """
         large = np.abs(self.constant.diagonal(0, 1, 2))
-        rows = np.sqrt(np.einsum("abij,abij->bi", self.slopes, self.slopes.conj()).real)
-        for entries, b, k, row in zip(large, self.blocks, self.sizes, rows):
-            if not b.products:  # they were added up: what doesn't cancel is as large
+        squares = np.einsum("abij,abij->bij", self.slopes, self.slopes.conj()).real
+        for entries, b, k, square in zip(large, self.blocks, self.sizes, squares):
+            if not b.products:
+                diagonal = entries + np.sqrt(square.diagonal())
+                others = np.where(np.eye(len(square)), 0, square)
+                known = np.where(diagonal > 0, diagonal, np.inf)
+                row = np.minimum(
+                    np.sqrt(square.sum(axis=1)), (others / known).max(axis=1)
+                )
                 entries[:] = np.where(entries > 0, entries, row)
             for t in b.products:
                 left = np.linalg.norm(t.left, axis=1)

@@ -67,7 +67,8 @@ class HInfinity(Requirement):
     def level_unit(self, problem, frame):
         d = problem.vertices[0]
         output = [d.C @ frame.T] + [x * frame.scale for x in (d.Du,) if x is not None]
-        return self._mu * np.linalg.norm(np.hstack(output), 2) ** 2
+        size = np.linalg.norm(np.hstack(output), 2) ** 2
+        return self._mu * size / problem.typical_rate
 
     def pair(self, loop, c):
         yield "hinf", bounded_real(c, loop.level(self), loop.scalar(self._mu))
