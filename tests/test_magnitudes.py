@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.magnitudes import magnitudes
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
@@ -33,9 +32,7 @@ def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, n
     (r,), frame = asked.requirements, Frame.of(asked)
     found = magnitudes(r, asked, frame)
     assert 2 * found.P == pytest.approx(r.size_of_P(asked, frame), rel=0.01)
-    # a level holds for the P that is taken: (C P C') / (rate P) for the norm
-    rate = asked.typical_rate if isinstance(r, HInfinity) else 1.0
-    level = r.level_unit(asked, frame) / rate
+    level = r.level_unit(asked, frame)
     assert 0.05 * level < found.level < 20 * level
 
 
