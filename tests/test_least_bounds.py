@@ -94,7 +94,7 @@ def test_the_norm_of_a_loop_with_a_slow_integral(power):
 def test_a_norm_that_falls_with_growing_gains(coupling):
     d = sos.design_pid(ONE, minimize="gamma", coupling=coupling)
     assert d.status == "feasible" and d.certify().proven
-    assert d.hinf() < d.gamma < 1e-3
+    assert d.hinf() < d.gamma < 0.1 and np.abs(d.K).max() < 1e7
     assert "No least gamma was found" in d.reason and "can be kept, too" in d.reason
 
 

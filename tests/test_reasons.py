@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.lmi.centre import Unbounded
 from sosbook.lmi.time_limit import OutOfTime
 from sosbook.synthesis import exclusion, feasibility, objectives, regularization, slack
 from sosbook.synthesis.placement import placed_gain
@@ -40,15 +41,25 @@ def broken(name, error):
     return make
 
 
+def least_input(plant, x0=(1, 0), **asked):
+    limit = sos.Saturation(None, x0)
+    return sos.design_pid(plant, **asked, saturation=limit, minimize="u_max")
+
+
 def late_optimum(monkeypatch):
     def fail(*_, **__):
         raise OutOfTime
 
     monkeypatch.setattr(objectives, "_least", fail)
-    limit = sos.Saturation(None, [1, 0])
-    return sos.design_pid(
-        mass(), region=sos.PoleRegion(rho=9), saturation=limit, minimize="u_max"
-    )
+    return least_input(mass(S=[[-1.0]]), region=sos.PoleRegion(rho=9))
+
+
+def no_optimum(monkeypatch):
+    def fail(blocks, unknowns, cost, x, gap):
+        raise Unbounded("lost", x)
+
+    monkeypatch.setattr(objectives, "any_minimum", fail)
+    return least_input(mass(S=[[-1.0]]))
 
 
 def no_multipliers(monkeypatch):
@@ -107,6 +118,18 @@ REASONS = {
     "The numerics gave up": broken("search", FloatingPointError("lost")),
     "Stopped on the way to the centre": broken("finish", OutOfTime()),
     "Stopped before the least u_max was found": late_optimum,
+    "can't is proven for these LMIs": no_optimum,
+    "gave up.* whether a smaller one can be kept isn't known": lambda _: least_input(
+        mass(S=[[-1.0]]), x0=[0, 0]
+    ),
+    "No least gamma was found.* or reached by infinite gains": lambda _: sos.design_pid(
+        sos.SecondOrderSystem(ONE, ONE, ONE, ONE, ONE), minimize="gamma"
+    ),
+    "K = 0 keeps everything that is asked": lambda _: least_input(mass()),
+    "^The least u_max is zero, any": lambda _: sos.analyse_pid(
+        mass(), [[0, 0]], saturation=sos.Saturation(None, [1, 0]), minimize="u_max"
+    ),
+    "weight in Q": lambda _: sos.design_lqr(mass(S=[[-1.0]]), np.zeros((2, 2)), ONE),
 }
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..lmi.time_limit import OutOfTime
 from .feasibility import answer
+from .scaling import Frame
 from .solution import Solution
 
 __all__ = ["bracketed", "rounded_up"]
@@ -15,6 +16,8 @@ EASIER = 1.1, 2.0, 16.0  # times the bounds, where a point is too near the edge
 FALL = 0.1  # from one bound that is tried to the next
 MOST_FALLS = 4
 HALVINGS = 5  # of a fall, for either side
+LARGE_GAIN = 1e3  # times one in the request's frame: smaller bounds need larger ones
+MOST_UPHILL = 3  # of the bounds that are tried in vain for a smaller gain
 
 
 def bracketed(request, bounds, best):
@@ -49,7 +52,7 @@ def bracketed(request, bounds, best):
     def words(factor):
         return " and ".join(f"{name} = {b:g}" for name, b in at(factor).items())
 
-    kept, excluded, ends = 1.0, None, False
+    kept, smaller, excluded = 1.0, None, None
     try:
         for easier in EASIER:
             if best.status == "feasible":
@@ -59,33 +62,59 @@ def bracketed(request, bounds, best):
             return best
         below = [kept * FALL**k for k in range(1, MOST_FALLS + 1)]
         end = next((f for f in below if tried(f).status != "feasible"), None)
-        ends = end is not None
-        if ends:
+        if end is not None:
             kept, best = _edge(tried, "feasible", end / FALL, end, best)
             under = (f for f in below if f <= end and tried(f).status == "infeasible")
             excluded = next(under, None)
+        else:
+            smaller = below[-1]
         if excluded is not None:
             excluded, _ = _edge(tried, "infeasible", excluded, excluded / FALL)
+        elif request.gain is None:
+            gentle, solution = _gentler(request, tried, kept, best)
+            if solution is not best:
+                smaller, kept, best = smaller or kept, gentle, solution
     except OutOfTime:
         if best.status != "feasible":
             raise
     names = " and ".join(bounds)
-    if ends:
-        text = f"The search for the least {names} gave up: this design keeps "
-        text += f"{words(kept)}; "
-        text += "whether a smaller one can be kept isn't known"
-        if excluded is not None:
-            text += f", but that {words(excluded)} can't is proven for these LMIs"
-            text = " ".join(filter(None, (text, request.condition)))
+    text = f"The search for the least {names} gave up: this design keeps {words(kept)}"
+    if excluded is not None:
+        text += "; whether a smaller one can be kept isn't known, but that "
+        text += f"{words(excluded)} can't is proven for these LMIs"
+        text = " ".join(filter(None, (text, request.condition)))
+    elif smaller is None:
+        text += "; whether a smaller one can be kept isn't known"
     else:
         text = f"No least {names} was found: this design keeps {words(kept)}, and "
-        text += f"{words(below[-1])} can be kept, too. The least one may be zero"
+        text += f"{words(smaller)} can be kept, too. The least one may be zero"
         if request.gain is None:
             text += (
                 ", or reached by infinite gains only: limit them with saturation "
                 "or a disk (rho)"
             )
     return replace(best, reason=f"{text}.")
+
+
+def _gentler(request, tried, kept, best):
+    """A larger factor and its Solution, where the gains of ``best`` are enormous.
+
+    The least factor whose gain is nearly the least one on the way up.
+    """
+    frame, found = Frame.of(request), [(kept, best)]
+
+    def gain(solution):
+        return np.linalg.norm(solution.K @ frame.T, 2) / frame.scale
+
+    least = gain(best)
+    while min(gain(s) for _, s in found[-MOST_UPHILL:]) <= least > LARGE_GAIN:
+        factor = found[-1][0] / FALL
+        eased = tried(factor)
+        if eased.status != "feasible":
+            break
+        found.append((factor, eased))
+        least = min(least, gain(eased))
+    return next((f, s) for f, s in found if gain(s) <= 2 * least)
 
 
 def _edge(tried, status, inside, outside, best=None):

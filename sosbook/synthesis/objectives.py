@@ -239,7 +239,6 @@ class Unfinished(OutOfTime):
         bounds = {name: rounded_up(b) for name, b in lmis.bounds(values).items()}
         return replace(
             lmis.solution(values, request.with_bounds(bounds)),
-            status="undecided",
             reason=f"Stopped before the least {' and '.join(bounds)} was found: this "
             "design keeps a larger one. Raise time_limit.",
         )

@@ -90,9 +90,9 @@ def design_pid(
         weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
         weighted sum of the squares ("cost" as it is). The bounds
         themselves are left out: no ``gamma``, ``Saturation(None, x0)``,
-        ``QuadraticCost(Q, R)``. Where the search gives up, because the gains grow
-        without end as the bound falls, say, the design keeps the smallest bound
-        that was found, and its ``reason`` says what is known of smaller ones.
+        ``QuadraticCost(Q, R)``. Where the search gives up, the design keeps the
+        smallest bound that was found, or a larger one if that takes enormous gains,
+        and its ``reason`` says what is known of smaller ones.
         A plant that meets all the rest by itself gets K = 0: the least u_max is
         zero then, and the request names a small positive number.
     backoff : float
