@@ -12,7 +12,7 @@ from sosbook.lmi.centre import Blocks
 from sosbook.lmi.exact import exact
 from sosbook.lmi.time_limit import OutOfTime
 from sosbook.studies.maps import edge, feasibility_map
-from sosbook.synthesis import cutting, feasibility, objectives
+from sosbook.synthesis import centre, cutting, objectives
 from sosbook.synthesis.feasibility import closer
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -360,7 +360,7 @@ def test_many_pairs_are_cut_with_and_without_an_objective():
     whole = sos.design_pid(corners(3), minimize="gamma", **asked)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 3)
-        patch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 3)
+        patch.setattr(centre, "CENTRE_UP_TO_PAIRS", 3)
         cut = sos.design_pid(corners(3), minimize="gamma", **asked)
     assert cut.gamma == whole.gamma and min(cut.margins.values()) > 0
 
