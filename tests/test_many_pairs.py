@@ -16,7 +16,7 @@ from sosbook.lmi.newton import newton_of
 from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis import certificates, cutting, feasibility, pair_stacks
+from sosbook.synthesis import centre, certificates, cutting, feasibility, pair_stacks
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_margins import named_margins, pair_margins
 from sosbook.synthesis.problem import Request
@@ -52,7 +52,7 @@ def plants(seed=0, k=4, n=2, spread=0.15):
 @pytest.fixture
 def few_at_a_time(monkeypatch):
     """The way of many pairs, with sixteen vertices."""
-    monkeypatch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 20)
+    monkeypatch.setattr(centre, "CENTRE_UP_TO_PAIRS", 20)
 
 
 ASKED = {

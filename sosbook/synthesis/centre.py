@@ -122,6 +122,8 @@ def _centre(lmis, x):
         blocks = lmis.compiled
         try:
             return lmis, centre(blocks, lower_on_ray(blocks, x), **_hints(lmis))
+        except np.linalg.LinAlgError:  # rounding puts x outside
+            return None
         except Unbounded as end:
             if end.x is None:
                 return None
@@ -162,7 +164,7 @@ def _below(lmis, x, r):
     try:
         part, inside = bounded(lmis.compiled, lmis.unknowns, x, r)
         return centre(part, lower_on_ray(part, inside))
-    except Unbounded:
+    except (Unbounded, np.linalg.LinAlgError):
         return None
 
 
@@ -180,10 +182,13 @@ def _settles(lmis, x, r):
     One Newton step is towards the centre with a bound that is a little larger.
     """
     wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)
-    moved, _ = Barrier(newton_of(wider)).step(x, np.zeros(len(x)))
+    try:
+        moved, _ = Barrier(newton_of(wider)).step(x, np.zeros(len(x)))
+    except np.linalg.LinAlgError:
+        return False
     there, here = (_gain_inside(lmis, y) for y in (moved, x))
-    change = np.abs(there - here).max() / np.log(1.01)
-    return change <= SETTLED * max(np.abs(here).max(), SMALLEST_GAIN)
+    change = np.abs(there - here).max()
+    return change <= 0.01 * SETTLED * max(np.abs(here).max(), SMALLEST_GAIN)
 
 
 def _gain_inside(lmis, x):

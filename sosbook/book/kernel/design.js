@@ -3,11 +3,6 @@
 const MARGIN_IN_FLOATS = 1e-9;   // a smaller one is no proof in floats
 const RETRIES = 2;               // in closer frames, where nothing is decided
 const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad unit
-const MOST_FRAMES = 2;            // one after the other, on the way to a centre
-const SMALL_BOUND = 16;          // of P, where any other would change the gain as much
-const LARGE_BOUNDS = [16 ** 4, 16 ** 6];   // floats lose larger ones
-const SETTLED = 1e-3;            // of a gain: what a bound e times as large changes
-const SMALLEST_GAIN = 0.1;       // in a frame, where that of the Riccati equation is about one
 
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
@@ -53,17 +48,17 @@ function guess(blocks, frame) {
 // {frame, blocks, x, lid, steps}: the centre, if need be in a frame of its own; where there
 // is none, that of a part so large that the gain settles, if anything bounds the gain.
 function anyCentre(plain, pairs, asked, start) {
-  const small = () => ({...start, steps: 0, lid: true, ...centreBelow(start.blocks, start.x, SMALL_BOUND)});
+  const small = () => ({...start, steps: 0, lid: true, ...centreBelow(start.blocks, start.x, 16)});
   if (start.blocks.homogeneous || gainsRunOff(plain, start)) return small();
   let at = start, part = null;
-  for (let count = 0; at && count < MOST_FRAMES; count++) {
+  for (let count = 0; at && count < 2; count++) {
     const found = centre(at.blocks, at.x);
     if (!found.lost) return {...at, ...found, lid: false};
     at = nearer(plain, pairs, asked, {...at, ...found});
   }
-  for (const r of LARGE_BOUNDS) {
+  for (const r of [16 ** 4, 16 ** 6]) {   // floats lose larger bounds
     const next = centreBelow(start.blocks, part ? part.x : start.x, r);
-    if (!next || !(leastMargin(plain, pairs, asked, {...start, ...next}) > MARGIN_IN_FLOATS)) break;
+    if (!next || finished(plain, pairs, asked, {...start, ...next}).status !== "feasible") break;
     part = next;
     if (settles(start.blocks, part.x, r)) break;
   }
@@ -86,17 +81,18 @@ function gainsRunOff(plain, {frame, blocks, x}) {
   const [, B] = stateSpace(meanDescriptor(plain)), push = scaled(-frame.scale, solve(frame.T, B));
   const zero = Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
   const change = blocks.at(blocks.packed({...zero, Y: transposed(push)}), true);
-  const rates = rootsOf(factored(blocks.at(x))).flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
+  const rates = ratesOf(rootsOf(factored(blocks.at(x))), change);
   return Math.min(...rates) > -1e-10 * Math.max(...rates);
 }
 
-// Whether a centre x with P below r I has hardly another gain with a larger r, by one Newton step.
+// Whether a centre x with P below r I has hardly another gain with a larger r, by one Newton
+// step: less than a thousandth, or a ten thousandth of the Riccati equation's.
 function settles(blocks, x, r) {
   const part = joined(blocks, 1.01 * r), W = inverses(rootsOf(factored(part.at(x))));
-  const gains = y => { const [P, Y] = blocks.unpacked(y); return times(Y, inverse(P)).at; };
-  const here = gains(x), there = gains(plus(x, 1, newtonSolver(part.hessian(W, W))(part.adjoint(W))));
-  const largest = list => Math.max(...Array.from(list, Math.abs));
-  return largest(here.map((k, i) => there[i] - k)) / Math.log(1.01) <= SETTLED * Math.max(largest(here), SMALLEST_GAIN);
+  const gain = y => { const [P, Y] = blocks.unpacked(y); return times(Y, inverse(P)); };
+  const here = gain(x), there = gain(plus(x, 1, newtonSolver(part.hessian(W, W))(part.adjoint(W))));
+  const largest = K => Math.max(...K.at.map(Math.abs));
+  return largest(combined(1, there, -1, here)) <= 1e-5 * Math.max(largest(here), 0.1);
 }
 
 // The same point and blocks in a frame in which P is the identity and the sizes are one; or null.
@@ -160,10 +156,6 @@ function finished(plain, pairs, asked, {frame, blocks, x, lid, steps}, searched)
   return {status: good ? "feasible" : "undecided", ...point, K: rowsOf(K), margins, lid, frame,
     naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P), reason: good ? "" : "The margins are too small for floating point.",
     poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
-}
-
-function leastMargin(plain, pairs, asked, {frame, blocks, x}) {
-  return Math.min(...Object.values(marginsOf(plain, pairs, asked, inPlantUnits(frame, blocks, x))));
 }
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own

@@ -167,7 +167,7 @@ function centre(blocks, x, enough = 1e-8) {
     let length = 1;
     if (decrement > 0.2) {
       const change = blocks.at(d, true);
-      length = lineSearch(roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k])))));
+      length = lineSearch(ratesOf(roots, change));
     }
     let moved;
     for (;; length /= 2) {
@@ -188,6 +188,9 @@ function centre(blocks, x, enough = 1e-8) {
   }
   return {x, lost: true};
 }
+
+// Eigenvalues of the changes of blocks that these roots scale.
+const ratesOf = (roots, change) => roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
 
 // A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method
 // creeps through a curved valley, which such steps, of S and of Z, pass in some twenty.
