@@ -4,17 +4,25 @@ import itertools
 
 import numpy as np
 import pytest
+from flint import fmpq_mat, fmpq_poly
 
 import sosbook as sos
+from sosbook.analysis.linear import peak_gain
+from sosbook.analysis.lyapunov import lyapunov
+from sosbook.analysis.riccati import riccati
 from sosbook.lmi import Unknown, he
 from sosbook.lmi import time_limit as clock
 from sosbook.lmi.adjoint import adjoint
+from sosbook.lmi.algebraic import _Factor
 from sosbook.lmi.exact import definite, exact, pivots
+from sosbook.lmi.newton import _conjugate_gradients
 from sosbook.lmi.problem import LMIProblem
 from sosbook.lmi.proof import Examined
+from sosbook.lmi.rational import AT_ONCE
 from sosbook.lmi.refutation import excludes, semidefinite
 from sosbook.lmi.repair import repair_multipliers
-from sosbook.plants.controllability import fixed_part
+from sosbook.plants.controllability import FixedPart, fixed_part, is_singular, matrix_of
+from sosbook.requirements.weights import square_factors
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.exclusion import excluding_mass, excluding_mode, solvable
 from sosbook.synthesis.problem import Request
@@ -73,6 +81,87 @@ def test_each_long_loop_ends_with_the_time(name, monkeypatch):
     with clock.time_limit(1.0), pytest.raises(clock.OutOfTime):
         monkeypatch.setattr(clock, "monotonic", lambda: float("inf"))
         EXACT[name]()
+
+
+WIDE = np.random.default_rng(1).standard_normal((30, 30))
+LONG = {  # each takes many looks at the clock: the time may end in the middle
+    "reading": lambda: exact(np.zeros(9 * AT_ONCE)),
+    "a weight of low rank": lambda: square_factors(exact(np.eye(9))),
+    "singular": lambda: is_singular(matrix_of(exact(np.eye(9)))),
+    "reach": lambda: fixed_part(*map(exact, (np.eye(20), np.eye(20, k=1), np.eye(20)))),
+    "a norm": lambda: peak_gain(WIDE - 30 * np.eye(30), WIDE, WIDE),
+    "conjugate gradients": lambda: _conjugate_gradients(
+        lambda d: np.arange(1, 31.0) * d, np.ones(30), lambda r: r, 1e-9, 99
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_long_loop_looks_at_the_clock_again_and_again(name, monkeypatch):
+    monkeypatch.setattr("sosbook.analysis.linear.MOST_ENTRIES", 900)
+    ticks = itertools.count()
+    with clock.time_limit(1.0), pytest.raises(clock.OutOfTime):
+        now = clock.monotonic()
+        monkeypatch.setattr(clock, "monotonic", lambda: now + (next(ticks) > 4) * 1e9)
+        LONG[name]()
+    assert next(ticks) == 6
+
+
+AHEAD = {  # what no clock can stop isn't begun where it would end too late
+    "a Riccati equation": lambda: riccati(*[np.eye(3)] * 4),
+    "a Lyapunov equation": lambda: lyapunov(np.eye(3), np.eye(3)),
+    "a polynomial": lambda: FixedPart(None, fmpq_mat([[1, 2], [3, 4]])).modes(),
+    "its roots": lambda: _Factor(fmpq_poly([1] * 30)).balls(64),
+}
+
+
+@pytest.mark.parametrize("name", AHEAD)
+def test_a_step_that_takes_longer_than_is_left_is_not_begun(name, monkeypatch):
+    AHEAD[name]()
+    monkeypatch.setattr(clock, "SECONDS_OF_EIGENVALUES", 1e6)
+    monkeypatch.setattr("sosbook.plants.controllability.SECONDS_FOR_A_BIT", 1e6)
+    monkeypatch.setattr("sosbook.lmi.algebraic.DEGREE_OF_A_SECOND", 0.1)
+    with clock.time_limit(999.0), pytest.raises(clock.OutOfTime) as stopped:
+        AHEAD[name]()
+    assert "before 999 s were over" in stopped.value.words(999)
+
+
+def test_the_limit_of_somebody_else_is_not_taken_for_ones_own():
+    loop = Request(ONE, region=sos.PoleRegion(sigma=1))
+    with clock.time_limit(5.0), pytest.raises(clock.OutOfTime):
+        feasibility.guarded(loop, 60.0, lambda: clock.check_time(ahead=9.0))
+    own = feasibility.guarded(loop, 5.0, lambda: clock.check_time(ahead=9.0))
+    assert own.status == "undecided" and "before 5 s were over" in own.reason
+
+
+@pytest.mark.parametrize("dense", [False, True])
+@pytest.mark.parametrize("ask", ["design_pid", "analyse_pid", "design_lqr"])
+def test_a_larger_request_has_an_answer_wherever_its_time_ends(ask, dense, monkeypatch):
+    """The clock moves by one at each look, and soon after the end there is none."""
+    n = 12
+    turn = np.linalg.qr(np.random.default_rng(3).standard_normal((n, n)))[0]
+    turn = turn if dense else np.eye(n)
+    S = turn @ (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)) @ turn.T
+    S = (S + S.T) / 2
+    plant = sos.SecondOrderSystem(np.eye(n), 0.1 * S, S, np.eye(n)[:, ::4])
+    asked = {
+        "design_pid": ((plant,), {"region": sos.PoleRegion(sigma=0.01)}),
+        "analyse_pid": ((plant, np.zeros((3, 2 * n))), {}),
+        "design_lqr": ((plant, np.eye(2 * n), np.eye(3)), {}),
+    }
+    (given, more), ticks = asked[ask], itertools.count()
+    for module in (clock, feasibility):
+        monkeypatch.setattr(module, "monotonic", lambda: next(ticks))
+    monkeypatch.setattr(clock, "SECONDS_OF_EIGENVALUES", 0.0)
+    begun = next(ticks)
+    assert getattr(sos, ask)(*given, **more, time_limit=1e9).status == "feasible"
+    total = next(ticks) - begun
+    assert total > 15
+    for limit in (1, 2, 5, total // 7, total // 3, total // 2):
+        begun = next(ticks)
+        design = getattr(sos, ask)(*given, **more, time_limit=limit)
+        assert design.status == "feasible" or design.reason
+        assert next(ticks) - begun < limit + 20
 
 
 @pytest.mark.parametrize(("size", "loop"), [(30, pivots), (20, definite)])

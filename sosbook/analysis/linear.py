@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from ..lmi.time_limit import check_time, check_time_of_eigenvalues
 from ..plants.second_order import sort_poles
 from ..runtime.libraries import library
 from .peaks import FreeMotion, largest_size
@@ -18,6 +19,8 @@ __all__ = [
     "peak_input",
     "poles",
 ]
+
+MOST_ENTRIES = 2**19  # of the matrices that are solved at once
 
 
 def loop_matrix(d, K):
@@ -62,6 +65,7 @@ def poles(d, K):
     """
     if in_rationals(d, K):
         return sort_poles(ExactLoop(d, K).poles())
+    check_time_of_eigenvalues(len(d.E))
     return sort_poles(np.linalg.eigvals(loop_matrix(d, K)))
 
 
@@ -188,6 +192,7 @@ def peak_gain(A, B, C, D=0.0):
     >>> round(peak_gain(-one, one, one), 6), round(peak_gain(-one, one, -one, one), 6)
     (1.0, 1.0)
     """
+    check_time_of_eigenvalues(len(A))
     poles = np.linalg.eigvals(A)
     if poles.real.max() >= 0:
         return np.inf
@@ -196,11 +201,16 @@ def peak_gain(A, B, C, D=0.0):
     if unit == 0:
         return float(np.linalg.norm(D, 2))
     B, C, D = B / np.linalg.norm(B), C / np.linalg.norm(C), D / unit
+    at_once = max(1, MOST_ENTRIES // A.size)
 
     def gain(omega):
-        pencil = 1j * np.ravel(omega)[:, None, None] * np.eye(len(A)) - A
-        answers = C @ np.linalg.solve(pencil, B + 0j) + D
-        return np.linalg.norm(answers, 2, axis=(1, 2)).max()
+        some, most = np.ravel(omega), 0.0
+        for k in range(0, len(some), at_once):
+            check_time()
+            pencil = 1j * some[k : k + at_once, None, None] * np.eye(len(A)) - A
+            answers = C @ np.linalg.solve(pencil, B + 0j) + D
+            most = max(most, np.linalg.norm(answers, 2, axis=(1, 2)).max())
+        return most
 
     guesses = np.concatenate([[0.0], abs(poles), abs(poles.imag)])
     best = max(np.linalg.norm(D, 2), gain(guesses))
@@ -208,6 +218,7 @@ def peak_gain(A, B, C, D=0.0):
         level = best * (1 + 1e-9)
         if level == 0:
             break
+        check_time_of_eigenvalues(2 * len(A))
         R = np.eye(D.shape[1]) - D.T @ D / level**2
         through = B @ np.linalg.solve(R, np.column_stack([D.T @ C / level**2, B.T]))
         F, BB = A + through[:, : len(A)], through[:, len(A) :]

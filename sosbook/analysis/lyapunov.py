@@ -4,6 +4,8 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.linalg.lapack import dtrsyl
 
+from ..lmi.time_limit import check_time_of_eigenvalues
+
 __all__ = ["lyapunov"]
 
 
@@ -30,6 +32,7 @@ def lyapunov(A, Q):
     >>> lyapunov(np.array([[-0.5]]), np.array([[-3.0]]))
     array([[3.]])
     """
+    check_time_of_eigenvalues(len(A))
     T, U = schur(A, output="real")
     X, scale, _ = dtrsyl(T, T, U.T @ (np.asarray_chkfinite(Q) @ U), tranb="T")
     return U @ (X * scale) @ U.T

@@ -4,8 +4,11 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 from scipy.linalg.lapack import dgees
 
+from ..lmi.time_limit import check_time_of_eigenvalues
+
 __all__ = ["riccati"]
 
+SCHUR, PENCIL = 4.0, 12.0  # times as long as eigenvalues of A
 RESIDUAL = 1e-10  # relative; what leaves more is solved by scipy
 
 
@@ -42,6 +45,7 @@ def riccati(A, B, Q, R):
     array([[1.]])
     """
     N, push = len(A), B @ np.linalg.solve(R, B.T)
+    check_time_of_eigenvalues(N, SCHUR)
     H = np.empty((2 * N, 2 * N))
     H[:N, :N], H[:N, N:], H[N:, :N], H[N:, N:] = A, -push, -Q, -A.T
     X = _by_schur_vectors(H) if np.isfinite(H).all() else None
@@ -50,6 +54,7 @@ def riccati(A, B, Q, R):
         size = max(np.abs(x).max() for x in (XA, bent, Q))
         if np.abs(XA + XA.T - bent + Q).max() < RESIDUAL * size:
             return X
+    check_time_of_eigenvalues(N, PENCIL)
     try:
         return solve_continuous_are(A, B, Q, R)
     except ValueError as error:  # the pencil's stable half can't be sorted out

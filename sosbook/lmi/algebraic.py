@@ -8,6 +8,7 @@ from .time_limit import check_time
 
 __all__ = ["Root", "roots_of"]
 
+DEGREE_OF_A_SECOND = 130  # of a polynomial whose roots take about so long
 BALL_BITS = 64, 128, 256, 512  # of the balls, the next where one doesn't decide
 
 
@@ -20,6 +21,7 @@ class _Factor:
     def balls(self, bits):
         """Disjoint balls, each with one root."""
         if bits not in self._known:
+            check_time((self.polynomial.degree() / DEGREE_OF_A_SECOND) ** 4)
             with ctx.workprec(bits):
                 roots = [ball for ball, _ in self.polynomial.complex_roots()]
             self._known[bits] = roots

@@ -266,6 +266,7 @@ def _conjugate_gradients(times, g, precondition, tolerance, most):
     p, squared = z, r @ z  # the residual's norm, squared
     goal = tolerance**2 * squared
     for count in range(1, most + 1):
+        check_time()
         Hp = times(p)
         curvature = p @ Hp
         if not curvature > 0 or not np.isfinite(curvature):

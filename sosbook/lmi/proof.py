@@ -252,8 +252,8 @@ def proven_within(seconds, work, progress=False):
     try:
         with time_limit(seconds, progress):
             return work()
-    except OutOfTime:
-        if seconds is None or monotonic() - begun < seconds:  # somebody else's limit
+    except OutOfTime as over:
+        if seconds is None or over.end < begun + seconds:  # somebody else's limit
             raise
         return Stopped(seconds)
 

@@ -8,6 +8,7 @@ import numpy as np
 from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
 from ..runtime.reading import MOST_DIGITS
+from .time_limit import check_time
 
 __all__ = [
     "Rational",
@@ -28,6 +29,7 @@ __all__ = [
     "round_digits",
 ]
 
+AT_ONCE = 2**17  # entries, between two looks at the clock
 BITS = 128  # of the first balls in which a matrix is inverted
 SHARP = 1e-12  # radius of their balls, by the largest entry
 FRACTION = rf"-?\d{{1,{MOST_DIGITS}}}(/\d{{1,{MOST_DIGITS}}})?"
@@ -110,9 +112,12 @@ def exact(x):
     1/10
     """
     if isinstance(x, np.ndarray):
-        out = np.empty(x.shape, dtype=object)
-        out.flat = [_reading(entry) for entry in x.ravel().tolist()]
-        return out.view(Rational)
+        out, flat = np.empty(x.size, dtype=object), x.ravel()
+        for k in range(0, x.size, AT_ONCE):
+            check_time()
+            some = flat[k : k + AT_ONCE].tolist()
+            out[k : k + AT_ONCE] = [_reading(entry) for entry in some]
+        return out.reshape(x.shape).view(Rational)
     return _reading(x)
 
 

@@ -2,23 +2,42 @@
 
 from contextlib import contextmanager
 from contextvars import ContextVar
-from math import ceil
+from math import ceil, inf
 from time import monotonic
 
 import numpy as np
 
 from ..runtime.progress import bar
 
-__all__ = ["OutOfTime", "check_time", "checked_seconds", "time_limit"]
+__all__ = [
+    "OutOfTime",
+    "check_time",
+    "check_time_of_eigenvalues",
+    "checked_seconds",
+    "time_limit",
+]
 
 LONGEST = 1e9  # seconds, about thirty years
+SECONDS_OF_EIGENVALUES = 1e-8  # by the cube of the rows; about, on one core
 
 _end = ContextVar("end", default=None)
 _tick = ContextVar("tick", default=None)  # moves the bar in force
 
 
 class OutOfTime(Exception):
-    """Raised by the solver where the time is over."""
+    """Raised by the solver where the time is over; ``end`` is when, by `monotonic`."""
+
+    def __init__(self, message="the time limit is over", end=inf):
+        super().__init__(message)
+        self.end = end
+
+    def words(self, seconds):
+        """What stopped a request that was given so many seconds."""
+        if monotonic() < self.end < inf:
+            text = f"Stopped before {seconds:g} s were over: the next step takes longer"
+        else:
+            text = f"Stopped after {seconds:g} s"
+        return f"{text}: raise time_limit, or ask for less."
 
 
 @contextmanager
@@ -86,11 +105,22 @@ def _clock(passed):
     return tick
 
 
-def check_time():
-    """Raise `OutOfTime` where the limit in force is over; move the bar."""
+def check_time(ahead=0.0):
+    """Raise `OutOfTime` where the limit in force is over; move the bar.
+
+    ``ahead`` is about how many seconds the next step takes that nothing can stop.
+    """
     tick = _tick.get()
     if tick is not None:
         tick()
     end = _end.get()
-    if end is not None and monotonic() > end:
-        raise OutOfTime("the time limit is over")
+    if end is not None and monotonic() + ahead > end:
+        raise OutOfTime("the time limit is over", end)
+
+
+def check_time_of_eigenvalues(rows, times=1.0):
+    """`check_time` before a matrix of so many rows has its eigenvalues found.
+
+    Also before what takes some ``times`` as long.
+    """
+    check_time(times * SECONDS_OF_EIGENVALUES * float(rows) ** 3)

@@ -15,9 +15,12 @@ from flint import fmpq, fmpq_mat, fmpz, fmpz_mat, nmod_mat
 from ..lmi.algebraic import roots_of
 from ..lmi.time_limit import check_time
 
-__all__ = ["FixedPart", "fixed_part", "matrix_of"]
+__all__ = ["FixedPart", "fixed_part", "is_singular", "matrix_of"]
 
 PRIMES_BELOW = 2**62  # so that each prime fits a machine word
+SECONDS_FOR_A_BIT = 2.5e-11  # by the square of the rows; measured
+LONGER_TO_INVERT = 4.0  # times that: the inverse, and its product with A
+SECONDS_FOR_AN_ENTRY = 1e-9  # by the rows, of elimination modulo a prime
 MOST_PRIMES = 400  # are tried before the rows count as too long to write
 
 
@@ -41,7 +44,10 @@ class FixedPart:
 
     def modes(self):
         """The fixed modes as exact roots, each once."""
-        return roots_of(self.dynamics.charpoly()) if len(self) else []
+        if not len(self):
+            return []
+        check_time(_seconds(self.dynamics))
+        return roots_of(self.dynamics.charpoly())
 
 
 def fixed_part(E, A, B):
@@ -73,6 +79,7 @@ def fixed_part(E, A, B):
     N, m = len(E), B.shape[1]
     E, A = matrix_of(E), matrix_of(A)
     if m == 0:
+        check_time(_seconds(E) * LONGER_TO_INVERT)
         inverse = E.inv()
         return FixedPart(inverse, inverse * A)
     B = matrix_of(B)
@@ -98,13 +105,38 @@ def fixed_part(E, A, B):
 
 def matrix_of(x):
     """An array x of fmpq as flint's matrix."""
+    check_time()
     return fmpq_mat(*x.shape, np.ravel(x).tolist())
+
+
+def _seconds(X):
+    """About how long flint takes for a characteristic polynomial: no more than a guess.
+
+    Its numbers are longer the longer X has them, and the more of them aren't zero.
+    """
+    sizes = [e.p.bit_length() + e.q.bit_length() for e in X.entries() if e != 0]
+    return SECONDS_FOR_A_BIT * X.nrows() ** 2 * sum(sizes)
+
+
+def is_singular(E):
+    """Whether a square fmpq_mat is singular: exact.
+
+    A determinant that isn't zero modulo one prime isn't zero, and far sooner found.
+
+    Examples
+    --------
+    >>> is_singular(fmpq_mat([[1, 2], [2, 4]])), is_singular(fmpq_mat([[1, 2], [3, 4]]))
+    (True, False)
+    """
+    whole = _scaled(E, _row_denominators(E))
+    return nmod_mat(whole, next(_primes())).det() == 0 and whole.det() == 0
 
 
 def _row_denominators(*matrices):
     """For each row the least common multiple of its denominators."""
     denominators = []
     for rows in zip(*(X.table() for X in matrices)):
+        check_time()
         scale = fmpz(1)
         for entry in (e for row in rows for e in row):
             scale = scale.lcm(entry.q)
@@ -114,7 +146,10 @@ def _row_denominators(*matrices):
 
 def _scaled(X, scale):
     """The rows times integers, as an integer matrix."""
-    entries = [(e * s).p for row, s in zip(X.table(), scale) for e in row]
+    entries = []
+    for row, s in zip(X.table(), scale):
+        check_time()
+        entries += [(e * s).p for e in row]
     return fmpz_mat(X.nrows(), X.ncols(), entries)
 
 
@@ -134,6 +169,7 @@ def _modulo(E, A, B, p):
         modulo p.
     """
     N = E.nrows()
+    check_time(SECONDS_FOR_AN_ENTRY * N**3)
     E, A, B = (nmod_mat(X, p) for X in (E, A, B))
     try:
         inverse_E = E.inv()
@@ -143,12 +179,14 @@ def _modulo(E, A, B, p):
     step = step.transpose()  # rows span what u reaches
     power = step
     while True:
+        check_time()
         rank = reached.nrows()
         if rank == N:
             return (), []
         further = _basis(_stacked(reached, reached * power))
         if further.nrows() == rank:
             break
+        check_time()
         reached, power = further, power * power
     null, k = reached.nullspace() if rank else (_identity(N, p), N)
     columns = [[int(null[i, j]) for i in range(N)] for j in range(k)]

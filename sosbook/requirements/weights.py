@@ -5,6 +5,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..lmi.exact import definite, exact
 from ..lmi.refutation import semidefinite
+from ..lmi.time_limit import check_time
 from ..plants.checks import matrix
 
 __all__ = ["semidefinite_weight", "square_factors", "symmetric_weight"]
@@ -104,6 +105,7 @@ def square_factors(Q):
     """
     remainder, columns, sizes = Q, [], []
     for k in range(len(Q)):
+        check_time()
         pivot = remainder[k, k]
         if pivot > 0:
             column = remainder[:, k : k + 1] / pivot

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..lmi.exact import exact
 from ..lmi.time_limit import check_time
-from ..plants.controllability import fixed_part, matrix_of
+from ..plants.controllability import fixed_part, is_singular, matrix_of
 from ..requirements.stability import Stability
 from .exclusion_certificates import (
     FixedModeCertificate,
@@ -47,14 +47,9 @@ def excluding_mass(request):
         places = [sorted((signs.index(True), signs.index(False)))]
     else:
         pairs = islice(combinations(range(len(exactly)), 2), MOST_MIDPOINTS)
-        places = [(i, j) for i, j in pairs if _singular(exactly[i] + exactly[j])]
+        places = [(i, j) for i, j in pairs if is_singular(exactly[i] + exactly[j])]
     proofs = (SingularMassCertificate.of_pair(request, *place) for place in places)
     return next((proof for proof in proofs if proof.proven), None)
-
-
-def _singular(E):
-    check_time()
-    return E.det() == 0
 
 
 def _parts(request):
@@ -71,7 +66,7 @@ def _parts(request):
     for place in places:
         check_time()
         E, A, B = plant_at(request, place)
-        yield place, None if matrix_of(E).det() == 0 else fixed_part(E, A, B)
+        yield place, None if is_singular(matrix_of(E)) else fixed_part(E, A, B)
 
 
 def excluding_mode(request):

@@ -224,9 +224,11 @@ def plant_at(request, place):
     count = len(request.vertices)
     if not all(type(k) is int and 0 <= k < count for k in place):
         raise ValueError("place must name two vertices, from 0")
-    i, j = request.vertices_in(exact, place)
-    half = exact(0.5)
-    E, A, B = ((x + y) * half for x, y in ((i.E, j.E), (i.A, j.A), (i.Bu, j.Bu)))
+    first, *other = request.vertices_in(exact, dict.fromkeys(place))
+    E, A, B = first.E, first.A, first.Bu
+    for j in other:
+        half = exact(0.5)
+        E, A, B = ((x + y) * half for x, y in ((E, j.E), (A, j.A), (B, j.Bu)))
     if request.gain is not None:
         A, B = A + B @ exact(request.gain), B[:, :0]
     return E, A, B

@@ -56,10 +56,10 @@ def guarded(request, seconds, work):
     try:
         with time_limit(seconds), np.errstate(all="ignore"):
             return work()
-    except OutOfTime:
-        if monotonic() - begun < seconds:  # somebody else's limit
+    except OutOfTime as over:
+        if over.end < begun + seconds:  # somebody else's limit
             raise
-        reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
+        reason = over.words(seconds)
     except MemoryError as error:
         reason = f"The request is too large: {error}."
     except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -159,7 +159,8 @@ def answer(request, refuse=True, first=None):
     every point isn't looked for. A single plant of which only the poles are asked
     is decided all the same. ``first`` is what `search` has found, if it is known.
     """
-    if request.order > MODES_FIRST_ABOVE_STATES:  # sooner known than phase one begins
+    large = request.order > MODES_FIRST_ABOVE_STATES
+    if large and not _seems_placed(request):  # sooner known than phase one begins
         mode = excluding_mode(request)
         if mode is not None:
             return refused_by(request, mode)
@@ -195,6 +196,18 @@ def answer(request, refuse=True, first=None):
     if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
     return replace(solution, reason=reason)
+
+
+def _seems_placed(request):
+    """Whether the poles of a given gain seem to lie where they should.
+
+    Then their exact places, which take long, aren't looked for at first.
+    """
+    return request.gain is not None and all(
+        r.kept(r.truth(request.vertices, request.gain, request.K_A)) > 0
+        for r in request.demands
+        if r.of_poles
+    )
 
 
 def _too_thin(solution):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..lmi.time_limit import check_time_of_eigenvalues
 from .bracket import rounded_up
 from .feasibility import answer
 from .scaled_lmis import ScaledLMIs
@@ -61,6 +62,7 @@ def _meets(request, K, free):
     """Whether the true values are zero where they are free, and good elsewhere."""
     loops = request.vertices
     for d in loops:
+        check_time_of_eigenvalues(len(d.E))
         poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
         if not poles.real.max() < 0:
             return False

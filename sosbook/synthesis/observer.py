@@ -146,10 +146,10 @@ def design_observer(
         with limited(seconds):
             problem = ObserverProblem(plant, vertices, K, Q_F, R_F, C, noises)
             return problem.solve(plant)
-    except OutOfTime:
-        if monotonic() - begun < seconds:  # somebody else's limit
+    except OutOfTime as over:
+        if over.end < begun + seconds:  # somebody else's limit
             raise
-        reason = f"Stopped after {seconds:g} s: raise time_limit, or ask for less."
+        reason = over.words(seconds)
     except (Unbounded, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = f"The numerics gave up ({error}): are the units far apart?"
     return ObserverDesign(plant, K, C, "undecided", reason=reason)

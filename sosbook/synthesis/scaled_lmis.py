@@ -13,6 +13,7 @@ from ..lmi import Unknown, eye
 from ..lmi.centre import margin
 from ..lmi.problem import LMIProblem
 from ..lmi.text import floats
+from ..lmi.time_limit import check_time_of_eigenvalues
 from ..lmi.trusted import TrustedProblem
 from .certificates import prove, prove_infeasible
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
@@ -167,6 +168,7 @@ class ScaledLMIs(TrustedProblem):
             return
         (d,) = request.vertices_at(frame)
         A, *_ = d.state_space()
+        check_time_of_eigenvalues(len(A))
         modes, vectors = np.linalg.eig(A)
         zero = {u.name: np.zeros(u.shape) for u in self.unknowns}
         for k in np.argsort(modes.real):
