@@ -90,6 +90,9 @@ LONG = {  # each takes many looks at the clock: the time may end in the middle
     "singular": lambda: is_singular(matrix_of(exact(np.eye(9)))),
     "reach": lambda: fixed_part(*map(exact, (np.eye(20), np.eye(20, k=1), np.eye(20)))),
     "a norm": lambda: peak_gain(WIDE - 30 * np.eye(30), WIDE, WIDE),
+    "a linear objective": lambda: LMIProblem(
+        lambda values, _: dict(values), [Unknown("Q", 9, symmetric=True)]
+    ).minimize({"Q": np.ones((9, 9))}, start={"Q": np.eye(9)}),
     "conjugate gradients": lambda: _conjugate_gradients(
         lambda d: np.arange(1, 31.0) * d, np.ones(30), lambda r: r, 1e-9, 99
     ),

@@ -80,10 +80,11 @@ def within(seconds, request, work, progress=False):
     try:
         with limited(seconds, progress):
             return work()
-    except OutOfTime:
+    except OutOfTime as over:
         if seconds is None:  # somebody else's limit
             raise
-        reason = f"stopped after {seconds:g} s"
+        words = over.words(seconds).partition(":")[0]
+        reason = words[0].lower() + words[1:]
         return DelayDesign(request, "undecided", request.gain, reason=reason)
 
 

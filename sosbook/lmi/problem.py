@@ -15,7 +15,7 @@ from .proof import PLACES
 from .refutation import excluded_by, excluded_radius
 from .solution import LMISolution
 from .text import LMIText, rationals
-from .time_limit import OutOfTime, checked_seconds, time_limit
+from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
 
 __all__ = ["LMIProblem", "LMIProof", "LMISolution"]
 
@@ -351,5 +351,11 @@ class LMIProblem(LMIText):
                     f"the weight of {u.name} has the shape {weight.shape}, "
                     f"needs {u.shape}"
                 )
-            gradients.append([(weight * u.unpack(e)).sum() for e in np.eye(u.size)])
+            gradient = np.zeros(u.size)
+            for k in range(u.size if weight.any() else 0):
+                check_time()
+                one = np.zeros(u.size)
+                one[k] = 1.0
+                gradient[k] = (weight * u.unpack(one)).sum()
+            gradients.append(gradient)
         return np.concatenate(gradients)

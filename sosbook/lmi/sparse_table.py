@@ -11,8 +11,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from .structure import real
+from .time_limit import check_time
 
 __all__ = ["SparseTable"]
+
+SECONDS_OF_A_NUMBER = 2e-7  # that isn't zero, to be sorted into the table; about
 
 
 class SparseTable:
@@ -36,6 +39,7 @@ class SparseTable:
             stop = start + real(s.constant).size
             self.parts.append((slice(start, stop), s.constant.dtype, s.constant.shape))
             for row, column, number in _slopes(owner, s):
+                check_time()
                 rows.append(row)
                 if s.weight == 2:  # an imaginary part follows its real one
                     rows.append(row)
@@ -45,6 +49,7 @@ class SparseTable:
                     columns.append(start + column)
                     numbers.append(number)
             start = stop
+        check_time(SECONDS_OF_A_NUMBER * sum(map(len, numbers)))
         shape = owner.variables, start
         index = np.concatenate(rows), np.concatenate(columns)
         self.table = csr_array((np.concatenate(numbers), index), shape=shape)
