@@ -69,8 +69,8 @@ def sensitive(d, K):
 
 
 def in_rationals(d, K):
-    """Whether the loop of d and K is too sensitive for floats, and small enough."""
-    return sensitive(d, K) and ExactLoop.fits(d)
+    """Whether the loop of d and K is small enough, and too sensitive for floats."""
+    return ExactLoop.fits(d) and sensitive(d, K)  # the former takes no time
 
 
 class ExactLoop:
