@@ -284,8 +284,9 @@ def options(full):
                 found[name] = elsewhere[name]
         if p.name.startswith("**"):
             everything = words.startswith("Keywords of")
-            for name in elsewhere.keys() - found.keys():
-                if f"{name}s" not in found and (everything or name in words):
+            for name in elsewhere:  # in the order of the docstring
+                new = name not in found and f"{name}s" not in found
+                if new and (everything or name in words):
                     found[name] = elsewhere[name]
         elif "Keywords of" in words:  # dicts of them
             found |= elsewhere
