@@ -190,7 +190,7 @@ def test_the_command_line_says_it_too(bounded, tmp_path, capsys):
     if bounded:
         asked["saturation"] = {"u_max": 9, "x0": [1, 0]}
     file = tmp_path / "mass.json"
-    file.write_text(json.dumps(asked))
+    file.write_text(json.dumps(asked), "utf-8")
     assert main(["design", str(file), "--proof", str(tmp_path / "proof.json")]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert answer["central"] is bounded

@@ -192,7 +192,9 @@ def test_a_verdict_names_plant_gain_and_start(small, capsys):
         (("K", 0, 0), "-100"),
         (("requirements", 0, "x0", 0), "0.4"),
     ):
-        other = json.loads(mended((small / "proof.json").read_text(), path, value))
+        other = json.loads(
+            mended((small / "proof.json").read_text("utf-8"), path, value)
+        )
         assert subject(other) == checker.subject(other) not in first
 
 
@@ -315,7 +317,9 @@ def heavy(small):
     full, column = [[one] * n] * n, [[one]] * n
     large = {"M": eye, "D": full, "S": full, "B": column, "F": [[]] * n}
     P = [["1.5" if i == j else "0.1" for j in range(2 * n)] for i in range(2 * n)]
-    (vertex,) = json.loads((small / "proof.json").read_text())["plant"]["vertices"]
+    (vertex,) = json.loads((small / "proof.json").read_text("utf-8"))["plant"][
+        "vertices"
+    ]
     several = [vertex | {"M": [[str(k + 1)]]} for k in range(400)]
     kind = "second order"
     return {

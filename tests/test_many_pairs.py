@@ -198,7 +198,7 @@ def test_a_few_pairs_at_a_time_answer_for_all(few_at_a_time, asked):
 def test_the_least_bound_is_that_of_all_blocks(monkeypatch):
     plant, asked = plants(1), ASKED["least"]
     whole = sos.design_pid(plant, **asked)
-    monkeypatch.setattr(feasibility, "CENTRE_UP_TO_PAIRS", 20)
+    monkeypatch.setattr(centre, "CENTRE_UP_TO_PAIRS", 20)
     assert sos.design_pid(plant, **asked).gamma == pytest.approx(whole.gamma, rel=2e-3)
 
 

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 from sosbook.mip.identify import fit_body, fit_wheel
-from sosbook.mip.log import Log
 from sosbook.mip.rig import Rig
 from sosbook.widgets import explore_identification
 
@@ -28,9 +27,7 @@ def rows(page):
 
 
 def first_half(log):
-    return Log(
-        **{name: None if x is None else x[:3000] for name, x in vars(log).items()}
-    )
+    return log.part(slice(3000))
 
 
 def drawn(explorer, amplitude=1.85, noise=0.1, friction=0.0, encoder="modelled"):

@@ -25,7 +25,10 @@ _tick = ContextVar("tick", default=None)  # moves the bar in force
 
 
 class OutOfTime(Exception):
-    """Raised by the solver where the time is over; ``end`` is when, by `monotonic`."""
+    """Raised by the solver, with a message, where the time is over.
+
+    ``end`` is when that was or will be, by `monotonic`.
+    """
 
     def __init__(self, message="the time limit is over", end=inf):
         super().__init__(message)

@@ -119,7 +119,7 @@ def _seconds(X):
 
 
 def is_singular(E):
-    """Whether a square fmpq_mat is singular: exact.
+    """Whether a square fmpq_mat, E, is singular: exact.
 
     A determinant that isn't zero modulo one prime isn't zero, and far sooner found.
 

@@ -25,7 +25,10 @@ MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a differ
 
 @dataclass(frozen=True)
 class Magnitudes:
-    """The least p, t and level, each zero where nothing bounds it from below."""
+    """The least p, t and level, each zero where nothing bounds it from below.
+
+    They are the sizes of P, of the requirement's own unknowns and of its level.
+    """
 
     P: float
     own: float

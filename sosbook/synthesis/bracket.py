@@ -129,6 +129,6 @@ def _edge(tried, status, inside, outside, best=None):
 
 
 def rounded_up(value):
-    """A positive number to three significant digits."""
+    """A positive ``value``, rounded up to three significant digits."""
     digits = 2 - int(np.floor(np.log10(value)))
     return float(np.round(np.ceil(value * 10.0**digits) / 10.0**digits, max(digits, 0)))

@@ -48,7 +48,7 @@ STILL_MOVES = "lead to, and still depends on the last part"
 
 
 def too_many(request):
-    """Whether not all pairs of vertices can be solved at once."""
+    """Whether not all pairs of vertices of a request can be solved at once."""
     return len(request.pairs) > CENTRE_UP_TO_PAIRS
 
 
@@ -212,7 +212,7 @@ def _hints(lmis):
 
 
 def nearer(lmis, x):
-    """The same point and blocks in a frame in which P, sizes and levels are one.
+    """The point x of blocks lmis in a frame in which P, sizes and levels are one.
 
     The guess of a size may be wrong by orders of magnitude, and what is
     far away looks as if the set had no bound.

@@ -280,7 +280,7 @@ def _energy(request, omega):
 
 
 def in_unknowns_of(request, frame, solution, levels=()):
-    """Values of the unknowns in a frame, from a Solution; None if it lacks some.
+    """Values of a request's unknowns in a frame, from a Solution; None without some.
 
     The inverse of `ScaledLMIs.in_plant_units`, for a solution of the same shape and
     unknowns; ``levels`` are as in `Request.leader`.
