@@ -135,7 +135,7 @@ def test_weights_of_outputs_are_read_alike():
     weights_of_outputs(range(25))
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_two_hundred_weights_of_outputs_are_read_alike():
     weights_of_outputs(range(25, 225))
 

@@ -1,14 +1,18 @@
 """A short hunt finds nothing, and faults that are planted don't escape it."""
 
+import json
+
 import pytest
 
 from sosbook.lmi import proof
+from sosbook.lmi.rational import decimal
 from sosbook.requirements.lmi_region import LMIRegion
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
 from tests.hunt.readers import Page
 from tests.hunt.requests import request
-from tests.test_proof_files import checker
+from tests.hunt.tampering import late_roots
+from tests.test_proof_files import checker, proof_of
 
 
 def hunted(seeds, page=None):
@@ -20,10 +24,10 @@ def hunted(seeds, page=None):
 
 @pytest.mark.slow
 def test_package_checker_and_page_agree(kernel):
-    hunt = hunted(range(24), Page(kernel))
+    hunt = hunted(range(12), Page(kernel))
     assert not hunt.differences
     for what in ("changed files", "requests in other units", "requests on a page"):
-        assert hunt.counts[what] > 5, what
+        assert hunt.counts[what] > 3, what
 
 
 def test_a_seed_makes_the_same_request_again():
@@ -70,3 +74,12 @@ def a_refusal_that_nothing_proves(monkeypatch):
 def test_a_planted_fault_is_found(monkeypatch, fault):
     fault(monkeypatch)
     assert hunted(range(8)).differences
+
+
+def test_a_delay_that_is_too_long_is_seen():
+    """The oracle finds the roots of a loop whose gain was turned, and no others."""
+    whole = json.loads(proof_of("constant delay").text)
+    assert not list(late_roots(whole))
+    whole["K"] = [[decimal(-float(x)) for x in row] for row in whole["K"]]
+    (root, *_) = late_roots(whole)
+    assert root.real > 1

@@ -377,7 +377,7 @@ def plt_closed():
 
 
 REQUESTS = (
-    pytest.param("design_pid", marks=pytest.mark.slow),
+    pytest.param("design_pid", marks=pytest.mark.campaign),
     "analyse_pid",
     "analyse_loop",
     "ObserverDesign.analyse",
