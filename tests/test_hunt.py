@@ -24,7 +24,7 @@ def hunted(seeds, page=None):
 
 @pytest.mark.slow
 def test_package_checker_and_page_agree(kernel):
-    hunt = hunted(range(12), Page(kernel))
+    hunt = hunted(range(16), Page(kernel))
     assert not hunt.differences
     for what in ("changed files", "requests in other units", "requests on a page"):
         assert hunt.counts[what] > 3, what
