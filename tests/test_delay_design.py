@@ -495,35 +495,39 @@ def test_a_tiny_delay_changes_nothing():
 
 # Units
 
-MASS, FORCE, TIME = 1e3, 1e-2, 60.0
-LENGTHS = np.diag([1e3, 1e-2])
+#: Of a mass, a force, two lengths and a time: decimals, and what no decimal is.
+FACTORS = {"round": (1e3, 1e-2, [1e3, 1e-2], 60.0),
+           "odd": (0.3, 1 / 9.81, [2.2046, 0.3], 2.2046)}  # fmt: skip
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("factors", FACTORS)
 @pytest.mark.parametrize("method", ["functional", "shift"])
 @pytest.mark.parametrize("unit", ["mass", "force", "lengths", "time"])
-def test_units_do_not_change_a_design(unit, method):
+def test_units_do_not_change_a_design(unit, method, factors):
     """The same gain in other units."""
+    mass, force, lengths, time = FACTORS[factors]
+    lengths = np.diag(lengths)
     p, asked = RAM.plant, dict(RAM.requirements)
     parts = [p.M, p.D, p.S, p.B]
     right, left = np.ones(5), 1.0  # K of the new units: left K right
     if unit == "mass":
-        parts = [MASS * p.M, MASS * p.D, MASS * p.S, p.B]
-        left = MASS
+        parts = [mass * p.M, mass * p.D, mass * p.S, p.B]
+        left = mass
     elif unit == "force":
-        parts = [p.M, p.D, p.S, FORCE * p.B]
-        left = 1 / FORCE
+        parts = [p.M, p.D, p.S, force * p.B]
+        left = 1 / force
     elif unit == "lengths":
-        parts = [LENGTHS @ x @ LENGTHS for x in parts[:3]]
-        parts.append(LENGTHS @ p.B)
-        asked["U"] = RAM.U @ LENGTHS
-        right = np.append(np.tile(np.diag(LENGTHS), 2), 1.0)
+        parts = [lengths @ x @ lengths for x in parts[:3]]
+        parts.append(lengths @ p.B)
+        asked["U"] = RAM.U @ lengths
+        right = np.append(np.tile(np.diag(lengths), 2), 1.0)
     else:
-        parts = [p.M / TIME**2, p.D / TIME, p.S, p.B]
+        parts = [p.M / time**2, p.D / time, p.S, p.B]
         for name in ("tau", "mu", "alpha"):
-            asked[name] = asked[name] / TIME
-        asked["delta"] *= TIME
-        right = np.array([1, 1, 1 / TIME, 1 / TIME, TIME])
+            asked[name] = asked[name] / time
+        asked["delta"] *= time
+        right = np.array([1, 1, 1 / time, 1 / time, time])
     scaled = design_delay_pid(sos.SecondOrderSystem(*parts), **asked, method=method)
     wanted = left * thesis_design(method).K * right
     assert np.allclose(scaled.K, wanted, rtol=1e-5, atol=0)

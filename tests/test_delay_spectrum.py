@@ -277,12 +277,13 @@ def test_without_delay(name):
     assert spectral_abscissa(A, A_d, 0) == pytest.approx(poles.real.max())
 
 
-def test_units_of_time_and_states():
+@pytest.mark.parametrize("rate, base", [(1000, 10.0), (0.3, 2.2046), (9.81, 1 / 9.81)])
+def test_units_of_time_and_states(rate, base):
     A, A_d = LOOPS["published wing"]
     roots = characteristic_roots(A, A_d, 0.2)
-    faster = characteristic_roots(1000 * A, 1000 * A_d, 0.0002)
-    assert abs(faster / 1000 - roots).max() < 1e-10
-    scale = 10.0 ** np.arange(-6, 8, 2)
+    faster = characteristic_roots(rate * A, rate * A_d, 0.2 / rate)
+    assert abs(faster / rate - roots).max() < 1e-10
+    scale = base ** np.arange(-6, 8, 2)
     change = scale[:, None] / scale
     other = characteristic_roots(A * change, A_d * change, 0.2)
     assert abs(other - roots).max() < 1e-9
