@@ -4,7 +4,7 @@
     python3 tasks.py book     build the book and say where to open it
     python3 tasks.py pdf      print the built book as one PDF
     python3 tasks.py test     run every test (more words go to pytest)
-    python3 tasks.py test quick    the package alone, in a minute and a half
+    python3 tasks.py test quick    the package alone, in a few minutes
     python3 tasks.py coverage      which lines of the package its tests reach
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
