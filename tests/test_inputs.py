@@ -10,6 +10,7 @@ import scipy.sparse
 import sosbook as sos
 from sosbook.deprecation import named_after
 from sosbook.plants.second_order import MassWarning
+from sosbook.requirements.hinf import HInfinity
 
 ONE = dict(M=2, D=0.1, S=3, B=1)
 RECORDS = np.zeros(2, dtype=[("name", float)])
@@ -339,3 +340,27 @@ def test_a_number_of_digits_may_be_numpys():
 def test_an_edge_says_which_way_it_looked():
     none = sos.maps.edge("gamma", ROBOT.plant, digits=1)
     assert none.infeasible is None and "down to gamma = 0.001" in none.reason
+
+
+ONE_MASS = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
+TWICE = {
+    "region": (sos.PoleRegion(sigma=0.1), sos.LMIRegion.half_plane(0.7, "faster")),
+    "saturation": (sos.Saturation(5, [1, 0]), sos.Saturation(3, [0, 1])),
+    "cost": (sos.QuadraticCost(np.eye(2), [[1]], bound=50.0),) * 2,
+    "gamma": (2.0, HInfinity(0.1)),
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_what_is_asked_in_two_ways_is_not_dropped_in_one(name):
+    one, other = TWICE[name]
+    doors = [
+        lambda **asked: sos.design_pid(ONE_MASS, **asked),
+        lambda **asked: sos.analyse_pid(ONE_MASS, [[-1, -1]], **asked),
+    ]
+    if name != "cost":
+        doors.append(lambda **asked: sos.design_lqr(ONE_MASS, np.eye(2), 1, **asked))
+    for door in doors:
+        with pytest.raises(ValueError, match=f"{name} is given.*in one place"):
+            door(**{name: one}, requirements=[other])
+        assert door(requirements=[other]).status != "undecided"

@@ -14,6 +14,7 @@ from .vocabulary import PARAMETERS
 __all__ = [
     "KEYWORDS",
     "Shorthand",
+    "asked_once",
     "bounds",
     "collected",
     "contradictory",
@@ -107,6 +108,30 @@ def collected(
                 "give one of them another name"
             )
     return tuple(chosen)
+
+
+def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
+    """`collected`, of a user who must not ask anything in two places.
+
+    Parameters
+    ----------
+    requirements, mu, **keywords
+        As in `collected`.
+
+    Raises
+    ------
+    ValueError
+        Also if a keyword asks for what is among the ``requirements``, too: one of
+        the two would be dropped.
+    """
+    among = {r.kind for r in collected(requirements=requirements)}
+    for name, value in keywords.items():
+        if among & {r.kind for r in collected(**{name: value})}:
+            raise ValueError(
+                f"{name} is given, and requirements holds a requirement of that kind: "
+                "ask for it in one place"
+            )
+    return collected(**keywords, mu=mu, requirements=requirements)
 
 
 def _size(mu):

@@ -16,7 +16,7 @@ from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost, noise_input
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
-from ..requirements.shorthand import collected
+from ..requirements.shorthand import asked_once
 from ..runtime.threads import one_thread
 from .bracket import bracketed
 from .design import Design
@@ -108,7 +108,7 @@ def design_lqr(
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
     more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)
-    more = collected(**more, requirements=requirements)
+    more = asked_once(**more, requirements=requirements)
     request = Request(
         plant,
         U,

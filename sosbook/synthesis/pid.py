@@ -14,7 +14,7 @@ from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
-from ..requirements.shorthand import collected, moved
+from ..requirements.shorthand import asked_once, moved
 from ..requirements.vocabulary import PARAMETERS
 from ..runtime.threads import one_thread
 from .design import Design
@@ -106,7 +106,7 @@ def design_pid(
         the least cost alone see `design_lqr`.
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
-        shorthand for such objects.
+        shorthand for such objects, and no kind is asked in both ways.
     time_limit : float
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
@@ -327,7 +327,7 @@ def _design(
     gain=None,
     **asked,
 ):
-    asked = collected(**given(mu=mu, **asked))
+    asked = asked_once(**given(mu=mu, **asked))
     objective = _objective(minimize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
