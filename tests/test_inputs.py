@@ -8,7 +8,6 @@ import pytest
 import scipy.sparse
 
 import sosbook as sos
-from sosbook.deprecation import named_after
 from sosbook.plants.second_order import MassWarning
 from sosbook.requirements.hinf import HInfinity
 
@@ -232,35 +231,6 @@ def test_a_sound_mass_is_taken_in_silence():
             plant = sos.SecondOrderSystem(M, np.eye(2), np.eye(2), np.eye(2))
         sos.Polytope([plant, plant]).sample(3, seed=0)
         assert sos.regularize(plant).regular.n == 2  # M - B K_A isn't symmetric
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: sos.design_pid(ROBOT.plant, ROBOT.U, ROBOT.region, 0.3),
-        lambda: sos.analyse_pid(ROBOT.plant, ROBOT.K, ROBOT.U, ROBOT.region, 0.3),
-    ],
-)
-def test_more_positions_still_work_and_say_what_to_write(call):
-    with pytest.warns(DeprecationWarning, match="region=..., gamma=...") as seen:
-        design = call()
-    assert seen[0].filename == __file__
-    assert design.request.gamma == 0.3 and design.request.region is not None
-
-
-def test_positions_and_names_dont_mix():
-    @named_after(1)
-    def f(a, *, b=0, c=0):
-        return a, b, c
-
-    with pytest.warns(DeprecationWarning, match=r"f\(a, b=..., c=...\)"):
-        assert f(1, 2, 3) == (1, 2, 3)
-    with pytest.raises(TypeError, match="f got b twice"):
-        f(1, 2, b=3)
-    with pytest.raises(TypeError, match="at most 3 arguments"):
-        f(1, 2, 3, 4)
-    with pytest.raises(TypeError, match="unexpected keyword"):
-        f(1, d=2)
 
 
 def test_plants_are_equal_by_their_data():

@@ -117,15 +117,6 @@ def test_bad_input_is_named(make, words):
         make()
 
 
-def test_the_former_name_of_the_tracking_time_warns_and_works():
-    K = [[1.0, 2, 3, 4, 5]]
-    with pytest.warns(DeprecationWarning, match="unwind is now called tracking_time"):
-        former = SampledLaw.of_gain(named(K), 0.01, unwind=0.3)
-    assert np.array_equal(
-        former.W, SampledLaw.of_gain(named(K), 0.01, tracking_time=0.3).W
-    )
-
-
 # What a gain multiplies
 
 

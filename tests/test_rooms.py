@@ -29,7 +29,7 @@ ROOMS = (
     "pendulum",
     "book",
 )
-TOOLS = ("bisection", "deprecation")  # all rooms may use them; they import none
+TOOLS = ("bisection",)  # all rooms may use it; it imports none
 
 
 def imports(file):

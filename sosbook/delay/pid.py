@@ -5,7 +5,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..deprecation import named_after
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.threads import one_thread
@@ -16,7 +15,6 @@ from .solve import first_design, solve_delay
 __all__ = ["analyse_delay", "design_delay_pid"]
 
 
-@named_after(5)
 @one_thread
 def design_delay_pid(
     plant: SecondOrderPlant,
@@ -101,7 +99,6 @@ def design_delay_pid(
     return first_design(request, time_limit=time_limit, progress=progress)
 
 
-@named_after(6)
 @one_thread
 def analyse_delay(
     plant: SecondOrderPlant | DelayedLoop,

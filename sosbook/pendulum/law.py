@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..deprecation import renamed_arguments
 from ..plants.checks import matrix, positive
 from ..plants.gain import Gain
 from ..runtime.libraries import library
@@ -100,7 +99,6 @@ class SampledLaw:
         return len(self.A)
 
     @classmethod
-    @renamed_arguments(unwind="tracking_time")
     def of_gain(cls, gain, T, tracking_time=TRACKING_TIME):
         """V = K [theta, phi, theta', phi', x3] of measured states; x3 sums T phi.
 

@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..deprecation import renamed_attribute
 from ..plants.checks import finite, positive
 from ..plants.gain import Gain
 from ..sampled import certify_sampled
@@ -316,8 +315,6 @@ class Deployment:
                 "balance and steering aren't stable together: match the motors, or "
                 "take a larger R"
             )
-
-    stand = renamed_attribute("stand", "bench_firmware")
 
     def write(self, folder, name="balance", replace=False):
         """Write the programs, their provenance and their proofs.

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..deprecation import renamed
 from ..plants.checks import positive
 from ..runtime.reading import read_toml
 from .experiments import chirp, motion
@@ -16,8 +15,6 @@ from .log import Log
 from .model import R_G, Mip
 
 __all__ = ["COUNTS_PER_TURN", "DATA", "Rig", "gear_motors", "shipped"]
-
-__getattr__ = renamed(__name__, COUNTS="COUNTS_PER_TURN")
 
 DATA = Path(__file__).parent / "data"
 COUNTS_PER_TURN = 60 * R_G  # of a wheel: 60 a turn of the motor

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from ..delay import DelayDesign, DelayRequest, solve_delay
-from ..deprecation import renamed
 from ..plants.gain import Gain
 from ..synthesis.lqr import design_lqr
 from .law import PID_SIGNALS, SampledLaw
@@ -27,8 +26,6 @@ __all__ = [
     "proven_decay",
     "recoverable_tilt",
 ]
-
-__getattr__ = renamed(__name__, DELAYS="DELAY_SHARES", reach="recoverable_tilt")
 
 U = [[0, 1]]  # integrate phi
 DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looked at

@@ -5,8 +5,6 @@ from functools import lru_cache
 import numpy as np
 from scipy.sparse import issparse
 
-from ..deprecation import renamed
-
 __all__ = [
     "count",
     "finite",
@@ -19,8 +17,6 @@ __all__ = [
     "positive",
     "rank_deficient",
 ]
-
-__getattr__ = renamed(__name__, number="finite")
 
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open

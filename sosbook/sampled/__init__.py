@@ -1,12 +1,9 @@
 """Control by a computer: sample, compute, hold."""
 
-from ..deprecation import renamed
 from .discretize import c2d, sampled_loop
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
 from .proof import SampledCertificate, certify_sampled, prove_schur
 from .system import SampledSystem
-
-__getattr__ = renamed(__name__, hold="c2d")
 
 __all__ = [
     "SampledCertificate",

@@ -10,7 +10,6 @@ import numpy as np
 from flint import fmpq
 from scipy.linalg import expm
 
-from ..deprecation import renamed
 from ..lmi.exact import exact
 from ..plants.checks import finite, matrix, positive
 from ..plants.kinds import checked_plant
@@ -18,8 +17,6 @@ from ..runtime.libraries import library
 from ..synthesis.problem import Request
 
 __all__ = ["SampleTiming", "c2d", "input_vertices", "sampled_loop"]
-
-__getattr__ = renamed(__name__, Clock="SampleTiming", hold="c2d")
 
 LONGEST_DELAY_IN_SAMPLES = 1000  # samples that a delay may last
 WHOLE_SAMPLE_TOLERANCE = fmpq(1, 10**9)  # of a sample; nearer delays are whole

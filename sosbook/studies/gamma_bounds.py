@@ -6,15 +6,10 @@ import numpy as np
 
 from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
 from ..analysis.lyapunov import lyapunov
-from ..deprecation import renamed
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..requirements.input_bound import Saturation
-
-__getattr__ = renamed(
-    __name__, Walls="GammaLowerBounds", gamma_walls="gamma_lower_bounds"
-)
 
 __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 

@@ -11,7 +11,6 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import nnls
 
-from ..deprecation import renamed
 from ..plants.checks import count as whole
 from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS
@@ -34,15 +33,6 @@ __all__ = [
     "verify_on_samples",
     "vertices_suffice",
 ]
-
-__getattr__ = renamed(
-    __name__,
-    READINGS="COUPLINGS",
-    inside="sample_plants",
-    promises="verify_on_samples",
-    survey="verify_many",
-    widen="scale_polytope",
-)
 
 
 def scale_polytope(plants, factor):

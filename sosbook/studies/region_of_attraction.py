@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..deprecation import renamed
 from ..lmi import Unknown, block
 from ..lmi.centre import Unbounded
 from ..lmi.certificates import LMIProof
@@ -21,10 +20,6 @@ from ..requirements.pole_region import PoleRegion
 from ..synthesis.pid import analyse_pid
 from ..synthesis.scaling import Frame
 from ..theorems import control_bound, initial_state
-
-__getattr__ = renamed(
-    __name__, Basin="RegionOfAttraction", basin="region_of_attraction"
-)
 
 __all__ = ["RegionOfAttraction", "region_of_attraction"]
 

@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..deprecation import named_after
 from ..lmi.exact import exact
 from ..lmi.time_limit import OutOfTime
 from ..plants.controllability import fixed_part
@@ -38,7 +37,6 @@ BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 UNSETTLED = "Give states that the open loop doesn't settle a weight in Q."
 
 
-@named_after(4)
 @one_thread
 def design_lqr(
     plant: Plant | Regularization,

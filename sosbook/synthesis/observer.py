@@ -11,7 +11,6 @@ from scipy.linalg import cholesky
 from ..analysis.linear import balancing
 from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
-from ..deprecation import named_after
 from ..lmi import Unknown, block
 from ..lmi.centre import Unbounded
 from ..lmi.exact import inverse, round_digits
@@ -53,7 +52,6 @@ OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
 BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 
 
-@named_after(4)
 @one_thread
 def design_observer(
     plant: Plant,

@@ -6,7 +6,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..deprecation import named_after
 from ..plants.checks import positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
@@ -30,7 +29,6 @@ __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 TIME_LIMIT = 300.0  # seconds
 
 
-@named_after(2)
 @one_thread
 def design_pid(
     plant: Plant | Regularization,
@@ -174,7 +172,6 @@ def design_pid(
     )
 
 
-@named_after(3)
 @one_thread
 def analyse_pid(
     plant: Plant | Regularization,
@@ -237,7 +234,6 @@ def analyse_pid(
     )
 
 
-@named_after(4)
 @one_thread
 def analyse_loop(
     E: ArrayLike | Sequence[ArrayLike],

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.infinite_modes import InfiniteModes, infinite_modes
-from ..deprecation import named_after
 from ..lmi import Unknown, he
 from ..lmi.centre import Unbounded
 from ..lmi.exact import exact
@@ -240,7 +239,6 @@ class Regularization(Result, ReadOnly):
         )
 
 
-@named_after(2)
 @one_thread
 def regularize(
     plant: SecondOrderPlant,

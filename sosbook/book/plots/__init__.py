@@ -5,7 +5,6 @@ an alternative text and a caption. Colours are Okabe and Ito's, which stay
 apart for colour-blind readers; marks and dashes differ too.
 """
 
-from ...deprecation import renamed
 from . import mechanisms, sketches
 from .bands import envelope, pole_cloud, track_poles
 from .delay import decay_curve, delay_signal, root_map
@@ -78,5 +77,3 @@ __all__ = [
     "use_book_style",
     "window_of",
 ]
-
-__getattr__ = renamed(__name__, band="envelope", branches="track_poles")
