@@ -17,9 +17,9 @@ from scipy.linalg import eigvals, solve_continuous_are, solve_continuous_lyapuno
 
 import sosbook as sos
 from sosbook.delay.request import DelayRequest
-from sosbook.lmi.centre import margin
 from sosbook.lmi.problem import LMIProblem
 from sosbook.plants.descriptor import descriptors
+from sosbook.solver.centre import margin
 from sosbook.synthesis.observer import ObserverProblem
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs

@@ -40,9 +40,9 @@ import numpy as np
 from tqdm import tqdm
 
 import sosbook as sos
-from sosbook.lmi import time_limit
-from sosbook.lmi.centre import Blocks
 from sosbook.lmi.cones import clarabel_phase_one
+from sosbook.runtime import time_limit
+from sosbook.solver.centre import Blocks
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame

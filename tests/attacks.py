@@ -4,7 +4,7 @@ import numpy as np
 from flint import fmpq_mat
 
 import sosbook as sos
-from sosbook.lmi.exact import exact
+from sosbook.exact.definite import exact
 from sosbook.synthesis.exclusion import excluding_mode
 from sosbook.synthesis.problem import Request
 from tests.random_plants import Case, Units

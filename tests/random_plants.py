@@ -23,9 +23,9 @@ from scipy.linalg import eigvals, solve_continuous_are
 
 import sosbook as sos
 from sosbook.lmi import Unknown
-from sosbook.lmi.centre import Blocks, margin
 from sosbook.lmi.cones import clarabel_minimize
 from sosbook.plants.descriptor import descriptors
+from sosbook.solver.centre import Blocks, margin
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 

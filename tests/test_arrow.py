@@ -10,12 +10,12 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.arrow import Arrow, ArrowMatrix, arrow_of
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.dense import Dense
-from sosbook.lmi.kronecker import Hessian
-from sosbook.lmi.newton import Newton
-from sosbook.lmi.structure import UnknownLayout
+from sosbook.solver.arrow import Arrow, ArrowMatrix, arrow_of
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.dense import Dense
+from sosbook.solver.kronecker import Hessian
+from sosbook.solver.newton import Newton
+from sosbook.solver.structure import UnknownLayout
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant
@@ -48,7 +48,7 @@ def compiled(plant, asked):
 def always(monkeypatch):
     """An arrow wherever there is one."""
     for work in ("factor_work", "dense_work"):
-        monkeypatch.setattr(f"sosbook.lmi.arrow.{work}", lambda stacked: np.inf)
+        monkeypatch.setattr(f"sosbook.solver.arrow.{work}", lambda stacked: np.inf)
 
 
 @pytest.fixture
@@ -94,7 +94,7 @@ def test_both_find_the_same_direction(two_ways, radius):
 
 @pytest.mark.parametrize("ridge", [1e-6, 1e-2, 1.0])
 def test_both_take_the_same_ridge(two_ways, ridge, monkeypatch):
-    monkeypatch.setattr("sosbook.lmi.newton.RIDGES", [-2.0, -3.0, ridge])
+    monkeypatch.setattr("sosbook.solver.newton.RIDGES", [-2.0, -3.0, ridge])
     mine, wanted = solutions(*two_ways, radius=40.0)
     assert_allclose(mine, wanted, rtol=0, atol=1e-9 * abs(wanted).max())
 
@@ -236,7 +236,7 @@ def both(monkeypatch, plant, asked):
     found = []
     for work in (np.inf, 0.0):
         for name in ("factor_work", "dense_work"):
-            place = f"sosbook.lmi.arrow.{name}"
+            place = f"sosbook.solver.arrow.{name}"
             monkeypatch.setattr(place, lambda stacked, work=work: work)
         found.append(sos.design_pid(plant, **asked))
     return found
@@ -268,8 +268,8 @@ def test_a_matrix_too_large_to_be_whole_is_an_arrow(monkeypatch):
     newton = Newton(compiled(plant, asked)[0])
     between = newton.variables // 2
     assert newton._arrow.entries < 0.9 * between**2
-    monkeypatch.setattr("sosbook.lmi.newton.MOST_DENSE_VARIABLES", between)
+    monkeypatch.setattr("sosbook.solver.newton.MOST_DENSE_VARIABLES", between)
     assert sos.design_pid(plant, **asked).status == "feasible"
-    monkeypatch.setattr("sosbook.lmi.newton.arrow_of", lambda stacked: None)
+    monkeypatch.setattr("sosbook.solver.newton.arrow_of", lambda stacked: None)
     refused = sos.design_pid(plant, **asked)
     assert refused.status == "undecided" and "too many" in refused.reason

@@ -7,8 +7,8 @@ import pytest
 
 import sosbook as sos
 from sosbook.__main__ import main
-from sosbook.lmi.barrier import CONVERGES_BELOW, Barrier
-from sosbook.lmi.newton import newton_of
+from sosbook.solver.barrier import CONVERGES_BELOW, Barrier
+from sosbook.solver.newton import newton_of
 from sosbook.synthesis import centre
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import chain, random_cost_request, random_request

@@ -10,9 +10,10 @@ import sosbook as sos
 from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.bounded import any_centre
-from sosbook.lmi.centre import (
+from sosbook.lmi.cones import cvxpy_constraints
+from sosbook.solver.barrier import Barrier
+from sosbook.solver.bounded import any_centre
+from sosbook.solver.centre import (
     STEPS_TO_RAYS,
     Blocks,
     Unbounded,
@@ -21,9 +22,8 @@ from sosbook.lmi.centre import (
     minimize,
     phase_one,
 )
-from sosbook.lmi.cones import cvxpy_constraints
-from sosbook.lmi.kronecker import Hessian
-from sosbook.lmi.newton import newton_of
+from sosbook.solver.kronecker import Hessian
+from sosbook.solver.newton import newton_of
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.slack import with_slack
@@ -112,7 +112,7 @@ def test_only_a_ray_that_ends_is_followed():
 
 def test_phase_one_begins_at_a_start_that_hardly_any_block_excludes(monkeypatch):
     """However far away: there blocks are larger, and so is what one lacks."""
-    module, begun = importlib.import_module("sosbook.lmi.phase_one"), []
+    module, begun = importlib.import_module("sosbook.solver.phase_one"), []
     plain = module.maximize_t
 
     def maximize_t(newton, x, **options):
@@ -143,7 +143,7 @@ def test_another_point_is_asked_for_where_newton_creeps(answer, monkeypatch):
         asked.append(newton_of(blocks).least(x).min() > 0)
         return inside if answer == "inside" else None
 
-    monkeypatch.setattr("sosbook.lmi.centre.STEPS_ALONE", 1)
+    monkeypatch.setattr("sosbook.solver.centre.STEPS_ALONE", 1)
     start = P.pack(np.diag([1.0, 998.0]))
     found = centre(blocks, start, elsewhere=elsewhere)
     assert asked == [True]
@@ -245,7 +245,7 @@ def test_a_set_without_end_is_seen_before_rounding_hides_it(monkeypatch):
     monkeypatch.setattr(
         Barrier, "step", lambda self, *x: taken.append(1) or step(self, *x)
     )
-    monkeypatch.setattr("sosbook.lmi.centre.near_centre", lambda *_: pytest.fail())
+    monkeypatch.setattr("sosbook.solver.centre.near_centre", lambda *_: pytest.fail())
     monkeypatch.setattr("sosbook.synthesis.centre.LARGE_BOUNDS", ())
     design = sos.design_pid(
         plant, region=sos.PoleRegion(0.04, rho=30), saturation=sos.Saturation(30.0, x0)

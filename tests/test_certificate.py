@@ -13,10 +13,17 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook import counterexamples
+from sosbook.exact import definite as certificate
+from sosbook.exact.definite import (
+    Rational,
+    definite,
+    exact,
+    inverse,
+    pivots,
+    round_digits,
+)
+from sosbook.exact.repair import repair_multipliers
 from sosbook.lmi import Unknown, eye
-from sosbook.lmi import exact as certificate
-from sosbook.lmi.exact import Rational, definite, exact, inverse, pivots, round_digits
-from sosbook.lmi.repair import repair_multipliers
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 

@@ -7,7 +7,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples, theorems
-from sosbook.lmi.exact import exact, pivots
+from sosbook.exact.definite import exact, pivots
 from sosbook.plants.descriptor import Coupled, Descriptor
 from sosbook.synthesis.problem import Request
 from tests.test_certificate import positive_definite

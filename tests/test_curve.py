@@ -5,11 +5,11 @@ import pytest
 
 import sosbook as sos
 from benchmarks.catalogue import case
-from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.centre import centre, lower_on_ray
-from sosbook.lmi.curve import FEW_TERMS, MOST_TERMS, Curve
-from sosbook.lmi.newton import newton_of
-from sosbook.lmi.stacks import gram
+from sosbook.solver.barrier import Barrier
+from sosbook.solver.centre import centre, lower_on_ray
+from sosbook.solver.curve import FEW_TERMS, MOST_TERMS, Curve
+from sosbook.solver.newton import newton_of
+from sosbook.solver.stacks import gram
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
 

@@ -20,9 +20,9 @@ from sosbook.delay import (
     slowest_decay,
     solve_delay,
 )
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.exact import exact
+from sosbook.exact.definite import exact
 from sosbook.plants.descriptor import descriptors
+from sosbook.solver.blocks import Blocks
 from sosbook.theorems import Functional, delay_stabilization
 from tests.test_certificate import positive_definite
 

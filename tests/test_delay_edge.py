@@ -12,10 +12,10 @@ from flint import acb, acb_mat
 import sosbook as sos
 from sosbook.delay import DelayedLoop, DelayRequest, analyse_delay, largest, solve_delay
 from sosbook.delay.modes import slow_modes
+from sosbook.exact.definite import exact, inverse
 from sosbook.lmi import Unknown, block, he
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.deepest import deepest
-from sosbook.lmi.exact import exact, inverse
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.deepest import deepest
 
 PUBLISHED = sos.thesis.delay_example_1(published=True)
 PRINTED = sos.thesis.delay_example_1()
@@ -274,7 +274,7 @@ def test_states_that_nothing_drives_decide_alone():
 
 def test_a_bar_shows_the_seconds(monkeypatch):
     """Whole seconds, at the Newton steps; none without being asked."""
-    from sosbook.lmi import time_limit as module
+    from sosbook.runtime import time_limit as module
 
     moved, totals, now = [], [], iter(np.arange(0.0, 1e6, 0.7))
 

@@ -16,8 +16,8 @@ from sosbook.delay import (
     simulate_delay,
     slowest_decay,
 )
+from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
-from sosbook.lmi.exact import exact
 from sosbook.theorems import Times, interval_decay, interval_kernel
 
 SCALAR = DelayedLoop([[0]], [[-1]])

@@ -29,7 +29,7 @@ from sosbook.delay import (
     solve_delay,
 )
 from sosbook.delay.lyapunov import lyapunov_values
-from sosbook.lmi.exact import round_digits
+from sosbook.exact.definite import round_digits
 from sosbook.theorems import Functional, delay_decay, delay_functional
 from tests.cases import random_plant
 from tests.test_delay_theorems import NAMES, functional

@@ -18,8 +18,8 @@ from sosbook.delay import (
     spectral_abscissa,
 )
 from sosbook.delay.request import exp_bound
+from sosbook.exact.definite import definite, exact, inverse
 from sosbook.lmi import Unknown, block, he
-from sosbook.lmi.exact import definite, exact, inverse
 from sosbook.plants.descriptor import Descriptor
 from sosbook.theorems import (
     MISPRINTS,

@@ -328,7 +328,7 @@ def test_a_size_of_its_own_is_no_trouble_for_conjugate_gradients(monkeypatch):
     example = sos.thesis.example_1()
     asked = example.requirements | {"mu": None}
     dense = sos.design_pid(example.plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
     design = sos.design_pid(example.plant, **asked)
     assert design.status == "feasible" and design.certify().proven
     assert np.abs(design.K - dense.K).max() < 1e-6 * np.abs(dense.K).max()

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.delay.request import DelayRequest
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.evaluated import EvaluatedBlocks, unit_readings
 from sosbook.lmi.trusted import TrustedProblem
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.evaluated import EvaluatedBlocks, unit_readings
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from flint import arb, fmpq, fmpq_mat
 
-from sosbook.lmi.adjoint import Slopes, adjoint
-from sosbook.lmi.exact import definite, exact, pivots, positive
-from sosbook.lmi.expression import Unknown, block, he
-from sosbook.lmi.rational import exact_margin, inverse, log2, rational_matrix
-from sosbook.lmi.refutation import semidefinite
+from sosbook.exact.adjoint import Slopes, adjoint
+from sosbook.exact.definite import definite, exact, pivots, positive
+from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
+from sosbook.exact.refutation import semidefinite
+from sosbook.language.expression import Unknown, block, he
 
 
 def rationals(rng, *shape):

@@ -14,12 +14,11 @@ from flint import fmpq, fmpq_mat
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.exact.definite import exact
+from sosbook.exact.proof import Examined, ProofFile
+from sosbook.exact.proof_text import checksum
+from sosbook.exact.refutation import semidefinite
 from sosbook.lmi import LMIProblem, Unknown, he
-from sosbook.lmi.exact import exact
-from sosbook.lmi.names import sane_name
-from sosbook.lmi.proof import Examined, ProofFile
-from sosbook.lmi.proof_text import checksum
-from sosbook.lmi.refutation import semidefinite
 from sosbook.plants.controllability import matrix_of
 from sosbook.proofs import check
 from sosbook.requirements import LMIRegion, Requirement
@@ -27,6 +26,7 @@ from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
 from sosbook.requirements.vocabulary import GAMMA, SIGMA, U_MAX
 from sosbook.requirements.weights import semidefinite_weight
+from sosbook.runtime.names import sane_name
 from sosbook.synthesis.probe import affine_in_quotient
 from sosbook.synthesis.problem import Request
 from tests import energy_to_peak

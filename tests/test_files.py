@@ -62,8 +62,8 @@ READERS = {
         *((ending, lambda x: compare_plant({}, x)) for ending in ("json", "npz", "mat"))
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
-    "lmi.proof.load": [("json", proofs.load)],
-    "lmi.proof.ProofFile.load": [("json", proofs.Certificate.load)],
+    "exact.proof.load": [("json", proofs.load)],
+    "exact.proof.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],
     "pendulum.ticks.TickLog.read": [("csv", TickLog.read)],
     "pendulum.robot.Robot.read": [("toml", Robot.read)],
@@ -110,8 +110,8 @@ TAKES = {
 }
 #: What takes a path and reads no file of others.
 WRITERS = {
-    "lmi.proof.ProofFile.save",
-    "lmi.proof.Unproven.save",  # always an error
+    "exact.proof.ProofFile.save",
+    "exact.proof.Unproven.save",  # always an error
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
     "pendulum.compiled.Compiled.__init__",

@@ -7,8 +7,8 @@ import pytest
 
 import sosbook as sos
 from benchmarks.catalogue import FAMILIES, case
-from sosbook.lmi.exact import exact
-from sosbook.lmi.expression import Term, Unknown
+from sosbook.exact.definite import exact
+from sosbook.language.expression import Term, Unknown
 from sosbook.plants.descriptor import Descriptor
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame

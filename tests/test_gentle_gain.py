@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.lmi.newton import newton_of
+from sosbook.solver.newton import newton_of
 from sosbook.synthesis.gentle_gain import start_of
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -74,7 +74,7 @@ def test_phase_one_is_left_out_and_the_centre_is_the_same(monkeypatch):
             "sosbook.synthesis.feasibility.start_of", lambda lmis: lmis.guess()
         )
         slowly = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.phase_one.maximize_t", lambda *_: pytest.fail())
+    monkeypatch.setattr("sosbook.solver.phase_one.maximize_t", lambda *_: pytest.fail())
     assert sos.design_pid(plant, **asked).status == "feasible"
     assert np.allclose(design.K, slowly.K, rtol=0, atol=1e-8 * np.abs(slowly.K).max())
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from sosbook.lmi import proof
-from sosbook.lmi.rational import decimal
+from sosbook.exact import proof
+from sosbook.exact.rational import decimal
 from sosbook.requirements.lmi_region import LMIRegion
 from tests.hunt import differences
 from tests.hunt.differences import Hunt

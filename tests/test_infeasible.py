@@ -8,9 +8,9 @@ from flint import fmpq, fmpq_mat
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.lmi.centre import Blocks
-from sosbook.lmi.exact import exact
-from sosbook.lmi.time_limit import OutOfTime
+from sosbook.exact.definite import exact
+from sosbook.runtime.time_limit import OutOfTime
+from sosbook.solver.centre import Blocks
 from sosbook.studies.maps import edge, feasibility_map
 from sosbook.synthesis import centre, cutting, objectives
 from sosbook.synthesis.feasibility import closer

@@ -11,15 +11,15 @@ from scipy.linalg import schur
 
 import sosbook as sos
 from sosbook.lmi import Unknown, he
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.bounded import any_centre, bounded
-from sosbook.lmi.centre import centre, phase_one
-from sosbook.lmi.congruence import Congruence
-from sosbook.lmi.modal import _Conjugates
-from sosbook.lmi.newton import Newton, newton_of
-from sosbook.lmi.stacks import Stacked, gram
-from sosbook.lmi.sums import Sums
-from sosbook.lmi.work import hessian_work, iteration_work, sums_work, table_work
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.bounded import any_centre, bounded
+from sosbook.solver.centre import centre, phase_one
+from sosbook.solver.congruence import Congruence
+from sosbook.solver.modal import _Conjugates
+from sosbook.solver.newton import Newton, newton_of
+from sosbook.solver.stacks import Stacked, gram
+from sosbook.solver.sums import Sums
+from sosbook.solver.work import hessian_work, iteration_work, sums_work, table_work
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
 
@@ -62,7 +62,7 @@ def lyapunov(A):
 @pytest.mark.parametrize("length", [1e-6, 1.0, 1e6])
 def test_the_lid_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
     """No phase one: it would begin anew."""
-    monkeypatch.setattr("sosbook.lmi.bounded.phase_one", None)
+    monkeypatch.setattr("sosbook.solver.bounded.phase_one", None)
     A = np.array([[0.0, 1.0], [-2.0, -1.0]])
     blocks, P = lyapunov(A)
     X = np.array([[1.0, -0.3], [-0.3, 1.5]])
@@ -101,11 +101,11 @@ def test_both_ways_take_the_same_newton_step(n, single, monkeypatch):
     rng = np.random.default_rng(n)
     blocks = request_of(*some_plant(rng, n))
     lifts = [-np.eye(len(c)) for c in blocks.constants]
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: 0.0)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: 0.0)
     dense = Newton(blocks).joined(lifts)
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
     work = np.inf if single else 0.0
-    monkeypatch.setattr("sosbook.lmi.newton.products_work", lambda stacked: work)
+    monkeypatch.setattr("sosbook.solver.newton.products_work", lambda stacked: work)
     iterative = Newton(blocks).joined(lifts)
     assert iterative.iterative and not dense.iterative
     x = rng.standard_normal(dense.variables) / 10
@@ -127,7 +127,7 @@ def chain_of(n):
 def centre_of(request, conjugate, monkeypatch):
     """The centre's x, and how many iterations of conjugate gradients it took."""
     work = np.inf if conjugate else 0.0
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: work)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: work)
     blocks = request_of(*request)
     x = phase_one(blocks).x
     newton = newton_of(blocks)
@@ -156,7 +156,7 @@ def test_conjugate_gradients_find_the_centre_of_the_dense_matrix(n, monkeypatch)
     wanted, _ = centre_of(request, False, monkeypatch)
     found, few = centre_of(request, True, monkeypatch)
     assert_allclose(found, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
-    monkeypatch.setattr("sosbook.lmi.centre._approached", lambda newton, x, rays: x)
+    monkeypatch.setattr("sosbook.solver.centre._approached", lambda newton, x, rays: x)
     alone, many = centre_of(request, True, monkeypatch)
     assert_allclose(alone, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
     assert few < many
@@ -180,7 +180,7 @@ def test_a_matrix_takes_over_where_gradients_take_longer(monkeypatch):
     """No iteration is taken that costs more than the matrix: the answer stays."""
     plant, asked = chain_of(6)
     wanted = sos.design_pid(plant, **asked).K
-    monkeypatch.setattr("sosbook.lmi.newton.EXPECTED_ITERATIONS", 0)
+    monkeypatch.setattr("sosbook.solver.newton.EXPECTED_ITERATIONS", 0)
     made, init = [], Newton.__init__
 
     def remembered(self, *args, **words):

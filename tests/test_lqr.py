@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
 
 import sosbook as sos
-from sosbook.lmi.newton import Newton
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
+from sosbook.solver.newton import Newton
 from sosbook.synthesis import lqr
 
 

@@ -8,14 +8,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.exact.refutation import InfeasibilityCertificate
 from sosbook.lmi import problem
-from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.centre import margin
-from sosbook.lmi.newton import newton_of
-from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
+from sosbook.solver.barrier import Barrier
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.centre import margin
+from sosbook.solver.newton import newton_of
 from sosbook.synthesis import centre, certificates, cutting, feasibility, pair_stacks
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_margins import named_margins, pair_margins

@@ -24,13 +24,13 @@ from sosbook.delay import (
     spectral_abscissa,
 )
 from sosbook.lmi import Unknown, block
-from sosbook.lmi.centre import Blocks, centre, phase_one
 from sosbook.pendulum import Mip, SampledLaw, polytope, vertices
 from sosbook.pendulum.experiments import motion
 from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.srivc import respond
 from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
+from sosbook.solver.centre import Blocks, centre, phase_one
 from tests.elements import points
 from tests.gains import named
 from tests.test_page_elements import stored

@@ -7,10 +7,10 @@ from sosbook.mip import Mip, reduced
 
 import sosbook as sos
 from sosbook import design_observer, observer_loop
-from sosbook.lmi.centre import Unbounded
-from sosbook.lmi.newton import Newton
 from sosbook.lmi.solution import LMISolution
 from sosbook.plants.descriptor import descriptors, mean_descriptor
+from sosbook.solver.centre import Unbounded
+from sosbook.solver.newton import Newton
 from sosbook.synthesis import observer
 
 MIP = Mip.printed()

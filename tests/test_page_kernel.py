@@ -10,13 +10,13 @@ import pytest
 import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.book.kernel import MODULES, source
-from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.exact import round_digits
-from sosbook.lmi.newton import newton_of
-from sosbook.lmi.proof_text import checksum
-from sosbook.lmi.rational import decimal
+from sosbook.exact.definite import round_digits
+from sosbook.exact.proof_text import checksum
+from sosbook.exact.rational import decimal
 from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
+from sosbook.solver.barrier import Barrier
+from sosbook.solver.newton import newton_of
 from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs

@@ -11,7 +11,7 @@ import pytest
 import sosbook as sos
 from benchmarks.plants import beam
 from benchmarks.robustness import SYSTEMS, asked_in_units
-from sosbook.lmi.proof_text import written
+from sosbook.exact.proof_text import written
 from sosbook.proofs.check import Refused, check
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.exclusion import solvable

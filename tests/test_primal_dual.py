@@ -12,9 +12,9 @@ import pytest
 from scipy.linalg import block_diag, sqrtm
 
 from sosbook.lmi import Unknown, eye, he
-from sosbook.lmi.centre import Blocks
-from sosbook.lmi.newton import newton_of
-from sosbook.lmi.primal_dual import _direction, _Scaling
+from sosbook.solver.centre import Blocks
+from sosbook.solver.newton import newton_of
+from sosbook.solver.primal_dual import _direction, _Scaling
 
 
 def lyapunov(n, seed):

@@ -6,11 +6,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
+from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.centre import Unbounded
-from sosbook.lmi.exact import exact
 from sosbook.lmi.problem import LMIProblem
-from sosbook.lmi.time_limit import OutOfTime, time_limit
+from sosbook.runtime.time_limit import OutOfTime, time_limit
+from sosbook.solver.centre import Unbounded
 
 A = np.array([[0.0, 1.0], [-2.0, -3.0]])
 B = np.array([[0.0], [1.0]])
@@ -271,7 +271,7 @@ def test_time_and_memory_end(monkeypatch):
     inside = {"P": 2 * solve_continuous_lyapunov(A, -np.eye(2))}
     stopped = late.minimize({"P": np.eye(2)}, start=inside)
     assert stopped.note.startswith("stopped") and stopped.bound is None
-    monkeypatch.setattr("sosbook.lmi.newton.MOST_DENSE_VARIABLES", 1)
+    monkeypatch.setattr("sosbook.solver.newton.MOST_DENSE_VARIABLES", 1)
     full = lyapunov(A).solve()
     assert full.status == "undecided" and "too many for a dense matrix" in full.reason
 

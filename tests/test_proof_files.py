@@ -17,11 +17,11 @@ from flint import arb, arb_mat
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.exact.proof import Proof, ProofFile
+from sosbook.exact.rational import decimal, exact, expanded, fraction, read_number
+from sosbook.exact.refutation import InfeasibilityCertificate
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
-from sosbook.lmi.proof import Proof, ProofFile
-from sosbook.lmi.rational import decimal, exact, expanded, fraction, read_number
-from sosbook.lmi.refutation import InfeasibilityCertificate
 from sosbook.sampled import prove_schur
 from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate

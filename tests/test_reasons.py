@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.lmi.centre import Unbounded
-from sosbook.lmi.time_limit import OutOfTime
+from sosbook.runtime.time_limit import OutOfTime
+from sosbook.solver.centre import Unbounded
 from sosbook.synthesis import exclusion, feasibility, objectives, regularization, slack
 from sosbook.synthesis.placement import placed_gain
 from sosbook.synthesis.problem import Request

@@ -13,8 +13,8 @@ from scipy.linalg import null_space
 from sosbook.reproduction import singular_mass
 
 import sosbook as sos
+from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
-from sosbook.lmi.exact import exact
 from sosbook.synthesis.regularization import (
     InfiniteModes,
     infinite_modes,

@@ -5,12 +5,12 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
+from sosbook.exact import repair as repair_module
+from sosbook.exact.definite import adjoint, exact, in_floats, positive
+from sosbook.exact.repair import _parts, repair_multipliers
 from sosbook.lmi import Unknown, he
-from sosbook.lmi import repair as repair_module
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.centre import phase_one
-from sosbook.lmi.exact import adjoint, exact, in_floats, positive
-from sosbook.lmi.repair import _parts, repair_multipliers
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.centre import phase_one
 from tests.test_arrow import springs
 
 

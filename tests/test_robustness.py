@@ -13,8 +13,8 @@ import sosbook as sos
 from benchmarks import plants
 from benchmarks.robustness import SYSTEMS, Row, at_most, cpu_time_limits, judge, summary
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
-from sosbook.lmi.time_limit import OutOfTime, check_time, time_limit
 from sosbook.plants.descriptor import descriptors
+from sosbook.runtime.time_limit import OutOfTime, check_time, time_limit
 from sosbook.synthesis.certificates import prove
 from sosbook.synthesis.problem import Request
 from tests import random_plants

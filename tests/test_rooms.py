@@ -15,6 +15,9 @@ import sosbook
 PACKAGE = Path(sosbook.__file__).parent
 ROOMS = (
     "runtime",
+    "language",
+    "solver",
+    "exact",
     "lmi",
     "plants",
     "theorems",

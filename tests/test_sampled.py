@@ -13,7 +13,7 @@ from sosbook.mip import Mip
 from sosbook.mip.spread import polytope
 
 import sosbook as sos
-from sosbook.lmi.exact import exact
+from sosbook.exact.definite import exact
 from sosbook.plants.descriptor import descriptors
 from sosbook.sampled import (
     c2d,

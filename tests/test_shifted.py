@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from benchmarks.catalogue import FAMILIES, case
-from sosbook.lmi.barrier import Barrier
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.centre import centre
-from sosbook.lmi.newton import newton_of
-from sosbook.lmi.shifted import enter
+from sosbook.solver.barrier import Barrier
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.centre import centre
+from sosbook.solver.newton import newton_of
+from sosbook.solver.shifted import enter
 from sosbook.synthesis import cutting
 
 from .test_many_pairs import ASKED, plants

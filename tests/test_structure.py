@@ -8,15 +8,15 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi import stacks as stacks_module
-from sosbook.lmi.blocks import Blocks
-from sosbook.lmi.kronecker import Hessian
-from sosbook.lmi.newton import Newton, newton_of
-from sosbook.lmi.sparse_table import SparseTable
-from sosbook.lmi.stacks import Stacked, _Table, gram
-from sosbook.lmi.structure import structure
-from sosbook.lmi.sums import Sums
-from sosbook.lmi.table_hessian import TableHessian
+from sosbook.solver import stacks as stacks_module
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.kronecker import Hessian
+from sosbook.solver.newton import Newton, newton_of
+from sosbook.solver.sparse_table import SparseTable
+from sosbook.solver.stacks import Stacked, _Table, gram
+from sosbook.solver.structure import structure
+from sosbook.solver.sums import Sums
+from sosbook.solver.table_hessian import TableHessian
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
@@ -166,7 +166,7 @@ def test_slabs_are_the_same_matrix(case, monkeypatch):
     rng = np.random.default_rng(2)
     roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
     at_once = Hessian(stacked)(roots)
-    monkeypatch.setattr("sosbook.lmi.kronecker.SLABS_FROM_ROWS", 1)
+    monkeypatch.setattr("sosbook.solver.kronecker.SLABS_FROM_ROWS", 1)
     in_slabs = Hessian(stacked)(roots)
     assert_allclose(in_slabs, at_once, rtol=0, atol=1e-13 * abs(at_once).max())
 
@@ -179,7 +179,7 @@ def test_large_pairs_alone_are_the_same_matrix(case, monkeypatch):
     roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
     together = Hessian(stacked)
     assert together.pairs.batches and not together.pairs.alone
-    monkeypatch.setattr("sosbook.lmi.kronecker.BATCH_ENTRIES", 0)
+    monkeypatch.setattr("sosbook.solver.kronecker.BATCH_ENTRIES", 0)
     alone = Hessian(stacked)
     assert alone.pairs.alone and not alone.pairs.batches
     together, alone = together(roots), alone(roots)
@@ -277,7 +277,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     blocks = Blocks.of(expressions.values(), unknowns)
     x = sos.lmi.centre.phase_one(blocks).x
     direct = Newton(blocks)
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
     iterative = Newton(blocks)
     assert iterative.iterative and not direct.iterative
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in direct.at(x)]
@@ -292,7 +292,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
 def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
     plant, asked = chain(12)
     found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: 0.0)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: 0.0)
     wanted = sos.design_pid(plant, **asked)
     assert found.certify().proven and wanted.certify().proven
     assert_allclose(found.K, wanted.K, atol=1e-4 * abs(wanted.K).max())
@@ -302,9 +302,9 @@ def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):
     """Where conjugate gradients fail the answer is the same."""
     plant, asked = chain(4)
     wanted = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.lmi.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
     monkeypatch.setattr(
-        "sosbook.lmi.newton._conjugate_gradients", lambda *words: (None, 300)
+        "sosbook.solver.newton._conjugate_gradients", lambda *words: (None, 300)
     )
     found = sos.design_pid(plant, **asked)
     assert_allclose(found.K, wanted.K, atol=1e-8 * abs(wanted.K).max())
@@ -402,5 +402,5 @@ def test_a_matrix_without_a_factor_is_made_again(case, hessian, monkeypatch):
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
     g = np.random.default_rng(6).standard_normal(len(x))
     wanted = newton.solver(roots, x)(g)
-    monkeypatch.setattr("sosbook.lmi.newton.RIDGES", [-2.0, -3.0, 1e-15])
+    monkeypatch.setattr("sosbook.solver.newton.RIDGES", [-2.0, -3.0, 1e-15])
     assert_allclose(newton.solver(roots, x)(g), wanted, rtol=1e-12)

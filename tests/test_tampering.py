@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.lmi.proof import load
-from sosbook.lmi.proof_text import checksum
+from sosbook.exact.proof import load
+from sosbook.exact.proof_text import checksum
 from tests.hunt.tampering import (
     CLASSES,
     may_differ,

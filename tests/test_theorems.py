@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from sosbook import LMIRegion, theorems
+from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
-from sosbook.lmi.exact import exact
 from sosbook.plants.descriptor import Coupled, Descriptor, SlackVertex, descriptors
 from tests.cases import random_plant
 

@@ -10,19 +10,19 @@ import sosbook as sos
 from sosbook.analysis.linear import peak_gain
 from sosbook.analysis.lyapunov import lyapunov
 from sosbook.analysis.riccati import riccati
+from sosbook.exact.adjoint import adjoint
+from sosbook.exact.algebraic import _Factor
+from sosbook.exact.definite import definite, exact, pivots
+from sosbook.exact.proof import Examined
+from sosbook.exact.rational import AT_ONCE
+from sosbook.exact.refutation import excludes, semidefinite
+from sosbook.exact.repair import repair_multipliers
 from sosbook.lmi import Unknown, he
-from sosbook.lmi import time_limit as clock
-from sosbook.lmi.adjoint import adjoint
-from sosbook.lmi.algebraic import _Factor
-from sosbook.lmi.exact import definite, exact, pivots
-from sosbook.lmi.newton import _conjugate_gradients
 from sosbook.lmi.problem import LMIProblem
-from sosbook.lmi.proof import Examined
-from sosbook.lmi.rational import AT_ONCE
-from sosbook.lmi.refutation import excludes, semidefinite
-from sosbook.lmi.repair import repair_multipliers
 from sosbook.plants.controllability import FixedPart, fixed_part, is_singular, matrix_of
 from sosbook.requirements.weights import square_factors
+from sosbook.runtime import time_limit as clock
+from sosbook.solver.newton import _conjugate_gradients
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.exclusion import excluding_mass, excluding_mode, solvable
 from sosbook.synthesis.problem import Request
@@ -123,7 +123,7 @@ def test_a_step_that_takes_longer_than_is_left_is_not_begun(name, monkeypatch):
     AHEAD[name]()
     monkeypatch.setattr(clock, "SECONDS_OF_EIGENVALUES", 1e6)
     monkeypatch.setattr("sosbook.plants.controllability.SECONDS_FOR_A_BIT", 1e6)
-    monkeypatch.setattr("sosbook.lmi.algebraic.DEGREE_OF_A_SECOND", 0.1)
+    monkeypatch.setattr("sosbook.exact.algebraic.DEGREE_OF_A_SECOND", 0.1)
     with clock.time_limit(999.0), pytest.raises(clock.OutOfTime) as stopped:
         AHEAD[name]()
     assert "before 999 s were over" in stopped.value.words(999)
@@ -317,7 +317,7 @@ def test_a_bar_that_cannot_be_shown_leaves_no_limit_in_force(monkeypatch):
     def broken(*asked):
         raise RuntimeError("no bar")
 
-    monkeypatch.setattr("sosbook.lmi.time_limit.bar", broken)
+    monkeypatch.setattr("sosbook.runtime.time_limit.bar", broken)
     with (
         pytest.raises(RuntimeError, match="no bar"),
         clock.time_limit(1e-9, progress=True),

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.linalg import solve_triangular
 
-from sosbook.lmi.triangular import inverse_of_lower
+from sosbook.solver.triangular import inverse_of_lower
 
 
 @given(st.integers(1, 50), st.integers(0, 6), st.booleans(), st.integers(0, 2**32 - 1))

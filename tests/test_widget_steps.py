@@ -5,7 +5,7 @@ import pytest
 from sosbook.widgets.steps import explore_steps
 
 import sosbook as sos
-from sosbook.lmi import newton
+from sosbook.solver import newton
 
 
 def chain(n):

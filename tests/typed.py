@@ -8,8 +8,8 @@ from typing import Any, assert_type
 import numpy as np
 
 import sosbook as sos
-from sosbook.lmi.proof import Unproven
-from sosbook.lmi.refutation import InfeasibilityCertificate
+from sosbook.exact.proof import Unproven
+from sosbook.exact.refutation import InfeasibilityCertificate
 from sosbook.synthesis.certificates import Certificate
 
 # Lists, numbers and arrays are taken for matrices.

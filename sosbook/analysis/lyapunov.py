@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.linalg.lapack import dtrsyl
 
-from ..lmi.time_limit import check_time_of_eigenvalues
+from ..runtime.time_limit import check_time_of_eigenvalues
 
 __all__ = ["lyapunov"]
 

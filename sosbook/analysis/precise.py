@@ -9,7 +9,7 @@ from flint import acb, acb_mat, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 from scipy.linalg import matrix_balance
 from scipy.optimize import minimize_scalar
 
-from ..lmi.exact import exact
+from ..exact.definite import exact
 from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
 
 __all__ = ["ExactLoop", "in_rationals", "sensitive"]

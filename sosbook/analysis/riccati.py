@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 from scipy.linalg.lapack import dgees
 
-from ..lmi.time_limit import check_time_of_eigenvalues
+from ..runtime.time_limit import check_time_of_eigenvalues
 
 __all__ = ["riccati"]
 

@@ -25,14 +25,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from ..lmi import Unknown
-from ..lmi.blocks import Blocks
-from ..lmi.bounded import unpacked
-from ..lmi.deepest import deepest
+from ..language import Unknown
 from ..plants.checks import finite, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.libraries import library
+from ..solver.blocks import Blocks
+from ..solver.bounded import unpacked
+from ..solver.deepest import deepest
 from ..synthesis.problem import Request
 from ..theorems import Functional, Times, delay_functional, delay_stabilization
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..lmi.exact import definite, exact, round_digits
-from ..lmi.gain_proof import GainProof, given_gain
-from ..lmi.proof import Examined, first_proven
-from ..lmi.rational import decimal, decimals, expanded, read_array, read_number
-from ..lmi.refutation import Exclusion, excluded_by
+from ..exact.definite import definite, exact, round_digits
+from ..exact.gain_proof import GainProof, given_gain
+from ..exact.proof import Examined, first_proven
+from ..exact.rational import decimal, decimals, expanded, read_array, read_number
+from ..exact.refutation import Exclusion, excluded_by
 from ..plants.records import plant_data, read_plant
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .forms import FORMS

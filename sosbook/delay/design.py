@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi.proof import Unproven, proven_within
-from ..lmi.read_only import ReadOnly
+from ..exact.proof import Unproven, proven_within
 from ..plants.signals import Sine, Step
+from ..runtime.read_only import ReadOnly
 from ..synthesis.gains import Gains
 from . import spectrum
 from .certificates import DelayCertificate, prove_delay

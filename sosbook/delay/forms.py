@@ -4,7 +4,7 @@ A form writes the theorem's block matrices for a `DelayRequest`. What it
 gets are loops in the request's coordinates, with tau as the unit of time.
 """
 
-from ..lmi import Unknown
+from ..language import Unknown
 from ..theorems import (
     Functional,
     delay_decay,

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..lmi.exact import round_digits
-from ..lmi.rational import digit_count
-from ..lmi.time_limit import OutOfTime, checked_seconds
-from ..lmi.time_limit import time_limit as limited
+from ..exact.definite import round_digits
+from ..exact.rational import digit_count
 from ..plants.checks import is_word
 from ..runtime.threads import one_thread
+from ..runtime.time_limit import OutOfTime, checked_seconds
+from ..runtime.time_limit import time_limit as limited
 from .design import DelayDesign
 from .request import DelayRequest, check_loop
 from .solve import alphas, centred_design, first_design, without_alpha

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
-from ..lmi.adjoint import Slopes, adjoint
-from ..lmi.blocks import Blocks
-from ..lmi.exact import exact, inverse, positive
+from ..exact.adjoint import Slopes, adjoint
+from ..exact.definite import exact, inverse, positive
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
+from ..solver.blocks import Blocks
 
 __all__ = ["Modes", "modes_near", "slow_modes"]
 

@@ -1,8 +1,8 @@
 """Exact proofs, as files, that a plant's slow modes have no solution."""
 
-from ..lmi.exact import exact
-from ..lmi.proof import Examined
-from ..lmi.rational import (
+from ..exact.definite import exact
+from ..exact.proof import Examined
+from ..exact.rational import (
     decimal,
     decimals,
     fraction,
@@ -10,7 +10,7 @@ from ..lmi.rational import (
     read_array,
     read_number,
 )
-from ..lmi.refutation import Exclusion
+from ..exact.refutation import Exclusion
 from ..plants.descriptor_system import DescriptorSystem
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .certificates import claims, in_frame, problem_data, read_delay_request

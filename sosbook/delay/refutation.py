@@ -13,11 +13,11 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 from scipy.linalg import qr
 
-from ..lmi import Unknown, block, he
-from ..lmi.blocks import Blocks
-from ..lmi.deepest import deepest
-from ..lmi.exact import exact, in_floats, inverse, round_digits
-from ..lmi.repair import repair_multipliers
+from ..exact.definite import exact, in_floats, inverse, round_digits
+from ..exact.repair import repair_multipliers
+from ..language import Unknown, block, he
+from ..solver.blocks import Blocks
+from ..solver.deepest import deepest
 from .certificates import exclude_delay, refute_delay
 from .modes import slow_modes
 from .modes_certificate import ModesInfeasibility

@@ -8,12 +8,12 @@ import numpy as np
 from flint import arb, fmpq
 from numpy.typing import ArrayLike
 
-from ..lmi.exact import exact, inverse
-from ..lmi.read_only import ReadOnly
+from ..exact.definite import exact, inverse
 from ..plants.checks import finite, is_word, matrix, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
+from ..runtime.read_only import ReadOnly
 from ..synthesis.problem import Request
 from ..synthesis.scaling import Frame
 from ..theorems import MISPRINTS, Times

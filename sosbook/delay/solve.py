@@ -5,14 +5,14 @@ from functools import partial
 
 import numpy as np
 
-from ..lmi.bounded import bounded, unpacked
-from ..lmi.centre import Unbounded, centre
-from ..lmi.deepest import ZERO_DEPTH, deepest
-from ..lmi.exact import round_digits
-from ..lmi.time_limit import OutOfTime, check_time, checked_seconds
-from ..lmi.time_limit import time_limit as limited
+from ..exact.definite import round_digits
 from ..lmi.trusted import TrustedProblem
 from ..runtime.threads import one_thread
+from ..runtime.time_limit import OutOfTime, check_time, checked_seconds
+from ..runtime.time_limit import time_limit as limited
+from ..solver.bounded import bounded, unpacked
+from ..solver.centre import Unbounded, centre
+from ..solver.deepest import ZERO_DEPTH, deepest
 from .certificates import prove_delay
 from .design import DelayDesign
 from .refutation import refuted

@@ -1,6 +1,6 @@
-"""Linear matrix inequalities: expressions, centre, cones, exact proofs."""
+"""Linear matrix inequalities, posed, solved and proven: an `LMIProblem`."""
 
-from .expression import Affine, Unknown, block, eye, he
+from ..language import Affine, Unknown, block, eye, he
 from .problem import LMIProblem
 
 __all__ = ["Affine", "LMIProblem", "Unknown", "block", "eye", "he"]

@@ -4,12 +4,18 @@ import json
 
 import numpy as np
 
-from .exact import exact
-from .expression import Affine, Term, Unknown
-from .names import sane_name
-from .proof import Examined, ProofFile
-from .rational import decimals, fraction, rational_matrix, read_array, round_digits
-from .refutation import Exclusion
+from ..exact.definite import exact
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import (
+    decimals,
+    fraction,
+    rational_matrix,
+    read_array,
+    round_digits,
+)
+from ..exact.refutation import Exclusion
+from ..language.expression import Affine, Term, Unknown
+from ..runtime.names import sane_name
 
 __all__ = ["LMIInfeasibility", "LMIProof"]
 

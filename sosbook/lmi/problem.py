@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..exact.definite import round_digits
+from ..exact.proof import PLACES
+from ..exact.refutation import excluded_by, excluded_radius
 from ..runtime.libraries import library
 from ..runtime.threads import one_thread
-from .bounded import any_centre, bounded, unpacked
-from .centre import Unbounded, centre, minimize, phase_one
+from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
+from ..solver.bounded import any_centre, bounded, unpacked
+from ..solver.centre import Unbounded, centre, minimize, phase_one
+from ..solver.newton import newton_of
 from .certificates import LMIInfeasibility, LMIProof
-from .exact import round_digits
-from .newton import newton_of
-from .proof import PLACES
-from .refutation import excluded_by, excluded_radius
 from .solution import LMISolution
 from .text import LMIText, rationals
-from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
 
 __all__ = ["LMIProblem", "LMIProof", "LMISolution"]
 
@@ -265,7 +265,7 @@ class LMIProblem(LMIText):
         Returns
         -------
         float
-            See `sosbook.lmi.refutation.excluded_radius`.
+            See `sosbook.exact.refutation.excluded_radius`.
         """
         return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 

@@ -5,11 +5,11 @@ from functools import cached_property
 import numpy as np
 from flint import fmpq, fmpz
 
-from .blocks import Blocks
-from .centre import margin
-from .exact import exact
-from .expression import Affine, Unknown
-from .names import sane_name
+from ..exact.definite import exact
+from ..language.expression import Affine, Unknown
+from ..runtime.names import sane_name
+from ..solver.blocks import Blocks
+from ..solver.centre import margin
 
 __all__ = ["LMIText", "floats", "rationals"]
 

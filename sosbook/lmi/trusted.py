@@ -2,8 +2,8 @@
 
 from functools import cached_property
 
-from .blocks import Blocks
-from .evaluated import EvaluatedBlocks, unit_readings
+from ..solver.blocks import Blocks
+from ..solver.evaluated import EvaluatedBlocks, unit_readings
 from .problem import LMIProblem
 
 __all__ = ["TrustedProblem"]

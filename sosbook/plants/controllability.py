@@ -12,8 +12,8 @@ from itertools import count
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpz, fmpz_mat, nmod_mat
 
-from ..lmi.algebraic import roots_of
-from ..lmi.time_limit import check_time
+from ..exact.algebraic import roots_of
+from ..runtime.time_limit import check_time
 
 __all__ = ["FixedPart", "fixed_part", "is_singular", "matrix_of"]
 
@@ -68,7 +68,7 @@ def fixed_part(E, A, B):
 
     Examples
     --------
-    >>> from sosbook.lmi.exact import exact
+    >>> from sosbook.exact.definite import exact
     >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))
     >>> part = fixed_part(one, A, exact(np.array([[1.0], [0]])))
     >>> [complex(s) for s in part.modes()]

@@ -11,8 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from ..lmi import he
-from ..lmi.read_only import ReadOnly
+from ..language import he
+from ..runtime.read_only import ReadOnly
 from .checks import is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
 

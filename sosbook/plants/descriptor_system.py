@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly
 from .checks import matrices_of, matrix, rank_deficient
 from .descriptor import Descriptor
 from .simplex import checked_weights, random_weights

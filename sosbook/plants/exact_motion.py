@@ -3,7 +3,7 @@
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from ..lmi.exact import exact, inverse
+from ..exact.definite import exact, inverse
 
 __all__ = ["exact_flow", "exact_forms"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly
 from .checks import matrix
 
 __all__ = ["Gain", "signals"]

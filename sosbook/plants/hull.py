@@ -3,7 +3,7 @@
 import numpy as np
 from flint import fmpq_mat
 
-from ..lmi.rational import exact
+from ..exact.rational import exact
 
 __all__ = ["quotient_in_hull"]
 

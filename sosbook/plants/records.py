@@ -1,6 +1,6 @@
 """Plants as plain data, and back again: what proof files say of them."""
 
-from ..lmi.rational import decimals, read_array
+from ..exact.rational import decimals, read_array
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 

@@ -81,7 +81,7 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
     # the state joined by [1, sin(omega t), cos(omega t)]
     number, flow, forms = np.asarray, _flow, (A, B, Bw)
     if precise:
-        from ..lmi.exact import exact as number
+        from ..exact.definite import exact as number
         from .exact_motion import exact_flow as flow
         from .exact_motion import exact_forms
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.linalg import eigvals
 
-from ..lmi.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly
 from .checks import matrix, rank_deficient
 from .descriptor import descriptors
 from .response import simulate_open

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from ..delay.certificates import DelayCertificate, DelayInfeasibility
 from ..delay.modes_certificate import ModesInfeasibility
+from ..exact.proof import ProofFile, kinds, load
 from ..lmi.certificates import LMIInfeasibility, LMIProof
-from ..lmi.proof import ProofFile, kinds, load
 from ..sampled.certificate import SampledCertificate, SchurCertificate
 from ..synthesis.certificates import Certificate, DesignInfeasibility
 from ..synthesis.exclusion_certificates import (

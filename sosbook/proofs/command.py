@@ -11,14 +11,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock, Timer
 
-from ..lmi.proof import ProofFile, load
-from ..lmi.proof_text import is_proof, laid_out, parse
-from ..lmi.time_limit import checked_seconds
+from ..exact.proof import ProofFile, load
+from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.files import plant_of
 from ..plants.records import plant_data
 from ..requirements.in_files import KEYS, asked_in_file
 from ..runtime.reading import named, read_bytes, read_json
 from ..runtime.saying import one_line, say
+from ..runtime.time_limit import checked_seconds
 from ..runtime.writing import may_replace
 from ..synthesis.pid import design_pid
 from .subject import compare_gain, compare_plant, subject

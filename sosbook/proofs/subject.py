@@ -6,7 +6,7 @@ what it is about, and `compare` holds it against the reader's own files.
 
 import json
 
-from ..lmi.rational import decimals
+from ..exact.rational import decimals
 from ..plants.checks import matrix
 from ..plants.files import load_plant
 from ..plants.records import plant_data

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..lmi.kinds import OfKind
-from ..lmi.rational import decimal, decimals, read_array, read_number
-from ..lmi.read_only import ReadOnly
+from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.checks import positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..runtime.kinds import OfKind
+from ..runtime.read_only import ReadOnly
 from .loop import Loop
 from .magnitudes import magnitudes
 from .vocabulary import Parameter

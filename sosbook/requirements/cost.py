@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from ..analysis.linear import loop_matrix
 from ..analysis.lyapunov import lyapunov
-from ..lmi import Unknown, eye, he
-from ..lmi.exact import definite, exact, inverse
-from ..lmi.rational import decimal
+from ..exact.definite import definite, exact, inverse
+from ..exact.rational import decimal
+from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound

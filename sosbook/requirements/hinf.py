@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..analysis.linear import hinf_norm
-from ..lmi.rational import decimal
+from ..exact.rational import decimal
 from ..plants.checks import positive
 from ..theorems import bounded_real, slack_bounded_real
 from .base import Requirement

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
-from ..lmi import eye
-from ..lmi.exact import inverse
-from ..lmi.rational import decimal
+from ..exact.definite import inverse
+from ..exact.rational import decimal
+from ..language import eye
 from ..plants.checks import matrix, numbers
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import control_bound, initial_state, slack_initial_state

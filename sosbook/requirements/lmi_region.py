@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from ..analysis.linear import poles
-from ..lmi.names import sane_name
-from ..lmi.rational import decimal, decimals, exact, read_array, read_number
+from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..runtime.names import sane_name
 from ..theorems import pole_region, slack_pole_region
 from .base import Requirement
 from .loop import Loop

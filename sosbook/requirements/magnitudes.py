@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..lmi.primal_dual import positive
 from ..lmi.text import floats
 from ..plants.descriptor import Coupled, Descriptor
+from ..solver.primal_dual import positive
 from .loop import Loop
 
 __all__ = ["Magnitudes", "magnitudes"]

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from flint import arb, ctx
 
-from ..lmi.rational import decimal, decimals, exact
+from ..exact.rational import decimal, decimals, exact
 from ..plants.checks import finite, positive
 from .vocabulary import RHO, SIGMA, THETA
 

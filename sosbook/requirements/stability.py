@@ -4,7 +4,7 @@ import numpy as np
 from flint import fmpq
 
 from ..analysis.linear import poles
-from ..lmi.rational import exact
+from ..exact.rational import exact
 from ..theorems import slack_stability, stability
 from .base import Requirement
 

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from ..lmi.exact import definite, exact
-from ..lmi.refutation import semidefinite
-from ..lmi.time_limit import check_time
+from ..exact.definite import definite, exact
+from ..exact.refutation import semidefinite
 from ..plants.checks import matrix
+from ..runtime.time_limit import check_time
 
 __all__ = ["semidefinite_weight", "square_factors", "symmetric_weight"]
 

@@ -7,7 +7,7 @@ the precision of flint's context.
 import numpy as np
 from flint import arb, arb_mat
 
-from ..lmi.exact import exact
+from ..exact.definite import exact
 
 __all__ = ["balls", "entries", "exponential", "hull", "middle", "series", "solve"]
 

@@ -3,9 +3,9 @@
 import numpy as np
 from flint import arb, ctx
 
-from ..lmi.exact import exact
-from ..lmi.proof import Examined, ProofFile
-from ..lmi.rational import decimal, decimals, fraction, read_array, read_number
+from ..exact.definite import exact
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import decimal, decimals, fraction, read_array, read_number
 from ..plants.records import plant_data, read_plant
 from .discretize import SampleTiming, input_vertices, is_controller
 from .loops import BALL_BITS, SampledPolytope, halves, pivot

@@ -10,7 +10,7 @@ import numpy as np
 from flint import fmpq
 from scipy.linalg import expm
 
-from ..lmi.exact import exact
+from ..exact.definite import exact
 from ..plants.checks import finite, matrix, positive
 from ..plants.kinds import checked_plant
 from ..runtime.libraries import library

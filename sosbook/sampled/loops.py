@@ -7,7 +7,7 @@ import numpy as np
 from flint import arb, ctx
 from scipy.linalg import solve_triangular
 
-from ..lmi.exact import exact
+from ..exact.definite import exact
 from .balls import balls, exponential, hull, middle, series, solve
 from .discretize import SampleTiming
 

@@ -9,7 +9,7 @@ from flint import fmpq
 from numpy.typing import ArrayLike
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
-from ..lmi.proof import Stopped
+from ..exact.proof import Stopped
 from ..plants.checks import matrix, numbers, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import Gain, signals

@@ -8,15 +8,15 @@ from flint import arb, arb_mat, ctx
 from numpy.typing import ArrayLike
 from scipy.linalg import matrix_balance
 
-from ..lmi import Unknown
-from ..lmi.exact import exact, round_digits
+from ..exact.definite import exact, round_digits
+from ..exact.proof import Stopped, first_proven, proven_within
+from ..exact.rational import decimals
+from ..language import Unknown
 from ..lmi.problem import LMIProblem
-from ..lmi.proof import Stopped, first_proven, proven_within
-from ..lmi.rational import decimals
-from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
 from ..plants.kinds import Plant
 from ..runtime.threads import one_thread
+from ..runtime.time_limit import check_time
 from .balls import balls, entries, middle
 from .certificate import SampledCertificate, SchurCertificate, balls_data
 from .discretize import SampleTiming, input_vertices, is_controller

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..lmi import Unknown, block
-from ..lmi.centre import Unbounded
+from ..exact.definite import round_digits
+from ..language import Unknown, block
 from ..lmi.certificates import LMIProof
-from ..lmi.exact import round_digits
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
 from ..requirements.pole_region import PoleRegion
+from ..solver.centre import Unbounded
 from ..synthesis.pid import analyse_pid
 from ..synthesis.scaling import Frame
 from ..theorems import control_bound, initial_state

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from ..lmi.time_limit import OutOfTime
+from ..runtime.time_limit import OutOfTime
 from .feasibility import answer
 from .scaling import Frame
 from .solution import Solution

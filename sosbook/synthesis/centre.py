@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lmi.barrier import CONVERGES_BELOW, Barrier, barrier_of
-from ..lmi.bounded import bounded, unpacked
-from ..lmi.centre import Unbounded, centre, lower_on_ray
-from ..lmi.newton import newton_of
 from ..lmi.solution import CLEAR_MARGIN
+from ..solver.barrier import CONVERGES_BELOW, Barrier, barrier_of
+from ..solver.bounded import bounded, unpacked
+from ..solver.centre import Unbounded, centre, lower_on_ray
+from ..solver.newton import newton_of
 from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_refuse, holds
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame

@@ -4,10 +4,10 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..lmi.exact import exact, round_digits
-from ..lmi.gain_proof import GainProof, given_gain
-from ..lmi.proof import Examined, Proof, first_proven
-from ..lmi.rational import (
+from ..exact.definite import exact, round_digits
+from ..exact.gain_proof import GainProof, given_gain
+from ..exact.proof import Examined, Proof, first_proven
+from ..exact.rational import (
     decimal,
     decimals,
     exact_margin,
@@ -16,7 +16,7 @@ from ..lmi.rational import (
     read_number,
     read_numerals,
 )
-from ..lmi.refutation import Exclusion, InfeasibilityCertificate, excluded_by
+from ..exact.refutation import Exclusion, InfeasibilityCertificate, excluded_by
 from ..plants.checks import matrix
 from .records import read_request, request_data
 from .scaling import Frame

@@ -5,14 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..lmi import Affine
-from ..lmi.blocks import AffineBlocks, Blocks
-from ..lmi.bounded import any_centre, unpacked
-from ..lmi.centre import margin, phase_one
-from ..lmi.newton import newton_of
-from ..lmi.shifted import enter
+from ..language import Affine
 from ..lmi.solution import LMISolution
-from ..lmi.time_limit import check_time
+from ..runtime.time_limit import check_time
+from ..solver.blocks import AffineBlocks, Blocks
+from ..solver.bounded import any_centre, unpacked
+from ..solver.centre import margin, phase_one
+from ..solver.newton import newton_of
+from ..solver.shifted import enter
 from .pair_margins import pair_margins
 
 __all__ = [

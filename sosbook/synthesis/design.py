@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..lmi.proof import Unproven, proven_within
-from ..lmi.refutation import InfeasibilityCertificate
+from ..exact.proof import Unproven, proven_within
+from ..exact.refutation import InfeasibilityCertificate
 from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
 from .closed_loop import ClosedLoop

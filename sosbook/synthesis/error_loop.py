@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi import block
+from ..language import block
 from ..plants.checks import matrix
 from ..plants.descriptor import descriptors, mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem

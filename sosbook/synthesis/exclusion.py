@@ -4,10 +4,10 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from ..lmi.exact import exact
-from ..lmi.time_limit import check_time
+from ..exact.definite import exact
 from ..plants.controllability import fixed_part, is_singular, matrix_of
 from ..requirements.stability import Stability
+from ..runtime.time_limit import check_time
 from .exclusion_certificates import (
     FixedModeCertificate,
     SingularMassCertificate,

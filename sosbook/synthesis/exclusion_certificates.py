@@ -3,10 +3,10 @@
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from ..lmi.algebraic import roots_of
-from ..lmi.exact import exact
-from ..lmi.proof import Examined, ProofFile
-from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..exact.algebraic import roots_of
+from ..exact.definite import exact
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
 from ..plants.controllability import FixedPart, matrix_of
 from ..plants.records import plant_data
 from ..requirements.base import Requirement

@@ -5,9 +5,9 @@ from time import monotonic
 
 import numpy as np
 
-from ..lmi.centre import LONGEST_SOLUTION
-from ..lmi.exact import round_digits
-from ..lmi.time_limit import OutOfTime, check_time, checked_seconds, time_limit
+from ..exact.definite import round_digits
+from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
+from ..solver.centre import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .exclusion import excluding_mass, excluding_mode, why_refused

@@ -13,9 +13,9 @@ sqrt(x0' X x0 |B' X B|) there, which falls with the weight w.
 import numpy as np
 
 from ..analysis.riccati import riccati
-from ..lmi.newton import newton_of
-from ..lmi.primal_dual import positive
 from ..requirements.pole_region import LMIRegion
+from ..solver.newton import newton_of
+from ..solver.primal_dual import positive
 
 __all__ = ["start_of"]
 

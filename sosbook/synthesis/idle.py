@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lmi.time_limit import check_time_of_eigenvalues
+from ..runtime.time_limit import check_time_of_eigenvalues
 from .bracket import rounded_up
 from .feasibility import answer
 from .scaled_lmis import ScaledLMIs

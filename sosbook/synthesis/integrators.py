@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 from scipy.sparse import issparse
 
-from ..lmi import Unknown, he
+from ..exact.definite import exact
+from ..language import Unknown, he
 from ..lmi.certificates import LMIProof
-from ..lmi.exact import exact
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant

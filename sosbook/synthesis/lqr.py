@@ -7,8 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..lmi.exact import exact
-from ..lmi.time_limit import OutOfTime
+from ..exact.definite import exact
 from ..plants.controllability import fixed_part
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
@@ -17,6 +16,7 @@ from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once
 from ..runtime.threads import one_thread
+from ..runtime.time_limit import OutOfTime
 from .bracket import bracketed
 from .design import Design
 from .feasibility import answer, follow, guarded

@@ -4,10 +4,10 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 from scipy.linalg import eigh
 
-from ..lmi import Unknown, eye, he
-from ..lmi.exact import exact, round_digits
-from ..lmi.refutation import InfeasibilityCertificate
-from ..lmi.repair import repair_multipliers
+from ..exact.definite import exact, round_digits
+from ..exact.refutation import InfeasibilityCertificate
+from ..exact.repair import repair_multipliers
+from ..language import Unknown, eye, he
 from .regularity import exclude_gains, mass_pairs
 
 __all__ = ["null_basis", "refute_regular", "unreached"]

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lmi.bounded import any_minimum, unpacked
-from ..lmi.centre import Unbounded
-from ..lmi.exact import round_digits
+from ..exact.definite import round_digits
 from ..lmi.solution import LMISolution
-from ..lmi.time_limit import OutOfTime
+from ..runtime.time_limit import OutOfTime
+from ..solver.bounded import any_minimum, unpacked
+from ..solver.centre import Unbounded
 from .bracket import bracketed, rounded_up
 from .centre import finish, nearer
 from .cutting import Cuts, few_decide, holds

@@ -11,18 +11,18 @@ from scipy.linalg import cholesky
 from ..analysis.linear import balancing
 from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
-from ..lmi import Unknown, block
-from ..lmi.centre import Unbounded
-from ..lmi.exact import inverse, round_digits
-from ..lmi.rational import decimal, decimals, read_array, read_number
-from ..lmi.time_limit import OutOfTime, checked_seconds
-from ..lmi.time_limit import time_limit as limited
+from ..exact.definite import inverse, round_digits
+from ..exact.rational import decimal, decimals, read_array, read_number
+from ..language import Unknown, block
 from ..lmi.trusted import TrustedProblem
 from ..plants.checks import inverse_by_rows, matrices_of, matrix
 from ..plants.descriptor import mean_descriptor, twins
 from ..plants.kinds import Plant
 from ..plants.records import plant_data, read_plant
 from ..runtime.threads import one_thread
+from ..runtime.time_limit import OutOfTime, checked_seconds
+from ..runtime.time_limit import time_limit as limited
+from ..solver.centre import Unbounded
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
 from .error_loop import error_loop, vertices_of

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from ..lmi import Affine
-from ..lmi.blocks import Blocks
-from ..lmi.deepest import deepest
-from ..lmi.exact import exact, in_floats, inverse
-from ..lmi.gain_proof import significant
-from ..lmi.proof import Examined, ProofFile
-from ..lmi.rational import decimal, decimals, read_array, read_number
-from ..lmi.refutation import Exclusion, InfeasibilityCertificate
-from ..lmi.repair import repair_multipliers
+from ..exact.definite import exact, in_floats, inverse
+from ..exact.gain_proof import significant
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import decimal, decimals, read_array, read_number
+from ..exact.refutation import Exclusion, InfeasibilityCertificate
+from ..exact.repair import repair_multipliers
+from ..language import Affine
 from ..lmi.text import rationals
+from ..solver.blocks import Blocks
+from ..solver.deepest import deepest
 from .mass_refutation import null_basis
 
 __all__ = ["ObserverCertificate", "ObserverInfeasibility", "refute_observer"]

@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 
 from ..analysis import linear
 from ..analysis.margins import DiskMargin
-from ..lmi.exact import round_digits
-from ..lmi.proof import Unproven, first_proven, proven_within
-from ..lmi.read_only import ReadOnly
-from ..lmi.refutation import InfeasibilityCertificate
+from ..exact.definite import round_digits
+from ..exact.proof import Unproven, first_proven, proven_within
+from ..exact.refutation import InfeasibilityCertificate
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
 from ..runtime.libraries import library
+from ..runtime.read_only import ReadOnly
 from .design import Design
 from .error_loop import observed, observer_loop, vertices_of
 from .observer_certificate import (

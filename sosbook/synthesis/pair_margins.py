@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..lmi.centre import margin
-from ..lmi.matrices import margins
+from ..language.matrices import margins
 from ..lmi.text import floats
-from ..lmi.time_limit import check_time
 from ..requirements.base import BlockName
+from ..runtime.time_limit import check_time
+from ..solver.centre import margin
 from .pair_stacks import alone, read, stacked, together
 
 __all__ = ["named_margins", "pair_margins"]
@@ -31,7 +31,7 @@ def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
     -------
     dict
         From (requirement's key, block) to an array of one margin for each of
-        the request's pairs: see `sosbook.lmi.matrices.margins`.
+        the request's pairs: see `sosbook.language.matrices.margins`.
 
     Notes
     -----

@@ -4,10 +4,10 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..lmi import Affine
-from ..lmi.matrices import Matrices, array_of
-from ..lmi.structure import some_matrix
+from ..language import Affine
+from ..language.matrices import Matrices, array_of
 from ..plants.descriptor import Coupled, Descriptor
+from ..solver.structure import some_matrix
 
 __all__ = ["alone", "blocks_of_pairs", "read", "stacked", "together"]
 

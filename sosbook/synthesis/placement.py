@@ -13,11 +13,11 @@ import numpy as np
 from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
 
 from ..analysis.linear import balancing
-from ..lmi.algebraic import roots_of
-from ..lmi.exact import exact
-from ..lmi.rational import rational_matrix
-from ..lmi.time_limit import check_time
+from ..exact.algebraic import roots_of
+from ..exact.definite import exact
+from ..exact.rational import rational_matrix
 from ..plants.controllability import fixed_part, matrix_of
+from ..runtime.time_limit import check_time
 from .pole_places import dyadic, goals, modes_of, real_places
 from .rounding import modes_by_rounding
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb, fmpq, fmpq_poly
 
-from ..lmi.algebraic import roots_of
-from ..lmi.exact import exact
-from ..lmi.time_limit import check_time
+from ..exact.algebraic import roots_of
+from ..exact.definite import exact
+from ..runtime.time_limit import check_time
 
 __all__ = ["Mode", "dyadic", "goals", "modes_of", "real_places"]
 

@@ -8,10 +8,10 @@ import numpy as np
 from flint import acb_mat, arb, ctx, fmpq, fmpq_mat
 
 from ..analysis.linear import balancing
-from ..lmi.exact import exact, round_digits
-from ..lmi.proof import DIGITS
-from ..lmi.rational import digit_count, exact_margin, log2, rational_matrix
-from ..lmi.time_limit import check_time
+from ..exact.definite import exact, round_digits
+from ..exact.proof import DIGITS
+from ..exact.rational import digit_count, exact_margin, log2, rational_matrix
+from ..runtime.time_limit import check_time
 from .certificates import prove_with
 from .placement import MOST_STATES, keeps, loop_matrix, placed_gain
 from .pole_places import dyadic

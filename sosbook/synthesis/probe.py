@@ -5,11 +5,11 @@ A wrong word of theirs would leave out pairs of vertices that a proof needs.
 
 import numpy as np
 
-from ..lmi.exact import exact
-from ..lmi.time_limit import check_time
+from ..exact.definite import exact
 from ..plants.controllability import matrix_of
 from ..plants.descriptor import Coupled, Descriptor
 from ..requirements.loop import Loop
+from ..runtime.time_limit import check_time
 
 __all__ = ["affine_in_quotient"]
 

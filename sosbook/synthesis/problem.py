@@ -6,13 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..lmi import Affine
-from ..lmi.exact import exact
-from ..lmi.matrices import Readings
-from ..lmi.names import sane_name
-from ..lmi.read_only import ReadOnly
+from ..exact.definite import exact
+from ..language import Affine
+from ..language.matrices import Readings
 from ..lmi.text import floats
-from ..lmi.time_limit import check_time
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
@@ -27,6 +24,9 @@ from ..requirements.base import BlockTable, Requirement
 from ..requirements.loop import Loop, OnDemand
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import Shorthand, collected, moved
+from ..runtime.names import sane_name
+from ..runtime.read_only import ReadOnly
+from ..runtime.time_limit import check_time
 from .pair_stacks import blocks_of_pairs
 from .regularization import Regularization
 from .sizes import Sizes

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..lmi.rational import decimal, decimals, read_array, read_number
+from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.records import plant_data, read_plant
 from ..requirements.base import Requirement
 from .problem import Request

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..lmi.exact import exact, round_digits
-from ..lmi.gain_proof import GainProof
-from ..lmi.proof import Examined, ProofFile, first_proven
-from ..lmi.rational import (
+from ..exact.definite import exact, round_digits
+from ..exact.gain_proof import GainProof
+from ..exact.proof import Examined, ProofFile, first_proven
+from ..exact.rational import (
     decimal,
     decimals,
     expanded,
@@ -14,7 +14,7 @@ from ..lmi.rational import (
     read_array,
     read_number,
 )
-from ..lmi.refutation import semidefinite
+from ..exact.refutation import semidefinite
 from ..plants.checks import matrix, positive
 from ..plants.records import plant_data, read_plant
 from ..theorems.regularization import regular_mass

@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.infinite_modes import InfiniteModes, infinite_modes
-from ..lmi import Unknown, he
-from ..lmi.centre import Unbounded
-from ..lmi.exact import exact
+from ..exact.definite import exact
+from ..exact.proof import Unproven, proven_within
+from ..exact.refutation import InfeasibilityCertificate
+from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
-from ..lmi.proof import Unproven, proven_within
-from ..lmi.read_only import ReadOnly
-from ..lmi.refutation import InfeasibilityCertificate
 from ..plants.checks import is_word, positive
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.response import Response
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..plants.signals import Sine, Step
+from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
+from ..solver.centre import Unbounded
 from ..theorems.regularization import regular_mass
 from .mass_refutation import refute_regular, unreached
 from .regularity import (

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..display.card import card
-from ..lmi.proof import Proof, Unproven
+from ..exact.proof import Proof, Unproven
 
 __all__ = ["Result"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from flint import acb, acb_mat, arb, ctx
 
-from ..lmi.algebraic import roots_of
-from ..lmi.exact import exact
+from ..exact.algebraic import roots_of
+from ..exact.definite import exact
 from ..plants.controllability import matrix_of
 
 __all__ = ["modes_by_rounding"]

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..lmi import Unknown, eye
-from ..lmi.centre import margin
+from ..language import Unknown, eye
 from ..lmi.problem import LMIProblem
 from ..lmi.text import floats
-from ..lmi.time_limit import check_time_of_eigenvalues
 from ..lmi.trusted import TrustedProblem
+from ..runtime.time_limit import check_time_of_eigenvalues
+from ..solver.centre import margin
 from .certificates import prove, prove_infeasible
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_margins import named_margins

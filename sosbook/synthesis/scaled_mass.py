@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..lmi import Unknown, block, eye, he
+from ..language import Unknown, block, eye, he
 from ..lmi.problem import LMIProblem
 from ..theorems.regularization import regular_mass
 from .regularity import mass_pairs

@@ -7,12 +7,12 @@ from scipy.linalg import matrix_balance
 
 from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
-from ..lmi.exact import round_digits
-from ..lmi.read_only import ReadOnly
+from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.base import Requirement
 from ..requirements.magnitudes import magnitudes
+from ..runtime.read_only import ReadOnly
 
 __all__ = ["Frame", "in_unknowns_of"]
 

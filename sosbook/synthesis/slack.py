@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from ..lmi.exact import round_digits
-from ..lmi.time_limit import OutOfTime, check_time
+from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
+from ..runtime.time_limit import OutOfTime, check_time
 from .exclusion import excluding_mode
 from .feasibility import guarded, refused, search, without_lmis
 from .objectives import Unattained, optimum

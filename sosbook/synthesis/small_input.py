@@ -18,11 +18,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import schur
 
-from ..lmi.exact import exact, inverse, round_digits
-from ..lmi.time_limit import check_time
+from ..exact.definite import exact, inverse, round_digits
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import LMIRegion
+from ..runtime.time_limit import check_time
 from .problem import Request
 from .scaling import Frame
 from .small_input_certificate import (

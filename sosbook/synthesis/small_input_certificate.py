@@ -4,10 +4,10 @@ from copy import copy
 
 import numpy as np
 
-from ..lmi.exact import exact, positive
-from ..lmi.proof import Examined, ProofFile
-from ..lmi.rational import decimals, read_array
-from ..lmi.refutation import semidefinite
+from ..exact.definite import exact, positive
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import decimals, read_array
+from ..exact.refutation import semidefinite
 from ..requirements.lmi_region import LMIRegion
 from ..requirements.stability import Stability
 from .certificates import claims, excluding

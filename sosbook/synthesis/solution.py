@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..lmi.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly
 from .problem import Request
 from .scaling import Frame
 

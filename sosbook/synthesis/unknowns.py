@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..lmi import Unknown
-from ..lmi.names import sane_name
+from ..language import Unknown
 from ..lmi.text import floats
 from ..plants.descriptor import twins
+from ..runtime.names import sane_name
 
 __all__ = ["InUnknowns"]
 

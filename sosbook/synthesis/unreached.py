@@ -5,12 +5,12 @@ from flint import fmpq_mat
 from scipy.linalg import qr
 from scipy.optimize import minimize_scalar
 
-from ..lmi.exact import exact, round_digits
-from ..lmi.proof import Examined, ProofFile
-from ..lmi.rational import decimal, decimals, fraction, rational_matrix, read_number
-from ..lmi.stacks import transposed
-from ..lmi.time_limit import check_time
+from ..exact.definite import exact, round_digits
+from ..exact.proof import Examined, ProofFile
+from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
 from ..plants.checks import logarithmic_scales
+from ..runtime.time_limit import check_time
+from ..solver.stacks import transposed
 from .exclusion_certificates import loop_data, loop_request
 
 __all__ = ["UnreachedResponseCertificate", "excluding_response"]

@@ -15,7 +15,7 @@ with :math:`\eta = \int_{t-\tau}^t x` and :math:`w = [x; \dot x]`.
 
 from dataclasses import dataclass
 
-from ..lmi import block, he
+from ..language import block, he
 
 __all__ = [
     "MISPRINTS",

@@ -1,6 +1,6 @@
 """Theorem 2.1: a bound on the H-infinity norm from w to y = C x."""
 
-from ..lmi import block, eye, he
+from ..language import block, eye, he
 
 
 def bounded_real(c, gamma2, mu=1):

@@ -18,7 +18,7 @@ inequality of order 1, that is Wirtinger's.
 
 import numpy as np
 
-from ..lmi import block, he
+from ..language import block, he
 
 __all__ = ["interval_decay", "interval_functional", "interval_kernel"]
 

@@ -15,7 +15,7 @@ Legendre polynomial.
 
 import numpy as np
 
-from ..lmi import block, he
+from ..language import block, he
 
 __all__ = ["legendre_decay", "legendre_functional"]
 

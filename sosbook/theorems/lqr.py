@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..lmi import block, eye, he
+from ..language import block, eye, he
 
 __all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay", "trace_bound"]
 

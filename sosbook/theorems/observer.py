@@ -1,6 +1,6 @@
 """Theorem 2.5: an observer that the uncertainty doesn't upset."""
 
-from ..lmi import block, eye, he
+from ..language import block, eye, he
 
 __all__ = ["observer_cost", "observer_decay"]
 

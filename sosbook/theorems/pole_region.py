@@ -1,6 +1,6 @@
 """Theorem 2.2 and A.2: closed-loop poles in an LMI region."""
 
-from ..lmi import block, he
+from ..language import block, he
 
 
 def pole_region(c, alpha, beta):

@@ -1,6 +1,6 @@
 """Lemma 2.1 and Theorem A.1: acceleration feedback makes M regular."""
 
-from ..lmi import block, eye, he
+from ..language import block, eye, he
 
 
 def regular_mass(M, B, K_A, beta):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..lmi import block, eye
+from ..language import block, eye
 
 
 def initial_state(P, x0):

@@ -9,7 +9,7 @@ holds at the vertices holds between them, with P(a) = sum a_i P_i.
 
 import numpy as np
 
-from ..lmi import block, eye, he
+from ..language import block, eye, he
 
 __all__ = [
     "slack_bounded_real",

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import sosbook as sos
-from sosbook.lmi.proof_text import checksum
+from sosbook.exact.proof_text import checksum
 from sosbook.requirements.base import Requirement
 from tests.hunt.readers import alone, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request

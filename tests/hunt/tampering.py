@@ -12,8 +12,8 @@ import numpy as np
 from mpmath import mp
 
 import sosbook as sos
-from sosbook.lmi.proof import kinds
-from sosbook.lmi.rational import decimal
+from sosbook.exact.proof import kinds
+from sosbook.exact.rational import decimal
 from sosbook.requirements.base import Requirement
 from sosbook.synthesis.records import read_request
 from tests.least_input import least_input

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...lmi.centre import Blocks, centre, phase_one
 from ...runtime.libraries import library
+from ...solver.centre import Blocks, centre, phase_one
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame
 from ..elements.chart import Chart

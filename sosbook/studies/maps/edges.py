@@ -11,14 +11,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ...lmi import Unknown, block, eye
-from ...lmi.bounded import unpacked
-from ...lmi.centre import Blocks, Unbounded
-from ...lmi.newton import newton_of
-from ...lmi.primal_dual import interior_steps
-from ...lmi.time_limit import OutOfTime, checked_seconds
-from ...lmi.time_limit import time_limit as limited
+from ...language import Unknown, block, eye
 from ...requirements.shorthand import parameter
+from ...runtime.time_limit import OutOfTime, checked_seconds
+from ...runtime.time_limit import time_limit as limited
+from ...solver.bounded import unpacked
+from ...solver.centre import Blocks, Unbounded
+from ...solver.newton import newton_of
+from ...solver.primal_dual import interior_steps
 from ...synthesis.design import Design
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame

@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ...lmi.centre import margin
-from ...lmi.time_limit import OutOfTime, checked_seconds
-from ...lmi.time_limit import time_limit as limited
 from ...requirements.vocabulary import Parameter
+from ...runtime.time_limit import OutOfTime, checked_seconds
+from ...runtime.time_limit import time_limit as limited
+from ...solver.centre import margin
 from .ask import Ask, again, point, seen
 from .search import Search, certified, refuted, replaced
 

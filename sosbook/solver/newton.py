@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..runtime.time_limit import check_time
 from .arrow import ArrowMatrix, arrow_of
 from .congruence import Congruence
 from .kronecker import Hessian
@@ -18,7 +19,6 @@ from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums
 from .table_hessian import TableHessian
-from .time_limit import check_time
 from .work import (
     hessian_work,
     iteration_work,

@@ -7,7 +7,7 @@ from time import monotonic
 
 import numpy as np
 
-from ..runtime.progress import bar
+from .progress import bar
 
 __all__ = [
     "OutOfTime",

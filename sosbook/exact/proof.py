@@ -11,14 +11,14 @@ from time import monotonic
 
 import numpy as np
 
+from ..runtime.kinds import OfKind
 from ..runtime.reading import read_text
 from ..runtime.saying import one_line
+from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..runtime.writing import write_file
-from .exact import definite
-from .kinds import OfKind
+from .definite import definite
 from .proof_text import is_proof, parse, same, written
 from .rational import digit_count
-from .time_limit import OutOfTime, check_time, checked_seconds, time_limit
 
 __all__ = [
     "DIGITS",
@@ -70,7 +70,7 @@ class Examined:
         What is proven, in words; empty without a proof.
     blocks : dict
         From a block's name to its smallest pivot, as a float (in large
-        blocks to six digits: see `sosbook.lmi.exact.definite`).
+        blocks to six digits: see `sosbook.exact.definite.definite`).
     failed : tuple of str
         Names of the blocks that aren't positive definite, or what else
         is wrong.

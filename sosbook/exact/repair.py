@@ -13,13 +13,13 @@ from math import inf
 import numpy as np
 from scipy.linalg import qr
 
+from ..runtime.time_limit import check_time
+from ..solver.blocks import Blocks
+from ..solver.centre import refine
+from ..solver.leaves import leaves
 from .adjoint import Slopes, adjoint
-from .blocks import Blocks
-from .centre import refine
-from .exact import definite, exact, in_floats
-from .leaves import leaves
+from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits
-from .time_limit import check_time
 
 __all__ = ["repair_multipliers"]
 

@@ -6,11 +6,11 @@ from math import inf, nextafter, sqrt
 
 import numpy as np
 
-from .exact import adjoint, exact, positive, round_digits
+from ..runtime.time_limit import check_time
+from .definite import adjoint, exact, positive, round_digits
 from .proof import Examined, ProofFile
 from .rational import _matrix, fraction, rational_matrix
 from .repair import repair_multipliers
-from .time_limit import check_time
 
 __all__ = [
     "Exclusion",

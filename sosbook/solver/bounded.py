@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..language.expression import block, eye
 from .centre import NO_LEAST, Unbounded, centre, lower_on_ray, minimize, phase_one
 from .evaluated import kinds_of
-from .expression import block, eye
 from .newton import newton_of
 
 __all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]

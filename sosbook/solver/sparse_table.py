@@ -10,8 +10,8 @@ from copy import copy
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..runtime.time_limit import check_time
 from .structure import real
-from .time_limit import check_time
 
 __all__ = ["SparseTable"]
 

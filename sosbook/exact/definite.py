@@ -5,10 +5,10 @@ from flint import fmpq, fmpz, fmpz_mat
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf
 
+from ..language.expression import Affine
+from ..runtime.time_limit import check_time
 from .adjoint import adjoint
-from .expression import Affine
 from .rational import Rational, _matrix, exact, inverse, rational_matrix, round_digits
-from .time_limit import check_time
 
 __all__ = [
     "Rational",

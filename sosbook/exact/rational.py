@@ -8,7 +8,7 @@ import numpy as np
 from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
 from ..runtime.reading import MOST_DIGITS
-from .time_limit import check_time
+from ..runtime.time_limit import check_time
 
 __all__ = [
     "Rational",

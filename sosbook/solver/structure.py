@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from .expression import lower_triangle
+from ..language.expression import lower_triangle
 
 __all__ = [
     "Product",

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..language.expression import lower_triangle
+from ..language.matrices import Readings
+from ..runtime.read_only import frozen
 from .blocks import Blocks
-from .expression import lower_triangle
-from .matrices import Readings
-from .read_only import frozen
 
 __all__ = ["EvaluatedBlocks", "kinds_of", "unit_readings"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
-from .time_limit import check_time
+from ..runtime.time_limit import check_time
 
 __all__ = ["Slopes", "adjoint"]
 
@@ -37,8 +37,8 @@ def adjoint(expressions, unknowns, Z):
 
     Examples
     --------
-    >>> from sosbook.lmi.exact import exact
-    >>> from sosbook.lmi.expression import Unknown, he
+    >>> from sosbook.exact.definite import exact
+    >>> from sosbook.language.expression import Unknown, he
     >>> A, P = exact(np.array([[0, 1], [-2, -0.3]])), Unknown("P", 2, symmetric=True)
     >>> adjoint([he(A @ P)], [P], [exact(np.eye(2))])
     array([0, -2, -3/5], dtype=object)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from flint import acb, arb, ctx, fmpq, fmpq_poly
 
-from .time_limit import check_time
+from ..runtime.time_limit import check_time
 
 __all__ = ["Root", "roots_of"]
 

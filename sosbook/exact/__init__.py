@@ -1,0 +1,1 @@
+"""Blocks decided in rational numbers: proofs, multipliers, refusals."""

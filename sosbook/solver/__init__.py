@@ -1,0 +1,1 @@
+"""Points inside affine blocks, in floats: phase one, centre, minimum."""
