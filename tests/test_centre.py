@@ -210,7 +210,7 @@ def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
     taken = iter([3.0, 0.2, 2e-4, 4e-4, 1e-2, 0.1, 0.2, 1e-9])
     monkeypatch.setattr(Barrier, "step", lambda self, x, *_: (x, next(taken)))
     monkeypatch.setattr(Barrier, "settle", lambda self, x, *_: (x, False))
-    disk = sos.lmi.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
+    disk = sos.solver.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
     with pytest.raises(Unbounded):
         centre(disk, np.zeros(1))
     assert list(taken) == [0.2, 1e-9]  # two that grew; rounding's 2e-6 isn't one

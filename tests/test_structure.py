@@ -275,7 +275,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     request = Request(plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
-    x = sos.lmi.centre.phase_one(blocks).x
+    x = sos.solver.centre.phase_one(blocks).x
     direct = Newton(blocks)
     monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
     iterative = Newton(blocks)
@@ -341,8 +341,8 @@ def test_without_multipliers_a_refusal_is_left_open():
     request = Request(robot.plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
-    assert sos.lmi.centre.phase_one(blocks).verdict == "infeasible"
-    open_ = sos.lmi.centre.phase_one(blocks, multipliers=False)
+    assert sos.solver.centre.phase_one(blocks).verdict == "infeasible"
+    open_ = sos.solver.centre.phase_one(blocks, multipliers=False)
     assert open_.verdict == "undecided" and open_.Z is None
 
 
