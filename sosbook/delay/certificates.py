@@ -118,27 +118,25 @@ class DelayInfeasibility(Exclusion):
         }
 
 
-def prove_delay(design, digits=None):
-    """Every block of a delay ``design`` in exact arithmetic, for the rounded gain.
+def prove_delay(request, K, unknowns, digits=None):
+    """Every block of a request in exact arithmetic, for a rounded gain K.
 
-    The gain has so many ``digits``.
+    ``unknowns`` are matrices by name, and K has so many ``digits``.
 
     Returns
     -------
     DelayCertificate
         What was proven, and what failed.
     """
-    request = design.request
     names = list(request.in_unknowns()[0])
 
     def attempt(digits, places):
         values = {
-            name: round_digits(x, places)
-            for name, x in design.values.items()
-            if name != "X"
+            name: round_digits(x, places) for name, x in unknowns.items() if name != "X"
         }
-        K = round_digits(design.K, digits)
-        return DelayCertificate.of(DelayCertificate.contents(request, K, values, names))
+        gain = round_digits(K, digits)
+        contents = DelayCertificate.contents(request, gain, values, names)
+        return DelayCertificate.of(contents)
 
     return first_proven(attempt, digits, **given_gain(request.gain))
 

@@ -14,6 +14,7 @@ from ..synthesis.gains import Gains
 from . import spectrum
 from .certificates import DelayCertificate, prove_delay
 from .crossings import stable_delays
+from .points import solvable
 from .profiles import ConstantDelay
 from .request import DelayRequest
 from .simulation import simulate_delay
@@ -98,7 +99,11 @@ class DelayDesign(Gains, ReadOnly):
         """
         if self.values is None:
             return self._nothing_to_prove()
-        return proven_within(time_limit, lambda: prove_delay(self, digits), progress)
+
+        def proven():
+            return prove_delay(self.request, self.K, self.values, digits)
+
+        return proven_within(time_limit, proven, progress)
 
     @cached_property
     def advice(self) -> str:
@@ -106,8 +111,6 @@ class DelayDesign(Gains, ReadOnly):
 
         Found by solving again with less rate, variation or delay.
         """
-        from .solve import first_design  # which makes such designs
-
         if self.status == "feasible":
             return ""
         asked = self.request
@@ -117,7 +120,7 @@ class DelayDesign(Gains, ReadOnly):
             ("delay tau", dict(tau=asked.tau / 10, mu=asked.mu / 10), True),
         ]
         for words, values, given in easier:
-            if given and first_design(asked.at(**values), False).status == "feasible":
+            if given and solvable(asked.at(**values)):
                 return f"Ask for a smaller {words}."
         return (
             "Nothing was found with a smaller delta, mu or tau alone: ask less "

@@ -1,0 +1,119 @@
+"""Points inside the LMIs of a request with a delay, and their gains."""
+
+import numpy as np
+
+from ..exact.definite import round_digits
+from ..lmi.trusted import TrustedProblem
+from ..runtime.threads import one_thread
+from ..runtime.time_limit import OutOfTime, check_time
+from ..solver.bounded import bounded, unpacked
+from ..solver.centre import Unbounded, centre
+from ..solver.deepest import deepest
+from .certificates import prove_delay
+
+__all__ = ["alphas", "deep_points", "first_gain", "problem_of", "solvable"]
+
+# alpha in units of tau, in the order of trial
+ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
+
+# how accurately the depth is known where any solution will do
+ROUGHLY = 100.0
+
+# of the unknowns where the centre is looked for: inside the lid, which is 16, and
+# near it, for the many blocks of a cone push the centre there
+START_SIZE = 14.0
+
+OF_BOUND = (
+    "Every multiple of a solution is one, so that none is their analytic centre: K is "
+    "the centre of those below a bound, whichever it is."
+)
+OF_SOME = "K is that of some solution, not of a centre."
+
+
+def problem_of(request):
+    """The `TrustedProblem` of a request, and its blocks."""
+    problem = TrustedProblem(request.blocks, request.unknowns())
+    return problem, problem.compiled
+
+
+def deep_points(request):
+    """The problem of a request, its blocks and deep points, as far as there are any.
+
+    The last of at most two `Deepest` is the more accurate one.
+    """
+    problem, blocks = problem_of(request)
+    check_time()
+    for accuracy in (ROUGHLY, 1.0):
+        deep = deepest(blocks, accuracy)
+        yield problem, blocks, deep
+        if deep.depth <= 0:
+            return
+
+
+@one_thread
+def solvable(request):
+    """Whether a point is found inside the LMIs of a request, for some alpha."""
+    return any(
+        deep.depth > 0
+        and first_gain(request.at(alpha=alpha), problem, blocks, deep.x, False)
+        for alpha in alphas(request)
+        for problem, blocks, deep in deep_points(request.at(alpha=alpha))
+    )
+
+
+def first_gain(request, problem, blocks, x, centred):
+    """The first of the `_candidates` that is inside, as fields of a `DelayDesign`.
+
+    None where there is none. ``x`` is a point inside by floats; without
+    ``centred`` any point will do.
+    """
+    fields = (
+        _at(request, problem, *candidate)
+        for candidate in _candidates(blocks, problem.unknowns, x, centred)
+    )
+    return next((known for known in fields if known is not None), None)
+
+
+def _candidates(blocks, unknowns, x, centred):
+    """The centre under a lid, then the deepest point; and which of them it is."""
+    if centred:
+        try:
+            yield centre(*bounded(blocks, unknowns, x, size=START_SIZE)), OF_BOUND
+        except (Unbounded, np.linalg.LinAlgError):
+            yield deepest(blocks, accuracy=1e-6).x, OF_SOME
+            return
+        except OutOfTime:  # a point is known: better than none
+            pass
+    size = max(
+        np.linalg.norm(np.atleast_2d(v), 2) for v in unpacked(unknowns, x).values()
+    )
+    yield x * (START_SIZE / size), OF_SOME  # for the LMIs are a cone
+
+
+def _at(request, problem, x, which):
+    """Fields of the design at a point, or None where its blocks aren't positive.
+
+    ``which`` of the points it is, in words.
+    """
+    values = unpacked(problem.unknowns, x)
+    margins = problem.margins(values)
+    if min(margins.values()) <= 0:
+        return None
+    K, frame, said = request.gain, request.frame, {}
+    if K is None:
+        said = {"central": False, "reason": which}
+        try:
+            K = np.linalg.solve(values["F"], values["X"].T).T
+        except np.linalg.LinAlgError:
+            return None
+        K = frame.scale * np.linalg.solve(frame.T.T, K.T).T
+    if min(margins.values()) > 1e-9 or prove_delay(request, K, values, 17).proven:
+        return dict(K=K, values=values, margins=margins, **said)
+    return None
+
+
+def alphas(request):
+    """The alphas that a search tries for a request, in this order."""
+    if request.alpha is not None or not request.needs_alpha:
+        return [request.alpha]
+    return [float(round_digits(request.tau * ratio, 2)) for ratio in ALPHA_RATIOS]
