@@ -13,6 +13,7 @@ from ..lmi.text import rationals
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
 from .mass_refutation import null_basis
+from .observer_problem import ObserverProblem
 
 __all__ = ["ObserverCertificate", "ObserverInfeasibility", "refute_observer"]
 
@@ -37,8 +38,6 @@ class ObserverCertificate(ProofFile):
 
     @classmethod
     def examine(cls, data):
-        from .observer import ObserverProblem  # which makes designs, and they these
-
         problem = ObserverProblem.read(data)
         L, bound = read_array(data["L"], None, None), read_number(data["bound"])
         lmi = problem.bounded(L, bound)
@@ -82,8 +81,6 @@ class ObserverInfeasibility(Exclusion):
 
     @classmethod
     def rebuilt(cls, data):
-        from .observer import ObserverProblem
-
         problem = ObserverProblem.read(data)
         lmi = problem.open()
         return cls.contents(problem), lmi.in_unknowns(rationals), lmi.unknowns, str
