@@ -86,6 +86,49 @@ def test_the_readme_names_the_rooms_in_their_order():
     assert tuple(room.strip() for room in listed.split(",")) == ROOMS
 
 
+def modules():
+    """Each module of the package, as a path below it, with its file."""
+    parts = {file.relative_to(PACKAGE).with_suffix("").parts: file for file in files()}
+    return {p[:-1] if p[-1] == "__init__" else p: file for p, file in parts.items()}
+
+
+def arrows(of=lambda module: module):
+    """From modules, or what ``of`` makes of them, to those that they import.
+
+    Imports in functions count like others: they hide a circle, no more.
+    """
+    known = modules()
+    graph = {of(module): set() for module in known}
+    for module, file in known.items():
+        for path in imports(file):
+            target = path if path in known else path[:-1]
+            graph[of(module)] |= {of(target)} - {of(module)}
+    return graph
+
+
+def circles(graph):
+    """What remains when whatever imports nothing that remains is taken away."""
+    rest = dict(graph)
+    while leaves := [name for name in rest if not graph[name] & rest.keys()]:
+        for name in leaves:
+            del rest[name]
+    return {name: graph[name] & rest.keys() for name in rest}
+
+
+def test_no_module_imports_what_imports_it():
+    assert circles(arrows()) == {}
+
+
+def test_no_folder_of_a_room_imports_what_imports_it():
+    """A folder is one thing, but for the names that its __init__ hands on."""
+    folders = {m for m, file in modules().items() if file.name == "__init__.py"}
+
+    def folder(module):
+        return module[:2] if module[:2] in folders else module
+
+    assert circles(arrows(folder)) == {}
+
+
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_tool_imports_no_room(name):
     assert list(imports(PACKAGE / f"{name}.py")) == []

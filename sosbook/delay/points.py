@@ -62,10 +62,23 @@ def solvable(request):
 
 
 def first_gain(request, problem, blocks, x, centred):
-    """The first of the `_candidates` that is inside, as fields of a `DelayDesign`.
+    """A point inside the LMIs of a request and its gain, if there is one.
 
-    None where there is none. ``x`` is a point inside by floats; without
-    ``centred`` any point will do.
+    Parameters
+    ----------
+    request : DelayRequest
+        What is asked of the plant.
+    problem, blocks : TrustedProblem and Blocks
+        Of `problem_of`.
+    x : array
+        The unknowns at a point inside, as floats see it.
+    centred : bool
+        Begin with the centre; without it any point will do.
+
+    Returns
+    -------
+    dict or None
+        Fields of a `DelayDesign`.
     """
     fields = (
         _at(request, problem, *candidate)

@@ -29,6 +29,22 @@ class ObserverProblem:
 
     The dual state is T xi with T = diag(T1, T2), rounded to six digits
     and read as exact.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
+        As in `design_observer`, like K, Q_F, R_F and C.
+    vertices : tuple of Descriptor
+        The plant's.
+    K, Q_F, R_F, C : arrays
+        The state feedback, the weights and what is measured.
+    noises : list of (N, p) arrays
+        B_w of each vertex.
+
+    Raises
+    ------
+    ValueError
+        If there is no observer of the mean plant.
     """
 
     def __init__(self, plant, vertices, K, Q_F, R_F, C, noises):
@@ -119,7 +135,24 @@ class ObserverProblem:
         return unknowns if L is None else [*unknowns[:2], unknowns[3]]
 
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
-        """All blocks, by name; with L given Y = L' P1 is put in."""
+        """All blocks, by name.
+
+        Parameters
+        ----------
+        values : dict
+            The unknowns by name: matrices, or expressions.
+        number : callable
+            Turns the arrays of the problem into the numbers of ``values``.
+        L : (N, q) array, optional
+            Y = L' P1 is put in.
+        bound : float, optional
+            Of tr J.
+
+        Returns
+        -------
+        dict
+            From a block's name to what must be positive definite.
+        """
         T1, T2 = map(number, self.T)
         T = block([[T1, 0], [0, T2]])
         back, back1 = inverse(T).T, inverse(T1).T
