@@ -7,7 +7,7 @@ from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, first_proven
 from ..exact.rational import decimal, decimals, expanded, read_array, read_number
 from ..exact.refutation import Exclusion, excluded_by
-from ..plants.records import plant_data, read_plant
+from ..plants.as_data import plant_data, read_plant
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from ..plants.checks import matrix
 from ..plants.response import times, vector
 from ..plants.signals import signal_parts
+from .control_signal import GAUSS_POINTS, PARABOLAS, ControlSignal
 from .mesh import step_kinds, time_mesh
-from .record import GAUSS_POINTS, PARABOLAS, Record
 
 __all__ = ["DelayedResponse", "simulate_delay"]
 
@@ -158,16 +158,16 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
     asked = arrival - delay(arrival)
     if not (asked <= arrival + tolerance).all():
         raise ValueError("delay must be a number >= 0 at all times")
-    record = Record(nodes, K, K[:, :n] @ r, past, tolerance)
+    control = ControlSignal(nodes, K, K[:, :n] @ r, past, tolerance)
     late = asked[:, 1] >= -tolerance
     with np.errstate(over="ignore", invalid="ignore"):
-        x = record.march(A, B, x0, asked, late, h, kind, flow, weights, push, outside)
+        x = control.march(A, B, x0, asked, late, h, kind, flow, weights, push, outside)
     if not np.isfinite(x).all():
         raise ValueError("the motion runs away to infinity: end t earlier")
 
     x, delays = x[user].T, delay(t)
     asked = t - delays
-    applied = record(asked, asked >= -tolerance).T
+    applied = control(asked, asked >= -tolerance).T
     values = np.zeros((p, len(t)))
     if w is not None:
         values[:] = w(t)

@@ -13,8 +13,8 @@ from threading import Lock, Timer
 
 from ..exact.proof import ProofFile, load
 from ..exact.proof_text import is_proof, laid_out, parse
+from ..plants.as_data import plant_data
 from ..plants.files import plant_of
-from ..plants.records import plant_data
 from ..requirements.in_files import KEYS, asked_in_file
 from ..runtime.reading import named, read_bytes, read_json
 from ..runtime.saying import one_line, say

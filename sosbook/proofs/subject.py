@@ -7,9 +7,9 @@ what it is about, and `compare` holds it against the reader's own files.
 import json
 
 from ..exact.rational import decimals
+from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import load_plant
-from ..plants.records import plant_data
 from ..runtime.digests import short_digest
 from ..runtime.reading import named, path_of, read_json
 

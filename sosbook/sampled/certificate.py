@@ -6,7 +6,7 @@ from flint import arb, ctx
 from ..exact.definite import exact
 from ..exact.proof import Examined, ProofFile
 from ..exact.rational import decimal, decimals, fraction, read_array, read_number
-from ..plants.records import plant_data, read_plant
+from ..plants.as_data import plant_data, read_plant
 from .discretize import SampleTiming, input_vertices, is_controller
 from .loops import BALL_BITS, SampledPolytope, halves, pivot
 from .system import SampledSystem

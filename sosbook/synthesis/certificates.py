@@ -18,7 +18,7 @@ from ..exact.rational import (
 )
 from ..exact.refutation import Exclusion, InfeasibilityCertificate, excluded_by
 from ..plants.checks import matrix
-from .records import read_request, request_data
+from .request_as_data import read_request, request_data
 from .scaling import Frame
 
 __all__ = [

@@ -7,11 +7,11 @@ from ..exact.algebraic import roots_of
 from ..exact.definite import exact
 from ..exact.proof import Examined, ProofFile
 from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..plants.as_data import plant_data
 from ..plants.controllability import FixedPart, matrix_of
-from ..plants.records import plant_data
 from ..requirements.base import Requirement
 from ..requirements.stability import Stability
-from .records import read_request
+from .request_as_data import read_request
 
 __all__ = [
     "FixedModeCertificate",

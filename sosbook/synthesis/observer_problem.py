@@ -12,9 +12,9 @@ from ..exact.definite import inverse, round_digits
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..language import Unknown, block
 from ..lmi.trusted import TrustedProblem
+from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor import mean_descriptor, twins
-from ..plants.records import plant_data, read_plant
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
 from .error_loop import error_loop, vertices_of

@@ -15,8 +15,8 @@ from ..exact.rational import (
     read_number,
 )
 from ..exact.refutation import semidefinite
+from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import matrix, positive
-from ..plants.records import plant_data, read_plant
 from ..theorems.regularization import regular_mass
 
 __all__ = [

@@ -11,7 +11,7 @@ from ..exact.refutation import semidefinite
 from ..requirements.lmi_region import LMIRegion
 from ..requirements.stability import Stability
 from .certificates import claims, excluding
-from .records import read_request, request_data
+from .request_as_data import read_request, request_data
 
 __all__ = [
     "ModesPart",

@@ -15,7 +15,7 @@ import sosbook as sos
 from sosbook.exact.proof import kinds
 from sosbook.exact.rational import decimal
 from sosbook.requirements.base import Requirement
-from sosbook.synthesis.records import read_request
+from sosbook.synthesis.request_as_data import read_request
 from tests.least_input import least_input
 from tests.least_norm import least_norm
 from tests.test_proof_files import checker

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["GAUSS_POINTS", "PARABOLAS", "Record"]
+__all__ = ["GAUSS_POINTS", "PARABOLAS", "ControlSignal"]
 
 GAUSS_POINTS = (1 + np.sqrt(3 / 5) * np.array([-1, 0, 1])) / 2
 # column j: coefficients in 1, s, s^2 of the parabola that is 1 at GAUSS_POINTS[j]
@@ -23,7 +23,7 @@ def _hermite(s):
     )
 
 
-class Record:
+class ControlSignal:
     """The control signal u so far; a step's cubic is a row of ``table``.
 
     Parameters

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..exact.rational import decimal, decimals, read_array, read_number
-from ..plants.records import plant_data, read_plant
+from ..plants.as_data import plant_data, read_plant
 from ..requirements.base import Requirement
 from .problem import Request
 
