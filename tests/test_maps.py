@@ -14,7 +14,6 @@ from sosbook import maps
 from sosbook.studies.maps import edges as edges_module
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove, prove_infeasible
-from sosbook.synthesis.problem import Request
 from tests.elements import assert_buttons, green
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -99,19 +98,6 @@ def test_most_places_of_a_bisection_need_no_proof(robot, monkeypatch):
     edge = maps.edge("sigma", robot.plant, **robot.requirements)
     assert edge.proven
     assert 0 < len(asked) < 4 < len(tried)
-
-
-def test_a_search_of_poles_alone_is_decided_without_asking_for_refusals(robot):
-    far, U = sos.PoleRegion(sigma=50.0), robot.requirements["U"]
-    both = Request(
-        robot.plant, U, region=far, saturation=robot.requirements["saturation"]
-    )
-    assert feasibility.answer(both).status == "infeasible"
-    seen = feasibility.answer(both, refuse=False)
-    assert seen.status == "undecided"
-    assert "isn't asked" in seen.reason
-    poles = Request(robot.plant, U, region=far)
-    assert feasibility.answer(poles, refuse=False).status == "feasible"
 
 
 def test_relaxing_keeps_the_solution(edges):

@@ -24,7 +24,7 @@ from sosbook.requirements.weights import square_factors
 from sosbook.runtime import time_limit as clock
 from sosbook.solver.newton import _conjugate_gradients
 from sosbook.synthesis import feasibility
-from sosbook.synthesis.exclusion import excluding_mass, excluding_mode, solvable
+from sosbook.synthesis.exclusion import excluding_mass, excluding_mode
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
@@ -62,7 +62,6 @@ EXACT = {  # what runs for long where a request is large
     "fixed part": lambda: fixed_part(*(exact(x) for x in _plant())),
     "modes": lambda: excluding_mode(POLES),
     "masses": lambda: excluding_mass(PAIRS),
-    "solvable": lambda: solvable(POLES),
     "small input": lambda: excluding_input(FALL, feasibility.search),
     "blocks in rationals": lambda: PAIRS.in_unknowns(Frame.of(PAIRS), exact),
     "a proof": lambda: Examined.of({"P": SMALL}, ()),

@@ -21,11 +21,9 @@ __all__ = [
     "fraction",
     "inverse",
     "log2",
-    "numerals",
     "rational_matrix",
     "read_array",
     "read_number",
-    "read_numerals",
     "round_digits",
 ]
 
@@ -33,7 +31,6 @@ AT_ONCE = 2**17  # entries, between two looks at the clock
 BITS = 128  # of the first balls in which a matrix is inverted
 SHARP = 1e-12  # radius of their balls, by the largest entry
 FRACTION = rf"-?\d{{1,{MOST_DIGITS}}}(/\d{{1,{MOST_DIGITS}}})?"
-LONG = r"-?[1-9]\d{14,999}e[-+]\d{1,3}"  # a numeral that is no float
 
 
 class Rational(np.ndarray):
@@ -243,56 +240,6 @@ def read_array(rows, *shape):
         entries = np.zeros([n or 0 for n in (len(rows), *shape[1:])])
     entries.flags.writeable = False
     return entries
-
-
-def numerals(x):
-    """An array x of floats or of rationals with finitely many decimals as text.
-
-    Rationals that are floats, read as decimals, are written as `decimal` does.
-    Others have all their digits, as a whole number and a power of ten.
-
-    Examples
-    --------
-    >>> numerals(exact(np.array([0.25])) + fmpq(1, 10**20))
-    ['25000000000000000001e-20']
-    """
-    if np.asarray(x).dtype != object:
-        return decimals(x)
-    return [numerals(row) for row in x] if np.ndim(x) else _numeral(x)
-
-
-def _numeral(x):
-    near = float(x)
-    if isfinite(near) and exact(near) == x:
-        return decimal(near)
-    power = 0
-    while x.q != 1:
-        x, power = x * 10, power - 1
-    digits = str(x.p)
-    power += len(digits) - len(digits.rstrip("0"))
-    return f"{digits.rstrip('0')}e{power:+d}"
-
-
-def read_numerals(rows, *shape):
-    """The `Rational` array of a shape that `numerals` writes as ``rows``.
-
-    None in its ``shape`` is any length. Raises ValueError where it would write
-    them otherwise.
-    """
-    if not shape:
-        if not (isinstance(rows, str) and re.fullmatch(LONG, rows, re.ASCII)):
-            return exact(read_number(rows))
-        digits, _, power = rows.partition("e")
-        x = fmpq(int(digits)) * fmpq(10) ** int(power)
-        if _numeral(x) != rows:
-            raise ValueError(f"{rows[:40]!r} isn't in its shortest form")
-        return x
-    if not isinstance(rows, list) or shape[0] not in (None, len(rows)):
-        raise ValueError(f"a list of {shape[0]} is needed")
-    entries = [read_numerals(row, *shape[1:]) for row in rows]
-    if len({np.shape(x) for x in entries}) > 1:
-        raise ValueError("the rows differ in length")
-    return rational_matrix(entries)
 
 
 def fraction(text):

@@ -182,14 +182,6 @@ def number(text):
     return Fraction(text)
 
 
-def numeral(text):
-    """A number; one with more digits is an integer and a power of ten."""
-    long = r"-?[1-9]\d{14,999}e[-+]\d{1,3}"
-    if isinstance(text, str) and re.fullmatch(long, text, re.ASCII):
-        return Fraction(text)
-    return number(text)
-
-
 def positive(text):
     need(number(text) > 0, f"{text} must be positive")
     return number(text)
@@ -1557,7 +1549,7 @@ def hold(problem, file):
     need(isinstance(given, dict) and set(given) == set(shapes), "other unknowns")
     x = {}
     for name, (rows, columns, even) in shapes.items():
-        x[name] = matrix(given[name], rows, columns, numeral)
+        x[name] = matrix(given[name], rows, columns)
         need(not even or x[name] == x[name].T, f"{name} isn't symmetric")
     blocks = list(problem.blocks(x))
     for key, g in blocks:

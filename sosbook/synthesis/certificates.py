@@ -7,15 +7,7 @@ import numpy as np
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, Proof, first_proven
-from ..exact.rational import (
-    decimal,
-    decimals,
-    exact_margin,
-    numerals,
-    read_array,
-    read_number,
-    read_numerals,
-)
+from ..exact.rational import decimal, decimals, exact_margin, read_array, read_number
 from ..exact.refutation import Exclusion, InfeasibilityCertificate, excluded_by
 from ..plants.checks import matrix
 from .request_as_data import read_request, request_data
@@ -30,7 +22,6 @@ __all__ = [
     "frame_data",
     "prove",
     "prove_infeasible",
-    "prove_with",
     "read_frame",
 ]
 
@@ -101,7 +92,7 @@ class Certificate(GainProof):
             "claims": list(claims(request)),
             **request_data(request),
             "K": decimals(K),
-            "unknowns": {name: numerals(x) for name, x in values.items()},
+            "unknowns": {name: decimals(x) for name, x in values.items()},
             "blocks": list(blocks),
         }
 
@@ -114,7 +105,7 @@ def _read(data):
     if shapes.keys() != data["unknowns"].keys():
         raise ValueError(f"unknowns must be {', '.join(shapes)}")
     values = {
-        name: read_numerals(data["unknowns"][name], *shape)
+        name: exact(read_array(data["unknowns"][name], *shape))
         for name, shape in shapes.items()
     }
     P = [values[name] for name in request.lyapunov]  # vertices may share one
@@ -128,7 +119,7 @@ def _read(data):
 
 
 def _floats(rows):
-    return read_numerals(rows, None, None).astype(float)
+    return read_array(rows, None, None)
 
 
 def _shapes(request, known):
@@ -236,29 +227,10 @@ def prove(request, K, P, digits=6, V=None, own=None):
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
-        return _filed(asked, round_digits(K, digits), rounded, blocks)
+        K_rounded = round_digits(K, digits)
+        return Certificate.of(Certificate.contents(asked, K_rounded, rounded, blocks))
 
     return first_proven(attempt, digits, **given_gain(request.gain))
-
-
-def prove_with(request, K, values):
-    """The `Certificate` of a gain and matrices that aren't rounded any more.
-
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    K : (m, N) array
-        The gain, in floats.
-    values : dict
-        P and the other unknowns by name, in rationals.
-    """
-    asked = _recorded(request)
-    return _filed(asked, K, values, _block_keys(asked, values))
-
-
-def _filed(asked, K, values, blocks):
-    return Certificate.of(Certificate.contents(asked, K, values, blocks))
 
 
 def _recorded(request):

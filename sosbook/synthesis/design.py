@@ -12,7 +12,6 @@ from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove, prove_infeasible
 from .closed_loop import ClosedLoop
 from .exclusion import FixedModeCertificate
-from .pole_proof import prove_poles
 from .slack import feasible
 from .solution import Solution
 
@@ -136,10 +135,7 @@ class Design(ClosedLoop, Solution):
             return self._nothing_to_prove()
 
         def proven():
-            proof = prove(self.request, self.K, self.P, digits, self.V, self.own)
-            if not proof.proven:  # floats may be too short for P
-                proof = prove_poles(self.request, self.K, digits) or proof
-            return proof
+            return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
         return proven_within(time_limit, proven, progress)
 

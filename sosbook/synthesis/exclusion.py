@@ -13,15 +13,12 @@ from .exclusion_certificates import (
     SingularMassCertificate,
     plant_at,
 )
-from .pole_places import real_places
-from .rounding import modes_by_rounding
 
 __all__ = [
     "FixedModeCertificate",
     "SingularMassCertificate",
     "excluding_mass",
     "excluding_mode",
-    "solvable",
     "why_refused",
 ]
 
@@ -84,30 +81,6 @@ def excluding_mode(request):
     return None
 
 
-def solvable(request):
-    """Whether a request certainly has a solution, wherever floats may look.
-
-    That is so for one plant of which only the place of the poles is
-    asked, if the fixed modes lie in the region and the others can be
-    put on the real axis there: distinct modes are a common P's.
-    """
-    if len(request.vertices) > 1 or not all(r.of_poles for r in request.demands):
-        return False
-    ((_, part),) = _parts(request)
-    if part is None or not all(
-        r.holds_at(s) for s in part.modes() for r in request.demands
-    ):
-        return False
-    if len(part) == request.order:
-        return True
-    return bool(real_places(request))
-
-
-def _by_rounding(request):
-    """The modes that no gain would move but for rounding errors; not of a loop."""
-    return [] if request.gain is not None else modes_by_rounding(request)
-
-
 def _proven_reach(first):
     """No point is shorter than this; exact, 0 if unknown."""
     if first.multipliers is None or first.problem.request.order > MOST_STATES:
@@ -140,40 +113,21 @@ def why_refused(first):
     unknowns = "P" if request.gain is not None else "P, Y"
     if request.coupling == "slack":
         unknowns = unknowns.replace("P", "P_i, V", 1)
-    reach, known = _proven_reach(first), solvable(request)
+    reach = _proven_reach(first)
     if reach > LEAST_RADIUS:
-        text = (
+        return (
             f"Exact multipliers exclude all {unknowns} shorter than "
-            f"{_rounded_down(reach)} in the solver's coordinates"
+            f"{_rounded_down(reach)} in the solver's coordinates; no exact proof was "
+            "found that there is none at all."
         )
-        if not known:
-            text += "; no exact proof was found that there is none at all"
-    elif first.verdict == "infeasible":
+    if first.verdict == "infeasible":
         size = (
             "however large"
             if np.isinf(first.excluded_radius)
             else f"up to {first.excluded_radius:.0e}"
         )
-        text = (
+        return (
             f"No {unknowns} {size} in the solver's coordinates, by multipliers "
-            "in floating point; no exact proof was found"
+            "in floating point; no exact proof was found."
         )
-    else:
-        text = (
-            f"The numerics found neither {unknowns} nor multipliers that exclude them"
-        )
-    rounding = _by_rounding(request) if known else []
-    if rounding:
-        text += (
-            f". The mode at {rounding[0]:.4g} rad/s is out of place, and within the "
-            "inputs' reach only by the last digits of the plant's numbers"
-        )
-    elif known:
-        text += (
-            ". But a P exists: the poles lie where they should; floating point "
-            "didn't find it"
-            if request.gain is not None
-            else ". But a gain exists: the modes out of place are controllable; none "
-            "was found that does it with the digits of a float"
-        )
-    return text + "."
+    return f"The numerics found neither {unknowns} nor multipliers that exclude them."

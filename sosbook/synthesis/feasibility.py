@@ -12,7 +12,6 @@ from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .exclusion import excluding_mass, excluding_mode, why_refused
 from .gentle_gain import start_of
-from .pole_proof import decided_by_poles, of_poles_alone
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .small_input import excluding_input
@@ -156,8 +155,7 @@ def answer(request, refuse=True, first=None):
     """The Solution of a request that leaves nothing open.
 
     Without ``refuse`` it is undecided where floats find no point: what excludes
-    every point isn't looked for. A single plant of which only the poles are asked
-    is decided all the same. ``first`` is what `search` has found, if it is known.
+    every point isn't looked for. ``first`` is what `search` has found, if it is known.
     """
     large = request.order > MODES_FIRST_ABOVE_STATES
     if large and not _seems_placed(request):  # sooner known than phase one begins
@@ -166,7 +164,7 @@ def answer(request, refuse=True, first=None):
             return refused_by(request, mode)
     first = first or search(request)
     if first.values is None:
-        if not refuse and not of_poles_alone(request):
+        if not refuse:
             text = (
                 "The numerics found no point; a proof that there is none isn't asked."
             )
@@ -189,9 +187,6 @@ def answer(request, refuse=True, first=None):
     mode = excluding_mode(request)
     if mode is not None:
         return refused_by(request, mode)
-    placed = decided_by_poles(request)
-    if placed is not None:
-        return placed
     reason = _too_thin(solution)
     if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
@@ -224,8 +219,7 @@ def refused(first):
     """The Solution of a request for which no point was found.
 
     "infeasible" where exact arithmetic excludes every point: by a mode
-    that no gain moves, or by multipliers. "feasible" where it is about poles
-    alone and many digits find what floats don't. Otherwise "undecided".
+    that no gain moves, or by multipliers. Otherwise "undecided".
 
     Parameters
     ----------
@@ -238,9 +232,6 @@ def refused(first):
     certain = without_lmis(request)
     if certain is not None:
         return replace(certain, frame=frame, multipliers=Z)
-    placed = decided_by_poles(request)
-    if placed is not None:
-        return placed
     refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
     proof = first.infeasibility
     if proof is not None and proof.proven:

@@ -8,7 +8,6 @@ from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
 from ...synthesis.feasibility import find, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
-from ...synthesis.pole_proof import of_poles_alone
 from ...synthesis.problem import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
@@ -67,15 +66,9 @@ class Ask:
 
     @cached_property
     def has_glimpses(self):
-        """Whether a glimpse saves something.
-
-        Not with a slack matrix, nor where the poles of one plant alone are asked:
-        these are decided in more than one frame.
-        """
-        if self.options.get("coupling") == "slack":
-            return False
+        """Whether a glimpse saves something; not with a slack matrix."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
-        return plain and not of_poles_alone(self.request())
+        return plain and self.options.get("coupling") != "slack"
 
     def glimpse(self, near=None, /, **values):
         """What phase one finds for these ``values`` in one frame: an `LMISolution`.
