@@ -1,0 +1,358 @@
+"""What each path of the solver is worth: python -m benchmarks.ablation.
+
+One path is switched off at a time, and requests are solved with and without it, in
+turns and in one process: small ones at random, and all plants of the catalogue's
+held-back half. The rule is that a path stays if, switched off alone, it costs a
+factor of 1.3 on a held-back family or changes a verdict.
+
+``--paths`` names some of them, ``--table`` prints what ``ablation.json`` holds. What
+was measured of paths that are gone stays in that file.
+"""
+
+import os
+
+from sosbook.runtime.progress import WITHOUT_BARS
+from sosbook.runtime.threads import ONE_THREAD
+
+os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
+
+import argparse
+import json
+from contextlib import ExitStack
+from datetime import date
+from importlib import import_module
+from math import inf
+from pathlib import Path
+from time import process_time
+from unittest.mock import patch
+
+import numpy as np
+
+import sosbook as sos
+from benchmarks.catalogue import FAMILIES, HELD_BACK, case
+from benchmarks.questions import NoAnswer
+from benchmarks.run import machine
+
+__all__ = ["FIELDS", "PATHS", "RESULTS", "measured", "summary", "table"]
+
+RESULTS = Path(__file__).with_name("ablation.json")
+SMALL = 40  # random requests
+TOO_LONG = {("modes", 24)}  # as long as all others together
+WORTH = 1.3  # a factor of time on a held-back family, for which a path stays
+SAME_GAIN = 1e-5  # relative; a larger difference is counted
+SHORT, LEAST, MOST = 0.3, 2, 4  # seconds of a call, and how often it is repeated
+RANDOM = "random requests"
+
+FIELDS = {
+    "path": "what was switched off",
+    "family": "of the catalogue's held-back half, or random requests",
+    "size": "of the family's plant, or the seed of the request",
+    "with_s": "shortest CPU seconds of a call with the path",
+    "without_s": "without it",
+    "verdicts": "with and without, where they differ",
+    "gain": "largest difference of the gains by their largest entry",
+}
+
+
+def _solver(module, name, value):
+    return f"sosbook.solver.{module}", name, value
+
+
+def _synthesis(module, name, value):
+    return f"sosbook.synthesis.{module}", name, value
+
+
+def _none(*args, **hints):
+    return None
+
+
+def _no(*args, **hints):
+    return False
+
+
+#: From a path to (what it does, [(module, name, what takes its place), ..]).
+PATHS = {
+    "curves": ("Newton's steps are bent", [_solver("barrier", "STRAIGHT_BELOW", inf)]),
+    "entering": (
+        "after a cut a point is led back inside by a shift",
+        [_synthesis("cutting", "enter", _none)],
+    ),
+    "steps near a centre": (
+        "S and Z step where Newton's method is slow",
+        [_solver("centre", "near_centre", _none)],
+    ),
+    "steps towards a centre": (
+        "S and Z step before conjugate gradients do",
+        [_solver("centre", "towards_centre", lambda newton, x, most: (x, False))],
+    ),
+    "one matrix, more steps": (
+        "the last matrix serves once more near a centre",
+        [_solver("centre", "SETTLES_BELOW", 0.0)],
+    ),
+    "search on a ray": (
+        "a start is moved along its ray from 0",
+        [
+            _solver("bounded", "lower_on_ray", lambda blocks, x: x),
+            _synthesis("centre", "lower_on_ray", lambda blocks, x: x),
+        ],
+    ),
+    "table of slopes": (
+        "blocks of few variables from one dense table",
+        [
+            _solver("stacks", "MOST_TABLE_ENTRIES", -1),
+            ("sosbook.lmi.trusted", "FEW_VARIABLES", -1),
+            ("sosbook.lmi.trusted", "VARIABLES_OF_PART", 0),
+        ],
+    ),
+    "sparse table": (
+        "blocks from a sparse table of their slopes",
+        [_solver("stacks", "sparse_work", lambda stacked: inf)],
+    ),
+    "Hessian from the table": (
+        "Newton's matrix from the dense table",
+        [_solver("newton", "table_hessian_work", lambda stacked: inf)],
+    ),
+    "slabs": (
+        "large symmetric unknowns by slabs of the Kronecker product",
+        [_solver("kronecker", "SLABS_FROM_ROWS", 10**9)],
+    ),
+    "batches": (
+        "Kronecker products of many pairs in one product",
+        [_solver("kronecker", "BATCH_ENTRIES", 0)],
+    ),
+    "arrow": (
+        "Newton's matrix as an arrow where vertices have a P each",
+        [_solver("newton", "arrow_of", _none)],
+    ),
+    "conjugate gradients": (
+        "instead of a dense matrix of many variables",
+        [_solver("modal", "Modal.fits", staticmethod(_no))],
+    ),
+    "single precision": (
+        "products of conjugate gradients in single precision",
+        [_solver("newton", "products_work", lambda stacked: 0.0)],
+    ),
+    "Hermitian blocks": (
+        "a block [[X, Y], [-Y, X]] as X + i Y",
+        [_solver("stacks", "FOLD_ABOVE_ROWS", 10**9)],
+    ),
+    "theorems read at once": (
+        "slopes of few variables from one reading of the theorems",
+        [
+            ("sosbook.lmi.trusted", "FEW_VARIABLES", -1),
+            ("sosbook.lmi.trusted", "VARIABLES_OF_PART", 0),
+        ],
+    ),
+    "pairs read at once": (
+        "blocks of many pairs of vertices from one reading",
+        [_synthesis("problem", "blocks_of_pairs", lambda *args: {})],
+    ),
+    "a frame's gain": (
+        "phase one begins at the gain of a Riccati equation",
+        [_synthesis("feasibility", "start_of", _none)],
+    ),
+    "gentle gain": (
+        "or at one that asks little of a bounded input",
+        [_synthesis("feasibility", "start_of", lambda lmis: lmis.guess())],
+    ),
+    "cuts": (
+        "of many pairs of vertices a few decide",
+        [
+            _synthesis("cutting", "PAIRS_PER_CUT", 10**9),
+            _synthesis("cutting", "CUTTING_PLANE_ABOVE_PAIRS", 10**9),
+        ],
+    ),
+    "Riccati points": (
+        "a minimum begins at a Riccati equation's gain",
+        [
+            _synthesis("lqr", "riccati_point", _none),
+            _synthesis("observer", "riccati_observer", _none),
+        ],
+    ),
+}
+
+
+class _Without(ExitStack):
+    """A context in which something else stands in a path's places."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.places = PATHS[path][1]
+
+    def __enter__(self):
+        for module, name, value in self.places:
+            home, (*classes, name) = import_module(module), name.split(".")
+            for c in classes:
+                home = getattr(home, c)
+            self.enter_context(patch.object(home, name, value))
+        return self
+
+
+def requests(quick=False):
+    """What is solved: from (family, size) to a function that returns (status, K)."""
+    from tests.cases import random_request
+
+    def small(seed):
+        found = sos.design_pid(**random_request(seed), time_limit=60)
+        return found.status, found.K
+
+    def of_family(question):
+        try:
+            answer = question.design()
+        except NoAnswer as failure:
+            return str(failure).split(":")[0], None
+        if "P" in answer:
+            right = answer["P"] if answer["V"] is None else answer["V"]
+            return "feasible", np.linalg.solve(right, answer["Y"].T).T
+        gain = answer.get("K", answer.get("L"))
+        return "feasible", answer["values"]["X"] if gain is None else gain
+
+    found = {
+        (RANDOM, seed): lambda seed=seed: small(seed)
+        for seed in range(4 if quick else SMALL)
+    }
+    for name, family in FAMILIES.items():
+        for size in family.sizes[: 1 if quick else None]:
+            if family.half == HELD_BACK and (name, size) not in TOO_LONG:
+                question = case(name, size)
+                found[name, size] = lambda q=question: of_family(q)
+    return found
+
+
+def compared(work, path):
+    """A record's times, verdicts and gains of some ``work`` with and without a path."""
+    times, answers, count = ([], []), [None, None], 0
+    while count < LEAST or (count < MOST and max(map(max, times)) < SHORT):
+        for k in (0, 1):
+            with ExitStack() if k == 0 else _Without(path):
+                begun = process_time()
+                answers[k] = work()
+                times[k].append(process_time() - begun)
+        count += 1
+    (before, K), (after, other) = answers
+    gain = None
+    if K is not None and other is not None:
+        gain = float(np.abs(K - other).max() / (np.abs(K).max() or 1.0))
+    return dict(
+        with_s=min(times[0]),
+        without_s=min(times[1]),
+        verdicts=None if before == after else [before, after],
+        gain=gain,
+    )
+
+
+def measured(paths=(), quick=False, log=print):
+    """A document with the records of some ``paths``, or of all."""
+    records = []
+    some = requests(quick)
+    for work in some.values():  # what is kept for later requests, kept by all
+        work()
+    for path in paths or PATHS:
+        for (family, size), work in some.items():
+            found = compared(work, path)
+            records.append(dict(path=path, family=family, size=size) | found)
+        log(row(path, records))
+    does = {path: PATHS[path][0] for path in paths or PATHS}
+    return dict(
+        fields=FIELDS,
+        machine=machine(),
+        measured=dict.fromkeys(does, date.today().isoformat()),
+        paths=does,
+        records=records,
+    )
+
+
+def summary(path, records):
+    """What the records of a path say.
+
+    Returns
+    -------
+    dict
+        Geometric means of without_s / with_s: ``random``, ``held_back``, and of the
+        families the largest, ``worst``, with its name, ``where``; how many
+        ``verdicts`` and ``gains`` differ; and whether the path ``stays`` by the rule.
+    """
+    ratios, own = {}, [r for r in records if r["path"] == path]
+    for r in own:
+        ratios.setdefault(r["family"], []).append(r["without_s"] / r["with_s"])
+    small = ratios.pop(RANDOM, [1.0])
+    means = {family: _mean(some) for family, some in ratios.items()}
+    where = max(means, key=means.get)
+    verdicts = sum(r["verdicts"] is not None for r in own)
+    return dict(
+        random=_mean(small),
+        held_back=_mean([x for some in ratios.values() for x in some]),
+        worst=means[where],
+        where=where,
+        verdicts=verdicts,
+        gains=sum((r["gain"] or 0) > SAME_GAIN for r in own),
+        stays=bool(means[where] >= WORTH or verdicts),
+    )
+
+
+def _mean(ratios):
+    """The geometric mean."""
+    return float(np.exp(np.mean(np.log(ratios))))
+
+
+HEAD = (
+    f"{'switched off alone':24} {'random':>6} {'held back':>9}  {'worst family':21} "
+    f"{'verdicts':>8} {'gains':>5}"
+)
+
+
+def row(path, records):
+    """A line of the table."""
+    s = summary(path, records)
+    return (
+        f"{path:24} {s['random']:6.2f} {s['held_back']:9.2f}  "
+        f"{s['worst']:5.2f} {s['where']:15} {s['verdicts']:8} {s['gains']:5}"
+    )
+
+
+def table(document):
+    """The table of a ``document``, as text: what stays, and what is gone."""
+    gone = [p for p in document["paths"] if p not in PATHS]
+    lines = [HEAD]
+    lines += [row(p, document["records"]) for p in document["paths"] if p in PATHS]
+    if gone:
+        lines += ["gone since", *(row(p, document["records"]) for p in gone)]
+    return "\n".join(lines)
+
+
+def joined(old, new):
+    """The ``old`` document with what is ``new`` in it."""
+    kept = [r for r in old["records"] if r["path"] not in new["paths"]]
+    return new | {
+        "measured": old["measured"] | new["measured"],
+        "paths": old["paths"] | new["paths"],
+        "records": kept + new["records"],
+    }
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(
+        "python -m benchmarks.ablation",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--paths", nargs="+", choices=PATHS, default=[], metavar="PATH")
+    parser.add_argument("--quick", action="store_true", help="a few requests")
+    parser.add_argument("--table", action="store_true", help="print, measure nothing")
+    parser.add_argument("--output", type=Path, default=RESULTS)
+    asked = parser.parse_args(words)
+    old = None
+    if asked.output.exists():
+        old = json.loads(asked.output.read_text("utf-8"))
+    if asked.table:
+        print(table(old))
+        return
+    print(HEAD)
+    new = measured(asked.paths, asked.quick, lambda line: print(line, flush=True))
+    new = new if old is None else joined(old, new)
+    text = json.dumps(new, indent=1, ensure_ascii=False, allow_nan=False)
+    asked.output.write_text(text + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()
