@@ -36,11 +36,11 @@ from benchmarks.run import machine
 __all__ = ["FIELDS", "PATHS", "RESULTS", "measured", "summary", "table"]
 
 RESULTS = Path(__file__).with_name("ablation.json")
-SMALL = 40  # random requests
+SMALL = 30  # random requests
 TOO_LONG = {("modes", 24)}  # as long as all others together
 WORTH = 1.3  # a factor of time on a held-back family, for which a path stays
 SAME_GAIN = 1e-5  # relative; a larger difference is counted
-SHORT, LEAST, MOST = 0.3, 2, 4  # seconds of a call, and how often it is repeated
+SHORT, REPEATS = 0.1, 3  # a call of fewer seconds is timed so often, others once
 RANDOM = "random requests"
 
 FIELDS = {
@@ -222,7 +222,7 @@ def requests(quick=False):
 def compared(work, path):
     """A record's times, verdicts and gains of some ``work`` with and without a path."""
     times, answers, count = ([], []), [None, None], 0
-    while count < LEAST or (count < MOST and max(map(max, times)) < SHORT):
+    while count < 1 or (count < REPEATS and max(map(max, times)) < SHORT):
         for k in (0, 1):
             with ExitStack() if k == 0 else _Without(path):
                 begun = process_time()
