@@ -12,11 +12,9 @@ from sosbook.solver import stacks as stacks_module
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton, newton_of
-from sosbook.solver.sparse_table import SparseTable
 from sosbook.solver.stacks import Stacked, _Table, gram
 from sosbook.solver.structure import structure
 from sosbook.solver.sums import Sums
-from sosbook.solver.table_hessian import TableHessian
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
@@ -62,7 +60,7 @@ def lifted(blocks, x):
     return lift, slopes, G
 
 
-WAYS = {"sums_work": Sums, "table_work": _Table, "sparse_work": SparseTable}
+WAYS = {"sums_work": Sums, "table_work": _Table}
 
 
 @pytest.fixture(params=WAYS)
@@ -130,9 +128,7 @@ def test_the_hessian_is_that_of_the_slopes(case, monkeypatch):
     )
     stacked = Stacked(blocks).joined(lift)
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
-    for way in (Hessian, TableHessian):
-        mine = way(stacked)(roots)
-        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
+    assert_allclose(Hessian(stacked)(roots), plain, atol=1e-12 * abs(plain).max())
 
 
 def test_a_row_is_a_block_of_one_entry(case, way):
@@ -368,37 +364,13 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
     assert sos.design_pid(plant).status == "infeasible"
 
 
-def test_the_matrix_of_few_variables_keeps_the_slopes_that_it_has_scaled(
-    case, monkeypatch
-):
-    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
-    blocks, x = case
-    lift, _, _ = lifted(blocks, x)
-    newton = Newton(blocks).joined(lift)
-    newton.iterative, newton._hessian = False, TableHessian(newton)
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
-    newton.solver(roots, x)
-    d = np.random.default_rng(7).standard_normal(len(x))
-    Z = newton.scaled(roots, d)
-    wanted = Stacked.scaled(newton, roots, d)
-    for mine, plain in zip(Z, wanted, strict=True):
-        assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
-    back = Stacked.scaled_adjoint(newton, roots, wanted)
-    adjoint = newton.scaled_adjoint(roots, Z)
-    assert_allclose(adjoint, back, rtol=0, atol=1e-11 * abs(back).max())
-    other = [2 * N for N in roots]  # of which it has no table
-    twice = newton.scaled(other, d)
-    assert all(np.allclose(mine, 4 * plain) for mine, plain in zip(twice, wanted))
-
-
-@pytest.mark.parametrize("hessian", [Hessian, TableHessian])
-def test_a_matrix_without_a_factor_is_made_again(case, hessian, monkeypatch):
+def test_a_matrix_without_a_factor_is_made_again(case, monkeypatch):
     """A factor takes its matrix's place; the next ridge needs the matrix itself."""
     monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
     blocks, x = case
     lift, _, _ = lifted(blocks, x)
     newton = Newton(blocks).joined(lift)
-    newton.iterative, newton._hessian = False, hessian(newton)
+    newton.iterative = False
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
     g = np.random.default_rng(6).standard_normal(len(x))
     wanted = newton.solver(roots, x)(g)

@@ -18,15 +18,7 @@ from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums
-from .table_hessian import TableHessian
-from .work import (
-    hessian_work,
-    iteration_work,
-    kronecker_work,
-    products_work,
-    sums_work,
-    table_hessian_work,
-)
+from .work import hessian_work, iteration_work, products_work, sums_work
 
 __all__ = ["Newton", "newton_of"]
 
@@ -105,20 +97,6 @@ class Newton(Stacked):
         self._prepare()
         return self
 
-    def scaled(self, roots, direction):
-        if self._keeps(roots):
-            return self._hessian.scaled(direction)
-        return super().scaled(roots, direction)
-
-    def scaled_adjoint(self, roots, Z):
-        if self._keeps(roots):
-            return self._hessian.scaled_adjoint(Z)
-        return super().scaled_adjoint(roots, Z)
-
-    def _keeps(self, roots):
-        """Whether the slopes are known as these ``roots`` scale them."""
-        return isinstance(self._hessian, TableHessian) and self._hessian.roots is roots
-
     def solver(self, roots, x, radius=None):
         """A function that solves H d = g.
 
@@ -154,7 +132,8 @@ class Newton(Stacked):
                     f"{self.variables} variables are too many for a dense "
                     "matrix, and conjugate gradients don't converge"
                 )
-            self._hessian = _hessian_of(self)
+            arrow = self._arrow
+            self._hessian = Hessian(self, None if arrow is None else ArrowMatrix(arrow))
         H = self._matrix(roots, x, radius)
         spare = H.copy() if self._ridged else None
         solve = H.factor(RIDGES[0])
@@ -241,16 +220,6 @@ def newton_of(blocks):
     if "newton" not in vars(blocks):
         blocks.newton = Newton(blocks)
     return blocks.newton
-
-
-def _hessian_of(newton):
-    """A `TableHessian` or a `Hessian`, whichever takes less time."""
-    if newton._arrow is not None:
-        return Hessian(newton, ArrowMatrix(newton._arrow))
-    less = not newton.layouts or table_hessian_work(newton) < kronecker_work(newton)
-    if newton.has_table and less:
-        return TableHessian(newton)
-    return Hessian(newton)
 
 
 def _conjugate_gradients(times, g, precondition, tolerance, most):

@@ -11,10 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from .alike import alike
-from .sparse_table import SparseTable
 from .structure import StructuredBlock, fold, real, unfold
 from .sums import Sums, span
-from .work import least_work, sparse_work, sums_work, table_work
+from .work import sums_work, table_work
 
 __all__ = ["Stacked", "gram", "transposed"]
 
@@ -56,7 +55,7 @@ class Stacked:
         Number of the variables.
     degree : int
         Sum of the sizes of the blocks, padding included.
-    values : Sums, SparseTable or _Table
+    values : Sums or _Table
         What computes the blocks at points, their changes and adjoints.
     """
 
@@ -67,15 +66,8 @@ class Stacked:
         self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
         entries = sum(s.constant.size for s in self.stacks)
         few = entries * self.variables <= MOST_TABLE_ENTRIES
-        if few and table_work(self) < least_work(self):  # nothing else need be counted
-            self.values = _Table(self)
-            return
-        ways = [(sums_work(self), Sums)]
-        if self.layouts:  # else Newton's matrix wants the table
-            ways.append((sparse_work(self), SparseTable))
-        if few:
-            ways.append((table_work(self), _Table))
-        self.values = min(ways, key=lambda way: way[0])[1](self)
+        fast = few and table_work(self) < sums_work(self)
+        self.values = (_Table if fast else Sums)(self)
 
     def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
@@ -207,10 +199,6 @@ class Stacked:
     def has_table(self):
         """Whether all slopes are held as a table."""
         return isinstance(self.values, _Table)
-
-    def slope_table(self):
-        """The slopes of all variables by stack, arrays (k, blocks, q, q)."""
-        return self.values.slopes()
 
     def _by_block(self, stacks, cut):
         """A list of ``cut(entry, stack, size)``, one for each block."""
@@ -374,14 +362,6 @@ class _Table:
         """Sums of squares of each diagonal entry's derivatives, by stack."""
         sums = self._split(np.einsum("ak,ak->k", self.table, self.table))
         return [g.real.diagonal(0, 1, 2) for g in sums]
-
-    def slopes(self):
-        """Arrays (k, blocks, q, q), one for each stack."""
-        k = len(self.table)
-        return [
-            np.ascontiguousarray(self.table[:, at]).view(kind).reshape(k, *shape)
-            for at, kind, shape in self.parts
-        ]
 
     def at(self, x):
         return self._split(self.constant + x @ self.table)

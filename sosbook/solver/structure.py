@@ -55,11 +55,6 @@ class UnknownLayout:
         """Row indices, column indices, and 1 off the diagonal, 0 on it."""
         return _lower(self.rows)
 
-    @property
-    def places(self):
-        """Which free entry each entry of the matrix is: a (rows, cols) array of int."""
-        return _places(self.rows, self.cols, self.symmetric)
-
     def matrix(self, x):
         """The (rows, cols) matrix that a vector x of all variables holds."""
         part = x[self.start : self.start + self.size]
@@ -82,16 +77,6 @@ class UnknownLayout:
 def _lower(n):
     i, j = lower_triangle(n)
     return i, j, (i != j).astype(float)
-
-
-@lru_cache(64)
-def _places(rows, cols, symmetric):
-    if not symmetric:
-        return np.arange(rows * cols).reshape(rows, cols)
-    i, j = lower_triangle(rows)
-    places = np.empty((rows, rows), int)
-    places[i, j] = places[j, i] = np.arange(len(i))
-    return places
 
 
 @dataclass(frozen=True, eq=False)

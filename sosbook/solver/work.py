@@ -14,12 +14,9 @@ __all__ = [
     "hessian_work",
     "iteration_work",
     "kronecker_work",
-    "least_work",
     "leaves_work",
     "products_work",
-    "sparse_work",
     "sums_work",
-    "table_hessian_work",
     "table_work",
 ]
 
@@ -27,17 +24,14 @@ FLOPS = 2e10  # additions and multiplications a second, in products of matrices
 NUMBERS = 1e9  # floats read or written a second, in large arrays
 TABLE = 3e9  # the same in a table that is read again and again
 CALL = 0.8e-6  # seconds for each array that numpy makes
-ARRAYS_OF_SPARSE = 14  # for the values of all blocks
-SPARSE = 4e8  # numbers of a sparse table a second, its own making included
 ARRAYS_OF_PRODUCT = 4  # its right and left factor, its place, its mirror
 ARRAYS_OF_BLOCK = 5
 ARRAYS_OF_MODAL = 30  # of one application of the preconditioner
-ARRAYS_OF_STACK = 8  # of either Hessian
+ARRAYS_OF_STACK = 8  # of the Hessian
 ARRAYS_OF_KIND = 22  # of the Kronecker products of two kinds of unknowns
 ARRAYS_OF_PART = 3  # of those of two unknowns, among others of their kinds
 ARRAYS_OF_ARROW = 400  # of the factor of Newton's matrix, and of several solutions
 ARRAYS_OF_LEAF = 60  # of each leaf's part in them
-SMALL_PRODUCTS = 2.1e8  # numbers of the table that become part of a Hessian a second
 PASSES = 6  # over the matrix of a Kronecker product, until it is in its place
 
 
@@ -50,18 +44,6 @@ def table_work(stacked):
         The blocks.
     """
     return 2 * CALL + _entries(stacked) * stacked.variables / TABLE
-
-
-def least_work(stacked):
-    """Seconds that the values of all blocks take at least without a table.
-
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks.
-    """
-    blocks = sum(len(s.blocks) for s in stacked.stacks)
-    return CALL * min(ARRAYS_OF_SPARSE, ARRAYS_OF_BLOCK * blocks)
 
 
 def sums_work(stacked):
@@ -81,22 +63,6 @@ def sums_work(stacked):
                 flops += 2 * q * rows * (len(t.right) + q) * s.weight
         arrays += len(s.slopes)
     return arrays * CALL + flops / FLOPS
-
-
-def sparse_work(stacked):
-    """Seconds for the same values from a table of the slopes that aren't zero.
-
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks.
-    """
-    entries = 0
-    for s in stacked.stacks:
-        entries += np.count_nonzero(s.slopes)
-        for t in (t for b in s.blocks for t in b.products):
-            entries += 2 * np.count_nonzero(t.left) * np.count_nonzero(t.right)
-    return ARRAYS_OF_SPARSE * CALL + float(entries) / SPARSE
 
 
 def iteration_work(stacked):
@@ -161,17 +127,14 @@ def leaves_work(count):
 
 
 def dense_work(stacked):
-    """Seconds for the same, where the matrix is made in the faster way.
+    """Seconds for the same, with the products that make the matrix.
 
     Parameters
     ----------
     stacked : Stacked
         The blocks.
     """
-    ways = [kronecker_work(stacked)] if stacked.layouts else []
-    if stacked.has_table:
-        ways.append(table_hessian_work(stacked))
-    return min(ways) + stacked.variables**3 / 3 / FLOPS
+    return kronecker_work(stacked) + stacked.variables**3 / 3 / FLOPS
 
 
 def arrow_work(stacked, arrow):
@@ -190,18 +153,6 @@ def arrow_work(stacked, arrow):
     less = stacked.variables**2 - arrow.entries
     seconds = kronecker_work(stacked) + leaves_work(len(arrow.sizes)) + flops / FLOPS
     return seconds - PASSES * less / NUMBERS
-
-
-def table_hessian_work(stacked):
-    """Seconds for the matrix of all variables from the table of all slopes.
-
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks.
-    """
-    arrays = ARRAYS_OF_STACK * len(stacked.stacks)
-    return arrays * CALL + _entries(stacked) * stacked.variables / SMALL_PRODUCTS
 
 
 def kronecker_work(stacked):
