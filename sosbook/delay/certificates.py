@@ -8,6 +8,7 @@ from ..exact.proof import Examined, first_proven
 from ..exact.rational import decimal, decimals, expanded, read_array, read_number
 from ..exact.refutation import Exclusion, excluded_by
 from ..plants.as_data import plant_data, read_plant
+from ..plants.checks import as_written
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
@@ -186,6 +187,7 @@ def _exponentials(request):
     return [q for _, q in request.factors(exact)] if request.delta else ()
 
 
+@as_written()
 def read_delay_request(data, framed=True):
     """The `DelayRequest` of the ``data`` that `problem_data` writes.
 

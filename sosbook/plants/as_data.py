@@ -1,6 +1,7 @@
 """Plants as plain data, and back again: what proof files say of them."""
 
 from ..exact.rational import decimals, read_array
+from .checks import as_written
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 
@@ -28,6 +29,7 @@ def plant_data(plant):
     }
 
 
+@as_written()
 def read_plant(data):
     """The plant of the ``data`` that `plant_data` writes."""
     vertices = data["vertices"]

@@ -1,11 +1,15 @@
 """Checks of numbers and matrices that callers give."""
 
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 
 import numpy as np
 from scipy.sparse import issparse
 
 __all__ = [
+    "as_written",
+    "check_rank",
     "count",
     "finite",
     "inverse_by_rows",
@@ -21,6 +25,28 @@ __all__ = [
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
+
+_written = ContextVar("written", default=False)  # whether `as_written` is in force
+
+
+@contextmanager
+def as_written():
+    """Take the numbers of a proof file as they are, whatever their sizes and ranks.
+
+    Floats judge those of a request, so that its author gets a clear error. Of a file
+    exact arithmetic alone decides what it proves.
+
+    Examples
+    --------
+    >>> with as_written():
+    ...     matrix("M", [[1e-200]])
+    array([[1.e-200]])
+    """
+    token = _written.set(True)
+    try:
+        yield
+    finally:
+        _written.reset(token)
 
 
 def finite(name, value):
@@ -40,6 +66,8 @@ def finite(name, value):
 
 def _check_size(name, largest):
     """Raise where a number, or the largest of some, is out of bounds."""
+    if _written.get():
+        return
     if largest > SIZE_LIMITS[1]:
         raise ValueError(
             f"{name} = {largest:.3g} is beyond {SIZE_LIMITS[1]:g}: choose other units"
@@ -247,11 +275,18 @@ def inverse_by_rows(M):
     return np.linalg.inv(rows[:, None] * M) * rows
 
 
+def check_rank(M, fault, tolerance=1e-10):
+    """Raise a ValueError with the words ``fault`` where M is `rank_deficient`."""
+    if not _written.get() and rank_deficient(M, tolerance):
+        raise ValueError(fault)
+
+
 def rank_deficient(M, tolerance=1e-10):
-    """Whether M lacks rank, its rows and columns scaled to unit length.
+    """Whether M lacks rank but for rounding, its rows and columns of unit length.
 
     Singular values below the ``tolerance`` count as zero. The units of rows and
-    columns don't matter.
+    columns don't matter, nor entries that are next to nothing: only what lacks rank
+    both with `logarithmic_scales` and without them does so.
     """
     return _deficient(M.tobytes(), M.dtype, M.shape, tolerance)
 
@@ -261,13 +296,21 @@ def _deficient(entries, kind, shape, tolerance):
     M = np.frombuffer(entries, kind).reshape(shape)
     if not M.size:
         return len(M) > 0
-    rows, columns = logarithmic_scales(M)
-    M = rows[:, None] * M * columns
+    with np.errstate(over="ignore"):  # of scales that tiny entries spoil
+        rows, columns = logarithmic_scales(M)
+        scaled = rows[:, None] * M * columns
+        return all(_lacks_rank(x, tolerance) for x in (scaled, M))
+
+
+def _lacks_rank(M, tolerance):
+    """Whether a singular value is below the tolerance, rows and columns of one length.
+
+    That is the length one for the columns of a square matrix; of others it can't be.
+    """
     for axis in 20 * (1, 0):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))
         some = lengths[lengths > 0]
         M = M / np.where(lengths > 0, lengths, 1.0)
-        # columns of one length: of a square matrix it is one, of others it can't be
         if axis == 0 and (not some.size or some.max() < SAME * some.min()):
             break
     return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..language import he
 from ..runtime.read_only import ReadOnly
-from .checks import is_word, matrix, rank_deficient
+from .checks import check_rank, is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
 
 __all__ = [
@@ -139,21 +139,23 @@ def _descriptor(v, U, K_A):
 def _checked_descriptor(v, U, K_A):
     n, a = v.n, U.shape[0]
     inertia = v.M - v.B @ K_A
-    if rank_deficient(inertia, 1e-14):
-        raise ValueError(
-            "M - B K_A is singular: give an acceleration gain K_A that "
-            "makes it regular (Lemma 2.1)"
+    check_rank(
+        inertia,
+        "M - B K_A is singular: give an acceleration gain K_A that "
+        "makes it regular (Lemma 2.1)",
+        1e-14,
+    )
+    if a:
+        check_rank(
+            U,
+            "U has linearly dependent rows: two integrators would carry "
+            "the same error; remove one",
         )
-    if a and rank_deficient(np.block([[-v.S, v.B], [U, np.zeros((a, v.m))]])):
-        if np.linalg.matrix_rank(U) < a:
-            raise ValueError(
-                "U has linearly dependent rows: two integrators would carry "
-                "the same error; remove one"
-            )
-        raise ValueError(
+        check_rank(
+            np.block([[-v.S, v.B], [U, np.zeros((a, v.m))]]),
             "U is uncontrollable: [-S B; U 0] lacks full row rank, so a "
             "transmission zero at s = 0 hides an integrator from u; "
-            "integrate fewer or other errors"
+            "integrate fewer or other errors",
         )
 
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..runtime.read_only import ReadOnly
-from .checks import matrices_of, matrix, rank_deficient
+from .checks import check_rank, matrices_of, matrix
 from .descriptor import Descriptor
 from .simplex import checked_weights, random_weights
 
@@ -88,8 +88,8 @@ class DescriptorSystem(ReadOnly):
             lists[name] = [
                 matrix(name, x, shape) for x in matrices * (count // len(matrices))
             ]
-        if any(rank_deficient(x, 1e-14) for x in lists["E"]):
-            raise ValueError("E is singular at a vertex")
+        for E in lists["E"]:
+            check_rank(E, "E is singular at a vertex", 1e-14)
         C = np.zeros((0, N)) if self.C is None else self.C
         C = matrix("C", _common("C", C), (None, N))
         D_u = self.D_u

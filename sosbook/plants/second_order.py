@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.linalg import eigvals
 
 from ..runtime.read_only import ReadOnly
-from .checks import matrix, rank_deficient
+from .checks import check_rank, matrix, rank_deficient
 from .descriptor import descriptors
 from .response import simulate_open
 from .signals import Sine, Step
@@ -169,14 +169,15 @@ class SecondOrderSystem(_Plant, ReadOnly):
         object.__setattr__(self, "coordinates", _names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
-        if rank_deficient(np.hstack([self.M, self.B]), 1e-14):
-            raise ValueError(
-                "[M B] lacks full row rank: no acceleration feedback can make "
-                "M - B K_A nonsingular, for a row (or a mixture of rows) has neither "
-                "mass nor input. Where it has damping it is of first order: write a "
-                "DescriptorSystem without that velocity. Where it has none, solve it "
-                "for its displacement and put that into the other rows"
-            )
+        check_rank(
+            np.hstack([self.M, self.B]),
+            "[M B] lacks full row rank: no acceleration feedback can make "
+            "M - B K_A nonsingular, for a row (or a mixture of rows) has neither "
+            "mass nor input. Where it has damping it is of first order: write a "
+            "DescriptorSystem without that velocity. Where it has none, solve it "
+            "for its displacement and put that into the other rows",
+            1e-14,
+        )
         self._warn()
 
     def _warn(self):

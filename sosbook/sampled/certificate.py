@@ -7,6 +7,7 @@ from ..exact.definite import exact
 from ..exact.proof import Examined, ProofFile
 from ..exact.rational import decimal, decimals, fraction, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
+from ..plants.checks import as_written
 from .discretize import SampleTiming, input_vertices, is_controller
 from .loops import BALL_BITS, SampledPolytope, halves, pivot
 from .system import SampledSystem
@@ -59,6 +60,7 @@ class SampledCertificate(ProofFile):
         )
 
     @classmethod
+    @as_written()
     def examine(cls, data):
         plant, U = read_plant(data["plant"]), data["U"]
         U = read_array(U, None, plant.n) if U else None

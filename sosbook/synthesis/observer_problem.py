@@ -13,7 +13,7 @@ from ..exact.rational import decimal, decimals, read_array, read_number
 from ..language import Unknown, block
 from ..lmi.trusted import TrustedProblem
 from ..plants.as_data import plant_data, read_plant
-from ..plants.checks import inverse_by_rows
+from ..plants.checks import as_written, check_rank, inverse_by_rows
 from ..plants.descriptor import mean_descriptor, twins
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
@@ -60,8 +60,7 @@ class ObserverProblem:
         small = 1e-6 * (np.trace(source) / N or 1.0) * np.eye(N)
         if np.linalg.eigvals(A + B @ K).real.max() >= 0:
             raise ValueError("K doesn't stabilise the mean plant: design it first")
-        if np.linalg.matrix_rank(R_F) < len(R_F):
-            raise ValueError("R_F must be regular: each output has noise")
+        check_rank(R_F, "R_F must be regular: each output has noise")
         try:
             X = riccati(A.T, C.T, source + small, R_F @ R_F.T)
             errors = A - X @ C.T @ np.linalg.solve(R_F @ R_F.T, C)
@@ -103,6 +102,7 @@ class ObserverProblem:
         }
 
     @classmethod
+    @as_written()
     def read(cls, data):
         """The problem of `data`, in the same coordinates."""
         problem = object.__new__(cls)

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
+from ..plants.checks import as_written
 from ..requirements.base import Requirement
 from .problem import Request
 
@@ -25,6 +26,7 @@ def request_data(request):
     }
 
 
+@as_written()
 def read_request(data, gain=None):
     """The `Request` of the ``data`` that `request_data` writes.
 
