@@ -434,6 +434,13 @@ def test_units_of_rows_and_columns_hide_no_rank(seed):
         assert rank_deficient(rows[:, None] * lacking * columns)
 
 
+@pytest.mark.parametrize("tiny", [0, 1e-60, 5e-324])
+def test_an_entry_that_is_next_to_nothing_hides_no_rank(tiny):
+    S = 2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1) + tiny * np.eye(3, k=2)
+    plant = sos.SecondOrderSystem(np.eye(3), S, S, [[1], [0], [0]])
+    assert len(descriptors(plant, [[0, 0, 1]])[0].E) == 7
+
+
 @pytest.mark.parametrize("unit", ["odd", *SYSTEMS])
 def test_integrators_are_within_reach_in_any_units(unit):
     """Stiffness of 1e-6 beside forces of 1e5: it was refused in some units."""

@@ -16,7 +16,9 @@ from sosbook.exact.proof import load
 from sosbook.exact.proof_text import checksum
 from tests.hunt.tampering import (
     CLASSES,
+    leaves,
     may_differ,
+    of_other_rank,
     put,
     tampered,
     true_claims,
@@ -79,6 +81,35 @@ def test_no_tampering_with_the_other_kinds(name):
             assert package == alone or may_differ(path, whole, alone), path
             assert true_claims(changed) is not False, path
     assert tried >= 100 and accepted < tried / 5
+
+
+SMALL = (
+    *NEW[3:8],
+    "stability",
+    "acceleration",
+    "input in the output, slack",
+    "a pole of a closed loop",
+    "regular mass",
+    "no mass without input",
+    "observer",
+    "sampled",
+)
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_floats_refuse_no_plant_of_a_file(name):
+    """Of sizes and ranks that a request's input may not have; the checker has none."""
+    whole = json.loads(proof_of(name).text)
+    accepted = 0
+    for path, value in leaves(whole):
+        for change in of_other_rank(value):
+            changed = put(whole, path, change)
+            changed["checksum"] = checksum(changed)
+            package, alone = verdicts(changed)
+            agree = package == alone or may_differ(path, whole, alone)
+            assert name in BEYOND or agree, (path, change)
+            accepted += package and change != value
+    assert accepted or name == "regular mass"
 
 
 @pytest.mark.slow

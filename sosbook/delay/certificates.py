@@ -210,6 +210,8 @@ def read_delay_request(data, framed=True):
         tuple(data["misprints"]),
         None if given is None else read_array(given, plant.m, None),
     )
+    if request.alpha is not None and not request.needs_alpha:
+        raise ValueError("alpha belongs to a design")
     if not framed:
         return request
     return in_frame(request, read_frame(data["coordinates"], request.states))
