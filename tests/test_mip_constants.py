@@ -53,6 +53,7 @@ FULL = Firmware(
 TURN = np.array([-0.93, -0.29, -0.52])
 STEERING = Steering(FULL, [TURN], share=0.25, track=0.07, r=0.034)
 FACTORS = (-1.0, 1.5, 2 / 3)
+UNBUILT = re.compile(r"COMPENSATES 0\n#if COMPENSATES\n.*?#endif", re.S)
 DECLARED = re.compile(r"static const (double|int) (\w+)((?:\[\d+\])*) =")
 
 
@@ -67,7 +68,8 @@ class Open:
         flags = ["-std=c99", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
         run(*gcc, *flags, folder / name, "-o", library)
         self.library, self.numbers = ctypes.CDLL(str(library)), {}
-        for kind, label, sizes in DECLARED.findall(source[name]):
+        built = UNBUILT.sub("", source[name])
+        for kind, label, sizes in DECLARED.findall(built):
             size = int(np.prod([int(n) for n in re.findall(r"\d+", sizes)] or [1]))
             real = {"double": ctypes.c_double, "int": ctypes.c_int}[kind]
             self.numbers[label] = (real * size).in_dll(self.library, label)

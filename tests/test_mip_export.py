@@ -87,7 +87,7 @@ def test_the_constants_are_the_laws_to_the_last_bit(name):
 def test_single_precision_rounds_its_constants_once():
     text = c_source(Firmware(LAWS["PD"]), precision="single")
     literals = re.findall(r"-?0x[\w.]+p[+-]\d+f?", text)
-    assert len(literals) == 9 + 4
+    assert len(literals) == 12 + 4
     assert all(x.endswith("f") for x in literals)
     numbers = [float.fromhex(x[:-1]) for x in literals]
     assert numbers == [float(np.float32(x)) for x in numbers]

@@ -10,7 +10,7 @@ import pytest
 from sosbook.mip import Robot, recommend
 from sosbook.mip.boards import PYCTRL_COUNTS_PER_TURN
 from sosbook.mip.firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
-from sosbook.mip.recording import BAUD, GYRO_RANGES
+from sosbook.mip.recording import GYRO_RANGES
 
 import sosbook.pendulum
 from sosbook.pendulum.spread import vertices
@@ -24,6 +24,17 @@ NUMBER = re.compile(
     r"0x1(?:\.[0-9a-f]+)?p[+-]\d+"
     r"|(?<![\w.])\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
     r"|(?<![\w.])\.\d+"
+)
+TURN = 6.2831853  # rad, in single precision
+#: What a template has for an example's robot, which another's must not have: all
+#: definitions but those of pins, of rest, of sticks and the like.
+FIXED = r"TURN = 6\.283185307|SILENCE|REST_(?!TICKS)|DSM_|LOG_|LONGEST|MOST_LOST|IMU\b"
+FIXED += r"|ENCODER_[AB]|FORWARD|BACKWARD|PWM_PIN"
+EXAMPLES = re.compile(
+    rf"^(?:#define (?!{FIXED})\w+ .*"
+    rf"|(?:static .*?\b)?(?!{FIXED})[A-Z]\w*[\[\]\w]* = [^;]*?(?:;|$(?=\n\S|\n\n)).*)$"
+    r"|every\n \* +[\d.]+ s|beyond [\d.]+ rad|heading is [\d.]+",
+    re.M,
 )
 #: No digit of them is the thesis's robot's.
 STRANGE = dict(
@@ -77,7 +88,7 @@ def known(found):
         if isinstance(v, (int, float, tuple)) and not isinstance(v, bool)
     ]
     setting = next(x for x in GYRO_RANGES if radians(x) > 0.99 * robot.gyro_range)
-    derived = [T / 2, 1 / T, 1e6 * T, BAUD, PYCTRL_COUNTS_PER_TURN, TRUSTED_VOLTS]
+    derived = [T / 2, 1 / T, 1e6 * T, TURN, PYCTRL_COUNTS_PER_TURN, TRUSTED_VOLTS]
     derived += [2 * pi / robot.counts, radians(setting) / 2**15]
     derived += [PUSHING_SHARE * found.firmware.limit, PUSHING_SHARE * bench.limit]
     derived += [bench.limit, found.firmware.fastest * T, found.spread]
@@ -86,7 +97,11 @@ def known(found):
     linear = [getattr(m.plant(), x) for m in plants[:1] for x in "MDSB"]
     letters = [v for v in vars(found.mip).values() if v is not None]
     facts = [v for x in found.facts.values() for _, v in values(x)]
-    given = [v for p in TEMPLATES.iterdir() for _, v in values(p.read_text("utf-8"))]
+    given = [
+        v
+        for p in TEMPLATES.iterdir()
+        for _, v in values(EXAMPLES.sub("", p.read_text("utf-8")))
+    ]
     if found.steering:
         ours = found.steering.law
         derived += [ours.per_radian, ours.volts, ours.reach, ours.unwinding]

@@ -2,6 +2,8 @@
 
 import re
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from sosbook.mip.drive import Drive
 from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
+import sosbook.pendulum
+import tests.test_mip_export as programs
 from sosbook import thesis
 from tests.compiler import run
 from tests.gains import named
@@ -17,6 +21,7 @@ from tests.six_robots import SIX, advance
 from tests.test_mip_recording import PIPE, cpp, sketch_flags
 
 assert cpp  # a fixture
+TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
 MACHINE = SIX[0]
 ROBOT = Robot.shipped("gearmotors").but(
     counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
@@ -46,6 +51,34 @@ for _old, _new in (
 ):
     assert _old in BOARD
     BOARD = BOARD.replace(_old, _new)
+
+
+@pytest.mark.parametrize("steers", [0, 1])
+def test_the_templates_compile_as_they_stand(steers, gcc, cpp, tmp_path):
+    """With and without steering, and with friction that is compensated or isn't."""
+    (tmp_path / "robotcontrol.h").write_text(programs.HEADER, "utf-8")
+    if sys.platform == "win32":
+        (tmp_path / "poll.h").write_text(programs.POLL, "utf-8")
+    flags = [*programs.FLAGS, *programs.STRICT, "-c", "-I", tmp_path]
+    for template in TEMPLATES.iterdir():
+        text = template.read_text("utf-8").replace("STEERS 1", f"STEERS {steers}")
+        text = text.replace("COMPENSATES 0", f"COMPENSATES {steers}")
+        if template.suffix == ".ino":
+            text = '#include "Arduino.h"\n' + text
+        (tmp_path / template.name).write_text(text, "utf-8")
+        if template.name.startswith("balance") and template.suffix in (".c", ".h"):
+            single = re.sub(r"\bbalance(?=_|\.h)", "balance_single", text)
+            single = re.sub(r"\bdouble\b", "float", single)
+            name = template.name.replace("balance", "balance_single")
+            (tmp_path / name).write_text(single, "utf-8")
+    for template in TEMPLATES.iterdir():
+        path, out = tmp_path / template.name, tmp_path / "out.o"
+        if template.suffix == ".c":
+            run(*gcc, *flags, path, "-o", out)
+        if template.suffix in (".ino", ".cpp"):
+            run(*cpp, *sketch_flags(tmp_path), "-x", "c++", "-c", path, "-o", out)
+        if template.suffix == ".py":
+            compile(path.read_text("utf-8"), path.name, "exec")
 
 
 @pytest.fixture

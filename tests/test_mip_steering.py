@@ -716,7 +716,7 @@ def test_the_node_of_ros_passes_commands_on(monkeypatch, tmp_path):
             calls.append("destroyed")
 
     class Program:
-        def __init__(self, command, stdin, text):
+        def __init__(self, command, stdin, text, encoding):
             calls.append(command)
             self.stdin, self.ended = io.StringIO(), None
 

@@ -61,8 +61,15 @@ def pyctrl_signs(robot):
 
 
 def pins(robot):
-    """The channels and polarities of a robot as C spells pairs."""
-    return {word: "{{{}, {}}}".format(*getattr(robot, word)) for word in PYCTRL_WIRING}
+    """The channels and polarities of a robot as C names and spells them."""
+    words = {"channels": "CHANNEL", "polarities": "POLARITY"}
+    return {
+        f"{part}_{word}".upper(): "{{{}, {}}}".format(
+            *getattr(robot, f"{part}_{plural}")
+        )
+        for part in ("motor", "encoder")
+        for plural, word in words.items()
+    }
 
 
 def dmp_rate(T):

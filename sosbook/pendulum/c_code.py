@@ -7,13 +7,24 @@ text depends on the firmware and on the package's version alone.
 import re
 
 from . import spelling
-from .firmware import FAULTS, Firmware
-from .template import comment, fill, written_by
+from .firmware import Firmware
+from .template import fill, replaced, written_by
 
-__all__ = ["c_header", "c_source", "guards", "provenance", "serial_main", "words"]
+__all__ = [
+    "c_header",
+    "c_source",
+    "check",
+    "law_file",
+    "main_file",
+    "provenance",
+    "serial_main",
+    "with_numbers",
+]
 
 C_TYPES = {"double": "double", "single": "float"}
-DIGITS = {"double": ("DBL", 53), "single": ("FLT", 24)}  # binary ones of a mantissa
+#: What a law's file in single precision has for what the template has.
+SINGLE = {r"\bdouble\b": "float", "DBL_MANT_DIG != 53": "FLT_MANT_DIG != 24"}
+SINGLE |= {"DBL_MAX": "FLT_MAX"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 
@@ -49,37 +60,12 @@ def c_header(firmware, name="balance", precision="double"):
     >>> print(c_header(Firmware(law)).splitlines()[0])
     /* balance.h: a control law for a mobile inverted pendulum
     """
-    values = words(firmware, name, precision)
-    order = firmware.law.order
-    reason = {
-        "running": "no fault",
-        "sensor": f"over {firmware.missing} bad readings in a row"
-        + (f", or over {firmware.frozen} repeated" if firmware.frozen else "")
-        + (
-            f", or over {firmware.deaf} of still wheels under voltage"
-            if firmware.deaf
-            else ""
-        ),
-        "fall": f"the body tilts by more than {firmware.tip:.9g} rad",
-        "stall": f"over {firmware.stall} ticks at the voltage's limit",
-        "command": "the law's answer is no number to trust",
-    }
-    faults = [
-        f"    {name.upper()}_{fault.upper()} = {k},  /* {reason[fault]} */"
-        for k, fault in enumerate(FAULTS)
-    ]
-    x = f"x[{order}];".ljust(12)
-    state = f"    {C_TYPES[precision]} {x}/* the law's state */\n"
-    return fill(
-        "law.h",
-        values,
-        faults="\n".join(faults).replace(
-            f" = {len(FAULTS) - 1},", f" = {len(FAULTS) - 1} "
-        ),
-        x=state if order else "",
-        T=f"{firmware.law.T:.9g}",
-        tip=f"{firmware.tip:.9g} rad",
-    )
+    check(firmware, name, precision)
+    T, tip = f"{firmware.law.T:.9g}", f"{firmware.tip:.9g}"
+    values = {"BALANCE_ORDER": firmware.law.order}
+    text = law_file("balance.h", firmware, name, precision, values)
+    text = replaced(r"(^ \*        )0\.01(?= s\. Compile)", text, T)
+    return replaced(r"(beyond )0\.85(?= rad: there)", text, tip)
 
 
 def c_source(firmware, name="balance", precision="double"):
@@ -120,59 +106,28 @@ def c_source(firmware, name="balance", precision="double"):
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> text = c_source(Firmware(law))
-    >>> print(text[text.index("const double u"):].partition(";")[0])
-    const double u =
+    >>> print(text[text.index("double u ="):].partition(";")[0])
+    double u =
         D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
     """
-    values = words(firmware, name, precision)
-    law, real = firmware.law, C_TYPES[precision]
-
-    def number(value):
-        return spelling.literal(value, precision)
-
-    constants = spelling.c_constants(spelling.constants(firmware), real, number) + [
-        f"static const int {label} = {value};  /* ticks in a row */"
-        for label, value in spelling.counts(firmware)
-    ]
-    matrices = [
-        f"static const {real} {label}{spelling.size(value)} = "
-        f"{spelling.braces(value, number)};"
-        for label, value in spelling.matrices(law)
-    ]
-    output, following = spelling.output(law), spelling.following(law)
-    start = [f"    s->x[{i}] = START[{i}] * tilt;\n" for i in range(law.order)]
-    alias = f"    const {real} *x = s->x;\n"
-    after = ""
-    if law.order:
-        rows = "".join(f"        {row},\n" for row in following)
-        after = (
-            f"    const {real} next[{law.order}] = {{\n{rows}"
-            f"    }};\n    for (int i = 0; i < {law.order}; i++)\n"
-            "        s->x[i] = next[i];\n"
+    check(firmware, name, precision)
+    law = firmware.law
+    values = {"COMPENSATES": int(firmware.compensation > 0), **spelling.ticks(firmware)}
+    text = law_file("balance.c", firmware, name, precision, values)
+    text = with_numbers(text, spelling.constants(firmware), precision)
+    for label, value in spelling.matrices(law).items():
+        size = "".join(f"[{n}]" for n in value.shape)
+        braces = spelling.braces(value, precision)
+        text = replaced(
+            rf"^static const \w+ {label}\[[^;]*;\n",
+            text,
+            f"static const {C_TYPES[precision]} {label}{size} = {braces};\n"
+            if value.any() or (label == "START" and law.order)
+            else "",
         )
-    uses_x = "x[" in output + "".join(following)
-    return fill(
-        "law.c",
-        values,
-        constants="\n".join(constants),
-        guards=guards(precision),
-        matrices="\n".join(matrices),
-        start="".join(start),
-        alias=alias if uses_x else "",
-        command=_command(firmware, output, real),
-        next=after,
-    )
-
-
-def _command(firmware, output, real):
-    """The lines of C that make the command u from the law's output."""
-    more = spelling.compensated(firmware, "{0} ? {1} : {2}".format)
-    if not more:
-        return f"    const {real} u =\n        {output};\n"
-    return (
-        f"    {real} u =\n        {output};\n"
-        f"    u = u + ({more}); /* against friction */\n"
-    )
+    rows = "".join(f"        {row},\n" for row in spelling.following(law))
+    text = replaced(r"(next\[\w+\] = \{\n)[^}]*(?=    \})", text, rows)
+    return replaced(r"( u =\n        )[^;]*(?=;)", text, spelling.output(law))
 
 
 def serial_main(firmware, name="balance", precision="double"):
@@ -196,23 +151,43 @@ def serial_main(firmware, name="balance", precision="double"):
     >>> "int main(void)" in serial_main(Firmware(law))
     True
     """
-    return fill("serial.c", words(firmware, name, precision))
+    check(firmware, name, precision)
+    return main_file("serial_balance.c", firmware, name, precision, {})
 
 
-def guards(precision):
-    """What keeps a compiler from another arithmetic than that of a ``precision``."""
-    mantissa, digits = DIGITS[precision]
-    real = C_TYPES[precision]
-    return fill(
-        "guards.c", {"mantissa": mantissa, "digits": digits, "real": real}
-    ).rstrip()
+def law_file(template, firmware, name, precision, values):
+    """The text of a ``template`` with ``values``, all of it in one precision.
+
+    The ``firmware``, the ``name`` and the ``precision`` are those of `c_header`.
+    """
+    text = fill(template, provenance(firmware, precision), values, name)
+    if precision == "single":
+        for double, single in SINGLE.items():
+            text = re.sub(double, single, text)
+    return text
 
 
-def words(firmware, name, precision):
-    """What every template of a ``firmware`` needs, by its word.
+def main_file(template, firmware, name, precision, values):
+    """The text of a ``template`` with ``values`` that calls a law.
 
-    The ``name`` of the files and the ``precision`` are those of `c_header`;
-    arguments are checked.
+    The ``firmware``, the ``name`` and the ``precision`` are those of `c_header`.
+    """
+    text = fill(template, provenance(firmware, precision), values, name)
+    return replaced(r"(typedef )double(?= real;)", text, C_TYPES[precision])
+
+
+def with_numbers(text, values, precision):
+    """The ``text`` of C with ``values`` by their names, in a ``precision``."""
+    for label, value in values.items():
+        spelled = f"{spelling.literal(value, precision)};  /* {value:.9g}"
+        text = replaced(rf"( {label} = )\S+;  /\* \S+", text, spelled)
+    return text
+
+
+def check(firmware, name, precision):
+    """Refuse a ``firmware``, ``name`` or ``precision`` that gives no program.
+
+    They are those of `c_header`, whose ValueError it raises.
     """
     if not isinstance(firmware, Firmware):
         raise ValueError("firmware must be a Firmware")
@@ -228,7 +203,7 @@ def words(firmware, name, precision):
             "name must begin a C identifier, in lower case, and be no "
             f"name that C or the robot's library has, got {name!r}"
         )
-    for field in ("missing", "frozen", "stall", "deaf"):
+    for field in spelling.TICKS:
         if getattr(firmware, field) > MOST_TICKS:
             raise ValueError(
                 f"{field} must be at most {MOST_TICKS}, for C's int, got "
@@ -237,12 +212,6 @@ def words(firmware, name, precision):
     law = firmware.law
     if not (law.D.any() or (law.C.any() and law.B.any())):
         raise ValueError("law doesn't use what it measures: D is zero, and B or C")
-    return {
-        "name": name,
-        "NAME": name.upper(),
-        "real": C_TYPES[precision],
-        "note": comment(provenance(firmware, precision), " * "),
-    }
 
 
 def provenance(firmware, precision="double"):

@@ -6,11 +6,9 @@ text depends on the firmware and on the package's version alone.
 
 from . import spelling
 from .boards import PYCTRL_COUNTS_PER_TURN, dmp_rate, pins, pyctrl_signs, wired
-from .c_code import c_header, c_source, provenance, serial_main, words
-from .drive import Drive
-from .firmware import FAULTS
-from .steering_code import c_steering, rc_steering, script_steering
-from .template import fill, python_comment
+from .c_code import c_header, c_source, check, main_file, provenance, serial_main
+from .steering_code import c_steering, motion_values
+from .template import fill
 
 __all__ = [
     "c_header",
@@ -64,25 +62,21 @@ def rc_balance(
     >>> "rc_mpu_set_dmp_callback(tick)" in rc_balance(Firmware(law))
     True
     """
-    values = words(firmware, name, precision)
-    hertz = dmp_rate(firmware.law.T)
+    check(firmware, name, precision)
     robot = wired(robot)
-    reasons = ", ".join(f'"{fault}"' for fault in FAULTS)
     low, high = robot.battery
-    return fill(
-        "rc_balance.c",
-        values,
-        hertz=hertz,
-        reasons=reasons,
-        mount=repr(robot.mount),
-        counts=repr(robot.counts),
-        nominal=repr(robot.nominal),
-        low=repr(low),
-        high=repr(high),
+    values = {
+        "STEERS": int(steering is not None),
+        "RATE_HZ": dmp_rate(firmware.law.T),
+        "BOARD_MOUNT_ANGLE": robot.mount,
+        "COUNTS": robot.counts,
+        "V_NOMINAL": robot.nominal,
+        "V_LOW": low,
+        "V_HIGH": high,
+        **motion_values(drive, steering),
         **pins(robot),
-        **_limits(drive),
-        **rc_steering(steering, drive or Drive(), name, values["real"]),
-    )
+    }
+    return main_file("rc_balance.c", firmware, name, precision, values)
 
 
 def pyctrl_script(firmware, robot=None, drive=None, name="balance", steering=None):
@@ -121,43 +115,22 @@ def pyctrl_script(firmware, robot=None, drive=None, name="balance", steering=Non
     >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> code = compile(pyctrl_script(Firmware(law)), "balance.py", "exec")
     """
-    values = words(firmware, name, "double")
-    law, robot = firmware.law, wired(robot)
+    check(firmware, name, "double")
+    robot = wired(robot)
     signs = pyctrl_signs(robot)
-    constants = spelling.python_constants(spelling.constants(firmware))
-    constants += [
-        f"{label} = {value}  # ticks in a row"
-        for label, value in spelling.counts(firmware)
-    ]
-    matrices = [
-        f"{label} = {spelling.nested(value)}" for label, value in spelling.matrices(law)
-    ]
-    after = "".join(f"\n            {row}," for row in spelling.following(law))
-    start = ", ".join(f"START[{i}] * tilt" for i in range(law.order))
-    more = spelling.compensated(firmware, "{1} if {0} else {2}".format)
-    values["note"] = python_comment(provenance(firmware))
-    return fill(
-        "pyctrl.txt",
-        values,
-        constants="\n".join(constants),
-        faults=FAULTS,
-        matrices="\n".join(matrices),
-        start=start,
-        output=spelling.output(law),
-        more=f"        u = u + ({more})\n" if more else "",
-        next=f"{after}\n        " if after else "",
-        T=repr(float(law.T)),
-        mount=repr(robot.mount),
-        nominal=repr(robot.nominal),
-        counts=repr(robot.counts),
-        theirs=repr(PYCTRL_COUNTS_PER_TURN),
-        **signs,
-        **_limits(drive),
-        **script_steering(steering, drive or Drive()),
-    )
-
-
-def _limits(drive):
-    """The numbers of a `Drive`, or of none, as programs spell them."""
-    drive = drive or Drive()
-    return {x: repr(float(getattr(drive, x))) for x in ("speed", "acceleration")}
+    values = spelling.constants(firmware) | spelling.ticks(firmware)
+    values |= {x: m.tolist() for x, m in spelling.matrices(firmware.law).items()}
+    values |= motion_values(drive, steering)
+    values |= {
+        "STEERS": steering is not None,
+        "MOUNT": f"{robot.mount!r} / TURN",
+        "BATTERY": robot.nominal,
+        "COUNTS": robot.counts,
+        "THEIRS": PYCTRL_COUNTS_PER_TURN,
+        "MOTOR_POLARITY": signs["motor"],
+        "ENCODER_POLARITY": signs["encoder"],
+        "K": steering.K[0].tolist() if steering else [0.0] * 3,
+        "SHARE": steering.volts if steering else 0.0,
+        "UNWIND": steering.unwinding if steering else 0.0,
+    }
+    return fill("pyctrl_balance.py", provenance(firmware), values, name)

@@ -17,11 +17,11 @@ from .boards import (
     wired_as_pyctrl,
 )
 from .robot import Robot
-from .template import comment, fill, python_comment, written_by
+from .spelling import single
+from .template import fill, written_by
 
-__all__ = ["BAUD", "board_files", "recorders", "sweeps", "write_recorders"]
+__all__ = ["board_files", "recorders", "sweeps", "write_recorders"]
 
-BAUD = 500000  # an AVR of 16 MHz and an ESP32 have it exactly
 AMPLITUDE_SHARE = 0.25  # of the limit: the thesis's 1.85 V of 7.4 V
 SWEEP_SECONDS = 30.0  # either way, as in the thesis
 INERTIA_GUESS = 1.4  # of the body about the axle, over M_b l^2
@@ -101,36 +101,40 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
         f"robot: {robot.words}",
         f"sweep: {amplitude:g} V for {seconds:g} s either way",
     ]
+    ends = {
+        name.upper(): [float(f"{x:.6g}") for x in pair]
+        for name, pair in sweeps(robot).items()
+    }
     values = {
-        "note": comment(note, " * "),
-        "hertz": f"{1 / robot.T:.12g}",
-        "amplitude": repr(float(amplitude)),
-        "seconds": repr(float(positive("seconds", seconds))),
-        "rows": round(2 * seconds / robot.T),
-    } | {
-        name: ", ".join(repr(float(f"{x:.6g}")) for x in ends)
-        for name, ends in sweeps(robot).items()
+        "HERTZ": 1 / robot.T,
+        "AMPLITUDE": float(amplitude),
+        "SECONDS": float(positive("seconds", seconds)),
     }
-    single = {
-        word: f"{float(values[word])!r}f" for word in ("hertz", "amplitude", "seconds")
-    }
-    single |= {x: values[x].replace(", ", "f, ") + "f" for x in ("body", "wheels")}
-    sketch = values | single | {"micros": f"{round(1e6 * robot.T)}UL", "baud": BAUD}
-    files = {"identify/identify.ino": fill("identify.ino", sketch)}
+    rows = {"ROWS": round(2 * seconds / robot.T)}
+    sketch = {x: single(value) for x, value in values.items()} | rows
+    sketch |= {x: f"{{{', '.join(map(single, pair))}}}" for x, pair in ends.items()}
+    sketch["TICK"] = f"{round(1e6 * robot.T)}UL"
+    files = {"identify/identify.ino": fill("identify.ino", note, sketch)}
     files |= board_files("identify", robot, note)
     if robot.board != "beaglebone":
         return files
     robot, (low, high) = wired(robot), robot.battery
-    board = {"nominal": repr(robot.nominal)}
-    files["rc_identify.c"] = fill(
-        "rc_identify.c", values | board | pins(robot), low=repr(low), high=repr(high)
-    ).replace(f"RATE_HZ {values['hertz']}", f"RATE_HZ {dmp_rate(robot.T)}")
+    board = {x: values[x] for x in ("AMPLITUDE", "SECONDS")} | pins(robot) | rows
+    board |= {x: "{{{}, {}}}".format(*pair) for x, pair in ends.items()}
+    board |= {"V_NOMINAL": robot.nominal, "V_LOW": low, "V_HIGH": high}
+    board["RATE_HZ"] = dmp_rate(robot.T)
+    files["rc_identify.c"] = fill("rc_identify.c", note, board)
     if wired_as_pyctrl(robot):
+        signs = pyctrl_signs(robot)
+        script = {x: "{}, {}".format(*pair) for x, pair in ends.items()}
+        script |= {
+            "BATTERY": robot.nominal,
+            "COUNTS_PER_TURN": PYCTRL_COUNTS_PER_TURN,
+            "MOTOR_POLARITY": signs["motor"],
+            "ENCODER_POLARITY": signs["encoder"],
+        }
         files["pyctrl_identify.py"] = fill(
-            "pyctrl_identify.txt",
-            values | board | {"note": python_comment(note)},
-            theirs=repr(PYCTRL_COUNTS_PER_TURN),
-            **pyctrl_signs(robot),
+            "pyctrl_identify.py", note, values | rows | script
         )
     return files
 
@@ -152,19 +156,16 @@ def board_files(folder, robot, note):
     )
     seen = min(robot.edges, 2)  # of a period, with an interrupt on one channel
     values = {
-        "note": comment(note, " * "),
-        "counts": f"{robot.counts:.12g}",
-        "edges": robot.edges,
-        "seen": seen,
-        "worth": robot.edges // seen,
-        "mode": "CHANGE" if seen == 2 else "RISING",
-        "limit": f"{robot.limit!r}f",
-        "gyro_step": f"{radians(GYRO_RANGES[setting]) / 2**15:.9g}f",
-        "gyro_bits": f"0x{setting << 3:02X}",
+        "COUNTS": f"{robot.counts:.12g}",
+        "EDGES": robot.edges,
+        "SEEN": seen,
+        "SUPPLY": single(robot.limit),
+        "GYRO_STEP": f"{radians(GYRO_RANGES[setting]) / 2**15:.9g}f",
+        "GYRO_RANGE": f"0x{setting << 3:02X}",
     }
     return {
-        f"{folder}/robot_io.h": fill("robot_io.h", {}),
-        f"{folder}/robot_io.cpp": fill("robot_io.cpp", values),
+        f"{folder}/robot_io.h": fill("robot_io.h", note, {}),
+        f"{folder}/robot_io.cpp": fill("robot_io.cpp", note, values),
     }
 
 

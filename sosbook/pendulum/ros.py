@@ -2,7 +2,7 @@
 
 from .boards import wired
 from .c_code import provenance
-from .template import fill, python_comment
+from .template import fill
 
 __all__ = ["ros_node"]
 
@@ -36,5 +36,5 @@ def ros_node(firmware, robot=None, name="balance"):
     >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> code = compile(ros_node(Firmware(law)), "ros_balance.py", "exec")
     """
-    note = python_comment(provenance(firmware))
-    return fill("ros.txt", {"note": note, "name": name}, r=repr(wired(robot).r))
+    values = {"NODE": f'"{name}"', "RADIUS": wired(robot).r}
+    return fill("ros_balance.py", provenance(firmware), values, name)

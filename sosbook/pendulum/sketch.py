@@ -1,11 +1,10 @@
 """A sketch for Arduino and PlatformIO around the law in single precision."""
 
 from .c_code import c_header, c_source, provenance
-from .drive import Drive
-from .firmware import FAULTS
-from .recording import BAUD, board_files
-from .steering_code import c_steering, sketch_steering
-from .template import comment, fill, written_by
+from .recording import board_files
+from .spelling import single
+from .steering_code import c_steering, motion_values
+from .template import fill, written_by
 
 __all__ = ["sketch"]
 
@@ -44,29 +43,23 @@ def sketch(firmware, robot, name="balance", drive=None, steering=None):
     >>> sorted(sketch(Firmware(law), Robot.shipped("gearmotors")))[0]
     'balance_sketch/balance_single.c'
     """
-    folder, single, T = f"{name}_sketch", f"{name}_single", firmware.law.T
-    drive, note = drive or Drive(), provenance(firmware, "single")
-    code = fill(
-        "balance.ino",
-        {"note": comment(note, " * "), "name": name},
-        micros=f"{round(1e6 * T)}UL",
-        hertz=f"{1 / T:.9g}f" if "." in f"{1 / T:.9g}" else f"{1 / T:.9g}.0f",
-        counts=f"{float(robot.counts)!r}f",
-        speed=f"{float(drive.speed)!r}f",
-        acceleration=f"{float(drive.acceleration)!r}f",
-        rest=round(1 / T),
-        reasons=", ".join(f'"{fault}"' for fault in FAULTS),
-        baud=BAUD,
-        **sketch_steering(steering, drive, single),
-    )
-    steers = {} if steering is None else c_steering(steering, single, "single")
+    folder, law, T = f"{name}_sketch", f"{name}_single", firmware.law.T
+    note = provenance(firmware, "single")
+    values = {
+        "STEERS": int(steering is not None),
+        "TICK": f"{round(1e6 * T)}UL",
+        "HERTZ": single(1 / T),
+        "TURN": f"6.2831853f / {single(robot.counts)}",
+        "REST_TICKS": round(1 / T),
+        **motion_values(drive, steering, single),
+    }
+    code = fill("balance_sketch.ino", note, values, name)
+    steers = {} if steering is None else c_steering(steering, law, "single")
     return {
         f"{folder}/{folder}.ino": code,
-        f"{folder}/{single}.h": c_header(firmware, single, "single"),
-        f"{folder}/{single}.c": c_source(firmware, single, "single"),
-        f"{folder}/platformio.ini": fill(
-            "platformio.ini", {"note": written_by(), "baud": BAUD}
-        ),
+        f"{folder}/{law}.h": c_header(firmware, law, "single"),
+        f"{folder}/{law}.c": c_source(firmware, law, "single"),
+        f"{folder}/platformio.ini": fill("platformio.ini", [written_by()], {}),
         **{f"{folder}/{file}": text for file, text in steers.items()},
         **board_files(folder, robot, note),
     }

@@ -8,113 +8,72 @@ from .firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
 
 __all__ = [
     "FLOAT_TYPES",
+    "TICKS",
     "braces",
-    "c_constants",
-    "compensated",
     "constants",
-    "counts",
     "following",
     "literal",
     "matrices",
-    "nested",
     "output",
-    "plain",
-    "python_constants",
-    "size",
-    "total",
+    "single",
+    "ticks",
 ]
 
+#: The fields of `Firmware` that count ticks.
+TICKS = "missing", "frozen", "deaf", "stall"
 FLOAT_TYPES = {"double": float, "single": np.float32}
 
 
 def constants(firmware):
-    """Name, value and unit of the numbers of a firmware outside its law."""
-    T, fastest, rub = firmware.law.T, firmware.fastest, firmware.compensation
-    friction = [
-        ("RUB", rub, "V, of friction that is compensated"),
-        ("SOFT", SOFTNESS * rub, "V, from which on all of it is"),
-        ("STEEP", 1 / SOFTNESS, "V per V below"),
-    ]
-    return friction * bool(rub) + [
-        ("HALF_TICK", T / 2, "s"),
-        ("HERTZ", 1 / T, "Hz"),
-        ("LIMIT", firmware.limit, "V"),
-        ("TIP", firmware.tip, "rad"),
-        ("BLEND", firmware.blend, "of each tick's tilt"),
-        ("RANGE", firmware.gyro_range, "rad/s"),
-        ("PUSH", firmware.limit * PUSHING_SHARE, "V"),
-        ("REACH", fastest * T, "rad a tick"),
-        ("TRUSTED", TRUSTED_VOLTS, "V"),
-    ]
+    """The numbers of a firmware outside its law, by their names in its programs."""
+    T, rub = firmware.law.T, firmware.compensation
+    return {
+        "HALF_TICK": T / 2,
+        "HERTZ": 1 / T,
+        "LIMIT": firmware.limit,
+        "TIP": firmware.tip,
+        "BLEND": firmware.blend,
+        "RANGE": firmware.gyro_range,
+        "PUSH": firmware.limit * PUSHING_SHARE,
+        "REACH": firmware.fastest * T,
+        "TRUSTED": TRUSTED_VOLTS,
+        "RUB": rub,
+        "SOFT": SOFTNESS * rub,
+        "STEEP": 1 / SOFTNESS,
+    }
 
 
-def c_constants(rows, real, number):
-    """Lines of C for ``rows`` of a name, a value and a unit.
-
-    The type of a number is ``real``, and ``number`` spells it.
-    """
-    return [
-        f"static const {real} {label} = {number(value)};  /* {value:.9g} {unit} */"
-        for label, value, unit in rows
-    ]
-
-
-def python_constants(rows):
-    """Lines of Python for ``rows`` of a name, a value and a unit."""
-    return [f"{label} = {float(value)!r}  # {unit}" for label, value, unit in rows]
-
-
-def counts(firmware):
-    """Name and value of a firmware's numbers of ticks."""
-    return [
-        ("MISSING", firmware.missing),
-        ("FROZEN", firmware.frozen),
-        ("DEAF", firmware.deaf),
-        ("STALL", firmware.stall),
-    ]
+def ticks(firmware):
+    """A firmware's numbers of ticks, by their names in its programs."""
+    return {x.upper(): getattr(firmware, x) for x in TICKS}
 
 
 def matrices(law):
-    """Name and value of those matrices of a law that aren't zero."""
-    both = [
-        ("A", law.A),
-        ("B", law.B),
-        ("W", law.W[:, 0]),
-        ("C", law.C[0]),
-        ("D", law.D[0]),
-    ]
-    used = [
-        (label, value + 0.0)  # no -0
-        for label, value in both
-        if value.any()
-    ]
-    return used + [("START", law.start)] * bool(law.order)
-
-
-def compensated(firmware, choice):
-    """What a ``firmware`` adds to the law's u against friction; empty without.
-
-    The ``choice`` of C or Python takes a condition and two values.
-    """
-    if not firmware.compensation:
-        return ""
-    return choice("u > SOFT", "RUB", choice("u < -SOFT", "-RUB", "STEEP * u"))
+    """The matrices of a law, by their names in its programs."""
+    return {
+        label: value + 0.0  # no -0
+        for label, value in (
+            ("A", law.A),
+            ("B", law.B),
+            ("W", law.W[:, 0]),
+            ("C", law.C[0]),
+            ("D", law.D[0]),
+            ("START", law.start),
+        )
+    }
 
 
 def output(law):
-    """u of a law, in the words of C and of Python."""
-    return total([("C", law.C[0], "x[{}]"), ("D", law.D[0], "y[{}]")])
+    """u of a law as a sum of C."""
+    return total([("C", law.C[0], "s->x[{}]"), ("D", law.D[0], "y[{}]")])
 
 
 def following(law):
-    """The rows of x(k + 1) of a law, in the words of C and of Python.
-
-    A row of zeros is 0.
-    """
+    """The rows of x(k + 1) of a law as sums of C; a row of zeros is 0."""
     return [
         total(
             [
-                (f"A[{i}]", law.A[i], "x[{}]"),
+                (f"A[{i}]", law.A[i], "s->x[{}]"),
                 (f"B[{i}]", law.B[i], "y[{}]"),
                 ("W", law.W[:, 0] * (np.arange(law.order) == i), "(V - u)"),
             ]
@@ -148,37 +107,19 @@ def literal(value, precision):
     return text + ("f" if precision == "single" else "")
 
 
-def braces(value, number):
-    """An array ``value`` of C, spelled by ``number``, with the decimals beside it."""
+def single(value):
+    """A ``value`` as a decimal literal of C in single precision."""
+    return f"{float(value)!r}f"
+
+
+def braces(value, precision):
+    """An array ``value`` of C in a ``precision``, with the decimals beside it."""
     if value.ndim == 1:
-        rows = [f"    {number(x)},  /* {x:.9g} */\n" for x in value]
+        rows = [f"    {literal(x, precision)},  /* {x:.9g} */\n" for x in value]
     else:
         rows = [
-            f"    {{{', '.join(map(number, row))}}},\n"
+            f"    {{{', '.join(literal(x, precision) for x in row)}}},\n"
             f"    /* {', '.join(f'{x:.9g}' for x in row)} */\n"
             for row in value
         ]
     return "{\n" + "".join(rows) + "}"
-
-
-def nested(value):
-    """An array ``value`` as lists of Python."""
-    if value.ndim == 1:
-        return repr(value.tolist())
-    rows = "".join(f"    {row},\n" for row in value.tolist())
-    return f"[\n{rows}]"
-
-
-def size(value):
-    """The brackets of an array's declaration in C, for an array ``value``."""
-    return "".join(f"[{n}]" for n in value.shape)
-
-
-def plain(text):
-    """A text in printable ASCII, without what begins or ends a comment of C."""
-    text = text.encode("ascii", "backslashreplace").decode()
-    text = "".join(c if c.isprintable() else " " for c in text)
-    for pair in ("*/", "/*", "??"):
-        while pair in text:
-            text = text.replace(pair, " ".join(pair))
-    return text

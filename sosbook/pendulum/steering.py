@@ -14,7 +14,7 @@ from ..plants.checks import matrix, positive
 from ..sampled.system import SampledSystem
 from .firmware import TRUSTED_VOLTS, Firmware, within
 from .lanes import Lanes
-from .law import TRACKING_TIME, combine
+from .law import TRACKING_TIME
 
 __all__ = ["Steered", "Steering"]
 
@@ -201,7 +201,8 @@ class Steered:
             (turned - before) * n.hertz / since - rate,
             now.sum,
         ]
-        u = combine(self.steering.K[0], y)
+        k, k_rate, k_sum = self.steering.K[0].tolist()
+        u = k * y[0] + k_rate * y[1] + k_sum * y[2]
         rest = n.limit - abs(V)
         room = 2 * where(rest < n.volts, rest, n.volts)
         W = where(u > room, room, where(u < -room, -room, u))

@@ -1,8 +1,8 @@
 /* identify.ino: record the logs of the two experiments
  *
-$note
+ * (Where this comes from.)
  *
- * Send a letter by the serial monitor ($baud baud, no line ending):
+ * Send a letter by the serial monitor (500000 baud, no line ending):
  *   b  the robot is held by its wheels, upside down, its body at rest
  *   w  it lies on its back, wheels in the air
  *   any other letter stops the motors
@@ -12,13 +12,13 @@ $note
  */
 #include "robot_io.h"
 
-static const unsigned long TICK = $micros; /* us */
-static const float HERTZ = $hertz;
-static const float AMPLITUDE = $amplitude; /* V, of the sine */
-static const float SECONDS = $seconds; /* s, of the sweep, either way */
-static const long ROWS = $rows;
-static const float BODY[2] = {$body}; /* Hz, the sweep's ends */
-static const float WHEELS[2] = {$wheels}; /* Hz */
+static const unsigned long TICK = 10000UL; /* us */
+static const float HERTZ = 100.0f;
+static const float AMPLITUDE = 1.85f; /* V, of the sine */
+static const float SECONDS = 30.0f; /* s, of the sweep, either way */
+static const long ROWS = 6000;
+static const float BODY[2] = {1.1f, 21.0f}; /* Hz, the sweep's ends */
+static const float WHEELS[2] = {0.3f, 30.0f}; /* Hz */
 
 static const float *sweep = 0; /* not while the motors are off */
 static long row;
@@ -70,7 +70,7 @@ static void print_time(unsigned long t)
 
 void setup(void)
 {
-    Serial.begin($baud);
+    Serial.begin(500000);
     if (!io_begin())
         Serial.println("a sensor doesn't answer");
     drive(0);

@@ -1,13 +1,13 @@
-/* rc_$name.c: balance a BeagleBone Blue robot with librobotcontrol
+/* rc_balance.c: balance a BeagleBone Blue robot with librobotcontrol
  *
-$note
+ * (Where this comes from.)
  *
- * Build on the robot:
- *   gcc -std=gnu99 -O2 -ffp-contract=off rc_$name.c $name.c${steer_file} \
- *       -o rc_$name -lrobotcontrol -lm -pthread
+ * Build on the robot, without balance_steer.c where STEERS is 0:
+ *   gcc -std=gnu99 -O2 -ffp-contract=off rc_balance.c balance.c \
+ *       balance_steer.c -o rc_balance -lrobotcontrol -lm -pthread
  *
  * FIRST check the signs on a stand, wheels in the air, PAUSE at hand:
- *   1. "rc_$name check" prints what the sensors say, motors off. Tip
+ *   1. "rc_balance check" prints what the sensors say, motors off. Tip
  *      the robot forward: tilt and gyro are positive. Upright and at
  *      rest: tilt is zero, or correct BOARD_MOUNT_ANGLE. Roll each
  *      wheel forward: its encoder grows.
@@ -21,13 +21,17 @@ $note
  * second, takes the gyro's mean as its offset, and balances. PAUSE
  * stops it and lets it wait again; hold PAUSE for two seconds to end.
  *
- *   rc_$name log.csv            also writes a row a tick into log.csv,
+ *   rc_balance log.csv            also writes a row a tick into log.csv,
  *                                   which sosbook.mip's compare reads
- *   rc_$name log.csv speed.txt  also obeys the number in speed.txt, the
+ *   rc_balance log.csv speed.txt  also obeys the number in speed.txt, the
  *                                   wheels' speed in rad/s: echo 2 > speed.txt
- *   rc_$name log.csv -          obeys lines that come in: v 2
- *   rc_$name log.csv dsm        obeys a DSM radio's sticks
- *${steer_use}
+ *   rc_balance log.csv -          obeys lines that come in: v 2
+ *   rc_balance log.csv dsm        obeys a DSM radio's sticks
+ *
+ * Where STEERS is 1 a second number, in the file or in the line, is the turn
+ * rate in rad/s, positive to the left: v 2 0.5. Without one the robot keeps
+ * its heading.
+ *
  * A second without a command, a readable file or the radio stops the wheels.
  */
 #include <poll.h>
@@ -36,32 +40,44 @@ $note
 #include <string.h>
 #include <unistd.h>
 #include <robotcontrol.h>
-#include "$name.h"${steer_include}
+#include "balance.h"
 
-#define RATE_HZ $hertz
+#define STEERS 1 /* 1: a heading is held; 0: both motors get the same */
+#if STEERS
+#include "balance_steer.h"
+#endif
+
+typedef double real; /* what the law computes with */
+
+#define RATE_HZ 100
 
 /* The robot's description. */
-#define BOARD_MOUNT_ANGLE $mount /* rad, of the board in the body */
-#define COUNTS $counts /* of an encoder, per turn of a wheel */
-#define V_NOMINAL $nominal /* V, where the battery isn't measured */
-#define V_LOW $low /* V; a battery below isn't measured */
-#define V_HIGH $high /* V; nor one above */
+#define BOARD_MOUNT_ANGLE 0.49 /* rad, of the board in the body */
+#define COUNTS 2122.2 /* of an encoder, per turn of a wheel */
+#define V_NOMINAL 7.4 /* V, where the battery isn't measured */
+#define V_LOW 5.0 /* V; a battery below isn't measured */
+#define V_HIGH 9.0 /* V; nor one above */
 
 /* A set point that moves. */
-#define SPEED $speed /* rad/s, at most */
-#define ACCELERATION $acceleration /* rad/s^2 */
-${steer_limits}#define SILENCE 20 /* rounds of the main loop without a command: a second */
+#define SPEED 0.0 /* rad/s, at most */
+#define ACCELERATION 0.0 /* rad/s^2 */
+#define TURN_RATE 0.0 /* rad/s of the heading, at most */
+#define TURN_ACCELERATION 0.0 /* rad/s^2 */
+#define PER_RADIAN 2.5 /* rad right less left, per rad */
+#define SILENCE 20 /* rounds of the main loop without a command: a second */
 
-/* Sticks of a DSM radio: forward is positive${steer_stick}. */
+/* Sticks of a DSM radio: forward is positive, and so is left. */
 #define DSM_SPEED 3 /* channel */
 #define DSM_SPEED_POLARITY 1
-${steer_dsm}#define DSM_DEAD 0.04 /* of the stick's full way */
+#define DSM_TURN 2 /* channel */
+#define DSM_TURN_POLARITY 1
+#define DSM_DEAD 0.04 /* of the stick's full way */
 
 /* Left and right. */
-static const int MOTOR_CHANNEL[2] = $motor_channels;
-static const int MOTOR_POLARITY[2] = $motor_polarities;
-static const int ENCODER_CHANNEL[2] = $encoder_channels;
-static const int ENCODER_POLARITY[2] = $encoder_polarities;
+static const int MOTOR_CHANNEL[2] = {3, 2};
+static const int MOTOR_POLARITY[2] = {1, -1};
+static const int ENCODER_CHANNEL[2] = {3, 2};
+static const int ENCODER_POLARITY[2] = {1, -1};
 
 /* At rest near upright: all readings of a second lie within. */
 #define REST_TICKS RATE_HZ
@@ -70,16 +86,22 @@ static const int ENCODER_POLARITY[2] = $encoder_polarities;
 #define REST_TURN 0.05 /* rad, of the wheels */
 
 static const double TURN = 6.283185307179586; /* rad */
-static const char *const REASON[] = {$reasons};
+static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command"};
 
 /* The callback alone writes these. */
 static rc_mpu_data_t imu;
-static ${name}_state robot;
+static balance_state robot;
 static int balancing;
 static int calm;            /* ticks at rest so far */
 static double gyro_sum, tilt_sum, wheels_at_rest;
 static double target, rate; /* set points of phi and phi' */
-${steer_state}static const char *why_waiting = ""; /* for a robot that doesn't start */
+#if STEERS
+static double heading, turn_rate; /* rad and rad/s, set points */
+static balance_steering steering;
+static double wheel[2]; /* rad, left and right */
+static real motor[2]; /* V, left and right */
+#endif
+static const char *why_waiting = ""; /* for a robot that doesn't start */
 static volatile int reason; /* the last fault */
 static volatile unsigned ticks;
 
@@ -87,12 +109,18 @@ static volatile unsigned ticks;
  * atomic. */
 static volatile int battery = (int)(1000 * V_NOMINAL);
 static volatile int wanted;
-${steer_wanted}
+#if STEERS
+static volatile int wanted_turn;
+#endif
+
 /* The ticks, from the callback to the main loop and its file. */
 #define LOG_ROWS 1024
 static struct {
     double t, gyro, wheels, tilt, target, rate, volts, theta, battery;
-${steer_row}    int fault;
+#if STEERS
+    double left, right, V_left, V_right, heading;
+#endif
+    int fault;
 } row[LOG_ROWS];
 static volatile unsigned logged, saved;
 static int logging;
@@ -129,7 +157,29 @@ static void motors_off(void)
     calm = 0;
 }
 
-${steer_drive}/* True once the robot rested near upright for long enough. */
+#if STEERS
+/* Each motor its volts; with a battery that hasn't them, balance is first. */
+static void drive(const real volts[2])
+{
+    const double most = battery / 1000.0;
+    const double left = (double)volts[0], right = (double)volts[1];
+    const double mean = cut((left + right) / 2, most);
+    const double half = cut((right - left) / 2, most - (mean < 0 ? -mean : mean));
+    rc_motor_set(MOTOR_CHANNEL[0], MOTOR_POLARITY[0] * (mean - half) / most);
+    rc_motor_set(MOTOR_CHANNEL[1], MOTOR_POLARITY[1] * (mean + half) / most);
+}
+#else
+/* Both motors get the same voltage, as far as the battery has it. */
+static void drive(double volts)
+{
+    double duty = 1000 * volts / battery;
+    duty = duty > 1 ? 1 : duty < -1 ? -1 : duty;
+    for (int side = 0; side < 2; side++)
+        rc_motor_set(MOTOR_CHANNEL[side], MOTOR_POLARITY[side] * duty);
+}
+#endif
+
+/* True once the robot rested near upright for long enough. */
 static int at_rest(double gyro, double wheels, double tilt)
 {
     const double turned = wheels - wheels_at_rest;
@@ -166,7 +216,14 @@ static void note(double gyro, double wheels, double tilt, double volts,
     row[n].volts = volts;
     row[n].theta = (double)robot.theta;
     row[n].battery = battery / 1000.0;
-${steer_note}    row[n].fault = fault;
+#if STEERS
+    row[n].left = wheel[0];
+    row[n].right = wheel[1];
+    row[n].V_left = (double)motor[0];
+    row[n].V_right = (double)motor[1];
+    row[n].heading = heading;
+#endif
+    row[n].fault = fault;
     logged++;
 }
 
@@ -175,14 +232,26 @@ static void ramp(void)
 {
     rate += cut(wanted / 1000.0 - rate, ACCELERATION / RATE_HZ);
     target += rate / RATE_HZ;
-${steer_ramp}}
+#if STEERS
+    turn_rate += cut(wanted_turn / 1000.0 - turn_rate,
+        TURN_ACCELERATION / RATE_HZ);
+    heading += turn_rate / RATE_HZ;
+#endif
+}
 
 /* Called by the IMU at RATE_HZ. */
 static void tick(void)
 {
     const double gyro = read_gyro();
     const double tilt = read_tilt();
-${steer_wheels}
+#if STEERS
+    wheel[0] = read_wheel(0);
+    wheel[1] = read_wheel(1);
+    const double wheels = (wheel[0] + wheel[1]) / 2;
+#else
+    const double wheels = (read_wheel(0) + read_wheel(1)) / 2;
+#endif
+
     ticks++;
     if (rc_get_state() != RUNNING) {
         if (balancing)
@@ -190,21 +259,35 @@ ${steer_wheels}
         calm = 0;
     } else if (balancing) {
         ramp();
-        const double volts = (double)${name}_step(&robot, ($real)gyro,
-            ($real)wheels, ($real)tilt, ($real)target, ($real)rate);
-${steer_tick}        note(gyro, wheels, tilt, volts, robot.fault);
-        if (robot.fault == ${NAME}_RUNNING) {
-            drive(${steer_volts});
+        const double volts = (double)balance_step(&robot, (real)gyro,
+            (real)wheels, (real)tilt, (real)target, (real)rate);
+#if STEERS
+        balance_steer(&steering, &robot, (real)wheel[0], (real)wheel[1],
+            (real)(PER_RADIAN * heading), (real)(PER_RADIAN * turn_rate),
+            motor);
+#endif
+        note(gyro, wheels, tilt, volts, robot.fault);
+        if (robot.fault == BALANCE_RUNNING) {
+#if STEERS
+            drive(motor);
+#else
+            drive(volts);
+#endif
         } else {
             reason = robot.fault;
             rc_set_state(PAUSED);
             motors_off();
         }
     } else if (at_rest(gyro, wheels, tilt)) {
-        ${name}_start(&robot, ($real)(tilt_sum / REST_TICKS),
-            ($real)wheels, ($real)(gyro_sum / REST_TICKS));
+        balance_start(&robot, (real)(tilt_sum / REST_TICKS),
+            (real)wheels, (real)(gyro_sum / REST_TICKS));
         target = rate = 0;
-${steer_start}        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
+#if STEERS
+        heading = turn_rate = 0;
+        motor[0] = motor[1] = 0;
+        balance_steer_start(&steering, (real)wheel[0], (real)wheel[1]);
+#endif
+        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
         rc_motor_set(0, 0.0);
         rc_motor_standby(0);
         balancing = 1;
@@ -241,7 +324,10 @@ static void want(double speed, double turn)
     if (!(speed >= -1e6 && speed <= 1e6 && turn >= -1e6 && turn <= 1e6))
         return;
     wanted = (int)(1000 * cut(speed, SPEED));
-${steer_want}    silence = 0;
+#if STEERS
+    wanted_turn = (int)(1000 * cut(turn, TURN_RATE));
+#endif
+    silence = 0;
 }
 
 /* The numbers in a file. */
@@ -287,7 +373,8 @@ static double stick(int channel, int polarity)
 static void obey_radio(void)
 {
     if (rc_dsm_is_new_data())
-        want(SPEED * stick(DSM_SPEED, DSM_SPEED_POLARITY), ${steer_radio});
+        want(SPEED * stick(DSM_SPEED, DSM_SPEED_POLARITY),
+            TURN_RATE * stick(DSM_TURN, DSM_TURN_POLARITY));
 }
 
 /* The source says what to do, and nothing for long means: stop. */
@@ -310,9 +397,14 @@ static void save(FILE *file)
     for (; saved != logged; saved++) {
         const unsigned n = saved % LOG_ROWS;
         fprintf(file, "%.6f,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-                "%.4g,%d${steer_format}\n", row[n].t, row[n].gyro, row[n].wheels,
+                "%.4g,%d", row[n].t, row[n].gyro, row[n].wheels,
                 row[n].tilt, row[n].target, row[n].rate, row[n].volts,
-                row[n].theta, row[n].battery, row[n].fault${steer_save});
+                row[n].theta, row[n].battery, row[n].fault);
+#if STEERS
+        fprintf(file, ",%.17g,%.17g,%.17g,%.17g,%.17g", row[n].left,
+                row[n].right, row[n].V_left, row[n].V_right, row[n].heading);
+#endif
+        fputs("\n", file);
     }
     fflush(file);
 }
@@ -375,7 +467,11 @@ int main(int argc, char *argv[])
         file = fopen(argv[1], "w");
         if (file == NULL)
             return fail("log");
-        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault${steer_columns}\n", file);
+        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault", file);
+#if STEERS
+        fputs(",left,right,V_left,V_right,heading", file);
+#endif
+        fputs("\n", file);
         logging = 1;
     }
     if (rc_kill_existing_process(2.0f) < -2)

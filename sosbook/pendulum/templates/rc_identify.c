@@ -1,6 +1,6 @@
 /* rc_identify.c: record the log of an experiment with librobotcontrol
  *
-$note
+ * (Where this comes from.)
  *
  * Build on the robot:
  *   gcc -std=gnu99 -O2 rc_identify.c -o rc_identify -lrobotcontrol \
@@ -20,25 +20,25 @@ $note
 #include <string.h>
 #include <robotcontrol.h>
 
-#define RATE_HZ $hertz
-#define AMPLITUDE $amplitude /* V, of the sine */
-#define SECONDS $seconds /* s, of the sweep, either way */
-#define ROWS $rows
+#define RATE_HZ 100
+#define AMPLITUDE 1.85 /* V, of the sine */
+#define SECONDS 30.0 /* s, of the sweep, either way */
+#define ROWS 6000
 
 /* The robot's description. */
-#define V_NOMINAL $nominal /* V, where the battery isn't measured */
-#define V_LOW $low /* V; a battery below isn't measured */
-#define V_HIGH $high /* V; nor one above */
+#define V_NOMINAL 7.4 /* V, where the battery isn't measured */
+#define V_LOW 5.0 /* V; a battery below isn't measured */
+#define V_HIGH 9.0 /* V; nor one above */
 
 /* Left and right. */
-static const int MOTOR_CHANNEL[2] = $motor_channels;
-static const int MOTOR_POLARITY[2] = $motor_polarities;
-static const int ENCODER_CHANNEL[2] = $encoder_channels;
-static const int ENCODER_POLARITY[2] = $encoder_polarities;
+static const int MOTOR_CHANNEL[2] = {3, 2};
+static const int MOTOR_POLARITY[2] = {1, -1};
+static const int ENCODER_CHANNEL[2] = {3, 2};
+static const int ENCODER_POLARITY[2] = {1, -1};
 
 static const double TURN = 6.283185307179586; /* rad */
-static const double BODY[2] = {$body}; /* Hz, the sweep's ends */
-static const double WHEELS[2] = {$wheels}; /* Hz */
+static const double BODY[2] = {1.1, 21.0}; /* Hz, the sweep's ends */
+static const double WHEELS[2] = {0.3, 30.0}; /* Hz */
 
 static struct {
     double t, V, gyro;

@@ -1,6 +1,6 @@
 /* robot_io.cpp: see robot_io.h. Every pin and sign here is an example.
  *
-$note
+ * (Where this comes from.)
  */
 #include <Arduino.h>
 #include <Wire.h>
@@ -16,14 +16,15 @@ static const uint8_t PWM_PIN[2] = {6, 11};
 static const int MOTOR_POLARITY[2] = {1, -1};
 static const int ENCODER_POLARITY[2] = {1, -1};
 
-static const float SUPPLY = $limit; /* V; better: measure it */
+static const float SUPPLY = 7.4f; /* V; better: measure it */
 static const uint8_t IMU = 0x68;
-static const float GYRO_STEP = $gyro_step; /* rad/s a count of the gyro */
-static const uint8_t GYRO_RANGE = $gyro_bits; /* of the register 0x1B */
+static const float GYRO_STEP = 0.000532632218f; /* rad/s a count of the gyro */
+static const uint8_t GYRO_RANGE = 0x10; /* of the register 0x1B */
 
-/* The description counts $counts a turn of a wheel, with $edges edges of each
- * period. Here $seen of them are seen, so each is worth: */
-static const int WORTH = $worth;
+#define COUNTS 2122.2 /* of the description, per turn of a wheel, from */
+#define EDGES 4 /* edges of each period of both channels */
+#define SEEN 2 /* of them here; each is worth more, then */
+static const int WORTH = EDGES / SEEN;
 
 static volatile long count[2];
 static float gyro, tilt;
@@ -56,8 +57,9 @@ bool io_begin(void)
     }
     /* Where B's pins have interrupts, too, all four edges can be counted: with
      * functions of their own, in which up is the opposite, and WORTH halved. */
-    attachInterrupt(digitalPinToInterrupt(ENCODER_A[0]), left_moved, $mode);
-    attachInterrupt(digitalPinToInterrupt(ENCODER_A[1]), right_moved, $mode);
+    const int edge = SEEN == 2 ? CHANGE : RISING;
+    attachInterrupt(digitalPinToInterrupt(ENCODER_A[0]), left_moved, edge);
+    attachInterrupt(digitalPinToInterrupt(ENCODER_A[1]), right_moved, edge);
     Wire.begin();
     Wire.setClock(400000);
     return set_register(0x6B, 0) && set_register(0x1A, 1) &&

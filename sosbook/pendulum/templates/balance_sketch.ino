@@ -1,6 +1,6 @@
-/* ${name}_sketch.ino: balance a robot with an Arduino, an ESP32 or the like
+/* balance_sketch.ino: balance a robot with an Arduino, an ESP32 or the like
  *
-$note
+ * (Where this comes from.)
  *
  * robot_io.cpp reads the sensors and drives the motors; its pins and signs
  * are examples. FIRST check the signs, wheels in the air: with the letter c
@@ -9,36 +9,59 @@ $note
  *
  * The robot waits until it is held still near upright for a second, takes
  * the gyro's mean as its offset, and balances. Lines by the serial monitor
- * ($baud baud, with a newline):
+ * (500000 baud, with a newline):
  *   c      print the sensors, motors off
  *   g      wait for rest and balance (so it begins)
  *   s      stop
  *   l      log every tick, for sosbook.mip's compare; again: don't
- *   v 2.5${steer_use}  roll with 2.5 rad/s${steer_turns}, reached on a ramp; say it again
- *          within a second, or the robot stops
+ *   v 2.5  roll with 2.5 rad/s, reached on a ramp; say it again within a
+ *          second, or the robot stops
+ *   v 2.5 0.5  with STEERS 1: and turn left with 0.5 rad/s
  */
 #include "robot_io.h"
-#include "${name}_single.h"${steer_include}
+#include "balance_single.h"
 
-static const unsigned long TICK = $micros; /* us */
-static const float HERTZ = $hertz;
-static const float TURN = 6.2831853f / $counts; /* rad a count */
-static const float SPEED = $speed; /* rad/s, at most */
-static const float ACCELERATION = $acceleration; /* rad/s^2 */
-${steer_limits}static const unsigned long SILENCE = 1000000UL; /* us without a command */
-static const int REST_TICKS = $rest;
+#define STEERS 1 /* 1: a heading is held; 0: both motors get the same */
+#if STEERS
+#include "balance_single_steer.h"
+#endif
+
+static const unsigned long TICK = 10000UL; /* us */
+static const float HERTZ = 100.0f;
+static const float TURN = 6.2831853f / 2122.2f; /* rad a count */
+static const float SPEED = 0.0f; /* rad/s, at most */
+static const float ACCELERATION = 0.0f; /* rad/s^2 */
+#if STEERS
+static const float TURN_RATE = 0.0f; /* rad/s of the heading, at most */
+static const float TURN_ACCELERATION = 0.0f; /* rad/s^2 */
+static const float PER_RADIAN = 2.5f; /* rad right less left, per rad */
+#endif
+static const unsigned long SILENCE = 1000000UL; /* us without a command */
+static const int REST_TICKS = 100;
 static const float REST_TILT = 0.2f, REST_GYRO = 0.1f, REST_TURN = 0.05f;
-static const char *const REASON[] = {$reasons};
+static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command"};
+
+static const char COLUMNS[] =
+    "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault"
+#if STEERS
+    ",left,right,V_left,V_right,heading"
+#endif
+    ;
 
 enum { STOPPED, WAITING, BALANCING, CHECKING };
-static ${name}_single_state robot;
+static balance_single_state robot;
 static int mode = WAITING;
 static bool logging;
 static int calm;
 static float gyro_sum, tilt_sum, wheels_at_rest;
 static float wanted, target, rate;
 static unsigned long begun, next, heard; /* us */
-${steer_state}static const char *why_waiting = "";
+#if STEERS
+static balance_single_steering steering;
+static float wheel[2], motor[2]; /* left and right: rad, V */
+static float heading, turn_rate, wanted_turn; /* rad, rad/s */
+#endif
+static const char *why_waiting = "";
 static unsigned waited;
 static char line[24];
 static uint8_t length;
@@ -49,7 +72,25 @@ static void drive(float volts)
     io_drive(1, volts);
 }
 
-${steer_drive}static void change(int to)
+#if STEERS
+static float cut(float x, float bound)
+{
+    return x > bound ? bound : x < -bound ? -bound : x;
+}
+
+/* With a battery that hasn't the volts, balance is first. */
+static void drive_both(void)
+{
+    const float most = io_supply();
+    const float mean = cut((motor[0] + motor[1]) / 2, most);
+    const float half = cut((motor[1] - motor[0]) / 2,
+        most - (mean < 0 ? -mean : mean));
+    io_drive(0, mean - half);
+    io_drive(1, mean + half);
+}
+#endif
+
+static void change(int to)
 {
     drive(0);
     mode = to;
@@ -86,14 +127,37 @@ static void note(unsigned long now, float gyro, float wheels, float tilt,
     print(robot.theta);
     print(io_supply());
     Serial.print(',');
-${steer_fault}}
+    Serial.print(fault);
+#if STEERS
+    print(wheel[0]);
+    print(wheel[1]);
+    print(motor[0]);
+    print(motor[1]);
+    print(heading);
+#endif
+    Serial.println("");
+}
+
+static void want(float speed, float turn)
+{
+    wanted = speed > SPEED ? SPEED : speed < -SPEED ? -SPEED : speed;
+#if STEERS
+    wanted_turn = cut(turn, TURN_RATE);
+#else
+    (void)turn;
+#endif
+}
 
 static void ramp(void)
 {
     const float step = ACCELERATION / HERTZ, more = wanted - rate;
     rate += more > step ? step : more < -step ? -step : more;
     target += rate / HERTZ;
-${steer_ramp}}
+#if STEERS
+    turn_rate += cut(wanted_turn - turn_rate, TURN_ACCELERATION / HERTZ);
+    heading += turn_rate / HERTZ;
+#endif
+}
 
 static bool within(float x, float bound)
 {
@@ -121,15 +185,28 @@ static void tick(unsigned long now)
 {
     const bool read = io_read();
     const float gyro = read ? io_gyro() : NAN, tilt = read ? io_tilt() : NAN;
-${steer_wheels}
+#if STEERS
+    wheel[0] = TURN * (float)io_encoder(0);
+    wheel[1] = TURN * (float)io_encoder(1);
+    const float wheels = (wheel[0] + wheel[1]) / 2;
+#else
+    const float wheels = TURN * (float)(io_encoder(0) + io_encoder(1)) / 2;
+#endif
+
     if (mode == BALANCING) {
-        if (now - heard > SILENCE) {
-            wanted = 0;
-${steer_stop}        }
+        if (now - heard > SILENCE)
+            want(0, 0);
         ramp();
-        const float volts = ${name}_single_step(&robot, gyro, wheels, tilt,
+        const float volts = balance_single_step(&robot, gyro, wheels, tilt,
             target, rate);
-${steer_tick}        note(now, gyro, wheels, tilt, volts, robot.fault);
+#if STEERS
+        balance_single_steer(&steering, &robot, wheel[0], wheel[1],
+            PER_RADIAN * heading, PER_RADIAN * turn_rate, motor);
+        drive_both();
+#else
+        drive(volts);
+#endif
+        note(now, gyro, wheels, tilt, volts, robot.fault);
         if (robot.fault) {
             change(STOPPED);
             Serial.print("# motors off: ");
@@ -143,9 +220,13 @@ ${steer_tick}        note(now, gyro, wheels, tilt, volts, robot.fault);
     } else if (mode == WAITING) {
         const float mean = tilt_sum / (float)REST_TICKS;
         const float bias = gyro_sum / (float)REST_TICKS;
-        ${name}_single_start(&robot, mean, wheels, bias);
+        balance_single_start(&robot, mean, wheels, bias);
         wanted = target = rate = 0;
-${steer_start}        mode = BALANCING;
+#if STEERS
+        heading = turn_rate = wanted_turn = motor[0] = motor[1] = 0;
+        balance_single_steer_start(&steering, wheel[0], wheel[1]);
+#endif
+        mode = BALANCING;
         note(now, bias, wheels, mean, 0, -1);
     } else if (mode == CHECKING && calm++ % 50 == 0) {
         Serial.print("# tilt, gyro, wheels: ");
@@ -169,20 +250,19 @@ static void obey(void)
         char *end;
         const float x = (float)strtod(line + 1, &end);
         const float turn = (float)strtod(end, &end);
-        wanted = x > SPEED ? SPEED : x < -SPEED ? -SPEED : x;
-${steer_want}        heard = micros();
+        want(x, turn);
+        heard = micros();
     }
     if (line[0] == 'l') {
         logging = !logging;
         if (logging)
-            Serial.println(
-                "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault"${steer_columns});
+            Serial.println(COLUMNS);
     }
 }
 
 void setup(void)
 {
-    Serial.begin($baud);
+    Serial.begin(500000);
     if (!io_begin()) {
         Serial.println("# a sensor doesn't answer");
         mode = STOPPED;

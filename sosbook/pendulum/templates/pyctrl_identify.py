@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Record the log of an experiment with pyctrl.
 
-$note
+(Where this comes from.)
 
     python3 pyctrl_identify.py body body.csv
         the robot is held by its wheels, upside down, its body at rest
@@ -20,15 +20,16 @@ import time
 from pyctrl.block import BufferBlock, Filter
 
 TURN = 6.283185307179586  # rad
-HERTZ = $hertz
-AMPLITUDE = $amplitude  # V, of the sine
-SECONDS = $seconds  # s, of the sweep, either way
-ROWS = $rows
-SWEEP = {"body": ($body), "wheels": ($wheels)}  # Hz
-BATTERY = $nominal  # V; pyctrl doesn't measure it
-COUNTS_PER_TURN = $theirs  # of a wheel, as pyctrl has it
-MOTOR_POLARITY = $motor  # left and right, times pyctrl's own
-ENCODER_POLARITY = $encoder  # likewise
+HERTZ = 100.0
+AMPLITUDE = 1.85  # V, of the sine
+SECONDS = 30.0  # s, of the sweep, either way
+ROWS = 6000
+BODY = 1.1, 21.0  # Hz, the sweep's ends
+WHEELS = 0.3, 30.0  # Hz
+BATTERY = 7.4  # V; pyctrl doesn't measure it
+COUNTS_PER_TURN = 2133.42  # of a wheel, as pyctrl has it
+MOTOR_POLARITY = (1, 1)  # left and right, times pyctrl's own
+ENCODER_POLARITY = (1, 1)  # likewise
 
 
 class Record(Filter, BufferBlock):
@@ -45,20 +46,20 @@ class Record(Filter, BufferBlock):
         if len(self.rows) < ROWS:
             self.first = now if self.first is None else self.first
             volts = self.chirp(len(self.rows) / HERTZ)
-            sensors = ["%.6g" % (TURN * theta_dot)]
+            sensors = [f"{TURN * theta_dot:.6g}"]
             if self.experiment == "wheels":
                 sensors = [
-                    "%d" % round(sign * COUNTS_PER_TURN * angle)
+                    str(round(sign * COUNTS_PER_TURN * angle))
                     for sign, angle in zip(ENCODER_POLARITY, (encoder1, encoder2))
                 ]
-            self.rows.append(["%.6f" % (now - self.first), "%.5f" % volts, *sensors])
+            self.rows.append([f"{now - self.first:.6f}", f"{volts:.5f}", *sensors])
         left, right = MOTOR_POLARITY
         percent = 100 * volts / BATTERY
         super().write(left * percent, right * percent)
 
     def chirp(self, t):
         """The sine's next value; its frequency goes up and comes back."""
-        low, high = SWEEP[self.experiment]
+        low, high = BODY if self.experiment == "body" else WHEELS
         s = t if t < SECONDS else 2 * SECONDS - t
         volts = round(AMPLITUDE * math.sin(TURN * self.turns), 5)
         self.turns = (self.turns + (low + (high - low) * s / SECONDS) / HERTZ) % 1.0
@@ -66,7 +67,7 @@ class Record(Filter, BufferBlock):
 
     def save(self, path):
         names = {"body": "t,V,gyro", "wheels": "t,V,encoder1,encoder2"}
-        with open(path, "w") as file:
+        with open(path, "w", encoding="utf-8") as file:
             for row in [[names[self.experiment]], *self.rows]:
                 print(",".join(row), file=file)
         print("wrote", len(self.rows), "rows of", path)
@@ -74,15 +75,16 @@ class Record(Filter, BufferBlock):
 
 def main(words):
     """Record until the sweep's end, PAUSE or Ctrl-C."""
-    if len(words) != 2 or words[0] not in SWEEP:
+    if len(words) != 2 or words[0] not in ("body", "wheels"):
         sys.exit("say: pyctrl_identify.py body|wheels file.csv")
     import pyctrl
     from pyctrl.rc.button import Button
     from pyctrl.rc.mip import Controller
 
     mip, record, pause = Controller(period=1 / HERTZ), Record(words[0]), Button()
-    mip.add_filter("record", record,
-                   ["theta_dot", "encoder1", "encoder2"], ["pwm1", "pwm2"])
+    mip.add_filter(
+        "record", record, ["theta_dot", "encoder1", "encoder2"], ["pwm1", "pwm2"]
+    )
     for encoder in ("encoder1", "encoder2"):
         mip.set_source(encoder, reset=True)
     try:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Let ROS 2 drive the robot: cmd_vel goes to rc_$name, which balances.
+"""Let ROS 2 drive the robot: cmd_vel goes to rc_balance, which balances.
 
-$note
+(Where this comes from.)
 
-    python3 ros_$name.py [log.csv]
+    python3 ros_balance.py [log.csv]
 
-starts ./rc_$name and sends it the last message of the topic cmd_vel
+starts ./rc_balance and sends it the last message of the topic cmd_vel
 (geometry_msgs/Twist): linear.x in m/s forward, angular.z in rad/s to the left.
 The program keeps its own clock and limits, and stops the wheels a second
 after the last message.
@@ -14,11 +14,12 @@ after the last message.
 import subprocess
 import sys
 
-RADIUS = $r  # m, of the wheels
+NODE = "balance"  # its name
+RADIUS = 0.032  # m, of the wheels
 
 
 def line(forward, turn):
-    """What rc_$name reads: wheels in rad/s, the heading in rad/s."""
+    """What rc_balance reads: wheels in rad/s, the heading in rad/s."""
     return f"v {forward / RADIUS:.6f} {turn:.6f}\n"
 
 
@@ -29,9 +30,10 @@ def main():
 
     log = sys.argv[1] if len(sys.argv) > 1 else "/dev/null"
     rclpy.init()
-    node = rclpy.create_node("$name")
+    node = rclpy.create_node(NODE)
     program = subprocess.Popen(
-        ["./rc_$name", log, "-"], stdin=subprocess.PIPE, text=True)
+        ["./rc_balance", log, "-"], stdin=subprocess.PIPE, text=True, encoding="utf-8"
+    )
 
     def obey(twist):
         if program.poll() is None:
