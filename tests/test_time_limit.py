@@ -111,6 +111,7 @@ def test_a_long_loop_looks_at_the_clock_again_and_again(name, monkeypatch):
 
 AHEAD = {  # what no clock can stop isn't begun where it would end too late
     "a Riccati equation": lambda: riccati(*[np.eye(3)] * 4),
+    "a rate": lambda: Request(ONE).typical_rate,
     "a Lyapunov equation": lambda: lyapunov(np.eye(3), np.eye(3)),
     "a polynomial": lambda: FixedPart(None, fmpq_mat([[1, 2], [3, 4]])).modes(),
     "its roots": lambda: _Factor(fmpq_poly([1] * 30)).balls(64),

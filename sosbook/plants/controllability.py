@@ -56,15 +56,15 @@ def fixed_part(E, A, B):
     Parameters
     ----------
     E, A : (N, N) arrays of fmpq
-        E is regular.
+        The matrices.
     B : (N, m) array of fmpq
         With m = 0 everything is fixed.
 
     Returns
     -------
     FixedPart or None
-        The part, without rows if the plant is controllable. None where the
-        rows have too many digits to be found.
+        The part, without rows if the plant is controllable. None where E is
+        singular, or the rows have too many digits to be found.
 
     Examples
     --------
@@ -75,11 +75,15 @@ def fixed_part(E, A, B):
     [(-3+0j)]
     >>> len(fixed_part(one, A, exact(np.array([[1.0], [1]]))))
     0
+    >>> [fixed_part(A - A, A, exact(np.eye(2))[:, :m]) for m in (0, 1)]  # E = 0
+    [None, None]
     """
     N, m = len(E), B.shape[1]
     E, A = matrix_of(E), matrix_of(A)
     if m == 0:
         check_time(_seconds(E) * LONGER_TO_INVERT)
+        if is_singular(E):
+            return None
         inverse = E.inv()
         return FixedPart(inverse, inverse * A)
     B = matrix_of(B)
@@ -93,6 +97,8 @@ def fixed_part(E, A, B):
             return None
         rows = _modulo(*whole, p)
         if rows is None:  # p divides det E
+            if whole[0].det() == 0:
+                return None
             continue
         if not rows[1]:
             return FixedPart(fmpq_mat(0, N), fmpq_mat(0, 0))
@@ -135,7 +141,11 @@ def is_singular(E):
 def _row_denominators(*matrices):
     """For each row the least common multiple of its denominators."""
     denominators = []
-    for rows in zip(*(X.table() for X in matrices)):
+    tables = []
+    for X in matrices:
+        check_time()
+        tables.append(X.table())
+    for rows in zip(*tables):
         check_time()
         scale = fmpz(1)
         for entry in (e for row in rows for e in row):

@@ -62,8 +62,7 @@ def _parts(request):
         places += list(islice(pairs, MOST_MIDPOINTS))
     for place in places:
         check_time()
-        E, A, B = plant_at(request, place)
-        yield place, None if is_singular(matrix_of(E)) else fixed_part(E, A, B)
+        yield place, fixed_part(*plant_at(request, place))
 
 
 def excluding_mode(request):

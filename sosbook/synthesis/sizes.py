@@ -12,6 +12,7 @@ import numpy as np
 
 from ..lmi.text import floats
 from ..requirements.loop import Loop
+from ..runtime.time_limit import check_time_of_eigenvalues
 
 __all__ = ["Sizes"]
 
@@ -27,6 +28,7 @@ class Sizes:
         if rates:
             return min(rates, key=lambda rate: rate[0])[1]
         A, _, _ = self.mean.state_space()
+        check_time_of_eigenvalues(len(A))
         rough = filter(None, (r.rough_rate() for r in self.requirements))
         return np.abs(np.linalg.eigvals(A)).max() or min(rough, default=1.0)
 
