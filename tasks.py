@@ -95,7 +95,7 @@ def test(words):
     if words[:1] == ["quick"]:
         prepare()
         return pytest(*WITHOUT_NBVAL, "-m", QUICK, "tests", "sosbook", *words[1:])
-    prepare(browser.from_debian)
+    prepare()
     chromium = browser.ensure(str(PYTHON))
     cc = compiler.ensure(str(PYTHON))
     missing = "\n".join(
@@ -112,8 +112,7 @@ def test(words):
     )
     log, outcome = BUILD / "book.log", BUILD / "book.status"
     BUILD.mkdir(exist_ok=True)
-    for old in (outcome, *BUILD.glob("collected-*")):
-        old.unlink(missing_ok=True)
+    outcome.unlink(missing_ok=True)
     with ThreadPoolExecutor(1) as beside:
         built = beside.submit(build_aside, log, outcome)
         status = pytest(
@@ -215,7 +214,7 @@ def clean(words):
 
 
 def pytest(*words, **extra):
-    """One process for each of two cores, a file to a process, long ones first."""
+    """One process for each of two cores, a file to a process, in the given order."""
     spread = ("-n", "2", "--dist", "loadscope", "--no-loadscope-reorder")
     return call(PYTHON, "-m", "pytest", *spread, *words, **extra)
 
@@ -236,13 +235,8 @@ def build_aside(log, outcome):
     return status
 
 
-def prepare(*beside):
-    """Make .venv and install requirements.txt, unless that is done already.
-
-    Half of its lines are left to a second pip: the lock is complete, so neither has
-    to look for what the other brings. While the packages come, functions of the
-    environment's Python go ``beside``.
-    """
+def prepare():
+    """Make .venv and install requirements.txt, unless that is done already."""
     wanted = hashlib.sha256()
     for name in ("requirements.txt", "pyproject.toml"):
         wanted.update((ROOT / name).read_bytes())
@@ -251,24 +245,15 @@ def prepare(*beside):
     if not works(PYTHON, "-c", "import pip"):
         make_environment()
     print("Installing requirements.txt into .venv; this takes a few minutes.")
-    with ThreadPoolExecutor(2 + len(beside)) as others:
-        for work in beside:
-            others.submit(work, str(PYTHON))
-        failed = [*others.map(install, (0, 1))]
-    if any(failed):
+    needs = ("--disable-pip-version-check", "--quiet", "--no-compile", "--no-deps")
+    if call(PYTHON, "-m", "pip", "install", *needs, "-r", "requirements.txt"):
         sys.exit("pip could not install requirements.txt; see its message above.")
     STAMP.write_text(wanted.hexdigest(), "utf-8")
 
 
-def install(first):
-    """Bring every second line of requirements.txt, beginning with this one."""
-    lines = (ROOT / "requirements.txt").read_text("utf-8").splitlines()[first::2]
-    (half := VENV / f"half-{first}.txt").write_text("\n".join(lines), "utf-8")
-    options = ("--disable-pip-version-check", "--quiet", "--no-compile", "--no-deps")
-    return call(PYTHON, "-m", "pip", "install", *options, "-r", half)
-
-
 def make_environment():
+    if sys.version_info < (3, 11):  # noqa: UP036 -- it says so
+        sys.exit(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     if importlib.util.find_spec("ensurepip") is None:
         if browser.is_root() and shutil.which("apt-get"):
             browser.apt_install("python3-venv")

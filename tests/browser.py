@@ -61,21 +61,15 @@ def is_root():
     return hasattr(os, "geteuid") and os.geteuid() == 0
 
 
-def from_debian(python=sys.executable):
-    """Path of a Chromium, Debian's if there is no other, or None."""
-    path, packages = find(python), (SHELL, "chromium")  # Ubuntu has only the second
-    if is_root() and shutil.which("apt-get"):
-        for package in packages if path is None else ():
-            apt_install(package)
-            if path := find(python):
-                break
-    return path
-
-
 def ensure(python=sys.executable):
     """Path of a Chromium, installed if need be, or None."""
-    if path := from_debian(python):
+    if path := find(python):
         return path
+    if is_root() and shutil.which("apt-get"):
+        for package in (SHELL, "chromium"):  # Ubuntu has only the second
+            apt_install(package)
+            if path := find(python):
+                return path
     extra = ["--with-deps"] if is_root() else []
     words = ["install", *extra, "--only-shell", "chromium"]
     subprocess.run([python, "-m", "playwright", *words], check=False)

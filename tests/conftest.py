@@ -25,11 +25,11 @@ and clusters in the same process.
 
 import importlib.util
 import os
-import pickle
 import re
 import subprocess
 import sys
 import time
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -57,34 +57,6 @@ KINDS = {
 }
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 
-#: What takes longest comes first, then the other notebooks, the other tests and the
-#: doctests; modules with a browser are last, long ones first here, too, so that at
-#: the end no process waits for another. The book is built by then.
-LONGEST = (
-    "22_sharper_certificates",
-    "21_delay_examples",
-    "15_feasibility_maps",
-    "29_on_the_desk",
-    "31_whole_chain",
-    "20_delay_theorem",
-    "14_what_gamma_measures",
-    "28_discretisation",
-    "07_grasping_robot",
-    "10_choosing_the_integrators",
-    "reproduction",
-    "test_mip_robot",
-    "test_mip_gate",
-    "test_mip_six_robots",
-    "test_properties",
-    "test_site",
-    "test_live",
-    "test_page_steady",
-    "test_movers",
-    "test_page_elements",
-    "test_page_answers",
-    "test_page_kernel",
-)
-
 
 def pytest_addoption(parser):
     parser.addoption(
@@ -92,37 +64,17 @@ def pytest_addoption(parser):
     )
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection(session):
-    """Beside a build of the book, the first process compiles what all import.
-
-    Two that compile the same at the same time take twenty seconds more.
-    """
-    if mark := collected(session.config, "gw1"):
-        end = time.monotonic() + 120
-        while not mark.exists() and time.monotonic() < end:
-            time.sleep(0.1)
-
-
-def pytest_collection_finish(session):
-    if mark := collected(session.config, "gw0"):
-        mark.touch()
-
-
-def collected(config, worker):
-    """The file that says that gw0 has collected, if a build is beside this worker."""
-    mine = getattr(config, "workerinput", {})
-    if mine.get("workerid") == worker and (outcome := os.environ.get("SOSBOOK_BUILT")):
-        return Path(outcome).with_name(f"collected-{mine['testrunuid']}")
-
-
 def pytest_collection_modifyitems(config, items):
-    """Mark kinds of tests, set the timeouts, and bring long files first."""
+    """Mark kinds of tests, set the timeouts, and bring notebooks first.
+
+    Modules with a browser are last: the book is built by then. Among equals those of
+    many tests are first, so that at the end no process waits long for another.
+    """
     if not config.getoption("--campaign", False):
         long = [x for x in items if x.get_closest_marker("campaign")]
         items[:] = [x for x in items if x not in long]
         config.hook.pytest_deselected(items=long)
-    rank = {name: k for k, name in enumerate(LONGEST)}
+    count = Counter(item.path for item in items)
     windows = set()
     for item in items:
         asked = set(getattr(item, "fixturenames", ()))
@@ -140,8 +92,8 @@ def pytest_collection_modifyitems(config, items):
     items.sort(
         key=lambda item: (
             item.path in windows,
-            rank.get(item.path.stem, len(rank)),
             item.path.suffix != ".ipynb",
+            -count[item.path],
         )
     )
 
@@ -187,35 +139,11 @@ def gcc():
 
 
 @pytest.fixture(scope="session")
-def rows(tmp_path_factory):
-    """The rows of the reproduction; one process computes them for all."""
+def rows():
+    """The rows of the reproduction."""
     from sosbook import reproduction
 
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    return once(folder / "rows.pickle", reproduction.rows)
-
-
-def once(path, compute, seconds=280):
-    """What `compute` returns; of several processes only the first computes."""
-    try:
-        path.with_suffix(".claim").touch(exist_ok=False)
-    except FileExistsError:
-        end = time.monotonic() + seconds
-        while not path.exists():
-            assert time.monotonic() < end, f"{path.name} was not made in time"
-            time.sleep(0.2)
-    else:
-        result = None
-        try:
-            result = compute()
-        finally:
-            path.with_suffix(".part").write_bytes(pickle.dumps(result))
-            path.with_suffix(".part").replace(path)
-    result = pickle.loads(path.read_bytes())
-    assert result is not None, "another process failed to compute this"
-    return result
+    return reproduction.rows()
 
 
 def wait_for(outcome, seconds=600):

@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-import threading
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -32,15 +31,18 @@ def called(monkeypatch):
         return 0
 
     monkeypatch.setattr(tasks, "call", call)
-    monkeypatch.setattr(tasks, "prepare", lambda *beside: None)
+    monkeypatch.setattr(tasks, "prepare", lambda: None)
     return calls
 
 
 def test_the_help_names_every_command_and_only_these():
     named = re.findall(r"python3 tasks\.py (\w+)", tasks.__doc__)
     assert set(named) == set(tasks.TASKS)
+
+
+def test_the_commands_need_nothing_but_python():
     done = subprocess.run(
-        [sys.executable, ROOT / "tasks.py", "nonsense"],
+        [sys.executable, "-S", "-E", ROOT / "tasks.py", "nonsense"],
         capture_output=True,
         text=True,
         encoding="utf-8",
@@ -57,14 +59,6 @@ def test_the_interpreter_lies_where_each_system_puts_it(system, path):
     assert tasks.PYTHON == tasks.interpreter(os.name)
 
 
-def test_the_quick_lane_has_no_pages_and_no_notebooks(called):
-    assert tasks.test(["quick", "-x"]) == 0
-    ((command, extra),) = called
-    assert command[-3:] == ["tests", "sosbook", "-x"]
-    assert command[command.index("-m", 3) + 1] == tasks.QUICK
-    assert "--nbval" not in command and "SOSBOOK_SITE" not in extra
-
-
 COLLECT_TWICE = """
 import pytest, sys
 for more in ([], ["--campaign"]):
@@ -74,11 +68,7 @@ for more in ([], ["--campaign"]):
 
 
 @pytest.mark.slow
-def test_the_campaigns_run_when_they_are_called_and_never_else(called, monkeypatch):
-    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: ["cc"])
-    assert tasks.campaign(["-x"]) == 0
-    ((command, _),) = called
-    assert command[-5:] == ["--campaign", "-m", "campaign", "tests", "-x"]
+def test_the_campaigns_run_when_they_are_called_and_never_else():
     listed = subprocess.run(
         [
             sys.executable,
@@ -99,17 +89,6 @@ def test_the_campaigns_run_when_they_are_called_and_never_else(called, monkeypat
     ).stdout
     few, all_of_them = map(int, re.findall(r"\.py: (\d+)", listed))
     assert 0 < few < all_of_them
-
-
-def test_types_are_checked_by_the_mypy_that_is_named(called):
-    assert tasks.types(["--verbose"]) == 0
-    ((check, _),) = called
-    assert re.search(
-        r"^mypy==[\d.]+$", (ROOT / "requirements.in").read_text("utf-8"), re.M
-    )
-    assert check[:3] == [str(tasks.PYTHON), "-m", "mypy"] and check[-1] == "--verbose"
-    listed = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    assert all((ROOT / name).exists() for name in listed["tool"]["mypy"]["files"])
 
 
 def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
@@ -174,19 +153,6 @@ def test_a_build_that_never_ends_is_not_awaited_for_ever(tmp_path):
         conftest.wait_for(tmp_path / "book.status", seconds=0)
 
 
-class Config:
-    """What the hook sees of the command line; it has no --campaign."""
-
-    def __init__(self):
-        self.hook, self.gone = self, []
-
-    def getoption(self, name, default):
-        return default
-
-    def pytest_deselected(self, items):
-        self.gone += items
-
-
 class Item:
     """What the hook sees of a test."""
 
@@ -194,92 +160,23 @@ class Item:
         self.path, self.fixturenames, self.marks = Path(path), fixtures, {}
 
     def get_closest_marker(self, name):
-        return name in self.marks
+        return None
 
     def add_marker(self, mark):
         self.marks[mark.mark.name] = mark.mark.args
 
 
-def test_pages_are_marked_and_long_files_come_first():
-    plain, table = Item("tests/test_design.py"), Item("tests/test_tables.py", "rows")
-    page = Item("tests/test_maps.py", "visit", "browser")
-    beside = Item("tests/test_maps.py")
-    doctest = Item("sosbook/synthesis/rounding.py")
-    site = Item("tests/test_site.py", "site", "browser")
-    cell = Item("book/01_first.ipynb")
-    slowest = Item(f"book/{conftest.LONGEST[0]}.ipynb")
-    campaign = Item("tests/test_design.py")
-    campaign.add_marker(pytest.mark.campaign)
-    items, config = [plain, campaign, table, page, cell], Config()
-    items += [beside, site, doctest, slowest]
-    conftest.pytest_collection_modifyitems(config, items)
-    assert config.gone == [campaign]
-    assert items == [slowest, cell, plain, table, doctest, site, page, beside]
-    assert "browser" in page.marks and "browser" in site.marks
-    assert "slow" in table.marks
-    assert plain.marks == {} and cell.marks == {"timeout": (conftest.CELL,)}
-
-
-def test_files_that_start_first_exist():
-    there = {
-        path.stem for folder in ("tests", "book") for path in (ROOT / folder).iterdir()
-    }
-    assert set(conftest.LONGEST) <= there
-
-
-@pytest.mark.slow
-def test_a_test_that_hangs_fails(tmp_path):
-    path = tmp_path / "test_hanging.py"
-    path.write_text("def test_bisection():\n    while True:\n        pass\n", "utf-8")
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            *tasks.WITHOUT_NBVAL,
-            "-o",
-            "timeout=1",
-            "--rootdir",
-            tmp_path,
-            path,
-        ],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=120,
+def test_kinds_are_marked_and_files_with_a_browser_are_last(pytestconfig):
+    page, beside = (
+        Item("tests/test_maps.py", "visit", "browser"),
+        Item("tests/test_maps.py"),
     )
-    assert done.returncode and "Timeout" in done.stdout + done.stderr
-
-
-def test_every_test_has_a_timeout(pytestconfig):
-    assert float(pytestconfig.getini("timeout")) == 300
-
-
-def test_of_several_processes_one_computes(tmp_path):
-    calls = []
-
-    def compute():
-        calls.append(1)
-        return 7
-
-    path = tmp_path / "seven.pickle"
-    assert [conftest.once(path, compute) for _ in range(3)] == [7, 7, 7]
-    assert calls == [1]
-
-
-def test_a_process_that_fails_is_not_awaited(tmp_path):
-    path = tmp_path / "none.pickle"
-    with pytest.raises(ZeroDivisionError):
-        conftest.once(path, lambda: 1 / 0)
-    with pytest.raises(AssertionError, match="failed to compute"):
-        conftest.once(path, lambda: 7)
-    (tmp_path / "late.claim").touch()
-    with pytest.raises(AssertionError, match="not made in time"):
-        conftest.once(tmp_path / "late.pickle", lambda: 7, seconds=0)
+    plain, cell = Item("tests/test_design.py"), Item("book/01_first.ipynb")
+    items = [page, plain, beside, cell]
+    conftest.pytest_collection_modifyitems(pytestconfig, items)
+    assert items == [cell, plain, page, beside]
+    assert "browser" in page.marks and plain.marks == {}
+    assert cell.marks == {"timeout": (conftest.CELL,)}
 
 
 def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
@@ -345,35 +242,29 @@ def test_a_headless_shell_comes_before_a_chromium_with_windows(monkeypatch, tmp_
         assert browser.find("python", system=system) == str(shell)
 
 
-def test_the_browser_comes_while_the_packages_come(monkeypatch, tmp_path):
-    """Whoever waits for another in this test waits for ever."""
-    all_three, ran = threading.Barrier(3, timeout=60), []
+def test_packages_come_once_and_without_them_nothing_runs(monkeypatch, tmp_path):
+    ran, status = [], 1
     monkeypatch.setattr(tasks, "VENV", tmp_path)
     monkeypatch.setattr(tasks, "STAMP", tmp_path / "ready")
     monkeypatch.setattr(tasks, "works", lambda *command: True)
+    monkeypatch.setattr(tasks, "call", lambda *words: ran.append(words) or status)
+    with pytest.raises(SystemExit, match="pip could not install requirements.txt"):
+        tasks.prepare()
+    status = 0
+    for _ in range(2):
+        tasks.prepare()
+    assert len(ran) == 2 and tasks.STAMP.exists()
 
-    def call(*command):
-        ran.append(command)
-        return all_three.wait() and 0
 
-    monkeypatch.setattr(tasks, "call", call)
-    asked = []
-    tasks.prepare(lambda python: asked.append(python) or all_three.wait())
-    assert asked == [str(tasks.PYTHON)] and tasks.STAMP.exists()
-    assert all("--no-deps" in command for command in ran)
-    halves = [command[-1].read_text("utf-8").splitlines() for command in ran]
-    lock = (ROOT / "requirements.txt").read_text("utf-8").splitlines()
-    assert sorted(halves[0] + halves[1]) == sorted(lock)
-    tasks.prepare(asked.append)  # all is there
-    assert len(asked) == 1
-    monkeypatch.setattr(tasks, "prepare", lambda *beside: asked.extend(beside))
-    monkeypatch.setattr(tasks, "pytest", lambda *words, **extra: 0)
-    tasks.test(["quick"])
-    assert len(asked) == 1
-    monkeypatch.setattr(tasks.browser, "ensure", lambda python: None)
-    monkeypatch.setattr(tasks.compiler, "ensure", lambda python: None)
-    monkeypatch.setenv("CI", "1")
-    assert tasks.test([]) == 1 and asked[1:] == [browser.from_debian]
+def test_a_python_without_environments_or_too_old_says_so(monkeypatch):
+    monkeypatch.setattr(tasks, "works", lambda *command: False)
+    monkeypatch.setattr(browser, "is_root", lambda: False)
+    monkeypatch.setattr(tasks.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match="apt-get install python3-venv"):
+        tasks.make_environment()
+    monkeypatch.setattr(sys, "version_info", (3, 10))
+    with pytest.raises(SystemExit, match=r"Python 3\.11 or newer is needed"):
+        tasks.make_environment()
 
 
 def test_nothing_is_installed_by_apt_where_there_is_none(monkeypatch):
@@ -441,22 +332,6 @@ def test_each_job_calls_commands_that_exist(job, called, monkeypatch):
     assert len(ran) == 1
     for text in re.findall(r"matrix\.(\w+)", str(job)):
         assert versions(job)[text]
-
-
-def test_the_three_lanes_run_where_they_should():
-    names = ("tests-quick", "tests-full", "tests-rehearsal")
-    quick, full, rehearsal = (versions(JOBS[name]) for name in names)
-    assert [word.split("-")[0] for word in quick["os"]] == [
-        "ubuntu",
-        "macos",
-        "windows",
-    ]
-    assert quick["python"] == ["3.11", "3.12", "3.13", "3.14"]
-    assert full["python"] == ["3.11", "3.14"]
-    assert rehearsal["worlds"] == ["noise", "kernels", "simd"]
-    for weekly in ("tests-rehearsal", "tests-campaign"):
-        assert "== 'schedule'" in JOBS[weekly]["if"]
-    assert "cron" in WORKFLOWS[0].read_text("utf-8")
 
 
 def test_ci_runs_the_test_command_of_the_readme():
@@ -536,14 +411,3 @@ def test_what_contributors_read_names_files_and_commands_that_exist():
             assert (ROOT / target).exists(), target
         for name in re.findall(r"tasks\.py (\w+)", text):
             assert name in tasks.TASKS, name
-
-
-def test_the_commands_need_nothing_but_python():
-    done = subprocess.run(
-        [sys.executable, "-S", "-E", ROOT / "tasks.py", "nonsense"],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
-    assert done.stderr.strip() == tasks.__doc__.strip()

@@ -1,7 +1,6 @@
 """Outputs of the book and their texts: which changes count and which don't."""
 
 import json
-import os
 import random
 import re
 import shutil
@@ -15,14 +14,10 @@ import nbformat.v4 as v4
 import numpy as np
 import pytest
 from hypothesis import given
-from jupyter_client.manager import KernelManager
-from jupyter_client.provisioning import local_provisioner
 
 from sosbook import notebooks
 from tests import values
 from tests.values import cells, words
-from tests.values.forks import forked, server
-from tests.values.kernels import started_again
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
@@ -274,93 +269,3 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
         page.unlink()
     assert "1 failed, 1 passed" in done.stdout
     assert "number 2: stored 0.77, now 0.75 (tolerance 0.01)" in done.stdout
-
-
-@pytest.mark.parametrize("failures", [0, 1, 2])
-def test_a_kernel_that_does_not_answer_is_started_again(failures):
-    waits = []
-
-    def start(startup_timeout=60, kernel_name="python"):
-        waits.append(startup_timeout)
-        if len(waits) <= failures:
-            raise RuntimeError("Kernel didn't respond")
-        return kernel_name
-
-    assert started_again(start)(startup_timeout=5, kernel_name="here") == "here"
-    assert waits == [5, 10, 20][: failures + 1]
-
-
-def test_a_kernel_that_never_answers_is_an_error():
-    def start(startup_timeout=60):
-        raise RuntimeError("Kernel didn't respond")
-
-    with pytest.raises(RuntimeError, match="didn't respond"):
-        started_again(start)()
-
-
-def test_nbval_starts_its_kernels_so(pytestconfig):
-    if not getattr(pytestconfig.option, "nbval", False):
-        pytest.skip("only with --nbval")
-    import nbval.kernel
-
-    assert nbval.kernel.start_new_kernel.__wrapped__
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="kernels are programs there")
-def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
-    """Nothing defined, a place and a session of its own; it can be stopped."""
-    launch = forked(lambda command, **options: pytest.fail("not forked"))
-    monkeypatch.setattr(local_provisioner, "launch_kernel", launch)
-    asked = {
-        "empty": "'sos' in dir() or 'np' in dir() or 'plt' in dir()",
-        "place": "__import__('os').getcwd()",
-        "backend": "__import__('matplotlib').get_backend()",
-        "session": "__import__('os').getsid(0)",
-        "child": "__import__('subprocess').run('exit 3', shell=True).returncode",
-    }
-    manager = KernelManager(kernel_name="python3")
-    _, began = server()
-    monkeypatch.setenv("WORD", "x")  # as other tests may have done since
-    manager.start_kernel(cwd=tmp_path, env=began)
-    client = manager.client()
-    try:
-        client.start_channels()
-        client.wait_for_ready(60)
-        pid = manager.provisioner.pid
-        endless = "print(1, flush=True)\nwhile True: pass"
-        client.execute(endless, stop_on_error=False)  # or it may drop what follows
-        while client.get_iopub_msg(60)["msg_type"] != "stream":
-            pass
-        manager.interrupt_kernel()
-        stopped = client.get_shell_msg(60)["content"]
-        assert stopped["ename"] == "KeyboardInterrupt"
-        reply = client.execute("", user_expressions=asked, reply=True, timeout=60)
-        said = reply["content"]["user_expressions"]
-        assert {key: said[key]["data"]["text/plain"] for key in said} == {
-            "empty": "False",
-            "place": repr(str(tmp_path)),
-            "backend": "'module://matplotlib_inline.backend_inline'",
-            "session": str(pid),
-            "child": "3",
-        }
-        assert manager.is_alive()
-    finally:
-        client.stop_channels()
-        manager.shutdown_kernel(now=True)
-    assert not manager.is_alive()
-    with pytest.raises(ProcessLookupError):
-        os.kill(pid, 0)
-    launch = forked(lambda command, **options: "not forked")
-    for other in (None, {**began, "OPENBLAS_CORETYPE": "another"}):
-        command = [sys.executable, "-m", "ipykernel_launcher"]
-        assert launch(command, env=other) == "not forked"
-
-
-def test_what_is_no_kernel_of_this_python_is_no_fork():
-    launch = forked(lambda command, **options: (command, options))
-    for command in (
-        ["python2", "-m", "ipykernel_launcher", "-f", "x.json"],
-        [sys.executable, "-m", "xeus", "-f", "x.json"],
-    ):
-        assert launch(command, cwd="a", env={}) == (command, {"cwd": "a", "env": {}})
