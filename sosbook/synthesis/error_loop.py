@@ -1,5 +1,7 @@
 """The loop with an observer, in the error of the estimate and the state."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -34,13 +36,11 @@ def observer_loop(
         With a vertex for each of the plant's, e = x - x^. The
         observer's matrices are the means over the vertices.
     """
-    vertices, mean, K, inject = _checked(plant, K, L, C)
-    loops = [error_loop(d, mean, K) for d in vertices]
-    return DescriptorSystem([E for E, _ in loops], [A + inject for _, A in loops])
+    return DescriptorSystem(*_loops(plant, K, L, C, 1)[:2])
 
 
-def _checked(plant, K, L, C):
-    """The vertices, their mean, K, and E^ L C where it enters the loop."""
+def _loops(plant, K, L, C, reach):
+    """Lists of E and A, closed (``reach`` 1) or opened at u (0); the vertices; K."""
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", C, (None, N))
@@ -49,7 +49,8 @@ def _checked(plant, K, L, C):
     mean = mean_descriptor(vertices)
     inject = np.zeros((2 * N, 2 * N))
     inject[:N, :N] = mean.E @ L @ C
-    return vertices, mean, K, inject
+    loops = [error_loop(replace(d, Bu=reach * d.Bu), mean, K) for d in vertices]
+    return [E for E, _ in loops], [A + inject for _, A in loops], vertices, K
 
 
 def observed(plant, K, L, C):
@@ -68,12 +69,11 @@ def observed(plant, K, L, C):
     gain : (m, 2N) array
         [-K K]: u = K x^ closes the loop, which is that of `observer_loop`.
     """
-    vertices, mean, K, inject = _checked(plant, K, L, C)
-    told = mean.A + mean.Bu @ K
+    E, A, vertices, K = _loops(plant, K, L, C, 0)
     first = vertices[0]
     system = DescriptorSystem(
-        [block([[mean.E, d.E - mean.E], [0, d.E]]) for d in vertices],
-        [inject + block([[told, d.A - told], [0, d.A]]) for d in vertices],
+        E,
+        A,
         [np.vstack([d.Bu, d.Bu]) for d in vertices],
         [np.vstack([d.Bw, d.Bw]) for d in vertices],
         np.hstack([0 * first.C, first.C]),

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis import linear
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
 from ..exact.proof import Unproven, first_proven, proven_within
@@ -141,9 +140,7 @@ class ObserverDesign(Result, ReadOnly):
         (2N,) array, or (vertices, 2N) for a polytope
             One row for each vertex or sample of a polytope.
         """
-        none = np.zeros((0, 2 * len(self._observer())))
-        poles = [linear.poles(d, none) for d in self.loop().vertices]
-        return self.plant.per_vertex(np.array(poles))
+        return self._opened.poles()
 
     def simulate(
         self,
