@@ -118,59 +118,6 @@ def test_every_public_object_is_documented():
     assert {name: words for name, words in found.items() if words} == {}
 
 
-class Spoilt:
-    """A class whose methods have one fault each."""
-
-    def bare(self): ...
-
-    def silent(self, level):
-        """Return it."""
-
-    def vague(self, level, more):
-        """
-        Return both.
-
-        Parameters
-        ----------
-        level : float
-            In rad/s
-        """
-
-    def other(self, level):
-        """
-        Return it.
-
-        Parameters
-        ----------
-        level : float
-            In rad/s.
-        speed : float
-            In rad/s.
-        """
-
-    def good(self, level):
-        """Return ``level``."""
-
-
-@pytest.mark.parametrize(
-    "method, words",
-    [
-        ("bare", ["no docstring, nor has the base class one"]),
-        ("silent", ["level isn't documented"]),
-        ("vague", ["more isn't documented", "PR09"]),
-        ("other", ["PR02"]),
-        ("good", []),
-    ],
-)
-def test_a_fault_is_named(method, words, monkeypatch):
-    owner = f"{Spoilt.__module__}.Spoilt"
-    known = {owner: Spoilt, f"{owner}.{method}": vars(Spoilt)[method]}
-    monkeypatch.setattr(f"{__name__}.public", lambda: known)
-    said = faults(f"{owner}.{method}")
-    assert len(said) == len(words), said
-    assert all(text.startswith(word) for text, word in zip(said, words)), said
-
-
 def test_no_letter_is_both_a_size_and_another_argument():
     twice = []
     for name, thing in public().items():

@@ -96,9 +96,3 @@ def test_no_other_module_imports_a_requirement():
         if name.split("/")[0] not in HOMES and any(imported(f))
     }
     assert importers <= MAKERS
-
-
-def test_names_are_seen(tmp_path):
-    file = tmp_path / "x.py"
-    file.write_text('"""gamma"""\ny = request.gamma\nz = found["u_max"]\n', "utf8")
-    assert list(known(file)) == [("gamma", 2), ("u_max", 3)]

@@ -1,12 +1,10 @@
 """Every typed number is tied, every quotation is the thesis's."""
 
-from collections import Counter
-
 import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
-from tests.prose import check, numerals, pages, power, quoted
+from tests.prose import check, numerals, pages, quoted
 
 PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
 SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]
@@ -31,24 +29,6 @@ def test_no_phrase_is_kept_for_nothing():
 def test_lists_of_given_data_belong_to_pages():
     names = {path.stem for path in pages.all_pages()} | {"phrases"}
     assert {path.stem for path in check.GIVEN.glob("*.toml")} <= names
-
-
-def test_a_changed_number_is_noticed():
-    noticed, tried = Counter(), Counter()
-    for path in pages.all_pages():
-        yes, changes, _ = power.survey(path)
-        noticed += yes
-        tried += changes
-    several = [digits for digits in tried if digits > 1]
-    assert sum(tried[d] for d in several) > 500
-    assert sum(noticed[d] for d in several) >= 0.8 * sum(tried[d] for d in several)
-
-
-@pytest.mark.parametrize("path", PAGES)
-def test_a_sample_of_changes_is_noticed_on_each_page(path):
-    noticed, tried, _ = power.survey(path)
-    wanted = min(5, sum(tried[d] for d in tried if d > 1) // 2)
-    assert sum(noticed[d] for d in noticed if d > 1) >= wanted
 
 
 @pytest.fixture

@@ -55,10 +55,9 @@ def shaken(function, *args, seed=1, **keywords):
         (dpotrf, (P,)),
     ],
 )
-@pytest.mark.parametrize("seed", [1, 2])
-def test_every_number_moves_a_little_and_structure_stays(function, args, seed):
+def test_every_number_moves_a_little_and_structure_stays(function, args):
     before = function(*args)
-    after = shaken(function, *args, seed=seed)
+    after = shaken(function, *args)
     assert type(after) is type(before)
     pairs = zip(before, after) if isinstance(before, tuple) else [(before, after)]
     moved = 0
@@ -78,26 +77,6 @@ def test_every_number_moves_a_little_and_structure_stays(function, args, seed):
             assert np.all(other[~kept] != one[~kept])
             moved += (~kept).sum()
     assert moved
-
-
-def test_same_input_same_noise_another_seed_another_noise():
-    one, again = (shaken(np.linalg.solve, A, P) for _ in range(2))
-    assert np.array_equal(one, again)
-    assert (one != shaken(np.linalg.solve, A, P, seed=2)).all()
-
-
-def test_noise_is_centred_and_fills_its_interval():
-    u = noise.unit(RNG.uniform(1, 2, 20_000), seed=3)
-    assert abs(u.mean()) < 0.02 and u.min() < -0.999 and u.max() > 0.999
-    assert abs(abs(u).mean() - 0.5) < 0.02
-
-
-def test_conjugate_pairs_stay_conjugate():
-    values, vectors = shaken(np.linalg.eig, A)
-    pairs = values.imag > 0
-    assert pairs.any()
-    assert np.array_equal(values[pairs].conj(), values[values.imag < 0])
-    assert np.array_equal(vectors[:, pairs].conj(), vectors[:, values.imag < 0])
 
 
 def test_symmetry_and_standard_schur_blocks_stay():
@@ -120,24 +99,6 @@ def test_sorted_values_stay_sorted():
         -shaken(scipy.linalg.svdvals, near),
     ):
         assert len(set(values)) > 1 and np.all(np.diff(values) >= 0)
-
-
-def test_an_eigenvalue_of_one_is_luck_but_a_unit_diagonal_is_structure():
-    assert np.all(shaken(np.linalg.eigvals, np.diag([1.0, -1.0])) != [1, -1])
-    assert np.all(shaken(np.linalg.svd, np.eye(2))[1] != 1)
-    L = shaken(scipy.linalg.lu, A)[1]
-    assert np.array_equal(np.diag(L), np.ones(6))
-    assert np.array_equal(L, np.tril(L))
-    assert np.array_equal(shaken(np.linalg.cholesky, np.eye(3)), np.eye(3))
-
-
-def test_what_is_no_number_in_double_precision_is_left_alone():
-    single, words = A.astype("f"), (True, 3, None, "lower", np.arange(3))
-    assert noise.shaken(single, 1) is single
-    for old, new in zip(words, noise.shaken(words, 1)):
-        assert old is new
-    odd = np.array([np.nan, np.inf, -np.inf])
-    assert np.array_equal(noise.shaken(odd, 1), odd, equal_nan=True)
 
 
 def test_memory_and_read_only_arrays_are_respected():
@@ -222,12 +183,6 @@ def test_a_world_is_chosen_by_name_or_kind():
 
 
 @pytest.mark.slow
-def test_a_world_that_is_not_here_is_refused_by_name():
-    with pytest.raises(KeyError, match="no Vax on this machine, only noise-1"):
-        worlds.choose(["Vax"])
-
-
-@pytest.mark.slow
 def test_other_kernels_and_narrow_vectors_are_really_in_use():
     usual = worlds.probe(worlds.World("usual", "usual", {}))
     kernels = [worlds.probe(world)[0] for world in worlds.kernels()]
@@ -246,7 +201,7 @@ REPORT = """<testsuites><testsuite>
 </testsuite></testsuites>"""
 
 
-def test_the_table_says_what_failed_where(tmp_path):
+def test_a_report_says_what_failed_where(tmp_path):
     report = tmp_path / "report.xml"
     report.write_text(REPORT, "utf-8")
     bad = rehearsal.read(report)
@@ -255,12 +210,6 @@ def test_the_table_says_what_failed_where(tmp_path):
         "tests.test_b": {"test_d": True},
     }
     good = {"book.01_a.ipynb": {f"Cell {k}": True for k in range(3)}}
-    text = rehearsal.table({"noise-1": bad, "Haswell": good})
-    assert [line.split() for line in text.splitlines()[1:]] == [
-        ["noise-1", "Haswell"],
-        ["01_a", "2", "of", "3", "✗", "3"],
-        ["tests.test_b", "1", "0"],
-    ]
     words = rehearsal.failures({"noise-1": bad, "Haswell": good})
     assert "01_a  Cell 1:  noise-1" in words and "Cell 0" not in words
     assert "Nothing depends" in rehearsal.failures({"Haswell": good})

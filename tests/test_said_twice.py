@@ -46,13 +46,6 @@ def test_nothing_is_said_twice(path):
         assert not rows(text)
 
 
-def test_a_repetition_is_noticed():
-    assert phrases("It changes at this size: this size: 450.") == ["this size"]
-    assert not phrases("that is $x$, that it is")
-    assert rows("| a | b |\n|---|---|\n| 1 | 2 |\n| 1 | 2 |") == ["| 1 | 2 |"]
-    assert not rows("| a |\n|---|\n| 1 |\n\n| a |\n|---|\n| 1 |")
-
-
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_a_reference_to_an_exercise_says_exercise_once(path):
     """Its own text is "Exercise 9.3"."""

@@ -2,7 +2,6 @@
 
 import functools
 import inspect
-import re
 import subprocess
 import sys
 import typing
@@ -11,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import sosbook as sos
-from sosbook.requirements import Requirement
 
 PACKAGE = Path(sos.__file__).parent
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,29 +83,6 @@ def test_types_name_things_that_exist():
     assert bare(unknown_types, *every_function()) == {}
 
 
-def test_a_parameter_without_a_type_is_seen():
-    def some(x, y: int, *, z=0): ...
-
-    def wrong(x: "Nothing"): ...  # noqa: F821
-
-    class Thing:
-        def method(self, x) -> None: ...
-
-        @property
-        def size(self): ...
-
-    Thing.__module__ = "sosbook.x"
-    assert untyped(some) == ["x", "z", "return"]
-    assert bare(untyped, ("some", some)) == {"some": ["x", "z", "return"]}
-    assert bare(unknown_types, ("some", some), ("wrong", wrong)) == {
-        "wrong": ["name 'Nothing' is not defined"]
-    }
-    assert {n: untyped(f) for n, f in functions(Thing)} == {
-        "Thing.method": ["x"],
-        "Thing.size": ["return"],
-    }
-
-
 @pytest.mark.slow
 def test_mypy_has_nothing_to_say():
     """Ten seconds without the cache that `python3 tasks.py types` fills, too."""
@@ -123,49 +98,3 @@ def test_mypy_has_nothing_to_say():
 
 def test_type_checkers_are_told_that_there_are_types():
     assert (PACKAGE / "py.typed").read_bytes() == b""
-
-
-def undocumented(function):
-    """Parameters that a docstring neither names nor leaves to another one."""
-    text = inspect.getdoc(function) or ""
-    if re.search(r"\b(as in|as for|[Ss]ee|Simulate) `", text):
-        return []
-    names = set(inspect.signature(function).parameters) - {"self", "cls"}
-    return sorted(n for n in names if not re.search(rf"\b{n}\b", text))
-
-
-def test_every_parameter_is_explained():
-    # what authors of requirements write is explained in `Requirement`
-    hooks = {*vars(Requirement), "noise_unit", "__init__", "per_vertex"}
-    asked = [x for x in every_function() if x[0].split(".")[-1] not in hooks]
-    assert bare(undocumented, *asked) == {}
-
-
-CLASSES = {
-    name: value
-    for name, value in PUBLIC.items()
-    if inspect.isclass(value) and not issubclass(value, Warning) and name != "Result"
-}
-
-
-def unexplained(value):
-    """Arguments of a class that its docstring doesn't name."""
-    names = set(inspect.signature(value).parameters) - {"args", "kwargs"}
-    text = inspect.getdoc(value)
-    return sorted(n for n in names if n[0] != "_" and not re.search(rf"\b{n}\b", text))
-
-
-def test_what_makes_an_object_is_explained():
-    assert len(CLASSES) > 15
-    assert bare(unexplained, *CLASSES.items()) == {}
-
-
-def test_a_parameter_that_is_not_explained_is_seen():
-    def f(x, horizon):
-        """Simulate until x falls."""
-
-    def g(x):
-        """Parameters as in `f`."""
-
-    assert undocumented(f) == ["horizon"]
-    assert undocumented(g) == []

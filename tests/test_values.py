@@ -2,18 +2,14 @@
 
 import json
 import random
-import re
 import shutil
 import subprocess
 import sys
 from decimal import Decimal
 from pathlib import Path
 
-import hypothesis.strategies as st
 import nbformat.v4 as v4
-import numpy as np
 import pytest
-from hypothesis import given
 
 from sosbook import notebooks
 from tests import values
@@ -56,18 +52,6 @@ def moved(number, units):
     text = f"{Decimal(mantissa) + units * Decimal(10) ** -decimals:f}{e}{power}"
     sign = "+" if number[0] == "+" and text[0] != "-" else ""
     return sign + text + "." * mantissa.endswith(".")
-
-
-def rounded_otherwise(text, choose):
-    """The text with each rounded number one unit up, down or as it was."""
-
-    def other(token):
-        if token.lastgroup != "number":
-            return token[0]
-        new = moved(token[0], choose.choice((-1, 0, 1)))
-        return new if words.agree(token[0], new) else token[0]
-
-    return words.TOKEN.sub(other, text)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -145,13 +129,6 @@ def test_messages_say_what_differs():
     assert len(many) == 6 and many[-1] == "... and 4 more"
 
 
-@given(st.randoms())
-def test_last_digits_of_printed_texts_are_forgiven(choose):
-    name, text = choose.choice(PRINTED)
-    other = rounded_otherwise(text, choose)
-    assert values.differences(printed(text), printed(other)) == [], name
-
-
 def test_two_units_of_any_printed_number_are_found():
     """Of the number in its line, and for one number of each output in all."""
     choose = random.Random(0)
@@ -164,52 +141,6 @@ def test_two_units_of_any_printed_number_are_found():
             start, end = token.span()
             other = text[:start] + moved(token[0], 2) + text[end:]
             assert values.differences(printed(text), printed(other)), (name, other)
-
-
-@given(
-    st.lists(
-        st.floats(-1e4, 1e4) | st.integers(-9, 9).map(float), min_size=1, max_size=20
-    ),
-    st.randoms(),
-)
-def test_noise_before_printing_is_forgiven(numbers, choose):
-    array = np.array(numbers)
-    noise = np.array([choose.uniform(-1e-13, 1e-13) for _ in numbers])
-    other = array * (1 + noise) + np.where(array == 0, noise, 0)
-
-    def shown(values):
-        with np.printoptions(precision=4, suppress=True):
-            lines = [str(values), *(f"{x:.3f} {x:+.1f}" for x in values)]
-        return "\n".join(lines + [f"{x:.2e} {x:.4g}" for x in values[array != 0]])
-
-    assert words.differences(shown(array), shown(other)) == []
-
-
-VERDICTS = [("feasible", "infeasible"), ("proven", "refuted"), ("True", "False")]
-
-
-@pytest.mark.parametrize("old, new", VERDICTS)
-def test_a_changed_verdict_is_found(old, new):
-    seen = 0
-    for name, text in PRINTED:
-        if re.search(rf"\b{old}\b", text):
-            other = re.sub(rf"\b{old}\b", new, text, count=1)
-            assert values.differences(printed(text), printed(other)), name
-            seen += 1
-    assert seen > 5
-
-
-def test_missing_and_new_outputs_are_found():
-    seen = 0
-    for path in FILES:
-        for outputs in stored(path):
-            for number in range(len(outputs)):
-                fewer = outputs[:number] + outputs[number + 1 :]
-                assert values.differences(outputs, fewer), path
-                assert values.differences(fewer, outputs), path
-                assert values.differences(outputs, outputs + printed("more")), path
-                seen += 1
-    assert seen > 500
 
 
 def test_a_red_cell_names_its_faults_and_two_pages(tmp_path, monkeypatch):

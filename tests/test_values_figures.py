@@ -4,15 +4,10 @@ import random
 import re
 from functools import cache
 
-import hypothesis.strategies as st
-import matplotlib.pyplot as plt
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from sosbook.plots import show
 
 from tests.test_values import PAGES
-from tests.values import figures, pages, paths, shapes
+from tests.values import figures, pages, shapes
 from tests.values.trees import parse
 
 FIGURES = [(name, page) for name, page in PAGES if "sos-figure" in page]
@@ -24,13 +19,6 @@ CURVE = re.compile(
     r'style="fill:none;(?:stroke-dasharray:[^;]*;stroke-dashoffset:0;)?'
     r'stroke:(?!#e3e5e8)[^"]*"/>'
 )
-TEXT = re.compile(
-    r'<g(?: style="[^"]*")? transform="translate[^>]*>'
-    r'(?:<defs>.*?</defs>)?(?:<use xlink:href="#[\w-]+"'
-    r'(?: transform="[^"]*")?/>)+</g>',
-    re.S,
-)
-GLYPH = re.compile(r'<use xlink:href="(#[\w-]+)"(?: transform="[^"]*")?/>')
 MARK = re.compile(r'<use xlink:href="#[\w-]+" x="([^"]*)" y="([^"]*)"[^>]*/>')
 
 
@@ -51,10 +39,6 @@ def shifted(data, x, y):
         return f"{float(found[1]) + x:.2f} {float(found[2]) + y:.2f}"
 
     return re.sub(r"(-?[\d.]+) (-?[\d.]+)", pair, data)
-
-
-def polyline(points):
-    return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points)
 
 
 @cache
@@ -78,22 +62,6 @@ def test_a_figure_agrees_with_itself_under_other_names(name, page):
     assert pages.differences(page, other) == []
 
 
-@settings(max_examples=20)
-@given(st.randoms())
-def test_the_last_decimals_of_all_places_are_forgiven(choose):
-    name, page = choose.choice(FIGURES)
-
-    def number(found):
-        return f"{float(found[0]) + choose.choice((-0.01, 0, 0.01)):.2f}"
-
-    def place(found):
-        return found[1] + re.sub(r"\d+\.\d\d(?!\d)", number, found[2])
-
-    other = re.sub(r'((?: d| x| y)="|translate\()([^")]*)', place, page)
-    assert other != page
-    assert pages.differences(page, other) == [], name
-
-
 def test_a_curve_that_moved_is_found_and_half_a_px_is_forgiven():
     seen = 0
     for name, page in SOME:
@@ -114,52 +82,6 @@ def test_a_curve_that_moved_is_found_and_half_a_px_is_forgiven():
     assert seen > 15
 
 
-def test_a_missing_curve_is_found():
-    seen = 0
-    for name, page in SOME:
-        for found in curves(page, 1)[:2]:
-            assert pages.differences(page, replaced(page, found, "", 0)), name
-            assert pages.differences(replaced(page, found, "", 0), page), name
-            seen += 1
-    assert seen > 15
-
-
-def test_another_colour_of_a_curve_is_found():
-    seen = 0
-    for name, page in SOME:
-        for found in curves(page, 1)[:1]:
-            new = re.sub(r"stroke:#\w+", "stroke:#123456", found[0])
-            faults = pages.differences(page, replaced(page, found, new, 0))
-            assert "#123456" in "".join(faults), name
-            seen += 1
-    assert seen > 15
-
-
-def test_a_missing_text_is_found():
-    """The last texts of a figure are the entries of its legend, if it has one."""
-    for name, page in SOME:
-        found = [*TEXT.finditer(page)]
-        assert found, name
-        for text in (found[0], found[-1]):
-            rest = re.sub(r"<use[^>]*>", "", text[0])
-            assert pages.differences(page, replaced(page, text, rest, 0)), name
-
-
-def test_a_changed_label_is_found():
-    """One letter for another, or two letters in the other order."""
-    seen = 0
-    for name, page in SOME:
-        for text in [*TEXT.finditer(page)][-2:]:
-            letters = [*GLYPH.finditer(text[0])]
-            names = [letter[1] for letter in letters]
-            different = [n for n in names if n != names[0]]
-            if different:
-                new = text[0].replace(f'href="{names[0]}"', f'href="{different[0]}"', 1)
-                assert pages.differences(page, replaced(page, text, new, 0)), name
-                seen += 1
-    assert seen > 15
-
-
 def test_a_mark_that_moved_or_is_missing_is_found_in_any_order():
     seen = 0
     for name, page in FIGURES[::4]:
@@ -176,44 +98,6 @@ def test_a_mark_that_moved_or_is_missing_is_found_in_any_order():
             assert pages.differences(page, page.replace(group, "".join(fewer))), name
         seen += 1
     assert seen > 10
-
-
-@pytest.mark.parametrize(
-    "kind", ["refined", "reversed", "started elsewhere", "reordered"]
-)
-def test_other_points_of_the_same_curve_are_forgiven(kind):
-    choose = random.Random(3)
-    seen = 0
-    for name, page in SOME if kind in ("refined", "reversed") else FIGURES:
-        for found in curves(page)[:3]:
-            if not re.fullmatch(r"[ML\d. z-]*", found[1]):
-                continue
-            lines = [np.round(line, 2) for line in paths.lines(found[1])]
-            closed = [
-                len(line) > 3 and np.allclose(line[0], line[-1]) for line in lines
-            ]
-            if kind == "refined":
-                new = [
-                    np.insert(
-                        line, range(1, len(line)), (line[1:] + line[:-1]) / 2, axis=0
-                    )
-                    for line in lines
-                ]
-            elif kind == "reversed":
-                new = [line[::-1] for line in lines]
-            elif kind == "started elsewhere" and any(closed):
-                new = [
-                    np.vstack([line[2:], line[1:3]]) if loop else line
-                    for line, loop in zip(lines, closed)
-                ]
-            elif kind == "reordered" and len(lines) > 1:
-                new = choose.sample(lines, len(lines))
-            else:
-                continue
-            other = replaced(page, found, "".join(map(polyline, new)))
-            assert pages.differences(page, other) == [], name
-            seen += 1
-    assert seen > (25 if kind in ("refined", "reversed") else 1)
 
 
 def svg(*elements):
@@ -311,18 +195,6 @@ def test_messages_name_the_curve_and_how_far_it_moved():
     assert figures.differences(svg(old), svg(fewer)) == [
         "stored 1 curve (stroke:#0072b2), now nothing at (0, 50)"
     ]
-
-
-def test_messages_name_letters():
-    def labelled(text):
-        figure = plt.figure()
-        figure.text(0.5, 0.5, text)
-        return parse(show(figure, alt="A label").svg).children[0]
-
-    (fault,) = figures.differences(labelled("poles"), labelled("poses"))
-    assert fault.startswith("stored 1 letter l, now 1 letter s at (")
-    assert figures.differences(labelled("pole"), labelled("poles"))
-    assert figures.differences(labelled("0 1"), labelled("1 0"))
 
 
 def test_clips_hide_what_is_outside():

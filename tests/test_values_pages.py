@@ -40,13 +40,6 @@ def test_swapped_rows_and_columns_of_tables_are_found():
     assert seen > 20
 
 
-def test_a_missing_row_and_a_changed_attribute_of_tables_are_found():
-    for name, page in TABLES:
-        assert pages.differences(page, page.replace(rows(page)[0], "", 1)), name
-    name, page = next(pair for pair in PAGES if 'class="' in pair[1])
-    assert pages.differences(page, page.replace('class="', 'class="x', 1)), name
-
-
 def test_a_changed_cell_of_a_table_is_found_in_its_place():
     page = "<table><tr><td>0.75</td><td>1.5</td></tr></table>"
     assert pages.differences(page, page.replace("1.5", "1.8")) == [

@@ -6,5 +6,4 @@ of given data in ``tests/given`` says where it comes from. What is tied to
 nothing drifts unnoticed, and is reported::
 
     python -m tests.prose book/05_hinf.ipynb      a page's report
-    python -m tests.prose --power                 how many changes are noticed
 """

@@ -1,10 +1,9 @@
 """Report the loose numbers of pages: ``python -m tests.prose [FILE ...]``."""
 
 import argparse
-from collections import Counter
 from pathlib import Path
 
-from . import check, numerals, pages, power
+from . import check, numerals, pages
 
 
 def report(path):
@@ -28,35 +27,13 @@ def vague(path):
             )
 
 
-def strength(paths):
-    """How many changes of typed numbers are noticed, over all pages."""
-    noticed, tried = Counter(), Counter()
-    for path in paths:
-        yes, all_of_them, _ = power.survey(path)
-        noticed += yes
-        tried += all_of_them
-    for digits in sorted(tried):
-        more = " or more" if digits == 4 else ""
-        yield (
-            f"{digits}{more} digits: {noticed[digits]} of {tried[digits]} "
-            f"changes noticed, {noticed[digits] / tried[digits]:.0%}"
-        )
-
-
 def main():
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="*", type=Path)
-    parser.add_argument(
-        "--power",
-        action="store_true",
-        help="change each number and count what is noticed",
-    )
-    options = parser.parse_args()
-    paths = [p.resolve() for p in options.files] or pages.all_pages()
-    print(
-        "\n".join(strength(paths)) if options.power else "\n\n".join(map(report, paths))
-    )
+    files = parser.parse_args().files
+    paths = [path.resolve() for path in files] or pages.all_pages()
+    print("\n\n".join(map(report, paths)))
 
 
 if __name__ == "__main__":

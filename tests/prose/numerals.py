@@ -3,7 +3,7 @@
 import ast
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 _POWER = r"(?:\s?(?:\\cdot|\\times|×|·)\s?10(?:\^\{?[-−]?\d+\}?|[⁻⁰¹²³⁴-⁹]+))"
@@ -285,10 +285,6 @@ class Number:
             for value in mine
             for theirs in other.scaled
         )
-
-    def moved(self, change):
-        """The same writing with another value."""
-        return replace(self, value=self.value + change)
 
 
 def _scale(unit):

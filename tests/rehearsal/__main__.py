@@ -43,7 +43,6 @@ def main(words=None):
             status, outcome = run(world, name, words, asked.n)
             results[world.name] |= outcome
             broken += [world.name] * (status not in (0, 1))
-    print(table(results))
     print(failures(results))
     for name in broken:
         print(f"pytest itself failed in {name}; see {BUILD / name}-*.log")
@@ -130,21 +129,6 @@ def failed(outcome):
         for test, passed in tests.items()
         if not passed
     ]
-
-
-def table(results):
-    """Files × worlds; how many passed, or how many failed of how many."""
-    files = sorted({file for outcome in results.values() for file in outcome})
-    width = max([len(short(file)) for file in files], default=0)
-    lines = [" ".join([" " * width, *(f"{name:>11}" for name in results)])]
-    for file in files:
-        words = []
-        for outcome in results.values():
-            passed = [*outcome.get(file, {}).values()]
-            bad = passed.count(False)
-            words.append(f"{bad} of {len(passed)} ✗" if bad else str(len(passed)))
-        lines.append(" ".join([f"{short(file):{width}}", *(f"{w:>11}" for w in words)]))
-    return "\n".join(["", *lines])
 
 
 def short(file):

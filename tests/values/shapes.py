@@ -7,7 +7,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from .letters import letter
 from .paths import bounds, lines
 
 __all__ = ["Shape", "drawn"]
@@ -89,7 +88,7 @@ class Shape:
 
     def __str__(self):
         if self.kind == "glyph":
-            return f"letter {letter(self.outline)}"
+            return "letter"
         own = self.style.rpartition(" > ")[2]
         words = re.findall(r"(?:fill|stroke|stroke-dasharray)[:=][^;\s]+", own)
         return f"{self.kind} ({' '.join(words) or own})"
