@@ -276,7 +276,10 @@ def inverse_by_rows(M):
 
 
 def check_rank(M, fault, tolerance=1e-10):
-    """Raise a ValueError with the words ``fault`` where M is `rank_deficient`."""
+    """Raise a ValueError with the words ``fault`` where M is `rank_deficient`.
+
+    That takes the ``tolerance``.
+    """
     if not _written.get() and rank_deficient(M, tolerance):
         raise ValueError(fault)
 
