@@ -43,34 +43,6 @@ def without_encoding(source):
     return lines
 
 
-@pytest.mark.parametrize(
-    "source, lines",
-    [
-        ("open('a')", [1]),
-        ("open('a', 'w')", [1]),
-        ("open('a', 'rb')", []),
-        ("open('a', mode='wb')", []),
-        ("open('a', encoding='utf-8')", []),
-        ("\npath.open()", [2]),
-        ("path.open('w', encoding='utf-8')", []),
-        ("path.open('rb')", []),
-        ("path.read_text()", [1]),
-        ("path.read_text('utf-8')", []),
-        ("path.write_text('é')", [1]),
-        ("path.write_text('é', 'utf-8')", []),
-        ("path.write_text('é', encoding='utf-8')", []),
-        ("os.open('a', flags)", []),
-        ("self.problem.open()", []),
-        ("self.path.open()", [1]),
-        ("subprocess.run(words, text=True)", [1]),
-        ("subprocess.run(words, text=True, encoding='utf-8')", []),
-        ("subprocess.run(words)", []),
-    ],
-)
-def test_missing_encodings_are_seen(source, lines):
-    assert without_encoding(source) == lines
-
-
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_text_is_read_and_written_as_utf_8(path):
     assert without_encoding(path.read_text("utf-8")) == []

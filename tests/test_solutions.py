@@ -11,7 +11,6 @@ so its output is stored, shown and derived again as that of any other cell.
 
 import re
 
-import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
@@ -66,52 +65,3 @@ def test_exercises_and_solutions_match(path):
     assert faults(notebook) == []
     chapter = re.match(r"\d\d_", path.stem)
     assert ("{exercise}" in str(notebook.cells)) == bool(chapter)
-
-
-EXERCISE = ":::{exercise} More\n:label: ex-a\n\nWhy?\n:::"
-SOLUTION = ":::{solution} ex-a\n:class: dropdown\n\nSo.\n:::"
-START = ":::{solution-start} ex-a\n:class: dropdown\n:::"
-END = ":::{solution-end}\n:::"
-PROGRAM = "```python\nprint(1)\n```"
-
-
-def page(*sources):
-    return v4.new_notebook(cells=[v4.new_markdown_cell(s) for s in sources])
-
-
-@pytest.mark.parametrize(
-    "notebook",
-    [
-        page("# Title", PROGRAM),
-        page(EXERCISE, SOLUTION),
-        page(EXERCISE, START, "So.", "```text\nx\n```", END, PROGRAM),
-        page(f"{EXERCISE}\n\n{START}", f"{END}\n\n## Sources"),
-    ],
-)
-def test_a_good_page_has_no_fault(notebook):
-    assert faults(notebook) == []
-
-
-@pytest.mark.parametrize(
-    "notebook, fault",
-    [
-        (page(EXERCISE), "but solutions []"),
-        (page(SOLUTION), "exercises []"),
-        (page(EXERCISE, SOLUTION.replace("ex-a", "ex-b")), "['ex-b']"),
-        (page(EXERCISE, START.replace("ex-a", "ex-b"), END), "['ex-b']"),
-        (page(EXERCISE, SOLUTION, SOLUTION), "['ex-a', 'ex-a']"),
-        (page(EXERCISE, SOLUTION.replace("So.", PROGRAM)), "isn't a cell"),
-        (page(EXERCISE, START, PROGRAM, END), "isn't a cell"),
-        (page(EXERCISE, START, "```{code-block} python\n1\n```", END), "isn't a cell"),
-        (page(EXERCISE, START), "ex-a has no end"),
-        (page(EXERCISE, START, EXERCISE.replace("ex-a", "ex-b")), "no end before ex-b"),
-        (page(EXERCISE, START, START, END), "no end before ex-a"),
-        (page(EXERCISE, SOLUTION, END), "end without a start"),
-        (page(EXERCISE, START, END, END), "end without a start"),
-        (page(":::{exercise} No label\n\nWhy?\n:::"), "not understood"),
-        (page(EXERCISE, ":::{solution} ex-a\nOpen.\n:::"), "not understood"),
-        (page(EXERCISE, ":::{solution-start} ex-a\n:::", END), "not understood"),
-    ],
-)
-def test_a_fault_is_named(notebook, fault):
-    assert any(fault in problem for problem in faults(notebook))

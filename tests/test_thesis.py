@@ -14,39 +14,6 @@ BOOK = Path(__file__).resolve().parent.parent / "book"
 ERRATA = reproduction.errata()
 
 
-def test_printed_poles_of_example_1():
-    """Table 3.1, from the printed matrices with numpy alone."""
-    M, D, S = np.diag([10, 11]), [[4, 1], [1, 5]], [[8, 4], [-4, 9]]
-    ex = sos.thesis.example_1()
-    A = np.zeros((6, 6))
-    A[:2, 2:4], A[4:, :2] = np.eye(2), np.eye(2)
-    A[2:4, :2] = -np.linalg.solve(M, S)
-    A[2:4, 2:4] = -np.linalg.solve(M, D)
-    for loop, printed, tolerance in [
-        (A[:4, :4], ex.open_loop_poles, 1e-4),
-        (
-            A
-            + np.vstack([np.zeros((2, 6)), np.linalg.solve(M, ex.K), np.zeros((2, 6))]),
-            ex.closed_loop_poles,
-            2e-4,
-        ),
-    ]:
-        poles = list(np.linalg.eigvals(loop))
-        for p in printed:
-            near = min(poles, key=lambda q: abs(p - q))
-            poles.remove(near)
-            assert abs(near - p) < tolerance
-        assert not poles
-
-
-def test_printed_gains_of_example_1():
-    ex = sos.thesis.example_1()
-    assert ex.K.shape == (2, 6)
-    assert ex.K[0, 0] == -101.9639
-    assert ex.K[1, 5] == -61.5149
-    assert (ex.gamma, ex.saturation.u_max) == (1.257, 150)
-
-
 def find(rows, item):
     """Of Example 1."""
     (found,) = [
@@ -100,11 +67,6 @@ def test_an_unknown_verdict_is_refused():
         reproduction.Row("a", "b", "c", "d", "e", "perhaps", "f")
     with pytest.raises(ValueError, match="unknown kind"):
         reproduction.Erratum("slip", "a", "b", "c", "d", "e")
-
-
-def test_each_claim_has_one_row(rows):
-    names = [(r.item, r.place) for r in rows]
-    assert len(set(names)) == len(names)
 
 
 def test_verdicts_are_never_typed():
