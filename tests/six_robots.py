@@ -207,195 +207,42 @@ def stand(
     return np.array(tilts), int(controller.fault[0])
 
 
-SIX = (
-    Machine(
-        "eduMIP-like",
-        0.272,
-        0.040,
-        0.034,
-        0.027,
-        0.11,
-        34.0,
-        7.4,
-        35.6,
-        5e-8,
-        2134.0,
-        0.01,
-        0.003,
-    ),
-    Machine(
-        "Balboa-like",
-        0.32,
-        0.032,
-        0.040,
-        0.020,
-        0.14,
-        30.0,
-        6.0,
-        51.5,
-        3e-8,
-        1212.0,
-        0.005,
-        0.002,
-    ),
-    Machine(
-        "LEGO-like",
-        0.60,
-        0.10,
-        0.028,
-        0.020,
-        0.30,
-        17.0,
-        9.0,
-        40.0,
-        3e-7,
-        360.0,
-        0.005,
-        0.002,
-    ),
-    Machine(
-        "gear motors 100 Hz",
-        1.0,
-        0.075,
-        0.0325,
-        0.040,
-        0.50,
-        21.0,
-        12.0,
-        34.0,
-        4e-7,
-        1496.0,
-        0.01,
-        0.002,
-    ),
-    Machine(
-        "gear motors 200 Hz",
-        1.0,
-        0.075,
-        0.0325,
-        0.040,
-        0.50,
-        21.0,
-        12.0,
-        34.0,
-        4e-7,
-        1496.0,
-        0.005,
-        0.002,
-    ),
-    Machine(
-        "8 kg",
-        8.0,
-        0.25,
-        0.10,
-        0.45,
-        5.0,
-        15.0,
-        24.0,
-        25.0,
-        2.5e-6,
-        2000.0,
-        0.01,
-        0.003,
-    ),
-    Machine(
-        "tall and thin",
-        0.7,
-        0.28,
-        0.040,
-        0.030,
-        0.50,
-        20.0,
-        12.0,
-        30.0,
-        4e-7,
-        1320.0,
-        0.005,
-        0.002,
-        shape=1.1,
-    ),
-)
+TABLE = """
+name                    M_b   l     r      M_w   stall free V_n gears rotor   counts T     delay
+eduMIP-like             0.272 0.04  0.034  0.027 0.11  34   7.4 35.6  5e-08   2134   0.01  0.003
+Balboa-like             0.32  0.032 0.04   0.02  0.14  30   6   51.5  3e-08   1212   0.005 0.002
+LEGO-like               0.6   0.1   0.028  0.02  0.3   17   9   40    3e-07   360    0.005 0.002
+gear motors 100 Hz      1     0.075 0.0325 0.04  0.5   21   12  34    4e-07   1496   0.01  0.002
+gear motors 200 Hz      1     0.075 0.0325 0.04  0.5   21   12  34    4e-07   1496   0.005 0.002
+8 kg                    8     0.25  0.1    0.45  5     15   24  25    2.5e-06 2000   0.01  0.003
+tall and thin           0.7   0.28  0.04   0.03  0.5   20   12  30    4e-07   1320   0.005 0.002
+0.2 kg                  0.17  0.028 0.016  0.009 0.035 60   6   30    1.2e-08 360    0.005 0.001
+30 kg, 24 V             30    0.45  0.2    2     22    14   24  30    1.2e-05 4000   0.01  0.004
+1:100 at 50 Hz          1.6   0.16  0.06   0.09  2.2   11   12  100   4e-07   4800   0.02  0.004
+15 kg on 50 mm, 125 Hz  15    0.2   0.05   0.8   3     40   24  20    2e-06   2048   0.008 0.002
+0.12 kg, 3.7 V, 333 Hz  0.1   0.03  0.018  0.006 0.02  70   3.7 30    4e-09   420    0.003 0.0008
+"""  # noqa: E501
 
-LIGHT = Machine(
-    "0.2 kg",
-    0.17,
-    0.028,
-    0.016,
-    0.009,
-    0.035,
-    60.0,
-    6.0,
-    30.0,
-    1.2e-8,
-    360.0,
-    0.005,
-    0.001,
-)
 
+def machines():
+    """The machines of the table, by their names."""
+    names, *rows = (line.split() for line in TABLE.strip().splitlines())
+    count = len(names) - 1
+    return {
+        " ".join(row[:-count]): Machine(
+            " ".join(row[:-count]), **dict(zip(names[1:], map(float, row[-count:])))
+        )
+        for row in rows
+    }
+
+
+ALL = machines()
+ALL["tall and thin"] = replace(ALL["tall and thin"], shape=1.1)
+ALL["1:100 at 50 Hz"] = replace(ALL["1:100 at 50 Hz"], friction=0.3, law="observer")
+SIX, LIGHT = tuple(ALL.values())[:7], ALL["0.2 kg"]
 #: Unlike the six: very light, very heavy, gears that rub, a slow clock, a fast one.
 OTHERS = (
     LIGHT,
     replace(LIGHT, name="0.2 kg with friction", friction=0.15),
-    Machine(
-        "30 kg, 24 V",
-        30.0,
-        0.45,
-        0.20,
-        2.0,
-        22.0,
-        14.0,
-        24.0,
-        30.0,
-        1.2e-5,
-        4000.0,
-        0.01,
-        0.004,
-    ),
-    Machine(
-        "1:100 at 50 Hz",
-        1.6,
-        0.16,
-        0.06,
-        0.09,
-        2.2,
-        11.0,
-        12.0,
-        100.0,
-        4e-7,
-        4800.0,
-        0.02,
-        0.004,
-        friction=0.3,
-        law="observer",
-    ),
-    Machine(
-        "15 kg on 50 mm, 125 Hz",
-        15.0,
-        0.20,
-        0.05,
-        0.8,
-        3.0,
-        40.0,
-        24.0,
-        20.0,
-        2e-6,
-        2048.0,
-        0.008,
-        0.002,
-    ),
-    Machine(
-        "0.12 kg, 3.7 V, 333 Hz",
-        0.10,
-        0.03,
-        0.018,
-        0.006,
-        0.02,
-        70.0,
-        3.7,
-        30.0,
-        4e-9,
-        420.0,
-        0.003,
-        0.0008,
-    ),
+    *tuple(ALL.values())[8:],
 )

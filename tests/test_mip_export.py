@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from functools import reduce
 from operator import add
 from types import ModuleType
@@ -613,14 +614,6 @@ def test_the_robots_duty_is_the_controllers_volts(precision, kind, gcc, tmp_path
     assert output.splitlines()[-2:] == ["asked 100 1 112 1", "end 1 1 0 0"]
 
 
-def test_tipped_forward_both_wheels_run_forward(gcc, tmp_path):
-    """The left motor's channel 3 is positive forward, the right's isn't."""
-    robot = Robot(gcc, tmp_path, Firmware(LAWS["PID"], blend=0.02))
-    tipped = [("t", -0.35, 20.0, 100, -140, 8.0)] * 3
-    (left, right, _), *_ = robot.live([*REST, *tipped])[0][-3:]
-    assert left > 0.1 and right == -left
-
-
 def test_it_waits_for_rest_near_upright(gcc, tmp_path):
     robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
     good = REST[0]
@@ -732,32 +725,29 @@ def script(firmware):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_the_scripts_law_is_the_controller_to_the_last_bit(name, fake_pyctrl):
-    firmware = Firmware(LAWS[name], blend=0.1, missing=2, frozen=4)
+    firmware = Firmware(LAWS[name], 7.4, blend=0.1, missing=2, frozen=4, stall=3)
+    if name != "PD":
+        firmware = replace(firmware, compensation=0.3)
     law, ours = script(firmware)["Law"](), firmware.controller()
     random = np.random.default_rng(7)
     rows = random.normal(0, 0.03, (80, 5))
     rows[10, 0], rows[20:22, 1], rows[25, 2] = np.nan, np.inf, np.nan
-    for last in ([0.0] * 5, [np.nan] * 5, [30, 0, 2, 0, 0], [0, 0, 0, np.nan, 1e9]):
+    faults = set()
+    for last in (
+        [0.0] * 5,
+        [np.nan, 0, 0, 0, 0],
+        [30, 0, 2, 0, 0],
+        [0, 0, 0, np.nan, 1e9],
+        [0, 0, 0, -1e3, -1e3],
+    ):
         law.start(0.05, 0.01, 0.002)
         ours.start(0.05, 0.01, 0.002)
         for row in [*rows.tolist(), *4 * [last], *rows[:2].tolist()]:
             V = law.step(*row)
             assert V.hex() == float(ours.step(*row)[0]).hex()
             assert law.fault == ours.fault[0]
-
-
-def test_a_stall_in_the_script(fake_pyctrl):
-    firmware = Firmware(LAWS["PD"], stall=3)
-    law = script(firmware)["Law"]()
-    law.start(0.6, 0.0, 0.0)
-    assert [law.step(0.0, 0.0, 0.6) for _ in range(5)] == [
-        V_MAX,
-        V_MAX,
-        V_MAX,
-        0.0,
-        0.0,
-    ]
-    assert FAULTS[law.fault] == "stall"
+        faults.add(FAULTS[law.fault])
+    assert faults >= {"sensor", "fall", "command"}, faults
 
 
 def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):

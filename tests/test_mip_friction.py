@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 from sosbook.mip import Firmware, Mip, Robot, SampledLaw, Sensors, recommend, simulate
-from sosbook.mip.compiled import Compiled
-from sosbook.mip.export import c_source, pyctrl_script
 from sosbook.mip.margins import SampledLoop
 
 from sosbook.pendulum.describing import backlash, coulomb, limit_cycle, soft_sign
 from sosbook.pendulum.simulator import _Play
 from sosbook.pendulum.spread import vertices
-from tests.compiler import find, refuse
 from tests.gains import named
 
 MIP, THESIS = Mip.printed(), Robot.shipped("thesis")
@@ -48,25 +45,6 @@ def test_a_play_wider_than_the_motion_passes_nothing():
     assert backlash(0.1, 0.2) == 0 and backlash(0.1, 0.0) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("precision", ["double", "single"])
-def test_the_compensation_of_c_is_that_of_python(precision):
-    if find() is None:
-        refuse()
-    firmware = Firmware(LAW, blend=0.01, compensation=0.3)
-    kind = float if precision == "double" else np.float32
-    both = Compiled(firmware, precision), firmware.controller(kind=kind)
-    random = np.random.default_rng(5)
-    for each in both:
-        each.start(0.02)
-    moved = 0
-    for _ in range(400):
-        seen = random.normal(0, [0.1, 0.05, 0.02])
-        said = [each.step(*seen)[0] for each in both]
-        assert said[0] == said[1]
-        moved += abs(said[0]) > 0.9
-    assert moved > 10
-
-
 def test_a_command_gets_half_of_itself_or_all_of_the_friction():
     law = SampledLaw.of_gain(named([[1.0, 0, 0, 0]]), 0.01)
     steps = np.array([0.0, 0.1, 0.5, 0.7, -0.2, -0.8])
@@ -74,16 +52,6 @@ def test_a_command_gets_half_of_itself_or_all_of_the_friction():
     each.start(steps)
     extra = each.step(np.zeros(6), np.zeros(6)) - steps
     assert extra == pytest.approx([0, 0.05, 0.25, 0.3, -0.1, -0.3])
-
-
-def test_without_it_the_programs_know_nothing_of_it():
-    for text in (c_source(Firmware(LAW)), pyctrl_script(Firmware(LAW))):
-        assert "RUB" not in text and "SOFT" not in text
-    friction = Firmware(LAW, compensation=0.25)
-    text = pyctrl_script(friction)
-    compile(text, "balance.py", "exec")
-    assert "u = u + (RUB if u > SOFT else -RUB if u < -SOFT else STEEP * u)" in text
-    assert "RUB = 0.25 " in text and "SOFT = 0.5 " in text
 
 
 @pytest.mark.parametrize("volts", [-0.1, 7.4, np.nan])

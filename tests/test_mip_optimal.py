@@ -111,21 +111,6 @@ def test_the_chain_offers_it_with_its_proofs(kind, tmp_path):
     assert stand[0] > 0 < stand[2] and not stand[[1, 3]].any()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_c_does_what_python_does(kind):
-    if find() is None:
-        refuse()
-    found = recommend(MIP, R=20.0, robot=THESIS.but(law=kind))
-    random = np.random.default_rng(3)
-    both = Compiled(found.firmware), found.firmware.controller()
-    for each in both:
-        each.start(0.1, 0.2, 0.01)
-    for _ in range(300):
-        seen = random.normal(0, [0.4, 0.2, 0.1])
-        said = [each.step(*seen, 0.1, 0.2)[0] for each in both]
-        assert said[0] == said[1]
-
-
 @pytest.mark.slow
 def test_a_clock_too_slow_for_a_gain_is_one_for_the_observer():
     assert recoverable_tilt(SLOW, LAZY.limit) > 0.3
