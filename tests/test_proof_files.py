@@ -166,6 +166,14 @@ PROOFS = {
     "input, slack": lambda: sos.design_pid(
         TWO, region=SLOW, saturation=sos.Saturation(10, [1, 0]), coupling="slack"
     ).certify(),
+    "all at once": lambda: sos.design_pid(
+        TWO,
+        ONE,
+        region=sos.PoleRegion(0.05, 1.4, 50),
+        gamma=3.0,
+        saturation=sos.Saturation(200, [0.1, 0, 0]),
+        cost=sos.QuadraticCost(np.eye(3), ONE, "F", bound=500.0),
+    ).certify(),
     "cost of noise on the states": lambda: cost("states", "pairs"),
     "cost of noise on F": lambda: cost("F", "pairs"),
     "cost of noise on the states, slack": lambda: cost("states", "slack"),

@@ -8,10 +8,8 @@ changed loop where the claims say.
 
 import json
 
-import numpy as np
 import pytest
 
-import sosbook as sos
 from sosbook.exact.proof import load
 from sosbook.exact.proof_text import checksum
 from tests.hunt.tampering import (
@@ -24,25 +22,18 @@ from tests.hunt.tampering import (
     true_claims,
     verdicts,
 )
-from tests.test_proof_files import BEYOND, ONE, TWO, checker, proof_of
+from tests.test_proof_files import BEYOND, checker, proof_of
 
-FEW = {  # small ones, of every kind
-    "design": lambda: sos.design_pid(
-        TWO,
-        ONE,
-        region=sos.PoleRegion(0.05, 1.4, 50),
-        gamma=3.0,
-        saturation=sos.Saturation(200, [0.1, 0, 0]),
-        cost=sos.QuadraticCost(np.eye(3), ONE, "F", bound=500.0),
-    ).certify(),
-    "slack": lambda: proof_of("H-infinity, slack"),
-    "infeasible": lambda: proof_of("too little force"),
-    "mass": lambda: proof_of("regular mass"),
-    "no mass": lambda: proof_of("no mass without input"),
-    "loop with a delay": lambda: proof_of("delayed loop"),
-    "sampled": lambda: proof_of("sampled"),
-    "a slow mode behind a delay": lambda: proof_of("a slow mode behind a delay"),
-}
+LONG = (  # more changes each
+    "all at once",
+    "H-infinity, slack",
+    "too little force",
+    "regular mass",
+    "no mass without input",
+    "delayed loop",
+    "sampled",
+    "a slow mode behind a delay",
+)
 NEW = (  # small ones of each kind, of which the quick lane leaves out the longest
     "little force for a fast fall",
     pytest.param("little force for a slow pair", marks=pytest.mark.slow),
@@ -61,26 +52,6 @@ NEW = (  # small ones of each kind, of which the quick lane leaves out the longe
     "no observer",
     "schur",
 )
-
-
-@pytest.mark.parametrize("name", NEW)
-def test_no_tampering_with_the_other_kinds(name):
-    """At least a hundred changes each, with the checksum mended."""
-    proof = proof_of(name)
-    whole = json.loads(proof.text)
-    assert proof.proven and verdicts(put(whole, ("claims", 0), "x")) == (False, False)
-    tried = accepted = 0
-    for path, changed in tampered(whole, most=100):
-        changed["checksum"] = checksum(changed)
-        package, alone = verdicts(changed)
-        tried += 1
-        if package or alone:
-            accepted += 1
-            assert changed["claims"] == whole["claims"], path
-            assert path[0] not in ("claims", "kind", "format", "version"), path
-            assert package == alone or may_differ(path, whole, alone), path
-            assert true_claims(changed) is not False, path
-    assert tried >= 100 and accepted < tried / 5
 
 
 SMALL = (
@@ -112,14 +83,15 @@ def test_floats_refuse_no_plant_of_a_file(name):
     assert accepted or name == "regular mass"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FEW)
+@pytest.mark.parametrize(
+    "name", [*NEW, *(pytest.param(x, marks=pytest.mark.slow) for x in LONG)]
+)
 def test_no_tampering_gets_a_false_claim_through(name):
-    proof = FEW[name]()
+    proof = proof_of(name)
     assert proof.proven
     whole = json.loads(proof.text)
     tried = accepted = 0
-    for path, changed in tampered(whole):
+    for path, changed in tampered(whole, most=400 if name in LONG else 100):
         assert verdicts(changed) == (False, False), path
         changed["checksum"] = checksum(changed)
         package, alone = verdicts(changed)
@@ -139,7 +111,6 @@ def test_no_tampering_gets_a_false_claim_through(name):
             assert package == alone or free, (path, package, alone)
     assert tried >= 100
     assert accepted < tried / 3
-    print(f"{name}: {tried} changes, {accepted} are proofs of other data")
 
 
 def swapped():
