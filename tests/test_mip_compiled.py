@@ -37,9 +37,6 @@ NUMBERS = (
     "phi",
     "volts",
 )
-SENSOR, FALL, STALL, COMMAND = (
-    FAULTS.index(word) for word in ("sensor", "fall", "stall", "command")
-)
 
 
 def observer():
@@ -276,7 +273,7 @@ def test_robots_side_by_side():
     gyro, wheels = np.array([0, 0.5, 0]), np.array([1, 2.2, 3])
     for _ in range(3):
         assert bits(python.step(gyro, wheels)) == bits(c.step(gyro, wheels))
-    assert c.fault.tolist() == [0, 0, FALL] == python.fault.tolist()
+    assert c.fault.tolist() == [0, 0, FAULTS.index("fall")] == python.fault.tolist()
     assert bits(c.theta[:2]) == bits(python.theta[:2])
 
 
@@ -285,125 +282,88 @@ def test_a_step_before_the_start_is_refused():
         Compiled(Firmware(LAWS["PD"])).step(0.0, 0.0)
 
 
-@pytest.mark.parametrize("precision", KINDS)
-def test_saturation_and_then_a_stall(precision):
-    twins = Twins.of("PID", precision, stall=7)
-    twins.start(tilt=0.6)
-    limit = float(KINDS[precision](V_MAX))
-    assert [twins.step(0.0, 0.0) for _ in range(8)] == 7 * [limit] + [0.0]
-    assert twins.fault == STALL
-    assert twins.step(0.0, 0.0) == 0
-    twins.start(tilt=-0.6)
-    assert twins.step(0.0, 0.0) == -limit
-
-
-@pytest.mark.parametrize(
-    "broken",
-    [
-        {"gyro": np.nan},
-        {"wheels": np.nan},
-        {"gyro": np.inf},
-        {"wheels": -np.inf},
-        {"gyro": 1e300},
-        {"wheels": 50.0},
-        {"gyro": np.nan, "wheels": np.nan},
-    ],
-)
-@pytest.mark.parametrize("precision", KINDS)
-def test_dropouts_are_bridged_and_one_more_is_a_fault(broken, precision):
-    missing = 4
-    twins = Twins.of("PID", precision, missing=missing)
-    good = {"gyro": 0.02, "wheels": 0.01}
-    for length in range(1, missing + 1):
-        twins.start(tilt=0.05)
-        for reading in [good, *length * [good | broken], good]:
-            assert twins.step(**reading) != 0
-            assert twins.fault == 0
-    twins.start(tilt=0.05)
-    for reading in [good, *missing * [good | broken]]:
-        assert twins.step(**reading) != 0
-    assert twins.step(**good | broken) == 0 and twins.fault == SENSOR
-    for _ in range(20):
-        assert twins.step(**good) == 0 and twins.fault == SENSOR
-    twins.start(tilt=0.05)
-    assert twins.step(**good) != 0 and twins.fault == 0
-
-
-@pytest.mark.parametrize("precision", KINDS)
-def test_a_gyro_that_repeats_itself_is_a_fault(precision):
-    twins = Twins.of("PID", precision, frozen=3)
-    twins.start(tilt=0.05, bias=0.01)
-    for gyro in (0.01, 0.02, 0.02, 0.02, np.nan, 0.03, 0.0, -0.0, 0.0):
-        assert twins.step(gyro, 0.0) != 0
-    assert twins.step(-0.0, 0.0) != 0 and twins.fault == 0
-    assert twins.step(0.0, 0.0) == 0 and twins.fault == SENSOR
-
-
-def test_a_wheel_that_slipped_away_unseen_may_have_turned_farther():
-    """After k bad ticks the encoder may be k + 1 ticks' reach away."""
-    twins = Twins.of("PD", fastest=10.0)
-    twins.start(tilt=0.05)  # a reach of 0.1 rad a tick
-    twins.step(0.0, 0.25)
-    assert twins.c.states[0].lost == 1 and twins.c.states[0].wheels == 0
-    twins.step(0.0, 0.25)
-    assert twins.c.states[0].lost == 2
-    twins.step(0.0, 0.25)
-    assert twins.c.states[0].lost == 0 and twins.c.states[0].wheels == 0.25
-
-
-@pytest.mark.parametrize("precision", KINDS)
-def test_wheels_that_rest_under_voltage_are_a_fault(precision):
-    """PD with 0.2 rad: more than a quarter of the limit; 0.01: less."""
-    twins = Twins.of("PD", precision, deaf=6)
-    twins.start(tilt=0.2)
-    volts = [twins.step(1e-3 * (-1) ** k, 0.0) for k in range(8)]
-    assert all(v > V_MAX / 4 for v in volts[:7])
-    assert volts[7] == 0 and twins.fault == SENSOR
-    twins.start(tilt=0.01)
-    for k in range(50):
-        assert abs(twins.step(1e-3 * (-1) ** k, 0.0)) < V_MAX / 4
-    assert twins.fault == 0
-    twins.start(tilt=0.2)  # it turns now and then: it lives
-    for k in range(40):
-        twins.step(1e-3 * (-1) ** k, 0.003 * (k // 5))
-    assert twins.fault == 0
+GOOD, NAN = (0.02, 0.01), np.nan
+#: What the sensors say and what is asked, tick by tick, and the last fault; the law is
+#: PID's. What each number is for is stated in test_mip_constants.
+SCENARIOS = {
+    "saturation, then a stall": (dict(stall=7), 0.6, 8 * [(0.0, 0.0)], "stall"),
+    "the other limit": ({}, -0.6, 3 * [(0.0, 0.0)], "running"),
+    "a gyro that repeats itself": (
+        dict(frozen=3),
+        0.05,
+        [
+            (x, 0.0)
+            for x in (0.01, 0.02, 0.02, 0.02, NAN, 0.03, 0.0, -0.0, 0.0, -0.0, 0.0)
+        ],
+        "sensor",
+    ),
+    "wheels that turn farther after a gap": (
+        dict(fastest=10.0),
+        0.05,
+        3 * [(0.0, 0.25)],
+        "running",
+    ),
+    "wheels that rest under voltage": (
+        dict(deaf=6),
+        0.2,
+        [(1e-3 * (-1) ** k, 0.0) for k in range(8)],
+        "sensor",
+    ),
+    "wheels that turn now and then": (
+        dict(deaf=6),
+        0.2,
+        [(1e-3 * (-1) ** k, 0.003 * (k // 5)) for k in range(40)],
+        "running",
+    ),
+    "each sensor in turn": (
+        dict(missing=3),
+        0.01,
+        10 * (3 * [(NAN, 0.0)] + 3 * [(0.01, NAN)]),
+        "running",
+    ),
+    "a gyro at its full scale": (
+        dict(gyro_range=17.0),
+        0.01,
+        [(0.01, 0.0), (17.4, 0.0), (0.0, 0.0)],
+        "running",
+    ),
+    "a fall": ({}, 0.84, [(0.0, 0.0), (3.0, 0.0)], "fall"),
+    "no set point": ({}, 0.0, [(0.0, 0.0, NAN, NAN)], "command"),
+    "a set point far off": ({}, 0.0, [(0.0, 0.0, NAN, 0.0, 1e30)], "command"),
+    "friction": (dict(compensation=0.3), 0.02, 40 * [GOOD, (-0.3, 0.0)], "running"),
+}
+for _broken in (
+    (NAN, 0.01),
+    (0.02, NAN),
+    (np.inf, 0.01),
+    (0.02, -np.inf),
+    (1e300, 0.01),
+    (0.02, 50.0),
+    (NAN, NAN),
+):
+    for _more, _fault in ((4, "running"), (5, "sensor")):
+        SCENARIOS[f"{_broken} {_more} times"] = (
+            dict(missing=4),
+            0.05,
+            [GOOD, *_more * [_broken], *[GOOD] * (_more == 4)],
+            _fault,
+        )
 
 
 @pytest.mark.parametrize("precision", KINDS)
-def test_each_sensor_has_its_own_count_of_bad_readings(precision):
-    """Never both at once, three in a row of each in turn."""
-    twins = Twins.of("PD", precision, missing=3)
-    twins.start(tilt=0.01)
-    for _ in range(10):
-        for gyro, wheels in 3 * [(np.nan, 0.0)] + 3 * [(0.01, np.nan)]:
-            assert twins.step(gyro, wheels) != 0
-    for _ in range(4):
-        twins.step(0.01, np.nan)
-    assert twins.fault == SENSOR
-
-
-@pytest.mark.parametrize("precision", KINDS)
-def test_a_gyro_at_its_full_scale_says_nothing(precision):
-    twins = Twins.of("PD", precision, gyro_range=17.0)
-    twins.start(tilt=0.01)
-    twins.step(0.01, 0.0)
-    twins.step(17.4, 0.0)
-    assert twins.c.states[0].bad == 1 and abs(twins.c.theta[0]) < 0.02
-    twins.step(0.0, 0.0)
-    assert twins.c.states[0].bad == 0
-
-
-@pytest.mark.parametrize("precision", KINDS)
-def test_a_fall_and_a_command_that_is_no_number(precision):
-    twins = Twins.of("PD", precision)
-    twins.start(tilt=0.84)
-    assert twins.step(0.0, 0.0) != 0
-    assert twins.step(3.0, 0.0) == 0 and twins.fault == FALL
-    twins.start(tilt=0.0)
-    assert twins.step(0.0, 0.0, target=np.nan) == 0
-    assert twins.fault == COMMAND
-    twins.start(tilt=0.0)
-    assert twins.step(0.0, 0.0, rate=1e30) == 0 and twins.fault == COMMAND
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_what_goes_wrong_goes_the_same_way(scenario, precision):
+    """A fault lasts until the start, after which all is as at the first time."""
+    numbers, tilt, steps, fault = SCENARIOS[scenario]
+    twins, told = Twins.of("PID", precision, **numbers), []
+    for _ in range(2):
+        twins.start(tilt=tilt)
+        told.append([twins.step(*step) for step in steps])
+        assert twins.fault == FAULTS.index(fault)
+        for _ in range(20 * (fault != "running")):
+            assert twins.step(*GOOD) == 0 and twins.fault == FAULTS.index(fault)
+    assert told[0] == told[1]
+    assert all(told[0][:-1]) and (told[0][-1] == 0) == (fault != "running")
 
 
 @pytest.mark.parametrize("precision", KINDS)

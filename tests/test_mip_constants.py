@@ -33,6 +33,7 @@ from sosbook.pendulum.optimal import KINDS, optimal_law
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.steering_code import c_steering
 from tests.compiler import run
+from tests.turning import steer_functions
 
 T, LIMIT = 0.01, 3.0
 K = np.array([15.78, 0.49, 1.42, 0.69, 0.22])
@@ -123,23 +124,9 @@ class Steers(Open):
         super().__init__(
             gcc, folder, {"balance_steer.c": texts["balance_steer.c"]}, header
         )
-        real = ctypes.c_double
-        fields = [(x, real) for x in ("turned", "zero", "sum")] + [
-            ("lost", ctypes.c_int)
-        ]
-        self.state = type("S", (ctypes.Structure,), {"_fields_": fields})()
-        self.robot, self.volts = Robots(), (real * 2)()
-        pointer = ctypes.POINTER
-        self._start = self.library.balance_steer_start
-        self._step = self.library.balance_steer
-        self._start.argtypes = [pointer(type(self.state)), real, real]
-        self._step.argtypes = [
-            pointer(type(self.state)),
-            ctypes.c_void_p,
-            *4 * [real],
-            pointer(real),
-        ]
-        self._start.restype = self._step.restype = None
+        functions = steer_functions(self.library, ctypes.c_double)
+        self.state, self.volts, self._start, self._step = functions
+        self.robot = Robots()
 
     def start(self, left=0.0, right=0.0):
         self._start(self.state, left, right)

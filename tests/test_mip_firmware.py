@@ -41,64 +41,6 @@ def test_the_wheels_angle_is_absolute_and_starts_at_zero():
     )
 
 
-def test_the_wheels_rate_is_the_difference_of_absolute_angles():
-    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 0, 1]]), T)).controller()
-    controller.start(0.0)
-    assert np.isclose(controller.step(1.0, 0.02), 0.02 / T + 0.5)
-    assert np.isclose(controller.step(1.0, 0.05, rate=0.25), 0.03 / T + 1.0 - 0.25)
-
-
-def test_the_bias_is_taken_off():
-    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 1, 0]]), T)).controller()
-    controller.start(0.0, bias=0.3)
-    assert np.isclose(controller.step(0.5, 0.0), 0.2)
-
-
-def test_the_accelerometers_tilt_is_blended_in():
-    controller = started(0.0, blend=0.1)
-    for _ in range(100):
-        controller.step(0.0, 0.0, tilt=0.02)
-    assert np.isclose(controller.theta[0], 0.02 * (1 - 0.9**100))
-    before = controller.theta[0]
-    controller.step(0.0, 0.0, tilt=NAN)  # none at this tick: no fault
-    controller.step(0.0, 0.0, tilt=9.0)  # nonsense: as if there were none
-    assert controller.theta[0] == before and why(controller) == ["running"]
-
-
-def test_the_voltage_is_limited():
-    assert started(0.84).step(0.0, 0.0) == 7.4
-    assert started(-0.84, limit=5.0).step(0.0, 0.0) == -5.0
-
-
-def test_the_integral_stops_winding_up():
-    wound = started(
-        0.0, law=SampledLaw.of_gain(named(K), T, tracking_time=1e9), stall=999
-    )
-    held = started(0.0, stall=999)
-    for controller in (wound, held):
-        for _ in range(300):
-            controller.step(0.0, 0.0, target=-40.0)
-    assert wound.x[0][0] > 100
-    assert abs(K[0][4] * held.x[0][0]) < 20
-
-
-@pytest.mark.parametrize(
-    "gyro, wheels",
-    [(NAN, 0.0), (0.0, NAN), (np.inf, 0.0), (0.0, -np.inf), (500.0, 0.0), (0.0, 77.0)],
-)
-def test_bad_readings_are_bridged_and_then_stop_the_motors(gyro, wheels):
-    controller = started(0.1, missing=3)
-    good = controller.step(0.0, 0.0)
-    for _ in range(3):
-        assert controller.step(gyro, wheels) == pytest.approx(good, abs=0.01)
-    assert why(controller) == ["running"]
-    assert controller.step(gyro, wheels) == 0
-    assert why(controller) == ["sensor"]
-    assert controller.step(0.0, 0.0) == 0  # until it's started again
-    controller.start(0.1)
-    assert controller.step(0.0, 0.0) == good
-
-
 def test_a_good_reading_ends_the_count():
     controller = started(0.1, missing=1)
     for _ in range(5):
@@ -112,48 +54,6 @@ def test_while_the_encoder_is_silent_the_wheels_roll_on():
     controller.start(0.0)
     rates = [controller.step(0.0, w)[0] for w in (0.02, 0.04, NAN, NAN, 0.10)]
     assert np.allclose(rates, 2.0)
-
-
-def test_after_a_gap_the_wheels_may_have_turned_further():
-    one = 100.0 * T  # rad in a tick at the fastest rate
-    controller = started(missing=5)
-    controller.step(0.0, NAN)
-    controller.step(0.0, 1.5 * one)
-    assert controller.lost[0] == 0
-    controller.step(0.0, 3.0 * one)
-    assert controller.lost[0] == 1
-
-
-def test_a_gyro_that_repeats_itself_is_dead():
-    noise = np.random.default_rng(5).normal(0, 0.01, 100)
-    living, dead = started(0.0, frozen=10), started(0.0, frozen=10)
-    for k, gyro in enumerate(noise):
-        living.step(gyro, 0.0)
-        dead.step(noise[min(k, 49)], 0.0)
-        assert (k > 59) == (why(dead) == ["sensor"])
-    assert why(living) == ["running"]
-    trusting = started(0.0)
-    for _ in range(500):
-        trusting.step(0.0, 0.0)
-    assert why(trusting) == ["running"]
-
-
-@pytest.mark.parametrize(
-    "steps, reason",
-    [([(50.0, 0.0)] * 4, "fall"), ([(30.0, 0.0), (-30.0, 0.0)] * 30, "stall")],
-)
-def test_falls_and_stalls_stop_the_motors(steps, reason):
-    controller = started(0.0)
-    for gyro, wheels in steps:
-        V = controller.step(gyro, wheels)
-    assert V == 0 and why(controller) == [reason]
-
-
-def test_a_command_that_is_no_number_stops_the_motors():
-    for target in (NAN, np.inf, 1e9):
-        controller = started(0.1)
-        assert controller.step(0.0, 0.0, target=target) == 0
-        assert why(controller) == ["command"]
 
 
 @pytest.mark.parametrize("kind", [float, np.float32])

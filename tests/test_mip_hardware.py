@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from sosbook.mip import Firmware, Mip, simulate
 from sosbook.mip.compiled import FLAGS
-from sosbook.mip.export import c_header, c_source, serial_main
+from sosbook.mip.export import c_header, c_source, c_steering, serial_main
 
 from sosbook.pendulum.hardware import Board
+from sosbook.pendulum.steering import Steering
 from tests.compiler import find, refuse, run
 from tests.test_mip_export import LAWS, STRICT
 
 FIRMWARE = Firmware(LAWS["PID"], blend=0.005, frozen=12, deaf=25, compensation=0.1)
+STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
 #: Compiler, flags, and the precision whose digits it has.
 CROSS = {
     "Cortex-M0": ("arm-none-eabi-gcc", ["-mcpu=cortex-m0", "-mthumb"], "single"),
@@ -108,7 +110,11 @@ def test_compilers_of_microcontrollers_take_it_without_a_warning(target, tmp_pat
         pytest.skip(f"NO {compiler}: apt-get install gcc-{compiler[:-4]} brings it")
     found = [word for word in STRICT if word != "-Wfloat-equal"]
     strict = [*FLAGS, *found, *flags]
-    run(compiler, *strict, "-c", source(tmp_path, precision), "-o", tmp_path / "a.o")
+    for name, text in c_steering(STEERING, precision=precision).items():
+        (tmp_path / name).write_text(text, "utf-8")
+    law, out = source(tmp_path, precision), tmp_path / "a.o"
+    for path in (tmp_path / "balance_steer.c", law):
+        run(compiler, *strict, "-c", path, "-o", out)
     names = run(compiler.replace("gcc", "nm"), "--undefined-only", tmp_path / "a.o")
     # arithmetic of the compiler's own and copies, and nothing of a library
     assert all(

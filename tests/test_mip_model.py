@@ -7,24 +7,19 @@ rates, alpha and beta for the accelerations.
 
 from dataclasses import replace
 
-import control
 import flint
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.linalg import solve_continuous_are
 from scipy.optimize import nnls
 from sosbook.mip import R_G, V_MAX, Mip, polytope, vertices
 
 import sosbook as sos
-from sosbook.plants.descriptor import descriptors
 
 PRINT = sos.thesis.mip()
 MIP = Mip.printed()
 ROTORS = Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=True)
 UNPRINTED = dict(M_b=0.272, l=0.040, r=0.032, M_w=0.027, g=9.8)
-OTHER = dict(M_b=0.263, l=0.036, g=9.8)
-
 NAMES = (
     "s",
     "c",
@@ -311,22 +306,6 @@ def test_both_forms_are_one_plant(mip):
         )
 
 
-def spectrum(M, D, S, B, K):
-    zero, one = np.zeros((2, 2)), np.eye(2)
-    right = np.linalg.solve(M, np.hstack([-S, -D]) + B @ K)
-    return np.linalg.eigvals(np.vstack([np.hstack([zero, one]), right]))
-
-
-@pytest.mark.parametrize("R", [1, 2, 5])
-def test_signs_that_the_printed_gains_need(R):
-    """-D and -S of (4.25); the sign of B from there, not from (4.15)."""
-    K = PRINT.pd[R]
-    for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
-        assert spectrum(M, -D, -S, B, K).real.max() < -0.1
-        assert spectrum(M, D, S, B, K).real.max() > 1
-        assert spectrum(M, -D, -S, -B, K).real.max() > 1
-
-
 # ---- printed digits
 
 
@@ -358,57 +337,6 @@ def test_vertices_of_4_25_follow(k):
     assert np.array_equal(v.F, PRINT.F)
 
 
-def identified(M_b, l, g=9.8, **unused):
-    """The four formulas above (4.25), without Delta."""
-    q, Rg = PRINT.ratios, PRINT.constants["R_g"]
-    d = M_b * g * l
-    return dict(
-        I_b=(d - M_b * l**2 * q["d_c"]) / q["d_c"],
-        C_m=d * q["f_c"] / (2 * Rg**2 * q["d_c"]),
-        t_m=d * PRINT.constants["V_max"] * q["e_c"] / (2 * Rg * q["d_c"]),
-        I_w=d * q["e_c"] / (2 * q["d_c"] * q["e_a"]),
-    )
-
-
-UNITS = dict(I_b=(1e-4, 2), C_m=(1e-6, 2), t_m=(1, 4), I_w=(1e-5, 4))
-
-
-def test_identified_parameters_follow_from_another_set():
-    """M_b = 0.263 and l = 0.036; I_w, too, to five digits."""
-    for name, value in identified(**OTHER).items():
-        assert np.isclose(
-            digits(value, *UNITS[name]), PRINT.identified[name], rtol=1e-12
-        ), name
-
-
-def test_the_two_sets_contradict_each_other():
-    """By 13 % of d; neither explains the other's digits."""
-    for name, value in identified(**UNPRINTED).items():
-        assert abs(value / PRINT.identified[name] - 1) > 0.05, name
-    torque = {
-        name: k["M_b"] * k["g"] * k["l"]
-        for name, k in (("un", UNPRINTED), ("other", OTHER))
-    }
-    assert round(1 - torque["other"] / torque["un"], 2) == 0.13
-    assert round(torque["un"], 4) == PRINT.letters["d"]
-    assert round(torque["other"], 4) != PRINT.letters["d"]
-    # and the identified I_w is half of e / (e/a) with the letters' e
-    assert np.isclose(identified(**UNPRINTED)["I_w"], MIP.I_w)
-
-
-def test_printed_masses_are_swapped():
-    """No l makes both b and d from M_b = 0.027, r = 0.034."""
-    k, said = PRINT.constants, PRINT.letters
-    assert k["M_b"] < k["M_w"]
-    from_d = said["d"] / (k["M_b"] * k["g"])
-    assert from_d > 0.4  # the thing is a hand high
-    # b / d = r / g holds for any M_b and l: r is 0.032
-    radius = said["b"] / said["d"] * k["g"]
-    assert round(radius, 3) == 0.032 != k["r"]
-    least = k["r"] ** 2 * (k["M_b"] + 2 * k["M_w"])
-    assert least > said["a"][0]  # already without wheel inertia
-
-
 def test_where_delta_belongs():
     """I_b and C_m have none; I_w has that of e/c over that of e/a."""
     corners = vertices(MIP)
@@ -418,13 +346,6 @@ def test_where_delta_belongs():
     # Delta alone wouldn't give the printed range of a
     narrow = [MIP.a + 2 * MIP.I_w * x for x in (-0.04, 0.04)]
     assert not np.allclose(digits(narrow, 1e-3), PRINT.letters["a"][1:], rtol=1e-3)
-
-
-def test_the_experiments_contradict_each_other():
-    q = PRINT.ratios
-    gap = (q["e_a"] / q["f_a"]) / (q["e_c"] / q["f_c"]) - 1
-    assert round(gap, 2) == 0.48
-    assert gap > (1 + PRINT.spread) / (1 - PRINT.spread) - 1
 
 
 def test_f_a_reconciles_the_four_ratios():
@@ -442,82 +363,6 @@ def test_f_a_reconciles_the_four_ratios():
     plain = Mip.from_ratios(30, 7, 110, 200)
     for name in "abcdef":
         assert np.isclose(getattr(fair, name), getattr(plain, name))
-
-
-def test_4_27_pairs_vertex_1_with_the_input_of_vertex_4():
-    keep = np.ix_([0, 1], [0])
-    assert np.allclose(PRINT.E_1[1:, 1:], PRINT.M[0])
-    assert np.allclose(PRINT.A_1[1:, :1], PRINT.S[0][keep])
-    assert np.allclose(PRINT.A_1[1:, 1:], PRINT.D[0])
-    assert np.allclose(PRINT.B_1[1:], PRINT.B[3])
-    assert not np.allclose(PRINT.B_1[1:], PRINT.B[0], rtol=0.05)
-
-
-@pytest.mark.parametrize("R", [1, 2])
-def test_4_27_needs_the_wheels_rate(R):
-    """[theta, theta', phi'] and Table 4.3 are stable; phi isn't there."""
-    K = PRINT.lqe[R][0]
-    for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
-        right = np.linalg.solve(M, np.hstack([S[:, :1], D]) + B @ K)
-        A = np.vstack([[0, 1, 0], right])
-        assert np.linalg.eigvals(A).real.max() < -1
-    # phi moves nothing but itself, so C doesn't see it
-    v = MIP.plant()
-    A = np.vstack(
-        [
-            np.hstack([np.zeros((2, 2)), np.eye(2)]),
-            np.linalg.solve(v.M, np.hstack([-v.S, -v.D])),
-        ]
-    )
-    rates = np.hstack([np.zeros((2, 2)), np.eye(2)])
-    assert np.linalg.matrix_rank(control.obsv(A, rates)) == 3
-    rest = [0, 2, 3]
-    seen = control.obsv(A[np.ix_(rest, rest)], PRINT.C)
-    assert np.linalg.matrix_rank(seen) == 3
-
-
-def test_4_28_is_of_table_4_3_and_both_rates():
-    """u = -H y, R = 2, mean matrices; as far as L's digits allow."""
-    K, gain = PRINT.lqe[2]
-    v = sos.Polytope([x.printed_form() for x in vertices(MIP)]).mean
-    right = np.hstack([-v.S[:, :1], -v.D]) + v.B @ K
-    A = np.vstack([[0, 1, 0], np.linalg.solve(v.M, right)])
-    A = A + gain @ PRINT.C
-    *channels, poles = PRINT.controller
-    assert np.allclose(np.sort(np.linalg.eigvals(A).real), poles, rtol=0.01)
-    for k, (first, zeros) in enumerate(channels):
-        assert np.isclose((K @ gain)[0, k], first, rtol=1e-3)
-        found = control.zeros(control.ss(A, gain[:, [k]], K, 0))
-        for zero in zeros:
-            assert np.abs(found / zero - 1).min() < 0.01
-
-
-def test_table_4_2_integrates_the_wheels_angle():
-    """x3 = integral of phi: stable; of phi': a pole stays at zero."""
-    for K in PRINT.pid.values():
-        for M, D, S, B in zip(PRINT.M, PRINT.D, PRINT.S, PRINT.B):
-            A = np.zeros((5, 5))
-            A[:2, 2:4] = np.eye(2)
-            A[2:4] = np.linalg.solve(M, np.hstack([S, D, np.zeros((2, 1))]) + B @ K)
-            angle, rate = A.copy(), A.copy()
-            angle[4, 1], rate[4, 3] = 1, 1
-            assert np.linalg.eigvals(angle).real.max() < -0.1
-            assert np.abs(np.linalg.eigvals(rate)).min() < 1e-6
-
-
-@pytest.mark.parametrize("table, column", [("pd", 1), ("pid", 4)])
-def test_tables_are_of_R_1_2_and_5(table, column):
-    """Q = I: the gain on the slowest integrator is 1 / sqrt(R)."""
-    found = [K[0, column] for K in getattr(PRINT, table).values()]
-    assert np.allclose(found, 1 / np.sqrt([1, 2, 5]), atol=4e-4)
-    v = MIP.printed_form()
-    for R in (1, 2, 3, 5):
-        U = [[0, 1]] if table == "pid" else None
-        (d,) = descriptors(v, U)
-        A, B, _ = d.state_space()
-        P = solve_continuous_are(A, B, np.eye(len(A)), [[R]])
-        gain = -np.linalg.solve([[R]], B.T @ P)[0, column]
-        assert np.isclose(abs(gain), 1 / np.sqrt(R), rtol=1e-6)
 
 
 # ---- the polytope

@@ -76,6 +76,10 @@ STEERED = {
 }
 
 
+OPTIONAL = {"g", "jitter", "blend", "compensation", "edges", "law", "tip", "missing"}
+OPTIONAL |= {"frozen", "stall", "deaf", "board", *STEERED}
+
+
 @pytest.mark.parametrize("robot", [THESIS, GEARS])
 def test_a_description_survives_its_file(robot, tmp_path):
     (tmp_path / "robot.toml").write_text(text(robot), "utf-8")
@@ -89,6 +93,9 @@ def test_a_description_survives_its_file(robot, tmp_path):
         ({"wheels": {}}, "unknown key wheels"),
         ({"zzz": 1}, "the keys are name, M_b"),
         ({"M_b": -1}, "M_b .mass of the body.* above 0 .* kg, got -1"),
+        ({"M_b": 272.0}, "M_b .*at most 100 kg"),  # in grams
+        ({"M_w": 27.0}, "M_w .*at most 20 kg"),
+        ({"l": 40.0}, "l .*at most 2 m"),  # in mm
         ({"M_b": "1"}, "M_b"),
         ({"M_b": True}, "M_b"),
         ({"l": float("nan")}, "l .from the axle"),
@@ -114,27 +121,7 @@ def test_a_wrong_key_is_named_with_what_it_must_be(change, words, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "key",
-    [
-        x.name
-        for x in fields(Robot)
-        if x.name
-        not in (
-            "g",
-            "jitter",
-            "blend",
-            "compensation",
-            "edges",
-            "law",
-            "tip",
-            "missing",
-            "frozen",
-            "stall",
-            "deaf",
-            "board",
-            *STEERED,
-        )
-    ],
+    "key", [x.name for x in fields(Robot) if x.name not in OPTIONAL]
 )
 def test_a_missing_key_is_named(key):
     with pytest.raises(ValueError, match=key):
@@ -212,37 +199,39 @@ def record(robot, folder, amplitude=4.0):
         log.write(folder / name)
 
 
-#: What a change of each key must and mustn't change in the code, with
-#: all comments and notes left out.
-ARRIVES = {
-    "M_b": {LAW, PYCTRL},
-    "l": {LAW, PYCTRL},
-    "r": {LAW, PYCTRL},
-    "M_w": {LAW, PYCTRL},
-    "g": {LAW, PYCTRL},
-    "counts": {LAW, RC, PYCTRL},
-    "rotors": {LAW, PYCTRL},
-    "friction": {LAW, PYCTRL},
-    "limit": {LAW, RC, PYCTRL},
-    "T": {LAW, RC, PYCTRL},
-    "blend": {LAW, PYCTRL},
-    "tip": {LAW, PYCTRL},
-    "compensation": {LAW, PYCTRL},
-    "law": {LAW, PYCTRL},
-    "missing": {LAW, PYCTRL},
-    "frozen": {LAW, PYCTRL},
-    "stall": {LAW, PYCTRL},
-    "deaf": {LAW, PYCTRL},
-    "gyro_range": {LAW, PYCTRL},
-    "mount": {RC, PYCTRL},
-    "nominal": {RC, PYCTRL},
-    "battery": {RC},
-    "motor_polarities": {RC, PYCTRL},
-    "encoder_polarities": {RC, PYCTRL},
-    "motor_channels": {RC},
-    "encoder_channels": {RC},
+#: Another value of each key, and which files' code it changes, all comments and notes
+#: left out.
+CHANGES = {
+    "name": ("other", set()),
+    "M_b": (0.28, {LAW, PYCTRL}),
+    "l": (0.041, {LAW, PYCTRL}),
+    "r": (0.033, {LAW, PYCTRL}),
+    "M_w": (0.03, {LAW, PYCTRL}),
+    "g": (9.81, {LAW, PYCTRL}),
+    "counts": (2100.0, {LAW, RC, PYCTRL}),
+    "gyro_range": (17.5, {LAW, PYCTRL}),
+    "limit": (6.5, {LAW, RC, PYCTRL}),
+    "rotors": (True, {LAW, PYCTRL}),
+    "friction": (True, {LAW, PYCTRL}),
+    "T": (0.005, {LAW, RC, PYCTRL}),
+    "delay": (0.008, set()),
+    "jitter": (0.001, set()),
+    "blend": (0.006, {LAW, PYCTRL}),
+    "tip": (0.8, {LAW, PYCTRL}),
+    "compensation": (0.25, {LAW, PYCTRL}),
+    "law": ("lqr", {LAW, PYCTRL}),
+    "missing": (4, {LAW, PYCTRL}),
+    "frozen": (13, {LAW, PYCTRL}),
+    "stall": (49, {LAW, PYCTRL}),
+    "deaf": (24, {LAW, PYCTRL}),
+    "mount": (0.5, {RC, PYCTRL}),
+    "nominal": (7.3, {RC, PYCTRL}),
+    "battery": ((5.5, 8.9), {RC}),
+    "motor_channels": ((1, 4), {RC}),
+    "motor_polarities": ((-1, 1), {RC, PYCTRL}),
+    "encoder_channels": ((1, 4), {RC}),
+    "encoder_polarities": ((-1, 1), {RC, PYCTRL}),
 }
-SAID = {"name", "delay", "jitter", "board"}  # in words alone
 
 
 def code(path):
@@ -286,42 +275,9 @@ def written(found, folder):
     return {path.name: path for path in found.write(folder)}
 
 
-CHANGES = {
-    "name": "other",
-    "M_b": 0.28,
-    "l": 0.041,
-    "r": 0.033,
-    "M_w": 0.03,
-    "g": 9.81,
-    "counts": 2100.0,
-    "gyro_range": 17.5,
-    "limit": 6.5,
-    "rotors": True,
-    "friction": True,
-    "T": 0.005,
-    "delay": 0.008,
-    "jitter": 0.001,
-    "blend": 0.006,
-    "tip": 0.8,
-    "compensation": 0.25,
-    "law": "lqr",
-    "missing": 4,
-    "frozen": 13,
-    "stall": 49,
-    "deaf": 24,
-    "mount": 0.5,
-    "nominal": 7.3,
-    "battery": (5.5, 8.9),
-    "motor_channels": (1, 4),
-    "motor_polarities": (-1, 1),
-    "encoder_channels": (1, 4),
-    "encoder_polarities": (-1, 1),
-}
-
-
 def test_the_list_of_keys_is_whole():
     keys = {x.name for x in fields(Robot)} - {"edges"}  # see test_mip_counts
-    assert keys - set(STEERED) == set(ARRIVES) | SAID == set(CHANGES) | {"board"}
+    assert keys - set(STEERED) == set(CHANGES) | {"board"}
     assert keys > set(STEERED) == {"track", *STEERING}
 
 
@@ -357,7 +313,7 @@ CHAINED = "counts", "T", "delay", "jitter", "law"
 @pytest.mark.slow
 @pytest.mark.parametrize("key", FITTED)
 def test_each_key_of_the_fit_changes_the_robot(key, base):
-    robot = THESIS.but(**{key: CHANGES[key]})
+    robot = THESIS.but(**{key: CHANGES[key][0]})
     logs = (Log.read(DATA / f"{name}.csv") for name in ("body", "wheels"))
     assert identify(*logs, **robot.identification).mip != base.mip
 
@@ -371,7 +327,7 @@ def test_each_key_of_the_fit_changes_the_robot(key, base):
     ],
 )
 def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
-    robot = THESIS.but(**{key: CHANGES[key]})
+    robot = THESIS.but(**{key: CHANGES[key][0]})
     if key in CHAINED:
         found = deploy(DATA / "body.csv", DATA / "wheels.csv", robot)
     else:
@@ -382,7 +338,7 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
         for name in theirs
         if name in ours and code(ours[name]) != code(theirs[name])
     }
-    assert {LAW, RC, PYCTRL} & changed == (ARRIVES.get(key, set()) & set(ours))
+    assert {LAW, RC, PYCTRL} & changed == (CHANGES[key][1] & set(ours))
     assert Model.read(ours["model_balance.json"]).robot == robot
     said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for name, path in ours.items():  # and every file of words says it

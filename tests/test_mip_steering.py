@@ -2,7 +2,6 @@
 
 import ctypes
 import io
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -28,10 +27,9 @@ from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_pla
 from sosbook.proofs import load
 from tests.compiler import run
 from tests.gains import named
-from tests.test_mip_hardware import CROSS
 from tests.test_mip_recording import cpp, sketch_flags
 from tests.test_mip_sketch import BOARD
-from tests.turning import TURNER, advance, drive
+from tests.turning import TURNER, advance, drive, steer_functions
 
 assert cpp  # a fixture
 fake_pyctrl = programs.fake_pyctrl
@@ -271,22 +269,9 @@ class Program:
         library = folder / "steer.so"
         flags = [*FLAGS, *programs.STRICT, "-shared", "-fPIC"]
         run(*gcc, *flags, folder / "balance_steer.c", "-o", library)
-        self.real = {"double": ctypes.c_double, "single": ctypes.c_float}[precision]
-        library = ctypes.CDLL(str(library))
-        fields = [(x, self.real) for x in ("turned", "zero", "sum")]
-        State = type(
-            "S", (ctypes.Structure,), {"_fields_": [*fields, ("lost", ctypes.c_int)]}
-        )
-        self.state, self.volts = State(), (self.real * 2)()
-        self._start, self._step = library.balance_steer_start, library.balance_steer
-        self._start.argtypes = [ctypes.POINTER(State), self.real, self.real]
-        self._step.argtypes = [
-            ctypes.POINTER(State),
-            ctypes.c_void_p,
-            *4 * [self.real],
-            ctypes.POINTER(self.real),
-        ]
-        self._start.restype = self._step.restype = None
+        real = {"double": ctypes.c_double, "single": ctypes.c_float}[precision]
+        functions = steer_functions(ctypes.CDLL(str(library)), real)
+        self.state, self.volts, self._start, self._step = functions
 
     def start(self, tilt, left, right, bias=0.0):
         self.law.start(tilt, (left + right) / 2, bias)
@@ -348,26 +333,6 @@ def test_robots_side_by_side_steer_as_each_does_alone(kind):
     assert fleet.sum.any() and fleet.sum.tolist() == [one.sum[0] for one in single]
 
 
-def test_balance_takes_what_it_needs_first():
-    steered = STEERING.controller()
-    for V, room in ((0.0, 1.85), (6.4, 1.0), (7.4, 0.0), (-7.0, 0.4)):
-        steered.start(0.0, 0.0)
-        left, right = steered.step([V], [0], -0.4, 0.4, target=50.0)
-        assert (right - left)[0] / 2 == pytest.approx(room)
-        assert (right + left)[0] / 2 == pytest.approx(V)
-    assert steered.step([3.0], [2], 0, 0) == (0, 0)  # after a fault
-
-
-def test_encoders_that_come_back_are_believed_again():
-    steered = STEERING.controller()
-    steered.start(0.0, 0.0)
-    for k in range(4):
-        left, right = steered.step([1.0], [0], 0.0, np.nan)
-        assert left == right == 1.0 and steered.lost == k + 1
-    left, right = steered.step([1.0], [0], 0.0, 8.0)  # in five ticks it may turn so
-    assert left > right and steered.lost == 0
-
-
 @pytest.mark.parametrize("start", [(np.nan, 0.1), (0.3, np.nan), (np.inf, -np.inf)])
 @pytest.mark.usefixtures("fake_pyctrl")
 def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_path):
@@ -398,19 +363,6 @@ def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_pat
     room = 2 * STEERING.volts
     later = -0.1 * K[0] + 0.1 / T * K[1] - 0.2 * T * K[2]
     assert pushed[3] == pytest.approx(np.clip(later, -room, room))
-
-
-@pytest.mark.parametrize("target", CROSS)
-def test_no_computers_compiler_warns(target, tmp_path):
-    command, flags, precision = CROSS[target]
-    if shutil.which(command) is None:
-        pytest.skip(f"NO {command}")
-    programs.write(tmp_path, FIRMWARE, precision=precision)
-    for name, text in c_steering(STEERING, precision=precision).items():
-        (tmp_path / name).write_text(text, "utf-8")
-    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", *programs.STRICT]
-    out = tmp_path / "a.o"
-    run(command, *flags, *strict, "-c", tmp_path / "balance_steer.c", "-o", out)
 
 
 # On a robot whose motors differ

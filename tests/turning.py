@@ -6,6 +6,7 @@ mass and its inertia about the vertical move as it tips; a wheel's motor may be
 stronger than the other's.
 """
 
+import ctypes
 from dataclasses import dataclass
 from math import cos, sin, tanh
 
@@ -111,3 +112,15 @@ def drive(turner, volts_of, speed=0.0, turn=0.0, seconds=12.0, tilt=0.05, seed=0
 
 #: The first of the six, which has a track of 70 mm here.
 TURNER = Turner(SIX[0], 0.07, 1.5e-4)
+
+
+def steer_functions(library, real):
+    """State, volts, start and step of a library of balance_steer.c in a precision."""
+    fields = [*[(x, real) for x in ("turned", "zero", "sum")], ("lost", ctypes.c_int)]
+    State = type("State", (ctypes.Structure,), {"_fields_": fields})
+    start, step = library.balance_steer_start, library.balance_steer
+    start.argtypes = [ctypes.POINTER(State), real, real]
+    numbers = [*4 * [real], ctypes.POINTER(real)]
+    step.argtypes = [ctypes.POINTER(State), ctypes.c_void_p, *numbers]
+    start.restype = step.restype = None
+    return State(), (real * 2)(), start, step
