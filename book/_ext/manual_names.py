@@ -190,6 +190,6 @@ def _all_modules():
     stems = (
         ".".join(p.relative_to(folder.parent).with_suffix("").parts)
         for p in sorted(folder.rglob("*.py"))
-        if p.stem != "__main__"
+        if p.stem != "__main__" and p.parent.name != "templates"  # programs of a robot
     )
     return [import_module(s.removesuffix(".__init__")) for s in stems]
