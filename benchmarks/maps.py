@@ -33,7 +33,7 @@ def grid(rows=25, columns=40):
 def point(request):
     """P, Y and so on in the plant's own coordinates, or None."""
     lmis = Pid.of(request, framed=True).lmis
-    values = lmis.find(refute=False, start=lmis.guess()).values
+    values = lmis.find(refuse=False, start=lmis.guess()).values
     return None if values is None else lmis.in_plant_units(values)
 
 

@@ -62,10 +62,10 @@ ATTACKED = 5  # an attack to every fifth request
 CROSS_CHECK = 5  # every fifth request goes to Clarabel, too
 DIGITS = (6, 12, 17)
 EXACT = {
-    "FixedModeCertificate": "uncontrollable mode",
-    "SingularMassCertificate": "singular mass",
-    "SmallInputCertificate": "small input",
-    "UnreachedResponseCertificate": "unreached response",
+    "FixedModeRefusal": "uncontrollable mode",
+    "SingularMassRefusal": "singular mass",
+    "SmallInputRefusal": "small input",
+    "UnreachedResponseRefusal": "unreached response",
 }
 
 

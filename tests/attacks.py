@@ -5,7 +5,7 @@ from flint import fmpq_mat
 
 import sosbook as sos
 from sosbook.exact.definite import exact
-from sosbook.synthesis.exclusion import excluding_mode
+from sosbook.synthesis.fixed_mode import refuse_by_mode
 from sosbook.synthesis.problem import Request
 from tests.random_plants import Case, Units
 
@@ -64,7 +64,7 @@ def attack(seed):
 
 def _does_it(plant, K, region):
     """Whether the gain, as floats, puts all poles into the region: exactly."""
-    return excluding_mode(Request(plant, region=region, gain=K)) is None
+    return refuse_by_mode(Request(plant, region=region, gain=K)) is None
 
 
 def _plant(rng, kind):

@@ -138,9 +138,9 @@ def test_multipliers_of_other_modes_are_refused():
     small = request.at(plant=modes.plant(), U=None)
     found = solve_delay(small).infeasibility
     multipliers = list(found.multipliers.values())
-    assert modes.refuted(small, multipliers)
+    assert modes.refused(small, multipliers)
     tame = replace(modes, Lam=modes.Lam - 5 * np.eye(3, dtype=int))
-    assert not tame.refuted(small, multipliers)
+    assert not tame.refused(small, multipliers)
 
 
 @pytest.mark.slow

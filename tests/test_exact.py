@@ -7,7 +7,7 @@ from flint import arb, fmpq, fmpq_mat
 from sosbook.exact.adjoint import Slopes, adjoint
 from sosbook.exact.definite import definite, exact, pivots, positive
 from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
-from sosbook.exact.refutation import semidefinite
+from sosbook.exact.refusal import semidefinite
 from sosbook.language.expression import Unknown, block, he
 
 

@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
-from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
+from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from tests.elements import assert_fits_a_phone, assert_readable, schemes
 
 LABELS = {
@@ -426,7 +426,7 @@ def test_a_cost_that_is_too_small_is_refused_and_says_what_helps(priced):
     first(priced).get_by_role("button", name="Prove it exactly").click()
     with priced.page.expect_download() as loading:
         first(priced).locator("a[download]").click()
-    proof = DesignInfeasibility(loading.value.path().read_text("utf8"))
+    proof = DesignRefusal(loading.value.path().read_text("utf8"))
     assert proof.proven and "its quadratic cost is below" in proof.claims[0]
 
 

@@ -17,7 +17,7 @@ from sosbook import proofs
 from sosbook.exact.definite import exact
 from sosbook.exact.proof import Examined, ProofFile
 from sosbook.exact.proof_text import checksum
-from sosbook.exact.refutation import semidefinite
+from sosbook.exact.refusal import semidefinite
 from sosbook.lmi import LMIProblem, Unknown, he
 from sosbook.plants.controllability import matrix_of
 from sosbook.proofs import check

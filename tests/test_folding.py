@@ -14,7 +14,7 @@ from sosbook.book.notebooks import BOOK, read
 
 NOTEBOOKS = sorted(BOOK.glob("*.ipynb"))
 DRAWN = ('<figure class="sos-figure"', "<sos-")
-CONTROL = re.compile(r"\bsos\.design_\w+\(|\.(certify|prove|refute)\(")
+CONTROL = re.compile(r"\bsos\.design_\w+\(|\.(certify|prove|refuse)\(")
 
 
 def cells(path):

@@ -8,7 +8,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.exact.refutation import InfeasibilityCertificate
 from sosbook.lmi import problem
 from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
@@ -405,13 +404,13 @@ def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
     def proof(problem, Z):
         """None, if they are multipliers of a few pairs."""
         if problem.pairs is not None:
-            return InfeasibilityCertificate(dict(enumerate(Z)))
-        return refute(problem, Z)
+            return None
+        return refuse(problem, Z)
 
-    refute = ScaledLMIs.refute
+    refuse = ScaledLMIs.refuse
     monkeypatch.setattr(feasibility, "search", search)
     monkeypatch.setattr(feasibility, "refused_by_input", lambda *_: None)
-    monkeypatch.setattr(ScaledLMIs, "refute", proof)
+    monkeypatch.setattr(ScaledLMIs, "refuse", proof)
     design = sos.design_pid(**asked)
     assert design.status == "infeasible" and whole == [False, True]
     assert len(design.infeasibility.multipliers) > 120
@@ -438,7 +437,7 @@ def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):
     first = feasibility.search(Request(whole.vertices[0], **asked))
     request = Request(whole, **asked)
     Z, frame = first.multipliers, first.problem.frame
-    proof = certificates.prove_infeasible(request, frame, Z, [(0, 0)])
+    proof = certificates.refuse_design(request, frame, Z, [(0, 0)])
     assert proof.proven and len(request.pairs) > 10
     built, make = [], check.Pair.__init__
 

@@ -13,7 +13,7 @@ import sosbook as sos
 from sosbook import maps
 from sosbook.studies.maps import edges as edges_module
 from sosbook.synthesis import feasibility
-from sosbook.synthesis.certificates import prove, prove_infeasible
+from sosbook.synthesis.certificates import prove, refuse_design
 from tests.elements import assert_buttons, green
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -299,7 +299,7 @@ def test_the_set_of_bounds_is_convex(force):
     """One certificate excludes a half-plane; no design lies in it."""
     for edge in force.edges:
         d = edge.excluded
-        proof = prove_infeasible(d.request, d.frame, d.multipliers)
+        proof = refuse_design(d.request, d.frame, d.multipliers)
         N, n = d.request.order, d.request.plant.n
         Z = {k: z.astype(float) for k, z in proof.multipliers.items()}
         b = np.trace(Z["hinf"][N : N + n, N : N + n])

@@ -17,7 +17,7 @@ from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.newton import newton_of
-from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
+from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
@@ -100,7 +100,7 @@ def agree(kernel, asked, undecided):
             (of_cones if r["lid"] else apart).append(off(r["K"], theirs.K))
             assert "proof" not in r or Certificate(r["proof"]).proven
         if "refusal" in r:
-            assert DesignInfeasibility(r["refusal"]).proven
+            assert DesignRefusal(r["refusal"]).proven
     assert not {("feasible", "infeasible"), ("infeasible", "feasible")} & {*verdicts}
     different = [v for v in verdicts if v[0] != v[1]]
     assert len(different) <= undecided, different
@@ -431,7 +431,7 @@ def test_a_cost_s_proof_and_refusal_pass_both_checkers(kernel, noise):
     costs = [sos.QuadraticCost(Q, R, noise, bound) for bound in bounds]
     good, bad = solved(kernel, [asked | {"cost": cost} for cost in costs])
     assert Certificate(good["proof"]).proven
-    assert DesignInfeasibility(bad["refusal"]).proven
+    assert DesignRefusal(bad["refusal"]).proven
     for text, bound in ((good["proof"], bounds[0]), (bad["refusal"], bounds[1])):
         words = f"quadratic cost is below {bound} times the largest noise"
         assert any(words in claim for claim in check.check(text))
@@ -463,7 +463,7 @@ def test_a_refusal_of_the_page_passes_both_checkers(
         asked.pop("mu", None)
     (r,) = solved(kernel, [asked])
     assert r["status"] == "infeasible"
-    refusal = DesignInfeasibility(r["refusal"])
+    refusal = DesignRefusal(r["refusal"])
     assert refusal.proven and refusal.value <= 0
     path = tmp_path / "refusal.json"
     path.write_text(r["refusal"], "utf8")
@@ -482,7 +482,7 @@ def test_a_refusal_of_another_plant_is_none(kernel):
     for vertex in data["plant"]["vertices"]:
         vertex["B"][0][0] = "1.5"
     data["checksum"] = checksum(data)
-    assert not DesignInfeasibility(json.dumps(data)).proven
+    assert not DesignRefusal(json.dumps(data)).proven
     with pytest.raises(check.Refused):
         check.check(json.dumps(data))
 

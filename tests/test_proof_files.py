@@ -19,7 +19,6 @@ import sosbook as sos
 from sosbook import proofs
 from sosbook.exact.proof import Proof, ProofFile
 from sosbook.exact.rational import decimal, exact, expanded, fraction, read_number
-from sosbook.exact.refutation import InfeasibilityCertificate
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.sampled import prove_schur
@@ -357,7 +356,6 @@ def test_every_kind_of_proof_is_tried():
 SPEAKERS = {
     "Examined": "the verdict on a file",
     "Proof": "matrices of the caller's own",
-    "InfeasibilityCertificate": "never proven: multipliers in floats",
     "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "FeasibilityMap": "those of the designs of its cells",
@@ -501,7 +499,6 @@ def test_other_proofs_are_computed_too():
     assert not replace(Proof({"P": good}, ("yes",)), matrices={"P": bad}).proven
     assert not Proof({}, ("never",)).proven
     assert Proof({"P": good}, ("yes",)).claims == ("yes",)
-    assert not InfeasibilityCertificate({"P": good}).proven
 
 
 def test_a_proof_is_built_from_the_plant_and_not_from_caches():

@@ -9,7 +9,7 @@ import sosbook as sos
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.plants.descriptor import descriptors
-from sosbook.synthesis.certificates import DesignInfeasibility
+from sosbook.synthesis.certificates import DesignRefusal
 from tests.cases import random_plant, random_request
 from tests.test_conic import scaled_blocks
 
@@ -119,7 +119,7 @@ def test_an_exact_proof_of_infeasibility_is_never_wrong(seed):
     d = sos.design_pid(**random_request(seed))
     if d.status == "infeasible" and d.infeasibility.proven:
         event("proven infeasible")
-        if isinstance(d.infeasibility, DesignInfeasibility):  # by multipliers
+        if isinstance(d.infeasibility, DesignRefusal):  # by multipliers
             assert d.infeasibility.value <= 0
         _, t, _ = clarabel_phase_one(scaled_blocks(d.request))
         assert t < 1e-6

@@ -13,7 +13,7 @@ import pytest
 import sosbook as sos
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.centre import Unbounded
-from sosbook.synthesis import exclusion, feasibility, objectives, regularization, slack
+from sosbook.synthesis import feasibility, objectives, reasons, regularization, slack
 
 ONE = [[1.0]]
 
@@ -62,7 +62,7 @@ def no_optimum(monkeypatch):
 
 def no_multipliers(monkeypatch):
     """Nothing is proven: what remains is what was seen in floats."""
-    monkeypatch.setattr(exclusion, "_proven_reach", lambda first: 0.0)
+    monkeypatch.setattr(reasons, "_proven_reach", lambda first: 0.0)
     return nearly_out_of_reach(monkeypatch)
 
 
@@ -126,7 +126,7 @@ def test_each_reason_is_given_where_it_holds(words, monkeypatch):
     assert re.search(words, design.reason), design.reason
     assert design.reason.endswith((".", "?")) and "  " not in design.reason
     if design.status == "infeasible":
-        assert design.exclusion.proven
+        assert design.infeasibility.proven
 
 
 def test_words_that_no_request_gives_are_known():
@@ -135,7 +135,7 @@ def test_words_that_no_request_gives_are_known():
         "The numerics found a point whose margin": feasibility,
         "Nothing was found with the slack scalars": slack,
         "No point was found from where": objectives,
-        "Exact multipliers exclude all": exclusion,
+        "Exact multipliers exclude all": reasons,
         "Exact multipliers of the LMIs exclude every {names}": objectives,
     }
     for words, module in rare.items():

@@ -119,8 +119,8 @@ def test_blocks_of_the_border_alone_belong_to_no_part(sizes):
 def test_a_slack_request_is_refuted_vertex_by_vertex(vertices, sizes):
     plant, asked = springs(vertices, region=sos.PoleRegion(3.0, rho=3.1))
     found = sos.design_pid(plant, **asked)
-    assert found.status == "infeasible" and found.exclusion.proven
-    held = {v for name in found.exclusion.multipliers for v in name.vertices}
+    assert found.status == "infeasible" and found.infeasibility.proven
+    held = {v for name in found.infeasibility.multipliers for v in name.vertices}
     assert len(held) > 1 and sizes == [sizes[0]] * len(held)
 
 

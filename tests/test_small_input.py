@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.plants.descriptor import descriptors
-from sosbook.proofs import SmallInputCertificate
+from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.problem import Request
-from sosbook.synthesis.small_input import excluding_input
+from sosbook.synthesis.small_input import refuse_by_input
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, random_case
 from tests.test_same_physics import as_units
@@ -119,7 +119,7 @@ def test_a_part_excludes_nothing_that_is_possible(seed):
         pytest.skip("no figure to compare with")
     for share in (1.0001, 5):
         easy = random_request(seed, share * max(least, 1e-6))
-        assert excluding_input(easy, search) is None
+        assert refuse_by_input(easy, search) is None
 
 
 @pytest.mark.slow
@@ -139,17 +139,17 @@ def test_several_plants_and_more_requirements():
 def test_what_the_proof_does_not_cover_stays_without_it():
     plant = one_mass(1, 0, -2, 1)
     whole = sos.Saturation(1.0, [1, 0], acceleration=True)
-    assert excluding_input(Request(plant, saturation=whole), search) is None
+    assert refuse_by_input(Request(plant, saturation=whole), search) is None
     given = Request(plant, saturation=sos.Saturation(1.0, [1, 0]), gain=[[-4, -1]])
-    assert excluding_input(given, search) is None
+    assert refuse_by_input(given, search) is None
     free = Request(plant, region=sos.PoleRegion(sigma=1))
-    assert excluding_input(free, search) is None
+    assert refuse_by_input(free, search) is None
 
 
 def test_the_file_says_which_modes():
     design = sos.design_pid(one_mass(1, 0, -2, 1), saturation=sos.Saturation(1, [1, 0]))
     proof = design.infeasibility
-    assert isinstance(proof, SmallInputCertificate) and proof.place == 0
+    assert isinstance(proof, SmallInputRefusal) and proof.place == 0
     assert proof.modes == pytest.approx([np.sqrt(2)])
     assert "1.414 rad/s" in design.reason
     again = json.loads(proof.text)
@@ -161,7 +161,7 @@ def test_the_file_says_which_modes():
 def test_random_requests_are_refused_in_all_units(seed, system):
     """Modes that are hardly normal, and one bound 2e-4 below the least."""
     plant, asked = in_units(random_case(seed, 6), *UNITS[system])
-    proof = excluding_input(Request(plant, **asked), search)
+    proof = refuse_by_input(Request(plant, **asked), search)
     assert proof is not None and proof.verify()
 
 
@@ -189,8 +189,8 @@ def moved(seed, share):
 def test_no_units_hide_the_mode_that_asks_for_most(seed, powers):
     plant, asked = moved(seed, 0.99)
     there = as_units(plant, powers, 0)
-    here = excluding_input(Request(plant, **asked), search)
+    here = refuse_by_input(Request(plant, **asked), search)
     request = Request(there.plant(plant), **there.requirements(asked))
-    other = excluding_input(request, search)
+    other = refuse_by_input(request, search)
     assert here.proven and other.proven
     assert other.modes * there.w0 == pytest.approx(here.modes)

@@ -15,7 +15,7 @@ from sosbook.exact.algebraic import _Factor
 from sosbook.exact.definite import definite, exact, pivots
 from sosbook.exact.proof import Examined
 from sosbook.exact.rational import AT_ONCE
-from sosbook.exact.refutation import excludes, semidefinite
+from sosbook.exact.refusal import excludes, semidefinite
 from sosbook.exact.repair import repair_multipliers
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
@@ -24,11 +24,12 @@ from sosbook.requirements.weights import square_factors
 from sosbook.runtime import time_limit as clock
 from sosbook.solver.newton import _conjugate_gradients
 from sosbook.synthesis import feasibility
-from sosbook.synthesis.exclusion import excluding_mass, excluding_mode
+from sosbook.synthesis.fixed_mode import refuse_by_mode
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
-from sosbook.synthesis.small_input import excluding_input
+from sosbook.synthesis.singular_mass import refuse_by_mass
+from sosbook.synthesis.small_input import refuse_by_input
 
 SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)
 P = Unknown("P", 2, symmetric=True)
@@ -60,9 +61,9 @@ EXACT = {  # what runs for long where a request is large
     ),
     "multipliers": lambda: excludes(LYAPUNOV, [P], dict(zip(LYAPUNOV, ZS))),
     "fixed part": lambda: fixed_part(*(exact(x) for x in _plant())),
-    "modes": lambda: excluding_mode(POLES),
-    "masses": lambda: excluding_mass(PAIRS),
-    "small input": lambda: excluding_input(FALL, feasibility.search),
+    "modes": lambda: refuse_by_mode(POLES),
+    "masses": lambda: refuse_by_mass(PAIRS),
+    "small input": lambda: refuse_by_input(FALL, feasibility.search),
     "blocks in rationals": lambda: PAIRS.in_unknowns(Frame.of(PAIRS), exact),
     "a proof": lambda: Examined.of({"P": SMALL}, ()),
     "phase one": lambda: ScaledLMIs(POLES, Frame.of(POLES)).find(),

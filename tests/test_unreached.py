@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, asked_in_units, in_units
 from sosbook.lmi.cones import clarabel_phase_one
-from sosbook.proofs import UnreachedResponseCertificate
+from sosbook.proofs import UnreachedResponseRefusal
 from sosbook.synthesis import unreached
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
-from sosbook.synthesis.unreached import excluding_response
+from sosbook.synthesis.unreached import refuse_by_response
 from tests.least_norm import least_norm
 from tests.random_plants import ODD, ODD_POWERS, float_blocks, random_case, scaled
 from tests.test_same_physics import as_units
@@ -35,8 +35,8 @@ def plant(seed):
 def test_the_bound_is_exact(seed):
     one, bound = plant(seed)
     U = np.eye(one.n)[:1] if seed % 2 else None
-    assert excluding_response(Request(one, U, gamma=1.01 * bound)) is None
-    proof = excluding_response(Request(one, U, gamma=0.97 * bound))
+    assert refuse_by_response(Request(one, U, gamma=1.01 * bound)) is None
+    proof = refuse_by_response(Request(one, U, gamma=0.97 * bound))
     assert proof.proven and proof.verify()
 
 
@@ -45,7 +45,7 @@ def test_clarabel_finds_no_loop_either(seed):
     one, bound = plant(seed)
     design = sos.design_pid(one, gamma=0.9 * bound)
     assert design.status == "infeasible"
-    assert isinstance(design.infeasibility, UnreachedResponseCertificate)
+    assert isinstance(design.infeasibility, UnreachedResponseRefusal)
     request = Request(one, gamma=0.9 * bound)
     _, t, _ = clarabel_phase_one(scaled(float_blocks(request, Frame.of(request))))
     assert t < 1e-6
@@ -62,7 +62,7 @@ def test_units_and_vertices_do_not_matter(unit):
         one.M * unit, one.D * unit, one.S * unit, one.B, one.F * unit
     )
     both = Request(sos.Polytope([soft, hard]), gamma=0.97 * bound)
-    assert excluding_response(both).data["vertex"] == 1
+    assert refuse_by_response(both).data["vertex"] == 1
 
 
 def test_a_given_gain_has_its_norm():
@@ -70,13 +70,13 @@ def test_a_given_gain_has_its_norm():
     K = np.zeros((one.m, 2 * one.n))
     norm = sos.analyse_pid(one, K, gamma=1e3).hinf()
     for factor, excluded in ((0.99, True), (1.01, False)):
-        proof = excluding_response(Request(one, gamma=factor * norm, gain=K))
+        proof = refuse_by_response(Request(one, gamma=factor * norm, gain=K))
         assert (proof is not None) == excluded
 
 
 def test_inputs_that_reach_everything_exclude_nothing():
     full = sos.SecondOrderSystem(*[np.eye(2)] * 5)
-    assert excluding_response(Request(full, gamma=1e-9)) is None
+    assert refuse_by_response(Request(full, gamma=1e-9)) is None
 
 
 @pytest.mark.parametrize("system", UNITS)
@@ -84,7 +84,7 @@ def test_inputs_that_reach_everything_exclude_nothing():
 def test_random_requests_are_refused_in_all_units(seed, system):
     """Forces are small in their rows next to the inputs' in some of the units."""
     plant, asked = in_units(random_case(seed, 6), *UNITS[system])
-    proof = excluding_response(Request(plant, **asked))
+    proof = refuse_by_response(Request(plant, **asked))
     assert proof is not None and proof.verify()
 
 
@@ -96,7 +96,7 @@ def test_no_units_hide_a_response(seed, powers):
     there = as_units(one, powers, 0)
     for factor, excluded in ((0.97, True), (1.01, False)):
         asked = there.requirements({"gamma": factor * bound})
-        proof = excluding_response(Request(there.plant(one), **asked))
+        proof = refuse_by_response(Request(there.plant(one), **asked))
         assert (proof is not None) == excluded
 
 
@@ -107,8 +107,8 @@ def test_integrators_hold_what_they_integrate():
     )
     held = Request(one, [[0.0, 1]], gamma=0.9)  # z1 = -1 at rest, z2 = 0
     free = Request(one, gamma=0.9)
-    assert excluding_response(held).proven
-    assert excluding_response(free) is None
+    assert refuse_by_response(held).proven
+    assert refuse_by_response(free) is None
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -126,7 +126,7 @@ def test_the_peak_between_frequencies_is_found(coupling, damping, unit):
     peak = 1 / np.sqrt(coupling**2 + damping**2 * (k - damping**2 / 4))
     for share, excluded in [(1 - 1e-9, True), (1 + 1e-9, False)]:
         there, asked = asked_in_units(plant, {"gamma": share * peak}, *UNITS[unit])
-        proof = excluding_response(Request(there, **asked))
+        proof = refuse_by_response(Request(there, **asked))
         assert (proof is not None and proof.verify()) == excluded
 
 
@@ -146,7 +146,7 @@ def test_an_output_that_is_always_zero_hides_nothing():
     plant = sos.DescriptorSystem(np.eye(4), A, B, B_w, C)
     design = sos.design_pid(plant, gamma=0.1)
     assert design.status == "infeasible"
-    assert isinstance(design.infeasibility, UnreachedResponseCertificate)
+    assert isinstance(design.infeasibility, UnreachedResponseRefusal)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -160,7 +160,7 @@ def test_all_frequencies_are_looked_at_together(seed, monkeypatch):
 
     monkeypatch.setattr(unreached, "_responses", counted)
     one, bound = plant(seed)
-    assert excluding_response(Request(one, gamma=0.5 * bound)).proven
+    assert refuse_by_response(Request(one, gamma=0.5 * bound)).proven
     (loop, omegas), (_, last) = calls
     assert len(omegas) > unreached.FREQUENCIES and len(last) == 1
     sizes, rows = together(loop, omegas)

@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook import widgets
 from sosbook.book.elements.answers import Answers
 from sosbook.book.elements.explorer import design_explorer
-from sosbook.synthesis.certificates import Certificate, DesignInfeasibility
+from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from tests.cases import random_cost_request, random_request
 from tests.page_requests import page_request
 from tests.test_book_explorers import EXPLORERS, asked_at, places
@@ -113,7 +113,7 @@ def test_an_answer_does_not_depend_on_the_last_one(wished):
 def test_proofs_are_files_of_the_package(wished):
     good, bad = (Answers()("prove", wished(s))["proof"] for s in (0.7, 2.3))
     assert good["proven"] and Certificate(good["text"]).proven and good["digits"] == 6
-    assert bad["proven"] and DesignInfeasibility(bad["text"]).proven
+    assert bad["proven"] and DesignRefusal(bad["text"]).proven
 
 
 def test_what_cannot_be_asked_is_said(wished):

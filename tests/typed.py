@@ -9,7 +9,7 @@ import numpy as np
 
 import sosbook as sos
 from sosbook.exact.proof import Unproven
-from sosbook.exact.refutation import InfeasibilityCertificate
+from sosbook.exact.refusal import Refusal
 from sosbook.synthesis.certificates import Certificate
 
 # Lists, numbers and arrays are taken for matrices.
@@ -45,7 +45,7 @@ assert_type(design.hinf(samples=10), float)
 assert_type(design.certify(time_limit=9.0), Certificate | Unproven)
 proven_gain: np.ndarray = design.certify().K
 assert_type(design.certify().proven, bool)
-assert_type(design.infeasibility, InfeasibilityCertificate | None)
+assert_type(design.infeasibility, Refusal | None)
 assert_type(design.advice, str)
 response = design.simulate(np.linspace(0, 9, 91), r=[1, 0], w=sos.Sine(1, 2))
 assert_type(response, sos.Response | list[sos.Response])

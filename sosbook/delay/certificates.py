@@ -6,7 +6,7 @@ from ..exact.definite import definite, exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, first_proven
 from ..exact.rational import decimal, decimals, expanded, read_array, read_number
-from ..exact.refutation import Exclusion, excluded_by
+from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..synthesis.certificates import excluding, frame_data, read_frame
@@ -15,14 +15,14 @@ from .request import DelayedLoop, DelayRequest
 
 __all__ = [
     "DelayCertificate",
-    "DelayInfeasibility",
+    "DelayRefusal",
     "claims",
-    "exclude_delay",
+    "delay_refusal",
     "in_frame",
     "problem_data",
     "prove_delay",
     "read_delay_request",
-    "refute_delay",
+    "refuse_delay",
 ]
 
 
@@ -84,8 +84,8 @@ class DelayCertificate(GainProof):
         }
 
 
-class DelayInfeasibility(Exclusion):
-    """Multipliers that exclude every functional; see `Exclusion` for the text."""
+class DelayRefusal(MultiplierRefusal):
+    """Multipliers that exclude every functional; its ``text`` is the file's."""
 
     kind = "infeasible delay"
 
@@ -142,17 +142,17 @@ def prove_delay(request, K, unknowns, digits=None):
     return first_proven(attempt, digits, **given_gain(request.gain))
 
 
-def refute_delay(request, Z):
-    """Exact multipliers of a request from float ones, Z, where the repair succeeds."""
+def refuse_delay(request, Z):
+    """The file of the multipliers Z of a request, made exact; None where that fails."""
     expressions, unknowns = request.in_unknowns(exact)
-    data = DelayInfeasibility.contents(request)
-    return excluded_by(DelayInfeasibility, data, expressions, unknowns, Z, str)
+    data = DelayRefusal.contents(request)
+    return DelayRefusal.mended(data, expressions, unknowns, Z, str)
 
 
-def exclude_delay(request, Z):
+def delay_refusal(request, Z):
     """The file of exact multipliers of a request: Z, from a block to Z_k >= 0."""
-    data = DelayInfeasibility.contents(request)
-    return DelayInfeasibility.of(DelayInfeasibility.written_from(data, Z, str))
+    data = DelayRefusal.contents(request)
+    return DelayRefusal.of(DelayRefusal.written_from(data, Z, str))
 
 
 def problem_data(request):

@@ -41,7 +41,7 @@ class DelayDesign(Gains, ReadOnly):
     margins : dict or None
         From a block's name to its smallest eigenvalue, after scaling
         its diagonal to one.
-    infeasibility : DelayInfeasibility or ModesInfeasibility or None
+    infeasibility : DelayRefusal or ModesRefusal or None
         The exact proof that the LMIs have no solution, with status
         "infeasible".
     reason : str

@@ -55,8 +55,8 @@ class Modes:
             np.eye(len(self.Lam)), _middle(self.Lam), _middle(self.B)
         )
 
-    def refuted(self, request, multipliers):
-        """Whether multipliers for the midpoints refute the modes too.
+    def refused(self, request, multipliers):
+        """Whether multipliers for the midpoints refuse the modes too.
 
         Parameters
         ----------

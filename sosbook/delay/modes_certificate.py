@@ -10,13 +10,13 @@ from ..exact.rational import (
     read_array,
     read_number,
 )
-from ..exact.refutation import Exclusion
+from ..exact.refusal import MultiplierRefusal
 from ..plants.descriptor_system import DescriptorSystem
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .certificates import claims, in_frame, problem_data, read_delay_request
 from .modes import modes_near
 
-__all__ = ["ModesInfeasibility"]
+__all__ = ["ModesRefusal"]
 
 BALLS = (
     "rationals alone can't redo this proof: it encloses eigenvalues in balls; "
@@ -24,12 +24,12 @@ BALLS = (
 )
 
 
-class ModesInfeasibility(Exclusion):
+class ModesRefusal(MultiplierRefusal):
     """Multipliers that exclude a design for some modes of a plant alone.
 
     Its ``text`` is a file with the plant, the modes in floats and multipliers
     for these floats. The modes themselves are irrational: `verify` encloses
-    them in balls and mends the multipliers, see `Modes.refuted`.
+    them in balls and mends the multipliers, see `Modes.refused`.
     """
 
     kind = "infeasible delay modes"
@@ -65,7 +65,7 @@ class ModesInfeasibility(Exclusion):
             }
             if Z.keys() != set(names):
                 return again, Examined.nothing("a block has no multiplier")
-            if not modes.refuted(small, [Z[name] for name in names]):
+            if not modes.refused(small, [Z[name] for name in names]):
                 return again, Examined.nothing("the modes leave the unknowns a way out")
         return again, examined
 

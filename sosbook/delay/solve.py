@@ -11,7 +11,6 @@ from ..runtime.time_limit import time_limit as limited
 from ..solver.deepest import ZERO_DEPTH
 from .design import DelayDesign
 from .points import alphas, deep_points, first_gain, problem_of
-from .refutation import refuted
 
 __all__ = ["centred_design", "first_design", "solve_delay", "without_alpha"]
 
@@ -70,7 +69,7 @@ def _solved(request, refuse, centred):
     refused = DelayDesign(request, "undecided", request.gain, reason=_reason(deep))
     if not refuse or deep.depth > 0 or deep.Z is None:
         return refused
-    proof = refuted(request, deep.Z)
+    proof = refuse(request, deep.Z)
     if proof is None:
         return refused
     return replace(refused, status="infeasible", reason="", infeasibility=proof)

@@ -75,7 +75,7 @@ class Examined:
         Names of the blocks that aren't positive definite, or what else
         is wrong.
     value : float or None
-        Of multipliers, see `InfeasibilityCertificate`.
+        Of multipliers, see `sosbook.exact.refusal.MultiplierRefusal`.
     """
 
     claims: tuple

@@ -13,11 +13,11 @@ from ..exact.rational import (
     read_array,
     round_digits,
 )
-from ..exact.refutation import Exclusion
+from ..exact.refusal import MultiplierRefusal
 from ..language.expression import Affine, Term, Unknown
 from ..runtime.names import sane_name
 
-__all__ = ["LMIInfeasibility", "LMIProof"]
+__all__ = ["LMIProof", "LMIRefusal"]
 
 OF_AN_AUTHOR = "proven of an author's LMIs:"
 
@@ -117,8 +117,8 @@ class LMIProof(ProofFile):
         }
 
 
-class LMIInfeasibility(Exclusion):
-    """Multipliers that exclude every point of some LMIs; see `Exclusion`.
+class LMIRefusal(MultiplierRefusal):
+    """Multipliers that exclude every point of some LMIs; see `MultiplierRefusal`.
 
     ``text`` is that of the file.
     """

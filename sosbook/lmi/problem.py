@@ -6,14 +6,14 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..exact.proof import PLACES
-from ..exact.refutation import excluded_by, excluded_radius
+from ..exact.refusal import excluded_radius
 from ..runtime.libraries import library
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
 from ..solver.centre import Unbounded, centre, minimize, phase_one
 from ..solver.newton import newton_of
-from .certificates import LMIInfeasibility, LMIProof
+from .certificates import LMIProof, LMIRefusal
 from .solution import LMISolution
 from .text import LMIText, rationals
 
@@ -77,12 +77,12 @@ class LMIProblem(LMIText):
         self.time_limit = checked_seconds(time_limit)
 
     @one_thread
-    def find(self, refute=True, start=None):
+    def find(self, refuse=True, start=None):
         """Any point inside, or multipliers that exclude every point.
 
         Parameters
         ----------
-        refute : bool
+        refuse : bool
             Look for multipliers where there is no point; takes longer.
         start : dict, optional
             Values of the unknowns by name, which needn't lie inside: where
@@ -93,15 +93,15 @@ class LMIProblem(LMIText):
         LMISolution
             The point that was found, or the lack of one.
         """
-        return self._limited(lambda: self._first(refute, start))
+        return self._limited(lambda: self._first(refuse, start))
 
     @one_thread
-    def solve(self, refute=True, within_bounds=False, start=None):
+    def solve(self, refuse=True, within_bounds=False, start=None):
         """The analytic centre, or multipliers that exclude every point.
 
         Parameters
         ----------
-        refute : bool
+        refuse : bool
             As in `find`.
         within_bounds : bool
             Bound the unknowns even where the set has a centre.
@@ -113,7 +113,7 @@ class LMIProblem(LMIText):
         LMISolution
             Where the set has no centre: that of a bounded part.
         """
-        first = self.find(refute, start)
+        first = self.find(refuse, start)
         if first.values is None:
             return first
 
@@ -237,7 +237,7 @@ class LMIProblem(LMIText):
                 break
         return proof
 
-    def refute(self, Z):
+    def refuse(self, Z):
         """Make float multipliers exact: they exclude every point.
 
         Parameters
@@ -247,12 +247,12 @@ class LMIProblem(LMIText):
 
         Returns
         -------
-        LMIInfeasibility, or InfeasibilityCertificate
-            The exact multipliers; those in floats where they can't be made exact.
+        LMIRefusal or None
+            The exact multipliers; None where those in floats can't be made exact.
         """
         expressions = self.in_unknowns(rationals)
-        data = LMIInfeasibility.contents(expressions, self.unknowns)
-        return excluded_by(LMIInfeasibility, data, expressions, self.unknowns, Z, str)
+        data = LMIRefusal.contents(expressions, self.unknowns)
+        return LMIRefusal.mended(data, expressions, self.unknowns, Z, str)
 
     def excluded_radius(self, Z):
         """The length of the shortest point that inexact multipliers don't exclude.
@@ -260,12 +260,12 @@ class LMIProblem(LMIText):
         Parameters
         ----------
         Z : list of arrays
-            As in `refute`.
+            As in `refuse`.
 
         Returns
         -------
         float
-            See `sosbook.exact.refutation.excluded_radius`.
+            See `sosbook.exact.refusal.excluded_radius`.
         """
         return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 
@@ -307,9 +307,9 @@ class LMIProblem(LMIText):
             note = str(error)
         return replace(first or LMISolution(self), note=note)
 
-    def _first(self, refute, start=None):
+    def _first(self, refuse, start=None):
         x = None if start is None else self.packed(start)
-        phase = phase_one(self.compiled, start=x, multipliers=refute)
+        phase = phase_one(self.compiled, start=x, multipliers=refuse)
         if phase.x is not None:
             return self._at(phase.x)
         return LMISolution(

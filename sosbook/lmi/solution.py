@@ -59,10 +59,10 @@ class LMISolution:
 
     @cached_property
     def infeasibility(self):
-        """`LMIInfeasibility`, an `InfeasibilityCertificate` in floats, or None."""
+        """The `LMIRefusal`; None where no multipliers were found and made exact."""
         if self.multipliers is None:
             return None
-        return self.problem.refute(self.multipliers)
+        return self.problem.refuse(self.multipliers)
 
     @cached_property
     def excluded(self):
@@ -73,7 +73,7 @@ class LMISolution:
         """
         if self.multipliers is None:
             return 0.0
-        if self.infeasibility.proven:
+        if self.infeasibility is not None:
             return inf
         return self.problem.excluded_radius(self.multipliers)
 

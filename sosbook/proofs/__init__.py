@@ -9,41 +9,41 @@ refusals by the slow modes of a delayed plant (eigenvalues in balls). These
 
 from pathlib import Path
 
-from ..delay.certificates import DelayCertificate, DelayInfeasibility
-from ..delay.modes_certificate import ModesInfeasibility
+from ..delay.certificates import DelayCertificate, DelayRefusal
+from ..delay.modes_certificate import ModesRefusal
 from ..exact.proof import ProofFile, kinds, load
-from ..lmi.certificates import LMIInfeasibility, LMIProof
+from ..exact.refusal import Refusal
+from ..lmi.certificates import LMIProof, LMIRefusal
 from ..sampled.certificate import SampledCertificate, SchurCertificate
-from ..synthesis.certificates import Certificate, DesignInfeasibility
-from ..synthesis.exclusion_certificates import (
-    FixedModeCertificate,
-    SingularMassCertificate,
-)
-from ..synthesis.observer_certificate import ObserverCertificate, ObserverInfeasibility
-from ..synthesis.regularity import MassInfeasibility, RegularityCertificate
-from ..synthesis.small_input_certificate import SmallInputCertificate
-from ..synthesis.unreached import UnreachedResponseCertificate
+from ..synthesis.certificates import Certificate, DesignRefusal
+from ..synthesis.fixed_mode import FixedModeRefusal
+from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusal
+from ..synthesis.regularity import MassRefusal, RegularityCertificate
+from ..synthesis.singular_mass import SingularMassRefusal
+from ..synthesis.small_input_certificate import SmallInputRefusal
+from ..synthesis.unreached import UnreachedResponseRefusal
 
 __all__ = [
     "CHECKER",
     "Certificate",
     "DelayCertificate",
-    "DelayInfeasibility",
-    "DesignInfeasibility",
-    "FixedModeCertificate",
-    "LMIInfeasibility",
+    "DelayRefusal",
+    "DesignRefusal",
+    "FixedModeRefusal",
     "LMIProof",
-    "MassInfeasibility",
-    "ModesInfeasibility",
+    "LMIRefusal",
+    "MassRefusal",
+    "ModesRefusal",
     "ObserverCertificate",
-    "ObserverInfeasibility",
+    "ObserverRefusal",
     "ProofFile",
+    "Refusal",
     "RegularityCertificate",
     "SampledCertificate",
     "SchurCertificate",
-    "SingularMassCertificate",
-    "SmallInputCertificate",
-    "UnreachedResponseCertificate",
+    "SingularMassRefusal",
+    "SmallInputRefusal",
+    "UnreachedResponseRefusal",
     "kinds",
     "load",
 ]

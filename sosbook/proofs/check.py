@@ -1660,11 +1660,11 @@ def check(text):
     whole = str(file.get("kind"))
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
-    *refuted, kind = whole.rsplit("infeasible ", 1)
-    if kind not in KINDS or refuted not in ([], [""]):
+    *refused, kind = whole.rsplit("infeasible ", 1)
+    if kind not in KINDS or refused not in ([], [""]):
         raise Beyond(f"a proof of the kind {whole!r} isn't known here")
     reader, names = KINDS[kind]
-    if refuted:
+    if refused:
         need(names.endswith(PROVEN), "there is no such refusal")
         names = names.replace(PROVEN, EXCLUDED)
         names += " coordinates" if kind == "design" else ""
@@ -1673,7 +1673,7 @@ def check(text):
     problem = reader(file)
     if isinstance(problem, list):  # of section 7
         claims = problem
-    elif refuted:
+    elif refused:
         exclude(problem, file)
         claims = problem.claims()
         if kind in ("design", "delay", "regularization"):

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from ..exact.definite import definite, exact
-from ..exact.refutation import semidefinite
+from ..exact.refusal import semidefinite
 from ..plants.checks import matrix
 from ..runtime.time_limit import check_time
 

@@ -247,7 +247,7 @@ def _refined(L, loops, rate):
             return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
 
         problem = LMIProblem(decay, [Unknown("P", len(L), symmetric=True)])
-        solution = problem.find(refute=False).values
+        solution = problem.find(refuse=False).values
         if solution is None:
             return L
         P = solution["P"]

@@ -204,7 +204,7 @@ def _hints(lmis):
     """
 
     def elsewhere(x):
-        led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refute=False).values
+        led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refuse=False).values
         return None if led is None else lmis.packed(led)
 
     few = few_refuse(lmis.request)

@@ -8,21 +8,20 @@ from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, Proof, first_proven
 from ..exact.rational import decimal, decimals, exact_margin, read_array, read_number
-from ..exact.refutation import Exclusion, InfeasibilityCertificate, excluded_by
+from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
 __all__ = [
     "Certificate",
-    "DesignInfeasibility",
-    "InfeasibilityCertificate",
+    "DesignRefusal",
     "Proof",
     "excluding",
     "frame_data",
     "prove",
-    "prove_infeasible",
     "read_frame",
+    "refuse_design",
 ]
 
 MANY_PAIRS = 10  # of vertices; from here on the keys of their blocks are copied
@@ -262,14 +261,14 @@ def _rest(request, blocks):
     ]
 
 
-class DesignInfeasibility(Exclusion):
-    """Multipliers that exclude every design; see `Exclusion` for the text."""
+class DesignRefusal(MultiplierRefusal):
+    """Multipliers that exclude every design; see `MultiplierRefusal` for the text."""
 
     kind = "infeasible design"
 
     @property
     def condition(self):
-        """What the exclusion is subject to: "for mu = 1"; else empty."""
+        """What the refusal is subject to: "for mu = 1"; else empty."""
         return read_request(self.data, gain=self.data["K"]).condition
 
     @classmethod
@@ -336,7 +335,7 @@ def read_frame(data, N):
     )
 
 
-def prove_infeasible(request, frame, Z, pairs=None):
+def refuse_design(request, frame, Z, pairs=None):
     """Exact multipliers from float ones, where the repair succeeds.
 
     Parameters
@@ -353,9 +352,9 @@ def prove_infeasible(request, frame, Z, pairs=None):
 
     Returns
     -------
-    DesignInfeasibility, or InfeasibilityCertificate that isn't proven
+    DesignRefusal or None
         The exact multipliers.
     """
     expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
-    data = DesignInfeasibility.contents(request, frame)
-    return excluded_by(DesignInfeasibility, data, expressions, unknowns, Z, _key)
+    data = DesignRefusal.contents(request, frame)
+    return DesignRefusal.mended(data, expressions, unknowns, Z, _key)

@@ -173,7 +173,7 @@ class Cuts:
         i, j = np.array(request.pairs).T
         return np.hstack([at[i] + at[j], at[i] * at[j]])
 
-    def find(self, start, refute=True):
+    def find(self, start, refuse=True):
         """A point inside all blocks, or why there is none.
 
         The centre of a few pairs' blocks; then those that it violates most
@@ -183,7 +183,7 @@ class Cuts:
         ----------
         start : dict or None
             The unknowns by name, where the search begins.
-        refute : bool
+        refuse : bool
             As for `LMIProblem.find`.
 
         Returns
@@ -204,7 +204,7 @@ class Cuts:
             entered = enter(some, x) if near else None
             if entered is None:
                 short &= not near
-                phase = phase_one(some, start=x, multipliers=refute)
+                phase = phase_one(some, start=x, multipliers=refuse)
                 if phase.x is None:
                     return self._refusal(phase)
                 entered = phase.x

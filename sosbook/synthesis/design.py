@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..exact.proof import Unproven, proven_within
-from ..exact.refutation import InfeasibilityCertificate
+from ..exact.refusal import Refusal
 from ..requirements.pole_region import LMIRegion, PoleRegion
-from .certificates import Certificate, prove, prove_infeasible
+from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
-from .exclusion import FixedModeCertificate
+from .fixed_mode import FixedModeRefusal
 from .slack import feasible
 from .solution import Solution
 
@@ -57,8 +57,9 @@ class Design(ClosedLoop, Solution):
         what was merely not found; or why a feasible one isn't all that was
         asked, such as the least bound, or isn't ``central``, and what would
         make it so. Otherwise empty.
-    exclusion : InfeasibilityCertificate, FixedModeCertificate or None
-        The exact proof of "infeasible".
+    infeasibility : Refusal or None
+        The exact proof of "infeasible"; a `FixedModeRefusal` where a mode is out of
+        reach.
     central : bool or None
         Whether K is that of the analytic centre of all that was asked, which is
         unique. False where the solutions have no bound, or hardly one: K is that
@@ -76,6 +77,8 @@ class Design(ClosedLoop, Solution):
     >>> sos.design_pid(mass, **bounds).central
     True
     """
+
+    infeasibility: Refusal | None = None  # in Result it is abstract
 
     @property
     def K_A(self) -> np.ndarray:
@@ -169,20 +172,6 @@ class Design(ClosedLoop, Solution):
         return cvxpy_constraints(self.request, margin)
 
     @cached_property
-    def infeasibility(self) -> InfeasibilityCertificate | None:
-        """The exact proof of "infeasible".
-
-        An `InfeasibilityCertificate`, or a `FixedModeCertificate` where
-        a mode is out of reach. Of an undecided request what multipliers
-        were found, not proven; else None.
-        """
-        if self.exclusion is not None:
-            return self.exclusion
-        if self.multipliers is None:
-            return None
-        return prove_infeasible(self.request, self.frame, self.multipliers)
-
-    @cached_property
     def advice(self) -> str:
         """Which requirement to relax first; empty if feasible.
 
@@ -190,7 +179,7 @@ class Design(ClosedLoop, Solution):
         """
         if self.status == "feasible":
             return ""
-        if isinstance(self.exclusion, FixedModeCertificate):
+        if isinstance(self.infeasibility, FixedModeRefusal):
             if self.request.gain is not None:
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."

@@ -10,14 +10,16 @@ from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_li
 from ..solver.centre import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
-from .exclusion import excluding_mass, excluding_mode, why_refused
+from .fixed_mode import refuse_by_mode
 from .gentle_gain import start_of
+from .reasons import why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
-from .small_input import excluding_input
+from .singular_mass import refuse_by_mass
+from .small_input import refuse_by_input
 from .small_input_certificate import input_bound
 from .solution import Solution
-from .unreached import excluding_response
+from .unreached import refuse_by_response
 
 __all__ = [
     "answer",
@@ -104,23 +106,23 @@ def search(request, free=(), whole=False):
     return next(t for t in refusals if t.excluded_radius >= best / 10)
 
 
-def find(lmis, start=None, refute=True, whole=False):
+def find(lmis, start=None, refuse=True, whole=False):
     """A point of `ScaledLMIs`, or the lack of one, as an LMISolution.
 
     With many pairs of vertices most blocks are only looked at, and a few exclude
-    what they exclude; ``whole`` takes all of them. ``start`` and ``refute`` are as
+    what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are as
     for `LMIProblem.find`; without a start the frame guesses.
     """
     request, first = lmis.request, None
     if few_refuse(request) and not whole:
         if not few_decide(request):
             first = lmis.find(False, start or start_of(lmis))
-        if first is None or (first.values is None and refute):
-            first = Cuts(lmis).find(start or lmis.guess(), refute)
+        if first is None or (first.values is None and refuse):
+            first = Cuts(lmis).find(start or lmis.guess(), refuse)
         known = first.values is not None or first.verdict == "infeasible"
-        if known or too_many(request) or not refute:
+        if known or too_many(request) or not refuse:
             return first
-    return lmis.find(refute, start or start_of(lmis))
+    return lmis.find(refuse, start or start_of(lmis))
 
 
 def closer(lmis, near):
@@ -159,7 +161,7 @@ def answer(request, refuse=True, first=None):
     """
     large = request.order > MODES_FIRST_ABOVE_STATES
     if large and not _seems_placed(request):  # sooner known than phase one begins
-        mode = excluding_mode(request)
+        mode = refuse_by_mode(request)
         if mode is not None:
             return refused_by(request, mode)
     first = first or search(request)
@@ -184,7 +186,7 @@ def answer(request, refuse=True, first=None):
         return replace(solution, reason=text)
     if solution.status == "feasible":
         return solution
-    mode = excluding_mode(request)
+    mode = refuse_by_mode(request)
     if mode is not None:
         return refused_by(request, mode)
     reason = _too_thin(solution)
@@ -234,10 +236,10 @@ def refused(first):
         return replace(certain, frame=frame, multipliers=Z)
     refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
     proof = first.infeasibility
-    if proof is not None and proof.proven:
+    if proof is not None:
         text = "Exact multipliers of the LMIs exclude every solution"
         text = " ".join(filter(None, (text, request.condition))) + "."
-        return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+        return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
     return refused_by_input(request, refusal) or replace(
         refusal, reason=why_refused(first)
     )
@@ -248,7 +250,7 @@ def refused_by_input(request, refusal):
 
     ``refusal`` is an undecided Solution of it.
     """
-    proof = excluding_input(request, search)
+    proof = refuse_by_input(request, search)
     if proof is None:
         return None
     modes, where = proof.modes, ""
@@ -260,7 +262,7 @@ def refused_by_input(request, refusal):
         f"the modes{where} at {_listed(modes)} rad/s from x0 to where they are asked: "
         "exact multipliers of their part of the plant exclude every solution."
     )
-    return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+    return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
 
 
 def _listed(modes):
@@ -279,21 +281,23 @@ def _listed(modes):
 
 def without_lmis(request):
     """What a mode, a response or a mass makes of a ``request``: a Solution or None."""
-    mode = excluding_mode(request)
+    mode = refuse_by_mode(request)
     if mode is not None:
         return refused_by(request, mode)
-    response = excluding_response(request)
+    response = refuse_by_response(request)
     if response is not None:
         text = f"{response.claims[0].capitalize()}: no input reaches that response."
         return Solution(
-            request, "infeasible", request.gain, reason=text, exclusion=response
+            request, "infeasible", request.gain, reason=text, infeasibility=response
         )
-    mass = excluding_mass(request)
+    mass = refuse_by_mass(request)
     if mass is None:
         return None
     i, j = (k + 1 for k in mass.vertices)
     text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
-    return Solution(request, "infeasible", request.gain, reason=text, exclusion=mass)
+    return Solution(
+        request, "infeasible", request.gain, reason=text, infeasibility=mass
+    )
 
 
 def refused_by(request, certificate):
@@ -315,7 +319,7 @@ def refused_by(request, certificate):
         "infeasible",
         request.gain,
         reason=f"{text}, which violates {certificate.requirement}.",
-        exclusion=certificate,
+        infeasibility=certificate,
     )
 
 
@@ -337,7 +341,7 @@ def follow(request, start):
         frame = replace(frame, sizes=start.frame.sizes)
     lmis = ScaledLMIs(request, frame)
     near = lmis.point(start)
-    inside = None if near is None else find(lmis, near, refute=False).values
+    inside = None if near is None else find(lmis, near, refuse=False).values
     if inside is None:
         return None
     return centred(lmis, inside)

@@ -23,7 +23,7 @@ from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
 from ..plants.simplex import halves
 from ..runtime.threads import one_thread
-from .exclusion import excluding_mode
+from .fixed_mode import refuse_by_mode
 from .problem import Request
 
 __all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
@@ -197,7 +197,7 @@ def _check_stabilisable(plant):
     """Raise where a vertex has an unstable mode that no gain moves."""
     for k, v in enumerate(plant.vertices):
         where = f" at vertex {k + 1}" if len(plant.vertices) > 1 else ""
-        fixed = excluding_mode(Request(v, K_A=_regular(v)))
+        fixed = refuse_by_mode(Request(v, K_A=_regular(v)))
         at_rest = rank_deficient(np.hstack([v.S, v.B]))
         if at_rest or fixed is not None:
             s = 0j if at_rest else fixed.mode
@@ -262,7 +262,7 @@ def proven_everywhere(plant, U):
     Returns
     -------
     bool
-        True: proven in exact rational arithmetic. False: refuted by a
+        True: proven in exact rational arithmetic. False: disproven by a
         plant where the rank drops or a determinant changes sign, or not
         proven with 64 pieces.
 
@@ -295,7 +295,7 @@ def _everywhere(plant, U):
         R = np.tensordot(weights, corners, 1)
         scaled = rows[:, None] * R * columns
         budget -= 1
-        if budget < 0 or _refuted(scaled):
+        if budget < 0 or _refused(scaled):
             return None
         piece = _proven(weights, exactly, scaled, rows, columns)
         if piece is None:
@@ -326,7 +326,7 @@ def _scales(corners):
     return rows, columns
 
 
-def _refuted(R):
+def _refused(R):
     if any(map(rank_deficient, R)):
         return True
     return R.shape[1] == R.shape[2] and len(set(np.linalg.slogdet(R)[0])) > 1

@@ -190,7 +190,7 @@ def _with_sizes(first, searched, objective, gap):
 def _at_sizes(lmis, sizes, objective, gap):
     """The least weighted sum of levels for given sizes, where, and if attained."""
     there, attained = ScaledLMIs(lmis.request, lmis.frame, lmis.free, sizes), True
-    first = find(there, refute=False)
+    first = find(there, refuse=False)
     if first.values is None:
         return np.inf, None, False
     try:
@@ -265,10 +265,10 @@ def without_optimum(first):
     names = " and ".join(r.parameter.key for r in minimized)
     refusal = Solution(rest, "undecided", request.gain, minimized=minimized)
     proof = first.problem.limit().find().infeasibility
-    if proof is not None and proof.proven:
+    if proof is not None:
         text = f"Exact multipliers of the LMIs exclude every {names}"
         text = " ".join(filter(None, (text, request.condition))) + "."
-        return replace(refusal, status="infeasible", reason=text, exclusion=proof)
+        return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
     text = f"No point was found from where {names} could be minimised"
     text = " ".join(filter(None, (text, request.condition))) + "."
     return replace(refusal, reason=text)

@@ -155,8 +155,7 @@ def _solved(problem):
             reason = REFUSED_IN_FLOATS
         multipliers = optimum.multipliers
         refused = _undecided(problem, reason, multipliers=multipliers)
-        proof = refused.infeasibility
-        if proof is not None and proof.proven:
+        if refused.infeasibility is not None:
             return replace(refused, status="infeasible", reason=REFUSED)
         return refused
     known = optimum.values

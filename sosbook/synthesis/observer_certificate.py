@@ -6,16 +6,16 @@ from ..exact.definite import exact, in_floats, inverse
 from ..exact.gain_proof import significant
 from ..exact.proof import Examined, ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
-from ..exact.refutation import Exclusion, InfeasibilityCertificate
+from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers
 from ..language import Affine
 from ..lmi.text import rationals
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
-from .mass_refutation import null_basis
+from .mass_refusal import null_basis
 from .observer_problem import ObserverProblem
 
-__all__ = ["ObserverCertificate", "ObserverInfeasibility", "refute_observer"]
+__all__ = ["ObserverCertificate", "ObserverRefusal", "refuse_observer"]
 
 
 class ObserverCertificate(ProofFile):
@@ -71,8 +71,8 @@ class ObserverCertificate(ProofFile):
         }
 
 
-class ObserverInfeasibility(Exclusion):
-    """Multipliers that exclude every observer by Theorem 2.5; see `Exclusion`.
+class ObserverRefusal(MultiplierRefusal):
+    """Multipliers that exclude every observer by Theorem 2.5; see `MultiplierRefusal`.
 
     ``text`` is that of the file.
     """
@@ -96,20 +96,13 @@ class ObserverInfeasibility(Exclusion):
         }
 
 
-def refute_observer(problem, Z):
-    """Exact multipliers of an `ObserverProblem`, where they exist.
+def refuse_observer(problem):
+    """The `ObserverRefusal` of a ``problem``, an `ObserverProblem`; or None.
 
     P1, P2 and Y may be scaled down, and J up: what decides is whether
     he(A'P + C'Y) < 0 at all. Y may be anything, so it decides only where
     C e = 0. Multipliers of that, W Z W', are multipliers of all blocks.
 
-    Parameters
-    ----------
-    problem : ObserverProblem
-        What is asked.
-    Z : list of arrays
-        Float multipliers of all blocks, for an `InfeasibilityCertificate`
-        that proves nothing where there is no exact proof.
     """
     lmi, N = problem.open(), len(problem.T[0])
     whole = lmi.in_unknowns(rationals)
@@ -117,11 +110,11 @@ def refute_observer(problem, Z):
     for errors in (unseen[:, :0], unseen):  # the state alone, or with an error
         multipliers = _exact_multipliers(whole, lmi.unknowns, errors, N)
         if multipliers is not None:
-            data = ObserverInfeasibility.contents(problem)
-            return ObserverInfeasibility.of(
-                ObserverInfeasibility.written_from(data, multipliers, str)
+            data = ObserverRefusal.contents(problem)
+            return ObserverRefusal.of(
+                ObserverRefusal.written_from(data, multipliers, str)
             )
-    return InfeasibilityCertificate(dict(zip(whole, Z)))
+    return None
 
 
 def _exact_multipliers(whole, unknowns, errors, N):

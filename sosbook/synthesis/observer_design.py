@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
 from ..exact.proof import Unproven, first_proven, proven_within
-from ..exact.refutation import InfeasibilityCertificate
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.response import Response, simulate, vector
@@ -19,11 +18,7 @@ from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
 from .error_loop import observed, observer_loop, vertices_of
-from .observer_certificate import (
-    ObserverCertificate,
-    ObserverInfeasibility,
-    refute_observer,
-)
+from .observer_certificate import ObserverCertificate, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
 from .problem import Request
 from .result import Result
@@ -106,11 +101,11 @@ class ObserverDesign(Result, ReadOnly):
         return self.L
 
     @cached_property
-    def infeasibility(self) -> ObserverInfeasibility | InfeasibilityCertificate | None:
-        """`ObserverInfeasibility`; multipliers in floats prove nothing; else None."""
+    def infeasibility(self) -> ObserverRefusal | None:
+        """The exact proof that there is none, where one was found; else None."""
         if self.multipliers is None:
             return None
-        return refute_observer(self.problem, self.multipliers)
+        return refuse_observer(self.problem)
 
     @cached_property
     def advice(self) -> str:

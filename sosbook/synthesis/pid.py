@@ -22,7 +22,7 @@ from .idle import without_input
 from .objectives import at_optimum
 from .problem import Request
 from .regularization import Regularization
-from .slack import point_with_slack, refuted, with_slack, without_slack
+from .slack import point_with_slack, refused_at_a_vertex, with_slack, without_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 
@@ -357,7 +357,7 @@ def _design(
             return at_optimum(settled, objective, backoff)
         solution = follow(settled, start) or answer(settled, first=first)
         if solution.status == "undecided" and settled.coupling == "slack":
-            return refuted(settled) or solution
+            return refused_at_a_vertex(settled) or solution
         return solution
 
     return Design(**vars(guarded(request, time_limit, solved)))

@@ -14,16 +14,16 @@ from ..exact.rational import (
     read_array,
     read_number,
 )
-from ..exact.refutation import semidefinite
+from ..exact.refusal import semidefinite
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import matrix, positive
 from ..theorems.regularization import regular_mass
 
 __all__ = [
-    "MassInfeasibility",
+    "MassRefusal",
     "RegularityCertificate",
-    "exclude_gains",
     "mass_pairs",
+    "mass_refusal",
     "prove_regular",
 ]
 
@@ -71,7 +71,7 @@ def claims(plant, beta):
     ]
 
 
-class MassInfeasibility(ProofFile):
+class MassRefusal(ProofFile):
     """Multipliers that exclude every K_A; ``text`` is that of the file.
 
     Z_k, (n, n) and positive semidefinite, with sum Z_k B_k = 0 and
@@ -183,9 +183,9 @@ def prove_regular(plant, K_A, beta, digits=None):
     return first_proven(attempt, digits)
 
 
-def exclude_gains(plant, beta, multipliers):
+def mass_refusal(plant, beta, multipliers):
     """The file of rational multipliers that exclude every K_A of a plant.
 
     ``beta`` is the bound of Lemma 2.1.
     """
-    return MassInfeasibility.of(MassInfeasibility.contents(plant, beta, multipliers))
+    return MassRefusal.of(MassRefusal.contents(plant, beta, multipliers))

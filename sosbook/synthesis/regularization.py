@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from ..analysis.infinite_modes import InfiniteModes, infinite_modes
 from ..exact.definite import exact
 from ..exact.proof import Unproven, proven_within
-from ..exact.refutation import InfeasibilityCertificate
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
 from ..plants.checks import is_word, positive
@@ -22,12 +21,12 @@ from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..solver.centre import Unbounded
 from ..theorems.regularization import regular_mass
-from .mass_refutation import refute_regular, unreached
+from .mass_refusal import refuse_regular, unreached
 from .regularity import (
-    MassInfeasibility,
+    MassRefusal,
     RegularityCertificate,
-    exclude_gains,
     mass_pairs,
+    mass_refusal,
     prove_regular,
 )
 from .result import Result
@@ -187,8 +186,8 @@ class Regularization(Result, ReadOnly):
         )
 
     @cached_property
-    def infeasibility(self) -> MassInfeasibility | InfeasibilityCertificate | None:
-        """`InfeasibilityCertificate` where one was found, else None.
+    def infeasibility(self) -> MassRefusal | None:
+        """The exact proof that there is none, where one was found; else None.
 
         Its multipliers Z_k, (n, n) and positive semidefinite, satisfy
         sum Z_k B_k = 0 and value = sum <M_k - beta^2 I, Z_k> <= 0; a
@@ -199,10 +198,10 @@ class Regularization(Result, ReadOnly):
         name, v, mass = unreached(self.plant)
         beta2 = exact(self.beta) ** 2
         if v is not None and mass <= beta2:
-            return exclude_gains(self.plant, self.beta, {name: np.outer(v, v)})
+            return mass_refusal(self.plant, self.beta, {name: np.outer(v, v)})
         if self._multipliers is None:
             return None
-        return refute_regular(self.plant, self.beta, self._multipliers)
+        return refuse_regular(self.plant, self.beta, self._multipliers)
 
     @cached_property
     def advice(self) -> str:
@@ -305,8 +304,7 @@ def regularize(
     first = scaled.problem().find()
     if first.values is None:
         refused = replace(refused, status="undecided", _multipliers=first.multipliers)
-        proof = refused.infeasibility
-        if proof is not None and proof.proven:
+        if refused.infeasibility is not None:
             return replace(refused, status="infeasible")
         return refused
     central = True if choose == "centre" else None

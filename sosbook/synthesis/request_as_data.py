@@ -8,7 +8,7 @@ from ..plants.checks import as_written
 from ..requirements.base import Requirement
 from .problem import Request
 
-__all__ = ["read_request", "request_data"]
+__all__ = ["loop_data", "loop_request", "read_request", "request_data"]
 
 
 def request_data(request):
@@ -49,3 +49,15 @@ def read_request(data, gain=None):
         gain=gain,
         requirements=[Requirement.read(r) for r in data["requirements"]],
     )
+
+
+def loop_data(request):
+    """What a file says of the plant of a request, whatever is asked."""
+    data = request_data(request)
+    return {name: data[name] for name in ("plant", "U", "K_A")}
+
+
+def loop_request(data):
+    """A request with the plant in the ``data`` of a file, and nothing asked."""
+    asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
+    return read_request(data | asked, gain=data.get("K"))

@@ -15,7 +15,7 @@ from ..lmi.text import floats
 from ..lmi.trusted import TrustedProblem
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.centre import margin
-from .certificates import prove, prove_infeasible
+from .certificates import prove, refuse_design
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_margins import named_margins
 from .scaling import in_unknowns_of
@@ -109,8 +109,8 @@ class ScaledLMIs(TrustedProblem):
     def _limited(self, work, first=None):
         return work()  # `guarded` limits the time of a whole request
 
-    def refute(self, Z):
-        """The file of exact multipliers, see `prove_infeasible`.
+    def refuse(self, Z):
+        """The file of exact multipliers, see `refuse_design`.
 
         Parameters
         ----------
@@ -118,8 +118,8 @@ class ScaledLMIs(TrustedProblem):
             Float multipliers, one for each block.
         """
         if self.free:  # a file speaks of numbers
-            return super().refute(Z)
-        return prove_infeasible(self.request, self.frame, Z, self.pairs)
+            return super().refuse(Z)
+        return refuse_design(self.request, self.frame, Z, self.pairs)
 
     def limit(self):
         """The LMIs that remain where the free levels exceed all bounds.

@@ -5,14 +5,20 @@ from dataclasses import replace
 from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import OutOfTime, check_time
-from .exclusion import excluding_mode
 from .feasibility import guarded, refused, search, without_lmis
+from .fixed_mode import refuse_by_mode
 from .objectives import Unattained, optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["feasible", "point_with_slack", "refuted", "with_slack", "without_slack"]
+__all__ = [
+    "feasible",
+    "point_with_slack",
+    "refused_at_a_vertex",
+    "with_slack",
+    "without_slack",
+]
 
 ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
@@ -80,7 +86,7 @@ def point_with_slack(request):
 
 
 def _trials(request):
-    if excluding_mode(request) is not None:  # no scalar helps; this is sooner known
+    if refuse_by_mode(request) is not None:  # no scalar helps; this is sooner known
         return
     unit = 1 / request.typical_rate
     for step in STEPS:
@@ -99,7 +105,7 @@ def _lower(request, bounds):
     easing = 1 if request.owner(name).parameter.harder < 0 else -1
     request = request.with_bounds({name: value * (1 - easing * CLEARLY)})
     lmis = ScaledLMIs(request, Frame.of(request))
-    return lmis.find(refute=False).values is not None
+    return lmis.find(refuse=False).values is not None
 
 
 def feasible(request, minimized=()):
@@ -141,7 +147,7 @@ def without_slack(request, objective=()):
     minimized = tuple(request.owner(name) for name in objective)
     for r in minimized:
         request = request.without(r)
-    certain = refuted(request)
+    certain = refused_at_a_vertex(request)
     if certain is not None:
         return certain
     tried = ", ".join(f"{step:g}" for step in sorted(STEPS))
@@ -155,7 +161,7 @@ def without_slack(request, objective=()):
     )
 
 
-def refuted(request):
+def refused_at_a_vertex(request):
     """The Solution of a request that no slack scalar fulfils; None if unknown.
 
     Notes
@@ -172,7 +178,7 @@ def refuted(request):
       blocks "x0" and "cost", which hold it, hold with P as well.
     - By Schur's complement |K V' P_i^-1 V K'| < u_max^2.
 
-    So a vertex whose own LMIs are refuted refutes every scalar. (The other
+    So a vertex whose own LMIs are refused refuses every scalar. (The other
     way round it isn't so: K is the same at all vertices.)
     """
     certain = without_lmis(request)

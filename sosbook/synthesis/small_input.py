@@ -27,13 +27,13 @@ from .problem import Request
 from .scaling import Frame
 from .small_input_certificate import (
     ModesPart,
-    SmallInputCertificate,
+    SmallInputRefusal,
     input_bound,
     pole_demands,
     real_form,
 )
 
-__all__ = ["excluding_input"]
+__all__ = ["refuse_by_input"]
 
 MOST_VERTICES = 32  # that are tried
 OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes inside
@@ -46,8 +46,8 @@ SMALL_STEPS = 8  # before the room is wide
 LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
 
 
-def excluding_input(request, search):
-    """The `SmallInputCertificate` of a request, or None without one.
+def refuse_by_input(request, search):
+    """The `SmallInputRefusal` of a request, or None without one.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class _Vertex:
             yield rows.conj().T
 
     def proof(self, rows, count, Z, U):
-        """The `SmallInputCertificate` of so many of the rows, or None."""
+        """The `SmallInputRefusal` of so many of the rows, or None."""
         columns = self.frame.T @ np.linalg.inv(rows)
         bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
         part = _enclosed(self.request, self.bound, self.k, bases, count)
@@ -128,8 +128,8 @@ class _Vertex:
             return None
         spread, blur = (x.astype(float) for x in (part.spread, part.blur))
         completed = _completed(self.request, part, Z, U)
-        proof = SmallInputCertificate.of(
-            SmallInputCertificate.contents(
+        proof = SmallInputRefusal.of(
+            SmallInputRefusal.contents(
                 self.request, self.k, bases, spread, blur, *completed
             )
         )

@@ -5,21 +5,15 @@ from copy import copy
 import numpy as np
 
 from ..exact.definite import exact, positive
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
 from ..exact.rational import decimals, read_array
-from ..exact.refutation import semidefinite
+from ..exact.refusal import Refusal, semidefinite
 from ..requirements.lmi_region import LMIRegion
 from ..requirements.stability import Stability
 from .certificates import claims, excluding
 from .request_as_data import read_request, request_data
 
-__all__ = [
-    "ModesPart",
-    "SmallInputCertificate",
-    "input_bound",
-    "pole_demands",
-    "real_form",
-]
+__all__ = ["ModesPart", "SmallInputRefusal", "input_bound", "pole_demands", "real_form"]
 
 
 def pole_demands(request):
@@ -249,7 +243,7 @@ def _positive(x):
     return bool((x == x.T).all()) and (positive(x) or semidefinite(x))
 
 
-class SmallInputCertificate(ProofFile):
+class SmallInputRefusal(Refusal):
     """An input bound that is too small for the modes outside of the region.
 
     ``text`` is that of the file: the plant and what is asked of it, a

@@ -1,10 +1,10 @@
 """What is known of a request's LMIs: a point in the plant's units, or a refusal."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from ..exact.refusal import Refusal
 from ..runtime.read_only import ReadOnly
 from .problem import Request
 from .scaling import Frame
@@ -29,7 +29,7 @@ class Solution(ReadOnly):
         Why there is no design, in a sentence: what is proven, or what
         was excluded and what was merely not found; or why the design
         isn't all that was asked, or its gain no centre. Otherwise empty.
-    exclusion : InfeasibilityCertificate or FixedModeCertificate or None
+    infeasibility : Refusal or None
         The exact proof of "infeasible".
     central : bool or None
         As in `Design`.
@@ -47,7 +47,7 @@ class Solution(ReadOnly):
     own: dict | None = None
     minimized: tuple = ()
     reason: str = ""
-    exclusion: Any = None
+    infeasibility: Refusal | None = None
     central: bool | None = None
 
     @property
@@ -60,5 +60,5 @@ class Solution(ReadOnly):
     def condition(self) -> str:
         """What "infeasible" is subject to: "for mu = 1"; else empty."""
         if self.status == "infeasible" and not self.minimized:
-            return getattr(self.exclusion, "condition", "")
+            return getattr(self.infeasibility, "condition", "")
         return self.asked.condition

@@ -6,14 +6,15 @@ from scipy.linalg import qr
 from scipy.optimize import minimize_scalar
 
 from ..exact.definite import exact, round_digits
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
 from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
 from ..runtime.time_limit import check_time
 from ..solver.stacks import transposed
-from .exclusion_certificates import loop_data, loop_request
+from .request_as_data import loop_data, loop_request
 
-__all__ = ["UnreachedResponseCertificate", "excluding_response"]
+__all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
 
 MOST_VERTICES = 32  # that are tried
 FREQUENCIES = 120  # that are tried
@@ -24,7 +25,7 @@ BALANCINGS = 8  # rounds of scaling rows and columns
 NOISE = 1e-12  # relative, of singular values and of rates
 
 
-class UnreachedResponseCertificate(ProofFile):
+class UnreachedResponseRefusal(Refusal):
     """A combination of outputs that answers to w alike in every loop.
 
     Its ``text`` is a file with the plant, gamma, a point s with Re s >= 0, and
@@ -105,8 +106,8 @@ def _matrices(request, k):
     return d.E, A, B, d.Bw, C, Du
 
 
-def excluding_response(request):
-    """The `UnreachedResponseCertificate` of a request, or None without one."""
+def refuse_by_response(request):
+    """The `UnreachedResponseRefusal` of a request, or None without one."""
     bounds = [r.bounds_response() for r in request.requirements]
     for gamma in (bound for bound in bounds if bound is not None):
         for k in request.distinct[:MOST_VERTICES]:
@@ -149,8 +150,8 @@ def _at_vertex(request, gamma, k):
     )
     v = [free[:N], free[count : count + N]]
     y = [free[N:count], free[count + N :]]
-    return UnreachedResponseCertificate.of(
-        UnreachedResponseCertificate.contents(request, gamma, k, [[0], [w]], v, y)
+    return UnreachedResponseRefusal.of(
+        UnreachedResponseRefusal.contents(request, gamma, k, [[0], [w]], v, y)
     )
 
 

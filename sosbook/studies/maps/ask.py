@@ -83,7 +83,7 @@ class Ask:
 
         def work():
             lmis, start = _coordinates(request, near)
-            return find(lmis, start, refute=False)
+            return find(lmis, start, refuse=False)
 
         first = guarded(request, TIME_LIMIT, work)
         return first if isinstance(first, LMISolution) else None

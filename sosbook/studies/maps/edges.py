@@ -23,7 +23,7 @@ from ...synthesis.design import Design
 from ...synthesis.problem import Request
 from ...synthesis.scaling import Frame
 from .ask import Ask
-from .search import Search, certified, refuted, replaced, requirements
+from .search import Search, certified, provably_refused, replaced, requirements
 
 __all__ = ["Edge", "edge", "request"]
 
@@ -87,7 +87,7 @@ class Edge:
         return (
             None not in (self.design, self.excluded)
             and certified(self.design)
-            and refuted(self.excluded)
+            and provably_refused(self.excluded)
         )
 
     @cached_property

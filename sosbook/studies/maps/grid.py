@@ -16,7 +16,7 @@ from ...runtime.time_limit import OutOfTime, checked_seconds
 from ...runtime.time_limit import time_limit as limited
 from ...solver.centre import margin
 from .ask import Ask, again, point, seen
-from .search import Search, certified, refuted, replaced
+from .search import Search, certified, provably_refused, replaced
 
 __all__ = ["FeasibilityMap", "feasibility_map"]
 
@@ -104,7 +104,7 @@ class FeasibilityMap:
         no = [
             cell
             for cell, d in self.refusals.items()
-            if d is None or _refuted(d, yes.values())
+            if d is None or _provably_refused(d, yes.values())
         ]
         return self._any(yes, -1) | self._any(no, 1)
 
@@ -362,11 +362,11 @@ def _certified(design):
     return bool(better) and better.status == "feasible" and certified(better)
 
 
-def _refuted(refusal, designs):
+def _provably_refused(refusal, designs):
     """Whether a refusal is proven, if need be in coordinates of some design."""
-    if refuted(refusal):
+    if provably_refused(refusal):
         return True
     near = next(iter(designs), None)
     if near is None or near.V is not None:
         return False
-    return refuted(again(refusal.request, near))
+    return provably_refused(again(refusal.request, near))

@@ -10,7 +10,7 @@ from .ask import point, seen
 __all__ = [
     "Search",
     "certified",
-    "refuted",
+    "provably_refused",
     "replaced",
     "requirements",
     "round_numbers",
@@ -216,11 +216,11 @@ class Search:
         design = self.at(place)
         if design is None:
             return True
-        if design.status == "feasible" or refuted(design):
+        if design.status == "feasible" or provably_refused(design):
             return design.status != "feasible"
         if near is not None:
             again = self.ask.solve(near, **{self.name: self.value(place)})
-            if again.status != "feasible" and refuted(again):
+            if again.status != "feasible" and provably_refused(again):
                 self.seen[place] = again
         return self.seen[place] is not design
 
@@ -295,9 +295,9 @@ def certified(design):
     return design.certify().proven
 
 
-def refuted(design):
+def provably_refused(design):
     """Whether a design has an exact proof that there is none."""
-    return bool(design.infeasibility and design.infeasibility.proven)
+    return bool(design.infeasibility)
 
 
 def requirements(request):

@@ -5,15 +5,14 @@ from flint import fmpq, fmpq_mat
 from scipy.linalg import eigh
 
 from ..exact.definite import exact, round_digits
-from ..exact.refutation import InfeasibilityCertificate
 from ..exact.repair import repair_multipliers
 from ..language import Unknown, eye, he
-from .regularity import exclude_gains, mass_pairs
+from .regularity import mass_pairs, mass_refusal
 
-__all__ = ["null_basis", "refute_regular", "unreached"]
+__all__ = ["null_basis", "refuse_regular", "unreached"]
 
 
-def refute_regular(plant, beta, multipliers):
+def refuse_regular(plant, beta, multipliers):
     """Exact multipliers of all vertices of a plant together, where they exist.
 
     ``beta`` is the bound of Lemma 2.1.
@@ -37,14 +36,14 @@ def refute_regular(plant, beta, multipliers):
             back = np.linalg.pinv(U.astype(float))
             W.append(back @ Z[name] @ back.T)
     if not blocks:
-        return InfeasibilityCertificate(Z)
+        return None
     flat = np.hstack([g.jacobian(K_A).reshape(K_A.size, -1) for g in blocks])
     free = _leading(_rational(flat.T))  # independent entries of K_A
     repaired = repair_multipliers(blocks, [K_A], W, free=free)
     if repaired is None:
-        return InfeasibilityCertificate(Z)
+        return None
     Z = {name: u @ w @ u.T for (name, u), w in zip(faces.items(), repaired[0])}
-    return exclude_gains(plant, beta, Z)
+    return mass_refusal(plant, beta, Z)
 
 
 def _rational(x):

@@ -1,30 +1,28 @@
-"""Exact proofs, as files, that a mode or a mass excludes what is asked."""
+"""A mode that no gain moves and that breaks what is asked, as an exact proof."""
+
+from itertools import combinations, islice
 
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from ..exact.algebraic import roots_of
 from ..exact.definite import exact
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
 from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
-from ..plants.as_data import plant_data
-from ..plants.controllability import FixedPart, matrix_of
+from ..exact.refusal import Refusal
+from ..plants.controllability import FixedPart, fixed_part, matrix_of
 from ..requirements.base import Requirement
 from ..requirements.stability import Stability
-from .request_as_data import read_request
+from ..runtime.time_limit import check_time
+from .request_as_data import loop_data, loop_request
 
-__all__ = [
-    "FixedModeCertificate",
-    "SingularMassCertificate",
-    "loop_data",
-    "loop_request",
-    "plant_at",
-]
+__all__ = ["FixedModeRefusal", "plant_at", "refuse_by_mode"]
 
+MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
 
 
-class FixedModeCertificate(ProofFile):
+class FixedModeRefusal(Refusal):
     """A mode that no gain moves and that breaks what is asked.
 
     Its ``text`` is a file with the plant, rows V and a polynomial h with the
@@ -154,63 +152,6 @@ class FixedModeCertificate(ProofFile):
         }
 
 
-class SingularMassCertificate(ProofFile):
-    """Two vertices between which the matrix E becomes singular.
-
-    ``text`` is that of a file with the plant and the two. Halfway det E is
-    zero, or it has other signs at the two: then it is zero in between.
-    """
-
-    kind = "singular mass"
-
-    @property
-    def vertices(self):
-        """The two, from 0."""
-        return tuple(self.data["between"])
-
-    @classmethod
-    def examine(cls, data):
-        request, (i, j) = loop_request(data), data["between"]
-        again = cls.contents(request, i, j)
-        E, F = (matrix_of(plant_at(request, (k, k))[0]) for k in (i, j))
-        if E.det() * F.det() > 0 and (E + F).det() != 0:
-            return again, Examined.nothing("no mass is singular there")
-        return again, Examined(tuple(again["claims"]), {}, ())
-
-    @classmethod
-    def of_pair(cls, request, i, j):
-        """The file for the vertices i and j of a request, from 0."""
-        return cls.of(cls.contents(request, i, j))
-
-    @classmethod
-    def contents(cls, request, i, j):
-        """The data of the file for the vertices i and j of a request."""
-        return {
-            "claims": [
-                "no gain makes every plant of the polytope stable: a plant between "
-                f"the vertices {i + 1} and {j + 1} has a singular matrix E"
-            ],
-            **loop_data(request),
-            "between": [i, j],
-        }
-
-
-def loop_data(request):
-    """What a file says of the plant of a request."""
-    K_A = request.K_A
-    return {
-        "plant": plant_data(request.plant),
-        "U": [] if request.U is None else decimals(request.U),
-        "K_A": None if K_A is None else decimals(K_A),
-    }
-
-
-def loop_request(data):
-    """A request with the plant in the ``data`` of a file, and nothing asked."""
-    asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
-    return read_request(data | asked, gain=data.get("K"))
-
-
 def _requirement(data):
     asked = data["requirement"]
     return Stability() if asked is None else Requirement.read(asked)
@@ -232,6 +173,37 @@ def plant_at(request, place):
     if request.gain is not None:
         A, B = A + B @ exact(request.gain), B[:, :0]
     return E, A, B
+
+
+def _parts(request):
+    """The `FixedPart` of each plant that must be stable, with its place.
+
+    These are the vertices and, where the whole polytope is meant, the
+    plants halfway between two. None where the part isn't known.
+    """
+    count = len(request.vertices)
+    places = [(k, k) for k in range(count)]
+    if request.coupling != "vertices":
+        pairs = combinations(range(count), 2)
+        places += list(islice(pairs, MOST_MIDPOINTS))
+    for place in places:
+        check_time()
+        yield place, fixed_part(*plant_at(request, place))
+
+
+def refuse_by_mode(request):
+    """The `FixedModeRefusal` of a request, or None without one."""
+    asked = request.demands
+    if not any(isinstance(r, Stability) for r in asked):
+        asked = (*asked, Stability())  # whatever else is asked, all claims say it
+    for place, part in _parts(request):
+        for mode in part.modes() if part is not None else ():
+            for r in asked:
+                if r.holds_at(mode) is False:
+                    proof = FixedModeRefusal.of_mode(request, place, part, mode, r)
+                    if proof.proven:
+                        return proof
+    return None
 
 
 def _fractions(texts):

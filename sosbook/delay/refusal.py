@@ -18,17 +18,17 @@ from ..exact.repair import repair_multipliers
 from ..language import Unknown, block, he
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
-from .certificates import exclude_delay, refute_delay
+from .certificates import delay_refusal, refuse_delay
 from .modes import slow_modes
-from .modes_certificate import ModesInfeasibility
+from .modes_certificate import ModesRefusal
 from .request import DelayedLoop
 
-__all__ = ["refuted"]
+__all__ = ["refuse"]
 
 _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 
 
-def refuted(request, Z):
+def refuse(request, Z):
     """A proof that there is no solution, or None.
 
     Parameters
@@ -53,12 +53,11 @@ def refuted(request, Z):
 
 
 def _directly(request, Z):
-    """A `DelayInfeasibility`, which is a file, or None."""
+    """A `DelayRefusal`, which is a file, or None."""
     try:
-        certificate = refute_delay(request, Z)
+        return refuse_delay(request, Z)
     except (np.linalg.LinAlgError, IndexError, ValueError):
         return None  # the float multipliers are too singular
-    return certificate if certificate.proven else None
 
 
 def _exact(expressions, unknowns, Z):
@@ -75,7 +74,7 @@ def _proven(proof):
 
 
 def _by_modes(request):
-    """Refute the LMIs of some slow modes of one vertex."""
+    """Refuse the LMIs of some slow modes of one vertex."""
     for k, vertex in enumerate(request.vertices):
         for modes in slow_modes(vertex, request.delta):
             small = replace(request, plant=modes.plant(), U=None)
@@ -84,9 +83,9 @@ def _by_modes(request):
                 continue
             Z = _exact(*small.in_unknowns(exact), deep.Z)
             if Z is not None:
-                contents = ModesInfeasibility.contents(request, k, modes, small)
-                contents = ModesInfeasibility.written_from(contents, Z, str)
-                certificate = _proven(ModesInfeasibility.of(contents))
+                contents = ModesRefusal.contents(request, k, modes, small)
+                contents = ModesRefusal.written_from(contents, Z, str)
+                certificate = _proven(ModesRefusal.of(contents))
                 if certificate is not None:
                     return certificate
     return None
@@ -99,7 +98,7 @@ def _deepest(expressions, unknowns):
 
 
 def _by_states(request):
-    """Refute the LMIs of states that no other states drive.
+    """Refuse the LMIs of states that no other states drive.
 
     Where the others rest, so they do for ever: a solution for the loop
     holds one for the part. Multipliers of the part, with zeros for the
@@ -121,7 +120,7 @@ def _by_states(request):
         if Z is None:
             continue
         whole = {name: _embedded(z, np.array(some), len(A)) for name, z in Z.items()}
-        certificate = _proven(exclude_delay(request, whole))
+        certificate = _proven(delay_refusal(request, whole))
         if certificate is not None:
             return certificate
     return None
@@ -137,7 +136,7 @@ def _embedded(z, some, N):
 
 
 def _without_fixed_equations(request):
-    """Refute the LMIs where the loop's undelayed equations hold.
+    """Refuse the LMIs where the loop's undelayed equations hold.
 
     Let L A_d = 0. Then L (E x' - A x) = 0 in the loop, and between t - tau
     and t the integral of that. The blocks have to be positive there too.
@@ -188,7 +187,7 @@ def _without_fixed_equations(request):
         return None
     for name, W in back.items():
         Z[name] = W @ Z[name] @ W.T
-    return _proven(exclude_delay(request, Z))
+    return _proven(delay_refusal(request, Z))
 
 
 def _left_inverse(C):

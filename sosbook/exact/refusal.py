@@ -1,7 +1,6 @@
 """Multipliers that exclude every point of LMIs, in exact arithmetic."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
 from math import inf, nextafter, sqrt
 
 import numpy as np
@@ -13,49 +12,19 @@ from .rational import _matrix, fraction, rational_matrix
 from .repair import repair_multipliers
 
 __all__ = [
-    "Exclusion",
-    "InfeasibilityCertificate",
-    "excluded_by",
+    "MultiplierRefusal",
+    "Refusal",
     "excluded_radius",
     "excludes",
     "semidefinite",
 ]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class InfeasibilityCertificate:
-    """Multipliers in floats, which suggest that there is no point.
+class Refusal(ProofFile):
+    """An exact proof that there is none of what is asked, by its kind's own theorem.
 
-    They prove nothing. Where exact ones were found, an `Exclusion` says so.
-
-    Parameters
-    ----------
-    multipliers : dict
-        From a block's name to its multiplier Z_k, in the coordinates in
-        which the LMIs were solved.
+    ``text`` is that of the file.
     """
-
-    multipliers: dict
-
-    @property
-    def proven(self) -> bool:
-        """False: see `Exclusion` for a proof."""
-        return False
-
-    @property
-    def value(self):
-        """NaN: what floats say of it is no proof."""
-        return np.nan
-
-    def verify(self):
-        """False."""
-        return False
-
-    def __bool__(self):
-        return False
-
-    def __repr__(self):
-        return "<InfeasibilityCertificate: multipliers in floats, not proven>"
 
 
 def _value(expressions, multipliers):
@@ -114,7 +83,7 @@ def semidefinite(x):
     return not rank or positive(x[np.ix_(lead, lead)])
 
 
-class Exclusion(ProofFile):
+class MultiplierRefusal(Refusal):
     """Multipliers that exclude every point of some LMIs, by duality.
 
     ``text`` is that of the file.
@@ -138,6 +107,24 @@ class Exclusion(ProofFile):
     @abstractmethod
     def rebuilt(cls, data):
         """(data without multipliers, expressions, unknowns, keyed) again."""
+
+    @classmethod
+    def mended(cls, data, expressions, unknowns, Z, keyed):
+        """The file of float multipliers Z made exact; None where that fails.
+
+        They belong to the ``expressions`` in the ``unknowns``; ``data`` and ``keyed``
+        are the file's data and the blocks' keys.
+        """
+        if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
+            raise ValueError(
+                f"multipliers must be {len(expressions)} matrices of finite numbers"
+            )
+        repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
+        if repaired is None:
+            return None
+        exactly = dict(zip(expressions, repaired[0]))
+        proof = cls.of(cls.written_from(data, exactly, keyed))
+        return proof if proof.proven else None
 
     @classmethod
     def examine(cls, data):
@@ -171,22 +158,6 @@ def _multipliers(data, expressions, keyed):
         named[str(key)]: rational_matrix([[fraction(e) for e in row] for row in rows])
         for key, rows in data["multipliers"]
     }
-
-
-def excluded_by(cls, data, expressions, unknowns, Z, keyed):
-    """The file of exact multipliers, or float ones that prove nothing.
-
-    Z are float multipliers of the ``expressions`` in the ``unknowns``;
-    ``data`` and ``keyed`` are the file's data and the blocks' keys.
-    """
-    if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
-        raise ValueError(
-            f"multipliers must be {len(expressions)} matrices of finite numbers"
-        )
-    repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
-    if repaired is None:
-        return InfeasibilityCertificate(dict(zip(expressions, Z)))
-    return cls.of(cls.written_from(data, dict(zip(expressions, repaired[0])), keyed))
 
 
 def excluded_radius(expressions, unknowns, Z, digits=17):

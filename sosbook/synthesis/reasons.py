@@ -1,0 +1,60 @@
+"""Why there is no design, in words, where no proof was found."""
+
+import numpy as np
+
+__all__ = ["why_refused"]
+
+MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
+LEAST_RADIUS = 10.0  # of the gains in natural units; a shorter one isn't worth a word
+
+
+def _proven_reach(first):
+    """No point is shorter than this; exact, 0 if unknown."""
+    if first.multipliers is None or first.problem.request.order > MOST_STATES:
+        return 0.0
+    return first.problem.excluded_radius(first.multipliers)
+
+
+def _rounded_down(x):
+    """To one digit, never more than x."""
+    if np.isinf(x):
+        return "any"
+    power = int(np.floor(np.log10(x)))
+    return f"{int(x / 10.0**power)}e{power}"
+
+
+def why_refused(first):
+    """Words for what phase one has seen where no proof was found.
+
+    Parameters
+    ----------
+    first : LMISolution
+        Of `ScaledLMIs`, without a point.
+
+    Returns
+    -------
+    str
+        The reason, in a sentence.
+    """
+    request = first.problem.request
+    unknowns = "P" if request.gain is not None else "P, Y"
+    if request.coupling == "slack":
+        unknowns = unknowns.replace("P", "P_i, V", 1)
+    reach = _proven_reach(first)
+    if reach > LEAST_RADIUS:
+        return (
+            f"Exact multipliers exclude all {unknowns} shorter than "
+            f"{_rounded_down(reach)} in the solver's coordinates; no exact proof was "
+            "found that there is none at all."
+        )
+    if first.verdict == "infeasible":
+        size = (
+            "however large"
+            if np.isinf(first.excluded_radius)
+            else f"up to {first.excluded_radius:.0e}"
+        )
+        return (
+            f"No {unknowns} {size} in the solver's coordinates, by multipliers "
+            "in floating point; no exact proof was found."
+        )
+    return f"The numerics found neither {unknowns} nor multipliers that exclude them."
