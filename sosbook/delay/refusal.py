@@ -23,12 +23,12 @@ from .modes import slow_modes
 from .modes_certificate import ModesRefusal
 from .request import DelayedLoop
 
-__all__ = ["refuse"]
+__all__ = ["refusal_of"]
 
 _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 
 
-def refuse(request, Z):
+def refusal_of(request, Z):
     """A proof that there is no solution, or None.
 
     Parameters

@@ -11,6 +11,7 @@ from ..runtime.time_limit import time_limit as limited
 from ..solver.deepest import ZERO_DEPTH
 from .design import DelayDesign
 from .points import alphas, deep_points, first_gain, problem_of
+from .refusal import refusal_of
 
 __all__ = ["centred_design", "first_design", "solve_delay", "without_alpha"]
 
@@ -69,7 +70,7 @@ def _solved(request, refuse, centred):
     refused = DelayDesign(request, "undecided", request.gain, reason=_reason(deep))
     if not refuse or deep.depth > 0 or deep.Z is None:
         return refused
-    proof = refuse(request, deep.Z)
+    proof = refusal_of(request, deep.Z)
     if proof is None:
         return refused
     return replace(refused, status="infeasible", reason="", infeasibility=proof)
