@@ -177,44 +177,6 @@ def assert_boxes_speak(tab):
     tab.page.wait_for_function(f"() => ({layout.SILENT_BOXES})().length === 0")
 
 
-#: Nothing is seen but formulas, each in its place, one soon below the other.
-FORMULAS_ALONE = """
-  body * {visibility: hidden} div.math, div.math * {visibility: visible}
-  .bd-article :not(div.math, div.math *, :has(div.math)) {display: none}
-"""
-
-
-@pytest.mark.parametrize(
-    "page", ["book/23_lqr", "book/09_when_vertices_are_not_enough"]
-)
-def test_no_formula_loses_ink_to_its_box(site, visit, page):
-    """Pixel by pixel: nothing more is seen when the boxes cut nothing."""
-    tab = visit(site / f"{page}.html", height=2000)
-    tab.page.add_style_tag(content=FORMULAS_ALONE)
-    assert tab.page.locator("div.math:visible").count() > 5
-    before = screens(tab.page)
-    tab.page.add_style_tag(
-        content="div.math, div.math mjx-container {overflow: visible !important}"
-    )
-    for (scheme, top, cut), (*_, whole) in zip(before, screens(tab.page), strict=True):
-        assert cut == whole, f"in the {scheme}, below {top} pixels"
-
-
-def screens(page):
-    """Pictures of a page, one screen below the other, in the light and in the dark."""
-    tops = range(0, page.evaluate("document.scrollingElement.scrollHeight"), 2000)
-    found = []
-    for scheme in ("light", "dark"):
-        page.emulate_media(color_scheme=scheme)
-        page.wait_for_function(
-            "(scheme) => document.documentElement.dataset.theme === scheme", arg=scheme
-        )
-        for top in tops:
-            page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
-            found.append((scheme, top, page.screenshot(animations="disabled")))
-    return found
-
-
 @pytest.mark.parametrize(
     "page",
     ["book/intro", "book/20_delay_theorem", "book/30_c_code", "book/reproduction"],
