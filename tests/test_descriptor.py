@@ -47,30 +47,6 @@ def test_the_sign_of_the_integrator():
     assert sos.analyse_pid(ex.plant, K, ex.U).poles().real.max() > 0
 
 
-def test_controllability_test_agrees_with_kalmans_rank():
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        S = np.diag(rng.integers(0, 3, 2)).astype(float)
-        B = rng.integers(0, 2, (2, 1)).astype(float)
-        U = np.eye(2)[rng.integers(0, 2)][None]
-        if not B.any():
-            continue
-        v = sos.SecondOrderSystem(np.eye(2), np.diag([1.0, 3]), S, B)
-        A = np.zeros((5, 5))
-        A[:2, 2:4], A[4:, :2] = np.eye(2), U
-        A[2:4, :4] = np.hstack([-S, -v.D])
-        b = np.vstack([np.zeros((2, 1)), B, [[0]]])
-        plain = control.ctrb(A[:4, :4], b[:4])
-        if np.linalg.matrix_rank(plain) < 4:
-            continue
-        full = np.linalg.matrix_rank(control.ctrb(A, b)) == 5
-        if full:
-            descriptors(v, U)
-        else:
-            with pytest.raises(ValueError, match="U is uncontrollable"):
-                descriptors(v, U)
-
-
 def test_pairs():
     vertices = descriptors(counterexamples.actuated())
     assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
