@@ -86,30 +86,18 @@ def test_differenced_wheels_undo_every_printed_gain(name):
         assert told[0] < 1 < told[1], R
 
 
-def test_sensitivity_and_gain_margins_agree_with_python_control():
+def test_the_sensitivity_agrees_with_python_control():
     loop = SampledLoop(ROBOT, RECOMMENDED, T, "firmware", 0.002)
-    low, high = loop.gain_margins
-    for gain, stable in (
-        (low * 1.01, True),
-        (low * 0.99, False),
-        (high * 0.99, True),
-        (high * 1.01, False),
-    ):
-        L = loop.open_loop
-        closed = control.feedback(gain * L, 1, sign=1)
-        assert (np.abs(closed.poles()).max() < 1) == stable
     S = control.feedback(1, loop.open_loop, sign=1)
     peak = np.abs(S(np.exp(1j * np.linspace(1e-4, np.pi, 20001)))).max()
     assert np.isclose(loop.sensitivity, peak, rtol=1e-3)
-    assert loop.sensitivity >= max(high / (high - 1), 1)
 
 
-def test_an_unstable_loop_has_no_margins():
+def test_an_unstable_loop_has_no_margin():
     loop = SampledLoop(
         ROBOT, SampledLaw.of_gain(named(PRINTED.pid[1]), T), 0.0, "differenced"
     )
     assert loop.radius > 1 and loop.sensitivity == np.inf
-    assert np.isnan(loop.gain_margins).all()
 
 
 def test_the_lowest_rate_is_where_stability_ends():

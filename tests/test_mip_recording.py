@@ -17,10 +17,10 @@ from sosbook.mip.recorded import check_recording
 from sosbook.mip.recording import recorders, sweeps, write_recorders
 from sosbook.mip.rig import DATA
 
+import tests.test_mip_export as programs
 from tests.compiler import run
 from tests.corrupted import SPOILT
 from tests.six_robots import SIX, advance
-from tests.test_mip_export import HEADER, STRICT
 from tests.test_mip_robot import THESIS, text
 
 MACHINE = SIX[0]
@@ -80,46 +80,9 @@ def good(folder, robot):
 
 # librobotcontrol: each line of input is a tick, each line of output its
 # duties; time goes on by 10.3 ms, a little slower than asked.
-STUB = """\
-#include <stdio.h>
-#include "robotcontrol.h"
-static rc_mpu_data_t *imu;
-static void (*callback)(void);
-static int encoder[5], standby = -1;
-static double duty[5], battery = 7.8;
-static uint64_t now = 123456789;
-static rc_state_t state;
-rc_mpu_config_t rc_mpu_default_config(void)
-{ rc_mpu_config_t c = {0, 0, 0}; return c; }
-int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf)
-{ imu = data; return conf.dmp_sample_rate != 100; }
-int rc_mpu_set_dmp_callback(void (*func)(void)) { callback = func; return 0; }
-int rc_mpu_power_off(void) { return 0; }
-int rc_motor_init(void) { return 0; }
-int rc_motor_cleanup(void)
-{ printf("end %d %g %g\\n", standby, duty[2], duty[3]); return 0; }
-int rc_motor_standby(int standby_en) { standby = standby_en; return 0; }
-int rc_motor_set(int ch, double d)
-{ if (ch) duty[ch] = d; else duty[2] = duty[3] = d; return 0; }
-int rc_encoder_eqep_init(void) { return 0; }
-int rc_encoder_eqep_cleanup(void) { return 0; }
-int rc_encoder_eqep_read(int ch) { return encoder[ch]; }
-int rc_adc_init(void) { return 0; }
-int rc_adc_cleanup(void) { return 0; }
-double rc_adc_batt(void) { return battery; }
-int rc_button_init(int chip, int pin, char polarity, int us)
-{ return chip + pin + polarity + us == 0; }
-void rc_button_cleanup(void) {}
-int rc_button_set_callbacks(int chip, int pin, void (*p)(void),
-                            void (*r)(void))
-{ return chip + pin - 7 + (p == NULL) + (r != NULL); }
-rc_state_t rc_get_state(void) { return state; }
-void rc_set_state(rc_state_t s) { state = s; }
-int rc_make_pid_file(void) { return 0; }
-int rc_kill_existing_process(float s) { return s < 0; }
-int rc_remove_pid_file(void) { return 0; }
-int rc_enable_signal_handler(void) { return 0; }
-uint64_t rc_nanos_since_boot(void) { return now; }
+STUB = (
+    programs.STUB[: programs.STUB.index("void rc_usleep")]
+    + """\
 void rc_usleep(unsigned int us)
 {
     (void)us;
@@ -137,15 +100,16 @@ void rc_usleep(unsigned int us)
     fflush(stdout);
 }
 """
+)
 
 
 @pytest.fixture(scope="module")
 def rc_identify(gcc, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rc")
     write_recorders(WIRED, folder, seconds=SECONDS)
-    (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
+    (folder / "robotcontrol.h").write_text(programs.HEADER, "utf-8")
     (folder / "stub.c").write_text(STUB, "utf-8")
-    flags = [*FLAGS, *STRICT, "-I", folder]
+    flags = [*FLAGS, *programs.STRICT, "-I", folder]
     run(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")
     run(
         *gcc,
@@ -183,7 +147,7 @@ def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
                 break
             left, right = map(float, line.split())
             assert left == -right  # the right motor's polarity
-            bench.turn(7.8 * left, 0.0103)
+            bench.turn(8.0 * left, 0.0103)
         process.stdin.close()
         return line + process.stdout.read()
 
@@ -192,7 +156,7 @@ def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
 def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path):
     for experiment in ("body", "wheels"):
         said = live(rc_identify, experiment, tmp_path / f"{experiment}.csv")
-        assert "end 1 0 0" in said and "wrote 1200 rows" in said
+        assert "end 1 1 0 0" in said and "wrote 1200 rows" in said
     body, wheels = good(tmp_path, WIRED)
     assert body.T == pytest.approx(0.0103)
     assert abs(wheels.V).max() == pytest.approx(1.85, rel=0.01)
@@ -200,7 +164,7 @@ def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path
 
 def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path):
     said = live(rc_identify, "body", tmp_path / "body.csv", word="s")
-    assert "end 1 0 0" in said and "wrote 0 rows" in said
+    assert "end 1 1 0 0" in said and "wrote 0 rows" in said
     done = subprocess.run(
         [str(rc_identify)], capture_output=True, text=True, encoding="utf-8"
     )
@@ -351,42 +315,69 @@ def sketch_flags(folder):
     return ["-std=c++11", "-pedantic", *warnings, "-I", folder]
 
 
-@pytest.mark.slow
-def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
-    write_recorders(WIRED, tmp_path, seconds=SECONDS)
-    folder = tmp_path / "identify"
-    source = '#include "Arduino.h"\n' + (folder / "identify.ino").read_text("utf-8")
+def sketch_program(gcc, cpp, folder, texts, pipe):
+    """The sketch among the ``texts`` on a board that is a ``pipe``, as a program."""
+    for name, program in texts.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(program, "utf-8")
+    folder = path.parent
+    (ino,) = folder.glob("*.ino")
+    source = '#include "Arduino.h"\n' + ino.read_text("utf-8")
     (folder / "sketch.cpp").write_text(source, "utf-8")
-    (folder / "pipe.cpp").write_text(PIPE, "utf-8")
-    flags = sketch_flags(folder)
-    for name in ("sketch", "robot_io"):
+    (folder / "pipe.cpp").write_text(pipe, "utf-8")
+    flags, objects = sketch_flags(folder), [folder / "sketch.o"]
+    for name in ("robot_io", "sketch"):
         out = folder / f"{name}.o"
         run(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
-    program = folder / "program"
-    run(*cpp, "-I", folder, folder / "pipe.cpp", folder / "sketch.o", "-o", program)
+    for law in folder.glob("*.c"):
+        objects.append(law.with_suffix(".o"))
+        run(*gcc, *FLAGS, *programs.STRICT, "-c", law, "-o", objects[-1])
+    run(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", folder / "program")
+    return folder / "program"
+
+
+def live_sketch(program, word, answer):
+    """What a `sketch_program` says.
+
+    At each tick ``answer`` takes the motors' volts and the time in s, and gives what
+    the sensors say.
+    """
+    serial = program.parent / "serial.txt"
+    with (
+        open(serial, "w", encoding="utf-8") as file,
+        subprocess.Popen(
+            [str(program), word],
+            stdin=subprocess.PIPE,
+            stdout=file,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+        ) as process,
+    ):
+        for line in process.stderr:
+            *volts, now = map(float, line.split())
+            process.stdin.write(answer(volts, now * 1e-6) + "\n")
+            process.stdin.flush()
+        process.stdin.close()
+    return serial.read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
+    texts = recorders(WIRED, seconds=SECONDS)
+    texts = {x: text for x, text in texts.items() if x.startswith("identify/")}
+    program = sketch_program(gcc, cpp, tmp_path, texts, PIPE)
     for experiment in ("body", "wheels"):
-        bench = Bench(MACHINE, experiment)
-        with (
-            open(tmp_path / "serial.txt", "w+", encoding="utf-8") as serial,
-            subprocess.Popen(
-                [str(program), experiment[0]],
-                stdin=subprocess.PIPE,
-                stdout=serial,
-                stderr=subprocess.PIPE,
-                text=True,
-                encoding="utf-8",
-            ) as process,
-        ):
-            last = None
-            for line in process.stderr:
-                volts, now = map(float, line.split())
-                if last is not None:
-                    bench.turn(volts, (now - last) * 1e-6)
-                last = now
-                process.stdin.write(f"{bench.gyro!r} {bench.counts}\n")
-                process.stdin.flush()
-            process.stdin.close()
-        said = (tmp_path / "serial.txt").read_text("utf-8")
+        bench, times = Bench(MACHINE, experiment), []
+
+        def answer(volts, now, bench=bench, times=times):
+            if times:
+                bench.turn(volts[0], now - times[-1])
+            times.append(now)
+            return f"{bench.gyro!r} {bench.counts}"
+
+        said = live_sketch(program, experiment[0], answer)
         assert said.endswith("end\n")
         log = said[said.index("t,V") : -len("end\n")]
         (tmp_path / f"{experiment}.csv").write_text(log, "utf-8")
@@ -410,7 +401,8 @@ def test_each_boards_recorders(tmp_path, capsys):
     assert list(recorders(Robot.shipped("gearmotors"))) == sketch
     elsewhere = WIRED.but(motor_channels=(1, 4))
     assert "pyctrl_identify.py" not in recorders(elsewhere)
-    assert "MOTOR_CHANNEL[2] = {1, 4}" in recorders(elsewhere)["rc_identify.c"]
+    code = recorders(elsewhere)["rc_identify.c"]
+    assert "MOTOR_CHANNEL[2] = {1, 4}" in code and "RATE_HZ 100\n" in code
 
 
 @pytest.mark.parametrize("amplitude", [-1.0, 0.0, 9.0, float("nan")])

@@ -1,7 +1,6 @@
 """The sketch that balances: compiled, and on a simulated robot by a pipe."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,7 +17,13 @@ from sosbook import thesis
 from tests.compiler import run
 from tests.gains import named
 from tests.six_robots import SIX, advance
-from tests.test_mip_recording import PIPE, cpp, sketch_flags
+from tests.test_mip_recording import (
+    PIPE,
+    cpp,
+    live_sketch,
+    sketch_flags,
+    sketch_program,
+)
 
 assert cpp  # a fixture
 TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
@@ -84,61 +89,35 @@ def test_the_templates_compile_as_they_stand(steers, gcc, cpp, tmp_path):
 @pytest.fixture
 def program(gcc, cpp, tmp_path):
     """The sketch, its law and the pipe as one program."""
-    for name, text in sketch(FIRMWARE, ROBOT, drive=DRIVE).items():
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text, "utf-8")
-    folder = tmp_path / "balance_sketch"
-    source = (folder / "balance_sketch.ino").read_text("utf-8")
-    (folder / "sketch.cpp").write_text('#include "Arduino.h"\n' + source, "utf-8")
-    (folder / "pipe.cpp").write_text(BOARD, "utf-8")
-    flags = sketch_flags(folder)
-    for name in ("sketch", "robot_io"):
-        out = folder / f"{name}.o"
-        run(*cpp, *flags, "-c", folder / f"{name}.cpp", "-o", out)
-    law = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
-    law = [*law, "-Wconversion", "-Wdouble-promotion", "-c"]
-    run(*gcc, *law, folder / "balance_single.c", "-o", folder / "law.o")
-    objects = [folder / "sketch.o", folder / "law.o"]
-    run(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", folder / "program")
-    return folder / "program"
+    texts = sketch(FIRMWARE, ROBOT, drive=DRIVE)
+    return sketch_program(gcc, cpp, tmp_path, texts, BOARD)
 
 
-def live(program, serial, words, dead=None):
+def live(program, word, dead=None):
     """What it says on a machine that is held for a second and then let go."""
-    x, last, random = np.array([0.03, 0, 0, 0]), None, np.random.default_rng(2)
-    path = []
-    with (
-        open(serial, "w+", encoding="utf-8") as file,
-        subprocess.Popen(
-            [str(program), words],
-            stdin=subprocess.PIPE,
-            stdout=file,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-        ) as process,
-    ):
-        for line in process.stderr:
-            volts, now = float(line.split()[0]), int(line.split()[1])
-            if last is not None and len(path) > 101:
-                x = advance(MACHINE.rate, x, volts, (now - last) * 1e-6, 3)
-            last = now
-            path.append((volts, *x))
-            count = np.floor((x[1] - x[0]) * MACHINE.counts / (2 * np.pi))
-            gyro = x[2] + 0.01 + 0.002 * random.standard_normal()
-            if dead is not None and len(path) > dead:
-                gyro = 99.0
-            tilt = x[0] + 0.01 * random.standard_normal()
-            process.stdin.write(f"{float(gyro)!r} {int(count)} {float(tilt)!r}\n")
-            process.stdin.flush()
-        process.stdin.close()
-    return np.array(path), serial.read_text("utf-8")
+    state, random = np.array([0.03, 0, 0, 0]), np.random.default_rng(2)
+    path, times = [], []
+
+    def answer(volts, now):
+        nonlocal state
+        if len(path) > 101:
+            state = advance(MACHINE.rate, state, volts[0], now - times[-1], 3)
+        times.append(now)
+        path.append((*volts, *state))
+        count = np.floor((state[1] - state[0]) * MACHINE.counts / (2 * np.pi))
+        gyro = state[2] + 0.01 + 0.002 * random.standard_normal()
+        if dead is not None and len(path) > dead:
+            gyro = 99.0
+        tilt = state[0] + 0.01 * random.standard_normal()
+        return f"{float(gyro)!r} {int(count)} {float(tilt)!r}"
+
+    said = live_sketch(program, word, answer)
+    return np.array(path), said
 
 
 @pytest.mark.slow
 def test_the_sketch_balances_logs_and_obeys(program, tmp_path):
-    path, said = live(program, tmp_path / "serial.txt", "s\n")
+    path, said = live(program, "s\n")
     stood = path[102:400]
     assert abs(stood[:, 1]).max() < 0.2 and abs(stood[:, 0]).max() > 0.1
     assert set(path[402:, 0]) == {0.0}  # stopped
@@ -153,8 +132,8 @@ def test_the_sketch_balances_logs_and_obeys(program, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_dead_sensor_stops_the_motors_and_says_why(program, tmp_path):
-    path, said = live(program, tmp_path / "serial.txt", "v 9\n", dead=220)
+def test_a_dead_sensor_stops_the_motors_and_says_why(program):
+    path, said = live(program, "v 9\n", dead=220)
     assert "# motors off: sensor" in said
     assert set(path[240:, 0]) == {0.0}
 

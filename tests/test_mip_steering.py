@@ -2,7 +2,6 @@
 
 import ctypes
 import io
-import subprocess
 import sys
 from dataclasses import replace
 from types import ModuleType, SimpleNamespace
@@ -27,7 +26,7 @@ from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_pla
 from sosbook.proofs import load
 from tests.compiler import run
 from tests.gains import named
-from tests.test_mip_recording import cpp, sketch_flags
+from tests.test_mip_recording import cpp, live_sketch, sketch_program
 from tests.test_mip_sketch import BOARD
 from tests.turning import TURNER, advance, drive, steer_functions
 
@@ -584,58 +583,28 @@ for _old, _new in (
 def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path):
     law = replace(found.steering.law, firmware=found.firmware)
     limits = Drive(3.0, 6.0, 1.5, 6.0)
-    for name, text in sketch(found.firmware, ROBOT, "balance", limits, law).items():
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text, "utf-8")
-    folder = tmp_path / "balance_sketch"
-    source = (folder / "balance_sketch.ino").read_text("utf-8")
-    (folder / "sketch.cpp").write_text('#include "Arduino.h"\n' + source, "utf-8")
-    (folder / "pipe.cpp").write_text(TWO, "utf-8")
-    objects = []
-    for name in ("sketch", "robot_io"):
-        objects.append(folder / f"{name}.o")
-        flags = [*sketch_flags(folder), "-c"]
-        run(*cpp, *flags, folder / f"{name}.cpp", "-o", objects[-1])
-    for name in ("balance_single", "balance_single_steer"):
-        objects.append(folder / f"{name}.o")
-        flags = [*FLAGS, *programs.STRICT, "-c"]
-        run(*gcc, *flags, folder / f"{name}.c", "-o", objects[-1])
-    program = folder / "program"
-    objects.remove(folder / "robot_io.o")
-    run(*cpp, "-I", folder, folder / "pipe.cpp", *objects, "-o", program)
+    texts = sketch(found.firmware, ROBOT, "balance", limits, law)
+    program = sketch_program(gcc, cpp, tmp_path, texts, TWO)
+    turner, per_count = (
+        replace(TURNER, more=0.1, brake=-0.1),
+        2 * np.pi / MACHINE.counts,
+    )
+    random, path, times = np.random.default_rng(2), [], []
+    x = np.array([0.03, 0, 0, 0, 0, 0])
 
-    turner = replace(TURNER, more=0.1, brake=-0.1)
-    x, last, random, path = np.zeros(6), None, np.random.default_rng(2), []
-    x[0], per_count = 0.03, 2 * np.pi / MACHINE.counts
-    serial = tmp_path / "log.csv"
-    with (
-        open(serial, "w", encoding="utf-8") as file,
-        subprocess.Popen(
-            [str(program), "x\n"],
-            stdin=subprocess.PIPE,
-            stdout=file,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-        ) as process,
-    ):
-        for line in process.stderr:
-            left, right, now = map(float, line.split())
-            if last is not None and len(path) > 101:
-                x = advance(turner.rate, x, [left, right], (now - last) * 1e-6, 3)
-            last = now
-            path.append(x)
-            counts = np.floor(turner.wheels(x[:3]) / per_count).astype(int)
-            gyro = x[3] + 0.01 + 0.002 * random.standard_normal()
-            tilt = x[0] + 0.01 * random.standard_normal()
-            process.stdin.write(
-                f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}\n"
-            )
-            process.stdin.flush()
-        process.stdin.close()
-    path = np.array(path)
-    said = serial.read_text("utf-8")
+    def answer(volts, now):
+        nonlocal x
+        if len(path) > 101:
+            x = advance(turner.rate, x, volts, now - times[-1], 3)
+        times.append(now)
+        path.append(x)
+        counts = np.floor(turner.wheels(x[:3]) / per_count).astype(int)
+        gyro = x[3] + 0.01 + 0.002 * random.standard_normal()
+        tilt = x[0] + 0.01 * random.standard_normal()
+        return f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}"
+
+    said = live_sketch(program, "x\n", answer)
+    path, serial = np.array(path), program.parent / "serial.txt"
     assert "motors off" not in said and abs(path[:, 0]).max() < 0.3
     log = TickLog.read(serial)
     motors = np.column_stack([log.V_left, log.V_right])

@@ -56,7 +56,7 @@ def test_the_decay_is_lowered_until_it_is_proven():
     """Gear motors: proven at 0.2/s; at 50/s a smaller one is found."""
     mip, half = truth(GEARS), largest_hold(GEARS) / 2
     K = design(mip, GEARS, 0.04, Q, 5.0, 2.0).certify().K
-    found = prove(mip, GEARS, 0.04, K, 0.2)
+    found = prove(polytope(mip, 0.04), tuning.U, GEARS, K, 0.2)
     assert found.certify().proven
     assert found.request.delta == 0.2
     assert found.request.tau + found.request.mu == pytest.approx(0.0075)
@@ -64,7 +64,7 @@ def test_the_decay_is_lowered_until_it_is_proven():
         found = analyse_delay(polytope(mip, 0.04), K, [[0, 1]], half, half, rate)
         assert found.status == "feasible"
     # more than the loop's own decay is never tried
-    slow = prove(mip, GEARS, 0.04, K, 50.0)
+    slow = prove(polytope(mip, 0.04), tuning.U, GEARS, K, 50.0)
     assert slow.request.delta < slow.slowest_decay()[0]
 
 
@@ -72,7 +72,7 @@ def test_an_unstable_loop_is_the_cause_that_is_named():
     late = THESIS.but(delay=0.2)
     K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
     with pytest.raises(ValueError, match="unstable for a delay of .* ms"):
-        prove(Mip.printed(), late, 0.04, K, 0.2)
+        prove(polytope(Mip.printed(), 0.04), tuning.U, late, K, 0.2)
 
 
 def test_a_proof_that_lacks_means_says_so(monkeypatch):
@@ -82,7 +82,7 @@ def test_a_proof_that_lacks_means_says_so(monkeypatch):
     monkeypatch.setattr(tuning, "solve_delay", lambda *a, **k: Undecided)
     K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
     with pytest.raises(ValueError, match="0.64.* it is the proof that"):
-        prove(Mip.printed(), THESIS, 0.04, K, 0.2)
+        prove(polytope(Mip.printed(), 0.04), tuning.U, THESIS, K, 0.2)
 
 
 def test_the_reach_is_where_the_unstable_mode_gets_away():

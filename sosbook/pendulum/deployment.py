@@ -17,7 +17,8 @@ from .log import Log
 from .proven import LARGEST_PEAK, Deployment
 from .rig import DATA
 from .robot import Robot
-from .tuning import design, design_optimal, prove, recoverable_tilt
+from .spread import polytope
+from .tuning import U, design, design_optimal, prove, recoverable_tilt
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
 
@@ -99,7 +100,7 @@ def recommend(
     Q = np.diag(Q) if Q.ndim == 1 else Q
     if robot.law == "gain":
         designed = design(mip, robot, spread, Q, R, peak)
-        delayed = prove(mip, robot, spread, designed.certify().K, decay)
+        delayed = prove(polytope(mip, spread), U, robot, designed.certify().K, decay)
     else:
         designed, delayed = design_optimal(mip, robot, spread, Q, R, peak), None
     return Deployment(

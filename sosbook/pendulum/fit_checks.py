@@ -53,81 +53,71 @@ def check_fits(identified, body, wheels, robot):
         What speaks against the fits; empty if nothing does.
     """
     reports, kappa = [], identified.contradiction
+
+    def say(*words):
+        reports.append(Finding(*words))
+
     (low, high), (least, most) = CONTRADICTION_LIMITS
     if not low <= kappa <= high:
-        reports.append(
-            Finding(
-                "warning" if least <= kappa <= most else "refused",
-                "both logs",
-                f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
-                "should be one on one robot: wrong counts per turn, a gyro in "
-                "another unit, late or askew, V as a duty in one log, swapped "
-                "columns, or friction that is ignored",
-            )
+        say(
+            "warning" if least <= kappa <= most else "refused",
+            "both logs",
+            f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
+            "should be one on one robot: wrong counts per turn, a gyro in "
+            "another unit, late or askew, V as a duty in one log, swapped "
+            "columns, or friction that is ignored",
         )
     for name, value in identified.ratios.items():
         least, most = PLAUSIBLE_RATIOS[name]
         if not least <= value <= most:
-            reports.append(
-                Finding(
-                    "refused",
-                    "both logs",
-                    f"{name.replace('_', '/')} = "
-                    f"{value:.4g} is beyond any such robot's ({least:g} to "
-                    f"{most:g}): check the units of V, of the sensors and of t",
-                )
+            say(
+                "refused",
+                "both logs",
+                f"{name.replace('_', '/')} = "
+                f"{value:.4g} is beyond any such robot's ({least:g} to "
+                f"{most:g}): check the units of V, of the sensors and of t",
             )
     free = robot.limit * identified.mip.e / identified.mip.f
     least, most = PLAUSIBLE_SPEEDS
     if not least <= free <= most:
-        reports.append(
-            Finding(
-                "refused",
-                "both logs",
-                f"with limit = {robot.limit:g} V free wheels would turn at "
-                f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
-                "is V a duty in both logs, or in mV, or limit another motor's?",
-            )
+        say(
+            "refused",
+            "both logs",
+            f"with limit = {robot.limit:g} V free wheels would turn at "
+            f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
+            "is V a duty in both logs, or in mV, or limit another motor's?",
         )
     I_b = identified.mip.c - robot.M_b * robot.l**2
     if I_b < 0:
-        reports.append(
-            Finding(
-                "refused",
-                "the description",
-                f"M_b l^2 is larger than the "
-                f"body's inertia about the axle, {identified.mip.c:.3g} kg m^2, that "
-                "the log gives: check M_b and l",
-            )
+        say(
+            "refused",
+            "the description",
+            f"M_b l^2 is larger than the "
+            f"body's inertia about the axle, {identified.mip.c:.3g} kg m^2, that "
+            "the log gives: check M_b and l",
         )
     if robot.l**2 * robot.M_b * 8 < identified.mip.c:
-        reports.append(
-            Finding(
-                "warning",
-                "the description",
-                f"the body's inertia about the "
-                f"axle, {identified.mip.c:.3g} kg m^2, is over eight times M_b l^2: "
-                "check l, and that M_b is in kg",
-            )
+        say(
+            "warning",
+            "the description",
+            f"the body's inertia about the "
+            f"axle, {identified.mip.c:.3g} kg m^2, is over eight times M_b l^2: "
+            "check l, and that M_b is in kg",
         )
     if not 1e-4 <= identified.mip.e / robot.M_b <= 10:
-        reports.append(
-            Finding(
-                "refused",
-                "the description",
-                f"e = {identified.mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
-                "check that M_b is in kg and V in volts",
-            )
+        say(
+            "refused",
+            "the description",
+            f"e = {identified.mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
+            "check that M_b is in kg and V in volts",
         )
     I_w, rim = identified.mip.I_w, robot.M_w * robot.r**2
     if I_w < LEAST_WHEEL * rim:
-        reports.append(
-            Finding(
-                "refused",
-                "the description",
-                f"by the logs a wheel has the inertia {I_w:.3g} kg m^2, and no wheel "
-                f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r",
-            )
+        say(
+            "refused",
+            "the description",
+            f"by the logs a wheel has the inertia {I_w:.3g} kg m^2, and no wheel "
+            f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r",
         )
     reports += check_residuals("log of the body", identified.body, body.gyro, 0.0)
     for k, fit in enumerate(identified.wheels, 1):

@@ -5,7 +5,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..bisection import narrowed
 from ..plants.checks import positive
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.system import SampledSystem
@@ -15,6 +14,7 @@ from .model import Mip
 __all__ = [
     "SENSING",
     "SampledLoop",
+    "held",
     "loop_radius",
     "lowest_rate",
     "peak_sensitivity",
@@ -91,12 +91,20 @@ def _firmware(T, blend):
     )
 
 
+def held(plant, T, delay):
+    """From the inputs of a ``plant``, ``delay`` late, to [z; z'] at ticks T apart."""
+    (vertex,) = input_vertices(plant, None)
+    A, B = SampleTiming.of(T, delay).held(vertex)
+    states = 2 * plant.n
+    return SampledSystem(
+        A, B, np.eye(states, len(A)), np.zeros((states, B.shape[1])), T
+    )
+
+
 @lru_cache(maxsize=1000)
 def _held(robot, T, delay):
-    """From the voltage to [theta, phi, theta', phi'], at the ticks."""
-    (vertex,) = input_vertices(robot.plant(), None)
-    A, B = SampleTiming.of(T, delay).held(vertex)
-    return SampledSystem(A, B, np.eye(4, len(A)), np.zeros((4, 1)), T)
+    """As `held`, of a `Mip`."""
+    return held(robot.plant(), T, delay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,37 +202,6 @@ class SampledLoop:
         point, the modulus margin.
         """
         return peak_sensitivity(self.loop_gain)
-
-    @property
-    def gain_margins(self):
-        """(low, high): the loop stays stable if V is scaled between.
-
-        The ends of the interval around one, to a thousandth; (nan, nan)
-        if the loop isn't stable.
-        """
-        if self.radius >= 1:
-            return np.nan, np.nan
-        return self._end(1e-3), self._end(1e3)
-
-    def _end(self, far):
-        """The gain between one and ``far`` at which stability ends."""
-        L = self.loop_gain
-
-        def stable(gain):
-            return np.abs(_moving(L.A + gain * L.B @ L.C)).max() < 1
-
-        good = 1.0
-        for bad in np.geomspace(1, far, 301)[1:]:
-            if not stable(bad):
-                break
-            good = bad
-        else:
-            return far
-
-        def between(good, bad):
-            return (bad * good) ** 0.5 if abs(bad / good - 1) > 1e-4 else None
-
-        return float(narrowed(stable, good, bad, between)[0])
 
 
 def _moving(F):

@@ -8,12 +8,11 @@ import numpy as np
 from ..plants.checks import finite
 from ..plants.second_order import Polytope
 from ..sampled import certify_sampled
-from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.system import SampledSystem
 from ..synthesis.lqr import design_lqr
-from .margins import loop_radius, peak_sensitivity
+from .margins import held, loop_radius, peak_sensitivity
 from .steering import Steering
-from .tuning import DELAY_SHARES, WEIGHTS, proven_decay
+from .tuning import DELAY_SHARES, WEIGHTS, prove
 from .turning import inertia_bounds, turning_plants, unequal_plant
 
 __all__ = ["SteeringDesign", "steer"]
@@ -200,7 +199,7 @@ def steer(mip, robots, robot, firmware, balance, spread, peak):
         K = designed.certify().K
         law = Steering(firmware, K, robot.steering, robot.track, robot.r)
         if _peak(plants, law.system, robot) <= peak:
-            delayed = proven_decay(plants, U, robot, K, 0.0)
+            delayed = prove(plants, U, robot, K, 0.0)
             return SteeringDesign(
                 robot, tuple(robots), spread, designed, delayed, law, balance
             )
@@ -211,20 +210,10 @@ def steer(mip, robots, robot, firmware, balance, spread, peak):
     )
 
 
-def _held(plant, T, late):
-    """From the voltages to [z; z'] at the ticks."""
-    (vertex,) = input_vertices(plant, None)
-    A, B = SampleTiming.of(T, late).held(vertex)
-    states = 2 * plant.n
-    return SampledSystem(
-        A, B, np.eye(states, len(A)), np.zeros((states, B.shape[1])), T
-    )
-
-
 def _peak(plants, system, robot):
     """The largest sensitivity of the corners for no, half and all delay."""
     return max(
-        peak_sensitivity(_held(plant, robot.T, share * robot.delay).then(system))
+        peak_sensitivity(held(plant, robot.T, share * robot.delay).then(system))
         for plant in plants.vertices
         for share in DELAY_SHARES
     )
@@ -232,7 +221,7 @@ def _peak(plants, system, robot):
 
 def _coupled(plant, balance, steering, late):
     """From [V, W] to what both laws answer, one after the other."""
-    return _held(plant, balance.dt, late).then(_both(balance, steering))
+    return held(plant, balance.dt, late).then(_both(balance, steering))
 
 
 def _both(balance, steering):

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from ..delay import DelayDesign, DelayRequest, solve_delay
+from ..plants.descriptor import descriptors
 from ..plants.gain import Gain
 from ..synthesis.lqr import design_lqr
 from .law import PID_SIGNALS, SampledLaw
@@ -23,7 +24,6 @@ __all__ = [
     "largest_hold",
     "peak_of",
     "prove",
-    "proven_decay",
     "recoverable_tilt",
 ]
 
@@ -69,14 +69,8 @@ def recoverable_tilt(mip, limit):
     It is that of the linear plant: an input bounded by ``limit`` can't stop
     the unstable mode w'x' = p w'x + w'B V from beyond |w'B| limit / p.
     """
-    plant = mip.plant()
-    A = np.block(
-        [
-            [np.zeros((2, 2)), np.eye(2)],
-            [-np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))],
-        ]
-    )
-    B = np.vstack([np.zeros((2, 1)), np.linalg.solve(plant.M, plant.B)])
+    (plant,) = descriptors(mip.plant())
+    A, B, _ = plant.state_space()
     poles, left_vectors = np.linalg.eig(A.T)
     k = poles.real.argmax()
     w = left_vectors[:, k].real
@@ -168,12 +162,8 @@ def _guessed(mip, robot, Q, R):
 
 def _riccati(mip, Q, R):
     """The gain of least cost for one plant, in continuous time."""
-    (d,) = polytope(mip, 0.0).vertices[:1]
-    M, zero = d.M, np.zeros((2, 2))
-    A = np.zeros((5, 5))
-    A[:2, 2:4], A[4, 1] = np.eye(2), 1
-    A[2:4, :2], A[2:4, 2:4] = (-np.linalg.solve(M, d.S), -np.linalg.solve(M, d.D))
-    B = np.vstack([zero[:, :1], np.linalg.solve(M, d.B), [[0]]])
+    (plant,) = descriptors(mip.plant(), U)
+    A, B, _ = plant.state_space()
     return -B.T @ solve_continuous_are(A, B, Q, [[R]]) / R
 
 
@@ -215,30 +205,30 @@ def largest_hold(robot):
     return robot.T + robot.delay + robot.jitter
 
 
-def prove(mip, robot, spread, K, decay):
-    """The `DelayDesign` of the fastest decay that can be proven for a gain K.
+def prove(plants, U, robot, K, decay):
+    """The `DelayDesign` of the fastest decay that can be proven for a gain.
 
-    The pendulums are those around ``mip`` within the ``spread``; the robot
-    gives the times.
+    It tries ``decay`` by either theorem, then smaller ones. What is proven is a
+    decay for every delay from 0 to `largest_hold`, however it varies.
 
-    It tries ``decay`` by either theorem, then smaller ones. What is
-    proven is a decay for every delay from 0 to `largest_hold`, however
-    it varies.
+    Parameters
+    ----------
+    plants : Polytope
+        The plants.
+    U : (a, n) array_like
+        Which angles are integrated.
+    robot : Robot
+        Its times are used.
+    K : (m, 2 n + a) array
+        The gain.
+    decay : float
+        The most that is asked for, in 1/s.
 
     Raises
     ------
     ValueError
         If not even stability can be proven; it says what is known of
         the loop itself.
-    """
-    return proven_decay(polytope(mip, spread), U, robot, K, decay)
-
-
-def proven_decay(plants, U, robot, K, decay):
-    """As `prove`, for a polytope ``plants`` with its integrated angles U.
-
-    The robot gives the times, K is the gain, and ``decay`` the most that is
-    asked for.
     """
     half = largest_hold(robot) / 2
     true, at = DelayDesign(
