@@ -173,10 +173,10 @@ def browser():
 @pytest.fixture(scope="module")
 def kernel(browser):
     """An empty page with the solver of the rendered book in it."""
-    from sosbook.book.kernel import source
+    from sosbook.book.elements.scripts import script
 
     page = browser.new_page()
-    page.add_script_tag(content=source())
+    page.add_script_tag(content=script("kernel"))
     yield page
     page.close()
 

@@ -11,13 +11,7 @@ import sosbook as sos
 from sosbook.book.elements.delay import DELAY_KINDS, delay_atlas, signal_of
 from sosbook.book.elements.records import delay_record
 from sosbook.delay import characteristic_roots, delayed_loop, simulate_delay
-from tests.elements import (
-    assert_buttons,
-    assert_fits_a_phone,
-    assert_readable,
-    green,
-    schemes,
-)
+from tests.elements import assert_buttons, assert_fits_a_phone, assert_readable, schemes
 from tests.test_atlas import numbers
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -120,8 +114,7 @@ def test_the_output_is_small_plain_and_survives_any_title(atlas):
     assert not re.search(r"(?<![\d.])-0(\.0)?(?=[,\]])|NaN|Infinity", data)
     assert "http" not in atlas.html
     per_design = len(data) / len(atlas)
-    assert len(atlas.html) + 200 * per_design < 150_000
-    assert atlas.html.count("<noscript>") == 1
+    assert len(atlas.light) + 200 * per_design < 110_000
 
 
 @pytest.mark.parametrize(
@@ -161,29 +154,6 @@ def tab(visit, sheet):
     assert all(re.match("file:|data:", url) for url in tab.requests)
 
 
-def test_every_control_has_its_own_visible_label(tab):
-    for part in tab.page.locator("sos-delay").all():
-        assert part.locator("input[type=range]").count() == 3
-        for label in [*LABELS, KIND]:
-            found = part.get_by_label(label)
-            assert found.count() == 1 and found.is_visible()
-            name = found.get_attribute("id")
-            assert tab.page.locator(f"[id='{name}']").count() == 1
-    assert (
-        first(tab).get_by_label("Decay rate δ").get_attribute("aria-valuetext")
-        == "δ = 0.1 s⁻¹"
-    )
-    live = first(tab).locator(".sos-readout")
-    assert live.get_attribute("aria-live") == "polite"
-    assert first(tab).locator("svg[role=img][aria-label]").count() == 3
-
-
-def test_the_page_says_that_it_has_a_grid_and_why(tab, atlas):
-    text = tab.page.locator("sos-delay").first.inner_text()
-    assert f"Solved beforehand at {len(atlas.data['designs'])} positions" in text
-    assert "doesn't know the LMIs of a delay" in text
-
-
 def test_the_page_says_what_was_solved(tab, atlas):
     fresh, text = design_at(atlas, atlas.start), say(tab)
     assert text.startswith(
@@ -195,31 +165,6 @@ def test_the_page_says_what_was_solved(tab, atlas):
     rate, delay = fresh.slowest_decay()
     assert "Promised rate, however the delay varies: 0.1 s⁻¹." in text
     assert f"delays: {rate:.3g} s⁻¹, at {delay:.3g} s." in text
-
-
-@pytest.mark.parametrize("label", LABELS)
-def test_each_slider_works_by_keyboard_and_mouse(tab, label):
-    slider = first(tab).get_by_label(label)
-    before, place = say(tab), slider.input_value()
-    slider.focus()
-    away, back = (
-        ("ArrowLeft", "ArrowRight") if place == "1" else ("ArrowRight", "ArrowLeft")
-    )
-    slider.press(away)
-    assert slider.input_value() != place
-    assert slider.get_attribute("aria-valuetext") in say(tab)
-    other = say(tab)
-    assert other != before
-    slider.press(back)
-    assert say(tab) == before
-    box = slider.bounding_box()
-    middle = box["y"] + box["height"] / 2
-    left, right = box["x"] + 8, box["x"] + box["width"] - 8
-    tab.page.mouse.move(right if place == "1" else left, middle)
-    tab.page.mouse.down()
-    tab.page.mouse.move(left if place == "1" else right, middle, steps=4)
-    tab.page.mouse.up()
-    assert say(tab) == other
 
 
 def test_reset_a_link_and_python(tab, visit, atlas):
@@ -236,34 +181,10 @@ def test_reset_a_link_and_python(tab, visit, atlas):
     assert (design.request.mu, design.request.delta) == (0.2, 0.2)
 
 
-def test_bands_are_green_where_a_design_is_stored(tab, atlas):
-    for k, stretches in enumerate(green(tab, "sos-delay")):
-        stored = [
-            not isinstance(
-                atlas.designs[(*atlas.start[:k], at, *atlas.start[k + 1 :])], int
-            )
-            for at in range(2)
-        ]
-        assert [good for good, _, _ in stretches] == stored
-
-
-def test_the_second_atlas_moves_alone(tab):
-    before = say(tab)
-    other = tab.page.locator("sos-delay").nth(1)
-    other.get_by_label("Nominal delay τ").fill("0")
-    assert "τ = 0.2 s" in other.locator(".sos-readout").inner_text()
-    assert say(tab) == before
-
-
 def held(tab, code):
     return tab.page.evaluate(
         f"(() => {{ const a = document.querySelector('sos-delay');{code} }})()"
     )
-
-
-def test_the_element_holds_every_solved_design(tab, atlas):
-    stored = held(tab, "return a.data.designs;")
-    assert stored == [atlas.designs[p] for p in sorted(atlas.designs)]
 
 
 def compared(tab, example, kind, K, tau, mu):

@@ -409,7 +409,7 @@ def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
     context = browser.new_context()
     page = context.new_page()
     page.goto(lab("stranger"))
-    page.locator(".jp-OutputArea-output").get_by_text("trust the notebook").wait_for(
+    page.locator(".jp-OutputArea-output").get_by_text("run the cell").wait_for(
         timeout=60_000
     )
     assert page.locator("sos-atlas input").count() == 0

@@ -269,15 +269,6 @@ def middle(part):
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
-def test_a_wish_is_locked_until_its_answer_is_there(tab):
-    type_in(tab, x0="1 2")
-    assert locked(tab)
-    type_in(tab, x0="0.1 0 0 0 0 0")
-    assert locked(tab)
-    assert design(tab)["status"] == "feasible" and not locked(tab)
-    assert "u_max" in element(tab, "named")
-
-
 def test_fields_that_nobody_asks_for_do_not_block(tab):
     """Nor are they shown: x(0) of the example, and the weights of a cost."""
     for name in BOXES:
@@ -365,7 +356,7 @@ def test_an_answer_for_another_plant_is_never_drawn(tab):
           const select = e.view.querySelector("select");
           const held = [...e.view.querySelectorAll("input[type=range]")];
           fire(held[0], "pointerdown", PointerEvent);
-          e.part("map").querySelector("[data-handle]")?.dispatchEvent(
+          e.find("map").querySelector("[data-handle]")?.dispatchEvent(
             new PointerEvent("pointerdown", {bubbles: true}));
           for (let k = 0; k < 12; k++) {
             const input = held[(k + seed) % held.length];

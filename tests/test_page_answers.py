@@ -10,9 +10,9 @@ import re
 
 import pytest
 
-from sosbook.book.elements.page import script
+from sosbook.book.elements.scripts import script
 from sosbook.book.notebooks import BOOK
-from tests.test_page_elements import again, stored
+from tests.test_page_elements import stored
 
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
@@ -166,7 +166,7 @@ def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
     sheet, tag = tmp_path / "sheet.html", re.match(r"<(sos-\w+)", text)[1]
     sheet.write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        f'<link rel="icon" href="data:,">{again(text)}',
+        f'<link rel="icon" href="data:,">{text}',
         "utf8",
     )
     tab = visit(sheet)
@@ -192,7 +192,7 @@ def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
     sheet = tmp_path / "sheet.html"
     sheet.write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        f'<link rel="icon" href="data:,">{again(FIRST[tag])}',
+        f'<link rel="icon" href="data:,">{FIRST[tag]}',
         "utf8",
     )
     tab, ask = visit(sheet), f"document.querySelector('{tag}')"
@@ -212,7 +212,7 @@ def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
         ]
     here = "&".join(f"{key}={value}" for key, value in start)
     tab.page.evaluate(f"location.hash = {f'#{tag}-1:{here}'!r}")  # a link, pasted
-    tab.page.wait_for_function(f"{ask}?.part('more').textContent === ''")
+    tab.page.wait_for_function(f"{ask}?.find('more').textContent === ''")
     assert tab.page.evaluate(f"Object.entries({ask}.address)") == start
     assert tab.errors == []
 
@@ -225,11 +225,12 @@ def test_half_an_answer_of_the_package_is_none(browser):
         '<div id="home"><div class="sos-question"><textarea></textarea></div>'
         '<div class="sos-answer"></div></div>'
     )
-    page.add_script_tag(content=script("line.js"))
+    page.add_script_tag(content=script("line"))
     heard = page.evaluate(
         """async () => {
       const heard = [], home = document.querySelector("#home");
-      const line = sosLine(home, () => () => heard.push("alone"))(x => heard.push(x));
+      const alone = () => heard.push("alone");
+      const line = sosModules.line.line(home, () => alone)(x => heard.push(x));
       line({id: 7});
       for (const text of ['{"id": 7', "null", "[7]", '{"id": 6}', '{"id": 7}']) {
         home.querySelector(".sos-answer").textContent = text;

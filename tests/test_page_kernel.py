@@ -1,7 +1,6 @@
 """The solver of the rendered page against the package, in a real browser."""
 
 import json
-from importlib.resources import files
 from itertools import count, islice
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.__main__ import main
-from sosbook.book.kernel import MODULES, source
+from sosbook.book.elements.scripts import script
 from sosbook.exact.definite import round_digits
 from sosbook.exact.proof_text import checksum
 from sosbook.exact.rational import decimal
@@ -330,7 +329,7 @@ def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
     sheet.write_text(
         '<!doctype html><html lang="en"><meta charset="utf-8">'
         '<link rel="icon" href="data:,"><title>t</title>'
-        f"<script>{source()}</script>",
+        f"<script>{script('kernel')}</script>",
         "utf8",
     )
     tab, example = visit(sheet), sos.thesis.example_4()
@@ -350,25 +349,6 @@ def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
 
 
 # ----------------------------------------------------------------- the parts
-
-
-def test_eigenvalues_are_numpy_s(kernel):
-    rng = np.random.default_rng(8)
-    matrices = [rng.standard_normal((n, n)) * 10.0 ** rng.uniform(-3, 3, (n, 1))
-                for n in (1, 2, 3, 5, 8, 12) for _ in range(6)]  # fmt: skip
-    matrices += [np.diag([1.0, 1, 1]), np.eye(4, k=1), np.zeros((3, 3))]
-    found = kernel.evaluate(
-        "list => { const k = globalThis.kernel ??= sosKernel();"
-        "return list.map(X => k.eigenvalues(k.matrix(X))); }",
-        [X.tolist() for X in matrices],
-    )
-    for X, mine in zip(matrices, found, strict=True):
-        true = np.linalg.eigvals(X)
-        mine = np.array([complex(*s) for s in mine])
-        assert len(mine) == len(true)
-        size = np.linalg.norm(X) + 1
-        assert all(np.abs(true - s).min() < 1e-9 * size for s in mine)
-        assert abs(mine.sum() - np.trace(X)) < 1e-10 * size
 
 
 def test_numbers_are_written_as_python_writes_them(kernel):
@@ -499,20 +479,6 @@ def test_multipliers_that_are_not_exact_refuse_nothing(kernel):
     )
     assert hasty[0] == "infeasible"
     assert careful[0] == "undecided" and "no exact ones" in careful[1]
-
-
-def test_modules_are_short_and_need_nothing_from_elsewhere():
-    text = source()
-    assert "http" not in text and "import" not in text
-    assert len(MODULES) == len({*MODULES})
-
-
-@pytest.mark.parametrize("name", MODULES)
-def test_no_text_of_a_module_spans_lines(name):
-    """Else the lines that `source` strips could be parts of a text."""
-    module = (files("sosbook.book.kernel") / f"{name}.js").read_text("utf8")
-    assert all(line.count("`") % 2 == 0 for line in module.splitlines())
-    assert "/*" not in module
 
 
 @pytest.mark.parametrize("noise", ["states", "F"])

@@ -1,5 +1,7 @@
-"""One style for all: what `ruff check` and `ruff format` say."""
+"""One style for all: what ruff says of Python, Deno and clang-format of JavaScript."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -7,15 +9,41 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+SCRIPTS = [
+    path.relative_to(ROOT).as_posix()
+    for folder in ("sosbook/book", "book/_static")
+    for path in sorted((ROOT / folder).rglob("*.js"))
+    if "mathjax" not in path.parts
+]
 
 
-@pytest.mark.parametrize("words", [("check",), ("format", "--check")])
-def test_ruff_has_nothing_to_say(words):
-    done = subprocess.run(
-        [sys.executable, "-m", "ruff", *words, "--no-cache", "."],
+def run(*words):
+    """What a program of the environment says of the checkout."""
+    quiet = {"DENO_DIR": str(ROOT / "_build" / "deno"), "DENO_NO_UPDATE_CHECK": "1"}
+    return subprocess.run(
+        words,
         cwd=ROOT,
+        env=os.environ | quiet | {"NO_COLOR": "1"},
         capture_output=True,
         text=True,
         encoding="utf-8",
     )
+
+
+@pytest.mark.parametrize("words", [("check",), ("format", "--check")])
+def test_ruff_has_nothing_to_say(words):
+    done = run(sys.executable, "-m", "ruff", *words, "--no-cache", ".")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("deno", "lint"), ("deno", "check"), ("clang-format", "--dry-run", "--Werror")],
+)
+def test_the_scripts_have_no_fault(words):
+    program = shutil.which(words[0], path=Path(sys.executable).parent)
+    if program is None and not os.environ.get("CI"):
+        pytest.skip(f"{words[0]} isn't installed: pip install {words[0]}")
+    assert program, f"{words[0]} belongs to requirements.txt"
+    done = run(program, *words[1:], *SCRIPTS)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -1,7 +1,7 @@
 // The search page: ranks the sections of search-index.js and shows excerpts.
 "use strict";
 (() => {
-  const { pages, rows } = window.SOS_SEARCH;
+  const { pages, rows } = window["SOS_SEARCH"];
   const MOST = 40, PER_PAGE = 4, WIDE = 220;
   const fold = (text) =>
     text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase();
@@ -124,7 +124,9 @@
     box.replaceChildren(head, list);
   };
 
+  /** @type {NodeListOf<HTMLInputElement>} */
   const fields = document.querySelectorAll("form.bd-search input[type=search]");
+  /** @type {HTMLInputElement} */
   const field = document.querySelector(".bd-search-container input") || fields[0];
   const query = new URLSearchParams(location.search).get("q") || "";
   fields.forEach((one) => { one.value = query; });

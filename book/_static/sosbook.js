@@ -13,9 +13,9 @@
 
   // Formulas are set when the fonts that most pages need are there: one that comes
   // later makes the browser lay out the whole page again, and lines jump.
-  if (window.MathJax) window.MathJax.startup = {
+  if (window["MathJax"]) window["MathJax"].startup = {
     async pageReady() {
-      const {startup} = window.MathJax;
+      const {startup} = window["MathJax"];
       document.head.append(startup.output.styleSheet(startup.document));
       const kinds = ["I", "A", "C", "S1", "S2", "S3", "S4"];
       const names = ["ZERO", "TEX", ...kinds.map(kind => `TEX-${kind}`)];
@@ -62,6 +62,6 @@
     const sidebar = document.querySelector(".bd-sidebar-primary");
     sidebar?.setAttribute("role", "complementary");
     sidebar?.setAttribute("aria-label", "Contents of the book");
-    Promise.resolve(window.MathJax?.startup?.promise).then(watch);
+    Promise.resolve(window["MathJax"]?.startup?.promise).then(watch);
   });
 })();

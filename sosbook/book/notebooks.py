@@ -59,6 +59,7 @@ _NAMED = {
 _PROOF = re.compile(r":::\{prf:proof\}(.*?)\n:::", re.DOTALL)
 _MARKDOWN_IMAGE = re.compile(r"!\[\s*\]\(")
 _BARE_LINK = re.compile(r"(?<!!)\[\s*\]\(([^)]*)\)")
+_SHARED = re.compile(r'\n<(style|script) class="sos-shared">.*?</\1>', re.DOTALL)
 _MACHINE = re.compile(
     r"0x[0-9a-f]{7,}|(?<![\w./])(/(home|root|tmp|usr|opt|var|mnt|Users|private)/\w"
     rf"|{re.escape(str(BOOK.parent))}\b)"
@@ -167,6 +168,19 @@ def text(notebook):
     return nbformat.writes(notebook).rstrip("\n") + "\n"
 
 
+def without_shared(html):
+    """The ``html`` without the style and scripts that all page elements share.
+
+    The built pages load them as files, so they aren't stored.
+
+    Examples
+    --------
+    >>> without_shared('<p>1</p>\\n<style class="sos-shared">p {}</style>\\n<p>2</p>')
+    '<p>1</p>\\n<p>2</p>'
+    """
+    return _SHARED.sub("", html).rstrip("\n") if _SHARED.search(html) else html
+
+
 def _canonical_outputs(cell):
     if LIVE & set(cell.metadata.get("tags", [])):
         return []
@@ -175,6 +189,8 @@ def _canonical_outputs(cell):
         output.pop("transient", None)
         if "metadata" in output:
             output.metadata = nbformat.from_dict({})
+        if html := output.get("data", {}).get("text/html"):
+            output.data["text/html"] = without_shared(html)
         if output.output_type == "execute_result":
             output.execution_count = cell.execution_count
         last = kept[-1] if kept else None

@@ -44,7 +44,7 @@ def main(words=None):
 @contextmanager
 def page():
     """An empty page with the book's solver; None, and loud, without a browser."""
-    from sosbook.book.kernel import source
+    from sosbook.book.elements.scripts import script
 
     path = browser.find()
     if path is None:
@@ -56,7 +56,7 @@ def page():
     with sync_playwright() as engine:
         window = engine.chromium.launch(**browser.options(path))
         empty = window.new_page()
-        empty.add_script_tag(content=source())
+        empty.add_script_tag(content=script("kernel"))
         yield empty
         window.close()
 

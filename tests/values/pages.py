@@ -9,6 +9,8 @@ import json
 from dataclasses import dataclass
 from functools import lru_cache
 
+from sosbook.book.notebooks import without_shared
+
 from . import figures, words
 from .trees import parse
 
@@ -26,6 +28,7 @@ def differences(stored, now, limit=8):
     >>> differences("<td>0.75</td><td>1.2</td>", "<td>0.76</td><td>1.5</td>")
     ['td 2: line 1, number 1: stored 1.2, now 1.5 (tolerance 0.1)']
     """
+    now = without_shared(now)
     if stored == now:
         return []
     faults = [*_element(_parsed(stored), parse(now), "")]

@@ -149,11 +149,7 @@ class DelayAtlas(Atlas):
     Its title, sliders, designs, loop and start are those of `Atlas`.
     """
 
-    tag, sheets, scripts = (
-        "sos-delay",
-        ("delay.css",),
-        ("program.js", "atlas.js", "delay.js"),
-    )
+    tag, script, sheets = "sos-delay", "delay", ("delay",)
 
     def __repr__(self):
         return "Delay" + super().__repr__()

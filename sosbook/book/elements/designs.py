@@ -98,8 +98,8 @@ class Atlas(PageElement):
         Where the sliders stand at first; the middle if left out.
     """
 
-    tag, scripts = "sos-atlas", ("program.js", "atlas.js")
-    notice = "Sliders over solved designs. They need JavaScript"
+    tag, script = "sos-atlas", "atlas"
+    notice = "Sliders over solved designs"
 
     def __init__(self, title, sliders, designs, loop, start=None):
         self.title, self.sliders = title, tuple(sliders)

@@ -5,7 +5,6 @@ import numpy as np
 from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
 from ...synthesis.problem import Request
-from ..kernel import source
 from .designs import page_loop
 from .page import PageElement, significant
 from .program import program_data
@@ -26,18 +25,11 @@ class Explorer(PageElement):
         What the page needs to know: title, sliders, the plant, what is fixed.
     """
 
-    tag = "sos-explorer"
-    sheets = ("explorer.css",)
-    scripts = ("solver.js", "program.js", "atlas.js", "explorer.js")
-    notice = "Sliders that solve the LMIs in your browser. They need JavaScript"
+    tag, script, sheets = "sos-explorer", "explorer", ("explorer",)
+    notice = "Sliders that solve the LMIs in your browser"
 
     def __init__(self, data):
         self.data, self.title = data, data["title"]
-
-    @property
-    def html(self):
-        """The element as HTML, with the solver's source in front of its scripts."""
-        return super().html.replace("<script>\n", f"<script>\n{source()}\n", 1)
 
     def __repr__(self):
         names = ", ".join(s["key"] for s in self.data["sliders"])

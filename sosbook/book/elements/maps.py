@@ -30,8 +30,8 @@ class MapAtlas(PageElement):
         If there is no frontier.
     """
 
-    tag, sheets, scripts = "sos-map", ("map.css",), ("program.js", "map.js")
-    notice = "Maps of solved requests. They need JavaScript"
+    tag, script, sheets = "sos-map", "map", ("map",)
+    notice = "Maps of solved requests"
 
     def __init__(self, frontiers, title="Feasibility maps"):
         if not frontiers or not all(len(f) for f in frontiers.values()):

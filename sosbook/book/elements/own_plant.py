@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 
-from ...display.escape import json_text
 from ...plants.second_order import SecondOrderSystem, mass_fault
 from ...synthesis.problem import Request
 from ..thesis import example_1
@@ -19,19 +18,12 @@ class OwnPlant(Explorer):
     Parameters
     ----------
     data : dict
-        That of an `Explorer`, and "examples": plants to start from.
+        That of an `Explorer`, "examples": plants to start from, and "refusals": the
+        package's words for what it refuses.
     """
 
-    tag = "sos-plant"
-    sheets = (*Explorer.sheets, "plant.css")
-    scripts = (*Explorer.scripts, "checks.js", "plant.js")
-    notice = "A solver for your own matrices. It needs JavaScript"
-
-    @property
-    def html(self):
-        """The element as HTML, with the package's words for what it refuses."""
-        words = f"window.sosRefusals = {json_text(_refusals())};"
-        return super().html.replace("<script>\n", f"<script>\n{words}\n", 1)
+    tag, script, sheets = "sos-plant", "plant", ("explorer", "plant")
+    notice = "A solver for your own matrices"
 
 
 def own_plant(title="A plant of your own"):
@@ -68,7 +60,9 @@ def own_plant(title="A plant of your own"):
         {"name": name, "request": data["request"], "x0": x0.tolist() or None}
         for (name, _, _, x0), data in zip(plants, elements, strict=True)
     ]
-    return OwnPlant(elements[0] | {"examples": examples, "mu": None})
+    return OwnPlant(
+        elements[0] | {"examples": examples, "mu": None, "refusals": _refusals()}
+    )
 
 
 def _examples():

@@ -1,74 +1,85 @@
-"""What every element of the rendered page has in common: it needs no other file."""
+"""What the elements of the rendered page have in common."""
 
 import re
-from importlib.resources import files
 
 from ...display.escape import json_text, page_text
-from ..kernel import lean
+from .scripts import modules, script, sheet
 
-__all__ = ["PageElement", "script", "significant"]
+__all__ = ["PageElement", "named", "significant", "whole"]
+
+ELEMENT = re.compile(r'<sos-[a-z]+ class="([a-z -]+)" data-script="([a-z]+)"')
 
 
 class PageElement:
-    """An element that a cell shows: its style, data and script stand inline.
+    """An element that a cell shows: its data, its style and its scripts.
 
-    A subclass names its tag, its files in ``assets`` and what its data shows;
-    it has a ``title`` and ``data``, a dict as JSON has it.
+    A subclass names its tag, its script and its style sheets in ``assets``, and what
+    its data shows; it has a ``title`` and ``data``, a dict as JSON has it.
     """
 
     tag = ""
+    script = ""
     sheets = ()
-    scripts = ()
-    notice = ""  # where there is no JavaScript
+    notice = ""  # what it is, where its script doesn't run
 
     def _repr_html_(self):
         return self.html
 
     @property
     def html(self):
-        """The element as HTML; ``kit.js`` is the same for all of them."""
-        sheets = [_asset(name) for name in ("kit.css", *self.sheets)]
-        style = _tight("\n".join(sheets)).replace("sos-element", self.tag)
-        scripts = "\n".join(map(script, ("kit.js", *self.scripts)))
-        data = json_text(self.data)
+        """The element as HTML, which needs no other file."""
+        return whole(self.light)
+
+    @property
+    def light(self):
+        """The same without style and scripts: the book's pages load those as files."""
+        kinds = " ".join(f"of-{name}" for name in ("kit", *self.sheets))
         return (
-            f'<{self.tag} role="group" aria-label="{page_text(self.title)}">'
-            f"<style>{style}</style>"
-            f"<noscript>{self.notice}; in "
-            "JupyterLab, trust the notebook (View → Activate Command "
-            "Palette → Trust Notebook) and run the cell, or open the book "
-            "with python3 tasks.py lab.</noscript>"
-            f'<script type="application/json">{data}</script>'
-            f"</{self.tag}>\n<script>\n{scripts}\n</script>"
+            f'<{self.tag} class="{kinds}" data-script="{self.script}" role="group" '
+            f'aria-label="{page_text(self.title)}">'
+            f'<p class="sos-absent">{self.notice}. JavaScript must be on; in '
+            "JupyterLab, run the cell.</p>"
+            f'<script type="application/json">{json_text(self.data)}</script>'
+            f"</{self.tag}>"
         )
 
 
-def script(name):
-    """An asset by ``name``, JavaScript, as readers load it.
+def whole(text):
+    """HTML with the style and the scripts of its elements.
+
+    What all elements share has the class "sos-shared": stored notebooks leave it out.
+
+    Parameters
+    ----------
+    text : str
+        Elements as HTML, each with its data.
+    """
+    sheets, scripts = named(text)
+    style, code = "".join(map(sheet, sheets)), "".join(map(script, scripts))
+    return (
+        f'{text}\n<style class="sos-shared">\n{style}</style>\n'
+        f'<script class="sos-shared">\n{code}</script>\n'
+    )
+
+
+def named(text):
+    """The names of the style sheets and the scripts that a page's elements need.
+
+    Parameters
+    ----------
+    text : str
+        The page's HTML.
 
     Examples
     --------
-    >>> "sosSolver" in script("solver.js")
-    True
+    >>> named('<sos-chirp class="of-kit of-mover" data-script="chirp" role="group">')
+    (('kit', 'mover'), ('kit', 'kernel', 'linalg', 'mover', 'chirp'))
     """
-    return lean(_asset(name))
-
-
-def _tight(style):
-    """A style sheet without comments and needless spaces.
-
-    Examples
-    --------
-    >>> _tight("a b { color: red;  /* why */ }")
-    'a b{color:red}'
-    """
-    style = re.sub(r"/\*.*?\*/", "", style, flags=re.DOTALL)
-    style = re.sub(r"\s*([{};,])\s*", r"\1", " ".join(style.split()))
-    return style.replace(": ", ":").replace(";}", "}").strip()
-
-
-def _asset(name):
-    return (files(__package__) / "assets" / name).read_text("utf8")
+    found = ELEMENT.findall(text)
+    sheets = dict.fromkeys(
+        name.removeprefix("of-") for kinds, _ in found for name in kinds.split()
+    )
+    return tuple(sheets), modules(*(name for _, name in found))
 
 
 def significant(value, digits):

@@ -42,8 +42,8 @@ class Animation(PageElement):
         What the page needs, as JSON has it.
     """
 
-    tag, sheets, scripts = "sos-robot", ("robot.css",), ("robot.js",)
-    notice = "A simulation of the robot. It needs JavaScript"
+    tag, script, sheets = "sos-robot", "robot", ("robot",)
+    notice = "A simulation of the robot"
 
     def __init__(self, title, data):
         self.title, self.data = title, {"title": title, **data}

@@ -24,10 +24,9 @@ class Stopwatch(Explorer):
         That of an `Explorer`, and "examples": plants to choose from.
     """
 
-    tag = "sos-stopwatch"
-    sheets = (*Explorer.sheets, "plant.css", "stopwatch.css")
-    scripts = (*Explorer.scripts, "stopwatch.js")
-    notice = "A stopwatch for your browser. It needs JavaScript"
+    tag, script = "sos-stopwatch", "stopwatch"
+    sheets = ("explorer", "plant", "stopwatch")
+    notice = "A stopwatch for your browser"
 
 
 def stopwatch(examples=(1, 2, 3), title="How long does a move take on your computer?"):

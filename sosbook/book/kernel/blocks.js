@@ -1,7 +1,8 @@
 // LMI blocks G(X, Y, ...) = G0 + sum (L X R + R' X' L') + sum s Gs: unknown matrices
 // stand in products, unknown scalars s have symmetric matrices Gs.
+import {accumulate, copied, inner, mapped, place, reals, symmetrized, times, transposed, zeros} from "./matrices.js";
 
-class Blocks {
+export class Blocks {
   // unknowns: {name: {rows, cols, symmetric}}; a 1 x 1 unknown is a scalar.
   constructor(unknowns) {
     this.unknowns = [];
@@ -29,7 +30,7 @@ class Blocks {
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
     const block = {name, q, d, multiplied, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
     block.terms = terms.map(([key, L, R]) => {
-      const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, i, j) => x * d[j]);
+      const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, _, j) => x * d[j]);
       return {of: index(key), L: left, R: right, Lt: transposed(left), Rt: transposed(right)};
     });
     let width = 0;
@@ -41,7 +42,7 @@ class Blocks {
       else { first.set(R, term); term.right = width; width += R.rows; }
     });
     block.C = zeros(q, width);
-    for (const {L, Rt, left} of block.terms) place(block.C, 0, left, L);
+    for (const {L, left} of block.terms) place(block.C, 0, left, L);
     for (const {Rt, right} of first.values()) place(block.C, 0, right, Rt);
     block.transposed = transposed(block.C);
     this.list.push(block);
@@ -155,12 +156,6 @@ class Blocks {
     }
     for (let b = 0; b < n; b++) H.at[Math.min(b, me) * n + Math.max(b, me)] += g[b];
   }
-}
-
-function mapped(X, f) {
-  const {rows, cols, at: x} = X, Z = zeros(rows, cols), z = Z.at;
-  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) z[k] = f(x[k], i, j);
-  return Z;
 }
 
 function rowLength(X, i) { return Math.hypot(...X.at.slice(i * X.cols, (i + 1) * X.cols)); }

@@ -1,8 +1,11 @@
 // The plant with its integrators, E x' = A x + Bu u + Bw w, z = C x, as in (2.8) and
 // (2.11) of the thesis; x = [z; z'; x3], and x3 is the integral of U e.
+import {EXACT, alike, exactTransposed, signOfDeterminant} from "./exact.js";
+import {FLOATS, cholesky, combined, identity, inner, inverse, inverseLower, mapped, matrix, norm, scaled, solve, symmetricEigenvalues, times, transposed} from "./matrices.js";
+import {eigenvalues, riccati} from "./spectrum.js";
 
 // plant: {vertices: [{M, D, S, B, F}], U, K_A}, lists of rows. F, U and K_A may be missing.
-function descriptors({vertices, U = [], K_A = null}, {matrix, zeros, identity, times, combined, place} = FLOATS) {
+export function descriptors({vertices, U = [], K_A = null}, /** @type {any} */ {matrix, zeros, identity, times, combined, place} = FLOATS) {
   return vertices.map(({M, D, S, B, F = null}) => {
     const n = M.length, a = U.length, N = 2 * n + a, m = B[0].length;
     let mass = matrix(M);
@@ -19,7 +22,7 @@ function descriptors({vertices, U = [], K_A = null}, {matrix, zeros, identity, t
 }
 
 const PARTS = ["E", "A", "Bu", "Bw"];
-const same = (d, e) => PARTS.every(name => d[name].at.every((x, k) => x === e[name].at[k]));
+export const same = (d, e) => PARTS.every(name => d[name].at.every((x, k) => x === e[name].at[k]));
 
 // The vertices, without those that repeat another one: their indices.
 const distinct = vertices => vertices.map((_, i) => i).filter(i => !vertices.slice(0, i).some(d => same(d, vertices[i])));
@@ -27,7 +30,7 @@ const distinct = vertices => vertices.map((_, i) => i).filter(i => !vertices.sli
 // Pairs (i, j), i <= j, of vertices that need a block. Where E_i = E_j the pair's
 // block is the mean of the vertices' blocks; a vertex that repeats another is left out,
 // and so are all pairs where the vertices suffice.
-function coupledPairs(request, coupling = request.coupling ?? "pairs") {
+export function coupledPairs(request, coupling = request.coupling ?? "pairs") {
   const few = distinct(descriptors(request)), pairs = few.map(i => [i, i]);
   if (coupling === "vertices" || !pairs[1]) return pairs;
   const exactly = descriptors(request, EXACT), N = exactly[0].E.rows;
@@ -64,7 +67,7 @@ function quotientInHull(points, E, N) {
   return sign !== 0 && signs.every(x => x === sign);
 }
 
-function meanDescriptor(vertices) {
+export function meanDescriptor(vertices) {
   const few = distinct(vertices).map(i => vertices[i]), mean = {};
   for (const name of ["E", "A", "Bu", "Bw", "C"]) {
     mean[name] = few.map(d => d[name]).reduce((sum, X) => combined(1, sum, 1, X));
@@ -75,26 +78,26 @@ function meanDescriptor(vertices) {
 }
 
 // inv(E) [A Bu Bw]
-const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
+export const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
 
 // The system in coordinates x = T xi, u = scale v, its rows times `left`.
-const changed = ({E, A, Bu, Bw, C}, {left, T, scale}, {times, scaled} = FLOATS) => ({
+export const changed = ({E, A, Bu, Bw, C}, {left, T, scale}, /** @type {any} */ {times, scaled} = FLOATS) => ({
   E: times(times(left, E), T), A: times(times(left, A), T), Bu: scaled(scale, times(left, Bu)),
   Bw: times(left, Bw), C: times(C, T)});
 
-const rounded = (x, digits) => Number(x.toExponential(digits - 1));
+export const rounded = (x, digits) => Number(x.toExponential(digits - 1));
 
 // What asks for a size of P, the leader first: see `Request` of the package. The others
 // have P / s, Y / s in their blocks, with an unknown s.
-function sized(asked) {
+export function sized(asked) {
   const names = ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined), first = names.indexOf(asked.minimize);
   return first < 0 ? names : [...names.splice(first, 1), ...names];
 }
 
 // Coordinates x = T xi, u = scale v in which the LMIs are well conditioned, from the
 // Riccati equation of the mean vertex; sizes and gain start the search.
-function frameOf(vertices, asked) {
-  const mean = meanDescriptor(vertices), N = mean.E.rows, n = mean.C.rows;
+export function frameOf(vertices, asked) {
+  const mean = meanDescriptor(vertices), n = mean.C.rows;
   const most = Math.max(...vertices.map(({Bu}) => Math.sqrt(inner(Bu, Bu))));
   const typical = Math.sqrt(inner(mean.Bu, mean.Bu)) > 0.1 * most ? mean : vertices[0];
   const [A, B] = stateSpace(typical), omega = typicalRate(asked, mean);
@@ -142,14 +145,14 @@ function ofEnergy(vertices, A, B, omega) {
 
 // To six digits, as T is: the blocks only undergo congruences, whatever `left` and `back`
 // are, and exact arithmetic stays short. `near` is the identity, nearly.
-function withInverses(T, mean, noise) {
+export function withInverses(T, mean, noise) {
   const [left, back] = [times(mean.E, T), T].map(X => mapped(inverse(X), x => rounded(x, 6)));
   const push = noise && times(back, noise === "F" ? solve(mean.E, mean.Bw) : identity(T.rows));
   return {T, left, back, near: times(back, T), noise, root: noise ? 2 ** Math.round(Math.log2(norm(push) || 1)) : 1};
 }
 
 // The plant's own coordinates.
-function plainFrame(N, {identity} = FLOATS) {
+export function plainFrame(N, /** @type {any} */ {identity} = FLOATS) {
   return {T: identity(N), left: identity(N), back: identity(N), scale: 1, root: 1, sizes: {}};
 }
 
@@ -181,7 +184,7 @@ function energy(vertices, omega) {
 }
 
 // How large each requirement's P must be, roughly.
-function reach({mu, x0}, T, Bw, omega) {
+export function reach({mu, x0}, T, Bw, omega) {
   const X = x0 && solve(T, {rows: x0.length, cols: 1, at: Float64Array.from(x0)});
   const noise = norm(solve(T, Bw)) ** 2;
   return {gamma: noise / (mu || 1) / omega || 1, cost: 1, u_max: x0 ? 2 * inner(X, X) || 1 : 1};

@@ -1,4 +1,10 @@
 // From a plant and what is asked of it to gains, or to why there are none.
+import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
+import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
+import {refuted} from "./refusal.js";
+import {assembled, joined, scalarsOf, sizeName} from "./request.js";
+import {centre, factored, inverses, minimize, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
+import {eigenvalues} from "./spectrum.js";
 
 const MARGIN_IN_FLOATS = 1e-9;   // a smaller one is no proof in floats
 const RETRIES = 2;               // in closer frames, where nothing is decided
@@ -7,7 +13,7 @@ const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad uni
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
 // arithmetic, unless `hasty`.
-function design(request, start = null, hasty = false) {
+export function design(request, start = null, hasty = false) {
   const {asked} = request, plain = descriptors(request), pairs = coupledPairs(request);
   const empty = asked.rho !== undefined && asked.sigma !== undefined && asked.rho <= asked.sigma;
   if (empty) return {status: "infeasible", reason: "The region is empty.", steps: [0, 0]};
@@ -175,10 +181,10 @@ function margin(G) {
   return symmetricEigenvalues(mapped(G, (x, i, j) => x / Math.sqrt(d[i] * d[j])))[0];
 }
 
-function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }
+export function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }
 
 // The least bound, "gamma" or "u_max", and the centre for a bound that is 1 % larger.
-function least(request, plain, pairs) {
+export function least(request, plain, pairs) {
   const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
   const frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   const start = guess(blocks, frame), found = phaseOne(blocks, start);

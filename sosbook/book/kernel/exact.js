@@ -2,7 +2,7 @@
 // BigInt multiples of 10^-places. No division is needed, so nothing is rounded.
 
 // A float as Python writes it: the shortest decimal that is read back as it.
-function decimal(x) {
+export function decimal(x) {
   if (!isFinite(x)) throw new Error(`${x} is no decimal number`);
   const [mantissa, power] = (x + 0 || 0).toExponential().split("e"), e = Number(power);
   if (x === 0 || (e >= -4 && e < 16)) return fixed(mantissa, e);
@@ -16,24 +16,27 @@ function fixed(mantissa, e) {
   return sign + whole + (rest ? "." + rest : "");
 }
 
-const decimals = list => list.map(x => Array.isArray(x) ? decimals(x) : decimal(x));
+export const decimals = list => list.map(x => Array.isArray(x) ? decimals(x) : decimal(x));
 
 // The decimal as [BigInt, places].
+/** @returns {[bigint, number]} */
 function parsed(x) {
   const [, sign, whole, rest = "", e = 0] = /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
   const value = BigInt(sign + whole + rest), places = rest.length - Number(e);
   return places < 0 ? [value * 10n ** BigInt(-places), 0] : [value, places];
 }
 
-function exactMatrix(list, cols = list.length ? list[0].length : 0) {
+export function exactMatrix(list, cols = list.length ? list[0].length : 0) {
   const entries = list.flat().map(parsed), places = Math.max(0, ...entries.map(([, p]) => p));
   return {rows: list.length, cols, places, at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))};
 }
 
-const exactScalar = x => exactMatrix([[x]]);
+export const exactScalar = x => exactMatrix([[x]]);
 
-function exactTimes(X, Y) {
-  const at = new Array(X.rows * Y.cols).fill(0n), rows = [];
+export function exactTimes(X, Y) {
+  const at = new Array(X.rows * Y.cols).fill(0n);
+  /** @type {any[]} */
+  const rows = [];
   for (let k = 0; k < Y.rows; k++) {
     rows.push([]);
     for (let j = 0; j < Y.cols; j++) if (Y.at[k * Y.cols + j] !== 0n) rows[k].push([j, Y.at[k * Y.cols + j]]);
@@ -47,42 +50,44 @@ function exactTimes(X, Y) {
   return {rows: X.rows, cols: Y.cols, places: X.places + Y.places, at};
 }
 
-function exactTransposed(X) {
+export function exactTransposed(X) {
   const at = [];
   for (let j = 0; j < X.cols; j++) for (let i = 0; i < X.rows; i++) at.push(X.at[i * X.cols + j]);
   return {rows: X.cols, cols: X.rows, places: X.places, at};
 }
 
-const exactScaled = (s, X) => ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
+export const exactScaled = (s, X) => ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
 
-const atPlaces = (X, places) => {
+export const atPlaces = (X, places) => {
   const unit = 10n ** BigInt(places - X.places);
   return unit === 1n ? X : {...X, places, at: X.at.map(x => x * unit)};
 };
 
 // The same matrices, all with the places of the longest.
-const alike = list => list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
+export const alike = list => list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
 
-function exactSum(X, Y) {
+export function exactSum(X, Y) {
   const places = Math.max(X.places, Y.places), at = atPlaces(X, places).at.slice();
   atPlaces(Y, places).at.forEach((y, k) => { at[k] += y; });
   return {...X, places, at};
 }
 
 // sum X_ij Y_ij, a 1 x 1 matrix
-function exactInner(X, Y) {
+export function exactInner(X, Y) {
+  /** @type {any} */
   let sum = 0n;
   X.at.forEach((x, k) => { if (x !== 0n) sum += x * Y.at[k]; });
   return {rows: 1, cols: 1, places: X.places + Y.places, at: [sum]};
 }
 
-const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
+/** @returns {any} */
+export const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
 // The nearest floats, whatever the decimals' length.
-const floatsOf = X => ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
+export const floatsOf = X => ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
 
 // The same operations as those of FLOATS; `known` brings decimals into the arithmetic.
-const EXACT = {
+export const EXACT = {
   known: X => X,
   matrix: exactMatrix, zeros: exactZeros, transposed: exactTransposed, times: exactTimes,
   identity: (n, value = 1) => {
@@ -103,9 +108,11 @@ const EXACT = {
 
 // Whether a symmetric matrix is positive definite: all its leading minors, by the
 // elimination of Bareiss, whose divisions leave no remainder.
-function definite({rows: n, at}) {
+export function definite({rows: n, at}) {
   for (let i = 0; i < n; i++) for (let j = 0; j < i; j++) if (at[i * n + j] !== at[j * n + i]) return false;
-  let rows = Array.from({length: n}, (_, i) => at.slice(i * n + i, (i + 1) * n)), last = 1n;
+  /** @type {any} */
+  let last = 1n;
+  let rows = Array.from({length: n}, (_, i) => at.slice(i * n + i, (i + 1) * n));
   while (rows.length) {
     const [head, ...others] = rows, lead = head[0];
     if (lead <= 0n) return false;
@@ -116,8 +123,10 @@ function definite({rows: n, at}) {
 }
 
 // The sign of the determinant, by the same elimination with exchanged rows.
-function signOfDeterminant(at, n) {
-  let rows = Array.from({length: n}, (_, i) => at.slice(i * n, (i + 1) * n)), last = 1n, sign = 1;
+export function signOfDeterminant(at, n) {
+  /** @type {any} */
+  let last = 1n;
+  let rows = Array.from({length: n}, (_, i) => at.slice(i * n, (i + 1) * n)), sign = 1;
   while (rows.length) {
     const top = rows.findIndex(([x]) => x);
     if (top < 0) return 0;
@@ -132,15 +141,18 @@ function signOfDeterminant(at, n) {
 // {L, W, d} with Q = L inv(W) L' for a positive semidefinite Q, else an Error: W is diagonal,
 // and the columns of L are those that begin with one, times d (Bareiss, with a common factor
 // taken out). Nothing of Q is left out.
-function weightFactors(Q) {
+export function weightFactors(Q) {
   const {at, places, rows: N} = exactMatrix(Q), columns = [], W = [], d = [];
-  let rest = Array.from({length: N}, (_, i) => at.slice(i * N, (i + 1) * N)), last = 1n;
+  /** @type {any} */
+  let last = 1n;
+  let rest = Array.from({length: N}, (_, i) => at.slice(i * N, (i + 1) * N));
+  const unit = 10n ** BigInt(places);
   for (let k = 0; k < N; k++) {
     const pivot = rest[k][k], column = rest.map(row => row[k]), head = rest[k];
     if (pivot <= 0n) continue;
-    const g = column.reduce(divisor, last), e = String(pivot / g).length - 1, unit = 10n ** BigInt(places);
+    const g = column.reduce(divisor, last), e = String(pivot / g).length - 1;
     columns.push({at: column.map(x => x / g), places: e});
-    W.push({at: [last * pivot / g / g * unit], places: 2 * e});
+    W.push({at: [unit * last * pivot / g / g], places: 2 * e});
     d.push({at: [pivot / g], places: e});
     rest = rest.map((row, i) => row.map((x, j) => (pivot * x - column[i] * head[j]) / last));
     last = pivot;
@@ -176,7 +188,7 @@ const float = x => Number(x) / 2 ** Number(BITS);
 
 // The pair (sin, cos) of a sector, rounded inwards as the package rounds it, and its
 // half-angle in degrees, rounded up to a hundredth, as text: that of their decimals.
-function sector(theta) {
+export function sector(theta) {
   const [s, c] = sineCosine(floatExactly(theta));
   const sin = float(s) * (1 - 4 * Number.EPSILON), cos = float(c) * (1 + 4 * Number.EPSILON);
   const [S, p] = parsed(sin), [C, q] = parsed(cos), left = S * 10n ** BigInt(q), right = C * 10n ** BigInt(p);
@@ -195,7 +207,7 @@ function floatExactly(x) {
 }
 
 // A float that isn't below 2 sigma, as a binary number and as a decimal.
-function twiceAtLeast(sigma) {
+export function twiceAtLeast(sigma) {
   const [value, places] = parsed(sigma);
   let bound = 2 * sigma;
   for (;;) {
@@ -210,7 +222,7 @@ function twiceAtLeast(sigma) {
 // ------------------------------------------------------------------- SHA-256
 // FIPS 180-4, of an ASCII text, as hexadecimal digits. Its constants are the fractions
 // of the roots of the first primes.
-function sha256(text) {
+export function sha256(text) {
   const primes = [];
   for (let k = 2; primes.length < 64; k++) if (primes.every(p => k % p)) primes.push(k);
   const fraction = x => (x - Math.floor(x)) * 2 ** 32 | 0, turn = (x, n) => x >>> n | x << 32 - n;

@@ -1,58 +1,65 @@
 // Dense matrices of a few rows, row by row in a Float64Array: {rows, cols, at}.
+import {floatsOf} from "./exact.js";
 
 // n zeros, a part of a longer array: browsers make small arrays of their own slowly.
 const ROOM = 1 << 15;
-let room = new Float64Array(ROOM), taken = 0;
-function reals(n) {
+export let room = new Float64Array(ROOM), taken = 0;
+export function reals(n) {
   if (taken + n > room.length) { room = new Float64Array(Math.max(ROOM, n)); taken = 0; }
   taken += n;
   return new Float64Array(room.buffer, 8 * (taken - n), n);
 }
 
-function zeros(rows, cols) { return {rows, cols, at: reals(rows * cols)}; }
+export function zeros(rows, cols) { return {rows, cols, at: reals(rows * cols)}; }
 
-function copied(x) {
+export function copied(x) {
   const y = reals(x.length);
   y.set(x);
   return y;
 }
 
-function identity(n, value = 1) {
+export function identity(n, value = 1) {
   const X = zeros(n, n);
   for (let i = 0; i < n; i++) X.at[i * n + i] = value;
   return X;
 }
 
-function matrix(list, cols = list.length ? list[0].length : 0) {
+export function matrix(list, cols = list.length ? list[0].length : 0) {
   const X = zeros(list.length, cols);
   list.forEach((row, i) => row.forEach((x, j) => { X.at[i * cols + j] = x; }));
   return X;
 }
 
-function rowsOf(X) {
+export function rowsOf(X) {
   return Array.from({length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
 }
 
-function transposed(X) {
+export function transposed(X) {
   const {rows, cols, at: x} = X, T = zeros(cols, rows), t = T.at;
   for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) t[j * rows + i] = x[k];
   return T;
 }
 
 // a X + b Y
-function combined(a, X, b, Y) {
+export function combined(a, X, b, Y) {
   const Z = zeros(X.rows, X.cols), x = X.at, y = Y.at, z = Z.at;
   for (let k = 0; k < z.length; k++) z[k] = a * x[k] + b * y[k];
   return Z;
 }
 
-function scaled(a, X) { return mapped(X, x => a * x); }
+export function mapped(X, f) {
+  const {rows, cols, at: x} = X, Z = zeros(rows, cols), z = Z.at;
+  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) z[k] = f(x[k], i, j);
+  return Z;
+}
 
-function times(X, Y) { return accumulate(zeros(X.rows, Y.cols), X, Y); }
+export function scaled(a, X) { return mapped(X, x => a * x); }
+
+export function times(X, Y) { return accumulate(zeros(X.rows, Y.cols), X, Y); }
 
 // Z + X Y, in the place of Z: the rows of Y that have a factor, four at a time.
 let picked = new Int32Array(64);
-function accumulate(Z, X, Y) {
+export function accumulate(Z, X, Y) {
   const {rows, cols: inner} = X, cols = Y.cols, x = X.at, y = Y.at, z = Z.at;
   if (inner > picked.length) picked = new Int32Array(2 * inner);
   for (let i = 0, first = 0; i < rows; i++, first += cols) {
@@ -79,7 +86,7 @@ function accumulate(Z, X, Y) {
 }
 
 // Puts Y into X with its first entry at (top, left), multiplied by the factors.
-function place(X, top, left, Y, ...factors) {
+export function place(X, top, left, Y, ...factors) {
   const a = factors.reduce((product, x) => product * x, 1);
   for (let i = 0; i < Y.rows; i++) {
     for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
@@ -88,9 +95,9 @@ function place(X, top, left, Y, ...factors) {
 }
 
 // What the blocks of a request are laid out with; exact.js has the same for decimals.
-const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place, known: X => floatsOf(X)};
+export const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place, known: X => floatsOf(X)};
 
-function symmetrized(X) {
+export function symmetrized(X) {
   const n = X.rows, x = X.at;
   for (let i = 0; i < n; i++) {
     for (let j = 0; j < i; j++) x[i * n + j] = x[j * n + i] = (x[i * n + j] + x[j * n + i]) / 2;
@@ -98,14 +105,14 @@ function symmetrized(X) {
   return X;
 }
 
-function inner(X, Y) {
+export function inner(X, Y) {
   let sum = 0;
   for (let k = 0; k < X.at.length; k++) sum += X.at[k] * Y.at[k];
   return sum;
 }
 
 // The Cholesky factor L of X = L L', or null where X isn't positive definite.
-function cholesky(X) {
+export function cholesky(X) {
   const n = X.rows, L = zeros(n, n), l = L.at;
   for (let j = 0; j < n; j++) {
     for (let i = j; i < n; i++) {
@@ -120,7 +127,7 @@ function cholesky(X) {
   return L;
 }
 
-function inverseLower(L) {
+export function inverseLower(L) {
   const n = L.rows, N = zeros(n, n), x = N.at, l = L.at;
   for (let j = 0; j < n; j++) {
     x[j * n + j] = 1 / l[j * n + j];
@@ -134,7 +141,7 @@ function inverseLower(L) {
 }
 
 // X = L L' solved for one right-hand side.
-function solveCholesky(L, b) {
+export function solveCholesky(L, b) {
   const n = L.rows, l = L.at, x = Float64Array.from(b);
   for (let i = 0; i < n; i++) {
     let sum = x[i];
@@ -150,7 +157,7 @@ function solveCholesky(L, b) {
 }
 
 // inv(X) Y by elimination with row pivots, and |det X|; null where X is singular.
-function solve(X, Y, size = {}) {
+export function solve(X, Y, size = {}) {
   const n = X.rows, m = Y.cols, a = copied(X.at), Z = {rows: n, cols: m, at: copied(Y.at)}, z = Z.at;
   size.logarithm = 0;
   for (let k = 0; k < n; k++) {
@@ -180,11 +187,11 @@ function solve(X, Y, size = {}) {
   return Z;
 }
 
-function inverse(X, size) { return solve(X, identity(X.rows), size); }
+export function inverse(X, size) { return solve(X, identity(X.rows), size); }
 
 // Eigenvalues of a symmetric matrix in rising order: Householder's tridiagonal
 // form, then implicit QL steps (Golub and Van Loan, sections 8.3.1 and 8.3.3).
-function symmetricEigenvalues(X) {
+export function symmetricEigenvalues(X) {
   const n = X.rows, a = copied(X.at), d = reals(n), e = reals(n);
   for (let i = n - 1; i > 0; i--) {
     let h = 0;
@@ -226,8 +233,7 @@ function symmetricEigenvalues(X) {
       g = d[m] - d[l] + e[l] / (g + (g >= 0 ? r : -r));
       let s = 1, c = 1, p = 0, i = m - 1;
       for (; i >= l; i--) {
-        let f = s * e[i];
-        const b = c * e[i];
+        const f = s * e[i], b = c * e[i];
         r = Math.hypot(f, g);
         e[i + 1] = r;
         if (r === 0) { d[i + 1] -= p; e[m] = 0; break; }
@@ -249,7 +255,7 @@ function symmetricEigenvalues(X) {
 }
 
 // The largest singular value.
-function norm(X) {
+export function norm(X) {
   const top = symmetricEigenvalues(times(transposed(X), X));
   return top.length ? Math.sqrt(Math.max(0, top[top.length - 1])) : 0;
 }

@@ -1,10 +1,14 @@
 // The exact proof of a design and its file, which `python -m sosbook verify` accepts.
 // Everything is built again from decimals: the plant, the bounds, K and P.
+import {coupledPairs, descriptors, plainFrame, rounded, sized} from "./descriptor.js";
+import {EXACT, decimal, decimals, definite, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, sector, sha256, twiceAtLeast} from "./exact.js";
+import {rowsOf} from "./matrices.js";
+import {KINDS, impliesStability, laidOut, sizeName} from "./request.js";
 
 const GAIN_DIGITS = [6, 8, 10, 12, 17], PLACES = [12, 17];   // in the order of trial
 
 // {proven, text, claims, blocks, digits}: the first rounding that is proven, or the last.
-function prove(request, result) {
+export function prove(request, result) {
   let last = null;
   for (const digits of GAIN_DIGITS) {
     for (const places of PLACES) {
@@ -35,7 +39,7 @@ function examined(request, K, P, own, J) {
 }
 
 // The text of a proof file: what was asked, and `more`.
-function fileOf(kind, claims, request, more) {
+export function fileOf(kind, claims, request, more) {
   const {vertices, U = [], K_A = null, coupling = "pairs", asked} = request;
   const contents = {format: "sosbook proof", version: 1, kind, claims,
     plant: {kind: "second order", vertices: vertices.map(({M, D, S, B, F}) => ({M: decimals(M), D: decimals(D),
@@ -51,6 +55,7 @@ function sortedKeys(x) {
 }
 
 // What a file says of the requirements: words and decimals, by field.
+/** @returns {any[]} */
 function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
   const list = [];
   const region = (name, more, alpha, beta) => list.push({kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
@@ -83,10 +88,10 @@ function statementsOf(request) {
   return [[`${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]], ...said];
 }
 
-const claimsOf = request => statementsOf(request).map(([words]) => words);
+export const claimsOf = request => statementsOf(request).map(([words]) => words);
 
 // The regions as a file has them: rounded inwards, as numbers.
-const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "region")
+export const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "region")
   .map(({name, alpha, beta}) => ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
 
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:

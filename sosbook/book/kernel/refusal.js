@@ -1,12 +1,18 @@
 // Why there is no design, in exact arithmetic: multipliers Z_k > 0 of the blocks G_k with
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
+import {coupledPairs, descriptors, rounded, sized} from "./descriptor.js";
+import {EXACT, atPlaces, decimal, decimals, definite, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros} from "./exact.js";
+import {inverse, mapped, rowsOf} from "./matrices.js";
+import {claimsOf, exactRegions, fileOf} from "./proof.js";
+import {followersOf, laidOut} from "./request.js";
+import {dot} from "./solver.js";
 
 const MULTIPLIER_DIGITS = 15;
 
 // {list, Z, scale, frame}: exact multipliers Z / scale of blocks that are laid out in the
 // frame of the float ones; null where no exact ones were found.
-function refuted(request, frame, blocks, floats) {
+export function refuted(request, frame, blocks, floats) {
   const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
   const there = {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
@@ -87,7 +93,9 @@ function withoutP(list, unknowns, Z, floats) {
 }
 
 function slopeAt({terms, slopes}, i, j, m, N, sizes) {
-  const twice = i === j ? 1n : 2n, slope = Array.from({length: m * N + sizes.length}, () => exactScalar(0));
+  /** @type {any} */
+  const twice = i === j ? 1n : 2n;
+  const slope = Array.from({length: m * N + sizes.length}, () => exactScalar(0));
   for (const [name, L, R] of terms) {
     if (name !== "Y") continue;
     for (let p = 0; p < m; p++) for (let q = 0; q < N; q++) {
@@ -130,6 +138,7 @@ function solvedExactly(columns, right) {
   const places = Math.max(...columns.flat().map(x => x.places)), n = columns.length;
   const more = Math.max(...right.map(x => x.places));
   const rows = right.map((r, v) => [...columns.map(c => atPlaces(c[v], places).at[0]), atPlaces(r, more).at[0]]);
+  /** @type {any} */
   let last = 1n;
   const done = [];
   for (let c = 0; c < n; c++) {
@@ -158,6 +167,7 @@ function staysDefinite(near, far, scale) {
   const here = atPlaces(near, common).at, there = atPlaces(far, common).at;
   for (let i = 0; i < n; i++) {
     for (let j = 0; j < n; j++) {
+      /** @type {any} */
       let off = there[i * n + j] - scale * here[i * n + j];
       if (off === 0n) continue;
       if (off < 0n) off = -off;
@@ -169,7 +179,7 @@ function staysDefinite(near, far, scale) {
 }
 
 // The file of a refusal, which `python -m sosbook verify` accepts.
-function refusalFile(request, {list, Z, scale, frame}) {
+export function refusalFile(request, {list, Z, scale, frame}) {
   const {left, T, back} = frame, {asked} = request, names = sized(asked);
   const tied = names.length > 1 && !followersOf(asked).length ? ` for mu = ${decimal(asked.mu)}` : "";
   const claims = [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
@@ -183,7 +193,7 @@ function refusalFile(request, {list, Z, scale, frame}) {
   return {proven: true, claims, blocks: list.map(({key}) => key), text: fileOf("infeasible design", claims, request, {K: null, coordinates, multipliers})};
 }
 
-function ratio(x, y) {
+export function ratio(x, y) {
   let a = x < 0n ? -x : x, b = y;
   while (b) [a, b] = [b, a % b];
   return y === a ? String(x / a) : `${x / a}/${y / a}`;

@@ -3,6 +3,10 @@
 //
 // asked: {sigma, theta, rho, gamma, mu, cost, Q, R, noise, u_max, x0, minimize}; what is
 // missing isn't asked.
+import {Blocks} from "./blocks.js";
+import {changed, sized} from "./descriptor.js";
+import {weightFactors} from "./exact.js";
+import {FLOATS, identity, matrix} from "./matrices.js";
 
 // (2.18), (2.19), (2.20): regions alpha + beta s + beta' s* < 0, rounded inwards
 // as the package's proofs want them.
@@ -18,10 +22,10 @@ function regions({sigma, theta, rho}) {
 }
 
 // The unknown scalars: sizes, and the level that is sought.
-const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
+export const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
 
 // The blocks of a request in a frame, affine in P, Y, the sizes s and the level.
-function assembled(plain, pairs, asked, frame) {
+export function assembled(plain, pairs, asked, frame) {
   const {unknowns, list} = laidOut(plain, pairs, asked, regions(asked), frame);
   const blocks = new Blocks(unknowns);
   for (const {name, constant, terms, slopes, multiplied} of list) blocks.add(name, constant, terms, slopes, multiplied);
@@ -29,22 +33,23 @@ function assembled(plain, pairs, asked, frame) {
 }
 
 // Which requirements have a P of their own: that of the leader over an unknown size.
-function followersOf(asked) {
+export function followersOf(asked) {
   const names = sized(asked), tied = asked.mu !== undefined && asked.mu !== null && names.length > 1;
   return tied ? [] : names.slice(1);
 }
 
-const KINDS = {gamma: ["gamma", "gamma"], cost: ["cost", "cost"], u_max: ["input", "saturation"]};   // in the words of a proof file
+export const KINDS = {gamma: ["gamma", "gamma"], cost: ["cost", "cost"], u_max: ["input", "saturation"]};   // in the words of a proof file
 // The kind and the name of a requirement whose blocks demand Re s < 0; undefined without one.
-const impliesStability = ({sigma, gamma, cost}) => sigma >= 0 ? ["region", "half-plane"]
+export const impliesStability = ({sigma, gamma, cost}) => sigma >= 0 ? ["region", "half-plane"]
   : gamma !== undefined ? KINDS.gamma : cost !== undefined ? KINDS.cost : undefined;
-const sizeName = name => `size for ${name}`;
+export const sizeName = name => `size for ${name}`;
 
 // {unknowns, list}: each block has its name, its key in a proof file, its products
 // [unknown, L, R], its constant, the slopes of scalars, and the symmetric matrix by which
 // it is `multiplied` from both sides, so that its numbers are decimals where the
 // theorem's have 1 / mu, 1 / scale or inv(R). In the ring EXACT nothing is rounded.
-function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(asked), ring = FLOATS) {
+/** @returns {{unknowns: any, list: any[]}} */
+export function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(asked), /** @type {any} */ ring = FLOATS) {
   const {zeros, identity, scaled} = ring, vertices = plain.map(d => changed(d, frame, ring));
   const N = vertices[0].E.rows, m = vertices[0].Bu.cols, list = [], channels = asked.noise === "F" ? vertices[0].Bw.cols : N;
   const unknowns = {P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}};
@@ -90,7 +95,7 @@ function laidOut(plain, pairs, asked, parts, frame, followers = followersOf(aske
 }
 
 // X among zero rows, and among zero columns.
-const below = ({zeros, place}, rows, top, X, ...factors) => place(zeros(rows, X.cols), top, 0, X, ...factors);
+export const below = ({zeros, place}, rows, top, X, ...factors) => place(zeros(rows, X.cols), top, 0, X, ...factors);
 const beside = ({zeros, place}, cols, left, X) => place(zeros(X.rows, cols), 0, left, X);
 
 // The identity of q rows, but for X on its diagonal.
@@ -170,7 +175,7 @@ function noiseShare(inner, noise, {root}, ring) {
 
 // (2.36): minus [[he Theta, E P L, E Y'], [., -W, 0], [., 0, -inv(R)]] with Q = L inv(W) L'.
 function costDecay(ends, asked, {T, scale}, ring) {
-  const {zeros, identity, matrix, place, scaled, combined, times, transposed} = ring, {L, W, d} = weightFactors(asked.Q);
+  const {zeros, matrix, place, scaled, combined, times, transposed} = ring, {L, W, d} = weightFactors(asked.Q);
   const [a, b] = ends[0], N = a.E.rows, k = W.rows, R = matrix(asked.R), q = N + k + R.rows, terms = [];
   for (const [v, w, share] of ends) {
     const right = beside(ring, q, 0, transposed(w.E));
@@ -185,7 +190,7 @@ function costDecay(ends, asked, {T, scale}, ring) {
 }
 
 // Blocks that bound P, Y and the sizes where the set has no bound: [[r I - P, Y'], [Y, r I]].
-function joined(blocks, r) {
+export function joined(blocks, r) {
   const more = new Blocks(Object.fromEntries(blocks.unknowns.map(u => [u.name, u])));
   more.list = [...blocks.list];
   const [P, Y, ...others] = blocks.unknowns, N = P.rows, m = Y.rows, q = N + m;

@@ -1,12 +1,14 @@
 // Phase one, analytic centre and one bound for LMI blocks. The numbers of
 // sections are those of Boyd and Vandenberghe (2004).
+import {Blocks} from "./blocks.js";
+import {cholesky, combined, identity, inner, inverseLower, mapped, reals, scaled, solveCholesky, symmetricEigenvalues, symmetrized, times, transposed} from "./matrices.js";
 
 const STEP_FRACTION = 0.95;         // of the longest step that stays inside
 const LONGEST_CENTRE = 1e8;         // a norm of x beyond it is taken for infinity
 const STEPS_ALONE = 40;             // of Newton's method, before multipliers help it to a centre
 const EXCLUDED_ENOUGH = 1e11;       // the |x| that multipliers must exclude; solutions are shorter
 
-const factored = list => {
+export const factored = list => {
   const factors = [];
   for (const G of list) {
     const L = cholesky(G);
@@ -15,11 +17,11 @@ const factored = list => {
   }
   return factors;
 };
-const rootsOf = factors => factors.map(inverseLower);
-const inverses = roots => roots.map(N => times(transposed(N), N));
+export const rootsOf = factors => factors.map(inverseLower);
+export const inverses = roots => roots.map(N => times(transposed(N), N));
 const whitened = (N, dG) => symmetrized(times(times(N, dG), transposed(N)));
-const dot = (x, y) => x.reduce((sum, value, k) => sum + value * y[k], 0);
-const plus = (x, a, d) => {
+export const dot = (x, y) => x.reduce((sum, value, k) => sum + value * y[k], 0);
+export const plus = (x, a, d) => {
   const y = reals(x.length);
   for (let k = 0; k < y.length; k++) y[k] = x[k] + a * d[k];
   return y;
@@ -28,7 +30,7 @@ const innerOf = (S, Z) => S.reduce((sum, s, k) => sum + inner(s, Z[k]), 0);
 const leastOf = list => Math.min(...list.map(G => symmetricEigenvalues(G)[0]));
 
 // A function that solves H d = g; a ridge is added where H has no factor.
-function newtonSolver(H) {
+export function newtonSolver(H) {
   const n = H.rows, scale = new Float64Array(n);
   for (let i = 0; i < n; i++) scale[i] = 1 / Math.sqrt(H.at[i * n + i] || 1);
   const unit = mapped(H, (x, i, j) => i === j && x === 0 ? 1 : x * scale[i] * scale[j]);
@@ -104,7 +106,7 @@ function lifted(blocks) {
 
 // {verdict, x} with a point x inside all blocks, or {verdict, Z, excluded}: multipliers
 // that no x of a norm below `excluded` can meet. Raises t as in section 11.4.
-function phaseOne(blocks, start = null) {
+export function phaseOne(blocks, start = null) {
   if (start && factored(blocks.at(start))) return {verdict: "feasible", x: start, steps: 0};
   const problem = lifted(blocks), n = blocks.size, cost = new Float64Array(n + 1);
   cost[n] = -1;
@@ -158,7 +160,7 @@ function refined(problem, blocks, Z) {
 // The x that maximises sum log det G_k from an x inside (section 8.5.3). Where the set is
 // unbounded, or the numbers give out on a long way, the last x and `lost`. Newton's method
 // with an exact line search (section 9.7.1).
-function centre(blocks, x, enough = 1e-8) {
+export function centre(blocks, x, enough = 1e-8) {
   let factors = factored(blocks.at(x));
   for (let count = 1; count <= 200; count++) {
     const roots = rootsOf(factors), W = inverses(roots), solver = newtonSolver(blocks.hessian(W, W));
@@ -190,7 +192,7 @@ function centre(blocks, x, enough = 1e-8) {
 }
 
 // Eigenvalues of the changes of blocks that these roots scale.
-const ratesOf = (roots, change) => roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
+export const ratesOf = (roots, change) => roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
 
 // A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method
 // creeps through a curved valley, which such steps, of S and of Z, pass in some twenty.
@@ -221,7 +223,7 @@ function lineSearch(rates) {
 // ---------------------------------------------------------------- one bound
 // The least value of variable a, to a relative gap, from an x inside. Its bound from below
 // is null where the search gives up: then x is the best point of it.
-function minimize(blocks, a, x, gap = 1e-5) {
+export function minimize(blocks, a, x, gap = 1e-5) {
   const cost = new Float64Array(blocks.size);
   cost[a] = 1;
   let best = {x, bound: null, steps: 0};

@@ -1,9 +1,10 @@
-// Eigenvalues of a real matrix, and the Riccati equation that gives the kernel
-// its coordinates.
+// Eigenvalues and the exponential of a real matrix, and the Riccati equation that gives
+// the kernel its coordinates.
+import {cholesky, combined, identity, inverse, place, rowsOf, scaled, solve, symmetrized, times, transposed, zeros} from "./matrices.js";
 
 // Eigenvalues as [re, im]: balance, Hessenberg form, double QR steps of Francis
 // (Golub and Van Loan, sections 7.4 and 7.5; after EISPACK's balanc, elmhes, hqr).
-function eigenvalues(X) {
+export function eigenvalues(X) {
   const n = X.rows, a = X.at.slice(), at = (i, j) => a[i * n + j], list = [];
   for (let done = false; !done;) {
     done = true;
@@ -121,13 +122,26 @@ function eigenvalues(X) {
   return list;
 }
 
-// X of A'X + XA - X B B' X + I = 0 by the sign of the Hamiltonian matrix, with
+// exp(X h) by scaling, Taylor's series and squaring.
+export function exponential(X, h) {
+  const size = Math.max(...rowsOf(X).map(row => row.reduce((sum, x) => sum + Math.abs(x), 0))) * h;
+  const halvings = Math.max(0, Math.ceil(Math.log2(size || 1)) + 2), small = scaled(h / 2 ** halvings, X);
+  let term = identity(X.rows), sum = term;
+  for (let k = 1; k <= 14; k++) {
+    term = scaled(1 / k, times(term, small));
+    sum = combined(1, sum, 1, term);
+  }
+  for (let k = 0; k < halvings; k++) sum = times(sum, sum);
+  return sum;
+}
+
+// X of A'X + XA - X B B' X + Q = 0 by the sign of the Hamiltonian matrix, with
 // Newton's iteration, scaled by its determinant (Byers 1987); null without one.
-function riccati(A, B) {
+export function riccati(A, B, Q = identity(A.rows)) {
   const n = A.rows, push = times(B, transposed(B));
   let H = zeros(2 * n, 2 * n);
   place(place(H, 0, 0, A), 0, n, push, -1);
-  place(place(H, n, 0, identity(n), -1), n, n, transposed(A), -1);
+  place(place(H, n, 0, Q, -1), n, n, transposed(A), -1);
   for (let count = 0; count < 100; count++) {
     const size = {}, back = inverse(H, size);
     if (!back) return null;
@@ -143,21 +157,20 @@ function riccati(A, B) {
   const left = zeros(2 * n, n), right = zeros(2 * n, n);
   for (let i = 0; i < 2 * n; i++) {
     for (let j = 0; j < n; j++) {
-      left.at[i * n + j] = H.at[i * 2 * n + n + j] + (i === n + j);
-      right.at[i * n + j] = -H.at[i * 2 * n + j] - (i === j);
+      left.at[i * n + j] = H.at[i * 2 * n + n + j] + (i === n + j ? 1 : 0);
+      right.at[i * n + j] = -H.at[i * 2 * n + j] - (i === j ? 1 : 0);
     }
   }
   const turned = transposed(left), X = solve(times(turned, left), times(turned, right));
-  return X && refinedRiccati(A, push, symmetrized(X));
+  return X && refinedRiccati(A, push, Q, symmetrized(X));
 }
 
 // Two steps of Newton and Kleinman, which leave rounding errors only: with
-// F = A - B B' X each solves F'Y + Y F = -(X B B' X + I).
-function refinedRiccati(A, push, X) {
-  const n = A.rows;
+// F = A - B B' X each solves F'Y + Y F = -(X B B' X + Q).
+function refinedRiccati(A, push, Q, X) {
   for (let count = 0; count < 2; count++) {
     const F = combined(1, A, -1, times(push, X));
-    const right = combined(1, times(X, times(push, X)), 1, identity(n));
+    const right = combined(1, times(X, times(push, X)), 1, Q);
     const Y = lyapunov(F, right);
     if (!Y || !cholesky(Y)) return null;
     X = Y;
@@ -166,7 +179,7 @@ function refinedRiccati(A, push, X) {
 }
 
 // Y of F'Y + Y F + Q = 0 for a stable F, by n (n + 1) / 2 linear equations.
-function lyapunov(F, Q) {
+export function lyapunov(F, Q) {
   const n = F.rows, f = F.at, index = (i, j) => i <= j ? i * n - i * (i - 1) / 2 + j - i : index(j, i);
   const count = n * (n + 1) / 2, M = zeros(count, count), b = zeros(count, 1);
   for (let i = 0; i < n; i++) {

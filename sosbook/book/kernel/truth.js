@@ -1,5 +1,8 @@
 // What a loop really does, whatever its LMIs promise: its H-infinity norm and the
 // largest input from an initial state.
+import {descriptors} from "./descriptor.js";
+import {combined, identity, inner, matrix, norm, place, solve, times, transposed, zeros} from "./matrices.js";
+import {eigenvalues, exponential, lyapunov} from "./spectrum.js";
 
 // The norm of C inv(sI - A) B. A level is too low where the Hamiltonian matrix has
 // imaginary eigenvalues; between them it is raised (Bruinsma and Steinbuch 1990).
@@ -33,19 +36,6 @@ function hinfNorm(A, B, C) {
   return level;
 }
 
-// exp(X h) by scaling, Taylor's series and squaring.
-function exponential(X, h) {
-  const size = Math.max(...rowsOf(X).map(row => row.reduce((sum, x) => sum + Math.abs(x), 0))) * h;
-  const halvings = Math.max(0, Math.ceil(Math.log2(size || 1)) + 2), small = scaled(h / 2 ** halvings, X);
-  let term = identity(X.rows), sum = term;
-  for (let k = 1; k <= 14; k++) {
-    term = scaled(1 / k, times(term, small));
-    sum = combined(1, sum, 1, term);
-  }
-  for (let k = 0; k < halvings; k++) sum = times(sum, sum);
-  return sum;
-}
-
 // The largest |K x| from x0, in two passes: one for the fast poles, one for the slow.
 function peakInput(A, K, x0, spectrum) {
   const rates = spectrum.map(([re]) => -re);
@@ -70,7 +60,7 @@ function quadraticCost(d, A, gain, {Q, R, noise}) {
 }
 
 // {norm, peak, cost} of the worst vertex under a design's gain.
-function truth(request, {K, poles}) {
+export function truth(request, {K, poles}) {
   let worst = null, peak = null, cost = null;
   descriptors(request).forEach((d, k) => {
     const gain = matrix(K), A = solve(d.E, combined(1, d.A, 1, times(d.Bu, gain)));

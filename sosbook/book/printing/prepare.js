@@ -11,6 +11,7 @@ async ({ css, part, head, first, anchors, elsewhere }) => {
     one.classList.remove("toggle-hidden");
   for (const one of document.querySelectorAll("details"))
     if (!one.matches(".hide")) one.open = true;
+  /** @type {any} */
   const article = document.querySelector("article.bd-article");
   if (part) {
     const line = document.createElement("p");
@@ -42,7 +43,7 @@ async ({ css, part, head, first, anchors, elsewhere }) => {
       list.append(link);
     }
   article.append(list);
-  await window.MathJax?.startup?.promise;
+  await window["MathJax"]?.startup?.promise;
   await document.fonts.ready;
   // What is wider than the paper shrinks.
   const fit = (box, inner) => {

@@ -6,7 +6,6 @@ from ...display.escape import page_text
 from ...runtime.libraries import library
 from ..elements.answers import Answers
 from ..elements.explorer import Explorer
-from ..elements.page import script
 
 ipywidgets = library("ipywidgets")
 
@@ -42,7 +41,7 @@ class Live(ipywidgets.VBox):
         self.answer.add_class("sos-answer")
         shown = {
             "output_type": "display_data",
-            "data": {"text/html": _line() + element.html, "text/plain": repr(element)},
+            "data": {"text/html": element.html, "text/plain": repr(element)},
             "metadata": {},
         }
         picture = ipywidgets.Output(outputs=(shown,))
@@ -55,11 +54,6 @@ class Live(ipywidgets.VBox):
         job = json.loads(change["new"])
         found = self.answers(job["kind"], job["request"])
         self.answer.value = page_text(json.dumps({"id": job["id"], "by": BY} | found))
-
-
-def _line():
-    """The script by which an element asks the package."""
-    return f"<script>\n{script('line.js')}\n</script>\n"
 
 
 def live(element):

@@ -1,318 +1,313 @@
-(() => {
-  "use strict";
-  const {PageElement, Plot, READOUT, announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains,
-    number, panel, panels, places, printed, slider, steady, withConjugates} = window.sosKit;
-  const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
-  const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
+import {PageElement, Plot, READOUT, S_PLANE, announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, panel, panels, places, printed, slider, steady, withConjugates} from "./kit.js";
+import {apply, exponential, scale} from "./linalg.js";
+import * as python from "./program.js";
+const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
+const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
-  // -------------------------------------------------- the linear response
-  const times = (X, Y) => X.map(row => Y[0].map((_, j) =>
-    row.reduce((sum, x, k) => sum + x * Y[k][j], 0)));
+// -------------------------------------------------- the linear response
+// z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
+function stepResponse(vertex, K, r, horizon, steps) {
+  const {A, B, s} = vertex, n = r.length;
+  const rate = A.map((row, i) => [
+    ...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
+    s[i] - B[i].reduce((sum, b, k) =>
+      sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
+  ]);
+  rate.push(new Array(A.length + 1).fill(0));
+  const forward = exponential(scale(horizon / steps, rate));
+  let x = rate.map((_, i) => i === A.length ? 1 : 0);
+  const rows = [];
+  for (let k = 0; k <= steps; k++) {
+    rows.push(x.slice(0, n));
+    x = apply(forward, x);
+  }
+  return rows;
+}
 
-  // exp(X h) by scaling, a Taylor polynomial, and squaring.
-  function exponential(X, h) {
-    const size = Math.max(...X.map(row =>
-      row.reduce((sum, x) => sum + Math.abs(x), 0))) * h;
-    const halvings = Math.max(0, Math.ceil(Math.log2(size || 1)) + 2);
-    const small = X.map(row => row.map(x => x * h / 2 ** halvings));
-    let term = X.map((row, i) => row.map((_, j) => +(i === j)));
-    let sum = term;
-    for (let k = 1; k <= 14; k++) {
-      term = times(term, small).map(row => row.map(x => x / k));
-      sum = sum.map((row, i) => row.map((x, j) => x + term[i][j]));
+// ----------------------------------------------------------- the region
+// The part of a convex polygon where a x + b y < c.
+function clip(polygon, a, b, c) {
+  const out = [];
+  polygon.forEach((p, k) => {
+    const q = polygon[(k + 1) % polygon.length];
+    const f = a * p[0] + b * p[1] - c, g = a * q[0] + b * q[1] - c;
+    if (f <= 0) out.push(p);
+    if ((f < 0 && g > 0) || (f > 0 && g < 0)) {
+      const t = f / (f - g);
+      out.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
     }
-    for (let k = 0; k < halvings; k++) sum = times(sum, sum);
-    return sum;
+  });
+  return out;
+}
+
+/** @type {(asked: any, window: any) => any[]} */
+function regionPolygon(asked, [left, right, height]) {
+  let polygon = [[left, -height], [right, -height], [right, height], [left, height]];
+  if (asked.sigma !== undefined) polygon = clip(polygon, 1, 0, -asked.sigma);
+  if (asked.theta !== undefined) {
+    const sin = Math.sin(asked.theta), cos = Math.cos(asked.theta);
+    polygon = clip(clip(polygon, sin, cos, 0), sin, -cos, 0);
+  }
+  if (asked.rho !== undefined) {
+    for (let k = 0; k < 120; k++) {
+      const angle = k * Math.PI / 60;
+      polygon = clip(polygon, Math.cos(angle), Math.sin(angle), asked.rho);
+    }
+  }
+  return polygon;
+}
+
+// ---------------------------------------------------------- the element
+export class Atlas extends PageElement {
+  sliders() {
+    return this.data.sliders.map(({key, label, values}, k) =>
+      slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]})).join("");
   }
 
-  // z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
-  function stepResponse(vertex, K, r, horizon, steps) {
-    const {A, B, s} = vertex, n = r.length;
-    const rate = A.map((row, i) => [
-      ...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
-      s[i] - B[i].reduce((sum, b, k) =>
-        sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
-    ]);
-    rate.push(new Array(A.length + 1).fill(0));
-    const forward = exponential(rate, horizon / steps);
-    let x = rate.map((_, i) => [+(i === A.length)]);
-    const rows = [];
-    for (let k = 0; k <= steps; k++) {
-      rows.push(x.slice(0, n).map(value => value[0]));
-      x = times(forward, x);
-    }
-    return rows;
+  markup() {
+    return controls("Requirements", this.sliders()) +
+      panels(panel("map", "Closed-loop poles over the region that was asked for.") +
+        panel("step", escape(this.data.caption))) + READOUT + this.note + buttons(this.buttons);
   }
 
-  // ----------------------------------------------------------- the region
-  // The part of a convex polygon where a x + b y < c.
-  function clip(polygon, a, b, c) {
-    const out = [];
-    polygon.forEach((p, k) => {
-      const q = polygon[(k + 1) % polygon.length];
-      const f = a * p[0] + b * p[1] - c, g = a * q[0] + b * q[1] - c;
-      if (f <= 0) out.push(p);
-      if ((f < 0 && g > 0) || (f > 0 && g < 0)) {
-        const t = f / (f - g);
-        out.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
+  get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]; }
+
+  // Why there is no design, in HTML, where that is known.
+  get reason() { return undefined; }
+
+  // Why there is a grid.
+  get unknown() { return "all requirements, nor large plants"; }
+
+  get note() {
+    const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
+    return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
+      `the page's own solver doesn't know ${this.unknown}.</p>`;
+  }
+
+  // A pole's mark, its number and the curve by which it decays belong together.
+  listen() {
+    this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
+    this.view.addEventListener("pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
+  }
+
+  light(k) {
+    if (k === this.lit) return;
+    this.lit = k;
+    this.view.querySelectorAll("[data-pole]").forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
+    this.find("step").querySelector(".sos-mode")?.remove();
+    const pole = this.design.poles?.[k];
+    if (pole) this.find("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
+  }
+
+  // The envelope of a pole's part of the response, and what the pole means.
+  /** @param {any} pole */
+  mode([re, im]) {
+    const {horizon, r} = this.data, plot = this.stepPlot, times = Array.from({length: 61}, (_, k) => k * horizon / 60);
+    const ends = [...new Set(r.filter(x => x))].flatMap(x => [x, -x].map(side => times.map(t => [t, x - side * Math.exp(re * t)])));
+    const swings = im ? `, ω = ${clean(im)} rad/s, ζ = ${clean(-re / Math.hypot(re, im), 2)}` : "";
+    return `<g class="sos-mode">` + ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
+      `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${swings}</text></g>`;
+  }
+
+  wire() {
+    this.listen();
+    this.inputs = [...this.view.querySelectorAll("input[type=range]")];
+    this.inputs.forEach((input, k) => {
+      input.addEventListener("input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
+      steady(input);
+    });
+    const linked = this.linked();
+    this.move(this.data.sliders.map(({key, values}, k) => {
+      const at = values.indexOf(number(linked[key]));
+      return at < 0 ? this.data.start[k] : at;
+    }));
+  }
+
+  move(place) {
+    this.place = [...place];
+    this.inputs.forEach((input, k) => { input.value = place[k]; });
+    this.update();
+  }
+
+  reset() { this.move(this.data.start); }
+
+  get address() { return this.asked; }
+
+  get program() {
+    const {sliders, shownFixed} = this.data, degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
+    const shown = sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
+    return python.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
+  }
+
+  index(place) {
+    return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0);
+  }
+
+  // 0 is infeasible, 1 undecided, everything else a design.
+  stored(place = this.place) { return this.data.designs[this.index(place)]; }
+
+  get asked() {
+    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+  }
+
+  get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
+
+  /** @returns {any} */
+  get design() {
+    const stored = this.stored(), asked = {...this.data.fixed, ...this.asked};
+    if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
+    const [gain, poles, [block, margin], norm, peak] = stored;
+    const pairs = [];
+    for (let k = 0; k < poles.length; k += 2) pairs.push([poles[k], poles[k + 1]]);
+    return {status: "feasible", asked, K: gainRows(gain, this.data.shape), poles: pairs,
+      margin: [this.data.blocks[block], margin], norm, peak};
+  }
+
+  // Designs that a move of one slider reaches, the nearest first.
+  relaxations() {
+    const moves = [];
+    this.data.sliders.forEach((slider, k) => {
+      for (let far = 1; far < slider.values.length; far++) {
+        const at = this.place[k] + far * slider.looser;
+        if (at < 0 || at >= slider.values.length) break;
+        const place = this.place.map((old, j) => j === k ? at : old);
+        if (typeof this.stored(place) !== "number") {
+          moves.push({far, text: slider.texts[at], share: far / slider.values.length});
+          break;
+        }
       }
     });
-    return out;
+    return moves.sort((p, q) => p.far - q.far || p.share - q.share);
   }
 
-  function regionPolygon(asked, [left, right, height]) {
-    let polygon = [[left, -height], [right, -height], [right, height], [left, height]];
-    if (asked.sigma !== undefined) polygon = clip(polygon, 1, 0, -asked.sigma);
-    if (asked.theta !== undefined) {
-      const sin = Math.sin(asked.theta), cos = Math.cos(asked.theta);
-      polygon = clip(clip(polygon, sin, cos, 0), sin, -cos, 0);
+  advice() {
+    const [first, ...others] = this.relaxations();
+    if (first) {
+      return `Relax first: ${first.text}.` + (others.length
+        ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.` : "");
     }
-    if (asked.rho !== undefined) {
-      for (let k = 0; k < 120; k++) {
-        const angle = k * Math.PI / 60;
-        polygon = clip(polygon, Math.cos(angle), Math.sin(angle), asked.rho);
+    let best = null;
+    const walk = (place, k, far) => {
+      if (best && far >= best.far) return;
+      if (k === place.length) {
+        if (typeof this.stored(place) !== "number") best = {far, place: [...place]};
+        return;
       }
-    }
-    return polygon;
+      const {values, looser} = this.data.sliders[k];
+      for (let d = 0; d < values.length; d++) {
+        const at = this.place[k] + d * looser;
+        if (at < 0 || at >= values.length) break;
+        walk([...place.slice(0, k), at, ...place.slice(k + 1)], k + 1, far + d);
+      }
+    };
+    walk([...this.place], 0, 0);
+    if (!best) return "No design on these sliders is looser and feasible.";
+    const moves = this.data.sliders.filter((_, k) => best.place[k] !== this.place[k])
+      .map(slider => slider.texts[best.place[this.data.sliders.indexOf(slider)]]);
+    return `No single slider is enough. Relax together: ${moves.join(" and ")}.`;
   }
 
-  // ---------------------------------------------------------- the element
-  class Atlas extends PageElement {
-    sliders() {
-      return this.data.sliders.map(({key, label, values}, k) =>
-        slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]})).join("");
-    }
-
-    markup() {
-      return controls("Requirements", this.sliders()) +
-        panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-          panel("step", escape(this.data.caption))) + READOUT + this.note + buttons(this.buttons);
-    }
-
-    get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]; }
-
-    // Why there is a grid.
-    get unknown() { return "all requirements, nor large plants"; }
-
-    get note() {
-      const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
-      return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
-        `the page's own solver doesn't know ${this.unknown}.</p>`;
-    }
-
-    // A pole's mark, its number and the curve by which it decays belong together.
-    listen() {
-      this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
-      this.view.addEventListener("pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
-    }
-
-    light(k) {
-      if (k === this.lit) return;
-      this.lit = k;
-      this.view.querySelectorAll("[data-pole]").forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
-      this.part("step").querySelector(".sos-mode")?.remove();
-      const pole = this.design.poles?.[k];
-      if (pole) this.part("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
-    }
-
-    // The envelope of a pole's part of the response, and what the pole means.
-    mode([re, im]) {
-      const {horizon, r} = this.data, plot = this.stepPlot, times = Array.from({length: 61}, (_, k) => k * horizon / 60);
-      const ends = [...new Set(r.filter(x => x))].flatMap(x => [x, -x].map(side => times.map(t => [t, x - side * Math.exp(re * t)])));
-      const swings = im ? `, ω = ${clean(im)} rad/s, ζ = ${clean(-re / Math.hypot(re, im), 2)}` : "";
-      return `<g class="sos-mode">` + ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
-        `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${swings}</text></g>`;
-    }
-
-    wire() {
-      this.listen();
-      this.inputs = [...this.view.querySelectorAll("input[type=range]")];
-      this.inputs.forEach((input, k) => {
-        input.addEventListener("input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
-        steady(input);
-      });
-      const linked = this.linked();
-      this.move(this.data.sliders.map(({key, values}, k) => {
-        const at = values.indexOf(number(linked[key]));
-        return at < 0 ? this.data.start[k] : at;
-      }));
-    }
-
-    move(place) {
-      this.place = [...place];
-      this.inputs.forEach((input, k) => { input.value = place[k]; });
-      this.update();
-    }
-
-    reset() { this.move(this.data.start); }
-
-    get address() { return this.asked; }
-
-    get program() {
-      const {sliders, shownFixed} = this.data, degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
-      const shown = sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
-      return window.sosProgram.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
-    }
-
-    index(place) {
-      return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0);
-    }
-
-    // 0 is infeasible, 1 undecided, everything else a design.
-    stored(place = this.place) { return this.data.designs[this.index(place)]; }
-
-    get asked() {
-      return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
-    }
-
-    get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
-
-    get design() {
-      const stored = this.stored(), asked = {...this.data.fixed, ...this.asked};
-      if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
-      const [gain, poles, [block, margin], norm, peak] = stored;
-      const pairs = [];
-      for (let k = 0; k < poles.length; k += 2) pairs.push([poles[k], poles[k + 1]]);
-      return {status: "feasible", asked, K: gainRows(gain, this.data.shape), poles: pairs,
-        margin: [this.data.blocks[block], margin], norm, peak};
-    }
-
-    // Designs that a move of one slider reaches, the nearest first.
-    relaxations() {
-      const moves = [];
-      this.data.sliders.forEach((slider, k) => {
-        for (let far = 1; far < slider.values.length; far++) {
-          const at = this.place[k] + far * slider.looser;
-          if (at < 0 || at >= slider.values.length) break;
-          const place = this.place.map((old, j) => j === k ? at : old);
-          if (typeof this.stored(place) !== "number") {
-            moves.push({far, text: slider.texts[at], share: far / slider.values.length});
-            break;
-          }
-        }
-      });
-      return moves.sort((p, q) => p.far - q.far || p.share - q.share);
-    }
-
-    advice() {
-      const [first, ...others] = this.relaxations();
-      if (first) {
-        return `Relax first: ${first.text}.` + (others.length
-          ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.` : "");
-      }
-      let best = null;
-      const walk = (place, k, far) => {
-        if (best && far >= best.far) return;
-        if (k === place.length) {
-          if (typeof this.stored(place) !== "number") best = {far, place: [...place]};
-          return;
-        }
-        const {values, looser} = this.data.sliders[k];
-        for (let d = 0; d < values.length; d++) {
-          const at = this.place[k] + d * looser;
-          if (at < 0 || at >= values.length) break;
-          walk([...place.slice(0, k), at, ...place.slice(k + 1)], k + 1, far + d);
-        }
-      };
-      walk([...this.place], 0, 0);
-      if (!best) return "No design on these sliders is looser and feasible.";
-      const moves = this.data.sliders.filter((_, k) => best.place[k] !== this.place[k])
-        .map(slider => slider.texts[best.place[this.data.sliders.indexOf(slider)]]);
-      return `No single slider is enough. Relax together: ${moves.join(" and ")}.`;
-    }
-
-    states() {
-      const at = this.elsewhere({place: null}), {sliders} = this.data, all = sliders.reduce(
-        (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
-      return all.map(place => {
-        at.place = place;
-        return at.readout(at.design);
-      });
-    }
-
-    update() {
-      this.lit = undefined;
-      const design = this.design;
-      this.inputs.forEach((input, k) => {
-        announce(input, this.texts[k]);
-        places(input, this.data.sliders[k].values.map((_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
-      });
-      this.part("map").innerHTML = this.map(design);
-      this.part("step").innerHTML = this.step(design);
-      this.tell(design.status, this.readout(design));
-    }
-
-    map({status, asked, poles}) {
-      const [left, right, height] = this.data.window;
-      const middle = (left + right) / 2, half = Math.max(right - left, 2 * height * 286 / 288) / 2;
-      const tall = half * 288 / 286, x = [middle - half, middle + half], y = [-tall, tall];
-      const plot = new Plot({x, y, labels: ["Re s (s⁻¹)", "Im s (rad/s)"]});
-      const polygon = regionPolygon(asked, [x[0], x[1], tall]);
-      const style = plot.hatch(`${this.name}-hatch`);
-      if (polygon.length) {
-        plot.body += `<path class="sos-region${poles ? "" : " sos-empty"}" ${poles ? "" : style} d="${plot.path(polygon)}Z"/>`;
-      }
-      plot.rule("sos-axis", x, [0, 0]);
-      if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], [tall, -tall]);
-      (poles || []).forEach((pole, k) => {
-        for (const [re, im] of withConjugates([pole]).filter(pole => plot.has(pole))) {
-          const [x, y] = [plot.X(re), plot.Y(im)];
-          plot.body += `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
-            `<circle class="sos-hit" data-pole="${k}" cx="${x}" cy="${y}" r="9"/>`;
-        }
-      });
-      if (!poles) plot.absent(status, 40);
-      return plot.svg(poles
-        ? `Pole map: poles at ${poles.map(p => complex(...p)).join(", ")}, all in the shaded region.`
-        : `Pole map: the region is hatched, because no design is known (${status}).`);
-    }
-
-    step({status, K}) {
-      const {horizon, r, vertices} = this.data, steps = 150, labels = ["time t (s)", "position z"];
-      const all = K ? vertices.map(v => stepResponse(v, K, r, horizon, steps)) : [];
-      this.response = all;
-      const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
-      const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
-      const plot = this.stepPlot = new Plot({x: [0, horizon], y: limits, labels});
-      if (!K) {
-        plot.absent("no design", 40);
-        return plot.svg(`Step response: none, ${status}.`);
-      }
-      for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
-      for (const rows of all) {
-        r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));
-      }
-      r.forEach((_, i) => {
-        const u = plot.r - 52 * (r.length - i), v = plot.b - 12;
-        plot.body += `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
-          ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
-      });
-      const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
-      return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
-    }
-
-    // The verdict on what the sliders ask for; a subclass adds what that means.
-    verdict({status, texts = this.texts}, more = "") {
-      return `<p><span class="sos-status">${capital(status)}</span> for ` +
-        `${escape(printed([...texts, ...this.data.also].join(", ")))}${more}.</p>`;
-    }
-
-    readout(design) {
-      const {status, asked, K, poles, norm, peak, cost = null} = design, verdict = this.verdict(design);
-      if (status === "undecided") return verdict + `<p>Neither a design nor a proof that there is none was found.</p>`;
-      if (status === "infeasible") {
-        const empty = asked.rho <= asked.sigma;
-        return verdict + `<p>${empty ? "The region is empty." : "These LMIs have no solution."} ${escape(printed(this.advice()))}</p>`;
-      }
-      const [block, margin] = design.margin, truth = [];
-      if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
-      if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
-      if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
-      return verdict + gains(K, this.data.shape, 5) +
-        `<p>Poles: ${poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(...p)}</span>`).join(", ")}.</p>` +
-        `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
-    }
+  states() {
+    const at = this.elsewhere({place: null}), {sliders} = this.data, all = sliders.reduce(
+      (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
+    return all.map(place => {
+      at.place = place;
+      return at.readout(at.design);
+    });
   }
 
-  define("sos-atlas", Atlas);
-})();
+  update() {
+    this.lit = undefined;
+    const design = this.design;
+    this.inputs.forEach((input, k) => {
+      announce(input, this.texts[k]);
+      places(input, this.data.sliders[k].values.map((_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
+    });
+    this.find("map").innerHTML = this.map(design);
+    this.find("step").innerHTML = this.step(design);
+    this.tell(design.status, this.readout(design));
+  }
+
+  // Axes of the same scale that hold the window.
+  poleAxes() {
+    const [left, right, height] = this.data.window, middle = (left + right) / 2, shape = 288 / 286;
+    const half = Math.max(right - left, 2 * height / shape) / 2, tall = half * shape;
+    return new Plot({x: [middle - half, middle + half], y: [-tall, tall], labels: S_PLANE});
+  }
+
+  // What a subclass draws over the poles and over the response.
+  overPoles(_plot) {}
+  overResponse(_plot) {}
+
+  /** @param {any} design */
+  map({status, asked, poles}) {
+    const plot = this.poleAxes(), {x, y} = plot, polygon = regionPolygon(asked, [...x, y[1]]);
+    const style = plot.hatch(`${this.name}-hatch`);
+    if (polygon.length) {
+      plot.body += `<path class="sos-region${poles ? "" : " sos-empty"}" ${poles ? "" : style} d="${plot.path(polygon)}Z"/>`;
+    }
+    plot.rule("sos-axis", x, [0, 0]);
+    if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
+    (poles || []).forEach((pole, k) => {
+      for (const [re, im] of withConjugates([pole]).filter(pole => plot.has(pole))) {
+        const [x, y] = [plot.X(re), plot.Y(im)];
+        plot.body += `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
+          `<circle class="sos-hit" data-pole="${k}" cx="${x}" cy="${y}" r="9"/>`;
+      }
+    });
+    if (!poles) plot.absent(status, 40);
+    this.overPoles(plot);
+    return plot.svg(poles
+      ? `Pole map: poles at ${poles.map(p => complex(p[0], p[1])).join(", ")}, all in the shaded region.`
+      : `Pole map: the region is hatched, because no design is known (${status}).`);
+  }
+
+  step({status, K}) {
+    const {horizon, r, vertices} = this.data, steps = 150, labels = ["time t (s)", "position z"];
+    const all = K ? vertices.map(v => stepResponse(v, K, r, horizon, steps)) : [];
+    this.response = all;
+    const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
+    const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
+    const plot = this.stepPlot = new Plot({x: [0, horizon], y: limits, labels});
+    if (!K) {
+      plot.absent("no design", 40);
+      return plot.svg(`Step response: none, ${status}.`);
+    }
+    for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
+    for (const rows of all) {
+      r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));
+    }
+    r.forEach((_, i) => {
+      const u = plot.r - 52 * (r.length - i), v = plot.b - 12;
+      plot.body += `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
+        ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
+    });
+    this.overResponse(plot);
+    const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
+    return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
+  }
+
+  // The verdict on what the sliders ask for; a subclass adds what that means.
+  verdict({status, texts = this.texts}, more = "") {
+    return `<p><span class="sos-status">${capital(status)}</span> for ` +
+      `${escape(printed([...texts, ...this.data.also].join(", ")))}${more}.</p>`;
+  }
+
+  readout(design) {
+    const {status, asked, K, poles, norm, peak, cost = null} = design, verdict = this.verdict(design);
+    if (status === "undecided") return verdict + `<p>${this.reason ?? "Neither a design nor a proof that there is none was found."}</p>`;
+    if (status === "infeasible") {
+      const empty = asked.rho <= asked.sigma;
+      return verdict + `<p>${this.reason ?? (empty ? "The region is empty." : "These LMIs have no solution.")} ${escape(printed(this.advice()))}</p>`;
+    }
+    const [block, margin] = design.margin, truth = [];
+    if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
+    if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
+    if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
+    return verdict + gains(K, this.data.shape, 5) +
+      `<p>Poles: ${poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`).join(", ")}.</p>` +
+      `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
+  }
+}
+
+define("sos-atlas", Atlas);

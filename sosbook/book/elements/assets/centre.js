@@ -1,99 +1,96 @@
-(() => {
-  "use strict";
-  const {Plot, clean, define} = window.sosKit;
-  const {add, combine, eigenvalues, eye, lyapunov, make, mul, scale, solve, trace, transpose} = window.sosLinalg;
-  const {Mover, mark, number, verdict} = window.sosMover;
-  const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]], REST = [[0, 0], [0, 1]];
-  const det = ([[a, b], [c, d]]) => a * d - b * c, least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
+import {Plot, clean, define} from "./kit.js";
+import {add, combine, eigenvalues, eye, lyapunov, make, mul, scale, solve, trace, transpose} from "./linalg.js";
+import {Mover, mark, number, verdict} from "./mover.js";
+const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
+const det = ([[a, b], [c, d]]) => a * d - b * c, /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
 
-  class Centre extends Mover {
-    figures() {
-      return [["set", "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."],
-        ["bars", "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."]];
-    }
-
-    // P and -(A P + P A^T + 2 sigma P) for P = P(p, q), and their slopes.
-    blocks(sigma) {
-      const shifted = combine(1, this.data.A, sigma, eye(2)), rate = P => { const X = mul(shifted, P); return scale(-1, add(X, transpose(X))); };
-      const write = ([p, q]) => { const P = [[p, q], [q, 1]]; return [P, rate(P)]; };
-      return {write, slopes: SLOPES.map(P => [P, rate(P)])};
-    }
-
-    // The Newton step of -log det of both blocks at x, and its decrement.
-    step({write, slopes}, x) {
-      const F = write(x), scaled = slopes.map(pair => pair.map((D, k) => solve(F[k], D)));
-      const gradient = scaled.map(([a, b]) => -trace(a) - trace(b));
-      const hessian = make(2, 2, (i, j) => scaled[i].reduce((sum, X, k) => sum + trace(mul(X, scaled[j][k])), 0));
-      const move = solve(hessian, gradient.map(g => [-g])).map(([v]) => v);
-      return {move, decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))};
-    }
-
-    inside(blocks, x) { return blocks.write(x).every(F => F[0][0] > 0 && det(F) > 0); }
-
-    // Damped steps to the analytic centre; the path has each point and its decrement.
-    walk(blocks, x) {
-      const path = [];
-      for (let k = 0; k < 40; k++) {
-        const {move, decrement} = this.step(blocks, x);
-        path.push({x, decrement});
-        if (decrement < 1e-9) break;
-        let t = decrement > 0.25 ? 1 / (1 + decrement) : 1;
-        while (!this.inside(blocks, x.map((v, i) => v + t * move[i]))) t /= 2;
-        x = x.map((v, i) => v + t * move[i]);
-      }
-      return path;
-    }
-
-    good({feasible}) { return feasible; }
-    get means() { return "your point is feasible"; }
-    probe({sigma, p, q}) { return this.inside(this.blocks(sigma), [p, q]); }
-
-    compute({sigma, p, q}) {
-      const blocks = this.blocks(sigma), shifted = combine(1, this.data.A, sigma, eye(2));
-      const eigen = blocks.write([p, q]).map(least), feasible = this.inside(blocks, [p, q]);
-      const open = eigenvalues(shifted).every(([re]) => re < -1e-9);
-      const P = open ? lyapunov(transpose(shifted), eye(2)) : null;
-      const own = open ? this.walk(blocks, [P[0][0] / P[1][1], P[0][1] / P[1][1]]) : [];
-      const centre = own.length ? own.at(-1).x : null;
-      return {eigen, feasible, centre, path: feasible ? this.walk(blocks, [p, q]) : [], edge: centre ? this.edge(blocks, centre) : [], schur: p - q * q};
-    }
-
-    // The edge of the set, along rays from its centre.
-    edge(blocks, [p, q]) {
-      return Array.from({length: 121}, (_, k) => {
-        const angle = k * Math.PI / 60, at = r => [p + r * Math.cos(angle), q + r * Math.sin(angle)];
-        let low = 0, high = 20;
-        for (let i = 0; i < 40; i++) {
-          const middle = (low + high) / 2;
-          if (this.inside(blocks, at(middle))) low = middle; else high = middle;
-        }
-        return at(low);
-      });
-    }
-
-    show({eigen, feasible, centre, path, edge, schur}, ghost, {sigma, p, q}) {
-      const plot = new Plot({x: [-0.2, 4.2], y: [-1.9, 0.6], labels: ["p", "q"]}), area = points => plot.path(points) + "Z";
-      const parabola = Array.from({length: 60}, (_, k) => -1.9 + k * 2.5 / 59).map(v => [v * v, v]).filter(point => plot.has(point));
-      plot.body += `<path class="sos-line" style="stroke:var(--sos-soft)" stroke-dasharray="5 4" d="${plot.path(parabola)}"/>`;
-      if (ghost?.edge.length) plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-region)" d="${area(ghost.edge)}"/>`;
-      if (edge.length) plot.body += `<path class="sos-region" d="${area(edge)}"/>`;
-      if (path.length) {
-        plot.line(path.map(s => s.x), "--sos-second");
-        path.slice(1, -1).forEach(s => mark(plot, s.x, "--sos-second", 1, "stroke-width:1.2"));
-      }
-      if (centre) mark(plot, centre, "--sos-region", 3);
-      mark(plot, [p, q], "--sos-first", feasible ? 1 : 0);
-      if (!centre) plot.absent("No P at all", 60);
-      this.part("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
-      const top = Math.max(1, ...eigen.map(Math.abs)), y = v => 130 - 95 * v / top;
-      this.part("bars").innerHTML = `<svg role="img" viewBox="0 0 340 260" aria-label="Smallest eigenvalues of both blocks"><path class="sos-axis" d="M30 130H310"/>` +
-        eigen.map((v, i) => `<rect x="${80 + 120 * i}" y="${Math.min(130, y(v)).toFixed(1)}" width="60" height="${Math.abs(y(v) - 130).toFixed(1)}" style="fill:var(${v > 0 ? "--sos-region" : "--sos-bad"})"/>` +
-          `<text x="${110 + 120 * i}" y="250" text-anchor="middle">${["P", "−(AP + PAᵀ + 2σP)"][i]}</text><text x="${110 + 120 * i}" y="${v > 0 ? 146 : 122}" text-anchor="middle">${clean(v)}</text>`).join("") + "</svg>";
-      this.tell(feasible ? "feasible" : "infeasible", verdict(feasible ? "Your point is feasible." : centre ? "Your point isn't feasible." : `No point is feasible: no loop decays faster than its slowest pole.`) +
-        `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` + (centre ? `Centre: (${centre.map(v => number(v, "", 4)).join(", ")}). ` : "") +
-        (feasible ? `Newton takes ${path.length - 1} steps; its decrements: ${path.map(s => number(Math.max(s.decrement, 1e-12), "", 1)).join(", ")}.` : "") + "</p>");
-    }
+class Centre extends Mover {
+  figures() {
+    return [["set", "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."],
+      ["bars", "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."]];
   }
 
-  define("sos-centre", Centre);
-})();
+  // P and -(A P + P A^T + 2 sigma P) for P = P(p, q), and their slopes.
+  blocks(sigma) {
+    const shifted = combine(1, this.data.A, sigma, eye(2)), rate = P => { const X = mul(shifted, P); return scale(-1, add(X, transpose(X))); };
+    const write = ([p, q]) => { const P = [[p, q], [q, 1]]; return [P, rate(P)]; };
+    return {write, slopes: SLOPES.map(P => [P, rate(P)])};
+  }
+
+  // The Newton step of -log det of both blocks at x, and its decrement.
+  step({write, slopes}, x) {
+    const F = write(x), scaled = slopes.map(pair => pair.map((D, k) => solve(F[k], D)));
+    const gradient = scaled.map(([a, b]) => -trace(a) - trace(b));
+    const hessian = make(2, 2, (i, j) => scaled[i].reduce((sum, X, k) => sum + trace(mul(X, scaled[j][k])), 0));
+    const move = solve(hessian, gradient.map(g => [-g])).map(([v]) => v);
+    return {move, decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))};
+  }
+
+  inside(blocks, x) { return blocks.write(x).every(F => F[0][0] > 0 && det(F) > 0); }
+
+  // Damped steps to the analytic centre; the path has each point and its decrement.
+  walk(blocks, x) {
+    const path = [];
+    for (let k = 0; k < 40; k++) {
+      const {move, decrement} = this.step(blocks, x);
+      path.push({x, decrement});
+      if (decrement < 1e-9) break;
+      let t = decrement > 0.25 ? 1 / (1 + decrement) : 1;
+      while (!this.inside(blocks, x.map((v, i) => v + t * move[i]))) t /= 2;
+      x = x.map((v, i) => v + t * move[i]);
+    }
+    return path;
+  }
+
+  good({feasible}) { return feasible; }
+  get means() { return "your point is feasible"; }
+  probe({sigma, p, q}) { return this.inside(this.blocks(sigma), [p, q]); }
+
+  compute({sigma, p, q}) {
+    const blocks = this.blocks(sigma), shifted = combine(1, this.data.A, sigma, eye(2));
+    const eigen = blocks.write([p, q]).map(least), feasible = this.inside(blocks, [p, q]);
+    const open = eigenvalues(shifted).every(([re]) => re < -1e-9);
+    const P = open ? lyapunov(transpose(shifted), eye(2)) : null;
+    const own = open ? this.walk(blocks, [P[0][0] / P[1][1], P[0][1] / P[1][1]]) : [];
+    const centre = own.length ? own.at(-1).x : null;
+    return {eigen, feasible, centre, path: feasible ? this.walk(blocks, [p, q]) : [], edge: centre ? this.edge(blocks, centre) : [], schur: p - q * q};
+  }
+
+  // The edge of the set, along rays from its centre.
+  edge(blocks, [p, q]) {
+    return Array.from({length: 121}, (_, k) => {
+      const angle = k * Math.PI / 60, at = r => [p + r * Math.cos(angle), q + r * Math.sin(angle)];
+      let low = 0, high = 20;
+      for (let i = 0; i < 40; i++) {
+        const middle = (low + high) / 2;
+        if (this.inside(blocks, at(middle))) low = middle; else high = middle;
+      }
+      return at(low);
+    });
+  }
+
+  show({eigen, feasible, centre, path, edge, schur}, ghost, {p, q}) {
+    const plot = new Plot({x: [-0.2, 4.2], y: [-1.9, 0.6], labels: ["p", "q"]}), area = points => plot.path(points) + "Z";
+    const parabola = Array.from({length: 60}, (_, k) => -1.9 + k * 2.5 / 59).map(v => [v * v, v]).filter(point => plot.has(point));
+    plot.body += `<path class="sos-line" style="stroke:var(--sos-soft)" stroke-dasharray="5 4" d="${plot.path(parabola)}"/>`;
+    if (ghost?.edge.length) plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-region)" d="${area(ghost.edge)}"/>`;
+    if (edge.length) plot.body += `<path class="sos-region" d="${area(edge)}"/>`;
+    if (path.length) {
+      plot.line(path.map(s => s.x), "--sos-second");
+      path.slice(1, -1).forEach(s => mark(plot, s.x, "--sos-second", 1, "stroke-width:1.2"));
+    }
+    if (centre) mark(plot, centre, "--sos-region", 3);
+    mark(plot, [p, q], "--sos-first", feasible ? 1 : 0);
+    if (!centre) plot.absent("No P at all", 60);
+    this.find("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
+    const top = Math.max(1, ...eigen.map(Math.abs)), y = v => 130 - 95 * v / top;
+    this.find("bars").innerHTML = `<svg role="img" viewBox="0 0 340 260" aria-label="Smallest eigenvalues of both blocks"><path class="sos-axis" d="M30 130H310"/>` +
+      eigen.map((v, i) => `<rect x="${80 + 120 * i}" y="${Math.min(130, y(v)).toFixed(1)}" width="60" height="${Math.abs(y(v) - 130).toFixed(1)}" style="fill:var(${v > 0 ? "--sos-region" : "--sos-bad"})"/>` +
+        `<text x="${110 + 120 * i}" y="250" text-anchor="middle">${["P", "−(AP + PAᵀ + 2σP)"][i]}</text><text x="${110 + 120 * i}" y="${v > 0 ? 146 : 122}" text-anchor="middle">${clean(v)}</text>`).join("") + "</svg>";
+    this.tell(feasible ? "feasible" : "infeasible", verdict(feasible ? "Your point is feasible." : centre ? "Your point isn't feasible." : `No point is feasible: no loop decays faster than its slowest pole.`) +
+      `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` + (centre ? `Centre: (${centre.map(v => number(v, "", 4)).join(", ")}). ` : "") +
+      (feasible ? `Newton takes ${path.length - 1} steps; its decrements: ${path.map(s => number(Math.max(s.decrement, 1e-12), "", 1)).join(", ")}.` : "") + "</p>");
+  }
+}
+
+define("sos-centre", Centre);

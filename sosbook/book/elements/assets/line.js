@@ -1,6 +1,6 @@
 // Two widgets beside an element in Jupyter, one for a question and one for its answer,
 // are a line to the package; the page takes over what it leaves unanswered.
-window.sosLine ??= (home, start) => {
+export function line(home, start) {
   const PATIENCE = 10, ATTEMPTS = 50;   // seconds for an answer; tries, 0.1 s apart, to find the widgets
   return receive => {
     let due = null, timer = null, spare = null, known = null;
@@ -35,4 +35,4 @@ window.sosLine ??= (home, start) => {
       ask(job);
     };
   };
-};
+}

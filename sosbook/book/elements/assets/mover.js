@@ -1,259 +1,260 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-window.sosMover ??= (() => {
-  "use strict";
-  const {PageElement, Plot, READOUT, announce, band, clean, controls, escape, number: decimal, panel, panels, printed,
-    select, slider, steady} = window.sosKit;
+import {PageElement, Plot, READOUT, S_PLANE, announce, band, clean, controls, escape, gaussian, number as decimal, panel, panels, printed, select, slider, steady, uniform} from "./kit.js";
+import {apply, held} from "./linalg.js";
 
-  // Room for the longest of the words that a slider may show: its label doesn't break anew.
-  const roomy = (input, texts) => {
-    const longest = Math.max(...texts.map(text => printed(text).length));
-    input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
-  };
+// Room for the longest of the words that a slider may show: its label doesn't break anew.
+const roomy = (input, texts) => {
+  const longest = Math.max(...texts.map(text => printed(text).length));
+  input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
+};
 
-  const LOOKS = 25;   // at a slider, before those by halves
-  const steps = control => Math.round((control.max - control.min) / control.step);
-  const value = (control, position) => {
-    const at = control.min + position * control.step;
-    return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
-  };
-  const position = (control, x) =>
-    Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
+const LOOKS = 25;   // at a slider, before those by halves
+const steps = control => Math.round((control.max - control.min) / control.step);
+const value = (control, position) => {
+  const at = control.min + position * control.step;
+  return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
+};
+const position = (control, x) =>
+  Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
 
-  // The same text with numbers of six characters or more.
-  const wide = html => html.split(/(<[^>]*>)/).map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8"))).join("");
+// The same text with numbers of six characters or more.
+const wide = html => html.split(/(<[^>]*>)/).map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8"))).join("");
 
-  // A subclass has `figures()`: [name, caption] of each panel, `compute(place)`,
-  // numbers alone, and `show(result, ghost, place)`, which draws and tells. With a
-  // `horizon` in seconds it moves: `pose(result, time)` draws an instant. Where
-  // `good(result, place)` is true, the bands under the sliders are green; `means` says it.
-  class Mover extends PageElement {
-    markup() {
-      const named = (control, more) => ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-      const button = (key, text) => `<button type="button" class="sos-button sos-${key}" data-lm-suppress-shortcuts="true">${text}</button>`;
-      return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>` : "") +
-        controls("Setting", this.data.controls.map(control => control.names ? select(named(control, {names: control.names}))
-          : slider(named(control, {max: steps(control)}))).join("")) +
-        (this.good ? `<p class="sos-soft">Green under a slider: there ${escape(this.means)}, while the others stay.</p>` : "") +
-        `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}${button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
-        panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
-    }
+export class Mover extends PageElement {
+  // What a subclass has of its own. [name, caption] of each panel:
+  figures() { return []; }
+  // numbers alone, and what draws and tells them;
+  compute(_place) { return {}; }
+  show(_result, _ghost, _place) {}
+  // with a horizon in seconds it moves, and draws an instant;
+  get horizon() { return 0; }
+  get still() { return undefined; }
+  get pace() { return 1; }
+  pose(_result, _time) {}
+  // where a result is good, the bands under the sliders are green, which means something.
+  good(_result, _place) { return false; }
+  get means() { return ""; }
 
-    wire() {
-      this.inputs = {};
-      for (const input of this.view.querySelectorAll("[data-key]")) {
-        this.inputs[input.dataset.key] = input;
-        input.addEventListener("input", () => this.update());
-        input.addEventListener("change", () => { this.ghost = this.result; });
-        steady(input);
-      }
-      for (const control of this.data.controls.filter(c => !c.names)) {
-        const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
-        roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
-      }
-      this.part("reset").addEventListener("click", () => this.reset());
-      this.part("address").addEventListener("click", () => this.link());
-      if (this.horizon) this.ready();
-      if (this.good) {
-        new IntersectionObserver(([entry]) => { this.near = entry.isIntersecting; this.survey(); }, {rootMargin: "25%"}).observe(this.view);
-      }
-      this.reset(this.linked());
-    }
-
-    reset(to = {}) {
-      for (const control of this.data.controls) {
-        const {key, names, start} = control, wanted = decimal(to[key]), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
-        this.inputs[key].value = names ? x : position(control, x);
-      }
-      this.reply("");
-      this.ghost = undefined;
-      this.update();
-    }
-
-    words({unit}, x) { return `${clean(x, 4)}${unit}`; }
-
-    get address() { return this.place; }
-
-    get place() {
-      return Object.fromEntries(this.data.controls.map(control => {
-        const at = Number(this.inputs[control.key].value);
-        return [control.key, control.names ? at : value(control, at)];
-      }));
-    }
-
-    update() {
-      const place = this.place;
-      for (const control of this.data.controls.filter(c => !c.names)) {
-        announce(this.inputs[control.key], this.words(control, place[control.key]));
-      }
-      this.result = this.compute(place);
-      this.show(this.result, this.ghost, place);
-      if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
-      this.view.querySelectorAll(".sos-band").forEach(old => old.classList.add("sos-old"));
-      this.surveyed = false;
-      this.survey();
-    }
-
-    // What is said here and at both ends of each control, in longer numbers.
-    states() {
-      const said = [], at = this.elsewhere({tell: (_, html) => said.push(wide(html)), part: () => document.createElement("div")});
-      const ends = this.data.controls.flatMap(control => {
-        const {key, names} = control, last = names ? names.length - 1 : steps(control);
-        return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
-      });
-      for (const place of [this.place, ...ends]) at.show(at.compute(place), undefined, place);
-      return said;
-    }
-
-    // ----------------------------------------------------------------- bands
-    probe(place) { return this.good(this.compute(place), place); }
-
-    // When nothing has moved for a while and readers may see it: a few milliseconds at a time.
-    survey() {
-      clearTimeout(this.idle);
-      if (!this.good || !this.near || this.surveyed) return;
-      const work = this.looks(this.place), go = () => {
-        const until = performance.now() + 8;
-        do {
-          if (work.next().done) { this.surveyed = true; return; }
-        } while (performance.now() < until);
-        this.idle = setTimeout(go, 20);
-      };
-      this.idle = setTimeout(go, 250);
-    }
-
-    // Each slider at some places, then by halves where the verdict changes.
-    *looks(place) {
-      for (const control of this.data.controls.filter(c => !c.names)) {
-        const last = steps(control), known = new Map(), ends = [];
-        const at = k => {
-          const there = {...place, [control.key]: value(control, k)};
-          if (!known.has(k)) known.set(k, this.probe(there));
-          return known.get(k);
-        };
-        for (let k = 0; k < LOOKS; k++) { at(Math.round(k * last / (LOOKS - 1))); yield; }
-        const seen = [...known.keys()];
-        for (let i = 1; i < seen.length; i++) {
-          let [from, to] = [seen[i - 1], seen[i]];
-          if (at(from) === at(to)) continue;
-          while (to - from > 1) {
-            const middle = (from + to) >> 1;
-            if (at(middle) === at(from)) from = middle; else to = middle;
-            yield;
-          }
-          ends.push([(from + to) / 2 / last, at(to)]);
-        }
-        const stretches = [[0, at(0)], ...ends];
-        band(this.inputs[control.key], stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
-        yield;
-      }
-    }
-
-    // ----------------------------------------------------------------- plots
-    // Poles in a window; those of the ghost are pale. `draw(plot)` adds what lies below.
-    poleMap(name, {x, y, label, poles, ghost, labels = ["Re s (s⁻¹)", "Im s (rad/s)"], draw}) {
-      const plot = new Plot({x, y, labels});
-      if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
-      draw?.(plot);
-      for (const [list, more] of [[ghost ?? [], "opacity:.3"], [poles, ""]]) {
-        list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
-      }
-      this.part(name).innerHTML = plot.svg(label);
-    }
-
-    // Curves over an axis: {points, colour, dash, ghost}; y fits unless it is given.
-    curves(name, {x, y, labels, label, lines, rules = [], marks = []}) {
-      const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
-      const plot = new Plot({x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
-      const clip = v => Math.max(plot.y[0], Math.min(plot.y[1], v));
-      for (const at of rules) plot.rule("sos-target", x, [at, at]);
-      for (const {points, colour = "--sos-first", dash = "", ghost} of lines) {
-        const seen = points.filter(p => Number.isFinite(p[1])).map(([u, v]) => [u, clip(v)]);
-        plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
-      }
-      for (const [point, colour, shape] of marks) if (plot.has(point)) mark(plot, point, colour, shape);
-      plot.body += `<path class="sos-now"/>`;
-      this.part(name).innerHTML = plot.svg(label);
-      return plot;
-    }
-
-    // The instant on a plot that `curves` drew.
-    now(name, plot, t) {
-      this.part(name).querySelector(".sos-now").setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
-    }
-
-    // ---------------------------------------------------------------- motion
-    ready() {
-      this.time = this.still ?? 0;
-      this.part("play").addEventListener("click", () => this.play(!this.playing));
-      const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-      new IntersectionObserver(([entry]) => {
-        this.seen = entry.isIntersecting;
-        if (!this.seen) cancelAnimationFrame(this.frame);
-        else if (this.playing ?? !calm) this.play(true);
-      }).observe(this.view);
-    }
-
-    disconnectedCallback() { cancelAnimationFrame(this.frame); }
-
-    play(on) {
-      this.playing = on;
-      this.part("play").textContent = on ? "Pause" : "Play";
-      cancelAnimationFrame(this.frame);
-      if (!on) return;
-      if (this.time >= this.horizon - 1e-9) this.time = 0;
-      let last;
-      const go = now => {
-        this.seek(this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * (this.pace ?? 1)));
-        last = now;
-        if (this.time >= this.horizon + 0.6 * (this.pace ?? 1)) this.time = 0;                // a rest, then once more
-        this.frame = requestAnimationFrame(go);
-      };
-      this.frame = requestAnimationFrame(go);
-    }
-
-    seek(time) {
-      this.time = time;
-      this.pose(this.result, Math.min(time, this.horizon));
-    }
+  markup() {
+    const named = (control, more) => ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
+    const button = (key, text) => `<button type="button" class="sos-button sos-${key}" data-lm-suppress-shortcuts="true">${text}</button>`;
+    return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>` : "") +
+      controls("Setting", this.data.controls.map(control => control.names ? select(named(control, {names: control.names}))
+        : slider(named(control, {max: steps(control)}))).join("")) +
+      (this.means ? `<p class="sos-soft">Green under a slider: there ${escape(this.means)}, while the others stay.</p>` : "") +
+      `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}${button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
+      panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
   }
 
-  // Ends of an axis that hold all values, and zero, with some room.
-  function range(values, least = 0) {
-    const low = Math.min(...values, -least), high = Math.max(...values, least), room = 0.06 * (high - low || 1);
-    return [low - room, high + room];
+  wire() {
+    this.inputs = {};
+    for (const input of this.view.querySelectorAll("[data-key]")) {
+      this.inputs[input.dataset.key] = input;
+      input.addEventListener("input", () => this.update());
+      input.addEventListener("change", () => { this.ghost = this.result; });
+      steady(input);
+    }
+    for (const control of this.data.controls.filter(c => !c.names)) {
+      const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
+      roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
+    }
+    this.find("reset").addEventListener("click", () => this.reset());
+    this.find("address").addEventListener("click", () => this.link());
+    if (this.horizon) this.ready();
+    if (this.means) {
+      new IntersectionObserver(([entry]) => { this.near = entry.isIntersecting; this.survey(); }, {rootMargin: "25%"}).observe(this.view);
+    }
+    this.reset(this.linked());
   }
 
-  // Normal numbers, the same for the same seed (mulberry32, Box and Muller).
-  function normal(seed) {
-    const uniform = () => {
-      seed = (seed + 0x6D2B79F5) | 0;
-      let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
-      t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-      return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+  reset(to = {}) {
+    for (const control of this.data.controls) {
+      const {key, names, start} = control, wanted = decimal(to[key]), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
+      this.inputs[key].value = names ? x : position(control, x);
+    }
+    this.reply("");
+    this.ghost = undefined;
+    this.update();
+  }
+
+  words({unit}, x) { return `${clean(x, 4)}${unit}`; }
+
+  get address() { return this.place; }
+
+  get place() {
+    return Object.fromEntries(this.data.controls.map(control => {
+      const at = Number(this.inputs[control.key].value);
+      return [control.key, control.names ? at : value(control, at)];
+    }));
+  }
+
+  update() {
+    const place = this.place;
+    for (const control of this.data.controls.filter(c => !c.names)) {
+      announce(this.inputs[control.key], this.words(control, place[control.key]));
+    }
+    this.result = this.compute(place);
+    this.show(this.result, this.ghost, place);
+    if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
+    this.view.querySelectorAll(".sos-band").forEach(old => old.classList.add("sos-old"));
+    this.surveyed = false;
+    this.survey();
+  }
+
+  // What is said here and at both ends of each control, in longer numbers.
+  states() {
+    const said = [], at = this.elsewhere({tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
+    const ends = this.data.controls.flatMap(control => {
+      const {key, names} = control, last = names ? names.length - 1 : steps(control);
+      return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
+    });
+    for (const place of [this.place, ...ends]) at.show(at.compute(place), undefined, place);
+    return said;
+  }
+
+  // ----------------------------------------------------------------- bands
+  probe(place) { return this.good(this.compute(place), place); }
+
+  // When nothing has moved for a while and readers may see it: a few milliseconds at a time.
+  survey() {
+    clearTimeout(this.idle);
+    if (!this.means || !this.near || this.surveyed) return;
+    const work = this.looks(this.place), go = () => {
+      const until = performance.now() + 8;
+      do {
+        if (work.next().done) { this.surveyed = true; return; }
+      } while (performance.now() < until);
+      this.idle = setTimeout(go, 20);
     };
-    return () => Math.sqrt(-2 * Math.log(1 - uniform())) * Math.cos(2 * Math.PI * uniform());
+    this.idle = setTimeout(go, 250);
   }
 
-  // Samples of x' = A x + B u, exact for an input that is held from one to the next.
-  function samples(A, B, x, inputs, T) {
-    const [Phi, Gamma] = sosLinalg.held(A, B, T), {apply} = sosLinalg, all = [x];
-    for (const u of inputs) {
-      const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
-      all.push(free.map((value, i) => value + driven[i]));
+  // Each slider at some places, then by halves where the verdict changes.
+  *looks(place) {
+    for (const control of this.data.controls.filter(c => !c.names)) {
+      const last = steps(control), known = new Map(), ends = [];
+      const at = k => {
+        const there = {...place, [control.key]: value(control, k)};
+        if (!known.has(k)) known.set(k, this.probe(there));
+        return known.get(k);
+      };
+      for (let k = 0; k < LOOKS; k++) { at(Math.round(k * last / (LOOKS - 1))); yield; }
+      const seen = [...known.keys()];
+      for (let i = 1; i < seen.length; i++) {
+        let [from, to] = [seen[i - 1], seen[i]];
+        if (at(from) === at(to)) continue;
+        while (to - from > 1) {
+          const middle = (from + to) >> 1;
+          if (at(middle) === at(from)) from = middle; else to = middle;
+          yield;
+        }
+        ends.push([(from + to) / 2 / last, at(to)]);
+      }
+      const stretches = [[0, at(0)], ...ends];
+      band(this.inputs[control.key], stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
+      yield;
     }
-    return all;
   }
 
-  const series = (values, T, every = 1) => values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
-  const number = (x, unit = "", digits = 3) => `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
-  const verdict = words => `<p><span class="sos-status">${words}</span></p>`;
+  // ----------------------------------------------------------------- plots
+  // Poles in a window; those of the ghost are pale. `draw(plot)` adds what lies below.
+  poleMap(name, {x, y, label, poles, ghost, labels = S_PLANE, draw = null}) {
+    const plot = new Plot({x, y, labels});
+    if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
+    draw?.(plot);
+    for (const [list, more] of [[ghost ?? [], "opacity:.3"], [poles, ""]]) {
+      list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
+    }
+    this.find(name).innerHTML = plot.svg(label);
+  }
 
-  // A mark of one of four shapes: cross, circle, square, plus.
-  const SHAPES = ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
-  const mark = (plot, [x, y], colour, shape = 0, more = "") => {
-    plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
-  };
+  // Curves over an axis: {points, colour, dash, ghost}; y fits unless it is given.
+  curves(name, {x, y = null, labels, label, lines, rules = [], marks = []}) {
+    const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
+    const plot = new Plot({x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
+    const clip = v => Math.max(plot.y[0], Math.min(plot.y[1], v));
+    for (const at of rules) plot.rule("sos-target", x, [at, at]);
+    for (const {points, colour = "--sos-first", dash = "", ghost} of lines) {
+      const seen = points.filter(p => Number.isFinite(p[1])).map(([u, v]) => [u, clip(v)]);
+      plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
+    }
+    for (const [point, colour, shape] of marks) if (plot.has(point)) mark(plot, point, colour, shape);
+    plot.body += `<path class="sos-now"/>`;
+    this.find(name).innerHTML = plot.svg(label);
+    return plot;
+  }
 
-  return {Mover, mark, normal, number, range, samples, series, verdict};
-})();
+  // The instant on a plot that `curves` drew.
+  now(name, plot, t) {
+    this.find(name).querySelector(".sos-now").setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
+  }
+
+  // ---------------------------------------------------------------- motion
+  ready() {
+    this.time = this.still ?? 0;
+    this.find("play").addEventListener("click", () => this.play(!this.playing));
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    new IntersectionObserver(([entry]) => {
+      this.seen = entry.isIntersecting;
+      if (!this.seen) cancelAnimationFrame(this.frame);
+      else if (this.playing ?? !calm) this.play(true);
+    }).observe(this.view);
+  }
+
+  disconnectedCallback() { cancelAnimationFrame(this.frame); }
+
+  play(on) {
+    this.playing = on;
+    this.find("play").textContent = on ? "Pause" : "Play";
+    cancelAnimationFrame(this.frame);
+    if (!on) return;
+    if (this.time >= this.horizon - 1e-9) this.time = 0;
+    let last;
+    const go = now => {
+      this.seek(this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * this.pace));
+      last = now;
+      if (this.time >= this.horizon + 0.6 * this.pace) this.time = 0;                // a rest, then once more
+      this.frame = requestAnimationFrame(go);
+    };
+    this.frame = requestAnimationFrame(go);
+  }
+
+  seek(time) {
+    this.time = time;
+    this.pose(this.result, Math.min(time, this.horizon));
+  }
+}
+
+// Ends of an axis that hold all values, and zero, with some room.
+export function range(values, least = 0) {
+  const low = Math.min(...values, -least), high = Math.max(...values, least), room = 0.06 * (high - low || 1);
+  return [low - room, high + room];
+}
+
+// Normal numbers, the same for the same seed.
+export function normal(seed) {
+  const random = uniform(seed);
+  return () => gaussian(random);
+}
+
+// Samples of x' = A x + B u, exact for an input that is held from one to the next.
+export function samples(A, B, x, inputs, T) {
+  const [Phi, Gamma] = held(A, B, T), all = [x];
+  for (const u of inputs) {
+    const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
+    all.push(free.map((value, i) => value + driven[i]));
+  }
+  return all;
+}
+
+export const series = (values, T, every = 1) => values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
+export const number = (x, unit = "", digits = 3) => `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
+export const verdict = words => `<p><span class="sos-status">${words}</span></p>`;
+
+// A mark of one of four shapes: cross, circle, square, plus.
+const SHAPES = ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
+export const mark = (plot, [x, y], colour, shape = 0, more = "") => {
+  plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
+};
+

@@ -13,7 +13,7 @@ HINT = (
 
 
 class Centre(Mover):
-    tag, own = "sos-centre", ("centre.js",)
+    tag, script = "sos-centre", "centre"
 
 
 def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre", hint=""):

@@ -14,7 +14,7 @@ HINT = (
 
 
 class Chain(Mover):
-    tag, own = "sos-chain", ("pendulum.js", "chain.js")
+    tag, script = "sos-chain", "chain"
 
 
 def chain(ratios):

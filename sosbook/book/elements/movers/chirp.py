@@ -13,7 +13,7 @@ LOW, HIGH = 0.5, 3.5  # Hz, of the sweep
 
 
 class Chirp(Mover):
-    tag, own = "sos-chirp", ("chirp.js",)
+    tag, script = "sos-chirp", "chirp"
 
 
 def chirp(ratios):

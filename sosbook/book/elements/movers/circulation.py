@@ -14,7 +14,7 @@ HINT = (
 
 
 class Circulation(Mover):
-    tag, own = "sos-circulation", ("circulation.js",)
+    tag, script = "sos-circulation", "circulation"
 
 
 def circulation(plant):

@@ -15,7 +15,7 @@ SENSING = ("exact", "differenced counts")
 
 
 class Clock(Mover):
-    tag, own = "sos-clock", ("pendulum.js", "clock.js")
+    tag, script = "sos-clock", "clock"
 
 
 def clock(gains, spread=0.04):

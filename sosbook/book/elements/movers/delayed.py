@@ -16,7 +16,7 @@ STEPS = 1200
 
 
 class Delayed(Mover):
-    tag, own = "sos-delayed", ("delayed.js",)
+    tag, script = "sos-delayed", "delayed"
 
 
 def delayed(

@@ -14,7 +14,7 @@ STATES = ("θ", "φ", "θ′", "φ′", "∫φ")
 
 
 class Digits(Mover):
-    tag, own = "sos-digits", ("digits.js",)
+    tag, script = "sos-digits", "digits"
 
 
 def digits(K):

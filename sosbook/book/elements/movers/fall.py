@@ -13,7 +13,7 @@ HINT = (
 
 
 class Fall(Mover):
-    tag, own = "sos-fall", ("pendulum.js", "fall.js")
+    tag, script = "sos-fall", "fall"
 
 
 def fall():

@@ -13,7 +13,7 @@ HINT = (
 
 
 class Integral(Mover):
-    tag, own = "sos-integral", ("integral.js",)
+    tag, script = "sos-integral", "integral"
 
 
 def integral(plant, K, U):

@@ -13,7 +13,7 @@ HINT = (
 
 
 class Kalman(Mover):
-    tag, own = "sos-kalman", ("kalman.js",)
+    tag, script = "sos-kalman", "kalman"
 
 
 def kalman(plant, K, spread):

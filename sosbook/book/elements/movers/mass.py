@@ -14,7 +14,7 @@ DAMPER, SPRING = 20.0, 20.0  # Ns/m and N/m, between the last two bodies
 
 
 class Mass(Mover):
-    tag, own = "sos-mass", ("mass.js",)
+    tag, script = "sos-mass", "mass"
 
 
 def mass(chain):

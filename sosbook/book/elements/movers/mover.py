@@ -8,7 +8,7 @@ __all__ = ["Mover", "choice", "slider"]
 class Mover(PageElement):
     """A page element with sliders that computes what it shows.
 
-    A subclass names its tag and, in ``own``, its scripts.
+    A subclass names its tag and its script.
 
     Parameters
     ----------
@@ -22,9 +22,8 @@ class Mover(PageElement):
         What the page computes with, as JSON has it.
     """
 
-    sheets = ("mover.css",)
-    own = ()
-    notice = "A figure with sliders. It needs JavaScript"
+    sheets = ("mover",)
+    notice = "A figure with sliders"
 
     def __init__(self, title, hint, controls, **given):
         self.title = title
@@ -33,11 +32,6 @@ class Mover(PageElement):
     def __repr__(self):
         keys = ", ".join(control["key"] for control in self.data["controls"])
         return f"{type(self).__name__}: {keys}"
-
-    @property
-    def scripts(self):
-        """The shared scripts and the element's own."""
-        return ("linalg.js", "mover.js", *self.own)
 
 
 def slider(key, label, unit, ends, step, start, scale="linear"):

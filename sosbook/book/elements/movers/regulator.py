@@ -22,7 +22,7 @@ HINT = (
 class Regulator(Mover):
     """A page element that balances four pendulums; made by `regulator`."""
 
-    tag, own = "sos-regulator", ("pendulum.js", "regulator.js")
+    tag, script = "sos-regulator", "regulator"
 
 
 def regulator(

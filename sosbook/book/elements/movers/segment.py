@@ -13,7 +13,7 @@ HINT = (
 
 
 class Segment(Mover):
-    tag, own = "sos-segment", ("segment.js",)
+    tag, script = "sos-segment", "segment"
 
 
 def segment(cases):

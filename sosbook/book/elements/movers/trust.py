@@ -15,7 +15,7 @@ HINT = (
 
 
 class Trust(Mover):
-    tag, own = "sos-trust", ("trust.js",)
+    tag, script = "sos-trust", "trust"
 
 
 def trust(plant):
