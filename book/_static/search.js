@@ -1,21 +1,27 @@
 // The search page: ranks the sections of search-index.js and shows excerpts.
 "use strict";
 (() => {
-  const { pages, rows } = window["SOS_SEARCH"];
+  const {pages, rows} = window["SOS_SEARCH"];
   const MOST = 40, PER_PAGE = 4, WIDE = 220;
-  const fold = (text) =>
-    text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase();
+  const fold = (text) => text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase();
   const kinds = ["", "statement", "in the package", "glossary"];
   const entries = rows.map(([page, id, title, kind, text, code]) => ({
-    page, id, title, kind, text, code,
-    folded: [fold(kind === 2 ? title.split(".").pop() : title), fold(`${pages[page][1]} ${pages[page][0].replace(/[_/.]/g, " ")}`), fold(text), fold(code)],
+    page,
+    id,
+    title,
+    kind,
+    text,
+    code,
+    folded: [
+      fold(kind === 2 ? title.split(".").pop() : title),
+      fold(`${pages[page][1]} ${pages[page][0].replace(/[_/.]/g, " ")}`), fold(text), fold(code)
+    ],
   }));
 
   const wanted = (query) => [...new Set(
     fold(query).replace(/\b(?:sosbook|sos)\.(?=\w)/g, "").match(/[\p{L}\p{N}_]+/gu) || [])];
   // A term matches the start of a word; a plural or an ending doesn't hide one.
-  const stem = (term) =>
-    term.length > 5 ? term.replace(/(?:ies|es|s|ing|ed)$/, "") : term;
+  const stem = (term) => term.length > 5 ? term.replace(/(?:ies|es|s|ing|ed)$/, "") : term;
   const pattern = (term) => {
     const plain = stem(term).replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
     return new RegExp(`(?<![\\p{L}\\p{N}])${plain}`, "gu");
@@ -27,13 +33,13 @@
     const terms = wanted(query);
     if (!terms.length) return [];
     const tests = terms.map(pattern);
-    const hits = entries.map((entry) =>
-      tests.map((test) => entry.folded.map((text) => count(text, test))));
+    const hits =
+      entries.map((entry) => tests.map((test) => entry.folded.map((text) => count(text, test))));
     // What the whole page says counts for its first line.
     const whole = pages.map(() => tests.map(() => 0));
-    hits.forEach((hit, i) => hit.forEach(([title, , text, code], k) => {
-      whole[entries[i].page][k] += 2 * title + text + 0.3 * code;
-    }));
+    hits.forEach((hit, i) => hit.forEach(
+                   ([title, , text, code],
+                     k) => { whole[entries[i].page][k] += 2 * title + text + 0.3 * code; }));
     const rarity = tests.map((_, k) => {
       const having = hits.filter((hit) => hit[k].some(Boolean)).length;
       return Math.log(1 + entries.length / (1 + having));
@@ -41,8 +47,8 @@
     const score = (entry, hit) => {
       let sum = 0, found = 0;
       hit.forEach((counts, k) => {
-        const part = counts.reduce(
-          (total, n, field) => total + WEIGHTS[field] * (n / (n + 1.2)), 0);
+        const part =
+          counts.reduce((total, n, field) => total + WEIGHTS[field] * (n / (n + 1.2)), 0);
         if (part) found += 1;
         sum += rarity[k] * part;
       });
@@ -56,37 +62,39 @@
       if (!entry.id && (title.includes(asked) || page.includes(asked))) sum *= 4;
       return sum * (found / tests.length) ** 3;
     };
-    const ranked = entries
-      .map((entry, k) => ({ entry, score: score(entry, hits[k]) }))
-      .filter((one) => one.score > 0)
-      .sort((a, b) => b.score - a.score);
+    const ranked = entries.map((entry, k) => ({entry, score: score(entry, hits[k])}))
+                     .filter((one) => one.score > 0)
+                     .sort((a, b) => b.score - a.score);
     const shown = new Map();
-    return ranked.filter(({ entry }) => {
-      const n = (shown.get(entry.page) || 0) + 1;
-      shown.set(entry.page, n);
-      return n <= PER_PAGE;
-    }).slice(0, MOST).map(({ entry }) => ({ entry, tests }));
+    return ranked
+      .filter(({entry}) => {
+        const n = (shown.get(entry.page) || 0) + 1;
+        shown.set(entry.page, n);
+        return n <= PER_PAGE;
+      })
+      .slice(0, MOST)
+      .map(({entry}) => ({entry, tests}));
   };
 
   // The stretch of the text with most of the terms, those marked.
   const excerpt = (entry, tests) => {
     const text = count(entry.folded[2], tests[0]) || !entry.code ||
-      tests.some((test) => count(entry.folded[2], test)) ? entry.text :
-      tests.some((test) => count(entry.folded[3], test)) ? entry.code : entry.text;
+        tests.some((test) => count(entry.folded[2], test))
+      ? entry.text
+      : tests.some((test) => count(entry.folded[3], test)) ? entry.code
+                                                           : entry.text;
     const low = text.toLowerCase();
     const places = tests.flatMap((test) => [...low.matchAll(test)].map((m) => m.index));
     let start = 0, most = -1;
     for (const place of places) {
       const from = Math.max(0, place - 60);
-      const inside = tests.filter((test) =>
-        count(low.slice(from, from + WIDE), test)).length;
+      const inside = tests.filter((test) => count(low.slice(from, from + WIDE), test)).length;
       if (inside > most) [most, start] = [inside, from];
     }
     if (start) start = text.indexOf(" ", start) + 1;
     const piece = text.slice(start, start + WIDE);
     const line = document.createElement("p");
-    const any = new RegExp(
-      tests.map((test) => `${test.source}[\\p{L}\\p{N}]*`).join("|"), "giu");
+    const any = new RegExp(tests.map((test) => `${test.source}[\\p{L}\\p{N}]*`).join("|"), "giu");
     let end = 0;
     line.append(start ? "… " : "");
     for (const match of piece.matchAll(any)) {
@@ -104,7 +112,7 @@
   const show = (query) => {
     const found = rank(query);
     const list = document.createElement("ol");
-    for (const { entry, tests } of found) {
+    for (const {entry, tests} of found) {
       const [address, page] = pages[entry.page];
       const item = document.createElement("li");
       const link = document.createElement("a");
@@ -112,13 +120,13 @@
       link.textContent = entry.title;
       const where = document.createElement("span");
       where.className = "sos-where";
-      where.textContent = [entry.id ? page : "", kinds[entry.kind]]
-        .filter(Boolean).join(" · ");
+      where.textContent = [entry.id ? page : "", kinds[entry.kind]].filter(Boolean).join(" · ");
       item.append(link, " ", where, excerpt(entry, tests));
       list.append(item);
     }
     const head = document.createElement("p");
-    head.textContent = !query.trim() ? "" : found.length
+    head.textContent = !query.trim() ? ""
+      : found.length
       ? `${found.length}${found.length === MOST ? " best" : ""} places for “${query}”`
       : `Nothing for “${query}”. Try fewer or shorter words.`;
     box.replaceChildren(head, list);
@@ -134,7 +142,8 @@
     show(field.value);
     try {
       history.replaceState(null, "", "?q=" + encodeURIComponent(field.value));
-    } catch { /* from the disk some browsers forbid it */ }
+    } catch { /* from the disk some browsers forbid it */
+    }
   });
   show(query);
 })();

@@ -13,16 +13,17 @@
 
   // Formulas are set when the fonts that most pages need are there: one that comes
   // later makes the browser lay out the whole page again, and lines jump.
-  if (window["MathJax"]) window["MathJax"].startup = {
-    async pageReady() {
-      const {startup} = window["MathJax"];
-      document.head.append(startup.output.styleSheet(startup.document));
-      const kinds = ["I", "A", "C", "S1", "S2", "S3", "S4"];
-      const names = ["ZERO", "TEX", ...kinds.map(kind => `TEX-${kind}`)];
-      await Promise.allSettled(names.map(name => document.fonts.load(`1em MJX${name}`)));
-      return startup.defaultPageReady();
-    },
-  };
+  if (window["MathJax"])
+    window["MathJax"].startup = {
+      async pageReady() {
+        const {startup} = window["MathJax"];
+        document.head.append(startup.output.styleSheet(startup.document));
+        const kinds = ["I", "A", "C", "S1", "S2", "S3", "S4"];
+        const names = ["ZERO", "TEX", ...kinds.map(kind => `TEX-${kind}`)];
+        await Promise.allSettled(names.map(name => document.fonts.load(`1em MJX${name}`)));
+        return startup.defaultPageReady();
+      },
+    };
 
   function measured(box) {
     const hidden = box.scrollWidth - box.clientWidth;
@@ -49,8 +50,8 @@
 
   // All boxes are measured before any is marked, so that they are laid out once.
   function watch() {
-    const watcher = new ResizeObserver(changes =>
-      changes.map(({target}) => measured(target)).forEach(mark));
+    const watcher =
+      new ResizeObserver(changes => changes.map(({target}) => measured(target)).forEach(mark));
     document.querySelectorAll(BOXES).forEach(box => {
       watcher.observe(box);
       box.addEventListener("scroll", () => mark(measured(box)), {passive: true});

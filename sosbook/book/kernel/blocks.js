@@ -10,7 +10,8 @@ export class Blocks {
     let from = 0;
     for (const [name, {rows, cols, symmetric = false}] of Object.entries(unknowns)) {
       const size = symmetric ? rows * (rows + 1) / 2 : rows * cols;
-      this.unknowns.push({name, rows, cols, symmetric, from, size, scalar: size === 1 && !symmetric});
+      this.unknowns.push(
+        {name, rows, cols, symmetric, from, size, scalar: size === 1 && !symmetric});
       from += size;
     }
     this.size = from;
@@ -28,18 +29,32 @@ export class Blocks {
     }
     const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
-    const block = {name, q, d, multiplied, constant: both(constant), slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))};
+    const block = {
+      name,
+      q,
+      d,
+      multiplied,
+      constant: both(constant),
+      slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))
+    };
     block.terms = terms.map(([key, L, R]) => {
       const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, _, j) => x * d[j]);
       return {of: index(key), L: left, R: right, Lt: transposed(left), Rt: transposed(right)};
     });
     let width = 0;
-    for (const term of block.terms) { term.left = width; width += term.L.cols; }
-    const first = new Map();   // the R of several unknowns stands in C once
+    for (const term of block.terms) {
+      term.left = width;
+      width += term.L.cols;
+    }
+    const first = new Map();  // the R of several unknowns stands in C once
     block.terms.forEach((term, k) => {
       const R = terms[k][2];
       if (first.has(R)) term.right = first.get(R).right;
-      else { first.set(R, term); term.right = width; width += R.rows; }
+      else {
+        first.set(R, term);
+        term.right = width;
+        width += R.rows;
+      }
     });
     block.C = zeros(q, width);
     for (const {L, left} of block.terms) place(block.C, 0, left, L);
@@ -81,8 +96,10 @@ export class Blocks {
     return this.list.map(({q, constant, terms, slopes}) => {
       const half = zeros(q, q);
       for (const {of, L, R} of terms) accumulate(half, times(L, X[of]), R);
-      const G = linear ? zeros(q, q) : {rows: q, cols: q, at: copied(constant.at)}, g = G.at, h = half.at;
-      for (let i = 0; i < q; i++) for (let j = 0; j < q; j++) g[i * q + j] += h[i * q + j] + h[j * q + i];
+      const G = linear ? zeros(q, q) : {rows: q, cols: q, at: copied(constant.at)}, g = G.at;
+      const h = half.at;
+      for (let i = 0; i < q; i++)
+        for (let j = 0; j < q; j++) g[i * q + j] += h[i * q + j] + h[j * q + i];
       for (const {of, G: slope} of slopes) place(G, 0, 0, slope, X[of].at[0]);
       return G;
     });
@@ -92,7 +109,8 @@ export class Blocks {
   adjoint(M) {
     const g = new Float64Array(this.size);
     this.list.forEach(({terms, slopes}, k) => {
-      for (const {of, Lt, Rt} of terms) fold(g, this.unknowns[of], times(times(Lt, M[k]), Rt).at, 2);
+      for (const {of, Lt, Rt} of terms)
+        fold(g, this.unknowns[of], times(times(Lt, M[k]), Rt).at, 2);
       for (const {of, G} of slopes) g[this.unknowns[of].from] += inner(G, M[k]);
     });
     return g;
@@ -106,26 +124,33 @@ export class Blocks {
       const CW = times(block.transposed, times(W[k], block.C));
       const CZ = W === Z ? CW : times(block.transposed, times(Z[k], block.C));
       for (const s of block.terms) {
-        for (const t of block.terms) if (t.of >= s.of) this.pair(H, block, s, t, CW.at, CZ.at);
+        for (const t of block.terms)
+          if (t.of >= s.of) this.pair(H, block, s, t, CW.at, CZ.at);
       }
       for (const {of, G} of block.slopes) this.scalar(H, block, of, times(times(W[k], G), Z[k]));
     });
-    for (let i = 0; i < n; i++) for (let j = 0; j < i; j++) H.at[i * n + j] = H.at[j * n + i];
+    for (let i = 0; i < n; i++)
+      for (let j = 0; j < i; j++) H.at[i * n + j] = H.at[j * n + i];
     return H;
   }
 
   // The part of two terms s and t; above the diagonal alone where they are of one unknown.
   pair(H, block, s, t, CW, CZ) {
-    const X = this.unknowns[s.of], Y = this.unknowns[t.of], same = s.of === t.of, w = block.C.cols, n = this.size;
+    const X = this.unknowns[s.of], Y = this.unknowns[t.of], same = s.of === t.of, w = block.C.cols;
+    const n = this.size;
     const {rows: r, cols: c} = Y, F = reals(r * c), h = H.at;
     const both = CW !== CZ, double = both ? 1 : 2;
     const gather = (i, j, top) => {
       const li = (s.left + i) * w, rj = (s.right + j) * w;
       for (let k = top; k < r; k++) {
-        const from = li + t.left + k, to = rj + t.left + k, d = CZ[from], g = CZ[to], a = CW[to], e = CW[from], end = (k + 1) * c;
+        const from = li + t.left + k, to = rj + t.left + k, d = CZ[from], g = CZ[to], a = CW[to];
+        const e = CW[from], end = (k + 1) * c;
         let l = li + t.right, m = rj + t.right;
-        if (both) for (let f = k * c; f < end; f++, l++, m++) F[f] = F[f] + (d * CW[m] + g * CW[l]) + (a * CZ[l] + e * CZ[m]);
-        else for (let f = k * c; f < end; f++, l++, m++) F[f] += d * CW[m] + g * CW[l];
+        if (both)
+          for (let f = k * c; f < end; f++, l++, m++)
+            F[f] = F[f] + (d * CW[m] + g * CW[l]) + (a * CZ[l] + e * CZ[m]);
+        else
+          for (let f = k * c; f < end; f++, l++, m++) F[f] += d * CW[m] + g * CW[l];
       }
     };
     let row = X.from;
@@ -136,7 +161,10 @@ export class Blocks {
         gather(i, j, top);
         if (X.symmetric && i !== j) gather(j, i, top);
         for (let k = 0, column = row * n + Y.from; k < r; k++) {
-          if (k < top) { column += Y.symmetric ? c - k : c; continue; }
+          if (k < top) {
+            column += Y.symmetric ? c - k : c;
+            continue;
+          }
           for (let l = Y.symmetric ? k : 0; l < c; l++, column++) {
             h[column] += double * (F[k * c + l] + (Y.symmetric && l !== k ? F[l * c + k] : 0));
           }
@@ -149,7 +177,8 @@ export class Blocks {
   scalar(H, block, of, V) {
     const n = this.size, me = this.unknowns[of].from, g = new Float64Array(n);
     symmetrized(V);
-    for (const {of: other, Lt, Rt} of block.terms) fold(g, this.unknowns[other], times(times(Lt, V), Rt).at, 2);
+    for (const {of: other, Lt, Rt} of block.terms)
+      fold(g, this.unknowns[other], times(times(Lt, V), Rt).at, 2);
     for (const {of: other, G} of block.slopes) {
       const you = this.unknowns[other].from;
       if (you >= me) H.at[me * n + you] += inner(G, V);

@@ -6,9 +6,9 @@ import {assembled, joined, scalarsOf, sizeName} from "./request.js";
 import {centre, factored, inverses, minimize, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
 
-const MARGIN_IN_FLOATS = 1e-9;   // a smaller one is no proof in floats
-const RETRIES = 2;               // in closer frames, where nothing is decided
-const LARGEST_UNKNOWN = 1e3;     // beyond it unknowns are measured in a bad unit
+const MARGIN_IN_FLOATS = 1e-9;  // a smaller one is no proof in floats
+const RETRIES = 2;              // in closer frames, where nothing is decided
+const LARGEST_UNKNOWN = 1e3;    // beyond it unknowns are measured in a bad unit
 
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
@@ -33,21 +33,39 @@ export function design(request, start = null, hasty = false) {
     found = phaseOne(blocks, guess(blocks, frame));
   }
   if (found.verdict !== "feasible") {
-    const refusal = found.verdict === "infeasible" && !hasty ? refuted(request, frame, blocks, found.Z) : null;
+    const refusal =
+      found.verdict === "infeasible" && !hasty ? refuted(request, frame, blocks, found.Z) : null;
     const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
-    if (refusal) return {status: "infeasible", refusal, steps, reason: "Exact multipliers of the LMIs exclude every solution."};
-    if (found.verdict === "undecided") return {status: "undecided", steps, reason: "Neither a design nor a proof that there is none was found."};
-    return {status: hasty ? "infeasible" : "undecided", steps, reason: `${seen} in floating point, and no exact ones were found.`};
+    if (refusal)
+      return {
+        status: "infeasible",
+        refusal,
+        steps,
+        reason: "Exact multipliers of the LMIs exclude every solution."
+      };
+    if (found.verdict === "undecided")
+      return {
+        status: "undecided",
+        steps,
+        reason: "Neither a design nor a proof that there is none was found."
+      };
+    return {
+      status: hasty ? "infeasible" : "undecided",
+      steps,
+      reason: `${seen} in floating point, and no exact ones were found.`
+    };
   }
   let at = {frame, blocks, x: found.x};
-  if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN) at = nearer(plain, pairs, asked, at) ?? at;
+  if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN)
+    at = nearer(plain, pairs, asked, at) ?? at;
   return finished(plain, pairs, asked, anyCentre(plain, pairs, asked, at), found.steps);
 }
 
 function guess(blocks, frame) {
   if (!frame.gain) return null;
   const values = {P: identity(frame.T.rows), Y: frame.gain};
-  for (const {name, rows} of blocks.unknowns.slice(2)) values[name] = identity(rows, name === "J" ? 2 : 1);
+  for (const {name, rows} of blocks.unknowns.slice(2))
+    values[name] = identity(rows, name === "J" ? 2 : 1);
   return blocks.packed(values);
 }
 
@@ -62,7 +80,7 @@ function anyCentre(plain, pairs, asked, start) {
     if (!found.lost) return {...at, ...found, lid: false};
     at = nearer(plain, pairs, asked, {...at, ...found});
   }
-  for (const r of [16 ** 4, 16 ** 6]) {   // floats lose larger bounds
+  for (const r of [16 ** 4, 16 ** 6]) {  // floats lose larger bounds
     const next = centreBelow(start.blocks, part ? part.x : start.x, r);
     if (!next || finished(plain, pairs, asked, {...start, ...next}).status !== "feasible") break;
     part = next;
@@ -85,7 +103,8 @@ function centreBelow(blocks, x, r) {
 // Whether the gain may grow against the input forever while P stays.
 function gainsRunOff(plain, {frame, blocks, x}) {
   const [, B] = stateSpace(meanDescriptor(plain)), push = scaled(-frame.scale, solve(frame.T, B));
-  const zero = Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
+  const zero =
+    Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
   const change = blocks.at(blocks.packed({...zero, Y: transposed(push)}), true);
   const rates = ratesOf(rootsOf(factored(blocks.at(x))), change);
   return Math.min(...rates) > -1e-10 * Math.max(...rates);
@@ -95,7 +114,10 @@ function gainsRunOff(plain, {frame, blocks, x}) {
 // step: less than a thousandth, or a ten thousandth of the Riccati equation's.
 function settles(blocks, x, r) {
   const part = joined(blocks, 1.01 * r), W = inverses(rootsOf(factored(part.at(x))));
-  const gain = y => { const [P, Y] = blocks.unpacked(y); return times(Y, inverse(P)); };
+  const gain = y => {
+    const [P, Y] = blocks.unpacked(y);
+    return times(Y, inverse(P));
+  };
   const here = gain(x), there = gain(plus(x, 1, newtonSolver(part.hessian(W, W))(part.adjoint(W))));
   const largest = K => Math.max(...K.at.map(Math.abs));
   return largest(combined(1, there, -1, here)) <= 1e-5 * Math.max(largest(here), 0.1);
@@ -103,7 +125,8 @@ function settles(blocks, x, r) {
 
 // The same point and blocks in a frame in which P is the identity and the sizes are one; or null.
 function nearer(plain, pairs, asked, {frame, blocks, x}) {
-  const closer = around(plain, frame, blocks, x, 0), there = closer && assembled(plain, pairs, asked, closer);
+  const closer = around(plain, frame, blocks, x, 0);
+  const there = closer && assembled(plain, pairs, asked, closer);
   const moved = there && inFrame(there, closer, inPlantUnits(frame, blocks, x));
   return moved && factored(there.at(moved)) ? {frame: closer, blocks: there, x: moved} : null;
 }
@@ -132,21 +155,24 @@ function around(plain, frame, blocks, x, thinnest = 1e-6) {
   if (!L) return null;
   const T = mapped(times(frame.T, L), v => rounded(v, 6));
   if (!inverse(T)) return null;
-  const K = times(Y, inverse(times(L, transposed(L)))), scale = frame.scale * (norm(times(K, L)) || 1), sizes = {...frame.sizes};
+  const K = times(Y, inverse(times(L, transposed(L))));
+  const scale = frame.scale * (norm(times(K, L)) || 1), sizes = {...frame.sizes};
   scalarsOf(blocks).forEach(({name, from}) => {
     const owner = name.replace("size for ", ""), s = x[from];
     if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
   });
   const turned = withInverses(T, meanDescriptor(plain), frame.noise);
-  turned.root *= 2 ** -Math.round(2 * Math.log2(sizes.cost || 1));   // J is multiplied by the size
+  turned.root *= 2 ** -Math.round(2 * Math.log2(sizes.cost || 1));  // J is multiplied by the size
   return {...frame, sizes, ...turned, scale, gain: scaled(frame.scale / scale, times(K, L))};
 }
 
 // K, P, Y, J and the sizes of a point, in the plant's units.
 function inPlantUnits(frame, blocks, x) {
-  const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {}, own = blocks.unknowns.findIndex(({name}) => name === "J");
+  const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {};
+  const own = blocks.unknowns.findIndex(({name}) => name === "J");
   const P = symmetrized(times(times(T, P0), transposed(T)));
-  const K = scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
+  const K =
+    scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
   scalarsOf(blocks).forEach(({name, from}) => {
     const owner = name.replace("size for ", "");
     sizes[owner] = x[from] / (frame.sizes[owner] || 1) ** 2;
@@ -157,11 +183,21 @@ function inPlantUnits(frame, blocks, x) {
 
 // What is known of a point: in the plant's units, with margins and poles.
 function finished(plain, pairs, asked, {frame, blocks, x, lid, steps}, searched) {
-  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point), {K, P, sizes} = point;
+  const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point);
+  const {K, P, sizes} = point;
   const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
-  return {status: good ? "feasible" : "undecided", ...point, K: rowsOf(K), margins, lid, frame,
-    naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P), reason: good ? "" : "The margins are too small for floating point.",
-    poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
+  return {
+    status: good ? "feasible" : "undecided",
+    ...point,
+    K: rowsOf(K),
+    margins,
+    lid,
+    frame,
+    naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P),
+    reason: good ? "" : "The margins are too small for floating point.",
+    poles: plain.map(d => poles(d, K)),
+    steps: [searched, steps]
+  };
 }
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
@@ -181,22 +217,35 @@ function margin(G) {
   return symmetricEigenvalues(mapped(G, (x, i, j) => x / Math.sqrt(d[i] * d[j])))[0];
 }
 
-export function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }
+export function poles({E, A, Bu}, K) {
+  return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K))));
+}
 
 // The least bound, "gamma" or "u_max", and the centre for a bound that is 1 % larger.
 export function least(request, plain, pairs) {
   const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
   const frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   const start = guess(blocks, frame), found = phaseOne(blocks, start);
-  if (found.verdict !== "feasible") {   // proven where it is, for the largest bound
-    const refusal = found.verdict === "infeasible" ? refuted({...request, asked}, frame, blocks, found.Z) : null;
-    return {status: refusal ? "infeasible" : "undecided", steps: [found.steps, 0], reason: `No ${name} is known to be large enough.`};
+  if (found.verdict !== "feasible") {  // proven where it is, for the largest bound
+    const refusal =
+      found.verdict === "infeasible" ? refuted({...request, asked}, frame, blocks, found.Z) : null;
+    return {
+      status: refusal ? "infeasible" : "undecided",
+      steps: [found.steps, 0],
+      reason: `No ${name} is known to be large enough.`
+    };
   }
   const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
-  const unit = name === "u_max" ? frame.scale : 1, bound = name === "cost" ? optimum.x[at] * frame.root ** 2 : unit * Math.sqrt(optimum.x[at]);
+  const unit = name === "u_max" ? frame.scale : 1;
+  const bound = name === "cost" ? optimum.x[at] * frame.root ** 2 : unit * Math.sqrt(optimum.x[at]);
   const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
-  const next = {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
+  const next =
+    {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
   const answer = {...design({...request, asked: next}), [name]: next[name]};
   if (optimum.bound !== null) return {...answer, least: bound};
-  return {...answer, reason: `The search for the least ${name} gave up: whether a smaller one than ${next[name]} can be kept isn't known.`};
+  return {
+    ...answer,
+    reason: `The search for the least ${name} gave up: whether a smaller one than ${
+      next[name]} can be kept isn't known.`
+  };
 }

@@ -11,7 +11,9 @@ export function decimal(x) {
 
 function fixed(mantissa, e) {
   const sign = mantissa.startsWith("-") ? "-" : "", digits = mantissa.replace(/[-.]/g, "");
-  if (e < 0) return sign + "0." + "0".repeat(-e - 1) + digits;
+  if (e < 0)
+    return sign + "0." +
+      "0".repeat(-e - 1) + digits;
   const whole = digits.slice(0, e + 1).padEnd(e + 1, "0"), rest = digits.slice(e + 1);
   return sign + whole + (rest ? "." + rest : "");
 }
@@ -21,14 +23,20 @@ export const decimals = list => list.map(x => Array.isArray(x) ? decimals(x) : d
 // The decimal as [BigInt, places].
 /** @returns {[bigint, number]} */
 function parsed(x) {
-  const [, sign, whole, rest = "", e = 0] = /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
+  const [, sign, whole, rest = "", e = 0] =
+    /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
   const value = BigInt(sign + whole + rest), places = rest.length - Number(e);
   return places < 0 ? [value * 10n ** BigInt(-places), 0] : [value, places];
 }
 
 export function exactMatrix(list, cols = list.length ? list[0].length : 0) {
   const entries = list.flat().map(parsed), places = Math.max(0, ...entries.map(([, p]) => p));
-  return {rows: list.length, cols, places, at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))};
+  return {
+    rows: list.length,
+    cols,
+    places,
+    at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))
+  };
 }
 
 export const exactScalar = x => exactMatrix([[x]]);
@@ -39,12 +47,14 @@ export function exactTimes(X, Y) {
   const rows = [];
   for (let k = 0; k < Y.rows; k++) {
     rows.push([]);
-    for (let j = 0; j < Y.cols; j++) if (Y.at[k * Y.cols + j] !== 0n) rows[k].push([j, Y.at[k * Y.cols + j]]);
+    for (let j = 0; j < Y.cols; j++)
+      if (Y.at[k * Y.cols + j] !== 0n) rows[k].push([j, Y.at[k * Y.cols + j]]);
   }
   for (let i = 0; i < X.rows; i++) {
     for (let k = 0; k < X.cols; k++) {
       const x = X.at[i * X.cols + k];
-      if (x !== 0n) for (const [j, y] of rows[k]) at[i * Y.cols + j] += x * y;
+      if (x !== 0n)
+        for (const [j, y] of rows[k]) at[i * Y.cols + j] += x * y;
     }
   }
   return {rows: X.rows, cols: Y.cols, places: X.places + Y.places, at};
@@ -52,11 +62,13 @@ export function exactTimes(X, Y) {
 
 export function exactTransposed(X) {
   const at = [];
-  for (let j = 0; j < X.cols; j++) for (let i = 0; i < X.rows; i++) at.push(X.at[i * X.cols + j]);
+  for (let j = 0; j < X.cols; j++)
+    for (let i = 0; i < X.rows; i++) at.push(X.at[i * X.cols + j]);
   return {rows: X.cols, cols: X.rows, places: X.places, at};
 }
 
-export const exactScaled = (s, X) => ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
+export const exactScaled = (s, X) =>
+  ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
 
 export const atPlaces = (X, places) => {
   const unit = 10n ** BigInt(places - X.places);
@@ -64,7 +76,8 @@ export const atPlaces = (X, places) => {
 };
 
 // The same matrices, all with the places of the longest.
-export const alike = list => list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
+export const alike = list =>
+  list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
 
 export function exactSum(X, Y) {
   const places = Math.max(X.places, Y.places), at = atPlaces(X, places).at.slice();
@@ -76,20 +89,27 @@ export function exactSum(X, Y) {
 export function exactInner(X, Y) {
   /** @type {any} */
   let sum = 0n;
-  X.at.forEach((x, k) => { if (x !== 0n) sum += x * Y.at[k]; });
+  X.at.forEach((x, k) => {
+    if (x !== 0n) sum += x * Y.at[k];
+  });
   return {rows: 1, cols: 1, places: X.places + Y.places, at: [sum]};
 }
 
 /** @returns {any} */
-export const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
+export const exactZeros = (rows, cols) =>
+  ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
 // The nearest floats, whatever the decimals' length.
-export const floatsOf = X => ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
+export const floatsOf = X =>
+  ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
 
 // The same operations as those of FLOATS; `known` brings decimals into the arithmetic.
 export const EXACT = {
   known: X => X,
-  matrix: exactMatrix, zeros: exactZeros, transposed: exactTransposed, times: exactTimes,
+  matrix: exactMatrix,
+  zeros: exactZeros,
+  transposed: exactTransposed,
+  times: exactTimes,
   identity: (n, value = 1) => {
     const s = exactScalar(value), X = exactZeros(n, n);
     for (let i = 0; i < n; i++) X.at[i * n + i] = s.at[0];
@@ -101,7 +121,8 @@ export const EXACT = {
     for (const a of factors) Y = EXACT.scaled(a, Y);
     if (Y.places > X.places) Object.assign(X, atPlaces(X, Y.places));
     Y = atPlaces(Y, X.places);
-    for (let i = 0; i < Y.rows; i++) for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += Y.at[i * Y.cols + j];
+    for (let i = 0; i < Y.rows; i++)
+      for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += Y.at[i * Y.cols + j];
     return X;
   },
 };
@@ -109,14 +130,17 @@ export const EXACT = {
 // Whether a symmetric matrix is positive definite: all its leading minors, by the
 // elimination of Bareiss, whose divisions leave no remainder.
 export function definite({rows: n, at}) {
-  for (let i = 0; i < n; i++) for (let j = 0; j < i; j++) if (at[i * n + j] !== at[j * n + i]) return false;
+  for (let i = 0; i < n; i++)
+    for (let j = 0; j < i; j++)
+      if (at[i * n + j] !== at[j * n + i]) return false;
   /** @type {any} */
   let last = 1n;
   let rows = Array.from({length: n}, (_, i) => at.slice(i * n + i, (i + 1) * n));
   while (rows.length) {
     const [head, ...others] = rows, lead = head[0];
     if (lead <= 0n) return false;
-    rows = others.map((row, k) => row.map((x, j) => (lead * x - head[k + 1] * head[k + 1 + j]) / last));
+    rows =
+      others.map((row, k) => row.map((x, j) => (lead * x - head[k + 1] * head[k + 1 + j]) / last));
     last = lead;
   }
   return true;
@@ -157,9 +181,12 @@ export function weightFactors(Q) {
     rest = rest.map((row, i) => row.map((x, j) => (pivot * x - column[i] * head[j]) / last));
     last = pivot;
   }
-  if (rest.some(row => row.some(x => x))) throw new Error("Q has a negative eigenvalue: it must be positive semidefinite.");
-  const along = list => list.reduce((X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}), exactZeros(list.length, list.length));
-  const L = columns.reduce((X, x, k) => EXACT.place(X, 0, k, {rows: N, cols: 1, ...x}), exactZeros(N, columns.length));
+  if (rest.some(row => row.some(x => x)))
+    throw new Error("Q has a negative eigenvalue: it must be positive semidefinite.");
+  const along = list => list.reduce((X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}),
+    exactZeros(list.length, list.length));
+  const L = columns.reduce(
+    (X, x, k) => EXACT.place(X, 0, k, {rows: N, cols: 1, ...x}), exactZeros(N, columns.length));
   return {L, W: along(W), d: along(d)};
 }
 
@@ -172,13 +199,15 @@ function divisor(y, x) {
 
 // ------------------------------------------------- correctly rounded functions
 const BITS = 240n, UNIT = 1n << BITS;
-const PI = 31415926535897932384626433832795028841971693993751058209749445923078164062862089986280348253421170679n;
+const PI =
+  31415926535897932384626433832795028841971693993751058209749445923078164062862089986280348253421170679n;
 
 // sine and cosine of angle / UNIT, times UNIT, by Taylor's series.
 function sineCosine(angle) {
   let sin = 0n, cos = 0n, term = UNIT;
   for (let k = 1n; term !== 0n; k++) {
-    if (k % 2n) cos += k % 4n === 1n ? term : -term; else sin += k % 4n === 2n ? term : -term;
+    if (k % 2n) cos += k % 4n === 1n ? term : -term;
+    else sin += k % 4n === 2n ? term : -term;
     term = term * angle / (UNIT * k);
   }
   return [sin, cos];
@@ -191,7 +220,8 @@ const float = x => Number(x) / 2 ** Number(BITS);
 export function sector(theta) {
   const [s, c] = sineCosine(floatExactly(theta));
   const sin = float(s) * (1 - 4 * Number.EPSILON), cos = float(c) * (1 + 4 * Number.EPSILON);
-  const [S, p] = parsed(sin), [C, q] = parsed(cos), left = S * 10n ** BigInt(q), right = C * 10n ** BigInt(p);
+  const [S, p] = parsed(sin), [C, q] = parsed(cos), left = S * 10n ** BigInt(q);
+  const right = C * 10n ** BigInt(p);
   let h = Math.max(0, Math.floor(theta * 18000 / Math.PI) - 2);
   for (;; h++) {
     const angle = PI * UNIT * BigInt(h) / (18000n * 10n ** 100n), [sinH, cosH] = sineCosine(angle);
@@ -202,7 +232,10 @@ export function sector(theta) {
 // A float times UNIT, exactly (it has at least 2^-180 for its last bit).
 function floatExactly(x) {
   let scale = 0n;
-  while (!Number.isInteger(x)) { x *= 2; scale++; }
+  while (!Number.isInteger(x)) {
+    x *= 2;
+    scale++;
+  }
   return BigInt(x) * UNIT >> scale;
 }
 
@@ -214,7 +247,7 @@ export function twiceAtLeast(sigma) {
     const [b, p] = parsed(bound), common = Math.max(p, places);
     if (b * 10n ** BigInt(common - p) >= 2n * value * 10n ** BigInt(common - places)) return bound;
     const bytes = new Float64Array([bound]), bits = new BigInt64Array(bytes.buffer);
-    bits[0] += 1n;   // the next float
+    bits[0] += 1n;  // the next float
     bound = bytes[0];
   }
 }
@@ -224,9 +257,11 @@ export function twiceAtLeast(sigma) {
 // of the roots of the first primes.
 export function sha256(text) {
   const primes = [];
-  for (let k = 2; primes.length < 64; k++) if (primes.every(p => k % p)) primes.push(k);
+  for (let k = 2; primes.length < 64; k++)
+    if (primes.every(p => k % p)) primes.push(k);
   const fraction = x => (x - Math.floor(x)) * 2 ** 32 | 0, turn = (x, n) => x >>> n | x << 32 - n;
-  const K = primes.map(p => fraction(Math.cbrt(p))), H = primes.slice(0, 8).map(p => fraction(Math.sqrt(p)));
+  const K = primes.map(p => fraction(Math.cbrt(p)));
+  const H = primes.slice(0, 8).map(p => fraction(Math.sqrt(p)));
   const bytes = [...text].map(c => c.charCodeAt(0)), bits = bytes.length * 8;
   bytes.push(128);
   while (bytes.length % 64 !== 56) bytes.push(0);
@@ -234,9 +269,15 @@ export function sha256(text) {
   for (let from = 0; from < bytes.length; from += 64) {
     const w = [];
     for (let t = 0; t < 64; t++) {
-      if (t < 16) { const b = from + 4 * t; w[t] = bytes[b] << 24 | bytes[b + 1] << 16 | bytes[b + 2] << 8 | bytes[b + 3]; continue; }
+      if (t < 16) {
+        const b = from + 4 * t;
+        w[t] = bytes[b] << 24 | bytes[b + 1] << 16 | bytes[b + 2] << 8 | bytes[b + 3];
+        continue;
+      }
       const x = w[t - 15], y = w[t - 2];
-      w[t] = w[t - 16] + (turn(x, 7) ^ turn(x, 18) ^ x >>> 3) + w[t - 7] + (turn(y, 17) ^ turn(y, 19) ^ y >>> 10) | 0;
+      w[t] = w[t - 16] + (turn(x, 7) ^ turn(x, 18) ^ x >>> 3) + w[t - 7] +
+          (turn(y, 17) ^ turn(y, 19) ^ y >>> 10) |
+        0;
     }
     let [a, b, c, d, e, f, g, h] = H;
     for (let t = 0; t < 64; t++) {

@@ -5,7 +5,10 @@ import {floatsOf} from "./exact.js";
 const ROOM = 1 << 15;
 export let room = new Float64Array(ROOM), taken = 0;
 export function reals(n) {
-  if (taken + n > room.length) { room = new Float64Array(Math.max(ROOM, n)); taken = 0; }
+  if (taken + n > room.length) {
+    room = new Float64Array(Math.max(ROOM, n));
+    taken = 0;
+  }
   taken += n;
   return new Float64Array(room.buffer, 8 * (taken - n), n);
 }
@@ -31,12 +34,14 @@ export function matrix(list, cols = list.length ? list[0].length : 0) {
 }
 
 export function rowsOf(X) {
-  return Array.from({length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
+  return Array.from(
+    {length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
 }
 
 export function transposed(X) {
   const {rows, cols, at: x} = X, T = zeros(cols, rows), t = T.at;
-  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) t[j * rows + i] = x[k];
+  for (let i = 0, k = 0; i < rows; i++)
+    for (let j = 0; j < cols; j++, k++) t[j * rows + i] = x[k];
   return T;
 }
 
@@ -49,7 +54,8 @@ export function combined(a, X, b, Y) {
 
 export function mapped(X, f) {
   const {rows, cols, at: x} = X, Z = zeros(rows, cols), z = Z.at;
-  for (let i = 0, k = 0; i < rows; i++) for (let j = 0; j < cols; j++, k++) z[k] = f(x[k], i, j);
+  for (let i = 0, k = 0; i < rows; i++)
+    for (let j = 0; j < cols; j++, k++) z[k] = f(x[k], i, j);
   return Z;
 }
 
@@ -65,17 +71,20 @@ export function accumulate(Z, X, Y) {
   for (let i = 0, first = 0; i < rows; i++, first += cols) {
     const row = i * inner, last = first + cols;
     let count = 0, c = 0;
-    for (let k = 0; k < inner; k++) if (x[row + k] !== 0) picked[count++] = k;
+    for (let k = 0; k < inner; k++)
+      if (x[row + k] !== 0) picked[count++] = k;
     for (; c + 3 < count; c += 4) {
       const p = picked[c], q = picked[c + 1], r = picked[c + 2], s = picked[c + 3];
       const a = x[row + p], b = x[row + q], e = x[row + r], f = x[row + s];
-      for (let to = first, k = p * cols, l = q * cols, m = r * cols, n = s * cols; to < last; to++, k++, l++, m++, n++) {
+      for (let to = first, k = p * cols, l = q * cols, m = r * cols, n = s * cols; to < last;
+        to++, k++, l++, m++, n++) {
         z[to] = z[to] + a * y[k] + b * y[l] + e * y[m] + f * y[n];
       }
     }
     for (; c + 1 < count; c += 2) {
       const p = picked[c], q = picked[c + 1], a = x[row + p], b = x[row + q];
-      for (let to = first, k = p * cols, l = q * cols; to < last; to++, k++, l++) z[to] = z[to] + a * y[k] + b * y[l];
+      for (let to = first, k = p * cols, l = q * cols; to < last; to++, k++, l++)
+        z[to] = z[to] + a * y[k] + b * y[l];
     }
     for (; c < count; c++) {
       const a = x[row + picked[c]];
@@ -89,13 +98,24 @@ export function accumulate(Z, X, Y) {
 export function place(X, top, left, Y, ...factors) {
   const a = factors.reduce((product, x) => product * x, 1);
   for (let i = 0; i < Y.rows; i++) {
-    for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
+    for (let j = 0; j < Y.cols; j++)
+      X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
   }
   return X;
 }
 
 // What the blocks of a request are laid out with; exact.js has the same for decimals.
-export const FLOATS = {matrix, zeros, identity, transposed, times, scaled, combined, place, known: X => floatsOf(X)};
+export const FLOATS = {
+  matrix,
+  zeros,
+  identity,
+  transposed,
+  times,
+  scaled,
+  combined,
+  place,
+  known: X => floatsOf(X)
+};
 
 export function symmetrized(X) {
   const n = X.rows, x = X.at;
@@ -158,17 +178,21 @@ export function solveCholesky(L, b) {
 
 // inv(X) Y by elimination with row pivots, and |det X|; null where X is singular.
 export function solve(X, Y, size = {}) {
-  const n = X.rows, m = Y.cols, a = copied(X.at), Z = {rows: n, cols: m, at: copied(Y.at)}, z = Z.at;
+  const n = X.rows, m = Y.cols, a = copied(X.at), Z = {rows: n, cols: m, at: copied(Y.at)};
+  const z = Z.at;
   size.logarithm = 0;
   for (let k = 0; k < n; k++) {
     let pivot = k;
-    for (let i = k + 1; i < n; i++) if (Math.abs(a[i * n + k]) > Math.abs(a[pivot * n + k])) pivot = i;
+    for (let i = k + 1; i < n; i++)
+      if (Math.abs(a[i * n + k]) > Math.abs(a[pivot * n + k])) pivot = i;
     const lead = a[pivot * n + k];
     if (!(Math.abs(lead) > 0) || !isFinite(lead)) return null;
     size.logarithm += Math.log(Math.abs(lead));
     if (pivot !== k) {
-      for (let j = 0; j < n; j++) [a[k * n + j], a[pivot * n + j]] = [a[pivot * n + j], a[k * n + j]];
-      for (let j = 0; j < m; j++) [z[k * m + j], z[pivot * m + j]] = [z[pivot * m + j], z[k * m + j]];
+      for (let j = 0; j < n; j++)
+        [a[k * n + j], a[pivot * n + j]] = [a[pivot * n + j], a[k * n + j]];
+      for (let j = 0; j < m; j++)
+        [z[k * m + j], z[pivot * m + j]] = [z[pivot * m + j], z[k * m + j]];
     }
     for (let i = k + 1; i < n; i++) {
       const factor = a[i * n + k] / lead;
@@ -197,7 +221,11 @@ export function symmetricEigenvalues(X) {
     let h = 0;
     for (let k = 0; k < i - 1; k++) h += a[i * n + k] ** 2;
     const f = a[i * n + i - 1];
-    if (h === 0) { e[i] = f; d[i] = 0; continue; }
+    if (h === 0) {
+      e[i] = f;
+      d[i] = 0;
+      continue;
+    }
     h += f * f;
     const g = f > 0 ? -Math.sqrt(h) : Math.sqrt(h);
     e[i] = g;
@@ -236,7 +264,11 @@ export function symmetricEigenvalues(X) {
         const f = s * e[i], b = c * e[i];
         r = Math.hypot(f, g);
         e[i + 1] = r;
-        if (r === 0) { d[i + 1] -= p; e[m] = 0; break; }
+        if (r === 0) {
+          d[i + 1] -= p;
+          e[m] = 0;
+          break;
+        }
         s = f / r;
         c = g / r;
         g = d[i + 1] - p;

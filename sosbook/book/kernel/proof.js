@@ -1,11 +1,11 @@
 // The exact proof of a design and its file, which `python -m sosbook verify` accepts.
 // Everything is built again from decimals: the plant, the bounds, K and P.
 import {coupledPairs, descriptors, plainFrame, rounded, sized} from "./descriptor.js";
-import {EXACT, decimal, decimals, definite, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, sector, sha256, twiceAtLeast} from "./exact.js";
+import {decimal, decimals, definite, EXACT, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, sector, sha256, twiceAtLeast} from "./exact.js";
 import {rowsOf} from "./matrices.js";
-import {KINDS, impliesStability, laidOut, sizeName} from "./request.js";
+import {impliesStability, KINDS, laidOut, sizeName} from "./request.js";
 
-const GAIN_DIGITS = [6, 8, 10, 12, 17], PLACES = [12, 17];   // in the order of trial
+const GAIN_DIGITS = [6, 8, 10, 12, 17], PLACES = [12, 17];  // in the order of trial
 
 // {proven, text, claims, blocks, digits}: the first rounding that is proven, or the last.
 export function prove(request, result) {
@@ -13,8 +13,10 @@ export function prove(request, result) {
   for (const digits of GAIN_DIGITS) {
     for (const places of PLACES) {
       const to = (rows, d) => rows.map(row => row.map(x => rounded(x, d)));
-      const own = Object.fromEntries(ownSizes(request, result).map(([key, s]) => [key, rounded(s, places)]));
-      last = examined(request, to(result.K, digits), to(rowsOf(result.naturalP), places), own, result.J && to(rowsOf(result.J), places));
+      const own =
+        Object.fromEntries(ownSizes(request, result).map(([key, s]) => [key, rounded(s, places)]));
+      last = examined(request, to(result.K, digits), to(rowsOf(result.naturalP), places), own,
+        result.J && to(rowsOf(result.J), places));
       if (last.proven) return {...last, digits};
     }
   }
@@ -31,21 +33,51 @@ function examined(request, K, P, own, J) {
   const blocks = blocksAt(request, K, P, own, J), claims = claimsOf(request);
   const failed = blocks.filter(([, G]) => !definite(G)).map(([key]) => key);
   const bare = ([, kind, name]) => !blocks.some(([key]) => key[0] === kind && key[1] === name);
-  failed.push(...statementsOf(request).filter(bare));   // a claim rests on blocks of its own
-  const unknowns = {P: decimals(P), ...(J && {J: decimals(J)}), ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))};
+  failed.push(...statementsOf(request).filter(bare));  // a claim rests on blocks of its own
+  const unknowns = {
+    P: decimals(P),
+    ...(J && {J: decimals(J)}),
+    ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))
+  };
   const more = {K: decimals(K), unknowns, blocks: blocks.map(([key]) => key)};
-  return {proven: !failed.length, failed, claims: failed.length ? [] : claims, blocks: more.blocks,
-    text: fileOf("design", claims, request, more)};
+  return {
+    proven: !failed.length,
+    failed,
+    claims: failed.length ? [] : claims,
+    blocks: more.blocks,
+    text: fileOf("design", claims, request, more)
+  };
 }
 
 // The text of a proof file: what was asked, and `more`.
 export function fileOf(kind, claims, request, more) {
   const {vertices, U = [], K_A = null, coupling = "pairs", asked} = request;
-  const contents = {format: "sosbook proof", version: 1, kind, claims,
-    plant: {kind: "second order", vertices: vertices.map(({M, D, S, B, F}) => ({M: decimals(M), D: decimals(D),
-      S: decimals(S), B: decimals(B), F: F ? decimals(F) : M.map(() => [])}))},
-    U: decimals(U), K_A: K_A && decimals(K_A), coupling, epsilon: null, E0: null, requirements: requirements(asked), ...more};
-  return JSON.stringify({...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) + "\n";
+  const contents = {
+    format: "sosbook proof",
+    version: 1,
+    kind,
+    claims,
+    plant: {
+      kind: "second order",
+      vertices: vertices.map(({M, D, S, B, F}) => ({
+        M: decimals(M),
+        D: decimals(D),
+        S: decimals(S),
+        B: decimals(B),
+        F: F ? decimals(F) : M.map(() => [])
+      }))
+    },
+    U: decimals(U),
+    K_A: K_A && decimals(K_A),
+    coupling,
+    epsilon: null,
+    E0: null,
+    requirements: requirements(asked),
+    ...more
+  };
+  return JSON.stringify(
+           {...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) +
+    "\n";
 }
 
 function sortedKeys(x) {
@@ -58,16 +90,31 @@ function sortedKeys(x) {
 /** @returns {any[]} */
 function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
   const list = [];
-  const region = (name, more, alpha, beta) => list.push({kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
-  if (sigma !== undefined) region("half-plane", {sigma: decimal(sigma)}, [[twiceAtLeast(sigma)]], [[1]]);
+  const region = (name, more, alpha, beta) => list.push(
+    {kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
+  if (sigma !== undefined)
+    region("half-plane", {sigma: decimal(sigma)}, [[twiceAtLeast(sigma)]], [[1]]);
   if (theta !== undefined) {
     const {sin, cos, degrees} = sector(theta);
-    region("sector", {theta: decimal(theta), apex: "0", degrees}, [[0, 0], [0, 0]], [[sin, cos], [-cos, sin]]);
+    region("sector", {theta: decimal(theta), apex: "0", degrees}, [[0, 0], [0, 0]],
+      [[sin, cos], [-cos, sin]]);
   }
-  if (rho !== undefined) region("disk", {rho: decimal(rho), centre: "0"}, [[-rho, 0], [0, -rho]], [[0, 1], [0, 0]]);
-  if (gamma !== undefined) list.push({kind: "gamma", name: "gamma", gamma: decimal(gamma), mu: mu === null ? null : decimal(mu)});
-  if (cost !== undefined) list.push({kind: "cost", name: "cost", Q: decimals(Q), R: decimals(R), noise, bound: decimal(cost)});
-  if (u_max !== undefined) list.push({kind: "input", name: "saturation", u_max: decimal(u_max), x0: decimals(x0), acceleration: false});
+  if (rho !== undefined)
+    region("disk", {rho: decimal(rho), centre: "0"}, [[-rho, 0], [0, -rho]], [[0, 1], [0, 0]]);
+  if (gamma !== undefined)
+    list.push(
+      {kind: "gamma", name: "gamma", gamma: decimal(gamma), mu: mu === null ? null : decimal(mu)});
+  if (cost !== undefined)
+    list.push(
+      {kind: "cost", name: "cost", Q: decimals(Q), R: decimals(R), noise, bound: decimal(cost)});
+  if (u_max !== undefined)
+    list.push({
+      kind: "input",
+      name: "saturation",
+      u_max: decimal(u_max),
+      x0: decimals(x0),
+      acceleration: false
+    });
   return list;
 }
 
@@ -75,31 +122,46 @@ function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u
 function statementsOf(request) {
   const {vertices, asked} = request, count = vertices.length;
   const whole = coupledPairs(request).length === coupledPairs(request, "pairs").length;
-  const where = count === 1 ? "the plant" : whole ? "every plant of the polytope"
-    : `each of the ${count} vertices (not the plants between)`;
+  const where = count === 1 ? "the plant"
+    : whole                 ? "every plant of the polytope"
+                            : `each of the ${count} vertices (not the plants between)`;
   const {sigma, theta, rho, gamma, cost, u_max} = asked, said = [];
-  const say = (bound, words, ...owner) => bound === undefined || said.push([words(bound), ...owner]);
+  const say = (bound, words, ...owner) =>
+    bound === undefined || said.push([words(bound), ...owner]);
   say(sigma, x => `its poles lie in the half-plane Re s < ${decimal(-x)}`, "region", "half-plane");
-  say(theta, x => `its poles lie in the sector of half-angle ${sector(x).degrees} degrees`, "region", "sector");
+  say(theta, x => `its poles lie in the sector of half-angle ${sector(x).degrees} degrees`,
+    "region", "sector");
   say(rho, x => `its poles lie in the disk of radius ${decimal(x)} around 0`, "region", "disk");
   say(gamma, x => `its H-infinity norm is below ${decimal(x)}`, ...KINDS.gamma);
-  say(cost, x => `its quadratic cost is below ${decimal(x)} times the largest noise intensity`, ...KINDS.cost);
+  say(cost, x => `its quadratic cost is below ${decimal(x)} times the largest noise intensity`,
+    ...KINDS.cost);
   say(u_max, x => `|K x(t)| <= ${decimal(x)} from x0 (with r = 0, w = 0)`, ...KINDS.u_max);
-  return [[`${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]], ...said];
+  return [
+    [
+      `${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]
+    ],
+    ...said
+  ];
 }
 
 export const claimsOf = request => statementsOf(request).map(([words]) => words);
 
 // The regions as a file has them: rounded inwards, as numbers.
-export const exactRegions = asked => requirements(asked).filter(({kind}) => kind === "region")
-  .map(({name, alpha, beta}) => ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
+export const exactRegions = asked =>
+  requirements(asked)
+    .filter(({kind}) => kind === "region")
+    .map(
+      ({name, alpha, beta}) =>
+        ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
 
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:
 // those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
 function blocksAt(request, K, P, own, J) {
   const {asked} = request, pairs = coupledPairs(request);
-  const X = exactMatrix(P), frame = plainFrame(P.length, EXACT), followers = Object.keys(own).map(key => key.replace("size for ", ""));
-  const {list} = laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
+  const X = exactMatrix(P), frame = plainFrame(P.length, EXACT);
+  const followers = Object.keys(own).map(key => key.replace("size for ", ""));
+  const {list} = laidOut(
+    descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
   const values = {P: X, Y: exactTimes(exactMatrix(K), X)};
   for (const [key, s] of Object.entries(own)) values[key] = exactScalar(s);
   const size = values[sizeName("cost")];

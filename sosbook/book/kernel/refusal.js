@@ -2,7 +2,7 @@
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
 import {coupledPairs, descriptors, rounded, sized} from "./descriptor.js";
-import {EXACT, atPlaces, decimal, decimals, definite, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros} from "./exact.js";
+import {atPlaces, decimal, decimals, definite, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros} from "./exact.js";
 import {inverse, mapped, rowsOf} from "./matrices.js";
 import {claimsOf, exactRegions, fileOf} from "./proof.js";
 import {followersOf, laidOut} from "./request.js";
@@ -15,11 +15,14 @@ const MULTIPLIER_DIGITS = 15;
 export function refuted(request, frame, blocks, floats) {
   const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
-  const there = {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
-  const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked, exactRegions(asked), there, followersOf(asked), EXACT);
-  const whole = floats.map((z, k) => {   // the floats' sizes have units, those of a file have none
+  const there =
+    {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
+  const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked,
+    exactRegions(asked), there, followersOf(asked), EXACT);
+  const whole = floats.map((z, k) => {  // the floats' sizes have units, those of a file have none
     const {name, d} = blocks.list[k], unit = frame.sizes[name.replace("size for ", "")] || 1;
-    return mapped(z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));
+    return mapped(
+      z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));
   });
   const Z = whole.map(z => exact(mapped(z, x => rounded(x, MULTIPLIER_DIGITS))));
   const mended = withoutP(list, unknowns, Z, whole);
@@ -27,8 +30,9 @@ export function refuted(request, frame, blocks, floats) {
   const {repaired, scale} = mended;
   if (unknowns.J) withoutJ(list, repaired, unknowns.J.rows);
   const P = symmetricSlope(list.slice(1), repaired.slice(1), unknowns.P.rows);
-  repaired[0] = EXACT.scaled(-1, P);   // the first block is P itself
-  const value = list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
+  repaired[0] = EXACT.scaled(-1, P);  // the first block is P itself
+  const value = list.reduce(
+    (sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
   if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scale))) return null;
   return {list, Z: repaired, scale, frame};
 }
@@ -36,11 +40,13 @@ export function refuted(request, frame, blocks, floats) {
 // J is a corner of each block of (2.35), and minus its trace is that of (2.34): the
 // multiplier's corner cancels it.
 function withoutJ(list, Z, channels) {
-  const at = list.map(({key}, k) => key[2] === "cost" ? k : -1).filter(k => k >= 0), trace = Z[list.findIndex(({key}) => key[2] === "trace")];
+  const at = list.map(({key}, k) => key[2] === "cost" ? k : -1).filter(k => k >= 0);
+  const trace = Z[list.findIndex(({key}) => key[2] === "trace")];
   let sum = exactScaled(trace, EXACT.identity(channels, -1));
   for (const k of at) {
     const {rows: q, places} = Z[k], corner = {...exactZeros(channels, channels), places};
-    for (let i = 0; i < channels; i++) for (let j = 0; j < channels; j++) corner.at[i * channels + j] = Z[k].at[i * q + j];
+    for (let i = 0; i < channels; i++)
+      for (let j = 0; j < channels; j++) corner.at[i * channels + j] = Z[k].at[i * q + j];
     sum = exactSum(sum, corner);
   }
   EXACT.place(Z[at[0]], 0, 0, sum, -1);
@@ -60,14 +66,20 @@ function symmetricSlope(list, Z, N) {
 // Multipliers {repaired, scale}, multiplied by scale > 0, that cancel all variables but P and J:
 // as few entries are changed as there are variables, those with the most room.
 function withoutP(list, unknowns, Z, floats) {
-  const {rows: m, cols: N} = unknowns.Y, sizes = Object.keys(unknowns).filter(name => !["P", "Y", "J"].includes(name));
+  const {rows: m, cols: N} = unknowns.Y;
+  const sizes = Object.keys(unknowns).filter(name => !["P", "Y", "J"].includes(name));
   let residual = exactZeros(m, N);
   const values = sizes.map(() => exactScalar(0));
   list.forEach(({terms, slopes}, k) => {
     for (const [name, L, R] of terms) {
-      if (name === "Y") residual = exactSum(residual, EXACT.scaled(2, exactTimes(exactTimes(exactTransposed(L), Z[k]), exactTransposed(R))));
+      if (name === "Y")
+        residual = exactSum(residual,
+          EXACT.scaled(2, exactTimes(exactTimes(exactTransposed(L), Z[k]), exactTransposed(R))));
     }
-    for (const [name, G] of slopes) { const s = sizes.indexOf(name); values[s] = exactSum(values[s], exactInner(G, Z[k])); }
+    for (const [name, G] of slopes) {
+      const s = sizes.indexOf(name);
+      values[s] = exactSum(values[s], exactInner(G, Z[k]));
+    }
   });
   const right = [...residual.at.map(x => ({...residual, rows: 1, cols: 1, at: [x]})), ...values];
   // the derivatives by all variables of <G, e_i e_j' + e_j e_i'>, and how much room there is
@@ -75,12 +87,16 @@ function withoutP(list, unknowns, Z, floats) {
   list.forEach((block, k) => {
     if (!block.slopes.length && !block.terms.some(([name]) => name === "Y")) return;
     const q = Z[k].rows, root = inverse(floats[k]);
-    for (let i = 0; root && i < q; i++) for (let j = 0; j <= i; j++) {
-      const slope = slopeAt(block, i, j, m, N, sizes), room = 1 / Math.sqrt(root.at[i * q + i] * root.at[j * q + j]);
-      if (slope.some(x => x.at[0] !== 0n)) entries.push({k, i, j, slope, floats: slope.map(x => room * nearly(x))});
-    }
+    for (let i = 0; root && i < q; i++)
+      for (let j = 0; j <= i; j++) {
+        const slope = slopeAt(block, i, j, m, N, sizes);
+        const room = 1 / Math.sqrt(root.at[i * q + i] * root.at[j * q + j]);
+        if (slope.some(x => x.at[0] !== 0n))
+          entries.push({k, i, j, slope, floats: slope.map(x => room * nearly(x))});
+      }
   });
-  const few = independent(entries, right.length), solution = few && solvedExactly(few.map(e => e.slope), right);
+  const few = independent(entries, right.length);
+  const solution = few && solvedExactly(few.map(e => e.slope), right);
   if (!solution) return null;
   const {scale, changes} = solution, unit = {rows: 1, cols: 1, places: 0, at: [scale]};
   const repaired = Z.map(z => exactScaled(unit, z));
@@ -98,13 +114,18 @@ function slopeAt({terms, slopes}, i, j, m, N, sizes) {
   const slope = Array.from({length: m * N + sizes.length}, () => exactScalar(0));
   for (const [name, L, R] of terms) {
     if (name !== "Y") continue;
-    for (let p = 0; p < m; p++) for (let q = 0; q < N; q++) {
-      const value = L.at[i * m + p] * R.at[q * R.cols + j] + L.at[j * m + p] * R.at[q * R.cols + i];
-      if (value) slope[p * N + q] = exactSum(slope[p * N + q], {rows: 1, cols: 1, places: L.places + R.places, at: [twice * value]});
-    }
+    for (let p = 0; p < m; p++)
+      for (let q = 0; q < N; q++) {
+        const value =
+          L.at[i * m + p] * R.at[q * R.cols + j] + L.at[j * m + p] * R.at[q * R.cols + i];
+        if (value)
+          slope[p * N + q] = exactSum(
+            slope[p * N + q], {rows: 1, cols: 1, places: L.places + R.places, at: [twice * value]});
+      }
   }
   for (const [name, G] of slopes) {
-    slope[m * N + sizes.indexOf(name)] = {rows: 1, cols: 1, places: G.places, at: [twice * G.at[i * G.cols + j]]};
+    slope[m * N + sizes.indexOf(name)] =
+      {rows: 1, cols: 1, places: G.places, at: [twice * G.at[i * G.cols + j]]};
   }
   return slope;
 }
@@ -115,8 +136,10 @@ const nearly = ({at: [x], places}) => Number(`${x}e-${places}`);
 // As many entries as there are variables, whose slopes are independent: the largest first,
 // each less its part along those before (Golub and Van Loan, section 5.4.2).
 function independent(entries, count) {
-  const sizes = Array.from({length: count}, (_, v) => Math.hypot(...entries.map(e => e.floats[v])) || 1);
-  const rest = entries.map(entry => ({entry, x: entry.floats.map((x, v) => x / sizes[v])})), few = [];
+  const sizes =
+    Array.from({length: count}, (_, v) => Math.hypot(...entries.map(e => e.floats[v])) || 1);
+  const rest = entries.map(entry => ({entry, x: entry.floats.map((x, v) => x / sizes[v])}));
+  const few = [];
   let first = 0;
   while (few.length < count && rest.length) {
     const lengths = rest.map(({x}) => Math.hypot(...x)), longest = Math.max(...lengths);
@@ -137,7 +160,8 @@ function independent(entries, count) {
 function solvedExactly(columns, right) {
   const places = Math.max(...columns.flat().map(x => x.places)), n = columns.length;
   const more = Math.max(...right.map(x => x.places));
-  const rows = right.map((r, v) => [...columns.map(c => atPlaces(c[v], places).at[0]), atPlaces(r, more).at[0]]);
+  const rows = right.map(
+    (r, v) => [...columns.map(c => atPlaces(c[v], places).at[0]), atPlaces(r, more).at[0]]);
   /** @type {any} */
   let last = 1n;
   const done = [];
@@ -146,15 +170,22 @@ function solvedExactly(columns, right) {
     if (at < 0) return null;
     const [pivot] = rows.splice(at, 1), lead = pivot[c];
     for (const list of [done, rows]) {
-      list.forEach((row, k) => { const f = row[c]; list[k] = row.map((x, j) => (lead * x - f * pivot[j]) / last); });
+      list.forEach((row, k) => {
+        const f = row[c];
+        list[k] = row.map((x, j) => (lead * x - f * pivot[j]) / last);
+      });
     }
     done.push(pivot);
     last = lead;
   }
   if (rows.some(row => row[n] !== 0n)) return null;
   // now every row of `done` says last 10^-places x_c = row[n] 10^-more
-  const sign = last < 0n ? -1n : 1n, longer = Math.max(0, more - places), shift = Math.max(0, places - more);
-  return {scale: sign * last * 10n ** BigInt(longer), changes: done.map(row => sign * row[n] * 10n ** BigInt(shift))};
+  const sign = last < 0n ? -1n : 1n, longer = Math.max(0, more - places);
+  const shift = Math.max(0, places - more);
+  return {
+    scale: sign * last * 10n ** BigInt(longer),
+    changes: done.map(row => sign * row[n] * 10n ** BigInt(shift))
+  };
 }
 
 // Whether far / scale is positive definite because the decimals near it are: with the sum
@@ -162,7 +193,9 @@ function solvedExactly(columns, right) {
 // (Gershgorin, after a diagonal scaling by any w > 0).
 function staysDefinite(near, far, scale) {
   const n = near.rows, places = near.places + 3, lowered = atPlaces(near, places).at.slice();
-  const w = Array.from({length: n}, (_, i) => Math.round(Math.log10(Math.abs(nearly({at: [near.at[i * n + i]], places: near.places})) || 1) / -2));
+  const w = Array.from({length: n},
+    (_, i) => Math.round(
+      Math.log10(Math.abs(nearly({at: [near.at[i * n + i]], places: near.places})) || 1) / -2));
   const common = Math.max(places, far.places), unit = 10n ** BigInt(common - places);
   const here = atPlaces(near, common).at, there = atPlaces(far, common).at;
   for (let i = 0; i < n; i++) {
@@ -171,7 +204,8 @@ function staysDefinite(near, far, scale) {
       let off = there[i * n + j] - scale * here[i * n + j];
       if (off === 0n) continue;
       if (off < 0n) off = -off;
-      const power = BigInt(w[j] - w[i]), up = power > 0n ? off * 10n ** power : off, down = power < 0n ? 10n ** -power : 1n;
+      const power = BigInt(w[j] - w[i]), up = power > 0n ? off * 10n ** power : off;
+      const down = power < 0n ? 10n ** -power : 1n;
       lowered[i * n + i] -= up / (scale * unit * down) + 1n;
     }
   }
@@ -181,16 +215,31 @@ function staysDefinite(near, far, scale) {
 // The file of a refusal, which `python -m sosbook verify` accepts.
 export function refusalFile(request, {list, Z, scale, frame}) {
   const {left, T, back} = frame, {asked} = request, names = sized(asked);
-  const tied = names.length > 1 && !followersOf(asked).length ? ` for mu = ${decimal(asked.mu)}` : "";
-  const claims = [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
+  const tied =
+    names.length > 1 && !followersOf(asked).length ? ` for mu = ${decimal(asked.mu)}` : "";
+  const claims =
+    [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
   const multipliers = list.map(({key, multiplied}, k) => {
-    const q = Z[k].rows, X = multiplied ? exactTimes(exactTimes(multiplied, Z[k]), multiplied) : Z[k];
+    const q = Z[k].rows;
+    const X = multiplied ? exactTimes(exactTimes(multiplied, Z[k]), multiplied) : Z[k];
     const below = scale * 10n ** BigInt(X.places), rows = [];
     for (let i = 0; i < q; i++) rows.push(X.at.slice(i * q, (i + 1) * q).map(x => ratio(x, below)));
     return [key, rows];
   });
-  const coordinates = {left: decimals(rowsOf(left)), T: decimals(rowsOf(T)), back: decimals(rowsOf(back)), scale: decimal(frame.scale), sizes: {}, roots: asked.cost === undefined ? {} : {J: decimal(frame.root)}};
-  return {proven: true, claims, blocks: list.map(({key}) => key), text: fileOf("infeasible design", claims, request, {K: null, coordinates, multipliers})};
+  const coordinates = {
+    left: decimals(rowsOf(left)),
+    T: decimals(rowsOf(T)),
+    back: decimals(rowsOf(back)),
+    scale: decimal(frame.scale),
+    sizes: {},
+    roots: asked.cost === undefined ? {} : {J: decimal(frame.root)}
+  };
+  return {
+    proven: true,
+    claims,
+    blocks: list.map(({key}) => key),
+    text: fileOf("infeasible design", claims, request, {K: null, coordinates, multipliers})
+  };
 }
 
 export function ratio(x, y) {

@@ -3,10 +3,10 @@
 import {Blocks} from "./blocks.js";
 import {cholesky, combined, identity, inner, inverseLower, mapped, reals, scaled, solveCholesky, symmetricEigenvalues, symmetrized, times, transposed} from "./matrices.js";
 
-const STEP_FRACTION = 0.95;         // of the longest step that stays inside
-const LONGEST_CENTRE = 1e8;         // a norm of x beyond it is taken for infinity
-const STEPS_ALONE = 40;             // of Newton's method, before multipliers help it to a centre
-const EXCLUDED_ENOUGH = 1e11;       // the |x| that multipliers must exclude; solutions are shorter
+const STEP_FRACTION = 0.95;    // of the longest step that stays inside
+const LONGEST_CENTRE = 1e8;    // a norm of x beyond it is taken for infinity
+const STEPS_ALONE = 40;        // of Newton's method, before multipliers help it to a centre
+const EXCLUDED_ENOUGH = 1e11;  // the |x| that multipliers must exclude; solutions are shorter
 
 export const factored = list => {
   const factors = [];
@@ -60,15 +60,19 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
       const T = W.map((w, k) => second ? combined(sigmaMu, w, -1, second[k]) : scaled(sigmaMu, w));
       const dx = solver(plus(blocks.adjoint(T), -1, cost));
       const dS = blocks.at(dx, true);
-      const dZ = dS.map((d, k) => combined(1, combined(1, T[k], -1, Z[k]), -1, symmetrized(times(times(W[k], d), Z[k]))));
+      const dZ = dS.map((d, k) => combined(1, combined(1, T[k], -1, Z[k]), -1,
+                          symmetrized(times(times(W[k], d), Z[k]))));
       return [dx, dS, dZ];
     };
-    const longest = (N, dS) => 1 / Math.max(1e-9, ...N.map((n, k) => -symmetricEigenvalues(whitened(n, dS[k]))[0]));
+    const longest = (N, dS) =>
+      1 / Math.max(1e-9, ...N.map((n, k) => -symmetricEigenvalues(whitened(n, dS[k]))[0]));
     // predictor: the target is zero
     const [, aS, aZ] = towards(0);
     const alpha = Math.min(1, longest(roots, aS)), beta = Math.min(1, longest(dual, aZ));
-    const predicted = S.reduce((sum, s, k) =>
-      sum + inner(combined(1, s, alpha, aS[k]), combined(1, Z[k], beta, aZ[k])), 0) / degree;
+    const predicted = S.reduce((sum, s, k) => sum +
+                          inner(combined(1, s, alpha, aS[k]), combined(1, Z[k], beta, aZ[k])),
+                        0) /
+      degree;
     // corrector: the target is sigma mu, less the predictor's second-order error
     const sigma = Math.min(Math.max(predicted / mu, 0), 1) ** 3;
     const second = aS.map((d, k) => symmetrized(times(times(W[k], d), aZ[k])));
@@ -76,7 +80,7 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
     let primal = Math.min(1, STEP_FRACTION * longest(roots, dS));
     const step = Math.min(1, STEP_FRACTION * longest(dual, dZ));
     if (!dx.every(isFinite) || Math.max(primal, step) < 1e-8) return;
-    for (;; primal /= 2) {   // rounding may put the end point outside
+    for (;; primal /= 2) {  // rounding may put the end point outside
       S = blocks.at(plus(x, primal, dx));
       factors = factored(S);
       if (factors) break;
@@ -87,7 +91,14 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
     roots = rootsOf(factors);
     W = inverses(roots);
     const residual = plus(cost, -1, blocks.adjoint(Z));
-    yield {step: count + 1, x, S, Z, gap: innerOf(S, Z), residual: Math.sqrt(dot(residual, residual))};
+    yield {
+      step: count + 1,
+      x,
+      S,
+      Z,
+      gap: innerOf(S, Z),
+      residual: Math.sqrt(dot(residual, residual))
+    };
   }
 }
 
@@ -95,12 +106,19 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
 // The blocks with one more scalar t: G_k(x) - t I.
 function lifted(blocks) {
   const more = new Blocks({});
-  Object.assign(more, {size: blocks.size + 1, unknowns: [...blocks.unknowns,
-    {name: "t", rows: 1, cols: 1, symmetric: false, from: blocks.size, size: 1, scalar: true}]});
+  Object.assign(more, {
+    size: blocks.size + 1,
+    unknowns: [
+      ...blocks.unknowns,
+      {name: "t", rows: 1, cols: 1, symmetric: false, from: blocks.size, size: 1, scalar: true}
+    ]
+  });
   const cone = blocks.homogeneous, of = blocks.unknowns.length;
-  more.list = blocks.list.map((block, k) => ({...block,
-    constant: cone && k === 0 ? identity(block.q, -1) : block.constant,   // X > 0 is read as X > I
-    slopes: [...block.slopes, {of, G: identity(block.q, -1)}]}));
+  more.list = blocks.list.map((block, k) => ({
+    ...block,
+    constant: cone && k === 0 ? identity(block.q, -1) : block.constant,  // X > 0 is read as X > I
+    slopes: [...block.slopes, {of, G: identity(block.q, -1)}]
+  }));
   return more;
 }
 
@@ -113,7 +131,11 @@ export function phaseOne(blocks, start = null) {
   const with_t = (x, t) => Float64Array.from([...x, t]);
   let x = new Float64Array(n), least = leastOf(problem.at(with_t(x, 0))), below = 1;
   const near = start ? leastOf(problem.at(with_t(start, 0))) : -Infinity;
-  if (near > least) { x = start; least = near; below = Math.max(Math.abs(near), 0.1); }
+  if (near > least) {
+    x = start;
+    least = near;
+    below = Math.max(Math.abs(near), 0.1);
+  }
   x = with_t(x, Math.min(least, 0) - below);
   const first = factored(problem.at(x));
   if (!first) return {verdict: "undecided", x: null, last: start, steps: 0};
@@ -125,10 +147,11 @@ export function phaseOne(blocks, start = null) {
     if (state.x[n] > 0 && factored(problem.at(with_t(inside, 0)))) {
       return {verdict: "feasible", x: inside, steps: state.step};
     }
-    if (state.x[n] + 1.1 * state.gap < 0 && state.residual < 1e-3) {   // weak duality
+    if (state.x[n] + 1.1 * state.gap < 0 && state.residual < 1e-3) {  // weak duality
       const {Z, excluded} = refined(problem, blocks, state.Z);
-      if (excluded > EXCLUDED_ENOUGH) return {verdict: "infeasible", Z, excluded, last: inside, steps: state.step};
-      if (state.residual < 1e-7 && ++tries > 8) break;   // an edge: nothing will decide
+      if (excluded > EXCLUDED_ENOUGH)
+        return {verdict: "infeasible", Z, excluded, last: inside, steps: state.step};
+      if (state.residual < 1e-7 && ++tries > 8) break;  // an edge: nothing will decide
     }
   }
   return {verdict: "undecided", last: last && last.x.slice(0, n), steps: last ? last.step : 0};
@@ -163,9 +186,11 @@ function refined(problem, blocks, Z) {
 export function centre(blocks, x, enough = 1e-8) {
   let factors = factored(blocks.at(x));
   for (let count = 1; count <= 200; count++) {
-    const roots = rootsOf(factors), W = inverses(roots), solver = newtonSolver(blocks.hessian(W, W));
+    const roots = rootsOf(factors), W = inverses(roots);
+    const solver = newtonSolver(blocks.hessian(W, W));
     if (!solver) return {x, lost: true};
-    const gradient = blocks.adjoint(W), d = solver(gradient), decrement = Math.sqrt(Math.max(dot(gradient, d), 0));
+    const gradient = blocks.adjoint(W), d = solver(gradient);
+    const decrement = Math.sqrt(Math.max(dot(gradient, d), 0));
     let length = 1;
     if (decrement > 0.2) {
       const change = blocks.at(d, true);
@@ -192,7 +217,8 @@ export function centre(blocks, x, enough = 1e-8) {
 }
 
 // Eigenvalues of the changes of blocks that these roots scale.
-export const ratesOf = (roots, change) => roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
+export const ratesOf = (roots, change) =>
+  roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
 
 // A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method
 // creeps through a curved valley, which such steps, of S and of Z, pass in some twenty.
@@ -211,9 +237,14 @@ function lineSearch(rates) {
   let s = Math.min(1, 0.9 * limit), low = 0, high = limit;
   for (let count = 0; count < 30; count++) {
     let first = 0, second = 0;
-    for (const r of rates) { const ratio = r / (1 + s * r); first -= ratio; second += ratio * ratio; }
+    for (const r of rates) {
+      const ratio = r / (1 + s * r);
+      first -= ratio;
+      second += ratio * ratio;
+    }
     if (Math.abs(first) < 1e-3 * Math.sqrt(second)) break;
-    if (first < 0) low = s; else high = s;
+    if (first < 0) low = s;
+    else high = s;
     s -= first / second;
     if (!(s > low && s < high)) s = isFinite(high) ? (low + high) / 2 : 2 * low;
   }
@@ -227,7 +258,8 @@ export function minimize(blocks, a, x, gap = 1e-5) {
   const cost = new Float64Array(blocks.size);
   cost[a] = 1;
   let best = {x, bound: null, steps: 0};
-  for (const state of interiorSteps(blocks, x, cost, blocks.degree / Math.max(Math.abs(x[a]), 1e-12))) {
+  for (const state of interiorSteps(
+         blocks, x, cost, blocks.degree / Math.max(Math.abs(x[a]), 1e-12))) {
     const size = Math.sqrt(dot(state.x, state.x)), doubt = state.gap + state.residual * size;
     if (size > LONGEST_CENTRE) break;
     if (state.residual < 1e-6 && doubt < gap * Math.abs(state.x[a])) {

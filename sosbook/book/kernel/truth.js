@@ -8,25 +8,32 @@ import {eigenvalues, exponential, lyapunov} from "./spectrum.js";
 // imaginary eigenvalues; between them it is raised (Bruinsma and Steinbuch 1990).
 function hinfNorm(A, B, C) {
   const n = A.rows;
-  const at = w => {   // the gain at s = jw, by real matrices of twice the size
+  const at = w => {  // the gain at s = jw, by real matrices of twice the size
     const left = zeros(2 * n, 2 * n), right = zeros(2 * n, B.cols);
     place(place(left, 0, 0, A, -1), n, n, A, -1);
-    for (let i = 0; i < n; i++) { left.at[i * 2 * n + n + i] = -w; left.at[(n + i) * 2 * n + i] = w; }
+    for (let i = 0; i < n; i++) {
+      left.at[i * 2 * n + n + i] = -w;
+      left.at[(n + i) * 2 * n + i] = w;
+    }
     const X = solve(left, place(right, 0, 0, B));
     if (!X) return Infinity;
-    const half = from => times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
+    const half = from =>
+      times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
     const re = half(0), im = half(n), both = zeros(2 * re.rows, 2 * re.cols);
     place(place(both, 0, 0, re), re.rows, re.cols, re);
     return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
   };
-  let level = Math.max(at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
+  let level = Math.max(
+    at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
   const push = times(B, transposed(B)), out = times(transposed(C), C);
   for (let count = 0; count < 20; count++) {
     const test = level * (1 + 1e-5), H = zeros(2 * n, 2 * n);
     place(place(H, 0, 0, A), 0, n, push, 1 / test ** 2);
     place(place(H, n, 0, out, -1), n, n, transposed(A), -1);
     const values = eigenvalues(H), size = Math.max(...values.map(s => Math.hypot(...s)));
-    const crossings = values.filter(([re, im]) => im > 0 && Math.abs(re) < 1e-8 * size + 1e-6 * im).map(([, im]) => im);
+    const crossings =
+      values.filter(([re, im]) => im > 0 && Math.abs(re) < 1e-8 * size + 1e-6 * im).map(([,
+        im]) => im);
     crossings.sort((a, b) => a - b);
     const between = crossings.slice(1).map((w, k) => Math.sqrt(w * crossings[k]));
     const higher = Math.max(level, ...between.map(at));
@@ -40,7 +47,8 @@ function hinfNorm(A, B, C) {
 function peakInput(A, K, x0, spectrum) {
   const rates = spectrum.map(([re]) => -re);
   let most = 0;
-  for (const horizon of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
+  for (const horizon
+         of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
     const forward = exponential(A, horizon / 600);
     let x = {rows: x0.length, cols: 1, at: Float64Array.from(x0)};
     for (let k = 0; k <= 600; k++) {
@@ -54,7 +62,8 @@ function peakInput(A, K, x0, spectrum) {
 
 // The mean of x'Qx + u'Ru under white noise, (2.30) and (2.31).
 function quadraticCost(d, A, gain, {Q, R, noise}) {
-  const effort = times(transposed(gain), times(matrix(R), gain)), X = lyapunov(A, combined(1, matrix(Q), 1, effort));
+  const effort = times(transposed(gain), times(matrix(R), gain));
+  const X = lyapunov(A, combined(1, matrix(Q), 1, effort));
   const push = noise === "F" ? solve(d.E, d.Bw) : identity(A.rows);
   return inner(push, times(X, push));
 }

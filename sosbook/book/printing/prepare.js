@@ -1,5 +1,5 @@
 // Make a page of the site ready for print; the argument says what to add.
-async ({ css, part, head, first, anchors, elsewhere }) => {
+async ({css, part, head, first, anchors, elsewhere}) => {
   const style = document.createElement("style");
   const quote = (text) => JSON.stringify(text);
   style.textContent = css + `

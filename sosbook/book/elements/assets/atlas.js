@@ -1,6 +1,7 @@
-import {PageElement, Plot, READOUT, S_PLANE, announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, panel, panels, places, printed, slider, steady, withConjugates} from "./kit.js";
+import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, PageElement, panel, panels, places, Plot, printed, READOUT, S_PLANE, slider, steady, withConjugates} from "./kit.js";
 import {apply, exponential, scale} from "./linalg.js";
 import * as python from "./program.js";
+
 const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
 const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
@@ -8,10 +9,10 @@ const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 // z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
 function stepResponse(vertex, K, r, horizon, steps) {
   const {A, B, s} = vertex, n = r.length;
-  const rate = A.map((row, i) => [
-    ...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
-    s[i] - B[i].reduce((sum, b, k) =>
-      sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
+  const rate = A.map(
+    (row, i) => [...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
+      s[i] -
+        B[i].reduce((sum, b, k) => sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
   ]);
   rate.push(new Array(A.length + 1).fill(0));
   const forward = exponential(scale(horizon / steps, rate));
@@ -60,14 +61,18 @@ function regionPolygon(asked, [left, right, height]) {
 // ---------------------------------------------------------- the element
 export class Atlas extends PageElement {
   sliders() {
-    return this.data.sliders.map(({key, label, values}, k) =>
-      slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]})).join("");
+    return this.data.sliders
+      .map(
+        ({key, label, values}, k) => slider(
+          {id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
+      .join("");
   }
 
   markup() {
     return controls("Requirements", this.sliders()) +
       panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-        panel("step", escape(this.data.caption))) + READOUT + this.note + buttons(this.buttons);
+        panel("step", escape(this.data.caption))) +
+      READOUT + this.note + buttons(this.buttons);
   }
 
   get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]; }
@@ -80,40 +85,50 @@ export class Atlas extends PageElement {
 
   get note() {
     const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
-    return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
+    return `<p class="sos-soft">Solved beforehand at ${
+             count} positions, to which the sliders snap: ` +
       `the page's own solver doesn't know ${this.unknown}.</p>`;
   }
 
   // A pole's mark, its number and the curve by which it decays belong together.
   listen() {
-    this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
-    this.view.addEventListener("pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
+    this.view.querySelector(".sos-buttons")
+      .addEventListener("click", event => this.press(event.target.dataset.do));
+    this.view.addEventListener(
+      "pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
   }
 
   light(k) {
     if (k === this.lit) return;
     this.lit = k;
-    this.view.querySelectorAll("[data-pole]").forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
+    this.view.querySelectorAll("[data-pole]")
+      .forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
     this.find("step").querySelector(".sos-mode")?.remove();
     const pole = this.design.poles?.[k];
-    if (pole) this.find("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
+    if (pole)
+      this.find("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
   }
 
   // The envelope of a pole's part of the response, and what the pole means.
   /** @param {any} pole */
   mode([re, im]) {
-    const {horizon, r} = this.data, plot = this.stepPlot, times = Array.from({length: 61}, (_, k) => k * horizon / 60);
-    const ends = [...new Set(r.filter(x => x))].flatMap(x => [x, -x].map(side => times.map(t => [t, x - side * Math.exp(re * t)])));
+    const {horizon, r} = this.data, plot = this.stepPlot;
+    const times = Array.from({length: 61}, (_, k) => k * horizon / 60);
+    const ends = [...new Set(r.filter(x => x))].flatMap(
+      x => [x, -x].map(side => times.map(t => [t, x - side * Math.exp(re * t)])));
     const swings = im ? `, ω = ${clean(im)} rad/s, ζ = ${clean(-re / Math.hypot(re, im), 2)}` : "";
-    return `<g class="sos-mode">` + ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
-      `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${swings}</text></g>`;
+    return `<g class="sos-mode">` +
+      ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
+      `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${
+        clean(-1 / re)} s${swings}</text></g>`;
   }
 
   wire() {
     this.listen();
     this.inputs = [...this.view.querySelectorAll("input[type=range]")];
     this.inputs.forEach((input, k) => {
-      input.addEventListener("input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
+      input.addEventListener(
+        "input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
       steady(input);
     });
     const linked = this.linked();
@@ -134,8 +149,10 @@ export class Atlas extends PageElement {
   get address() { return this.asked; }
 
   get program() {
-    const {sliders, shownFixed} = this.data, degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
-    const shown = sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
+    const {sliders, shownFixed} = this.data;
+    const degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
+    const shown = sliders.map(
+      ({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
     return python.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
   }
 
@@ -147,7 +164,8 @@ export class Atlas extends PageElement {
   stored(place = this.place) { return this.data.designs[this.index(place)]; }
 
   get asked() {
-    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+    return Object.fromEntries(
+      this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
   }
 
   get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
@@ -159,8 +177,15 @@ export class Atlas extends PageElement {
     const [gain, poles, [block, margin], norm, peak] = stored;
     const pairs = [];
     for (let k = 0; k < poles.length; k += 2) pairs.push([poles[k], poles[k + 1]]);
-    return {status: "feasible", asked, K: gainRows(gain, this.data.shape), poles: pairs,
-      margin: [this.data.blocks[block], margin], norm, peak};
+    return {
+      status: "feasible",
+      asked,
+      K: gainRows(gain, this.data.shape),
+      poles: pairs,
+      margin: [this.data.blocks[block], margin],
+      norm,
+      peak
+    };
   }
 
   // Designs that a move of one slider reaches, the nearest first.
@@ -183,8 +208,10 @@ export class Atlas extends PageElement {
   advice() {
     const [first, ...others] = this.relaxations();
     if (first) {
-      return `Relax first: ${first.text}.` + (others.length
-        ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.` : "");
+      return `Relax first: ${first.text}.` +
+        (others.length
+            ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.`
+            : "");
     }
     let best = null;
     const walk = (place, k, far) => {
@@ -203,13 +230,15 @@ export class Atlas extends PageElement {
     walk([...this.place], 0, 0);
     if (!best) return "No design on these sliders is looser and feasible.";
     const moves = this.data.sliders.filter((_, k) => best.place[k] !== this.place[k])
-      .map(slider => slider.texts[best.place[this.data.sliders.indexOf(slider)]]);
+                    .map(slider => slider.texts[best.place[this.data.sliders.indexOf(slider)]]);
     return `No single slider is enough. Relax together: ${moves.join(" and ")}.`;
   }
 
   states() {
-    const at = this.elsewhere({place: null}), {sliders} = this.data, all = sliders.reduce(
-      (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
+    const at = this.elsewhere({place: null}), {sliders} = this.data,
+          all = sliders.reduce(
+            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])),
+            [[]]);
     return all.map(place => {
       at.place = place;
       return at.readout(at.design);
@@ -221,7 +250,10 @@ export class Atlas extends PageElement {
     const design = this.design;
     this.inputs.forEach((input, k) => {
       announce(input, this.texts[k]);
-      places(input, this.data.sliders[k].values.map((_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
+      places(input,
+        this.data.sliders[k].values.map(
+          (_, at) =>
+            typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
     });
     this.find("map").innerHTML = this.map(design);
     this.find("step").innerHTML = this.step(design);
@@ -244,22 +276,25 @@ export class Atlas extends PageElement {
     const plot = this.poleAxes(), {x, y} = plot, polygon = regionPolygon(asked, [...x, y[1]]);
     const style = plot.hatch(`${this.name}-hatch`);
     if (polygon.length) {
-      plot.body += `<path class="sos-region${poles ? "" : " sos-empty"}" ${poles ? "" : style} d="${plot.path(polygon)}Z"/>`;
+      plot.body += `<path class="sos-region${poles ? "" : " sos-empty"}" ${poles ? "" : style} d="${
+        plot.path(polygon)}Z"/>`;
     }
     plot.rule("sos-axis", x, [0, 0]);
     if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
     (poles || []).forEach((pole, k) => {
       for (const [re, im] of withConjugates([pole]).filter(pole => plot.has(pole))) {
         const [x, y] = [plot.X(re), plot.Y(im)];
-        plot.body += `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
+        plot.body +=
+          `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
           `<circle class="sos-hit" data-pole="${k}" cx="${x}" cy="${y}" r="9"/>`;
       }
     });
     if (!poles) plot.absent(status, 40);
     this.overPoles(plot);
     return plot.svg(poles
-      ? `Pole map: poles at ${poles.map(p => complex(p[0], p[1])).join(", ")}, all in the shaded region.`
-      : `Pole map: the region is hatched, because no design is known (${status}).`);
+        ? `Pole map: poles at ${
+            poles.map(p => complex(p[0], p[1])).join(", ")}, all in the shaded region.`
+        : `Pole map: the region is hatched, because no design is known (${status}).`);
   }
 
   step({status, K}) {
@@ -267,7 +302,8 @@ export class Atlas extends PageElement {
     const all = K ? vertices.map(v => stepResponse(v, K, r, horizon, steps)) : [];
     this.response = all;
     const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
-    const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
+    const limits =
+      K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
     const plot = this.stepPlot = new Plot({x: [0, horizon], y: limits, labels});
     if (!K) {
       plot.absent("no design", 40);
@@ -275,15 +311,19 @@ export class Atlas extends PageElement {
     }
     for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
     for (const rows of all) {
-      r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));
+      r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]),
+                  COLOURS[i % 4], DASHES[i % 4]));
     }
     r.forEach((_, i) => {
       const u = plot.r - 52 * (r.length - i), v = plot.b - 12;
-      plot.body += `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
-        ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
+      plot.body += `<line class="sos-line" style="stroke:var(${
+                     COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
+        ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${
+          v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
     });
     this.overResponse(plot);
-    const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
+    const peaks =
+      r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
     return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
   }
 
@@ -294,18 +334,31 @@ export class Atlas extends PageElement {
   }
 
   readout(design) {
-    const {status, asked, K, poles, norm, peak, cost = null} = design, verdict = this.verdict(design);
-    if (status === "undecided") return verdict + `<p>${this.reason ?? "Neither a design nor a proof that there is none was found."}</p>`;
+    const {status, asked, K, poles, norm, peak, cost = null} = design;
+    const verdict = this.verdict(design);
+    if (status === "undecided")
+      return verdict +
+        `<p>${this.reason ?? "Neither a design nor a proof that there is none was found."}</p>`;
     if (status === "infeasible") {
       const empty = asked.rho <= asked.sigma;
-      return verdict + `<p>${this.reason ?? (empty ? "The region is empty." : "These LMIs have no solution.")} ${escape(printed(this.advice()))}</p>`;
+      return verdict +
+        `<p>${this.reason ?? (empty ? "The region is empty." : "These LMIs have no solution.")} ${
+          escape(printed(this.advice()))}</p>`;
     }
     const [block, margin] = design.margin, truth = [];
-    if (norm !== null) truth.push(`True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
-    if (peak !== null) truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
-    if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
+    if (norm !== null)
+      truth.push(`True H∞ norm ${clean(norm)}` +
+        (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
+    if (peak !== null)
+      truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` +
+        (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
+    if (cost !== null)
+      truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
     return verdict + gains(K, this.data.shape, 5) +
-      `<p>Poles: ${poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`).join(", ")}.</p>` +
+      `<p>Poles: ${
+        poles
+          .map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`)
+          .join(", ")}.</p>` +
       `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
   }
 }

@@ -1,19 +1,36 @@
-import {Plot, clean, define} from "./kit.js";
+import {clean, define, Plot} from "./kit.js";
 import {add, combine, eigenvalues, eye, lyapunov, make, mul, scale, solve, trace, transpose} from "./linalg.js";
-import {Mover, mark, number, verdict} from "./mover.js";
+import {mark, Mover, number, verdict} from "./mover.js";
+
 const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
-const det = ([[a, b], [c, d]]) => a * d - b * c, /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
+const det = ([[a, b], [c, d]]) => a * d - b * c;
+const /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
 
 class Centre extends Mover {
   figures() {
-    return [["set", "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."],
-      ["bars", "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."]];
+    return [
+      [
+        "set",
+        "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."
+      ],
+      [
+        "bars",
+        "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."
+      ]
+    ];
   }
 
   // P and -(A P + P A^T + 2 sigma P) for P = P(p, q), and their slopes.
   blocks(sigma) {
-    const shifted = combine(1, this.data.A, sigma, eye(2)), rate = P => { const X = mul(shifted, P); return scale(-1, add(X, transpose(X))); };
-    const write = ([p, q]) => { const P = [[p, q], [q, 1]]; return [P, rate(P)]; };
+    const shifted = combine(1, this.data.A, sigma, eye(2));
+    const rate = P => {
+      const X = mul(shifted, P);
+      return scale(-1, add(X, transpose(X)));
+    };
+    const write = ([p, q]) => {
+      const P = [[p, q], [q, 1]];
+      return [P, rate(P)];
+    };
     return {write, slopes: SLOPES.map(P => [P, rate(P)])};
   }
 
@@ -21,9 +38,13 @@ class Centre extends Mover {
   step({write, slopes}, x) {
     const F = write(x), scaled = slopes.map(pair => pair.map((D, k) => solve(F[k], D)));
     const gradient = scaled.map(([a, b]) => -trace(a) - trace(b));
-    const hessian = make(2, 2, (i, j) => scaled[i].reduce((sum, X, k) => sum + trace(mul(X, scaled[j][k])), 0));
+    const hessian =
+      make(2, 2, (i, j) => scaled[i].reduce((sum, X, k) => sum + trace(mul(X, scaled[j][k])), 0));
     const move = solve(hessian, gradient.map(g => [-g])).map(([v]) => v);
-    return {move, decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))};
+    return {
+      move,
+      decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))
+    };
   }
 
   inside(blocks, x) { return blocks.write(x).every(F => F[0][0] > 0 && det(F) > 0); }
@@ -53,7 +74,14 @@ class Centre extends Mover {
     const P = open ? lyapunov(transpose(shifted), eye(2)) : null;
     const own = open ? this.walk(blocks, [P[0][0] / P[1][1], P[0][1] / P[1][1]]) : [];
     const centre = own.length ? own.at(-1).x : null;
-    return {eigen, feasible, centre, path: feasible ? this.walk(blocks, [p, q]) : [], edge: centre ? this.edge(blocks, centre) : [], schur: p - q * q};
+    return {
+      eigen,
+      feasible,
+      centre,
+      path: feasible ? this.walk(blocks, [p, q]) : [],
+      edge: centre ? this.edge(blocks, centre) : [],
+      schur: p - q * q
+    };
   }
 
   // The edge of the set, along rays from its centre.
@@ -63,17 +91,24 @@ class Centre extends Mover {
       let low = 0, high = 20;
       for (let i = 0; i < 40; i++) {
         const middle = (low + high) / 2;
-        if (this.inside(blocks, at(middle))) low = middle; else high = middle;
+        if (this.inside(blocks, at(middle))) low = middle;
+        else high = middle;
       }
       return at(low);
     });
   }
 
   show({eigen, feasible, centre, path, edge, schur}, ghost, {p, q}) {
-    const plot = new Plot({x: [-0.2, 4.2], y: [-1.9, 0.6], labels: ["p", "q"]}), area = points => plot.path(points) + "Z";
-    const parabola = Array.from({length: 60}, (_, k) => -1.9 + k * 2.5 / 59).map(v => [v * v, v]).filter(point => plot.has(point));
-    plot.body += `<path class="sos-line" style="stroke:var(--sos-soft)" stroke-dasharray="5 4" d="${plot.path(parabola)}"/>`;
-    if (ghost?.edge.length) plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-region)" d="${area(ghost.edge)}"/>`;
+    const plot = new Plot({x: [-0.2, 4.2], y: [-1.9, 0.6], labels: ["p", "q"]});
+    const area = points => plot.path(points) + "Z";
+    const parabola = Array.from({length: 60}, (_, k) => -1.9 + k * 2.5 / 59)
+                       .map(v => [v * v, v])
+                       .filter(point => plot.has(point));
+    plot.body += `<path class="sos-line" style="stroke:var(--sos-soft)" stroke-dasharray="5 4" d="${
+      plot.path(parabola)}"/>`;
+    if (ghost?.edge.length)
+      plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-region)" d="${
+        area(ghost.edge)}"/>`;
     if (edge.length) plot.body += `<path class="sos-region" d="${area(edge)}"/>`;
     if (path.length) {
       plot.line(path.map(s => s.x), "--sos-second");
@@ -84,12 +119,29 @@ class Centre extends Mover {
     if (!centre) plot.absent("No P at all", 60);
     this.find("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
     const top = Math.max(1, ...eigen.map(Math.abs)), y = v => 130 - 95 * v / top;
-    this.find("bars").innerHTML = `<svg role="img" viewBox="0 0 340 260" aria-label="Smallest eigenvalues of both blocks"><path class="sos-axis" d="M30 130H310"/>` +
-      eigen.map((v, i) => `<rect x="${80 + 120 * i}" y="${Math.min(130, y(v)).toFixed(1)}" width="60" height="${Math.abs(y(v) - 130).toFixed(1)}" style="fill:var(${v > 0 ? "--sos-region" : "--sos-bad"})"/>` +
-        `<text x="${110 + 120 * i}" y="250" text-anchor="middle">${["P", "−(AP + PAᵀ + 2σP)"][i]}</text><text x="${110 + 120 * i}" y="${v > 0 ? 146 : 122}" text-anchor="middle">${clean(v)}</text>`).join("") + "</svg>";
-    this.tell(feasible ? "feasible" : "infeasible", verdict(feasible ? "Your point is feasible." : centre ? "Your point isn't feasible." : `No point is feasible: no loop decays faster than its slowest pole.`) +
-      `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` + (centre ? `Centre: (${centre.map(v => number(v, "", 4)).join(", ")}). ` : "") +
-      (feasible ? `Newton takes ${path.length - 1} steps; its decrements: ${path.map(s => number(Math.max(s.decrement, 1e-12), "", 1)).join(", ")}.` : "") + "</p>");
+    this.find("bars").innerHTML =
+      `<svg role="img" viewBox="0 0 340 260" aria-label="Smallest eigenvalues of both blocks"><path class="sos-axis" d="M30 130H310"/>` +
+      eigen
+        .map(
+          (v, i) =>
+            `<rect x="${80 + 120 * i}" y="${Math.min(130, y(v)).toFixed(1)}" width="60" height="${
+              Math.abs(y(v) - 130).toFixed(1)}" style="fill:var(${
+              v > 0 ? "--sos-region" : "--sos-bad"})"/>` +
+            `<text x="${110 + 120 * i}" y="250" text-anchor="middle">${
+                ["P", "−(AP + PAᵀ + 2σP)"][i]}</text><text x="${110 + 120 * i}" y="${
+              v > 0 ? 146 : 122}" text-anchor="middle">${clean(v)}</text>`)
+        .join("") +
+      "</svg>";
+    this.tell(feasible ? "feasible" : "infeasible",
+      verdict(feasible ? "Your point is feasible."
+          : centre     ? "Your point isn't feasible."
+                       : `No point is feasible: no loop decays faster than its slowest pole.`) +
+        `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` +
+        (centre ? `Centre: (${centre.map(v => number(v, "", 4)).join(", ")}). ` : "") +
+        (feasible ? `Newton takes ${path.length - 1} steps; its decrements: ${
+                      path.map(s => number(Math.max(s.decrement, 1e-12), "", 1)).join(", ")}.`
+                  : "") +
+        "</p>");
   }
 }
 

@@ -2,7 +2,7 @@ import {clean, define} from "./kit.js";
 import {add, eigenvalues, eye, held, make, mul, regulator} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
 import {linear, vertices} from "./pendulum.js";
-const T = 0.01;                                            // s
+const T = 0.01;  // s
 
 // As `Mip.from_ratios` has it.
 function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
@@ -11,35 +11,94 @@ function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
 }
 
 class Chain extends Mover {
-  figures() { return [["links", "Each link hands its numbers to the next; what changed with your last move is framed."], ["radius", "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."]]; }
+  figures() {
+    return [
+      [
+        "links",
+        "Each link hands its numbers to the next; what changed with your last move is framed."
+      ],
+      [
+        "radius",
+        "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."
+      ]
+    ];
+  }
 
   good({radius, right}) { return right < 0 && radius.every(r => r < 1); }
   get means() { return "the loop is stable"; }
 
   compute({e_c, f_c, d_c, e_a, R, spread, late}) {
-    const mip = pendulum({e_c, f_c, d_c, e_a}, this.data), K = regulator(...linear(mip, 5), eye(5), [[R]])[0];
-    const radius = vertices(mip, spread / 100).map(robot => Math.max(...eigenvalues(this.sampled(robot, K, late / 100 * T)).map(p => Math.hypot(...p))));
-    const poles = vertices(mip, spread / 100).flatMap(robot => { const [A, B] = linear(robot, 5); return eigenvalues(add(A, mul(B, [K]))); });
+    const mip = pendulum({e_c, f_c, d_c, e_a}, this.data);
+    const K = regulator(...linear(mip, 5), eye(5), [[R]])[0];
+    const radius =
+      vertices(mip, spread / 100)
+        .map(robot => Math.max(
+               ...eigenvalues(this.sampled(robot, K, late / 100 * T)).map(p => Math.hypot(...p))));
+    const poles = vertices(mip, spread / 100).flatMap(robot => {
+      const [A, B] = linear(robot, 5);
+      return eigenvalues(add(A, mul(B, [K])));
+    });
     return {mip, K, radius, right: Math.max(...poles.map(([re]) => re))};
   }
 
   // [x; the last voltage; the sum of T phi] from tick to tick.
   sampled(robot, K, late) {
-    const [A, B] = linear(robot), [Phi] = held(A, B, T), [rest, fresh] = held(A, B, T - late), [, old] = held(A, B, late), before = mul(rest, old);
-    const free = make(6, 6, (i, j) => i < 4 ? (j < 4 ? Phi[i][j] : j === 4 ? before[i][0] : 0) : i === 5 ? (j === 1 ? T : j === 5 ? 1 : 0) : 0);
-    return add(free, mul(make(6, 1, i => i < 4 ? fresh[i][0] : i === 4 ? 1 : 0), [[K[0], K[1], K[2], K[3], 0, K[4]]]));
+    const [A, B] = linear(robot), [Phi] = held(A, B, T), [rest, fresh] = held(A, B, T - late);
+    const [, old] = held(A, B, late), before = mul(rest, old);
+    const free = make(6, 6,
+      (i, j) => i < 4 ? (j < 4        ? Phi[i][j]
+                            : j === 4 ? before[i][0]
+                                      : 0)
+        : i === 5     ? (j === 1      ? T
+                            : j === 5 ? 1
+                                      : 0)
+                      : 0);
+    return add(free,
+      mul(make(6, 1,
+            i => i < 4  ? fresh[i][0]
+              : i === 4 ? 1
+                        : 0),
+        [[K[0], K[1], K[2], K[3], 0, K[4]]]));
   }
 
   show({mip, K, radius, right}, ghost, place) {
     const good = this.good({radius, right}), old = ghost;
-    this.tell(good ? "feasible" : "infeasible", verdict(good ? "These numbers may go into the program, as far as eigenvalues can say." : right < 0 ? "Stopped: the loop is unstable at 100 Hz." : "Stopped: the loop is unstable for a vertex.") +
-      `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${number(Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
-    const links = [["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]], ["letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])],
-      ["vertices", [["±", `${place.spread} %`]]], ["gain", K.map((k, i) => [["θ", "φ", "θ′", "φ′", "∫φ"][i], k, old?.K[i]])], ["loop at 100 Hz", [["radius", Math.max(...radius), old && Math.max(...old.radius)]]]];
-    this.find("links").innerHTML = links.map(([name, rows]) => `<div class="sos-link"><strong>${name}</strong> ` + rows.map(([key, value, before]) =>
-      `<span class="${before !== undefined && clean(before, 4) !== clean(value, 4) ? "sos-changed" : ""}">${key} ${typeof value === "number" ? clean(value, 4) : value}</span>`).join(" ") + "</div>").join(`<div class="sos-then" aria-hidden="true">↓</div>`);
-    this.curves("radius", {x: [0.5, 4.5], y: [Math.min(0.95, ...radius) - 0.01, Math.max(1.02, ...radius) + 0.01], labels: ["vertex", "largest modulus"], label: "Largest modulus at the four vertices", rules: [1],
-      lines: [], marks: radius.map((r, k) => [[k + 1, r], r < 1 ? "--sos-region" : "--sos-bad", r < 1 ? 1 : 0])});
+    this.tell(good ? "feasible" : "infeasible",
+      verdict(good    ? "These numbers may go into the program, as far as eigenvalues can say."
+          : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
+                      : "Stopped: the loop is unstable for a vertex.") +
+        `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${
+          number(
+            Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
+    const links = [
+      ["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]],
+      [
+        "letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])
+      ],
+      ["vertices", [["±", `${place.spread} %`]]],
+      ["gain", K.map((k, i) => [["θ", "φ", "θ′", "φ′", "∫φ"][i], k, old?.K[i]])],
+      ["loop at 100 Hz", [["radius", Math.max(...radius), old && Math.max(...old.radius)]]]
+    ];
+    this.find("links").innerHTML =
+      links
+        .map(([name, rows]) => `<div class="sos-link"><strong>${name}</strong> ` +
+            rows
+              .map(([key, value, before]) => `<span class="${
+                     before !== undefined && clean(before, 4) !== clean(value, 4)
+                       ? "sos-changed"
+                       : ""}">${key} ${typeof value === "number" ? clean(value, 4) : value}</span>`)
+              .join(" ") +
+            "</div>")
+        .join(`<div class="sos-then" aria-hidden="true">↓</div>`);
+    this.curves("radius", {
+      x: [0.5, 4.5],
+      y: [Math.min(0.95, ...radius) - 0.01, Math.max(1.02, ...radius) + 0.01],
+      labels: ["vertex", "largest modulus"],
+      label: "Largest modulus at the four vertices",
+      rules: [1],
+      lines: [],
+      marks: radius.map((r, k) => [[k + 1, r], r < 1 ? "--sos-region" : "--sos-bad", r < 1 ? 1 : 0])
+    });
   }
 }
 

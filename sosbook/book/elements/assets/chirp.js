@@ -1,7 +1,7 @@
 import {define, round} from "./kit.js";
 import {solve} from "./linalg.js";
 import {Mover, normal, number, verdict} from "./mover.js";
-const T = 0.01, STEPS = 1000;                              // s
+const T = 0.01, STEPS = 1000;  // s
 
 // [q, q'] of the hanging body, q'' = -e V - f q' - d sin q, or with q for sin q.
 /** @param {any} ratios */
@@ -9,7 +9,9 @@ function swing([e, f, d], V, linear) {
   const slope = (q, p, v) => -e * v - f * p - d * (linear ? q : Math.sin(q)), out = [[0, 0]];
   let [q, p] = [0, 0];
   for (const v of V) {
-    const a = slope(q, p, v), b = slope(q + T / 2 * p, p + T / 2 * a, v), c = slope(q + T / 2 * (p + T / 2 * a), p + T / 2 * b, v), g = slope(q + T * (p + T / 2 * b), p + T * c, v);
+    const a = slope(q, p, v), b = slope(q + T / 2 * p, p + T / 2 * a, v);
+    const c = slope(q + T / 2 * (p + T / 2 * a), p + T / 2 * b, v);
+    const g = slope(q + T * (p + T / 2 * b), p + T * c, v);
     [q, p] = [q + T * p + T * T / 6 * (a + b + c), p + T / 6 * (a + 2 * b + 2 * c + g)];
     out.push([q, p]);
   }
@@ -25,7 +27,9 @@ function fit(V, y, start, linear) {
       return moved.map((s, n) => (s[1] - base[n]) / step);
     });
     const normal_matrix = J.map(a => J.map(b => a.reduce((sum, v, n) => sum + v * b[n], 0)));
-    const move = solve(normal_matrix, J.map(a => [a.reduce((sum, v, n) => sum + v * (y[n] - base[n]), 0)])).map(([v]) => v);
+    const move =
+      solve(normal_matrix, J.map(a => [a.reduce((sum, v, n) => sum + v * (y[n] - base[n]), 0)]))
+        .map(([v]) => v);
     const limit = Math.min(1, ...move.map((m, i) => 0.3 * Math.abs(x[i] / m)));
     x = x.map((v, i) => v + limit * move[i]);
     if (Math.max(...move.map((m, i) => Math.abs(m / x[i]))) < 1e-7) break;
@@ -38,39 +42,82 @@ class Chirp extends Mover {
   get still() { return 3; }
 
   figures() {
-    return [["scene", "The body hangs; the motors shake it."], ["log", "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted)."],
-      ["bars", "Error of the fitted ratios. Left: the pendulum; right: its linear model."]];
+    return [
+      ["scene", "The body hangs; the motors shake it."],
+      [
+        "log",
+        "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted)."
+      ],
+      ["bars", "Error of the fitted ratios. Left: the pendulum; right: its linear model."]
+    ];
   }
 
   voltage(amplitude) {
     const {low, high} = this.data, end = T * STEPS;
-    return Array.from({length: STEPS}, (_, k) => amplitude * Math.sin(2 * Math.PI * (low * k * T + (high - low) * (k * T) ** 2 / (2 * end))));
+    return Array.from({length: STEPS},
+      (_, k) => amplitude *
+        Math.sin(2 * Math.PI * (low * k * T + (high - low) * (k * T) ** 2 / (2 * end))));
   }
 
   compute({amplitude, noise}) {
-    const {truth} = this.data, V = this.voltage(amplitude), motion = swing(truth, V, false), random = normal(2023);
-    const y = motion.map(s => s[1] + noise * Math.PI / 180 * random()), start = truth.map(v => 0.9 * v);
-    return {V, y, q: motion.map(s => s[0]), fits: [false, true].map(linear => fit(V, y, start, linear))};
+    const {truth} = this.data, V = this.voltage(amplitude), motion = swing(truth, V, false);
+    const random = normal(2023);
+    const y = motion.map(s => s[1] + noise * Math.PI / 180 * random());
+    const start = truth.map(v => 0.9 * v);
+    return {
+      V,
+      y,
+      q: motion.map(s => s[0]),
+      fits: [false, true].map(linear => fit(V, y, start, linear))
+    };
   }
 
   show({V, y, q, fits}) {
-    const {truth} = this.data, off = fits.map(x => x.map((v, i) => 100 * (v / truth[i] - 1))), widest = Math.max(...q.map(Math.abs)) * 180 / Math.PI, names = ["e/c", "f/c", "d/c"];
+    const {truth} = this.data, off = fits.map(x => x.map((v, i) => 100 * (v / truth[i] - 1)));
+    const widest = Math.max(...q.map(Math.abs)) * 180 / Math.PI, names = ["e/c", "f/c", "d/c"];
     const bad = Math.abs(off[1][2]) > 1;
-    this.tell(bad ? "infeasible" : "feasible", verdict(bad ? `The linear model is wrong by ${Math.abs(off[1][2]).toFixed(1)} % in d/c, however many samples it gets.` : "Both models find d/c to a per cent.") +
-      `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
-    const line = (values, more) => ({points: values.map((v, k) => [k * T, v]).filter((_, k) => k % 3 === 0), ...more}), speeds = (x, linear) => swing(x, V, linear).map(s => s[1]);
-    this.plot = this.curves("log", {x: [0, this.horizon], labels: ["time t (s)", "θ′ (rad/s)"], label: "The gyro and two fits", lines: [line(y), line(speeds(fits[1], true), {colour: "--sos-second", dash: "2 2"}), line(speeds(fits[0], false), {colour: "--sos-region", dash: "6 4"})]});
-    const top = Math.max(2, ...off.flat().map(Math.abs)), y0 = v => 120 - 90 * Math.max(-1, Math.min(1, v / top));
-    this.find("bars").innerHTML = `<svg role="img" viewBox="0 0 340 240" aria-label="Errors of the fitted ratios"><path class="sos-axis" d="M20 120H330"/>` + names.map((name, i) => off.map((row, j) =>
-      `<rect x="${50 + 95 * i + 32 * j}" y="${Math.min(120, y0(row[i])).toFixed(1)}" width="28" height="${Math.abs(y0(row[i]) - 120).toFixed(1)}" style="fill:var(${j ? "--sos-second" : "--sos-region"})"/>`).join("") +
-      `<text x="${80 + 95 * i}" y="232" text-anchor="middle">${name}</text>`).join("") + `<text x="20" y="18">±${top.toPrecision(2)} %</text></svg>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 240" aria-label="The body hangs below its axle"><path class="sos-thin" d="M60 70H280M170 70V220" stroke-dasharray="3 4"/><g><rect class="sos-part" x="-18" y="-8" width="36" height="130" rx="8" style="stroke:var(--sos-first)"/></g>` +
+    this.tell(bad ? "infeasible" : "feasible",
+      verdict(bad ? `The linear model is wrong by ${
+                      Math.abs(off[1][2]).toFixed(1)} % in d/c, however many samples it gets.`
+                  : "Both models find d/c to a per cent.") +
+        `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${
+          off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${
+          off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
+    const line = (values, more) =>
+      ({points: values.map((v, k) => [k * T, v]).filter((_, k) => k % 3 === 0), ...more});
+    const speeds = (x, linear) => swing(x, V, linear).map(s => s[1]);
+    this.plot = this.curves("log", {
+      x: [0, this.horizon],
+      labels: ["time t (s)", "θ′ (rad/s)"],
+      label: "The gyro and two fits",
+      lines: [
+        line(y), line(speeds(fits[1], true), {colour: "--sos-second", dash: "2 2"}),
+        line(speeds(fits[0], false), {colour: "--sos-region", dash: "6 4"})
+      ]
+    });
+    const top = Math.max(2, ...off.flat().map(Math.abs));
+    const y0 = v => 120 - 90 * Math.max(-1, Math.min(1, v / top));
+    this.find("bars").innerHTML =
+      `<svg role="img" viewBox="0 0 340 240" aria-label="Errors of the fitted ratios"><path class="sos-axis" d="M20 120H330"/>` +
+      names
+        .map((name, i) => off
+                            .map((row, j) => `<rect x="${50 + 95 * i + 32 * j}" y="${
+                                   Math.min(120, y0(row[i])).toFixed(1)}" width="28" height="${
+                                   Math.abs(y0(row[i]) - 120).toFixed(1)}" style="fill:var(${
+                                   j ? "--sos-second" : "--sos-region"})"/>`)
+                            .join("") +
+            `<text x="${80 + 95 * i}" y="232" text-anchor="middle">${name}</text>`)
+        .join("") +
+      `<text x="20" y="18">±${top.toPrecision(2)} %</text></svg>`;
+    this.find("scene").innerHTML =
+      `<svg role="img" viewBox="0 0 340 240" aria-label="The body hangs below its axle"><path class="sos-thin" d="M60 70H280M170 70V220" stroke-dasharray="3 4"/><g><rect class="sos-part" x="-18" y="-8" width="36" height="130" rx="8" style="stroke:var(--sos-first)"/></g>` +
       `<circle class="sos-part" cx="170" cy="70" r="22" style="fill:var(--sos-paper)"/></svg>`;
   }
 
   pose({q}, time) {
     const k = Math.min(STEPS, Math.round(time / T));
-    this.find("scene").querySelector("g").setAttribute("transform", `translate(170 70) rotate(${round(-q[k] * 180 / Math.PI)})`);
+    this.find("scene").querySelector("g").setAttribute(
+      "transform", `translate(170 70) rotate(${round(-q[k] * 180 / Math.PI)})`);
     this.now("log", this.plot, k * T);
   }
 }

@@ -1,7 +1,8 @@
-import {Plot, READOUT, S_PLANE, buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, select, withConjugates} from "./kit.js";
-import {apply} from "./linalg.js";
 import {Atlas} from "./atlas.js";
+import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, Plot, READOUT, S_PLANE, select, withConjugates} from "./kit.js";
+import {apply} from "./linalg.js";
 import {list, program} from "./program.js";
+
 const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];
 const SHAPES = ["○", "+", "✕"], DELAYS = ["shortest", "nominal", "longest"];
 
@@ -33,7 +34,8 @@ function simulate({A, B, s}, K, r, delay, horizon, steps) {
     const x = states[k], t = k * h;
     asked.push(apply(K, x).map((u, i) => u - level[i]));
     applied.push(late(t));
-    const drive = [1e-7, 0.5, 1 - 1e-7].map(part => apply(B, late(t + part * h)).map((b, i) => b + s[i]));
+    const drive =
+      [1e-7, 0.5, 1 - 1e-7].map(part => apply(B, late(t + part * h)).map((b, i) => b + s[i]));
     const rate = (point, push) => apply(A, point).map((a, i) => a + push[i]);
     const ahead = (slope, part) => x.map((value, i) => value + part * h * slope[i]);
     const a = rate(x, drive[0]), b = rate(ahead(a, 0.5), drive[1]);
@@ -49,12 +51,19 @@ const mark = (colour, text) => `<span class="sos-mark" style="color:var(${colour
 class DelayAtlas extends Atlas {
   markup() {
     const roots = DELAYS.map((name, k) => mark(COLOURS[k], `${SHAPES[k]} ${name}`)).join(", ");
-    return controls("Requirements", this.sliders() +
-      select({id: `${this.name}-kind`, key: "kind", label: "How the delay varies", names: this.data.kinds})) +
+    return controls("Requirements", this.sliders() + select({
+      id: `${this.name}-kind`,
+      key: "kind",
+      label: "How the delay varies",
+      names: this.data.kinds
+    })) +
       panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
         panel("step", escape(this.data.caption)) +
-        panel("input", `The control signal: ${mark("--sos-first", "┄ as asked")}, ${mark("--sos-second", "— as it arrives")}.`) +
-        READOUT) + this.note + buttons(this.buttons);
+        panel("input",
+          `The control signal: ${mark("--sos-first", "┄ as asked")}, ${
+            mark("--sos-second", "— as it arrives")}.`) +
+        READOUT) +
+      this.note + buttons(this.buttons);
   }
 
   get unknown() { return "the LMIs of a delay"; }
@@ -79,8 +88,10 @@ class DelayAtlas extends Atlas {
 
   get program() {
     const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data;
-    return program(request, "design_delay_pid", [["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))],
-      ["delta", delta], ["alpha", alpha]]);
+    return program(request, "design_delay_pid", [
+      ["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))],
+      ["delta", delta], ["alpha", alpha]
+    ]);
   }
 
   /** @returns {any} */
@@ -89,8 +100,15 @@ class DelayAtlas extends Atlas {
     asked.mu = asked.tau * asked.ratio;
     if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
     const [gain, [block, margin], [rate, at], roots] = stored;
-    return {status: "feasible", asked, rate, at, K: gainRows(gain, this.data.shape), margin: [this.data.blocks[block], margin],
-      roots: roots.map(row => row.flatMap((re, k) => k % 2 ? [] : [[re, row[k + 1]]]))};
+    return {
+      status: "feasible",
+      asked,
+      rate,
+      at,
+      K: gainRows(gain, this.data.shape),
+      margin: [this.data.blocks[block], margin],
+      roots: roots.map(row => row.flatMap((re, k) => k % 2 ? [] : [[re, row[k + 1]]]))
+    };
   }
 
   update() {
@@ -116,25 +134,39 @@ class DelayAtlas extends Atlas {
     const plot = new Plot({x: [left, right], y: tall, labels: S_PLANE});
     plot.rule("sos-axis", [0, 0], tall);
     plot.rule(`sos-bound${roots ? "" : " sos-empty"}`, [-asked.delta, -asked.delta], tall);
-    const shapes = [(u, v) => `M${u - 4} ${v}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0`,
-      (u, v) => `M${u - 5} ${v}h10M${u} ${v - 5}v10`, (u, v) => `M${u - 4} ${v - 4}l8 8m0 -8l-8 8`];
-    (roots || []).forEach((row, k) => withConjugates(row).filter(root => plot.has(root)).forEach(([re, im]) => {
-      plot.body += `<path class="sos-root" style="stroke:var(${COLOURS[k]})" d="${shapes[k](plot.X(re), plot.Y(im))}"/>`;
+    const shapes = [
+      (u, v) => `M${u - 4} ${v}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0`,
+      (u, v) => `M${u - 5} ${v}h10M${u} ${v - 5}v10`, (u, v) => `M${u - 4} ${v - 4}l8 8m0 -8l-8 8`
+    ];
+    (roots || []).forEach((row, k) => withConjugates(row).filter(root => plot.has(root)).forEach(([
+      re, im
+    ]) => {
+      plot.body += `<path class="sos-root" style="stroke:var(${COLOURS[k]})" d="${
+        shapes[k](plot.X(re), plot.Y(im))}"/>`;
     }));
     if (!roots) plot.absent(status, 150);
-    return plot.svg(roots ? `Root map: ${DELAYS.map((name, k) =>
-      `for the ${name} delay the rightmost root has real part ${clean(roots[k][0][0])}`).join(", ")}.`
-      : `Root map: empty, because no design is known (${status}).`);
+    return plot.svg(roots
+        ? `Root map: ${
+            DELAYS
+              .map(
+                (name, k) =>
+                  `for the ${name} delay the rightmost root has real part ${clean(roots[k][0][0])}`)
+              .join(", ")}.`
+        : `Root map: empty, because no design is known (${status}).`);
   }
 
   // Lines over time, thinned.
   chart(lines, ylabel, label, limits, target) {
-    const {horizon, steps, points} = this.data, all = lines.flatMap(line => line.values).concat(limits);
+    const {horizon, steps, points} = this.data;
+    const all = lines.flatMap(line => line.values).concat(limits);
     const low = Math.min(...all), high = Math.max(...all), room = 0.05 * (high - low);
-    const plot = new Plot({x: [0, horizon], y: [low - room, high + room], labels: ["time t (s)", ylabel]});
+    const plot =
+      new Plot({x: [0, horizon], y: [low - room, high + room], labels: ["time t (s)", ylabel]});
     if (target !== undefined) plot.rule("sos-target", [0, horizon], [target, target]);
     for (const {values, colour, dash} of this.response ? lines : []) {
-      plot.line(values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0), colour, dash);
+      plot.line(
+        values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0),
+        colour, dash);
     }
     if (!this.response) plot.absent(this.design.status, 150);
     return plot.svg(label);
@@ -142,37 +174,49 @@ class DelayAtlas extends Atlas {
 
   step() {
     const z = this.response ? this.response.z : [], dashes = ["", "7 4", "2 3"];
-    const lines = this.data.U.map((_, i) => ({
-      values: z.map(row => row[i]), colour: COLOURS[i % 3], dash: dashes[i % 3]}));
-    const words = lines.map(line => `peaks at ${clean(Math.max(...line.values))}, ends at ${clean(line.values.at(-1))}`);
-    return this.chart(lines, this.data.output, this.response
-      ? `Response over ${clean(this.data.horizon)} seconds: ${words.join("; ")}.` : "Response: none, for there is no design.",
-    [-0.1, 1.2], 1);
+    const lines = this.data.U.map(
+      (_, i) => ({values: z.map(row => row[i]), colour: COLOURS[i % 3], dash: dashes[i % 3]}));
+    const words = lines.map(
+      line => `peaks at ${clean(Math.max(...line.values))}, ends at ${clean(line.values.at(-1))}`);
+    return this.chart(lines, this.data.output,
+      this.response ? `Response over ${clean(this.data.horizon)} seconds: ${words.join("; ")}.`
+                    : "Response: none, for there is no design.",
+      [-0.1, 1.2], 1);
   }
 
   input() {
     const {asked, applied} = this.response || {asked: [], applied: []};
-    const lines = Array.from({length: this.data.shape[1]}, (_, i) => [
-      {values: asked.map(u => u[i]), colour: "--sos-first", dash: "3 3"},
-      {values: applied.map(u => u[i]), colour: "--sos-second"}]).flat();
+    const lines = Array
+                    .from({length: this.data.shape[1]},
+                      (_, i) => [{values: asked.map(u => u[i]), colour: "--sos-first", dash: "3 3"},
+                        {values: applied.map(u => u[i]), colour: "--sos-second"}])
+                    .flat();
     const peak = Math.max(...applied.flat().map(Math.abs));
-    return this.chart(lines, "control signal u", this.response
-      ? `Control signal, as asked and as it arrives: at most ${clean(peak)} in size.` : "Control signal: none, for there is no design.",
-    asked.length ? [] : [-1, 1]);
+    return this.chart(lines, "control signal u",
+      this.response ? `Control signal, as asked and as it arrives: at most ${clean(peak)} in size.`
+                    : "Control signal: none, for there is no design.",
+      asked.length ? [] : [-1, 1]);
   }
 
   // The nearest move of each single slider to a design, the shortest first.
   moves() {
-    return this.data.sliders.flatMap((slider, k) => {
-      const near = slider.values.map((_, at) => at).sort((p, q) => Math.abs(p - this.place[k]) - Math.abs(q - this.place[k]));
-      const at = near.find(i => typeof this.stored(this.place.map((old, j) => j === k ? i : old)) !== "number");
-      return at === undefined ? [] : [{far: Math.abs(at - this.place[k]), text: slider.texts[at]}];
-    }).sort((p, q) => p.far - q.far);
+    return this.data.sliders
+      .flatMap((slider, k) => {
+        const near = slider.values.map((_, at) => at)
+                       .sort((p, q) => Math.abs(p - this.place[k]) - Math.abs(q - this.place[k]));
+        const at = near.find(
+          i => typeof this.stored(this.place.map((old, j) => j === k ? i : old)) !== "number");
+        return at === undefined ? []
+                                : [{far: Math.abs(at - this.place[k]), text: slider.texts[at]}];
+      })
+      .sort((p, q) => p.far - q.far);
   }
 
   advice() {
     const moves = this.moves().map(move => move.text);
-    return moves.length ? `${moves.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${moves.join("; or ")}.`
+    return moves.length
+      ? `${moves.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${
+          moves.join("; or ")}.`
       : "No move of a single slider leads to a design.";
   }
 
@@ -180,13 +224,18 @@ class DelayAtlas extends Atlas {
     const {tau, mu, delta} = design.asked, span = `[${clean(tau - mu)}, ${clean(tau + mu)}] s`;
     const verdict = this.verdict(design, `: the delay stays in ${span}`);
     if (design.status !== "feasible") {
-      return verdict + `<p>${design.status === "infeasible" ? "No certificate: the corrected LMI has no solution, by exact multipliers."
-        : "No certificate was found, nor a proof that there is none."} ${escape(this.advice())}</p>`;
+      return verdict +
+        `<p>${
+          design.status === "infeasible"
+            ? "No certificate: the corrected LMI has no solution, by exact multipliers."
+            : "No certificate was found, nor a proof that there is none."} ${
+          escape(this.advice())}</p>`;
     }
     const [block, margin] = design.margin;
     return verdict + gains(design.K, this.data.shape, 4) +
       `<p>Promised rate, however the delay varies: ${clean(delta)} s⁻¹. ` +
-      `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${clean(design.at)} s.</p>` +
+      `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${
+        clean(design.at)} s.</p>` +
       `<p>Smallest margin: ${clean(margin, 2)} (block: ${escape(block)}).</p>`;
   }
 }

@@ -17,12 +17,18 @@ function generator(A, Ad, h, n) {
 // One Newton step for det(s I - A - A_d exp(-s h)) = 0.
 /** @type {(A: any, Ad: any, h: any, s: any) => any} */
 function newton(A, Ad, h, [re, im]) {
-  const N = A.length, size = Math.exp(-re * h), [c, d] = [size * Math.cos(im * h), -size * Math.sin(im * h)];
-  const complex = (X, Y) => make(2 * N, 2 * N, (i, j) => (i < N) === (j < N) ? X[i % N][j % N] : (i < N ? -1 : 1) * Y[i % N][j % N]);
-  const I = eye(N), value = complex(combine(1, combine(re, I, -1, A), -c, Ad), combine(im, I, -d, Ad));
+  const N = A.length, size = Math.exp(-re * h);
+  const [c, d] = [size * Math.cos(im * h), -size * Math.sin(im * h)];
+  const complex = (X, Y) => make(2 * N, 2 * N,
+    (i, j) => (i < N) === (j < N) ? X[i % N][j % N] : (i < N ? -1 : 1) * Y[i % N][j % N]);
+  const I = eye(N);
+  const value = complex(combine(1, combine(re, I, -1, A), -c, Ad), combine(im, I, -d, Ad));
   const X = solve(value, complex(combine(1, I, h * c, Ad), scale(h * d, Ad)));
   let [u, v] = [0, 0];
-  for (let i = 0; i < N; i++) { u += X[i][i]; v += X[N + i][i]; }
+  for (let i = 0; i < N; i++) {
+    u += X[i][i];
+    v += X[N + i][i];
+  }
   const square = u * u + v * v;
   return [re - u / square, im + v / square];
 }
@@ -30,7 +36,8 @@ function newton(A, Ad, h, [re, im]) {
 function roots(A, Ad, h, n) {
   if (h === 0) return eigenvalues(combine(1, A, 1, Ad));
   const found = [];
-  for (const start of eigenvalues(generator(A, Ad, h, n)).filter(([re, im]) => im >= 0 && re * h > -4)) {
+  for (const start of eigenvalues(generator(A, Ad, h, n)).filter(([re,
+         im]) => im >= 0 && re * h > -4)) {
     let s = start, moved = Infinity;
     for (let k = 0; k < 12 && moved > 1e-11; k++) {
       const next = newton(A, Ad, h, s);
@@ -38,15 +45,21 @@ function roots(A, Ad, h, n) {
       s = next;
     }
     s = [s[0], Math.abs(s[1]) < 1e-9 ? 0 : Math.abs(s[1])];
-    if (moved < 1e-9 && !found.some(r => Math.hypot(r[0] - s[0], r[1] - s[1]) < 1e-6 * (1 + Math.hypot(...s)))) found.push(s);
+    if (moved < 1e-9 &&
+      !found.some(r => Math.hypot(r[0] - s[0], r[1] - s[1]) < 1e-6 * (1 + Math.hypot(...s))))
+      found.push(s);
   }
-  return found.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, 0]]).sort((p, q) => q[0] - p[0]);
+  return found.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, 0]])
+    .sort((p, q) => q[0] - p[0]);
 }
 
-const LATE = {constant: h => () => h,
-  clinging: (h, rest) => t => Math.min((t + 1e-9) % (rest + h), h)};      // d grows with the time, as if the input stood still
+const LATE = {
+  constant: h => () => h,
+  clinging: (h, rest) => t => Math.min((t + 1e-9) % (rest + h), h)
+};  // d grows with the time, as if the input stood still
 
-const growing = x => Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
+const growing = x =>
+  Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
 
 class Delayed extends Mover {
   good({roots: [[right]], x}) { return right < 0 && !growing(x); }
@@ -56,55 +69,100 @@ class Delayed extends Mover {
   get pace() { return this.horizon / 6; }
 
   figures() {
-    return [["roots", "Characteristic roots for the constant delay h. The chain behind them goes on for ever."],
-      ["time", "The first state, from 1 and at rest before. Dashed: what arrives late."], ["delay", "The delay."]];
+    return [
+      [
+        "roots",
+        "Characteristic roots for the constant delay h. The chain behind them goes on for ever."
+      ],
+      ["time", "The first state, from 1 and at rest before. Dashed: what arrives late."],
+      ["delay", "The delay."]
+    ];
   }
 
   compute({loop, h, gain, kind}) {
     const {A, Ad: full} = this.data.loops[loop ?? 0], Ad = scale(gain, full), N = A.length;
-    return {roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10), ...this.respond(A, Ad, h, kind ? "clinging" : "constant")};
+    return {
+      roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10),
+      ...this.respond(A, Ad, h, kind ? "clinging" : "constant")
+    };
   }
 
   // Runge and Kutta's method; between two instants the past is Hermite's cubic.
   respond(A, Ad, h, kind) {
-    const late = LATE[kind](h, this.data.rest), steps = this.data.steps, T = this.horizon / steps, one = A.map((_, i) => i ? 0 : 1);
+    const late = LATE[kind](h, this.data.rest), steps = this.data.steps, T = this.horizon / steps;
+    const one = A.map((_, i) => i ? 0 : 1);
     const x = [one], f = [], d = [], past = t => {
       if (t <= 0) return one;
       const k = Math.min(Math.floor(t / T + 1e-9), f.length - 2), r = t / T - k;
       if (k < 0) return x[0].map((v, i) => v + (t) * (f[0]?.[i] ?? 0));
       const [a, b, p, q] = [x[k], x[k + 1], f[k], f[k + 1]];
-      return a.map((v, i) => (1 + 2 * r) * (1 - r) ** 2 * v + r * r * (3 - 2 * r) * b[i] + T * r * (1 - r) * ((1 - r) * p[i] - r * q[i]));
+      return a.map((v, i) => (1 + 2 * r) * (1 - r) ** 2 * v + r * r * (3 - 2 * r) * b[i] +
+          T * r * (1 - r) * ((1 - r) * p[i] - r * q[i]));
     };
     const rate = (t, y) => {
-      const delay = late(t), old = delay < 1e-12 ? y : past(t - delay), [u, v] = [apply(A, y), apply(Ad, old)];
+      const delay = late(t), old = delay < 1e-12 ? y : past(t - delay);
+      const [u, v] = [apply(A, y), apply(Ad, old)];
       return u.map((value, i) => value + v[i]);
     };
     for (let k = 0; k < steps; k++) {
       const t = k * T, y = x[k], ahead = (s, r) => y.map((v, i) => v + s * r[i]);
       f.push(rate(t, y));
       d.push(late(t));
-      const a = f[k], b = rate(t + T / 2, ahead(T / 2, a)), c = rate(t + T / 2, ahead(T / 2, b)), e = rate(t + T, ahead(T, c));
+      const a = f[k], b = rate(t + T / 2, ahead(T / 2, a)), c = rate(t + T / 2, ahead(T / 2, b));
+      const e = rate(t + T, ahead(T, c));
       x.push(y.map((v, i) => v + T / 6 * (a[i] + 2 * b[i] + 2 * c[i] + e[i])));
     }
     f.push(rate(steps * T, x[steps]));
     d.push(late(steps * T));
-    return {t: x.map((_, k) => k * T), x: x.map(v => v[0]), d, old: d.map((delay, k) => delay < 1e-12 ? x[k][0] : past(k * T - delay)[0])};
+    return {
+      t: x.map((_, k) => k * T),
+      x: x.map(v => v[0]),
+      d,
+      old: d.map((delay, k) => delay < 1e-12 ? x[k][0] : past(k * T - delay)[0])
+    };
   }
 
   show({roots: all, t, x, old, d}, ghost, {h, kind}) {
     const right = all[0][0], wide = this.data.window;
     const top = Math.min(3, 1.1 * Math.max(...x.map(Math.abs).filter(Number.isFinite)));
     const grows = growing(x);
-    this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible", verdict(right >= 0 ? "Unstable for this constant delay." : kind && grows ? "Stable if the delay stands still, and yet this moving one makes it grow." : kind ? "Stable if the delay stands still; this moving one does it no visible harm." : "Stable for this constant delay.") +
-      `<p>Rightmost root: real part ${number(right, " s⁻¹")}${all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
-    this.poleMap("roots", {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
-    const line = (values, more) => ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), ...more}), axis = {x: [0, this.horizon]};
-    this.plots = {time: this.curves("time", {...axis, y: [-top, top], labels: ["time t (s)", "x₁"], label: "The first state over time",
-      lines: [...(ghost ? [line(ghost.x, {ghost: true})] : []), line(old, {colour: "--sos-second", dash: "5 4"}), line(x)]}),
-      delay: this.curves("delay", {...axis, y: [0, 1.15 * Math.max(h, 0.1)], labels: ["time t (s)", "d (s)"], label: "The delay over time", lines: [line(d, {colour: "--sos-third"})]})};
+    this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible",
+      verdict(right >= 0 ? "Unstable for this constant delay."
+          : kind && grows
+          ? "Stable if the delay stands still, and yet this moving one makes it grow."
+          : kind ? "Stable if the delay stands still; this moving one does it no visible harm."
+                 : "Stable for this constant delay.") +
+        `<p>Rightmost root: real part ${number(right, " s⁻¹")}${
+          all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
+    this.poleMap("roots",
+      {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
+    const line = (values, more) =>
+      ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), ...more});
+    const axis = {x: [0, this.horizon]};
+    this.plots = {
+      time: this.curves("time", {
+        ...axis,
+        y: [-top, top],
+        labels: ["time t (s)", "x₁"],
+        label: "The first state over time",
+        lines: [
+          ...(ghost ? [line(ghost.x, {ghost: true})] : []),
+          line(old, {colour: "--sos-second", dash: "5 4"}), line(x)
+        ]
+      }),
+      delay: this.curves("delay", {
+        ...axis,
+        y: [0, 1.15 * Math.max(h, 0.1)],
+        labels: ["time t (s)", "d (s)"],
+        label: "The delay over time",
+        lines: [line(d, {colour: "--sos-third"})]
+      })
+    };
   }
 
-  pose(_, time) { for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time); }
+  pose(_, time) {
+    for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time);
+  }
 }
 
 define("sos-delayed", Delayed);

@@ -1,11 +1,11 @@
 // Requirements that move freely: every position is a set of LMIs that the reader's own
 // browser solves. What is drawn is what the atlas draws.
-import {announce, band, clean, define, escape, number, printed, slider, withConjugates} from "./kit.js";
 import {Atlas} from "./atlas.js";
-import {solverOf} from "./solver.js";
+import {announce, band, clean, define, escape, number, printed, slider, withConjugates} from "./kit.js";
 import * as python from "./program.js";
+import {solverOf} from "./solver.js";
 
-const STEPS = 200;   // of a slider
+const STEPS = 200;  // of a slider
 const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part.";
 
 // ------------------------------------------------------------------ values
@@ -13,19 +13,33 @@ const valueAt = ({min, max, log}, at) => {
   const value = log ? min * (max / min) ** (at / STEPS) : min + (max - min) * at / STEPS;
   return Number(value.toPrecision(3));
 };
-const placeOf = ({min, max, log}, value) =>
-  Math.max(0, Math.min(STEPS, STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
+const placeOf = ({min, max, log}, value) => Math.max(0,
+  Math.min(STEPS,
+    STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
 const inRadians = ({degrees}, shown) => degrees ? shown * Math.PI / 180 : shown;
 const textOf = ({symbol, unit}, shown) => `${symbol} = ${Number(shown.toPrecision(4))}${unit}`;
 
 export class Explorer extends Atlas {
   get note() { return ""; }
-  get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]]; }
+  get buttons() {
+    return [
+      ["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"],
+      ["python", "As Python"]
+    ];
+  }
 
   // ---------------------------------------------------------------- controls
   sliders() {
-    return this.data.sliders.map((s, k) => slider({id: `${this.name}-${k}`, key: s.key, label: s.label, max: STEPS, step: "any",
-      value: placeOf(s, s.value)})).join("");
+    return this.data.sliders
+      .map((s, k) => slider({
+        id: `${this.name}-${k}`,
+        key: s.key,
+        label: s.label,
+        max: STEPS,
+        step: "any",
+        value: placeOf(s, s.value)
+      }))
+      .join("");
   }
 
   get solver() { return solverOf(this); }
@@ -37,12 +51,17 @@ export class Explorer extends Atlas {
     this.answer = this.found = this.ghost = null;
     this.read(this.linked());
     this.inputs.forEach(input => band(input, []));
-    this.inputs.forEach((input, k) => {   // sliders of a plant before say nothing any more
-      const on = (kind, act) => input.addEventListener(kind, event => { if (input === this.inputs[k]) act(event); });
+    this.inputs.forEach((input, k) => {  // sliders of a plant before say nothing any more
+      const on = (kind, act) => input.addEventListener(kind, event => {
+        if (input === this.inputs[k]) act(event);
+      });
       on("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
       on("keydown", event => this.key(event, k));
-      on("pointerdown", () => { this.held = this.values[k]; this.remember(); });
-      on("pointercancel", () => this.set(k, this.held));   // a swipe that scrolls
+      on("pointerdown", () => {
+        this.held = this.values[k];
+        this.remember();
+      });
+      on("pointercancel", () => this.set(k, this.held));  // a swipe that scrolls
     });
     this.find("map").addEventListener("pointerdown", event => this.grab(event));
     // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
@@ -59,10 +78,16 @@ export class Explorer extends Atlas {
 
   // Arrows move by a hundredth of the way, which "step=any" wouldn't do.
   key(event, k) {
-    const far = {ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10}[event.key];
+    const far = {ArrowLeft: -1,
+      ArrowDown: -1,
+      ArrowRight: 1,
+      ArrowUp: 1,
+      PageDown: -10,
+      PageUp: 10}[event.key];
     if (!far) return;
     event.preventDefault();
-    const slider = this.data.sliders[k], at = Math.max(0, Math.min(STEPS, placeOf(slider, this.values[k]) + 2 * far));
+    const slider = this.data.sliders[k];
+    const at = Math.max(0, Math.min(STEPS, placeOf(slider, this.values[k]) + 2 * far));
     this.remember();
     this.set(k, valueAt(slider, at));
   }
@@ -79,7 +104,9 @@ export class Explorer extends Atlas {
   }
 
   // The design before a move stays as a ghost.
-  remember() { if (this.found) this.ghost = {...this.found, response: this.shown}; }
+  remember() {
+    if (this.found) this.ghost = {...this.found, response: this.shown};
+  }
 
   press(what) {
     super.press(what);
@@ -95,18 +122,25 @@ export class Explorer extends Atlas {
   get address() { return this.named; }
 
   // The sliders' values by name, in the units shown.
-  get named() { return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]])); }
+  get named() {
+    return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]]));
+  }
   get program() { return python.design(this.data, {...this.data.shownFixed, ...this.named}); }
 
   read(linked) {
-    this.data.sliders.forEach(({key}, k) => { if (isFinite(number(linked[key]))) this.put(k, number(linked[key])); });
+    this.data.sliders.forEach(({key}, k) => {
+      if (isFinite(number(linked[key]))) this.put(k, number(linked[key]));
+    });
   }
 
   // ------------------------------------------------------------ the requests
   get asked() { return this.askedAt(this.values); }
 
   askedAt(values) {
-    return {...this.data.fixed, ...Object.fromEntries(this.data.sliders.map((s, k) => [s.key, inRadians(s, values[k])]))};
+    return {
+      ...this.data.fixed,
+      ...Object.fromEntries(this.data.sliders.map((s, k) => [s.key, inRadians(s, values[k])]))
+    };
   }
 
   request(values = this.values) {
@@ -126,7 +160,7 @@ export class Explorer extends Atlas {
     this.settle();
     const {texts, digest} = this, {request} = this.data, values = [...this.values];
     const answer = await this.solver.ask(this.name, "move", this.request(values));
-    if (!answer || request !== this.data.request) return;   // another plant by now
+    if (!answer || request !== this.data.request) return;  // another plant by now
     this.answer = {...answer, asked: this.askedAt(values), values, texts, digest};
     if (answer.status === "feasible") this.found = this.answer;
     this.edges = null;
@@ -144,7 +178,8 @@ export class Explorer extends Atlas {
     const holds = async (k, at) => {
       const moved = [...values];
       moved[k] = valueAt(this.data.sliders[k], at);
-      return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status === "feasible";
+      return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status ===
+        "feasible";
     };
     const stale = () => digest !== this.digest;
     for (const [k, {looser}] of this.data.sliders.entries()) {
@@ -154,7 +189,8 @@ export class Explorer extends Atlas {
         if (await holds(k, bad)) good = bad;
         while (!stale() && Math.abs(good - bad) > 1.5) {
           const middle = (good + bad) / 2;
-          if (await holds(k, middle)) good = middle; else bad = middle;
+          if (await holds(k, middle)) good = middle;
+          else bad = middle;
         }
         edges[k] = good;
       }
@@ -162,22 +198,28 @@ export class Explorer extends Atlas {
       this.band(k, edges[k]);
     }
     this.edges = edges;
-    if (this.answer.digest === digest && this.answer.status !== "feasible") this.tell(this.answer.status, this.readout(this.design));
+    if (this.answer.digest === digest && this.answer.status !== "feasible")
+      this.tell(this.answer.status, this.readout(this.design));
   }
 
   band(k, edge) {
     const share = edge / STEPS, {looser} = this.data.sliders[k];
-    band(this.inputs[k], edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
+    band(this.inputs[k],
+      edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
   }
 
   advice() {
     if (!this.edges) return "Looking for what to relax …";
-    const moves = this.edges.map((edge, k) => edge === null ? null
-      : {far: Math.abs(edge - placeOf(this.data.sliders[k], this.values[k])), text: textOf(this.data.sliders[k], valueAt(this.data.sliders[k], edge))});
+    const moves = this.edges.map((edge, k) => edge === null ? null : {
+      far: Math.abs(edge - placeOf(this.data.sliders[k], this.values[k])),
+      text: textOf(this.data.sliders[k], valueAt(this.data.sliders[k], edge))
+    });
     const [first, ...others] = moves.filter(move => move).sort((a, b) => a.far - b.far);
     if (!first) return "No single slider is enough: relax several.";
     return `Relax first: ${first.text}.` +
-      (others.length ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.` : "");
+      (others.length
+          ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.`
+          : "");
   }
 
   // --------------------------------------------------------------- the design
@@ -185,7 +227,8 @@ export class Explorer extends Atlas {
   get design() {
     const {status, asked, texts, K, poles, margins, norm, peak, cost} = this.answer;
     if (status !== "feasible") return {status, asked, texts};
-    const upper = poles.flat().filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]), least = Math.min(...Object.values(margins));
+    const upper = poles.flat().filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]);
+    const least = Math.min(...Object.values(margins));
     const block = Object.keys(margins).find(name => margins[name] === least);
     return {status, asked, texts, K, poles: upper, margin: [block, least], norm, peak, cost};
   }
@@ -203,17 +246,25 @@ export class Explorer extends Atlas {
   // Ghosts of poles, and handles on the edges of the region.
   overPoles(plot) {
     const {status, asked} = this.answer, ghost = status === "feasible" ? this.ghost : this.found;
-    for (const [re, im] of withConjugates((ghost?.poles || []).flat().filter(([, im]) => im >= 0)).filter(pole => plot.has(pole))) {
-      plot.body += `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
+    for (const [re, im] of withConjugates((ghost?.poles || []).flat().filter(([, im]) => im >= 0))
+           .filter(pole => plot.has(pole))) {
+      plot.body +=
+        `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
     }
     for (const [k, [re, im]] of this.handles(asked).entries()) {
-      if (plot.has([re, im])) plot.body += `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${plot.Y(im)}" r="7"/>`;
+      if (plot.has([re, im]))
+        plot.body += `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${
+          plot.Y(im)}" r="7"/>`;
     }
   }
 
   handles({sigma, theta, rho}) {
     const far = (rho ?? this.data.window[2]) * 0.7;
-    const ends = {sigma: [-sigma, 0], theta: [-far * Math.cos(theta), far * Math.sin(theta)], rho: [-rho, 0]};
+    const ends = {
+      sigma: [-sigma, 0],
+      theta: [-far * Math.cos(theta), far * Math.sin(theta)],
+      rho: [-rho, 0]
+    };
     return this.data.sliders.map(({key}) => ends[key] ?? []);
   }
 
@@ -221,12 +272,14 @@ export class Explorer extends Atlas {
     const handle = event.target.closest("[data-handle]");
     if (!handle) return;
     event.preventDefault();
-    const k = Number(handle.dataset.handle), plot = this.poleAxes(), {key} = this.data.sliders[k], map = this.find("map");
+    const k = Number(handle.dataset.handle), plot = this.poleAxes(), {key} = this.data.sliders[k];
+    const map = this.find("map");
     this.remember();
     const move = event => {
-      if (!map.isConnected) return;   // another plant by now
-      const svg = map.querySelector("svg"), at = new DOMPoint(event.clientX, event.clientY)
-        .matrixTransform(svg.getScreenCTM().inverse());
+      if (!map.isConnected) return;  // another plant by now
+      const svg = map.querySelector("svg"),
+            at = new DOMPoint(event.clientX, event.clientY)
+                   .matrixTransform(svg.getScreenCTM().inverse());
       const re = plot.x[0] + (at.x - plot.l) / (plot.r - plot.l) * (plot.x[1] - plot.x[0]);
       const im = plot.y[1] - (at.y - plot.t) / (plot.b - plot.t) * (plot.y[1] - plot.y[0]);
       const shown = key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
@@ -234,7 +287,8 @@ export class Explorer extends Atlas {
     };
     const done = new AbortController(), {signal} = done;
     addEventListener("pointermove", move, {signal});
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => done.abort(), {signal});
+    for (const end of ["pointerup", "pointercancel"])
+      addEventListener(end, () => done.abort(), {signal});
   }
 
   // The step response before the move, within the present axes.
@@ -242,7 +296,8 @@ export class Explorer extends Atlas {
     if (this.answer.status !== "feasible") return;
     for (const rows of this.ghost?.response ?? []) {
       rows[0].forEach((_, i) => {
-        const points = rows.map((row, k) => [k * this.data.horizon / (rows.length - 1), row[i]]).filter(p => plot.has(p));
+        const points = rows.map((row, k) => [k * this.data.horizon / (rows.length - 1), row[i]])
+                         .filter(p => plot.has(p));
         plot.body += `<path class="sos-ghost" d="${plot.path(points)}"/>`;
       });
     }
@@ -250,19 +305,38 @@ export class Explorer extends Atlas {
 
   // Long numbers, for a design and for the lack of one.
   states() {
-    const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a, {asked} = this, number = 0.00088, place = 74;
-    const at = this.elsewhere({values: sliders.map(s => valueAt(s, place)), edges: sliders.map(() => place),
-      answer: {ms: 888, lid: !(asked.gamma || asked.u_max || asked.cost)}});
-    const poles = vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
+    const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a;
+    const {asked} = this, number = 0.00088, place = 74;
+    const at = this.elsewhere({
+      values: sliders.map(s => valueAt(s, place)),
+      edges: sliders.map(() => place),
+      answer: {ms: 888, lid: !(asked.gamma || asked.u_max || asked.cost)}
+    });
+    const poles = vertices.flatMap(
+      () => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
     const K = Array.from({length: m}, () => Array(N).fill(-0.08888));
-    return [at.readout({status: "feasible", asked, K, poles, margin: ["half-plane 8,8", number], norm: this.data.request.vertices[0].F ? number : null,
-      peak: x0 && number, cost: cost && asked.cost ? number : null}), at.readout({status: "infeasible", asked})];
+    return [
+      at.readout({
+        status: "feasible",
+        asked,
+        K,
+        poles,
+        margin: ["half-plane 8,8", number],
+        norm: this.data.request.vertices[0].F ? number : null,
+        peak: x0 && number,
+        cost: cost && asked.cost ? number : null
+      }),
+      at.readout({status: "infeasible", asked})
+    ];
   }
 
   readout(design) {
     const extra = design.status === "feasible"
-      ? `<p class="sos-soft">Solved ${this.answer.by ? `by ${escape(this.answer.by)}` : "in your browser"} in ${clean(this.answer.ms, 2)} ms.` +
-        `${this.answer.lid ? ` ${PART}` : ""}</p>` : "";
+      ? `<p class="sos-soft">Solved ${
+          this.answer.by ? `by ${escape(this.answer.by)}`
+                         : "in your browser"} in ${clean(this.answer.ms, 2)} ms.` +
+        `${this.answer.lid ? ` ${PART}` : ""}</p>`
+      : "";
     return super.readout(design) + extra;
   }
 
@@ -271,17 +345,23 @@ export class Explorer extends Atlas {
     const {digest, texts, data: {also}} = this;
     this.reply("<p>Computing with whole numbers …</p>");
     const answer = await this.solver.ask(this.name, "prove", this.request());
-    if (this.find("more").dataset.digest !== digest) return;   // something else stands there by now
+    if (this.find("more").dataset.digest !== digest) return;  // something else stands there by now
     if (!answer?.proof?.proven) {
-      this.reply(`<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`, digest);
+      this.reply(
+        `<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`, digest);
       return;
     }
     const {claims, text, blocks, digits} = answer.proof;
     const address = URL.createObjectURL(new Blob([text], {type: "application/json"}));
-    const how = answer.status === "feasible" ? ` for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
+    const how = answer.status === "feasible"
+      ? ` for the gain rounded to ${digits} digits: ${blocks.length} blocks are positive definite`
       : `: rational multipliers of ${blocks.length} blocks exclude every solution`;
-    this.reply(`<p><span class="sos-status">Proven</span> for ${escape(printed([...texts, ...also].join(", ")))} in exact arithmetic${how}. So</p><ul>${claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
-      `<p><a href="${address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`, digest);
+    this.reply(`<p><span class="sos-status">Proven</span> for ${escape(printed([...texts,
+      ...also].join(", ")))} in exact arithmetic${how}. So</p><ul>${
+                 claims.map(c => `<li>${escape(c)}</li>`).join("")}</ul>` +
+        `<p><a href="${
+          address}" download="proof.json">Download the proof</a>; <code>python -m sosbook verify proof.json</code> checks it again.</p>`,
+      digest);
   }
 }
 

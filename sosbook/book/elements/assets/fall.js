@@ -1,7 +1,7 @@
 import {clean, define, round} from "./kit.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {linear, runge, slope} from "./pendulum.js";
-const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;   // s; units of the drawing a metre
+const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;  // s; units of the drawing a metre
 const degrees = x => x * 180 / Math.PI;
 
 class Fall extends Mover {
@@ -10,18 +10,27 @@ class Fall extends Mover {
   get pace() { return 0.25; }
 
   figures() {
-    return [["scene", "Solid: the pendulum. Dashed: its linear model. A quarter of the true speed."],
-      ["tilt", "Tilt θ; dashed the linear model."], ["wheel", "Wheels' angle φ; dashed the linear model."]];
+    return [
+      ["scene", "Solid: the pendulum. Dashed: its linear model. A quarter of the true speed."],
+      ["tilt", "Tilt θ; dashed the linear model."],
+      ["wheel", "Wheels' angle φ; dashed the linear model."]
+    ];
   }
 
   compute({angle, volts, pulse, rotors}) {
     const mip = this.data.robots[rotors], start = [angle * Math.PI / 180, 0, 0, 0];
-    const V = Array.from({length: STEPS}, (_, k) => k * T < pulse - 1e-9 ? volts : 0), [A, B] = linear(mip);
+    const V = Array.from({length: STEPS}, (_, k) => k * T < pulse - 1e-9 ? volts : 0);
+    const [A, B] = linear(mip);
     const line = samples(A, B, start, V.map(v => [v]), T), all = [start];
     for (const v of V) all.push(runge(x => slope(mip, x, v), all.at(-1), T));
     const apart = all.findIndex((x, k) => Math.abs(x[0] - line[k][0]) > 5 * Math.PI / 180);
-    return {theta: all.map(x => x[0]), phi: all.map(x => x[1]), lineTheta: line.map(x => x[0]), linePhi: line.map(x => x[1]),
-      apart: apart < 0 ? null : apart * T};
+    return {
+      theta: all.map(x => x[0]),
+      phi: all.map(x => x[1]),
+      lineTheta: line.map(x => x[0]),
+      linePhi: line.map(x => x[1]),
+      apart: apart < 0 ? null : apart * T
+    };
   }
 
   show({theta, phi, lineTheta, linePhi, apart}, ghost) {
@@ -29,22 +38,37 @@ class Fall extends Mover {
       y: name === "tilt" ? [-120, 120] : [Math.min(-90, 1.2 * degrees(Math.min(...nonlinear))), Math.max(90, 1.2 * degrees(Math.max(...nonlinear)))], lines: [
         ...(old ? [{points: series(old.map(degrees), T), ghost: true}] : []), {points: series(line.map(degrees), T), colour: "--sos-second", dash: "6 4"},
         {points: series(nonlinear.map(degrees), T)}]});
-    this.plots = [plot("tilt", "θ (degrees)", theta, lineTheta, ghost?.theta), plot("wheel", "φ (degrees)", phi, linePhi, ghost?.phi)];
+    this.plots = [
+      plot("tilt", "θ (degrees)", theta, lineTheta, ghost?.theta),
+      plot("wheel", "φ (degrees)", phi, linePhi, ghost?.phi)
+    ];
     const down = theta.findIndex(x => Math.abs(x) > Math.PI / 2);
-    this.tell("feasible", verdict(apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.` : `The models are 5° apart after ${clean(apart)} s.`) +
-      `<p>After ${clean(this.horizon)} s the pendulum leans by ${number(degrees(theta.at(-1)), "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
-      (down < 0 ? "" : ` The pendulum passes 90° after ${number(down * T, " s")}.`) + "</p>");
-    const robot = dash => `<g><path class="sos-part" style="fill:none;stroke:var(${dash ? "--sos-second" : "--sos-first"})" stroke-dasharray="${dash}" d="M-10 6V-78H10V6Z"/>` +
-      `<circle class="sos-part" style="fill:var(--sos-paper)" stroke-dasharray="${dash}" r="${METRE * 0.032}"/><path class="sos-thin" d="M0 0V-26"/></g>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 260" aria-label="The falling pendulum and its linear model"><path class="sos-thin" d="M0 ${GROUND}H340"/>` +
+    this.tell("feasible",
+      verdict(apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.`
+                             : `The models are 5° apart after ${clean(apart)} s.`) +
+        `<p>After ${clean(this.horizon)} s the pendulum leans by ${
+          number(degrees(theta.at(-1)),
+            "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
+        (down < 0 ? "" : ` The pendulum passes 90° after ${number(down * T, " s")}.`) + "</p>");
+    const robot = dash =>
+      `<g><path class="sos-part" style="fill:none;stroke:var(${
+        dash ? "--sos-second"
+             : "--sos-first"})" stroke-dasharray="${dash}" d="M-10 6V-78H10V6Z"/>` +
+      `<circle class="sos-part" style="fill:var(--sos-paper)" stroke-dasharray="${dash}" r="${
+        METRE * 0.032}"/><path class="sos-thin" d="M0 0V-26"/></g>`;
+    this.find("scene").innerHTML =
+      `<svg role="img" viewBox="0 0 340 260" aria-label="The falling pendulum and its linear model"><path class="sos-thin" d="M0 ${
+        GROUND}H340"/>` +
       `${robot("5 4")}${robot("")}</svg>`;
   }
 
   pose({theta, phi, lineTheta, linePhi}, time) {
-    const k = Math.min(STEPS, Math.round(time / T)), groups = this.find("scene").querySelectorAll("g");
+    const k = Math.min(STEPS, Math.round(time / T));
+    const groups = this.find("scene").querySelectorAll("g");
     [[lineTheta, linePhi], [theta, phi]].forEach(([lean, turn], i) => {
       const x = Math.max(-40, Math.min(380, 170 + METRE * 0.032 * turn[k]));
-      groups[i].setAttribute("transform", `translate(${round(x)} ${round(GROUND - METRE * 0.032)})`);
+      groups[i].setAttribute(
+        "transform", `translate(${round(x)} ${round(GROUND - METRE * 0.032)})`);
       groups[i].children[0].setAttribute("transform", `rotate(${round(degrees(lean[k]))})`);
       groups[i].children[2].setAttribute("transform", `rotate(${round(degrees(turn[k]))})`);
     });

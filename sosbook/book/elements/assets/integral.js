@@ -1,7 +1,7 @@
 import {clean, define, round} from "./kit.js";
 import {add, block, combine, eigenvalues, eye, mul, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
-const T = 0.025, STEPS = 800, PUSH = 400;                  // s; the step at which the force sets in
+const T = 0.025, STEPS = 800, PUSH = 400;  // s; the step at which the force sets in
 
 class Integral extends Mover {
   get horizon() { return T * STEPS; }
@@ -9,14 +9,22 @@ class Integral extends Mover {
   get pace() { return 3; }
 
   figures() {
-    return [["scene", "The two masses and their set points (dashed); three times as fast. From 10 s on a force pushes both."],
-      ["poles", "Poles of the loop."], ["time", "Displacements z₁ (solid) and z₂ (dashed). The set point is 1."]];
+    return [
+      [
+        "scene",
+        "The two masses and their set points (dashed); three times as fast. From 10 s on a force pushes both."
+      ],
+      ["poles", "Poles of the loop."],
+      ["time", "Displacements z₁ (solid) and z₂ (dashed). The set point is 1."]
+    ];
   }
 
   // Without an integral its state is a pole at zero, which nobody sees.
   good({poles}, {first, second}) {
     const off = [first, second].filter(f => f === 0).length;
-    return [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off).every(([re]) => re < -1e-9);
+    return [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off).every(([
+      re
+    ]) => re < -1e-9);
   }
   get means() { return "the loop is stable"; }
 
@@ -24,33 +32,69 @@ class Integral extends Mover {
     const {M, D, S, B, F, U, K} = this.data, n = M.length, a = U.length, N = 2 * n + a;
     const gain = K.map(row => row.map((k, j) => j < 2 * n ? k : k * [first, second][j - 2 * n]));
     const over = X => block([[zeros(n, X[0].length)], [solve(M, X)], [zeros(a, X[0].length)]]);
-    const open = block([[zeros(n, n), eye(n), zeros(n, a)], [scale(-1, solve(M, S)), scale(-1, solve(M, D)), zeros(n, a)], [U, zeros(a, n + a)]]);
+    const open = block([
+      [zeros(n, n), eye(n), zeros(n, a)],
+      [scale(-1, solve(M, S)), scale(-1, solve(M, D)), zeros(n, a)], [U, zeros(a, n + a)]
+    ]);
     const Bu = over(B), loop = add(open, mul(Bu, gain)), one = U[0].map(() => [1]);
     // the set point enters by u = K_P (z - r) + ... and by the integral of U (z - r)
-    const still = combine(-1, mul(Bu, gain.map(row => row.slice(0, n)), one), -1, block([[zeros(2 * n, 1)], [mul(U, one)]]));
+    const still = combine(-1, mul(Bu, gain.map(row => row.slice(0, n)), one), -1,
+      block([[zeros(2 * n, 1)], [mul(U, one)]]));
     const inputs = Array.from({length: STEPS}, (_, k) => [1, k < PUSH ? 0 : force]);
-    const x = samples(loop, block([[still, over(mul(F, F[0].map(() => [1])))]]), Array(N).fill(0), inputs, T);
+    const x = samples(
+      loop, block([[still, over(mul(F, F[0].map(() => [1])))]]), Array(N).fill(0), inputs, T);
     return {gain, poles: eigenvalues(loop), z: x.map(v => v.slice(0, n))};
   }
 
   show({poles, z}, ghost, {first, second}) {
-    const off = [first, second].filter(f => f === 0).length, live = [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off);
-    const right = Math.max(...live.map(([re]) => re)), good = this.good({poles}, {first, second}), far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
-    const both = off ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.") : "";
-    this.tell(good ? "feasible" : "infeasible", verdict(good ? "Stable." : Math.min(first, second) < 0 ? "Unstable: a wrong sign drives the error away, however small the gain." : "Unstable.") +
-      `<p>${both} Rightmost pole: real part ${number(right, " s⁻¹")}. Errors z − r at 10 s: ${far(z[PUSH][0])} and ${far(z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${far(z.at(-1)[1])}.</p>`);
-    this.poleMap("poles", {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles: live, ghost: ghost?.poles});
-    const pair = (list, old) => [0, 1].map(i => ({points: series(list.map(v => v[i]), T, 2), dash: i ? "6 4" : "", colour: i ? "--sos-second" : "--sos-first", ghost: old}));
-    this.plot = this.curves("time", {x: [0, this.horizon], y: [-0.5, 2.5], labels: ["time t (s)", "z₁, z₂"], label: "Displacements over time",
-      rules: [1], lines: [...(ghost ? pair(ghost.z, true) : []), ...pair(z)]});
-    const cart = (k, y) => `<path class="sos-thin" d="M10 ${y + 25}H330"/><path class="sos-target" d="M200 ${y - 30}V${y + 25}"/><g><rect class="sos-part" style="stroke:var(${k ? "--sos-second" : "--sos-first"})" ` +
-      `x="-22" y="-18" width="44" height="34" rx="4"/><circle class="sos-part" cx="-11" cy="19" r="5"/><circle class="sos-part" cx="11" cy="19" r="5"/><text y="5" text-anchor="middle">z${"₁₂"[k]}</text></g>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 190" aria-label="Two masses and their set points">${cart(0, 55)}${cart(1, 145)}</svg>`;
+    const off = [first, second].filter(f => f === 0).length;
+    const live = [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off);
+    const right = Math.max(...live.map(([re]) => re)), good = this.good({poles}, {first, second});
+    const far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
+    const both = off
+      ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.")
+      : "";
+    this.tell(good ? "feasible" : "infeasible",
+      verdict(good ? "Stable."
+          : Math.min(first, second) < 0
+          ? "Unstable: a wrong sign drives the error away, however small the gain."
+          : "Unstable.") +
+        `<p>${both} Rightmost pole: real part ${number(right, " s⁻¹")}. Errors z − r at 10 s: ${
+          far(z[PUSH][0])} and ${far(z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
+          far(z.at(-1)[1])}.</p>`);
+    this.poleMap("poles",
+      {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles: live, ghost: ghost?.poles});
+    const pair = (list, old) => [0, 1].map(i => ({
+      points: series(list.map(v => v[i]), T, 2),
+      dash: i ? "6 4" : "",
+      colour: i ? "--sos-second" : "--sos-first",
+      ghost: old
+    }));
+    this.plot = this.curves("time", {
+      x: [0, this.horizon],
+      y: [-0.5, 2.5],
+      labels: ["time t (s)", "z₁, z₂"],
+      label: "Displacements over time",
+      rules: [1],
+      lines: [...(ghost ? pair(ghost.z, true) : []), ...pair(z)]
+    });
+    const cart = (k, y) =>
+      `<path class="sos-thin" d="M10 ${y + 25}H330"/><path class="sos-target" d="M200 ${y - 30}V${
+        y + 25}"/><g><rect class="sos-part" style="stroke:var(${
+        k ? "--sos-second" : "--sos-first"})" ` +
+      `x="-22" y="-18" width="44" height="34" rx="4"/><circle class="sos-part" cx="-11" cy="19" r="5"/><circle class="sos-part" cx="11" cy="19" r="5"/><text y="5" text-anchor="middle">z${
+      "₁₂"[k]}</text></g>`;
+    this.find("scene").innerHTML =
+      `<svg role="img" viewBox="0 0 340 190" aria-label="Two masses and their set points">${
+        cart(0, 55)}${cart(1, 145)}</svg>`;
   }
 
   pose({z}, time) {
-    const k = Math.min(STEPS, Math.round(time / T)), carts = this.find("scene").querySelectorAll("g");
-    z[k].forEach((value, i) => carts[i].setAttribute("transform", `translate(${round(Math.max(30, Math.min(310, 100 + 100 * value)))} ${i ? 145 : 55})`));
+    const k = Math.min(STEPS, Math.round(time / T));
+    const carts = this.find("scene").querySelectorAll("g");
+    z[k].forEach(
+      (value, i) => carts[i].setAttribute("transform",
+        `translate(${round(Math.max(30, Math.min(310, 100 + 100 * value)))} ${i ? 145 : 55})`));
     this.now("time", this.plot, k * T);
   }
 }

@@ -1,7 +1,7 @@
 import {define} from "./kit.js";
 import {add, apply, block, eigenvalues, held, mul, riccati, scale, solve, transpose, zeros} from "./linalg.js";
 import {Mover, normal, number, series, verdict} from "./mover.js";
-const T = 0.005, STEPS = 400;                              // s
+const T = 0.005, STEPS = 400;  // s
 
 class Kalman extends Mover {
   get horizon() { return T * STEPS; }
@@ -9,22 +9,33 @@ class Kalman extends Mover {
   get pace() { return 0.4; }
 
   figures() {
-    return [["tilt", "The tilt (solid) and what the observer believes (dashed). It starts at 5°; the observer believes in 0°."],
-      ["volts", "Voltage K x̂."], ["poles", "Poles of the loop with the observer, as far as the window shows them."]];
+    return [
+      [
+        "tilt",
+        "The tilt (solid) and what the observer believes (dashed). It starts at 5°; the observer believes in 0°."
+      ],
+      ["volts", "Voltage K x̂."],
+      ["poles", "Poles of the loop with the observer, as far as the window shows them."]
+    ];
   }
 
   good({poles}) { return poles.every(([re]) => re < 0); }
   get means() { return "the loop with the observer is stable"; }
 
   compute({gyro, wheels, push, plant}) {
-    const {E, A, B, C, K} = this.data, mean = X => scale(1 / E.length, X.slice(1).reduce((sum, x) => add(sum, x), X[0]));
-    const inertia = mean(E), [a, b] = [mean(A), mean(B)].map(X => solve(inertia, X)), G = scale(push, b);
-    const R = [[gyro ** 2, 0], [0, wheels ** 2]], X = riccati(transpose(a), transpose(C), mul(G, transpose(G)), R);
+    const {E, A, B, C, K} = this.data;
+    const mean = X => scale(1 / E.length, X.slice(1).reduce((sum, x) => add(sum, x), X[0]));
+    const inertia = mean(E), [a, b] = [mean(A), mean(B)].map(X => solve(inertia, X));
+    const G = scale(push, b);
+    const R = [[gyro ** 2, 0], [0, wheels ** 2]];
+    const X = riccati(transpose(a), transpose(C), mul(G, transpose(G)), R);
     const L = scale(-1, mul(X, transpose(C), solve(R, [[1, 0], [0, 1]])));
     const [f, g] = plant ? [A[plant - 1], B[plant - 1]].map(Y => solve(E[plant - 1], Y)) : [a, b];
     // [x; x^]' with the measurement's noise v: x^ ' = (a + b K + L C) x^ - L (C x + v)
-    const own = add(add(a, mul(b, K)), mul(L, C)), loop = block([[f, mul(g, K)], [scale(-1, mul(L, C)), own]]);
-    const [Phi, Gamma] = held(loop, block([[zeros(3, 2)], [scale(-1, L)]]), T), random = normal(2023), theta = [], belief = [], V = [];
+    const own = add(add(a, mul(b, K)), mul(L, C));
+    const loop = block([[f, mul(g, K)], [scale(-1, mul(L, C)), own]]);
+    const [Phi, Gamma] = held(loop, block([[zeros(3, 2)], [scale(-1, L)]]), T);
+    const random = normal(2023), theta = [], belief = [], V = [];
     let x = [5 * Math.PI / 180, 0, 0, 0, 0, 0];
     for (let k = 0; k <= STEPS; k++) {
       theta.push(x[0]);
@@ -37,19 +48,55 @@ class Kalman extends Mover {
   }
 
   show({L, poles, filter, theta, belief, V}, ghost) {
-    const right = Math.max(...poles.map(([re]) => re)), fast = Math.min(...filter.map(([re]) => re)), rms = list => Math.sqrt(list.reduce((sum, x) => sum + x * x, 0) / list.length);
-    const degrees = x => x * 180 / Math.PI, late = (list, f) => rms(list.slice(STEPS / 2).map(f)), error = late(theta.map((x, k) => x - belief[k]), degrees);
-    this.tell(this.good({poles}) ? "feasible" : "infeasible", verdict(right < 0 ? "The loop with the observer is stable." : "Unstable: this plant isn't the one that the observer has in mind.") +
-      `<p>Kalman's gain, computed here: L = ${L.map(row => `[${row.map(x => number(x)).join(", ")}]`).join(" ")}. Rightmost pole of the loop ${number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
-      (right < 0 ? `In the second half: error ${number(error, "°", 2)} rms, voltage ${number(late(V, x => x), " V", 2)} rms.` : "") + "</p>");
+    const right = Math.max(...poles.map(([re]) => re));
+    const fast = Math.min(...filter.map(([re]) => re));
+    const rms = list => Math.sqrt(list.reduce((sum, x) => sum + x * x, 0) / list.length);
+    const degrees = x => x * 180 / Math.PI, late = (list, f) => rms(list.slice(STEPS / 2).map(f));
+    const error = late(theta.map((x, k) => x - belief[k]), degrees);
+    this.tell(this.good({poles}) ? "feasible" : "infeasible",
+      verdict(right < 0 ? "The loop with the observer is stable."
+                        : "Unstable: this plant isn't the one that the observer has in mind.") +
+        `<p>Kalman's gain, computed here: L = ${
+          L.map(row => `[${row.map(x => number(x)).join(", ")}]`)
+            .join(" ")}. Rightmost pole of the loop ${
+          number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
+        (right < 0 ? `In the second half: error ${number(error, "°", 2)} rms, voltage ${
+                       number(late(V, x => x), " V", 2)} rms.`
+                   : "") +
+        "</p>");
     const x = [0, this.horizon], deg = list => series(list.map(degrees), T);
-    this.plots = {tilt: this.curves("tilt", {x, y: [-15, 15], labels: ["time t (s)", "θ (degrees)"], label: "Tilt and its estimate", lines: [...(ghost ? [{points: deg(ghost.belief), colour: "--sos-second", ghost: true}] : []),
-      {points: deg(belief), colour: "--sos-second", dash: "5 3"}, {points: deg(theta)}]}),
-      volts: this.curves("volts", {x, y: [-8, 8], labels: ["time t (s)", "V (volts)"], label: "Voltage over time", rules: [-7.4, 7.4], lines: [{points: series(V, T), colour: "--sos-third"}]})};
-    this.poleMap("poles", {x: [-40, 10], y: [-20, 20], label: "Poles of the loop with the observer", poles, ghost: ghost?.poles});
+    this.plots = {
+      tilt: this.curves("tilt", {
+        x,
+        y: [-15, 15],
+        labels: ["time t (s)", "θ (degrees)"],
+        label: "Tilt and its estimate",
+        lines: [
+          ...(ghost ? [{points: deg(ghost.belief), colour: "--sos-second", ghost: true}] : []),
+          {points: deg(belief), colour: "--sos-second", dash: "5 3"}, {points: deg(theta)}
+        ]
+      }),
+      volts: this.curves("volts", {
+        x,
+        y: [-8, 8],
+        labels: ["time t (s)", "V (volts)"],
+        label: "Voltage over time",
+        rules: [-7.4, 7.4],
+        lines: [{points: series(V, T), colour: "--sos-third"}]
+      })
+    };
+    this.poleMap("poles", {
+      x: [-40, 10],
+      y: [-20, 20],
+      label: "Poles of the loop with the observer",
+      poles,
+      ghost: ghost?.poles
+    });
   }
 
-  pose(_, time) { for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time); }
+  pose(_, time) {
+    for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time);
+  }
 }
 
 define("sos-kalman", Kalman);

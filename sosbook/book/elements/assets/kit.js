@@ -3,15 +3,20 @@
 // ------------------------------------------------------- numbers and texts
 export const clean = (x, digits = 3) => {
   const value = Number(Number(x).toPrecision(digits)) + 0, size = Math.abs(value);
-  if (size === 0 || !isFinite(size) || (size >= 1e-4 && size < 1e6)) return String(value).replace("-", "−");
+  if (size === 0 || !isFinite(size) || (size >= 1e-4 && size < 1e6))
+    return String(value).replace("-", "−");
   const [mantissa, power] = value.toExponential().split("e");
-  return `${mantissa}·10${[...power.replace("+", "")].map(c => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`.replace("-", "−");
+  return `${mantissa}·10${
+      [...power.replace("+", "")].map(c => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`
+    .replace("-", "−");
 };
 // Names and units as the book prints them; programs have u_max and 1/s.
 export const printed = text => text.replaceAll("1/s", "s⁻¹").replaceAll("u_max", "uₘₐₓ");
 export const round = x => Math.round(x * 10) / 10 + 0;
 // A decimal number that a reader wrote or that stands in an address; NaN for anything else.
-export const number = text => /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(String(text).replace("−", "-")) : NaN;
+export const number = text => /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text)
+  ? Number(String(text).replace("−", "-"))
+  : NaN;
 export const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
 export const capital = word => word[0].toUpperCase() + word.slice(1);
 export const complex = (re, im) => im === 0 ? clean(re) : `${clean(re)} ± ${clean(im)}j`;
@@ -30,18 +35,28 @@ export function uniform(seed) {
     return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
   };
 }
-export const gaussian = random => Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
+export const gaussian = random =>
+  Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
 
 // A list of numbers as the rows of a gain for n coordinates, m inputs, a integrators.
 export const gainRows = (list, [n, m, a]) =>
   Array.from({length: m}, (_, i) => list.slice(i * (2 * n + a), (i + 1) * (2 * n + a)));
 
 export function gains(K, [n, , a], digits) {
-  const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
-  return `<div class="sos-gains">` + parts.map(([name, from, to]) =>
-    `<span class="sos-gain${to - from > 3 ? " sos-wide" : ""}"><span>K<sub>${name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
-    `repeat(${to - from},auto)">` + K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, digits)}</span>`).join(" ") +
-    `</span></span>`).join(" ") + `</div>`;
+  const parts =
+    [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
+  return `<div class="sos-gains">` +
+    parts
+      .map(([name, from, to]) =>
+             `<span class="sos-gain${to - from > 3 ? " sos-wide" : ""}"><span>K<sub>${
+               name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
+          `repeat(${to - from},auto)">` +
+          K.flatMap(row => row.slice(from, to))
+            .map(x => `<span>${clean(x, digits)}</span>`)
+            .join(" ") +
+          `</span></span>`)
+      .join(" ") +
+    `</div>`;
 }
 
 // ---------------------------------------------------------------- controls
@@ -49,31 +64,43 @@ export const QUIET = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
 
 /** @param {any} given */
 export const slider = ({id, key, label, max, step = 1, value = 0}) =>
-  `<div class="sos-slider"><label for="${id}"><span>${escape(printed(label))}</span><output for="${id}"></output></label>` +
-  `<input id="${id}" type="range" min="0" max="${max}" step="${step}" value="${value}" data-key="${escape(key)}" ${QUIET}></div>`;
+  `<div class="sos-slider"><label for="${id}"><span>${escape(printed(label))}</span><output for="${
+    id}"></output></label>` +
+  `<input id="${id}" type="range" min="0" max="${max}" step="${step}" value="${value}" data-key="${
+    escape(key)}" ${QUIET}></div>`;
 
 export const select = ({id, key, label, names}) =>
-  `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${id}" data-key="${escape(key)}" ${QUIET}>` +
+  `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${
+    id}" data-key="${escape(key)}" ${QUIET}>` +
   `${options(names)}</select></div>`;
 
-export const options = names => names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
-export const controls = (label, inner) => `<div class="sos-sliders" role="group" aria-label="${label}">${inner}</div>`;
+export const options = names =>
+  names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
+export const controls = (label, inner) =>
+  `<div class="sos-sliders" role="group" aria-label="${label}">${inner}</div>`;
 export const panels = inner => `<div class="sos-panels">${inner}</div>`;
-export const panel = (name, caption, kind = "") => `<figure class="sos-panel"><div class="sos-${name}"></div>` +
+export const panel = (name, caption, kind = "") =>
+  `<figure class="sos-panel"><div class="sos-${name}"></div>` +
   `<figcaption class="sos-caption${kind}">${caption}</figcaption></figure>`;
-export const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
+export const READOUT =
+  `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
 // Buttons, and the place for what they answer.
-export const buttons = list => `<div class="sos-buttons">` + list.map(([key, words]) =>
-  `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`).join("") +
+export const buttons = list => `<div class="sos-buttons">` +
+  list
+    .map(([key, words]) =>
+           `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`)
+    .join("") +
   `</div><div class="sos-more" aria-live="polite"></div>`;
 
 // The band under a slider: stretches [from, to, good] of its way, in parts of one.
 export function band(input, stretches) {
-  const at = input.parentElement.querySelector(".sos-band") || input.parentElement.appendChild(document.createElement("div"));
+  const at = input.parentElement.querySelector(".sos-band") ||
+    input.parentElement.appendChild(document.createElement("div"));
   at.className = "sos-band";
   at.setAttribute("aria-hidden", "true");
-  const colours = stretches.map(([from, to, good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
+  const colours = stretches.map(([from, to,
+    good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
   at.style.background = `linear-gradient(to right, ${colours.join(", ")})`;
 }
 
@@ -102,21 +129,24 @@ export function announce(input, words) {
 }
 
 // -------------------------------------------------------------------- plot
-export const S_PLANE = ["Re s (s⁻¹)", "Im s (rad/s)"];   // names of axes
+export const S_PLANE = ["Re s (s⁻¹)", "Im s (rad/s)"];  // names of axes
 
 function linearTicks(low, high) {
   const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].find(k => k * size >= raw * 0.999) * size, list = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) list.push(k * step);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
+    list.push(k * step);
   return list;
 }
 
 // 1, 2, 5 times powers of ten; every step where these are too few.
 function logarithmicTicks(low, high) {
-  for (const steps of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 7], [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]]) {
+  for (const steps of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 7],
+         [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]]) {
     const list = [];
     for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
-      list.push(...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
+      list.push(
+        ...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
     }
     if (list.length >= 3) return list.length > 8 ? list.filter((_, k) => k % 2 === 0) : list;
   }
@@ -124,20 +154,24 @@ function logarithmicTicks(low, high) {
 }
 
 // Grid lines with their numbers, and an axis title that reads upwards.
-const column = ([t, b], u, text) => `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
-  `<text x="${Math.min(u, round(338 - 3.6 * text.length))}" y="${b + 16}" text-anchor="middle">${text}</text>`;
-export const row = ([l, r], v, text) => `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
+const column = ([t, b], u, text) =>
+  `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
+  `<text x="${Math.min(u, round(338 - 3.6 * text.length))}" y="${b + 16}" text-anchor="middle">${
+    text}</text>`;
+export const row = ([l, r], v, text) =>
+  `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
   `<text x="${l - 6}" y="${v + 4}" text-anchor="end">${text}</text>`;
-export const upright = ([t, b], label) =>
-  `<text transform="translate(11 ${(t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
+export const upright = ([t, b], label) => `<text transform="translate(11 ${
+  (t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
 
 // Axes in a viewBox that is 340 wide; what is drawn joins `body`. Where the
 // axes are logarithmic, what lies above or below is drawn on the edge.
 export class Plot {
   constructor({x, y, labels, box = [46, 332, 10, 298], height = 340, logarithmic = false}) {
-    const [l, r, t, b] = box, ticks = logarithmic ? logarithmicTicks : linearTicks, digits = logarithmic ? 3 : 6;
+    const [l, r, t, b] = box, ticks = logarithmic ? logarithmicTicks : linearTicks;
+    const digits = logarithmic ? 3 : 6;
     const part = logarithmic ? (v, [low, high]) => Math.log(v / low) / Math.log(high / low)
-      : (v, [low, high]) => (v - low) / (high - low);
+                             : (v, [low, high]) => (v - low) / (high - low);
     this.x = x;
     this.y = y;
     this.l = l;
@@ -152,39 +186,49 @@ export class Plot {
     };
     this.body = ticks(...x).map(v => column([t, b], this.X(v), clean(v, digits))).join("") +
       ticks(...y).map(v => row([l, r], this.Y(v), clean(v, digits))).join("") +
-      `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${escape(labels[0])}</text>` + upright([t, b], labels[1]);
+      `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${
+        escape(labels[0])}</text>` +
+      upright([t, b], labels[1]);
   }
 
   /** @param {any} point */
   has([u, v]) { return u >= this.x[0] && u <= this.x[1] && v >= this.y[0] && v <= this.y[1]; }
-  path(points) { return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join(""); }
+  path(points) {
+    return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join("");
+  }
 
   line(points, colour, dash = "") {
-    this.body += `<path class="sos-line" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${this.path(points)}"/>`;
+    this.body += `<path class="sos-line" style="stroke:var(${colour})" stroke-dasharray="${
+      dash}" d="${this.path(points)}"/>`;
   }
 
   rule(kind, [u0, u1], [v0, v1]) {
-    this.body += `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${this.Y(v0)}" y2="${this.Y(v1)}"/>`;
+    this.body += `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${
+      this.Y(v0)}" y2="${this.Y(v1)}"/>`;
   }
 
   // The style of an area hatched with the pattern of this name.
   hatch(name) {
-    this.body += `<defs><pattern id="${name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
+    this.body +=
+      `<defs><pattern id="${
+        name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
       `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
     return `style="fill:url(#${name})"`;
   }
 
   absent(text, y) {
-    this.body += `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${text}</text>`;
+    this.body += `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${
+      text}</text>`;
   }
 
   svg(label) {
-    return `<svg role="img" viewBox="0 0 340 ${this.height}" aria-label="${escape(label)}">${this.body}</svg>`;
+    return `<svg role="img" viewBox="0 0 340 ${this.height}" aria-label="${escape(label)}">${
+      this.body}</svg>`;
   }
 }
 
 // ----------------------------------------------------------------- element
-const LONGEST = 8;   // texts of a readout that are measured
+const LONGEST = 8;  // texts of a readout that are measured
 
 // An element holds its data as JSON. It has `markup()`, and `wire()` to listen.
 //
@@ -222,8 +266,11 @@ export class PageElement extends HTMLElement {
     this.reserve();
     const strange = this.strange(this.linked());
     this.opened = true;
-    addEventListener("hashchange", () => { if (location.hash.startsWith(`#${this.name}:`)) location.reload(); });
-    if (strange && this.find("more")) this.reply(`<p>The address asks for what isn't here: ${escape(strange)}.</p>`);
+    addEventListener("hashchange", () => {
+      if (location.hash.startsWith(`#${this.name}:`)) location.reload();
+    });
+    if (strange && this.find("more"))
+      this.reply(`<p>The address asks for what isn't here: ${escape(strange)}.</p>`);
   }
 
   get address() { return {}; }
@@ -270,16 +317,21 @@ export class PageElement extends HTMLElement {
 
   // What the page's address asks for and the controls don't.
   strange(linked) {
-    const {address} = this, held = (text, value) => text === String(value) || number(text) === Number(value);
-    return Object.entries(linked).filter(([key, text]) => !(Object.hasOwn(address, key) && held(text, address[key])))
-      .map(([key, text]) => `${key} = ${text}`).join(", ");
+    const {address} = this;
+    const held = (text, value) => text === String(value) || number(text) === Number(value);
+    return Object.entries(linked)
+      .filter(([key, text]) => !(Object.hasOwn(address, key) && held(text, address[key])))
+      .map(([key, text]) => `${key} = ${text}`)
+      .join(", ");
   }
 
   // Code to read, and to paste where that is allowed.
   print(code) {
     this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>`);
     const shown = this.find("code");
-    navigator.clipboard?.writeText(code).then(() => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});
+    navigator.clipboard?.writeText(code).then(
+      () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"),
+      () => {});
   }
 
   find(name) { return this.view.querySelector(`.sos-${name}`); }
@@ -289,7 +341,8 @@ export class PageElement extends HTMLElement {
     const box = this.find("readout");
     box.className = `sos-readout sos-${status}`;
     box.innerHTML = html;
-    for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel")) part.dataset.digest = digest;
+    for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel"))
+      part.dataset.digest = digest;
     this.settle();
     if (this.longest && box.getBoundingClientRect().height > this.tall + 0.01) {
       this.longest.push(html);
@@ -304,16 +357,20 @@ export class PageElement extends HTMLElement {
   // draws nothing.
   elsewhere(values) {
     const there = Object.create(this);
-    for (const key in values) Object.defineProperty(there, key, {value: values[key], writable: true});
+    for (const key in values)
+      Object.defineProperty(there, key, {value: values[key], writable: true});
     return there;
   }
 
   // Room for the longest text of the readout: what stands below it doesn't move.
   reserve() {
     const length = html => html.replace(/<[^>]*>/g, "").length;
-    this.longest = [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
+    this.longest =
+      [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
     this.sizes?.disconnect();
-    this.sizes = new ResizeObserver(() => { if (this.find("readout").offsetWidth !== this.wide) this.room(); });
+    this.sizes = new ResizeObserver(() => {
+      if (this.find("readout").offsetWidth !== this.wide) this.room();
+    });
     this.sizes.observe(this.find("readout"));
     this.room();
   }
@@ -336,4 +393,3 @@ export class PageElement extends HTMLElement {
 export function define(tag, kind) {
   if (!customElements.get(tag)) customElements.define(tag, kind);
 }
-

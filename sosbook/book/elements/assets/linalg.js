@@ -6,35 +6,42 @@ import * as spectrum from "../../kernel/spectrum.js";
 const {matrix, rowsOf} = kernel;
 const onRows = f => (...given) => rowsOf(f(...given.map(X => matrix(X))));
 
-export const make = (n, m, entry) => Array.from({length: n}, (_, i) => Array.from({length: m}, (_, j) => entry(i, j)));
+export const make = (n, m, entry) =>
+  Array.from({length: n}, (_, i) => Array.from({length: m}, (_, j) => entry(i, j)));
 export const eye = n => make(n, n, (i, j) => i === j ? 1 : 0);
 export const zeros = (n, m) => make(n, m, () => 0);
 export const transpose = A => make(A[0].length, A.length, (i, j) => A[j][i]);
-export const mul = (...factors) => factors.reduce((A, B) =>
-  make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
+export const mul = (...factors) => factors.reduce(
+  (A, B) =>
+    make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
 export const combine = (a, A, b, B) => A.map((row, i) => row.map((x, j) => a * x + b * B[i][j]));
 export const add = (A, B) => combine(1, A, 1, B);
 export const scale = (a, A) => A.map(row => row.map(x => a * x));
 export const apply = (A, x) => A.map(row => row.reduce((sum, a, k) => sum + a * x[k], 0));
 export const block = rows => rows.flatMap(row => row[0].map((_, i) => row.flatMap(A => A[i])));
-export const part = (A, [top, bottom], [left, right]) => A.slice(top, bottom).map(row => row.slice(left, right));
+export const part = (A, [top, bottom], [left, right]) =>
+  A.slice(top, bottom).map(row => row.slice(left, right));
 export const trace = A => A.reduce((sum, row, i) => sum + row[i], 0);
 
 // A^-1 B; NaN where A is singular.
 export const solve = onRows((A, B) => kernel.solve(A, B) ?? kernel.mapped(B, () => NaN));
 export const exponential = onRows(X => spectrum.exponential(X, 1));
 export const lyapunov = onRows(spectrum.lyapunov);
-export const eigenvalues = A => spectrum.eigenvalues(matrix(A)).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+export const eigenvalues = A =>
+  spectrum.eigenvalues(matrix(A)).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
 
 // The stabilising solution of A^T X + X A - X B R^-1 B^T X + Q = 0.
-export const riccati = onRows((A, B, Q, R) =>
-  spectrum.riccati(A, kernel.times(B, kernel.transposed(kernel.inverseLower(kernel.cholesky(R)))), Q));
+export const riccati =
+  onRows((A, B, Q, R) => spectrum.riccati(
+           A, kernel.times(B, kernel.transposed(kernel.inverseLower(kernel.cholesky(R)))), Q));
 
 // The gain K of u = K x with the least cost x^T Q x + u^T R u.
-export const regulator = (A, B, Q, R) => scale(-1, solve(R, mul(transpose(B), riccati(A, B, Q, R))));
+export const regulator = (A, B, Q, R) =>
+  scale(-1, solve(R, mul(transpose(B), riccati(A, B, Q, R))));
 
 // [Phi, Gamma] of x(t + T) = Phi x + Gamma u for an input that is held.
 export function held(A, B, T) {
-  const n = A.length, m = B[0].length, E = exponential(scale(T, block([[A, B], [zeros(m, n), zeros(m, m)]])));
+  const n = A.length, m = B[0].length;
+  const E = exponential(scale(T, block([[A, B], [zeros(m, n), zeros(m, m)]])));
   return [part(E, [0, n], [0, n]), part(E, [0, n], [n, n + m])];
 }

@@ -1,7 +1,8 @@
 // Two widgets beside an element in Jupyter, one for a question and one for its answer,
 // are a line to the package; the page takes over what it leaves unanswered.
 export function line(home, start) {
-  const PATIENCE = 10, ATTEMPTS = 50;   // seconds for an answer; tries, 0.1 s apart, to find the widgets
+  const PATIENCE = 10,
+        ATTEMPTS = 50;  // seconds for an answer; tries, 0.1 s apart, to find the widgets
   return receive => {
     let due = null, timer = null, spare = null, known = null;
     const taken = answer => {
@@ -9,7 +10,11 @@ export function line(home, start) {
       due = null;
       receive(answer);
     };
-    const read = text => { try { return JSON.parse(text); } catch { return {}; } };   // half of an answer is none
+    const read = text => {
+      try {
+        return JSON.parse(text);
+      } catch { return {}; }
+    };  // half of an answer is none
     const listen = place => {
       if (place === known) return;
       known = place;
@@ -21,7 +26,8 @@ export function line(home, start) {
     const alone = () => (spare ??= start(taken))(due);
     const ask = (job, tries = 0) => {
       if (due !== job) return;
-      const [question, place] = [".sos-question textarea", ".sos-answer"].map(where => home.querySelector(where));
+      const [question, place] =
+        [".sos-question textarea", ".sos-answer"].map(where => home.querySelector(where));
       if (question && place) {
         listen(place);
         question.value = JSON.stringify(job);

@@ -1,13 +1,17 @@
-import {PageElement, Plot, READOUT, announce, buttons, clean, controls, define, escape, gainRows, gains, number, options, panel, panels, places, printed, select, slider, steady} from "./kit.js";
+import {announce, buttons, clean, controls, define, escape, gainRows, gains, number, options, PageElement, panel, panels, places, Plot, printed, READOUT, select, slider, steady} from "./kit.js";
 import * as python from "./program.js";
+
 class FeasibilityMap extends PageElement {
   markup() {
     const named = (key, more) => ({id: `${this.name}-${key}`, key, ...more});
     const slide = key => slider(named(key, {label: "", max: 0}));
     return controls("Plant and requirements",
-      select(named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
-      select(named("pair", {label: "Requirements", names: []})) + slide("x") + slide("y")) +
-      panels(panel("plot", "") + READOUT) + buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
+             select(
+               named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
+               select(named("pair", {label: "Requirements", names: []})) + slide("x") +
+               slide("y")) +
+      panels(panel("plot", "") + READOUT) +
+      buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
   }
 
   wire() {
@@ -17,11 +21,13 @@ class FeasibilityMap extends PageElement {
       this.control(key).addEventListener("input", () => this.update());
       steady(this.control(key));
     }
-    this.view.querySelector(".sos-buttons").addEventListener("click", event => this.press(event.target.dataset.do));
+    this.view.querySelector(".sos-buttons")
+      .addEventListener("click", event => this.press(event.target.dataset.do));
     const {group = "0", pair = "0", x, y} = this.linked();
     this.control("group").value = number(group) in this.data.groups ? group : 0;
     this.choose(pair);
-    for (const [key, value] of Object.entries({x: number(x), y: number(y)})) if (value > 0 && isFinite(value)) this.put(key, value);
+    for (const [key, value] of Object.entries({x: number(x), y: number(y)}))
+      if (value > 0 && isFinite(value)) this.put(key, value);
     this.update();
   }
 
@@ -52,10 +58,11 @@ class FeasibilityMap extends PageElement {
   get place() { return [Number(this.control("x").value), Number(this.control("y").value)]; }
 
   choose(pair = "0") {
-    this.control("pair").innerHTML = options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
+    this.control("pair").innerHTML =
+      options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
     this.control("pair").value = number(pair) in this.group.maps ? pair : 0;
     this.open();
-    if (this.longest) this.reserve();   // those of another plant
+    if (this.longest) this.reserve();  // those of another plant
   }
 
   // The sliders start at what was asked, or next to it.
@@ -69,7 +76,9 @@ class FeasibilityMap extends PageElement {
     this.update();
   }
 
-  unit(axis) { return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol); }
+  unit(axis) {
+    return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol);
+  }
   say(axis, value) { return printed(`${axis.symbol} = ${clean(value, 4)}${axis.unit}`); }
 
   // By the proofs kept: one that asks for as much, or one that asks for no more.
@@ -78,10 +87,12 @@ class FeasibilityMap extends PageElement {
     const {y, rows, designs, refusals} = this.map, v = y.values[j];
     const least = (a, b) => (a - b) * y.harder >= -1e-9 * Math.abs(b);
     for (let k = i; k < rows.length; k++) {
-      if (rows[k][0] !== null && least(rows[k][0], v)) return {status: "feasible", kept: designs[rows[k][2]]};
+      if (rows[k][0] !== null && least(rows[k][0], v))
+        return {status: "feasible", kept: designs[rows[k][2]]};
     }
     for (let k = i; k >= 0; k--) {
-      if (rows[k][3] !== null && least(v, rows[k][1])) return {status: "infeasible", kept: refusals[rows[k][3]]};
+      if (rows[k][3] !== null && least(v, rows[k][1]))
+        return {status: "infeasible", kept: refusals[rows[k][3]]};
     }
     return {status: "undecided"};
   }
@@ -95,7 +106,8 @@ class FeasibilityMap extends PageElement {
     announce(this.control("y"), this.say(y, y.values[j]));
     this.find("plot").innerHTML = this.plot(verdict);
     this.find("caption").textContent =
-      `Shaded: a certified design. Hatched: proven infeasible. Blank: between the proofs. Diamond: what was asked. Held: ${printed(this.map.held.join(", ")) || "nothing else"}.`;
+      `Shaded: a certified design. Hatched: proven infeasible. Blank: between the proofs. Diamond: what was asked. Held: ${
+        printed(this.map.held.join(", ")) || "nothing else"}.`;
     this.tell(verdict.status, this.readout(verdict));
   }
 
@@ -103,35 +115,49 @@ class FeasibilityMap extends PageElement {
     const {x, y, rows, asked} = this.map, [i, j] = this.place;
     const near = [...x.values, asked[0]], all = [...y.values, asked[1]];
     const plot = new Plot({
-      x: [Math.min(...near) / 1.03, Math.max(...near) * 1.03], y: [Math.min(...all), Math.max(...all)],
-      labels: [this.unit(x), this.unit(y)], box: [54, 332, 12, 292], height: 334, logarithmic: true,
+      x: [Math.min(...near) / 1.03, Math.max(...near) * 1.03],
+      y: [Math.min(...all), Math.max(...all)],
+      labels: [this.unit(x), this.unit(y)],
+      box: [54, 332, 12, 292],
+      height: 334,
+      logarithmic: true,
     });
     // a design covers all that asks for less, a refusal all that asks for more
     const loose = x.harder > 0 ? plot.l : plot.r, hard = x.harder > 0 ? plot.r : plot.l;
     const easy = y.harder > 0 ? plot.b : plot.t, tough = y.harder > 0 ? plot.t : plot.b;
     const stair = (side, from, close) => {
-      const steps = x.values.map((v, k) => [plot.X(v), rows[k][side]]).filter(p => p[1] !== null).map(([u, v]) => [u, plot.Y(v)]);
+      const steps =
+        x.values.map((v, k) => [plot.X(v), rows[k][side]]).filter(p => p[1] !== null).map(([
+          u, v
+        ]) => [u, plot.Y(v)]);
       if (!steps.length) return "";
       if (!close) steps.reverse();
       let path = `M${from} ${close ? easy : tough}`, last = null;
-      for (const [u, v] of steps) { path += last === null ? `L${from} ${v}` : `L${last} ${v}`; path += `L${u} ${v}`; last = u; }
+      for (const [u, v] of steps) {
+        path += last === null ? `L${from} ${v}` : `L${last} ${v}`;
+        path += `L${u} ${v}`;
+        last = u;
+      }
       return `${path}L${last} ${close ? easy : tough}Z`;
     };
     const style = plot.hatch(`${this.name}-hatch`);
-    const [u, v] = [plot.X(asked[0]), plot.Y(asked[1])], [a, b] = [plot.X(x.values[i]), plot.Y(y.values[j])];
+    const [u, v] = [plot.X(asked[0]), plot.Y(asked[1])];
+    const [a, b] = [plot.X(x.values[i]), plot.Y(y.values[j])];
     plot.body += `<path class="sos-region" d="${stair(0, loose, true)}"/>` +
       `<path class="sos-region sos-empty" ${style} d="${stair(1, hard, false)}"/>` +
       `<path class="sos-asked" d="M${u} ${v - 6}l6 6l-6 6l-6 -6Z"/>` +
       `<path class="sos-cross" d="M${a - 9} ${b}h18M${a} ${b - 9}v18"/>`;
-    return plot.svg(printed(`Map of ${x.label} and ${y.label}`) + `, logarithmic: the point at ${this.say(x, x.values[i])}, ` +
+    return plot.svg(printed(`Map of ${x.label} and ${y.label}`) +
+      `, logarithmic: the point at ${this.say(x, x.values[i])}, ` +
       `${this.say(y, y.values[j])} is ${verdict.status}.`);
   }
 
   states() {
-    return this.group.maps.flatMap(map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
-      const at = this.elsewhere({map, place: [i, j]});
-      return at.readout(at.verdict([i, j]));
-    })));
+    return this.group.maps.flatMap(
+      map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
+        const at = this.elsewhere({map, place: [i, j]});
+        return at.readout(at.verdict([i, j]));
+      })));
   }
 
   readout({status, kept}) {
@@ -139,15 +165,29 @@ class FeasibilityMap extends PageElement {
     const point = `${this.say(x, x.values[i])}, ${this.say(y, y.values[j])}`;
     const word = {feasible: "Certified", infeasible: "Excluded", undecided: "Undecided"}[status];
     const head = `<p><span class="sos-status">${word}</span>: ${escape(point)}.</p>`;
-    if (status === "undecided") return head + "<p>Neither a certified design nor a proof that there is none is stored for this point.</p>";
+    if (status === "undecided")
+      return head +
+        "<p>Neither a certified design nor a proof that there is none is stored for this point.</p>";
     if (status === "infeasible") {
-      const bars = kept.shares.map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
-        `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`).join("");
-      return head + `<p>Exact multipliers exclude every design for ${escape(printed(kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
-        (bars ? `<p>What a relaxation of each requirement by the same small factor would contribute:</p><ul class="sos-shares">${bars}</ul>` : "");
+      const bars =
+        kept.shares
+          .map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
+              `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`)
+          .join("");
+      return head +
+        `<p>Exact multipliers exclude every design for ${
+          escape(printed(
+            kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
+        (bars
+            ? `<p>What a relaxation of each requirement by the same small factor would contribute:</p><ul class="sos-shares">${
+                bars}</ul>`
+            : "");
     }
-    return head + `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ` +
-      `${escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`;
+    return head +
+      `<p>This design, certified for ${
+        escape(printed(kept.asked))}, keeps it; its tightest block is ` +
+      `${escape(printed(this.data.blocks[kept.block]))}.</p>${
+        gains(gainRows(kept.K, shape), shape, 4)}`;
   }
 }
 

@@ -9,48 +9,105 @@ class Mass extends Mover {
   get pace() { return 0.01; }
 
   figures() {
-    return [["scene", "The chain; the last body is pushed with 1 N. A hundred times slower, motions as large as they fit."],
-      ["speed", "Velocity of the last body."], ["size", "The largest pole over the mass. The mark is here; dashed b₄/m and dotted √(k₄/m)."]];
+    return [
+      [
+        "scene",
+        "The chain; the last body is pushed with 1 N. A hundred times slower, motions as large as they fit."
+      ],
+      ["speed", "Velocity of the last body."],
+      ["size", "The largest pole over the mass. The mark is here; dashed b₄/m and dotted √(k₄/m)."]
+    ];
   }
 
   plant({b4}, mass) {
     const {D, S, k4} = this.data, M = [3, 2, 1, mass], more = b4 - k4.damper;
-    const damp = D.map((row, i) => row.map((x, j) => x + (i > 1 && j > 1 ? (i === j ? more : -more) : 0)));
-    return block([[zeros(4, 4), eye(4)], [S.map((row, i) => row.map(x => -x / M[i])), damp.map((row, i) => row.map(x => -x / M[i]))]]);
+    const damp =
+      D.map((row, i) => row.map((x, j) => x + (i > 1 && j > 1 ? (i === j ? more : -more) : 0)));
+    return block([
+      [zeros(4, 4), eye(4)],
+      [S.map((row, i) => row.map(x => -x / M[i])), damp.map((row, i) => row.map(x => -x / M[i]))]
+    ]);
   }
 
-  largest(place, mass) { return Math.max(...eigenvalues(this.plant(place, mass)).map(p => Math.hypot(...p))); }
+  largest(place, mass) {
+    return Math.max(...eigenvalues(this.plant(place, mass)).map(p => Math.hypot(...p)));
+  }
 
   compute(place) {
     const mass = place.m4 + place.lent, A = this.plant(place, mass), T = this.horizon / STEPS;
-    const x = samples(A, make(8, 1, i => i === 7 ? 1 / mass : 0), Array(8).fill(0), Array(STEPS).fill([1]), T);
-    const curve = Array.from({length: 25}, (_, k) => 10 ** (-5 + k / 4.8)).map(m => [m, this.largest(place, m)]);
+    const x = samples(
+      A, make(8, 1, i => i === 7 ? 1 / mass : 0), Array(8).fill(0), Array(STEPS).fill([1]), T);
+    const curve = Array.from({length: 25}, (_, k) => 10 ** (-5 + k / 4.8))
+                    .map(m => [m, this.largest(place, m)]);
     return {mass, poles: eigenvalues(A), z: x.map(v => v.slice(0, 4)), v: x.map(w => w[7]), curve};
   }
 
   show({mass, poles, z, v, curve}, ghost, {b4, lent}) {
-    const T = this.horizon / STEPS, size = Math.max(...poles.map(p => Math.hypot(...p))), peak = Math.max(...v), limit = b4 ? 1 / b4 : null;
-    this.tell("feasible", verdict(b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.` : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
-      `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` + (lent ? `Acceleration feedback lends ${number(lent, " kg")}: with the mass of ${number(mass, " kg")} the pole is this slow again. Late feedback would be another matter.` : "") + "</p>");
+    const T = this.horizon / STEPS, size = Math.max(...poles.map(p => Math.hypot(...p)));
+    const peak = Math.max(...v), limit = b4 ? 1 / b4 : null;
+    this.tell("feasible",
+      verdict(b4
+          ? `A jump: the velocity goes to 1/b₄ = ${
+              clean(limit)} m/s, the sooner the smaller the mass.`
+          : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
+        `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
+        (lent ? `Acceleration feedback lends ${number(lent, " kg")}: with the mass of ${
+                  number(mass,
+                    " kg")} the pole is this slow again. Late feedback would be another matter.`
+              : "") +
+        "</p>");
     const points = list => list.map((value, k) => [k * T, value]);
-    this.plot = this.curves("speed", {x: [0, this.horizon], y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)], labels: ["time t (s)", "velocity (m/s)"], label: "Velocity of the last body", rules: limit ? [limit] : [],
-      lines: [...(ghost ? [{points: points(ghost.v), ghost: true}] : []), {points: points(v)}]});
+    this.plot = this.curves("speed", {
+      x: [0, this.horizon],
+      y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)],
+      labels: ["time t (s)", "velocity (m/s)"],
+      label: "Velocity of the last body",
+      rules: limit ? [limit] : [],
+      lines: [...(ghost ? [{points: points(ghost.v), ghost: true}] : []), {points: points(v)}]
+    });
     const log = list => list.map(p => p.map(Math.log10)), masses = curve.map(([m]) => m);
-    this.curves("size", {x: [-5, 0], y: [0, 7], labels: ["log₁₀ of the mass in kg", "log₁₀ of |s| in rad/s"], label: "Largest pole over the mass",
-      lines: [...(b4 ? [{points: log(masses.map(m => [m, b4 / m])), dash: "6 4", colour: "--sos-second"}] : []),
-        {points: log(masses.map(m => [m, Math.sqrt(this.data.k4.spring / m)])), dash: "2 3", colour: "--sos-third"}, {points: log(curve)}],
-      marks: log([[Math.min(1, mass), size]]).map(point => [point, "--sos-first", 1])});
+    this.curves("size", {
+      x: [-5, 0],
+      y: [0, 7],
+      labels: ["log₁₀ of the mass in kg", "log₁₀ of |s| in rad/s"],
+      label: "Largest pole over the mass",
+      lines: [
+        ...(b4 ? [{points: log(masses.map(m => [m, b4 / m])), dash: "6 4", colour: "--sos-second"}]
+               : []),
+        {
+          points: log(masses.map(m => [m, Math.sqrt(this.data.k4.spring / m)])),
+          dash: "2 3",
+          colour: "--sos-third"
+        },
+        {points: log(curve)}
+      ],
+      marks: log([[Math.min(1, mass), size]]).map(point => [point, "--sos-first", 1])
+    });
     this.grow = 18 / Math.max(1e-9, ...z.flat().map(Math.abs));
-    const body = (k, w) => `<g><rect class="sos-part" x="${-w / 2}" y="-18" width="${w}" height="36" rx="4"${k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"` : ""}/></g>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 120" aria-label="Four bodies in a row behind a wall"><path class="sos-thin" d="M12 25V95"/><path class="sos-thin sos-springs"/>${[46, 40, 34, 14 + 24 * Math.min(1, Math.cbrt(mass))].map((w, k) => body(k, w)).join("")}` +
+    const body = (k, w) =>
+      `<g><rect class="sos-part" x="${- w / 2}" y="-18" width="${w}" height="36" rx="4"${
+        k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"`
+                : ""}/></g>`;
+    this.find("scene").innerHTML =
+      `<svg role="img" viewBox="0 0 340 120" aria-label="Four bodies in a row behind a wall"><path class="sos-thin" d="M12 25V95"/><path class="sos-thin sos-springs"/>${
+          [46, 40, 34, 14 + 24 * Math.min(1, Math.cbrt(mass))]
+            .map((w, k) => body(k, w))
+            .join("")}` +
       `<path class="sos-thin" style="stroke:var(--sos-bad)" d="M292 100h30m-8 -5l8 5l-8 5"/><text x="290" y="116">1 N</text></svg>`;
   }
 
   pose({z}, time) {
-    const k = Math.min(STEPS, Math.round(time / this.horizon * STEPS)), scene = this.find("scene"), x = z[k].map((value, i) => 70 + 76 * i + this.grow * value);
-    scene.querySelectorAll("g").forEach((group, i) => group.setAttribute("transform", `translate(${round(x[i])} 60)`));
-    const spring = (a, b) => `M${round(a)} 60` + Array.from({length: 7}, (_, i) => `L${round(a + (b - a) * (i + 1) / 8)} ${i % 2 ? 66 : 54}`).join("") + `L${round(b)} 60`;
-    this.find("springs").setAttribute("d", [[12, x[0] - 23], [x[0] + 23, x[1] - 20], [x[1] + 20, x[2] - 17], [x[2] + 17, x[3] - 8]].map(([a, b]) => spring(a, b)).join(""));
+    const k = Math.min(STEPS, Math.round(time / this.horizon * STEPS)), scene = this.find("scene");
+    const x = z[k].map((value, i) => 70 + 76 * i + this.grow * value);
+    scene.querySelectorAll("g").forEach(
+      (group, i) => group.setAttribute("transform", `translate(${round(x[i])} 60)`));
+    const spring = (a, b) => `M${round(a)} 60` +
+      Array.from({length: 7}, (_, i) => `L${round(a + (b - a) * (i + 1) / 8)} ${i % 2 ? 66 : 54}`)
+        .join("") +
+      `L${round(b)} 60`;
+    this.find("springs").setAttribute("d", [
+      [12, x[0] - 23], [x[0] + 23, x[1] - 20], [x[1] + 20, x[2] - 17], [x[2] + 17, x[3] - 8]
+    ].map(([a, b]) => spring(a, b)).join(""));
     this.now("speed", this.plot, Math.min(time, this.horizon));
   }
 }

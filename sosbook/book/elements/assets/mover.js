@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {PageElement, Plot, READOUT, S_PLANE, announce, band, clean, controls, escape, gaussian, number as decimal, panel, panels, printed, select, slider, steady, uniform} from "./kit.js";
+import {announce, band, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, Plot, printed, READOUT, S_PLANE, select, slider, steady, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
 
 // Room for the longest of the words that a slider may show: its label doesn't break anew.
@@ -9,17 +9,21 @@ const roomy = (input, texts) => {
   input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
 };
 
-const LOOKS = 25;   // at a slider, before those by halves
+const LOOKS = 25;  // at a slider, before those by halves
 const steps = control => Math.round((control.max - control.min) / control.step);
 const value = (control, position) => {
   const at = control.min + position * control.step;
-  return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
+  return control.scale === "log" ? Number((10 ** at).toPrecision(3))
+                                 : Number(at.toPrecision(12)) + 0;
 };
 const position = (control, x) =>
   Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
 
 // The same text with numbers of six characters or more.
-const wide = html => html.split(/(<[^>]*>)/).map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8"))).join("");
+const wide = html =>
+  html.split(/(<[^>]*>)/)
+    .map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8")))
+    .join("");
 
 export class Mover extends PageElement {
   // What a subclass has of its own. [name, caption] of each panel:
@@ -37,13 +41,24 @@ export class Mover extends PageElement {
   get means() { return ""; }
 
   markup() {
-    const named = (control, more) => ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-    const button = (key, text) => `<button type="button" class="sos-button sos-${key}" data-lm-suppress-shortcuts="true">${text}</button>`;
-    return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>` : "") +
-      controls("Setting", this.data.controls.map(control => control.names ? select(named(control, {names: control.names}))
-        : slider(named(control, {max: steps(control)}))).join("")) +
-      (this.means ? `<p class="sos-soft">Green under a slider: there ${escape(this.means)}, while the others stay.</p>` : "") +
-      `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${button("reset", "Reset")}${button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
+    const named = (control, more) =>
+      ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
+    const button = (key, text) => `<button type="button" class="sos-button sos-${
+      key}" data-lm-suppress-shortcuts="true">${text}</button>`;
+    return (this.data.hint
+               ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
+               : "") +
+      controls("Setting",
+        this.data.controls
+          .map(control => control.names ? select(named(control, {names: control.names}))
+                                        : slider(named(control, {max: steps(control)})))
+          .join("")) +
+      (this.means ? `<p class="sos-soft">Green under a slider: there ${
+                      escape(this.means)}, while the others stay.</p>`
+                  : "") +
+      `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${
+        button("reset", "Reset")}${
+        button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
       panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
   }
 
@@ -56,21 +71,26 @@ export class Mover extends PageElement {
       steady(input);
     }
     for (const control of this.data.controls.filter(c => !c.names)) {
-      const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
+      const all =
+        Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
       roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
     }
     this.find("reset").addEventListener("click", () => this.reset());
     this.find("address").addEventListener("click", () => this.link());
     if (this.horizon) this.ready();
     if (this.means) {
-      new IntersectionObserver(([entry]) => { this.near = entry.isIntersecting; this.survey(); }, {rootMargin: "25%"}).observe(this.view);
+      new IntersectionObserver(([entry]) => {
+        this.near = entry.isIntersecting;
+        this.survey();
+      }, {rootMargin: "25%"}).observe(this.view);
     }
     this.reset(this.linked());
   }
 
   reset(to = {}) {
     for (const control of this.data.controls) {
-      const {key, names, start} = control, wanted = decimal(to[key]), x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
+      const {key, names, start} = control, wanted = decimal(to[key]);
+      const x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
       this.inputs[key].value = names ? x : position(control, x);
     }
     this.reply("");
@@ -104,7 +124,9 @@ export class Mover extends PageElement {
 
   // What is said here and at both ends of each control, in longer numbers.
   states() {
-    const said = [], at = this.elsewhere({tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
+    const said = [];
+    const at = this.elsewhere(
+      {tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
     const ends = this.data.controls.flatMap(control => {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
       return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
@@ -123,7 +145,10 @@ export class Mover extends PageElement {
     const work = this.looks(this.place), go = () => {
       const until = performance.now() + 8;
       do {
-        if (work.next().done) { this.surveyed = true; return; }
+        if (work.next().done) {
+          this.surveyed = true;
+          return;
+        }
       } while (performance.now() < until);
       this.idle = setTimeout(go, 20);
     };
@@ -131,7 +156,7 @@ export class Mover extends PageElement {
   }
 
   // Each slider at some places, then by halves where the verdict changes.
-  *looks(place) {
+  * looks(place) {
     for (const control of this.data.controls.filter(c => !c.names)) {
       const last = steps(control), known = new Map(), ends = [];
       const at = k => {
@@ -139,20 +164,25 @@ export class Mover extends PageElement {
         if (!known.has(k)) known.set(k, this.probe(there));
         return known.get(k);
       };
-      for (let k = 0; k < LOOKS; k++) { at(Math.round(k * last / (LOOKS - 1))); yield; }
+      for (let k = 0; k < LOOKS; k++) {
+        at(Math.round(k * last / (LOOKS - 1)));
+        yield;
+      }
       const seen = [...known.keys()];
       for (let i = 1; i < seen.length; i++) {
         let [from, to] = [seen[i - 1], seen[i]];
         if (at(from) === at(to)) continue;
         while (to - from > 1) {
           const middle = (from + to) >> 1;
-          if (at(middle) === at(from)) from = middle; else to = middle;
+          if (at(middle) === at(from)) from = middle;
+          else to = middle;
           yield;
         }
         ends.push([(from + to) / 2 / last, at(to)]);
       }
       const stretches = [[0, at(0)], ...ends];
-      band(this.inputs[control.key], stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
+      band(this.inputs[control.key],
+        stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
       yield;
     }
   }
@@ -172,14 +202,17 @@ export class Mover extends PageElement {
   // Curves over an axis: {points, colour, dash, ghost}; y fits unless it is given.
   curves(name, {x, y = null, labels, label, lines, rules = [], marks = []}) {
     const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
-    const plot = new Plot({x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
+    const plot = new Plot(
+      {x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
     const clip = v => Math.max(plot.y[0], Math.min(plot.y[1], v));
     for (const at of rules) plot.rule("sos-target", x, [at, at]);
     for (const {points, colour = "--sos-first", dash = "", ghost} of lines) {
       const seen = points.filter(p => Number.isFinite(p[1])).map(([u, v]) => [u, clip(v)]);
-      plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
+      plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${
+        colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
     }
-    for (const [point, colour, shape] of marks) if (plot.has(point)) mark(plot, point, colour, shape);
+    for (const [point, colour, shape] of marks)
+      if (plot.has(point)) mark(plot, point, colour, shape);
     plot.body += `<path class="sos-now"/>`;
     this.find(name).innerHTML = plot.svg(label);
     return plot;
@@ -187,7 +220,9 @@ export class Mover extends PageElement {
 
   // The instant on a plot that `curves` drew.
   now(name, plot, t) {
-    this.find(name).querySelector(".sos-now").setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
+    this.find(name)
+      .querySelector(".sos-now")
+      .setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
   }
 
   // ---------------------------------------------------------------- motion
@@ -212,9 +247,10 @@ export class Mover extends PageElement {
     if (this.time >= this.horizon - 1e-9) this.time = 0;
     let last;
     const go = now => {
-      this.seek(this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * this.pace));
+      this.seek(
+        this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * this.pace));
       last = now;
-      if (this.time >= this.horizon + 0.6 * this.pace) this.time = 0;                // a rest, then once more
+      if (this.time >= this.horizon + 0.6 * this.pace) this.time = 0;  // a rest, then once more
       this.frame = requestAnimationFrame(go);
     };
     this.frame = requestAnimationFrame(go);
@@ -228,7 +264,8 @@ export class Mover extends PageElement {
 
 // Ends of an axis that hold all values, and zero, with some room.
 export function range(values, least = 0) {
-  const low = Math.min(...values, -least), high = Math.max(...values, least), room = 0.06 * (high - low || 1);
+  const low = Math.min(...values, -least), high = Math.max(...values, least);
+  const room = 0.06 * (high - low || 1);
   return [low - room, high + room];
 }
 
@@ -248,13 +285,16 @@ export function samples(A, B, x, inputs, T) {
   return all;
 }
 
-export const series = (values, T, every = 1) => values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
-export const number = (x, unit = "", digits = 3) => `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
+export const series = (values, T, every = 1) =>
+  values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
+export const number = (x, unit = "", digits = 3) =>
+  `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
 export const verdict = words => `<p><span class="sos-status">${words}</span></p>`;
 
 // A mark of one of four shapes: cross, circle, square, plus.
-const SHAPES = ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
+const SHAPES =
+  ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
 export const mark = (plot, [x, y], colour, shape = 0, more = "") => {
-  plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
+  plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${
+    plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
 };
-

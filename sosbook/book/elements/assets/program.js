@@ -1,25 +1,43 @@
 // The Python of a design, as readers copy it.
 export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : String(x);
 
-// A plant, then a call of the package; arguments are [name, text], and those without a text are left out.
+// A plant, then a call of the package; arguments are [name, text], and those without a text are
+// left out.
 export function program({vertices}, call, words, notes = []) {
   const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
-    Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
+      Object.entries(v)
+        .filter(([, X]) => X)
+        .map(([name, X]) => `    ${name}=${list(X)},\n`)
+        .join("") +
+      ")");
   const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
-  const given = words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
-  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${plant}\ndesign = sos.${call}(\n    plant,\n${given})\n` +
+  const given =
+    words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
+  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${
+           plant}\ndesign = sos.${call}(\n    plant,\n${given})\n` +
     "print(design.status)\nprint(design.K)\n";
 }
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
 export function design({request, x0, mu, cost, own = []}, bounds) {
-  const {U, K_A, coupling} = request, rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
-  const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]].filter(([key]) => bounds[key] !== undefined)
-    .map(([key, name]) => `${name}=${bounds[key]}`).join(", ");
-  return program(request, "design_pid", [["U", U.length && list(U)], ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
-    ["gamma", bounds.gamma], ["mu", mu],
-    ["cost", bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`],
-    ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
-    ["requirements", rest.length && `[${rest.join(", ")}]`], ["coupling", coupling !== "pairs" && `"${coupling}"`]],
-  [...new Set(own.map(({note}) => note).filter(note => note))]);
+  const {U, K_A, coupling} = request;
+  const rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
+  const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]]
+                   .filter(([key]) => bounds[key] !== undefined)
+                   .map(([key, name]) => `${name}=${bounds[key]}`)
+                   .join(", ");
+  return program(request, "design_pid",
+    [
+      ["U", U.length && list(U)], ["K_A", K_A && list(K_A)],
+      ["region", region && `sos.PoleRegion(${region})`], ["gamma", bounds.gamma], ["mu", mu],
+      [
+        "cost",
+        bounds.cost &&
+          `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`
+      ],
+      ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
+      ["requirements", rest.length && `[${rest.join(", ")}]`],
+      ["coupling", coupling !== "pairs" && `"${coupling}"`]
+    ],
+    [...new Set(own.map(({note}) => note).filter(note => note))]);
 }

@@ -1,9 +1,10 @@
-import {Plot, S_PLANE, clean, define, gains, round} from "./kit.js";
+import {clean, define, gains, Plot, round, S_PLANE} from "./kit.js";
 import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, trace, transpose} from "./linalg.js";
-import {Mover, mark, range} from "./mover.js";
-import {STEP, linear, runge, slope, vertices} from "./pendulum.js";
+import {mark, Mover, range} from "./mover.js";
+import {linear, runge, slope, STEP, vertices} from "./pendulum.js";
+
 const COLOURS = ["--sos-first", "--sos-second", "--sos-region", "--sos-third"];
-const METRE = 480, ROW = 76, LEFT = -14;                   // units of the drawing a metre, a lane; 1/s
+const METRE = 480, ROW = 76, LEFT = -14;  // units of the drawing a metre, a lane; 1/s
 
 // The nonlinear pendulum under V = K x, held to the motors' limit.
 function recover(mip, K, tilt, limit, horizon) {
@@ -26,9 +27,11 @@ class Regulator extends Mover {
   get pace() { return 0.5; }
 
   figures() {
-    return [["scene", "The four extreme pendulums of the spread, at half speed. The bar is the voltage."],
+    return [
+      ["scene", "The four extreme pendulums of the spread, at half speed. The bar is the voltage."],
       ["poles", `Poles of the four loops right of ${LEFT} s⁻¹.`.replace("-", "−")],
-      ["strips", `Tilt and voltage. Dashed: the motors' limit of ${this.data.limit} V.`]];
+      ["strips", `Tilt and voltage. Dashed: the motors' limit of ${this.data.limit} V.`]
+    ];
   }
 
   // The gain of the setting, and where it comes from.
@@ -36,39 +39,63 @@ class Regulator extends Mover {
     const N = law ? 5 : 4, mip = this.data.mip;
     if (design < 3) {
       const plant = [mip, ...[0, 3].map(k => vertices(mip, spread / 100)[k])][design];
-      return {K: regulator(...linear(plant, N), eye(N), [[R]])[0], from: `LQR of ${["the middle plant", "vertex 1", "vertex 4"][design]}, computed here`};
+      return {
+        K: regulator(...linear(plant, N), eye(N), [[R]])[0],
+        from: `LQR of ${["the middle plant", "vertex 1", "vertex 4"][design]}, computed here`
+      };
     }
     const table = this.data.robust[law], near = table.R.map(x => Math.abs(Math.log(x / R)));
     const i = near.indexOf(Math.min(...near)), j = table.spread.findIndex(s => s >= spread - 1e-9);
-    return {K: table.K[i][j], from: `Theorem 2.4 for all plants within ±${table.spread[j]} %, R = ${clean(table.R[i])} (solved before): ` +
-      `proven, with a cost below ${clean(table.bound[i][j], 4)}`};
+    return {
+      K: table.K[i][j],
+      from: `Theorem 2.4 for all plants within ±${table.spread[j]} %, R = ${
+              clean(table.R[i])} (solved before): ` +
+        `proven, with a cost below ${clean(table.bound[i][j], 4)}`
+    };
   }
 
-  good({loops, stands}) { return stands.every(x => x) && loops.every(({poles}) => poles.every(([re]) => re < 0)); }
+  good({loops, stands}) {
+    return stands.every(x => x) && loops.every(({poles}) => poles.every(([re]) => re < 0));
+  }
   get means() { return "it stands at all four vertices"; }
 
   compute(place) {
     const {mip, limit, horizon} = this.data, {K, from} = this.gain(place), N = K.length;
     const loops = vertices(mip, place.spread / 100).map(robot => {
       const [A, B] = linear(robot, N), loop = add(A, mul(B, [K])), poles = eigenvalues(loop);
-      const weight = combine(1, eye(N), place.R, mul(transpose([K]), [K])), stable = poles.every(([re]) => re < 0);
-      return {poles, cost: stable ? trace(lyapunov(loop, weight)) : null, ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)};
+      const weight = combine(1, eye(N), place.R, mul(transpose([K]), [K]));
+      const stable = poles.every(([re]) => re < 0);
+      return {
+        poles,
+        cost: stable ? trace(lyapunov(loop, weight)) : null,
+        ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)
+      };
     });
-    const ends = loops.map(({theta}) => Math.max(...theta.slice(-80).map(Math.abs)) < Math.max(place.tilt / 2, 1) * Math.PI / 180);
+    const ends = loops.map(({theta}) => Math.max(...theta.slice(-80).map(Math.abs)) <
+        Math.max(place.tilt / 2, 1) * Math.PI / 180);
     const peak = Math.max(...loops.flatMap(({V}) => V.map(Math.abs)));
     return {K, from, loops, peak, stands: ends};
   }
 
   show({K, from, loops, peak, stands}, ghost, {law = 0, tilt}) {
     const {limit} = this.data, worst = Math.max(...loops.map(({cost}) => cost ?? Infinity));
-    const bad = loops.filter(({poles}) => poles.some(([re]) => re >= 0)).length, fallen = stands.filter(x => !x).length;
+    const bad = loops.filter(({poles}) => poles.some(([re]) => re >= 0)).length;
+    const fallen = stands.filter(x => !x).length;
     const rightmost = Math.max(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
     const fastest = Math.min(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
-    const word = fallen ? `falls at ${fallen} of 4 vertices` : bad ? `unstable at ${bad} of 4 vertices, though it hasn't fallen yet` : "stands at all four vertices";
-    this.tell(this.good({loops, stands}) ? "feasible" : "infeasible", `<p><span class="sos-status">From ${clean(tilt)}° it ${word}.</span></p>` +
-      gains([K], [2, 1, law], 4) + `<p>${from}. Peak voltage <span class="sos-number">${clean(peak)} V</span>${peak >= limit ? ", the motors' limit" : ""}; ` +
-      `worst cost at a vertex <span class="sos-number">${worst < Infinity ? clean(worst, 4) : "infinite"}</span>; rightmost pole ` +
-      `<span class="sos-number">${clean(rightmost)} s⁻¹</span>, fastest <span class="sos-number">${clean(fastest)} s⁻¹</span>.</p>`);
+    const word = fallen ? `falls at ${fallen} of 4 vertices`
+      : bad ? `unstable at ${bad} of 4 vertices, though it hasn't fallen yet`
+            : "stands at all four vertices";
+    this.tell(this.good({loops, stands}) ? "feasible" : "infeasible",
+      `<p><span class="sos-status">From ${clean(tilt)}° it ${word}.</span></p>` +
+        gains([K], [2, 1, law], 4) +
+        `<p>${from}. Peak voltage <span class="sos-number">${clean(peak)} V</span>${
+          peak >= limit ? ", the motors' limit" : ""}; ` +
+        `worst cost at a vertex <span class="sos-number">${
+          worst < Infinity ? clean(worst, 4) : "infinite"}</span>; rightmost pole ` +
+        `<span class="sos-number">${
+          clean(rightmost)} s⁻¹</span>, fastest <span class="sos-number">${
+          clean(fastest)} s⁻¹</span>.</p>`);
     this.poles(loops, ghost);
     this.strips(loops, ghost);
     this.lanes();
@@ -77,26 +104,40 @@ class Regulator extends Mover {
   poles(loops, ghost) {
     const plot = new Plot({x: [LEFT, 4], y: [-9, 9], labels: S_PLANE});
     plot.rule("sos-axis", [0, 0], [-9, 9]);
-    const put = (all, more) => all.forEach(({poles}, k) => poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
+    const put = (all, more) => all.forEach(
+      ({poles}, k) =>
+        poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
     if (ghost) put(ghost.loops, "opacity:.25");
     put(loops, "");
-    plot.body += COLOURS.map((colour, k) => {
-      const y = 24 + 15 * k, key = {X: () => 62, Y: () => y, body: ""};
-      mark(key, [0, 0], colour, k, "");
-      return `${key.body}<text x="72" y="${y + 4}">vertex ${k + 1}</text>`;
-    }).join("");
+    plot.body += COLOURS
+                   .map((colour, k) => {
+                     const y = 24 + 15 * k, key = {X: () => 62, Y: () => y, body: ""};
+                     mark(key, [0, 0], colour, k, "");
+                     return `${key.body}<text x="72" y="${y + 4}">vertex ${k + 1}</text>`;
+                   })
+                   .join("");
     this.find("poles").innerHTML = plot.svg("Poles of the loop at the four vertices");
   }
 
   strips(loops, ghost) {
-    const {horizon, limit} = this.data, rad = 180 / Math.PI, all = [...loops, ...(ghost?.loops ?? [])];
-    const top = range(all.flatMap(({theta}) => theta.map(x => Math.max(-100, Math.min(100, rad * x)))), 1);
-    const make = (y, label, box, time) => new Plot({x: [0, horizon], y, labels: [time, label], box, height: time ? 340 : 180});
-    const upper = make(top, "θ (degrees)", [46, 332, 10, 150], ""), lower = make([-1.12 * limit, 1.12 * limit], "V (volts)", [46, 332, 172, 298], "time t (s)");
+    const {horizon, limit} = this.data, rad = 180 / Math.PI;
+    const all = [...loops, ...(ghost?.loops ?? [])];
+    const top =
+      range(all.flatMap(({theta}) => theta.map(x => Math.max(-100, Math.min(100, rad * x)))), 1);
+    const make = (y, label, box, time) =>
+      new Plot({x: [0, horizon], y, labels: [time, label], box, height: time ? 340 : 180});
+    const upper = make(top, "θ (degrees)", [46, 332, 10, 150], "");
+    const lower =
+      make([-1.12 * limit, 1.12 * limit], "V (volts)", [46, 332, 172, 298], "time t (s)");
     const draw = (list, kind) => list.forEach(({theta, V}, k) => {
-      const thin = (values, f) => values.map((v, i) => [i * STEP, f(v)]).filter((_, i) => i % 4 === 0);
-      for (const [plot, points] of [[upper, thin(theta, x => Math.max(-100, Math.min(100, rad * x)))], [lower, thin(V, x => x)]]) {
-        plot.body += `<path class="sos-line${kind}" style="stroke:var(${COLOURS[k]})" stroke-dasharray="${["", "6 3", "2 2", "8 2 2 2"][k]}" d="${plot.path(points)}"/>`;
+      const thin = (values, f) =>
+        values.map((v, i) => [i * STEP, f(v)]).filter((_, i) => i % 4 === 0);
+      for (const [plot, points] of [
+             [upper, thin(theta, x => Math.max(-100, Math.min(100, rad * x)))],
+             [lower, thin(V, x => x)]]) {
+        plot.body +=
+          `<path class="sos-line${kind}" style="stroke:var(${COLOURS[k]})" stroke-dasharray="${
+              ["", "6 3", "2 2", "8 2 2 2"][k]}" d="${plot.path(points)}"/>`;
       }
     });
     if (ghost) draw(ghost.loops, " sos-ghost");
@@ -108,24 +149,34 @@ class Regulator extends Mover {
   }
 
   lanes() {
-    const robot = k => `<path class="sos-thin" d="M0 ${ROW * (k + 1) - 8}H340"/><text x="6" y="${ROW * (k + 1) - 58}">vertex ${k + 1}</text>` +
-      `<path class="sos-volt" data-k="${k}" style="stroke:var(--sos-second);stroke-width:5"/><g data-robot="${k}"><g><rect class="sos-part" x="-7" y="-48" width="14" height="52" rx="4" ` +
-      `style="stroke:var(${COLOURS[k]})"/></g><g><circle class="sos-part" r="15" style="fill:var(--sos-paper)"/><path class="sos-thin" d="M-13 0H13M0 -13V13"/></g></g>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 ${4 * ROW + 4}" aria-label="Four pendulums on two wheels, from the side">${[0, 1, 2, 3].map(robot).join("")}</svg>`;
+    const robot = k => `<path class="sos-thin" d="M0 ${ROW * (k + 1) - 8}H340"/><text x="6" y="${
+                         ROW * (k + 1) - 58}">vertex ${k + 1}</text>` +
+      `<path class="sos-volt" data-k="${
+        k}" style="stroke:var(--sos-second);stroke-width:5"/><g data-robot="${
+        k}"><g><rect class="sos-part" x="-7" y="-48" width="14" height="52" rx="4" ` +
+      `style="stroke:var(${
+        COLOURS[k]})"/></g><g><circle class="sos-part" r="15" style="fill:var(--sos-paper)"/><path class="sos-thin" d="M-13 0H13M0 -13V13"/></g></g>`;
+    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 ${
+      4 * ROW + 4}" aria-label="Four pendulums on two wheels, from the side">${
+        [0, 1, 2, 3].map(robot).join("")}</svg>`;
   }
 
   pose({loops}, time) {
     const at = Math.min(Math.round(time / STEP), loops[0].V.length - 1), {limit, mip} = this.data;
     loops.forEach(({theta, phi, V}, k) => {
-      const group = this.view.querySelector(`[data-robot="${k}"]`), lean = Math.max(-96, Math.min(96, theta[at] * 180 / Math.PI));
-      const x = Math.max(20, Math.min(320, 150 + METRE * mip.radius * phi[at])), base = ROW * (k + 1) - 8;
+      const group = this.view.querySelector(`[data-robot="${k}"]`);
+      const lean = Math.max(-96, Math.min(96, theta[at] * 180 / Math.PI));
+      const x = Math.max(20, Math.min(320, 150 + METRE * mip.radius * phi[at]));
+      const base = ROW * (k + 1) - 8;
       group.setAttribute("transform", `translate(${round(x)} ${base - 15})`);
       group.children[0].setAttribute("transform", `rotate(${round(lean)})`);
       group.children[1].setAttribute("transform", `rotate(${round(phi[at] * 180 / Math.PI)})`);
-      this.view.querySelector(`[data-k="${k}"]`).setAttribute("d", `M280 ${base - 52}h${round(45 * V[at] / limit)}`);
+      this.view.querySelector(`[data-k="${k}"]`)
+        .setAttribute("d", `M280 ${base - 52}h${round(45 * V[at] / limit)}`);
     });
     const [upper, lower] = this.axes, u = upper.X(at * STEP);
-    this.view.querySelector(".sos-now").setAttribute("d", `M${u} ${upper.t}V${upper.b}M${u} ${lower.t}V${lower.b}`);
+    this.view.querySelector(".sos-now")
+      .setAttribute("d", `M${u} ${upper.t}V${upper.b}M${u} ${lower.t}V${lower.b}`);
   }
 }
 

@@ -5,9 +5,14 @@ const POINTS = 100;
 
 class Segment extends Mover {
   figures() {
-    return [["poles", "Poles on the way from one vertex to the other (dots), and here (crosses)."],
+    return [
+      ["poles", "Poles on the way from one vertex to the other (dots), and here (crosses)."],
       ["right", "Real part of the rightmost pole. Above zero: unstable."],
-      ["lmi", "Smallest eigenvalue of −L for the common P. Below zero the inequality fails; dashed: the pair's inequality −L₁₂ − L₂₁."]];
+      [
+        "lmi",
+        "Smallest eigenvalue of −L for the common P. Below zero the inequality fails; dashed: the pair's inequality −L₁₂ − L₂₁."
+      ]
+    ];
   }
 
   at({E, A}, a) { return [combine(1 - a, E[0], a, E[1]), combine(1 - a, A[0], a, A[1])]; }
@@ -25,26 +30,66 @@ class Segment extends Mover {
   probe({plant, weight}) { return this.good(this.look(this.data.plants[plant], weight)); }
 
   compute({plant, weight}) {
-    const chosen = this.data.plants[plant], all = Array.from({length: POINTS + 1}, (_, k) => this.look(chosen, k / POINTS));
-    const {E, A, P} = chosen, pair = add(mul(A[0], P, transpose(E[1])), mul(A[1], P, transpose(E[0])));
-    return {...this.look(chosen, weight), way: all, pair: Math.min(...eigenvalues(scale(-1, add(pair, transpose(pair)))).map(([re]) => re))};
+    const chosen = this.data.plants[plant];
+    const all = Array.from({length: POINTS + 1}, (_, k) => this.look(chosen, k / POINTS));
+    const {E, A, P} = chosen;
+    const pair = add(mul(A[0], P, transpose(E[1])), mul(A[1], P, transpose(E[0])));
+    return {
+      ...this.look(chosen, weight),
+      way: all,
+      pair: Math.min(...eigenvalues(scale(-1, add(pair, transpose(pair)))).map(([re]) => re))
+    };
   }
 
   show({poles, least, way, pair}, ghost, {plant, weight}) {
-    const rightmost = list => Math.max(...list.map(([re]) => re)), right = rightmost(poles), {window} = this.data.plants[plant];
+    const rightmost = list => Math.max(...list.map(([re]) => re)), right = rightmost(poles);
+    const {window} = this.data.plants[plant];
     const bad = way.filter(p => rightmost(p.poles) >= 0).length / way.length;
-    this.tell(this.good({poles}) ? "feasible" : "infeasible", verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +
-      `<p>Weight of the second vertex ${number(weight)}: rightmost pole ${number(right, " s⁻¹")}, smallest eigenvalue of −L ${number(least)}. ` +
-      `At the vertices ${number(way[0].least)} and ${number(way.at(-1).least)}; of the pair ${number(pair)}. About ${number(100 * bad, " %", 2)} of the way is unstable.</p>`);
-    this.poleMap("poles", {x: window[0], y: window[1], label: "Poles along the segment", poles, ghost: ghost?.poles, draw: plot => {
-      for (const p of way.flatMap(w => w.poles).filter(p => plot.has(p))) plot.body += `<circle class="sos-dot" cx="${plot.X(p[0])}" cy="${plot.Y(p[1])}" r="1.3" style="fill:var(--sos-soft)"/>`;
-    }});
-    const curve = f => way.map((w, k) => [k / POINTS, f(w)]), axis = {x: [0, 1]}, label = "weight of the second vertex";
-    this.curves("right", {...axis, labels: [label, "Re s (s⁻¹)"], label: "Rightmost pole along the segment", rules: [0],
-      lines: [{points: curve(w => rightmost(w.poles))}], marks: [[[weight, right], "--sos-first", 0], ...[0, 1].map(a => [[a, rightmost(way[a * POINTS].poles)], "--sos-region", 1])]});
-    this.curves("lmi", {...axis, labels: [label, "eigenvalue"], label: "Smallest eigenvalue of the inequality along the segment", rules: [0],
-      lines: [{points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"}, {points: curve(w => w.least)}],
-      marks: [[[weight, least], "--sos-first", 0], ...[0, 1].map(a => [[a, way[a * POINTS].least], "--sos-region", 1])]});
+    this.tell(this.good({poles}) ? "feasible" : "infeasible",
+      verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +
+        `<p>Weight of the second vertex ${number(weight)}: rightmost pole ${
+          number(right, " s⁻¹")}, smallest eigenvalue of −L ${number(least)}. ` +
+        `At the vertices ${number(way[0].least)} and ${number(way.at(-1).least)}; of the pair ${
+          number(pair)}. About ${number(100 * bad, " %", 2)} of the way is unstable.</p>`);
+    this.poleMap("poles", {
+      x: window[0],
+      y: window[1],
+      label: "Poles along the segment",
+      poles,
+      ghost: ghost?.poles,
+      draw: plot => {
+        for (const p of way.flatMap(w => w.poles).filter(p => plot.has(p)))
+          plot.body += `<circle class="sos-dot" cx="${plot.X(p[0])}" cy="${
+            plot.Y(p[1])}" r="1.3" style="fill:var(--sos-soft)"/>`;
+      }
+    });
+    const curve = f => way.map((w, k) => [k / POINTS, f(w)]), axis = {x: [0, 1]};
+    const label = "weight of the second vertex";
+    this.curves("right", {
+      ...axis,
+      labels: [label, "Re s (s⁻¹)"],
+      label: "Rightmost pole along the segment",
+      rules: [0],
+      lines: [{points: curve(w => rightmost(w.poles))}],
+      marks: [
+        [[weight, right], "--sos-first", 0],
+        ...[0, 1].map(a => [[a, rightmost(way[a * POINTS].poles)], "--sos-region", 1])
+      ]
+    });
+    this.curves("lmi", {
+      ...axis,
+      labels: [label, "eigenvalue"],
+      label: "Smallest eigenvalue of the inequality along the segment",
+      rules: [0],
+      lines: [
+        {points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"},
+        {points: curve(w => w.least)}
+      ],
+      marks: [
+        [[weight, least], "--sos-first", 0],
+        ...[0, 1].map(a => [[a, way[a * POINTS].least], "--sos-region", 1])
+      ]
+    });
   }
 }
 

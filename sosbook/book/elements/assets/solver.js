@@ -3,16 +3,18 @@
 import {line} from "./line.js";
 
 /** @type {any} */
-const {sosKernel} = globalThis;   // the kernel's modules as one function
+const {sosKernel} = globalThis;  // the kernel's modules as one function
 
 // The worker's program: {id, key, kind, request} in, {id, ...} out.
 function program(kernel, send) {
-  const last = new Map();   // the last design of each element, to start from
+  const last = new Map();  // the last design of each element, to start from
   return ({id, key, kind, request}) => {
     const begun = performance.now();
     try {
-      const found = kernel.design(request, last.get(key), kind === "probe");   // its refusals needn't be exact
-      const {status, K, poles, margins, reason, lid, steps} = found, answer = {id, status, K, poles, margins, reason, lid, steps};
+      const found =
+        kernel.design(request, last.get(key), kind === "probe");  // its refusals needn't be exact
+      const {status, K, poles, margins, reason, lid, steps} = found;
+      const answer = {id, status, K, poles, margins, reason, lid, steps};
       if (status === "feasible") {
         if (kind === "move") last.set(key, found);
         if (kind !== "probe") Object.assign(answer, kernel.truth(request, found));
@@ -20,11 +22,17 @@ function program(kernel, send) {
           const {proven, text, claims, blocks, digits} = kernel.prove(request, found);
           answer.proof = {proven, text, claims, blocks, digits};
         }
-      } else if (kind === "prove" && found.refusal) answer.proof = kernel.refusalFile(request, found.refusal);
+      } else if (kind === "prove" && found.refusal)
+        answer.proof = kernel.refusalFile(request, found.refusal);
       send({...answer, ms: performance.now() - begun});
     } catch (fault) {
       console.error(fault);
-      send({id, status: "undecided", reason: "The page's solver can't compute with these numbers: choose other units, or take the package."});
+      send({
+        id,
+        status: "undecided",
+        reason:
+          "The page's solver can't compute with these numbers: choose other units, or take the package."
+      });
     }
   };
 }
@@ -68,7 +76,8 @@ function queue(open) {
   }
 
   function cancel(key) {
-    waiting = waiting.filter(({job, resolve}) => job.key !== key || job.kind === "prove" || resolve(null));
+    waiting =
+      waiting.filter(({job, resolve}) => job.key !== key || job.kind === "prove" || resolve(null));
   }
   return {ask, cancel};
 }
