@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from sosbook.book.elements.page import PageElement, significant, whole
+from sosbook.book.elements.page import PageElement, whole
 from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.elements import points
@@ -177,23 +177,6 @@ def test_axe_has_no_objection_after_any_button(judged, tag):
     judged.evaluate("document.querySelector('main').replaceChildren(...all)")
 
 
-@pytest.mark.parametrize("style", ["underline", "none"])
-def test_axe_wants_a_line_under_a_link_in_a_text(visit, axe, tmp_path, style):
-    page = tmp_path / "link.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        '<link rel="icon" href="data:,"><main><h1>t</h1><p>A long text with '
-        f'<a href="#x" style="color: #00f; text-decoration: {style}">a link</a> in it.',
-        "utf8",
-    )
-    tab = visit(page)
-    tab.page.add_script_tag(url=axe)
-    faults = tab.page.evaluate(layout.AXE)
-    assert [x.split(":")[0] for x in faults] == (
-        ["link-in-text-block"] if style == "none" else []
-    )
-
-
 def test_numbers_are_short_and_have_powers_of_ten(tab):
     numbers = [0, 0.00000989, -2.5e-7, 0.000123, 0.1234, 40000, 999999, 1.26e6, -3e12]
     shown = tab.page.evaluate("list => list.map(x => sosModules.kit.clean(x))", numbers)
@@ -209,16 +192,3 @@ def test_an_element_that_a_page_could_break_out_of_is_escaped():
     text = Trap().html
     assert "</script><b>" not in text.replace("\\u003c", "")
     assert 'aria-label="a&lt;/script&gt;&lt;b&gt;&quot;&amp;"' in text
-
-
-@pytest.mark.parametrize(
-    "value, digits, text",
-    [
-        (0.123456, 3, "0.123"),
-        (-0.0, 4, "0.0"),
-        (-1e-9, 1, "-1e-09"),
-        (1234, 2, "1200.0"),
-    ],
-)
-def test_significant_digits(value, digits, text):
-    assert repr(significant(value, digits)) == text
