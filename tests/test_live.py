@@ -23,38 +23,17 @@ from tests.test_page_elements import stored
 pytestmark = pytest.mark.live
 TOKEN = "sosbook"
 PROGRAM = """\
+import numpy as np
 import sosbook as sos
 robot = sos.thesis.example_1()
-sos.widgets.explore_design(robot.plant, **robot.requirements)"""
+def redesign(sigma, theta, rho):
+    region = sos.PoleRegion(sigma, theta, rho)
+    return sos.design_pid(robot.plant, robot.U, region=region)
+sos.widgets.sliders(
+    redesign, sigma=(0, 0.7, 3), rho=(1, 5, 10), theta=np.radians([5, 45, 90]))"""
 ATLAS = """\
 sos.atlas.design_atlas(
     robot.plant, robot.U, sigma=[0.3, 0.5], rho=[4, 6])"""
-START = """\
-import numpy as np
-import sosbook as sos
-robot, chain = sos.thesis.example_1(), sos.thesis.example_3()
-driven = sos.counterexamples.actuated()
-def family(k):
-    return sos.SecondOrderSystem(
-        np.eye(2), np.eye(2), [[2, -1], [-1, 1 - k]], [[1], [0]])"""
-EXPLORERS = {
-    "swing": "explore_swing()",
-    "delay": "explore_delay()",
-    "mass range": "explore_mass_range()",
-    "coupling": "explore_coupling(driven, slack=0.1, region=sos.PoleRegion(rho=10))",
-    "mu": "explore_mu(robot.plant, robot.K, robot.U, robot.region, robot.saturation)",
-    "integrators": "explore_integrators(family, 0.5, -1, 2)",
-    "regularization": "explore_regularization(chain.plant)",
-    "steps": "explore_steps(lambda k: (robot.plant, robot.requirements"
-    " | {'gamma': k}), [2, 3])",
-    "least cost": "explore_lqr()",
-    "observer": "explore_observer()",
-    "fall": "explore_fall()",
-    "identification": "explore_identification()",
-    "pendulum": "explore_pendulum_control()",
-    "sampling": "explore_sampling()",
-    "robot": "explore_robot()",
-}
 EXPLORER = """\
 import numpy as np
 import sosbook as sos
@@ -73,7 +52,7 @@ KINDS = {}  # the first stored element of each kind
 for _, text in stored():
     KINDS.setdefault(re.match(r"<(sos-\w+)", text)[1], text)
 CHAPTER = "04_lmi_regions.ipynb"
-PICTURE = ".jp-OutputArea-output svg[aria-label^='Poles']"
+PICTURE = ".jp-OutputArea-output .sos-result"
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +71,6 @@ def lab(tmp_path_factory):
         folder / "live.ipynb",
     )
     for name, cells in {
-        "explorers": [START, *("sos.widgets." + e for e in EXPLORERS.values())],
         "pages": [EXPLORER, "sos.widgets.live(explorer)"],
         "kinds": [SHELF],
     }.items():
@@ -194,12 +172,6 @@ def page(lab, browser):
 
 
 @pytest.fixture(scope="module")
-def explorers(lab, browser):
-    """The newer explorers, all in one notebook."""
-    yield from _notebook(lab, browser, "explorers")
-
-
-@pytest.fixture(scope="module")
 def elements(lab, browser):
     """A page's explorer, and the same once more with the package behind it."""
     yield from _notebook(lab, browser, "pages")
@@ -236,61 +208,35 @@ def _handle(page, label):
     return row.locator(".noUi-handle")
 
 
-def _changes(page, act):
-    """Whether the picture becomes another one after an action."""
-    before = page.locator(PICTURE).inner_html()
-    act()
+def _shows(page, *region):
+    """Wait until the picture holds every gain of the package's design."""
+    robot = sos.thesis.example_1()
+    design = sos.design_pid(robot.plant, robot.U, region=sos.PoleRegion(*region))
     page.wait_for_function(
-        "([where, old]) => document.querySelector(where)?.innerHTML !== old",
-        arg=[PICTURE, before],
+        """([where, gains]) => { const cells = [...document.querySelectorAll(
+          where + " .sos-matrix td")].map(cell => cell.textContent);
+          return gains.every(gain => cells.includes(gain)); }""",
+        arg=[PICTURE, [f"{k + 0.0:.4g}" for k in design.K.ravel()]],
     )
-    return page.locator(PICTURE).inner_html() != before
 
 
-def test_arrow_keys_move_the_design(page):
-    handle = _handle(page, "radius rho")
-    handle.focus()
-    assert _changes(page, lambda: handle.press("ArrowRight"))
-
-
-def test_the_mouse_drags_the_design(page):
-    handle = _handle(page, "decay rate sigma")
-    box = handle.bounding_box()
+def test_keys_and_the_mouse_move_a_design_and_what_is_impossible_is_said(page):
+    _shows(page, 0.7, np.pi / 4, 5)
+    sigma, rho = _handle(page, "Decay rate σ (1/s)"), _handle(page, "Disk radius ρ")
+    rho.press("End")
+    _shows(page, 0.7, np.pi / 4, 10)
+    box = sigma.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-
-    def drag():
-        page.mouse.move(x, y)
-        page.mouse.down()
-        page.mouse.move(x - 40, y, steps=4)
-        page.mouse.up()
-
-    assert _changes(page, drag)
-
-
-def test_an_impossible_wish_is_said(page):
-    handle = _handle(page, "norm bound gamma")
-    handle.focus()
-    handle.press("Home")
-    page.get_by_text("infeasible", exact=True).wait_for()
-    page.get_by_text("Leave out mu = 1 first").wait_for()
-
-
-@pytest.mark.parametrize("name", EXPLORERS)
-def test_every_explorer_moves(explorers, name):
-    """A key on its first slider, and its picture is another one."""
-    cell = explorers.locator(".jp-CodeCell").nth(1 + list(EXPLORERS).index(name))
-    cell.scroll_into_view_if_needed()
-    picture = cell.locator(".widget-html-content").last
-    picture.locator("svg").first.wait_for(timeout=90_000)
-    before = picture.inner_html()
-    handle = cell.locator(".widget-slider .noUi-handle").first
-    handle.focus()
-    handle.press("ArrowLeft")
-    for _ in range(240):
-        if picture.inner_html() != before:
-            break
-        time.sleep(0.1)
-    assert picture.inner_html() != before
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 900, y, steps=4)
+    page.mouse.up()
+    _shows(page, 0, np.pi / 4, 10)
+    rho.press("Home")
+    sigma.press("End")
+    page.get_by_text(
+        "the region is empty: rho = 1.0 must exceed sigma = 3.0"
+    ).wait_for()
 
 
 SAID = """([k, values]) => {

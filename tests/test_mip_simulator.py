@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.fleet import Fleet, Push
-from sosbook.mip.recovery import largest_tilt, recovered
+from sosbook.mip.recovery import largest_tilt, recover, recovered
 from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.sensors import Sensors
 from sosbook.mip.simulator import Run, simulate
@@ -365,6 +365,25 @@ def test_the_largest_tilt_stands_and_a_little_more_falls():
     assert 0.1 < tilt < 1.4
     assert recovered(MIP, far, tilt, **options)
     assert not recovered(MIP, far, tilt + step, **options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle, limit", [(0.1, V_MAX), (0.5, 3.0)])
+def test_the_continuous_law_recovers_as_an_adaptive_integrator_says(angle, limit):
+    """With and without saturation, vertex by vertex."""
+    K, t, robots = thesis.mip().pid[5], np.linspace(0, 1, 401), vertices(MIP, 0.2)
+    x, V = recover(robots, K, angle, t, limit)
+    for k, robot in enumerate(robots):
+
+        def rate(now, s, robot=robot):
+            volts = np.clip(K[0] @ s, -limit, limit)
+            return [*s[2:4], *robot.acceleration(s[:2], s[2:4], volts), s[1]]
+
+        how = dict(method="DOP853", rtol=1e-10, atol=1e-12, max_step=0.0025)
+        true = solve_ivp(rate, (0, 1), [angle, 0, 0, 0, 0], t_eval=t, **how).y
+        assert np.allclose(x[:, k], true, rtol=1e-3, atol=1e-3)
+        assert np.allclose(V[k], np.clip(K[0] @ true, -limit, limit), atol=0.05)
+    assert (abs(V) == limit).any() == (angle > 0.4)
 
 
 def test_what_a_run_says_of_itself():

@@ -106,16 +106,14 @@ def code(source="1", count=1, tags=(), outputs=()):
     return v4.new_notebook(cells=[cell])
 
 
-def page(source, tags=()):
-    cell = v4.new_markdown_cell(source, metadata={"tags": list(tags)} if tags else {})
-    return v4.new_notebook(cells=[cell])
+def page(source):
+    return v4.new_notebook(cells=[v4.new_markdown_cell(source)])
 
 
 def shown(kind, content):
     return v4.new_output("display_data", {kind: content})
 
 
-LIVE = ["nbval-ignore-output", "remove-cell"]
 FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
 
 
@@ -131,9 +129,7 @@ FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
         (code("# NBVAL_SKIP\nx"), "by a comment"),
         (code(tags=["raises-exception"]), "raises-exception"),
         (code(tags=["nbval-skip"]), "nbval-skip"),
-        (code("widget", tags=LIVE[:1]), "must carry both"),
-        (code("widget", tags=LIVE[1:]), "must carry both"),
-        (code("print(1)", tags=LIVE), "no widget"),
+        (code(tags=["remove-cell"]), "remove-cell"),
         (code(outputs=[v4.new_output("stream", name="stderr", text="!")]), "stderr"),
         (code(outputs=[v4.new_output("error", ename="E", evalue="")]), "failed"),
         (code(outputs=[shown("image/png", "iVBO")]), "stores image/png"),
@@ -144,8 +140,6 @@ FIGURE = '<figure><svg role="img" aria-label="Poles"></svg></figure>'
         (code(outputs=[shown("text/plain", "<f at 0x7f12ab34cd>")]), "one machine"),
         (code("open('/home/me/data')"), "one machine"),
         (code(outputs=[shown("text/plain", "0.12345678901")]), "digits"),
-        (page("A live\ncell moves it."), "which the page doesn't show"),
-        (page("The cell moves it.", LIVE[1:]), "doesn't speak of a live cell"),
         (page("![](a.svg)"), "image without"),
         (page("See [](05_hinf.ipynb)."), "link without words"),
         (page(":::{prf:proof}\nClear.\n:::"), "end with a square"),
@@ -158,9 +152,7 @@ def test_a_fault_is_named(notebook, fault):
 @pytest.mark.parametrize(
     "notebook",
     [
-        code("sos.widgets.regions(plant)", tags=LIVE),
         code(outputs=[shown("text/html", FIGURE)]),
-        page("The live cell below moves it.", LIVE[1:]),
         page(":::{prf:proof}\nClear. $\\square$\n\n:::\n"),
         code(outputs=[shown("text/plain", "0x1F 1/2 and/or 3.5e-7")]),
     ],

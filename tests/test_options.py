@@ -221,11 +221,6 @@ CALLS = {
     "design_explorer": [
         lambda **o: sos.atlas.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
     ],
-    "explore_design": [
-        lambda **o: sos.widgets.explore_design(
-            PAIR, region=sos.PoleRegion(sigma=0.3), **o
-        )
-    ],
 }
 
 #: What documents a set and isn't called with one, or not by a reader.

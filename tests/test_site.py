@@ -127,11 +127,6 @@ def faults(tab, *names):
 
 
 @each_page
-def test_no_page_speaks_of_what_only_jupyter_shows(site, page):
-    assert "live cell" not in (site / f"{page}.html").read_text("utf-8")
-
-
-@each_page
 def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     """A page takes seconds to typeset: one visit for all of these."""
     tab = visit(site / f"{page}.html", width=1265)  # 1280 with a bar to scroll

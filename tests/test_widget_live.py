@@ -2,6 +2,7 @@
 
 import html
 import json
+import re
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from tests.cases import random_cost_request, random_request
 from tests.page_requests import page_request
-from tests.test_book_explorers import EXPLORERS, asked_at, places
+from tests.test_page_elements import stored
 from tests.test_page_kernel import off
 
 DESIGN = """([request, prove]) => {
@@ -21,6 +22,32 @@ DESIGN = """([request, prove]) => {
   const {status, reason, K, poles, margins, lid} = found;
   const answer = {status, reason, K, poles, margins, lid};
   return status === "feasible" ? {...answer, ...k.truth(request, found)} : answer; }"""
+EXPLORERS = {
+    chapter: json.loads(
+        re.search(r'<script type="application/json">(.*?)</script>', text)[1]
+    )
+    for chapter, text in stored()
+    if text.startswith("<sos-explorer")
+}
+
+
+def places(data, count):
+    """Where the sliders stand at first, and random places around."""
+    rng = np.random.default_rng(len(data["title"]))
+    yield {s["key"]: s["value"] for s in data["sliders"]}
+    for _ in range(count):
+        yield {
+            s["key"]: float(f"{s['min'] * (s['max'] / s['min']) ** rng.uniform():.3g}")
+            for s in data["sliders"]
+        }
+
+
+def asked_at(data, shown):
+    """What is asked where the sliders stand; angles are shown in degrees."""
+    degrees = {s["key"] for s in data["sliders"] if s["degrees"]}
+    return data["fixed"] | {
+        key: np.radians(x) if key in degrees else x for key, x in shown.items()
+    }
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +76,8 @@ def same(mine, theirs):
     """Whether two answers, of the page and of the package, tell readers the same."""
     assert mine["status"] == theirs["status"]
     if mine["status"] != "feasible":
-        assert mine["reason"] == theirs["reason"]
+        for_mu = r" for mu = [\d.e+-]+(?=\.$)"  # the page's sliders name it beside them
+        assert mine["reason"] == re.sub(for_mu, "", theirs["reason"])
         return
     assert mine["lid"] == theirs["lid"]
     assert off(mine["K"], np.array(theirs["K"])) < 1e-6
@@ -67,19 +95,32 @@ def same(mine, theirs):
     )
 
 
+def test_the_chapters_with_a_design_have_an_explorer():
+    numbers = {chapter[:2] for chapter in EXPLORERS}
+    assert numbers >= {"04", "05", "06", "07", "10", "11", "12", "13", "14", "23"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("chapter", EXPLORERS)
-def test_page_and_package_answer_alike_where_the_book_starts(kernel, chapter):
-    data = EXPLORERS[chapter]
-    shown = next(places(data, 0))
-    asked = asked_at(data, shown)
-    asked |= {"x0": data["x0"]} if "u_max" in asked else {}
-    asked |= {} if data["mu"] is None else {"mu": data["mu"]}
-    request = data["request"] | {"asked": asked | (data.get("cost") or {})}
-    same(kernel.evaluate(DESIGN, [request, False]), Answers()("move", request))
+def test_page_and_package_answer_alike_where_the_book_has_an_explorer(kernel, chapter):
+    """Where it starts, and at random places, of which the page may leave one open."""
+    data, undecided = EXPLORERS[chapter], 0
+    for k, shown in enumerate(places(data, 4)):
+        asked = asked_at(data, shown)
+        asked |= {"x0": data["x0"]} if "u_max" in asked else {}
+        asked |= {} if data["mu"] is None else {"mu": data["mu"]}
+        request = data["request"] | {"asked": asked | (data.get("cost") or {})}
+        mine = kernel.evaluate(DESIGN, [request, False])
+        theirs = Answers()("move", request)
+        if mine["status"] == "undecided" != theirs["status"]:
+            undecided += 1
+        else:
+            same(mine, theirs)
+        assert k or mine["status"] == "feasible"
+    assert undecided <= 1
 
 
-@pytest.mark.parametrize("sigma", [0.3, 0.7, 1.1, 2.3])
+@pytest.mark.parametrize("sigma", [0.7, 2.3])
 def test_page_and_package_answer_alike_in_example_1(kernel, wished, sigma):
     request = wished(sigma)
     same(kernel.evaluate(DESIGN, [request, False]), Answers()("move", request))

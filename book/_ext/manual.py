@@ -33,7 +33,7 @@ from sphinx.transforms import SphinxTransform
 NAMES = ":::{names}\n:::"
 THEOREMS = ":::{theorems}\n:::"
 #: Bases whose members are no news to a reader.
-PLAIN = "ReadOnly, object, tuple, dict, Warning, UserWarning, VBox"
+PLAIN = "ReadOnly, object, tuple, dict, Warning, UserWarning, OnPage, VBox"
 MOST = 6  # chapters to name with a function
 
 

@@ -34,10 +34,7 @@ LINE_LENGTH = 72
 CELL_LENGTH = 25
 CELL_TIMEOUT = 600  # seconds for one cell
 
-#: A cell with a live widget carries both tags, and no other program does: its
-#: output depends on the reader, so it is neither stored, compared nor shown. The
-#: sentences about it stand in a cell with the second tag.
-LIVE = frozenset({"nbval-ignore-output", "remove-cell"})
+WIDGET = "application/vnd.jupyter.widget-view+json"  # names a model of one kernel
 TEXTS = frozenset({"text/plain", "text/html", "text/markdown", "text/latex"})
 
 METADATA = {
@@ -66,16 +63,14 @@ _MACHINE = re.compile(
     r"|site-packages|\b[A-Z]:\\\w|<ipython-input|ipykernel_\d"
 )
 _DIGITS = re.compile(r"\d\.\d{11,}")  # more than other processors agree on
-_LIVE_CELL = re.compile(r"\blive\s+cell\b")
-_WIDGET = re.compile(r"\bwidgets?\b|\binteract(ive)?\b")
 
 
 def canonical(notebook):
     """Bring a notebook to the canonical form, in place, and return it.
 
     Only what the book needs stays: sources, outputs, tags. Times, versions,
-    widget state and the outputs of live cells go. A cell's id is a hash of its
-    source, so it does not depend on the editor that wrote it.
+    widgets and their state go. A cell's id is a hash of its source, so it does not
+    depend on the editor that wrote it.
 
     Examples
     --------
@@ -153,7 +148,7 @@ def problems(notebook):
                 fault for output in cell.outputs for fault in _output_faults(output)
             ]
         else:
-            faults += [*_page_faults(cell.source), *_live_faults(cell)]
+            faults += _page_faults(cell.source)
         sentences += [f"cell {index} {fault}" for fault in faults]
     return sentences
 
@@ -182,11 +177,10 @@ def without_shared(html):
 
 
 def _canonical_outputs(cell):
-    if LIVE & set(cell.metadata.get("tags", [])):
-        return []
     kept = []
     for output in cell.outputs:
         output.pop("transient", None)
+        output.get("data", {}).pop(WIDGET, None)
         if "metadata" in output:
             output.metadata = nbformat.from_dict({})
         if html := output.get("data", {}).get("text/html"):
@@ -211,16 +205,6 @@ def _page_faults(source):
             yield "has a proof that doesn't end with a square"
 
 
-def _live_faults(cell):
-    """The pages show no live cell, so sentences about one are for Jupyter alone."""
-    hidden = "remove-cell" in cell.metadata.get("tags", [])
-    speaks = _LIVE_CELL.search(cell.source)
-    if speaks and not hidden:
-        yield "speaks of a live cell, which the page doesn't show"
-    if hidden and not speaks:
-        yield "is hidden and doesn't speak of a live cell"
-
-
 def _code_faults(cell):
     lines = cell.source.split("\n")
     if not cell.source.strip():
@@ -234,15 +218,9 @@ def _code_faults(cell):
             yield f"steers nbval by a comment: {line.strip()}"
     if lines[-1].rstrip().endswith(";"):
         yield "hides its value with a semicolon"
-    tags = set(cell.metadata.get("tags", []))
-    for tag in tags - LIVE:
-        if tag.startswith(("nbval", "raises")):
+    for tag in cell.metadata.get("tags", []):
+        if tag.startswith(("nbval", "raises", "remove-cell")):
             yield f"carries the tag {tag}"
-    if tags & LIVE:
-        if not tags >= LIVE:
-            yield f"must carry both of the tags {sorted(LIVE)} or neither"
-        if not _WIDGET.search(cell.source):
-            yield "is tagged as live and has no widget"
 
 
 def _output_faults(output):

@@ -1,11 +1,14 @@
-"""From which tilts a robot stands up again."""
+"""How a robot stands up again, and from which tilts."""
+
+from types import SimpleNamespace
 
 import numpy as np
 
 from ..plants.checks import positive
+from .model import V_MAX, Mip
 from .simulator import listed, simulate
 
-__all__ = ["largest_tilt", "recovered"]
+__all__ = ["largest_tilt", "recover", "recovered"]
 
 
 def recovered(robots, controller, tilts, t_end=3.0, **options):
@@ -91,3 +94,63 @@ def largest_tilt(
         good = run.settled.reshape(tilts.shape)
         low = low + width * np.cumprod(good, axis=1).sum(axis=1)
     return np.minimum(low, high)
+
+
+def recover(robots, K, angle, t, limit=V_MAX):
+    """Let nonlinear pendulums go at an angle, under V = K x.
+
+    Parameters
+    ----------
+    robots : sequence of Mip
+        The pendulums.
+    K : (1, 4) or (1, 5) array_like
+        [K_P K_D] or [K_P K_D K_I], with x3' = phi.
+    angle : float
+        theta at the start, in rad; the rest is zero.
+    t : (k,) array_like
+        Equally spaced times from 0, in s; each is a Runge-Kutta step.
+    limit : float
+        The motors' largest voltage, in V.
+
+    Returns
+    -------
+    x : (N, len(robots), k) array
+        The states [theta; phi; theta'; phi'; x3].
+    V : (len(robots), k) array
+        The voltages, after the limit.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> t = np.linspace(0, 1, 401)
+    >>> x, V = recover([Mip.printed()], thesis.mip().pd[5], 0.1, t)
+    >>> V[0, 0].round(3), abs(x[0, 0, -1]) < 0.02
+    (np.float64(2.127), np.True_)
+    """
+    fleet = SimpleNamespace(
+        **{
+            name: np.array([getattr(r, name) for r in robots])
+            for name in ("a", "b", "c", "d", "e", "f", "J")
+        }
+    )
+    K = np.asarray(K, float)
+    x = np.zeros((K.shape[1], len(robots)))
+    x[0], T = angle, t[1] - t[0]
+
+    def volts(x):
+        return np.clip((K @ x)[0], -limit, limit)
+
+    def rate(x):
+        fall = Mip.acceleration(fleet, x[:2], x[2:4], volts(x))
+        return np.concatenate([x[2:4], fall, x[1:2]])[: len(x)]
+
+    states = [x]
+    for _ in t[1:]:
+        k1 = rate(x)
+        k2 = rate(x + T / 2 * k1)
+        k3 = rate(x + T / 2 * k2)
+        k4 = rate(x + T * k3)
+        x = x + T / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        states.append(x)
+    states = np.moveaxis(states, 0, 2)
+    return states, np.clip(np.einsum("i,ijk->jk", K[0], states), -limit, limit)

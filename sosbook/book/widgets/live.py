@@ -1,4 +1,4 @@
-"""A page's explorer in Jupyter, with the package behind it."""
+"""A page's explorer, with the package behind it where a kernel runs."""
 
 import json
 
@@ -6,6 +6,7 @@ from ...display.escape import page_text
 from ...runtime.libraries import library
 from ..elements.answers import Answers
 from ..elements.explorer import Explorer
+from .widget import OnPage
 
 ipywidgets = library("ipywidgets")
 
@@ -15,7 +16,7 @@ BY = "the package"
 HIDDEN = {"display": "none"}
 
 
-class Live(ipywidgets.VBox):
+class Live(OnPage, ipywidgets.VBox):
     """An explorer of the rendered pages whose questions the package answers.
 
     Made by `live`.
@@ -23,7 +24,7 @@ class Live(ipywidgets.VBox):
     Parameters
     ----------
     element : elements.Explorer
-        What is shown.
+        What is shown, on a page by itself.
 
     Attributes
     ----------
@@ -48,6 +49,16 @@ class Live(ipywidgets.VBox):
         super().__init__([picture, self.question, self.answer])
         self.add_class("sos-live")
 
+    @property
+    def html(self):
+        """The explorer as HTML, which needs no kernel."""
+        return self.element.html
+
+    @property
+    def text(self):
+        """The explorer in a terminal."""
+        return repr(self.element)
+
     def _asked(self, change):
         if not change["new"]:
             return
@@ -59,9 +70,8 @@ class Live(ipywidgets.VBox):
 def live(element):
     """The same explorer as in the rendered pages, with the package behind it.
 
-    The page's own solver answers where no kernel does: an `Explorer` that a cell
-    shows by itself needs no Python once it is there. This one asks the package for
-    each move, band and proof, and looks the same.
+    In Jupyter it asks the package for each move, band and proof. On a page, where no
+    kernel runs, it is the explorer alone, whose own solver answers.
 
     Parameters
     ----------

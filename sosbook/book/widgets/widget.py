@@ -1,0 +1,15 @@
+"""What a widget shows where no kernel runs."""
+
+__all__ = ["OnPage"]
+
+
+class OnPage:
+    """Gives a widget HTML for the pages; inherit from it before the widget.
+
+    A subclass has ``html``, which stands in for it on a page, and ``text``, in a
+    terminal.
+    """
+
+    def _repr_mimebundle_(self, **asked):
+        bundle = super()._repr_mimebundle_(**asked)
+        return {**bundle, "text/html": self.html, "text/plain": self.text}
