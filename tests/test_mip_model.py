@@ -423,23 +423,6 @@ def test_vertices_without_spread():
         assert v == MIP
 
 
-# ---- which errors can be integrated
-
-
-@pytest.mark.parametrize(
-    "plant",
-    [MIP.plant(), MIP.printed_form(), polytope(MIP), ROTORS.plant(), polytope(ROTORS)],
-)
-def test_choices_of_U(plant):
-    """[0 1] and [1 1] can be integrated; [1 0] and I can't."""
-    candidates = [[[0, 1]], [[1, 1]], [[1, 0]], np.eye(2)]
-    found = sos.admissible_U(plant, candidates)
-    good = sorted(tuple(x.U.ravel()) for x in found if x.admissible)
-    assert good == [(0, 1), (1, 1)]
-    if isinstance(plant, sos.Polytope):
-        assert all(x.certified for x in found if x.admissible)
-
-
 # ---- bad input
 
 
