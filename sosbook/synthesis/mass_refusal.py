@@ -6,8 +6,8 @@ from scipy.linalg import eigh
 
 from ..exact.definite import exact, round_digits
 from ..exact.repair import repair_multipliers
-from ..language import Unknown, eye, he
-from .regularity import mass_pairs, mass_refusal
+from ..language import Unknown, he
+from .regularity import least_mass, mass_pairs, mass_refusal
 
 __all__ = ["null_basis", "refuse_regular", "unreached"]
 
@@ -30,9 +30,8 @@ def refuse_regular(plant, beta, multipliers):
         still = push <= 1e-3 * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
         U = null_basis(B[:, still])
         if U.shape[1]:
-            mass = exact(M) - exact(B) @ K_A
             faces[name] = U
-            blocks.append(U.T @ (he(mass / 2) - exact(beta) ** 2 * eye(n)) @ U)
+            blocks.append(U.T @ least_mass(M, B, K_A, beta) @ U)
             back = np.linalg.pinv(U.astype(float))
             W.append(back @ Z[name] @ back.T)
     if not blocks:

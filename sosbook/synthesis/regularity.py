@@ -4,17 +4,10 @@ import numpy as np
 
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof
-from ..exact.proof import Examined, ProofFile, first_proven
-from ..exact.rational import (
-    decimal,
-    decimals,
-    expanded,
-    fraction,
-    rational_matrix,
-    read_array,
-    read_number,
-)
-from ..exact.refusal import semidefinite
+from ..exact.proof import Examined, first_proven
+from ..exact.rational import decimal, decimals, expanded, read_array, read_number
+from ..exact.refusal import MultiplierRefusal
+from ..language import Unknown, eye, he
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import matrix, positive
 from ..theorems.regularization import regular_mass
@@ -22,6 +15,7 @@ from ..theorems.regularization import regular_mass
 __all__ = [
     "MassRefusal",
     "RegularityCertificate",
+    "least_mass",
     "mass_pairs",
     "mass_refusal",
     "prove_regular",
@@ -71,7 +65,7 @@ def claims(plant, beta):
     ]
 
 
-class MassRefusal(ProofFile):
+class MassRefusal(MultiplierRefusal):
     """Multipliers that exclude every K_A; ``text`` is that of the file.
 
     Z_k, (n, n) and positive semidefinite, with sum Z_k B_k = 0 and
@@ -81,40 +75,20 @@ class MassRefusal(ProofFile):
 
     kind = "infeasible regularization"
 
-    @property
-    def value(self):
-        """sum <M_k - beta^2 I, Z_k>, not positive."""
-        return self.examined.value
-
-    @property
-    def multipliers(self):
-        """dict from a block's name to Z_k, in rationals."""
-        return _read_multipliers(self.data)
-
     @classmethod
-    def examine(cls, data):
+    def rebuilt(cls, data):
         plant = read_plant(data["plant"])
         beta = positive("beta", read_number(data["beta"]))
-        Z, data = _read_multipliers(data), mass_pairs(plant)
-        again = cls.contents(plant, beta, Z)
-        value, push, size = 0, 0, 0
-        for name, z in Z.items():
-            M, B = map(exact, data[name])
-            if z.shape != M.shape or not (z == z.T).all() or not semidefinite(z):
-                why = f"the multiplier of {name} isn't positive semidefinite"
-                return again, Examined.nothing(why)
-            push = push + z @ B
-            size += z.trace()
-            value += (M * z).sum() - exact(beta) ** 2 * z.trace()
-        if size == 0 or (push != 0).any():
-            return again, Examined.nothing("the multipliers leave K_A a way out")
-        if value > 0:
-            return again, Examined.nothing("the multipliers exclude nothing")
-        return again, Examined(tuple(again["claims"]), {}, (), float(value))
+        K_A = Unknown("K_A", plant.m, plant.n)
+        blocks = {
+            name: least_mass(M, B, K_A, beta)
+            for name, (M, B) in mass_pairs(plant).items()
+        }
+        return cls.contents(plant, beta), blocks, [K_A], str
 
     @classmethod
-    def contents(cls, plant, beta, multipliers):
-        """The data of the file for a plant, beta and some multipliers."""
+    def contents(cls, plant, beta):
+        """The data of the file for a plant and beta, without the multipliers."""
         return {
             "claims": [
                 "no gain proves by these LMIs: " + "; ".join(claims(plant, beta))
@@ -122,18 +96,13 @@ class MassRefusal(ProofFile):
             "plant": plant_data(plant),
             "beta": decimal(beta),
             "K": None,
-            "multipliers": [
-                [name, [[str(e) for e in row] for row in z.tolist()]]
-                for name, z in multipliers.items()
-            ],
         }
 
 
-def _read_multipliers(data):
-    return {
-        name: rational_matrix([[fraction(e) for e in row] for row in rows])
-        for name, rows in data["multipliers"]
-    }
+def least_mass(M, B, K_A, beta):
+    """The symmetric part of M - B K_A less beta^2, in rationals and an unknown K_A."""
+    mass = exact(M) - exact(B) @ K_A
+    return he(mass / 2) - exact(beta) ** 2 * eye(len(M))
 
 
 def mass_pairs(plant):
@@ -188,4 +157,5 @@ def mass_refusal(plant, beta, multipliers):
 
     ``beta`` is the bound of Lemma 2.1.
     """
-    return MassRefusal.of(MassRefusal.contents(plant, beta, multipliers))
+    data = MassRefusal.contents(plant, beta)
+    return MassRefusal.of(MassRefusal.written_from(data, multipliers, str))
