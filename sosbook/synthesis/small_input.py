@@ -8,9 +8,8 @@ instead of the whole because there multipliers may be positive definite; those o
 the whole vanish on the other modes, which have irrational entries.
 
 For one mode s and a half-plane the multipliers exist if and only if
-dist(s) |W E x0| >= |W B| u_max: the mode that asks for most is tried first. Rows are
-scaled until the multipliers of P and of y have entries near one: errors are bounded
-row by row, which would depend on units.
+dist(s) |W E x0| >= |W B| u_max. Rows are scaled until the multipliers of P and of y
+have entries near one: errors are bounded row by row, which would depend on units.
 """
 
 from dataclasses import replace
@@ -62,11 +61,9 @@ def refuse_by_input(request, search):
     for k in request.distinct[:MOST_VERTICES]:
         check_time()
         vertex = _tried(_Vertex, request, bound, k)
-        for candidates in () if vertex is None else (_of_one_mode, _of_all_modes):
-            for candidate in _tried(candidates, vertex, search) or ():
-                proof = _tried(vertex.proof, *candidate)
-                if proof is not None:
-                    return proof
+        proof = None if vertex is None else _tried(vertex.proof, search)
+        if proof is not None:
+            return proof
     return None
 
 
@@ -88,9 +85,7 @@ class _Vertex:
         self.A, self.B = self.left @ d.A @ self.frame.T, self.left @ d.Bu
         self.start = np.linalg.solve(self.frame.T, bound.bounds_input_from())
         self.regions = pole_demands(request)
-        self.modes, vectors = np.linalg.eig(self.A)
-        self.fastest = np.abs(self.modes).max()
-        self.vectors = vectors
+        self.fastest = np.abs(np.linalg.eigvals(self.A)).max()
 
     def bad(self, x, y=None):
         """Whether a mode, x or x + j y, is outside."""
@@ -98,96 +93,57 @@ class _Vertex:
         least = min(_distance(r, s) for r in self.regions.values())
         return least < -OUTSIDE * self.fastest
 
-    def rows(self, first):
-        """Left eigenvectors, those of some modes first; they may not exist."""
-        order = np.argsort(~np.asarray(first), kind="stable")
-        rows = np.linalg.inv(self.vectors[:, order])
-        return rows / np.linalg.norm(rows, axis=1)[:, None]
-
     def bases(self, count):
-        """Rows that begin with those of the part.
+        """Rows that begin with so many, those of the part; in the frame.
 
         Eigenvectors keep an enclosure narrow; vectors of Schur always exist.
         """
-        first = [self.bad(s) for s in self.modes]
-        if sum(first) == count:
-            try:
-                yield self.rows(first)
-            except np.linalg.LinAlgError:
-                pass
+        modes, vectors = np.linalg.eig(self.A)
+        order = np.argsort([not self.bad(s) for s in modes], kind="stable")
+        rows = _tried(np.linalg.inv, vectors[:, order])
+        if rows is not None:
+            yield rows / np.linalg.norm(rows, axis=1)[:, None]
         _, rows, same = schur(self.A.T, output="complex", sort=self.bad)
         if same == count:
             yield rows.conj().T
 
-    def proof(self, rows, count, Z, U):
-        """The `SmallInputRefusal` of so many of the rows, or None."""
-        columns = self.frame.T @ np.linalg.inv(rows)
-        bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
-        part = _enclosed(self.request, self.bound, self.k, bases, count)
-        if part is None:
+    def proof(self, search):
+        """The `SmallInputRefusal` for all modes outside, or None."""
+        small, count = schur(self.A.T, sort=self.bad)[1:]
+        if not 0 < count < len(self.A):
             return None
-        spread, blur = (x.astype(float) for x in (part.spread, part.blur))
-        completed = _completed(self.request, part, Z, U)
-        proof = SmallInputRefusal.of(
-            SmallInputRefusal.contents(
-                self.request, self.k, bases, spread, blur, *completed
-            )
-        )
-        return proof if proof.proven else None
+        small = small[:, :count].T
+        part = DescriptorSystem(np.eye(count), small @ self.A @ small.T, small @ self.B)
+        kept = [r for r in self.request.requirements if isinstance(r, LMIRegion)]
+        bound = replace(self.bound, x0=small @ self.start)
+        first = search(Request(part, requirements=[*kept, bound]))
+        if first.values is not None or first.multipliers is None:
+            return None
+        for rows in self.bases(count):
+            turn = rows[:count] @ small.T  # from the real basis of the part
+            Z = _multipliers(first, bound.parameter.key, turn)
+            proof = _tried(self._proof, rows, count, *Z)
+            if proof is not None:
+                return proof
+        return None
 
-
-def _of_one_mode(vertex, _):
-    """Rows, 1, Z and U for the mode that asks for most, if it asks too much.
-
-    With c' f(s) c = 2 dist > 0 and the multiplier c c' of f, half of what is
-    left of p for each block is best.
-    """
-    best, found = 1.0, None
-    rows = vertex.rows(np.zeros(len(vertex.A), bool))
-    for i, s in enumerate(vertex.modes):
-        if s.imag < 0 or not vertex.bad(s):
-            continue
-        for key, r in vertex.regions.items():
-            alpha, beta = (x.astype(float) for x in r.pole_matrices())
-            sizes, c = np.linalg.eigh(alpha + beta * s + beta.T * np.conj(s))
-            c = c[:, -1:]
-            push = abs(c.conj().T @ beta @ c).item() * rows[i] @ vertex.B
-            given = vertex.bound.bound * np.linalg.norm(push)
-            needed = sizes[-1] / 2 * abs(rows[i] @ vertex.start)
-            if given < best * needed:
-                best = given / needed
-                force = np.linalg.norm(push) / sizes[-1] or 1.0
-                found = i, force, {key: c @ c.conj().T / sizes[-1]}
-    if found is None:
-        return []
-    i, force, Z = found
-    rows = vertex.rows(np.arange(len(rows)) == i) / force
-    return [(rows, 1, Z, np.array([[0.5]]))]
-
-
-def _of_all_modes(vertex, search):
-    """Rows, their number, Z and U for all modes outside, in two bases."""
-    small, count = schur(vertex.A.T, sort=vertex.bad)[1:]
-    if not 0 < count < len(vertex.A):
-        return []
-    small = small[:, :count].T
-    part = DescriptorSystem(np.eye(count), small @ vertex.A @ small.T, small @ vertex.B)
-    kept = [r for r in vertex.request.requirements if isinstance(r, LMIRegion)]
-    bound = replace(vertex.bound, x0=small @ vertex.start)
-    first = search(Request(part, requirements=[*kept, bound]))
-    if first.values is not None or first.multipliers is None:
-        return []
-    candidates = []
-    for rows in vertex.bases(count):
-        turn = rows[:count] @ small.T  # from the real basis of the part
-        Z, U, Q, N = _multipliers(first, bound.parameter.key, turn)
+    def _proof(self, rows, count, Z, U, Q, N):
         size = np.sqrt(Q.diagonal().real)  # of the rows: free of units
         Z = {key: _scaled(z, 1 / size) for key, z in Z.items()}
         U, N = _scaled(U, 1 / size), N / size[:, None]
         rows[:count] *= size[:, None] / size.mean()
         rows *= size.mean() / (np.abs(N).max() or 1.0)
-        candidates.append((rows, count, Z, U))
-    return candidates
+        columns = self.frame.T @ np.linalg.inv(rows)
+        bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
+        part = _enclosed(self.request, self.bound, self.k, bases, count)
+        if part is None:
+            return None
+        bounds = [x.astype(float) for x in (part.spread, part.blur)]
+        completed = _completed(self.request, part, Z, U)
+        proof = SmallInputRefusal.of(
+            SmallInputRefusal.contents(self.request, self.k, bases, *bounds, *completed)
+        )
+        return proof if proof.proven else None
 
 
 def _distance(requirement, s):
