@@ -469,7 +469,7 @@ class Trivial(Requirement):
     """Its author says that it implies stability; its block demands nothing."""
 
     kind = name = "trivial"
-    implies_stability = slack_implies_pair = affine_in_quotient = True
+    implies_stability = affine_in_quotient = True
     parts = ("block",)
 
     def pair(self, loop, c):

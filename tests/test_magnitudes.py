@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.requirements.cost import noise_input
 from sosbook.requirements.magnitudes import magnitudes
 from sosbook.synthesis.problem import Request
 from sosbook.synthesis.scaling import Frame
@@ -31,21 +32,31 @@ def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, n
     asked = request(seed, powers, name)
     (r,), frame = asked.requirements, Frame.of(asked)
     found = magnitudes(r, asked, frame)
-    assert 2 * found.P == pytest.approx(r.size_of_P(asked, frame), rel=0.01)
-    level = r.level_unit(asked, frame)
+    if name == "u_max":
+        start = np.linalg.solve(frame.T, r.x0)
+        P, level = 2 * start @ start, frame.scale**2
+    else:
+        Bw = np.linalg.solve(frame.T, asked.mean.state_space()[2])
+        P, level = (
+            np.linalg.norm(x, 2) ** 2 / asked.typical_rate
+            for x in (Bw, asked.mean.C @ frame.T)
+        )
+    assert 2 * found.P == pytest.approx(P, rel=0.01)
     assert 0.05 * level < found.level < 20 * level
 
 
 @pytest.mark.parametrize("noise", ["F", "states"])
-def test_a_cost_leaves_its_own_unknown_near_one(noise):
+def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
     plant = random_plant(1)
     N = 2 * plant.n
     cost = sos.QuadraticCost(np.eye(N), np.eye(plant.m), noise, bound=1.0)
     for powers in POWERS:
         asked = Request(as_units(plant, powers, 0).plant(plant), requirements=[cost])
-        found = magnitudes(cost, asked, Frame.of(asked))
+        frame = Frame.of(asked)
+        found = magnitudes(cost, asked, frame)
+        share = np.linalg.norm(frame.back @ noise_input(asked.mean, cost), 2) ** 2
         assert found.P == 0  # any will do
-        assert 1e-2 < found.own < 1e2
+        assert 1e-2 * share < found.own < 1e2 * share
 
 
 def test_what_nothing_bounds_is_zero():

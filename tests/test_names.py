@@ -25,7 +25,7 @@ ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
 # keywords of the design functions, which become requirements at once
 SHORTHAND = {
     "synthesis/closed_loop.py": {"gamma", "saturation", "cost"},
-    "synthesis/design.py": {"gamma"},
+    "synthesis/design.py": {"gamma", "region"},
     "synthesis/pid.py": {"gamma", "saturation", "cost"},
     "proofs/check.py": NAMES,  # stands alone: it can ask no object of the package
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
@@ -96,3 +96,59 @@ def test_no_other_module_imports_a_requirement():
         if name.split("/")[0] not in HOMES and any(imported(f))
     }
     assert importers <= MAKERS
+
+
+def classes():
+    """Names of the requirements' classes."""
+    known = {"Requirement", "Region", "RegionForms"}
+    while True:
+        heirs = {
+            node.name
+            for f in PACKAGE.joinpath("requirements").glob("*.py")
+            for node in ast.walk(ast.parse(f.read_text("utf8")))
+            if isinstance(node, ast.ClassDef)
+            and known & {getattr(b, "id", "") for b in node.bases}
+        }
+        if heirs <= known:
+            return known
+        known |= heirs
+
+
+def asked_for_its_type(text):
+    """Lines that ask whether something is of a requirement's class."""
+
+    def named(*nodes):
+        inner = (x for node in nodes for x in ast.walk(node))
+        names = {getattr(x, "id", getattr(x, "attr", "")) for x in inner}
+        return names & CLASSES
+
+    def call_of(node, *functions):
+        return isinstance(node, ast.Call) and getattr(node.func, "id", "") in functions
+
+    for node in ast.walk(ast.parse(text)):
+        if call_of(node, "isinstance", "issubclass"):
+            asked = named(*node.args[1:])
+        elif isinstance(node, ast.Compare):
+            sides = (node.left, *node.comparators)
+            typed = any(
+                call_of(x, "type")
+                or getattr(x, "attr", "") in ("__class__", "__name__")
+                for side in sides
+                for x in ast.walk(side)
+            )
+            asked = typed and named(*sides)
+        else:
+            asked = isinstance(node, ast.MatchClass) and named(node.cls)
+        if asked:
+            yield node.lineno if hasattr(node, "lineno") else node.cls.lineno
+
+
+CLASSES = classes()
+
+
+@pytest.mark.parametrize("room", [p.name for p in sorted(PACKAGE.iterdir())])
+def test_no_other_module_asks_for_a_requirement_s_type(room):
+    files = [] if room in HOMES else sorted(PACKAGE.glob(f"{room}/**/*.py"))
+    files += [PACKAGE / room] if room.endswith(".py") else []
+    found = {f.name: list(asked_for_its_type(f.read_text("utf8"))) for f in files}
+    assert {name: lines for name, lines in found.items() if lines} == {}

@@ -375,8 +375,8 @@ class ImpulseEnergy(Requirement):
     parameter = Parameter("h2", "H2 bound h2", "H2 norm", "h2", power=2)
     implies_stability = needs_disturbance = affine_in_quotient = True
 
-    def unknowns(self, problem):
-        return (Unknown("impulses", len(problem.vertices[0].C), symmetric=True),)
+    def unknowns(self, request):
+        return (Unknown("impulses", len(request.vertices[0].C), symmetric=True),)
 
     def once(self, loop):
         yield "trace", (), trace_bound(loop.own["impulses"], loop.level(self))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..exact.proof import Unproven, proven_within
 from ..plants.signals import Sine, Step
 from ..runtime.read_only import ReadOnly
 from ..synthesis.gains import Gains
@@ -23,7 +22,7 @@ __all__ = ["DelayDesign"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DelayDesign(Gains, ReadOnly):
+class DelayDesign(Gains[DelayCertificate], ReadOnly):
     """A controller behind a delay and what is known about its loop.
 
     Parameters
@@ -65,45 +64,8 @@ class DelayDesign(Gains, ReadOnly):
         """The alpha that was given or found, in seconds."""
         return self.request.alpha
 
-    def certify(
-        self,
-        digits: int | None = None,
-        time_limit: float | None = None,
-        progress: bool = False,
-    ) -> DelayCertificate | Unproven:
-        """Prove the decay rate in exact arithmetic.
-
-        Floats, the plant's too, are read as decimals: 0.1 is 1/10.
-
-        Parameters
-        ----------
-        digits : int, optional
-            K is rounded to so many significant digits first: the proof
-            is about the gain as it is printed. Without it 6, 8, 10, 12
-            and 17 are tried; a gain that was given to `analyse_delay`
-            isn't rounded.
-        time_limit : float, optional
-            Seconds after which nothing is proven, and the answer says so.
-        progress : bool
-            Show a bar of the seconds that have passed.
-
-        Returns
-        -------
-        DelayCertificate or Unproven
-            The exact proof, or what it lacks; words where there is no design.
-
-        Notes
-        -----
-        The exponentials of the theorem are rounded to rationals on the
-        side on which the theorem stays true.
-        """
-        if self.values is None:
-            return self._nothing_to_prove()
-
-        def proven():
-            return prove_delay(self.request, self.K, self.values, digits)
-
-        return proven_within(time_limit, proven, progress)
+    def _prove(self, digits: int | None) -> DelayCertificate:
+        return prove_delay(self.request, self.K, self.values, digits)
 
     @cached_property
     def advice(self) -> str:

@@ -60,8 +60,18 @@ def _ticks(start, period, end):
     return times[(times > 0) & (times < end)]
 
 
+class _Delay:
+    """A delay without jumps or frequency, unless it says otherwise."""
+
+    rate = 0.0
+
+    def jumps(self, end):
+        """No times: this delay has no jumps before ``end``, nor later."""
+        return np.empty(0)
+
+
 @dataclass(frozen=True)
-class ConstantDelay:
+class ConstantDelay(_Delay):
     """The same delay at all times.
 
     Parameters
@@ -81,7 +91,6 @@ class ConstantDelay:
     """
 
     value: float
-    rate = 0.0
 
     def __post_init__(self):
         _number("value", self.value)
@@ -100,13 +109,9 @@ class ConstantDelay:
         """Delays at the times t."""
         return np.full(np.shape(t), float(self.value))
 
-    def jumps(self, end):
-        """No times: this delay has no jumps before ``end``, nor later."""
-        return np.empty(0)
-
 
 @dataclass(frozen=True)
-class SineDelay:
+class SineDelay(_Delay):
     """A delay that swings about the middle of [low, high].
 
     Parameters
@@ -151,13 +156,9 @@ class SineDelay:
         delay = middle + (self.high - self.low) / 2 * swing
         return np.clip(delay, self.low, self.high)  # of rounding alone
 
-    def jumps(self, end):
-        """No times: this delay has no jumps before ``end``, nor later."""
-        return np.empty(0)
-
 
 @dataclass(frozen=True)
-class SawtoothDelay:
+class SawtoothDelay(_Delay):
     """Sample and hold, then a transport delay of ``low`` seconds.
 
     The controller's signal is sampled every T = high - low seconds from
@@ -186,7 +187,6 @@ class SawtoothDelay:
 
     low: float
     high: float
-    rate = 0.0
 
     def __post_init__(self):
         _interval(self.low, self.high)
@@ -209,7 +209,7 @@ class SawtoothDelay:
 
 
 @dataclass(frozen=True)
-class SwitchingDelay:
+class SwitchingDelay(_Delay):
     """A delay that jumps between two values, low first.
 
     Parameters
@@ -233,7 +233,6 @@ class SwitchingDelay:
     low: float
     high: float
     dwell: float
-    rate = 0.0
 
     def __post_init__(self):
         _interval(self.low, self.high)
@@ -250,7 +249,7 @@ class SwitchingDelay:
 
 
 @dataclass(frozen=True)
-class RandomDelay:
+class RandomDelay(SwitchingDelay):
     """A new delay every ``dwell`` seconds, uniform on [low, high].
 
     Parameters
@@ -274,15 +273,10 @@ class RandomDelay:
     array([0.227, 0.227, 0.154, 0.108])
     """
 
-    low: float
-    high: float
-    dwell: float
     seed: int
-    rate = 0.0
 
     def __post_init__(self):
-        _interval(self.low, self.high)
-        _number("dwell", self.dwell, positive=True)
+        super().__post_init__()
         whole = isinstance(self.seed, (int, np.integer))
         if not whole or isinstance(self.seed, bool) or self.seed < 0:
             raise ValueError(f"seed must be a whole number >= 0, got {self.seed!r}")
@@ -293,7 +287,3 @@ class RandomDelay:
         source = np.random.default_rng(self.seed)
         count = now.max(initial=0) + 1
         return source.uniform(self.low, self.high, count)[now]
-
-    def jumps(self, end):
-        """Every multiple of the dwell time before ``end``."""
-        return _ticks(0.0, self.dwell, end)

@@ -3,7 +3,7 @@
 import sys
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -30,6 +30,23 @@ class MassWarning(UserWarning):
 
 class _Plant:
     """What a plant and a polytope of plants have in common."""
+
+    vertices: Any
+
+    @property
+    def n(self) -> int:
+        """Degrees of freedom."""
+        return self.vertices[0].M.shape[0]
+
+    @property
+    def m(self) -> int:
+        """Inputs."""
+        return self.vertices[0].B.shape[1]
+
+    @property
+    def p(self) -> int:
+        """Disturbances."""
+        return self.vertices[0].F.shape[1]
 
     def simulate(
         self,
@@ -77,8 +94,8 @@ class _Plant:
         return self.per_vertex([simulate_open(d, t, x0, u, w) for d in vertices])
 
     def per_vertex(self, values: Any) -> Any:
-        """One value for each vertex; for one plant the value itself."""
-        return values
+        """One value for each vertex, of a sequence; for one plant the value itself."""
+        return values[0] if self.vertices[0] is self else values
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -157,15 +174,9 @@ class SecondOrderSystem(_Plant, ReadOnly):
                 "M must be a matrix like D: a number stands for one degree of freedom"
             )
         F = np.zeros((n, 0)) if self.F is None else self.F
-        checked = {
-            "M": matrix("M", M, (n, n)),
-            "D": matrix("D", self.D, (n, n)),
-            "S": matrix("S", self.S, (n, n)),
-            "B": matrix("B", self.B, (n, None)),
-            "F": matrix("F", F, (n, None)),
-        }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        for name, value in dict(M=M, D=self.D, S=self.S, B=self.B, F=F).items():
+            shape = (n, n if name in "MDS" else None)
+            object.__setattr__(self, name, matrix(name, value, shape))
         object.__setattr__(self, "coordinates", _names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
@@ -199,27 +210,8 @@ class SecondOrderSystem(_Plant, ReadOnly):
         parts = (getattr(self, x) + 0.0 for x in "MDSBF")  # one zero, not two
         return hash(tuple((x.shape, x.tobytes()) for x in parts))
 
-    def per_vertex(self, values: Any) -> Any:
-        """The one value of the one vertex, of a sequence ``values``."""
-        return values[0]
-
     @property
-    def n(self) -> int:
-        """Degrees of freedom."""
-        return self.M.shape[0]
-
-    @property
-    def m(self) -> int:
-        """Inputs."""
-        return self.B.shape[1]
-
-    @property
-    def p(self) -> int:
-        """Disturbances."""
-        return self.F.shape[1]
-
-    @property
-    def vertices(self) -> "tuple[SecondOrderSystem, ...]":
+    def vertices(self) -> "tuple[SecondOrderSystem, ...]":  # type: ignore[override]
         """The plant itself: a polytope with one vertex."""
         return (self,)
 
@@ -235,11 +227,12 @@ class SecondOrderSystem(_Plant, ReadOnly):
         zero, one = np.zeros((n, n)), np.eye(n)
         if not rank_deficient(self.M):
             rows = np.linalg.solve(self.M, np.hstack([-self.S, -self.D]))
-            upper = np.hstack([zero, one])
-            return sort_poles(eigvals(np.vstack([upper, rows])))
+            return sort_poles(eigvals(np.block([[zero, one], [rows]])))
         A = np.block([[zero, one], [-self.S, -self.D]])
         E = np.block([[one, zero], [zero, self.M]])
-        return sort_poles(_finite(A, E))
+        alpha, beta = eigvals(A, E, homogeneous_eigvals=True)
+        finite = np.abs(beta) > 1e-12 * np.abs(alpha)
+        return sort_poles(alpha[finite] / beta[finite])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -265,7 +258,7 @@ class Polytope(_Plant, ReadOnly):
     array([[2.]])
     """
 
-    vertices: tuple = field()
+    vertices: tuple
 
     if TYPE_CHECKING:  # what the constructor takes
 
@@ -313,21 +306,6 @@ class Polytope(_Plant, ReadOnly):
     def N(self) -> int:
         """Number of vertices."""
         return len(self.vertices)
-
-    @property
-    def n(self) -> int:
-        """Degrees of freedom."""
-        return self.vertices[0].n
-
-    @property
-    def m(self) -> int:
-        """Inputs."""
-        return self.vertices[0].m
-
-    @property
-    def p(self) -> int:
-        """Disturbances."""
-        return self.vertices[0].p
 
     @property
     def coordinates(self) -> tuple[str, ...] | None:
@@ -411,12 +389,6 @@ def mass_fault(M):
             "is a sign wrong?"
         )
     return ""
-
-
-def _finite(A, E):
-    alpha, beta = eigvals(A, E, homogeneous_eigvals=True)
-    finite = np.abs(beta) > 1e-12 * np.abs(alpha)
-    return alpha[finite] / beta[finite]
 
 
 def sort_poles(poles):

@@ -279,15 +279,14 @@ class Coordinates:
 
     def __init__(self, N, file):
         self.left, self.T, self.back, self.scale = eye(N), eye(N), eye(N), Fraction(1)
-        self.sizes, self.roots = {}, {}  # for requirements, and unknowns of theirs
+        self.sizes = {}  # for requirements
         if "coordinates" in file:
             given = file["coordinates"]
-            keys(given, "left T back scale sizes roots")
+            keys(given, "left T back scale sizes")
             self.left, self.T = matrix(given["left"], N, N), matrix(given["T"], N, N)
             self.back = matrix(given["back"], N, N)
             self.scale = positive(given["scale"])
             self.sizes = {k: positive(v) for k, v in given["sizes"].items()}
-            self.roots = {k: positive(v) for k, v in given["roots"].items()}
             solve(self.T, eye(N))  # T must be regular
         self.near = self.back @ self.T  # the identity, nearly; any matrix will do
 
@@ -667,8 +666,8 @@ def peak(d, r, x, c):
 
 
 def cost(d, r, x, c):
-    """Theorem 2.4: tr J bounds the cost of x'Qx + u'Ru; J is measured in unit^2."""
-    unit, J, states = (c.c.roots.get("J", Fraction(1)), x["J"], r["noise"] == "states")
+    """Theorem 2.4: tr J bounds the cost of x'Qx + u'Ru."""
+    J, states = x["J"], r["noise"] == "states"
     need(states or (r["noise"] == "F" and d.p), 'noise must be "states", or "F" with F')
     inner = None
     if isinstance(c, (Once, Slack)) and states:
@@ -677,11 +676,11 @@ def cost(d, r, x, c):
     elif not isinstance(c, Once) and not states:
         inner, noise = (he(c.EVE) - c.EPE if d.slack else c.EPE), c.W
     if inner:
-        yield "cost", symmetric(J, inner, b12=1 / unit * noise.T)
+        yield "cost", symmetric(J, inner, b12=noise.T)
     if c.places in ((), (0,)):
         trace = sum(J[k][k] for k in range(len(J)))
         if d.slack or not c.places:
-            yield ("trace",), Matrix([[positive(r["bound"]) / unit**2 - trace]])
+            yield ("trace",), Matrix([[positive(r["bound"]) - trace]])
     if isinstance(c, Once):
         return
     L, W, R = weights(d, r, c.c)

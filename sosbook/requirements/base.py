@@ -19,7 +19,6 @@ from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..runtime.kinds import OfKind
 from ..runtime.read_only import ReadOnly
 from .loop import Loop
-from .magnitudes import magnitudes
 from .vocabulary import Parameter
 
 __all__ = ["BlockName", "BlockTable", "Requirement"]
@@ -27,6 +26,11 @@ __all__ = ["BlockName", "BlockTable", "Requirement"]
 
 class Requirement(OfKind, ABC, ReadOnly):
     """Something that is asked of a loop.
+
+    A theorem needs five of the methods: `unknowns`, the blocks (`once`, `pair` and
+    `slack`), `claim`, `truth` and, through ``parameter``, its ``bound``. All else is
+    a hook with a default. How large its unknowns are is read from the blocks: see
+    `sosbook.requirements.magnitudes`.
 
     Attributes
     ----------
@@ -48,19 +52,6 @@ class Requirement(OfKind, ABC, ReadOnly):
         class isn't the package's own, stability is demanded all the same.
     needs_disturbance : bool
         Whether it is about w, so that the plant must have F.
-    of_poles : bool
-        Whether it asks nothing but where the poles lie.
-    homogeneous : bool
-        Whether its blocks are known to have no constant: those of a multiple
-        of P, Y and its own unknowns are the multiples.
-    has_constants : bool
-        Whether its blocks are known to have some. Where neither is known they
-        are looked at.
-    slack_implies_pair : bool
-        Whether its `slack` blocks of a vertex, with P_i and V, imply its
-        `once` and `pair` blocks of that vertex alone with P = V' P_i^-1 V
-        and Y = K P. Then what excludes the vertex alone excludes every
-        slack scalar. It is believed of the package's own classes only.
     affine_in_quotient : bool
         Whether each `pair` block of a vertex is, after a congruence, affine in
         E^-1 [A B_u B_w], as if the plant were divided by E. Where all
@@ -68,7 +59,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         `sosbook.studies.polytopes.vertices_suffice`. Where the class isn't the
         package's own, that is probed in rationals: see `sosbook.synthesis.probe`.
     rank : int
-        Its place among the requirements of a problem.
+        Its place among the requirements of a request.
     promise : str
         Name of the promise that `truth` is compared with.
     titles : dict
@@ -78,10 +69,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     kind = name = promise = ""
     parameter: Parameter | None = None
     tied: str = ""
-    implies_stability = False
-    needs_disturbance = False
-    of_poles = homogeneous = has_constants = slack_implies_pair = False
-    affine_in_quotient = False
+    implies_stability = needs_disturbance = affine_in_quotient = False
     rank = 50
     titles: dict[str, str] = {}
 
@@ -90,116 +78,16 @@ class Requirement(OfKind, ABC, ReadOnly):
             key = self.parameter.key
             object.__setattr__(self, key, positive(key, self.bound))
 
+    # what a theorem needs
+
     @property
     def bound(self) -> float | None:
         """The bound that is asked for, a float, or None without one."""
         return getattr(self, self.parameter.key) if self.parameter else None
 
-    @property
-    def key(self) -> tuple:
-        """Distinguishes it from every other requirement of a problem."""
-        return self.kind, self.name
-
-    @property
-    def of_package(self) -> bool:
-        """Whether its class is the package's own: then its word is tested there."""
-        return type(self).__module__.split(".")[0] == __package__.split(".")[0]
-
-    @property
-    def words(self) -> str:
-        """What messages call it."""
-        return self.parameter.words if self.parameter else self.name
-
-    def with_bound(self, bound: float) -> "Requirement":
-        """The same requirement with another bound."""
-        if self.parameter is None:
-            raise ValueError(f"{self.name} has no bound that can be moved")
-        return replace(self, **{self.parameter.key: bound})
-
-    def check(self, problem: Any) -> None:
-        """Raise a ValueError, with argument and cure, if a problem can't meet it."""
-        if self.needs_disturbance and problem.plant.p == 0:
-            raise ValueError(
-                f"{self.name} needs a plant with F, but the plant has no F: say "
-                "where the disturbance enters"
-            )
-        if self.parameter is not None and self.bound is None:
-            key = self.parameter.key
-            raise ValueError(
-                f'{key} is None: give a number, or let minimize="{key}" find it'
-            )
-
-    def repeats(self, other: Any) -> bool:
-        """Whether its blocks are, exactly, positive multiples of an ``other`` one's.
-
-        Then they are demanded once. It is believed of the package's own classes only.
-        """
-        return False
-
-    def contradicts(self, other: Any) -> bool:
-        """Whether no loop at all meets this and an ``other`` one, at sight."""
-        return False
-
-    def holds_at(self, root: Any) -> bool | None:
-        """Whether a pole at a `Root`, ``root``, keeps it; None if that isn't known.
-
-        True and False have to be proven: an "infeasible" rests on them.
-        """
-        return True
-
-    def pole_matrices(self) -> tuple | None:
-        """alpha and beta, in rationals; None where it isn't a region of the poles.
-
-        It asks alpha + beta s + beta' conj(s) < 0 of every pole s then.
-        """
-        return None
-
-    def bounds_input_from(self) -> np.ndarray | None:
-        """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
-        return None
-
-    def bounds_response(self) -> float | None:
-        """A number that the H-infinity norm from w to z must stay below, or None."""
-        return None
-
-    @property
-    def statement(self) -> str:
-        """Its claim for a proof's lines: an author's is quoted, and named as theirs."""
-        if self.of_package:
-            return self.claim()
-        return f"{self.name}, by its author's theorem: {json.dumps(self.claim())}"
-
-    def broken(self) -> str:
-        """What a pole outside breaks, in words that say no more than is asked."""
-        return self.statement
-
-    def untied(self) -> "Requirement":
-        """The same requirement, whose P may be any multiple of the others'."""
-        return self
-
-    @property
-    def size_name(self) -> str:
-        """Name of the unknown s: the blocks hold P / s and Y / s.
-
-        A problem with two requirements that fix the size of P gives one of
-        them such a scalar.
-        """
-        return " ".join(("size for", *dict.fromkeys(self.key)))
-
-    def unknowns(self, problem: Any) -> tuple:
-        """The unknowns of its own in a problem, a tuple, beside P, V and Y."""
+    def unknowns(self, request: Any) -> tuple:
+        """The unknowns of its own in a request, a tuple, beside P, V and Y."""
         return ()
-
-    def own_unit(self, problem: Any, frame: Any) -> float:
-        """The unit in which a problem in a frame measures its own unknowns.
-
-        What it makes of 1 is measured by `magnitudes`.
-        """
-        return 1.0
-
-    def level_unit(self, problem: Any, frame: Any) -> float:
-        """The unit of its level (see `Parameter`) for a problem in a frame."""
-        return magnitudes(self, problem, frame).level or 1.0
 
     def once(self, loop: Loop) -> Iterable:
         """Blocks of a loop that are demanded once: (name, vertices, matrix) each."""
@@ -223,6 +111,10 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         """Blocks of a vertex with a slack matrix: (name, matrix) each.
+
+        In a class of the package they imply, with P_i and V, the `once` and `pair`
+        blocks of that vertex alone with P = V' P_i^-1 V and Y = K P: then what
+        excludes the vertex alone excludes every slack scalar.
 
         Parameters
         ----------
@@ -257,11 +149,78 @@ class Requirement(OfKind, ABC, ReadOnly):
             The gain of the accelerations; zero without it.
         """
 
+    # hooks, each with a default
+
+    def check(self, request: Any) -> None:
+        """Raise a ValueError, with argument and cure, if a request can't meet it."""
+        if self.needs_disturbance and request.plant.p == 0:
+            raise ValueError(
+                f"{self.name} needs a plant with F, but the plant has no F: say "
+                "where the disturbance enters"
+            )
+        if self.parameter is not None and self.bound is None:
+            key = self.parameter.key
+            raise ValueError(
+                f'{key} is None: give a number, or let minimize="{key}" find it'
+            )
+
+    @property
+    def words(self) -> str:
+        """What messages call it."""
+        return self.parameter.words if self.parameter else self.name
+
     def kept(self, truth: float) -> float:
         """Positive where the promise is kept: the bound less the truth."""
         return self.bound - truth
 
-    # in a proof file
+    def with_bound(self, bound: float) -> "Requirement":
+        """The same requirement with another bound."""
+        if self.parameter is None:
+            raise ValueError(f"{self.name} has no bound that can be moved")
+        return replace(self, **{self.parameter.key: bound})
+
+    def untied(self) -> "Requirement":
+        """The same requirement, whose P may be any multiple of the others'."""
+        return self
+
+    def repeats(self, other: Any) -> bool:
+        """Whether its blocks are, exactly, positive multiples of an ``other`` one's.
+
+        Then they are demanded once. It is believed of the package's own classes only.
+        """
+        return False
+
+    def contradicts(self, other: Any) -> bool:
+        """Whether no loop at all meets this and an ``other`` one, at sight."""
+        return False
+
+    def pole_matrices(self) -> tuple | None:
+        """alpha and beta, in rationals; None where it isn't a region of the poles.
+
+        It asks alpha + beta s + beta' conj(s) < 0 of every pole s then.
+        """
+        return None
+
+    def broken(self) -> str:
+        """What a pole outside breaks, in words that say no more than is asked."""
+        return self.statement
+
+    def bounds_input_from(self) -> np.ndarray | None:
+        """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
+        return None
+
+    def bounds_response(self) -> float | None:
+        """A number that the H-infinity norm from w to z must stay below, or None."""
+        return None
+
+    def rate(self) -> tuple | None:
+        """(rank, typical rate in rad/s); None where it names no rate.
+
+        One of rank 2 is for plants that have none, such as free masses.
+        """
+
+    def riccati(self) -> Any:
+        """(Q, R) of the Riccati equation that it is about, or None."""
 
     def data(self) -> dict:
         """What a proof file says of it: words, truths and decimals, by field."""
@@ -275,6 +234,49 @@ class Requirement(OfKind, ABC, ReadOnly):
                 contents[field.name] = decimal(value)
         return contents
 
+    @classmethod
+    def of_data(cls, data: dict) -> "Requirement":
+        """The requirement of `data`, of this kind."""
+        return cls(
+            **{k: _value(v) for k, v in data.items() if k not in ("kind", "name")}
+        )
+
+    # what follows
+
+    @property
+    def key(self) -> tuple:
+        """Distinguishes it from every other requirement of a request."""
+        return self.kind, self.name
+
+    @property
+    def of_package(self) -> bool:
+        """Whether its class is the package's own: then its word is tested there."""
+        return type(self).__module__.split(".")[0] == __package__.split(".")[0]
+
+    @property
+    def statement(self) -> str:
+        """Its claim for a proof's lines: an author's is quoted, and named as theirs."""
+        if self.of_package:
+            return self.claim()
+        return f"{self.name}, by its author's theorem: {json.dumps(self.claim())}"
+
+    @property
+    def size_name(self) -> str:
+        """Name of the unknown s: the blocks hold P / s and Y / s.
+
+        A request with two requirements that fix the size of P gives one of
+        them such a scalar.
+        """
+        return " ".join(("size for", *dict.fromkeys(self.key)))
+
+    def holds_at(self, root: Any) -> bool | None:
+        """Whether a pole at a `Root`, ``root``, keeps it; None if that isn't known.
+
+        True and False are proven: an "infeasible" rests on them.
+        """
+        form = self.pole_matrices()
+        return True if form is None else root.inside(*form)
+
     @staticmethod
     def read(data: dict) -> "Requirement":
         """The requirement of `data`, of whatever kind."""
@@ -285,28 +287,6 @@ class Requirement(OfKind, ABC, ReadOnly):
                 "the module that defines it"
             )
         return cls.of_data(data)
-
-    @classmethod
-    def of_data(cls, data: dict) -> "Requirement":
-        """The requirement of `data`, of this kind."""
-        return cls(
-            **{k: _value(v) for k, v in data.items() if k not in ("kind", "name")}
-        )
-
-    # coordinates in which the LMIs are well conditioned
-
-    def rate(self) -> tuple | None:
-        """(rank, typical rate in rad/s); None where it names no rate."""
-
-    def rough_rate(self) -> float | None:
-        """A rate in rad/s for plants that have none, such as free masses; or None."""
-
-    def riccati(self) -> Any:
-        """(Q, R) of the Riccati equation that it is about, or None."""
-
-    def size_of_P(self, problem: Any, frame: Any) -> float:
-        """How large P must be for a problem in a frame, roughly."""
-        return 2 * magnitudes(self, problem, frame).P
 
 
 def _value(recorded):
@@ -343,7 +323,7 @@ class BlockName(str):
 
 
 class BlockTable:
-    """The one place where the blocks of a problem come together.
+    """The one place where the blocks of a request come together.
 
     Their keys are (requirement, block, vertices), so that no name that a
     user chose can take the place of another block.

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -71,7 +72,7 @@ class QuadraticCost(Requirement):
 
     kind = name = promise = "cost"
     parameter = COST
-    implies_stability = slack_implies_pair = affine_in_quotient = True
+    implies_stability = affine_in_quotient = True
     rank = 30
     titles = {
         "lqr": "decay of the cost",
@@ -112,6 +113,7 @@ class QuadraticCost(Requirement):
         if self.bound is not None:
             put(self, "bound", positive("bound", self.bound))
 
+    @cached_property
     def factors(self) -> tuple:
         """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
         R = inverse(exact(self.R))
@@ -127,12 +129,12 @@ class QuadraticCost(Requirement):
         left_out = "C" if self.C is None else "Q"
         return {k: v for k, v in super().data().items() if k != left_out}
 
-    def check(self, problem: Any) -> None:
+    def check(self, request: Any) -> None:
         weight = "Q" if self.C is None else "C"
-        rows = problem.order if self.C is None else None
-        matrix(weight, getattr(self, weight), (rows, problem.order))
-        matrix("R", self.R, (problem.plant.m, problem.plant.m))
-        if self.noise == "F" and problem.plant.p == 0:
+        rows = request.order if self.C is None else None
+        matrix(weight, getattr(self, weight), (rows, request.order))
+        matrix("R", self.R, (request.plant.m, request.plant.m))
+        if self.noise == "F" and request.plant.p == 0:
             raise ValueError('noise="F", but the plant has no F: take "states"')
         if self.bound is None:
             raise ValueError(
@@ -140,42 +142,24 @@ class QuadraticCost(Requirement):
                 'minimize="cost" or design_lqr find it'
             )
 
-    def unknowns(self, problem: Any) -> tuple:
-        """The J of Theorem 2.4, for a problem."""
-        channels = problem.order if self.noise == "states" else problem.plant.p
+    def unknowns(self, request: Any) -> tuple:
+        """The J of Theorem 2.4, for a request."""
+        channels = request.order if self.noise == "states" else request.plant.p
         return (Unknown("J", channels, symmetric=True),)
 
-    def noise_unit(self, problem: Any, frame: Any) -> float:
-        """A power of two near the size of the noise of a problem in a frame.
-
-        There J is measured in its square.
-        """
-        if frame is None:
-            return 1.0
-        size = np.linalg.norm(frame.back @ noise_input(problem.mean, self), 2)
-        return float(2.0 ** np.round(np.log2(size or 1.0)))
-
-    def own_unit(self, problem: Any, frame: Any) -> float:
-        return self.noise_unit(problem, frame) ** 2
-
-    level_unit = own_unit
-
-    def _unit(self, loop):
-        return loop.scalar(self.noise_unit(loop.problem, loop.frame))
-
     def once(self, loop: Loop) -> Iterable:
-        unit, J = self._unit(loop), loop.own["J"]
-        yield "trace", (), trace_bound(J, loop.level(self) / unit**2)
+        J = loop.own["J"]
+        yield "trace", (), trace_bound(J, loop.level(self))
         if self.noise == "states" and loop.epsilon is None:
             yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         yield "lqr", lqr_decay(c, *self._weights(loop))
         if self.noise == "F":
-            yield "cost", lqr_cost(c.EPE, c.Bw / self._unit(loop), loop.own["J"])
+            yield "cost", lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
-        inner, noise = he(c.EVE) - c.EPE, c.Bw / self._unit(loop)
+        inner, noise = he(c.EVE) - c.EPE, c.Bw
         if self.noise == "states":
             inner = he(loop.near(c.V)) - loop.near(c.P)
             noise = self._one(loop)
@@ -184,12 +168,10 @@ class QuadraticCost(Requirement):
 
     def _one(self, loop):
         """Where noise on the states enters, in these coordinates."""
-        if loop.back is None:
-            return eye(loop.problem.order)
-        return loop.back / self._unit(loop)
+        return eye(loop.request.order) if loop.back is None else loop.back
 
     def _weights(self, loop):
-        L, W, V = self.factors()
+        L, W, V = self.factors
         if not loop.exact:
             L, W, V = (w.astype(float) for w in (L, W, V))
         return (L if loop.T is None else loop.T.T @ L), W, V / loop.scale**2

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..analysis.linear import hinf_norm
 from ..exact.rational import decimal
 from ..plants.checks import positive
@@ -35,8 +33,7 @@ class HInfinity(Requirement):
     kind = name = promise = "gamma"
     parameter = GAMMA
     implies_stability = needs_disturbance = True
-    slack_implies_pair = affine_in_quotient = True
-    has_constants = True  # mu I, of the disturbance
+    affine_in_quotient = True
     rank = 20
     titles = {"hinf": "H∞ bound γ"}
 
@@ -56,19 +53,13 @@ class HInfinity(Requirement):
     def _mu(self):
         return 1.0 if self.mu is None else self.mu
 
-    def check(self, problem):
-        super().check(problem)
-        if problem.plant.n == 0:
+    def check(self, request):
+        super().check(request)
+        if request.plant.n == 0:
             raise ValueError(
                 f"{self.name} needs a plant with outputs, but the plant has no C: say "
                 "which of its states, or mixtures of them, must answer little"
             )
-
-    def level_unit(self, problem, frame):
-        d = problem.vertices[0]
-        output = [d.C @ frame.T] + [x * frame.scale for x in (d.Du,) if x is not None]
-        size = np.linalg.norm(np.hstack(output), 2) ** 2
-        return self._mu * size / problem.typical_rate
 
     def pair(self, loop, c):
         yield "hinf", bounded_real(c, loop.level(self), loop.scalar(self._mu))
@@ -86,7 +77,3 @@ class HInfinity(Requirement):
 
     def bounds_response(self):
         return self.gamma
-
-    def size_of_P(self, problem, frame):
-        Bw = np.linalg.solve(frame.T, problem.mean.state_space()[2])
-        return np.linalg.norm(Bw, 2) ** 2 / self._mu / problem.typical_rate

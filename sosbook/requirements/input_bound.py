@@ -43,8 +43,7 @@ class Saturation(Requirement):
 
     kind, name, promise = "input", "saturation", "u_max"
     parameter = U_MAX
-    slack_implies_pair = affine_in_quotient = True
-    has_constants = True  # x0 and u_max
+    affine_in_quotient = True
     rank = 40
     titles = {"x0": "x(0) in the ellipsoid", "u_max": "input bound u_max"}
 
@@ -66,29 +65,26 @@ class Saturation(Requirement):
                 f"acceleration must be True or False, got {self.acceleration!r}"
             )
 
-    def check(self, problem: Any) -> None:
-        super().check(problem)
-        if problem.plant.m == 0:
+    def check(self, request: Any) -> None:
+        super().check(request)
+        if request.plant.m == 0:
             raise ValueError(
                 "saturation bounds the input, but the plant has no B: give its input "
                 "as the B of a DescriptorSystem to analyse_pid"
             )
-        first = problem.certain[0].E
+        first = request.certain[0].E
         if self.acceleration and any(
-            not np.array_equal(d.E, first) for d in problem.certain
+            not np.array_equal(d.E, first) for d in request.certain
         ):
             raise ValueError(
                 "saturation: acceleration=True needs the same M - B K_A "
                 "at every vertex; bound K x only"
             )
-        if len(self.x0) != problem.order:
+        if len(self.x0) != request.order:
             raise ValueError(
                 f"x0 has {len(self.x0)} entries, needs "
-                f"2n + a = {problem.order}: [z(0); z'(0); x3(0)]"
+                f"2n + a = {request.order}: [z(0); z'(0); x3(0)]"
             )
-
-    def level_unit(self, problem: Any, frame: Any) -> float:
-        return frame.scale**2
 
     def once(self, loop: Loop) -> Iterable:
         if loop.epsilon is not None:
@@ -124,11 +120,11 @@ class Saturation(Requirement):
 
     def _signals(self, loop):
         """(vertices, G_x, G_v): the bounded signal is G_x x + G_v K x."""
-        problem = loop.problem
-        n, m = problem.plant.n, problem.plant.m
-        if problem.K_A is None or not self.acceleration:
-            return [((), loop.row(np.zeros((m, problem.order), int)), eye(m))]
-        K_A, signals = loop.number(np.array(problem.K_A, float)), []
+        request = loop.request
+        n, m = request.plant.n, request.plant.m
+        if request.K_A is None or not self.acceleration:
+            return [((), loop.row(np.zeros((m, request.order), int)), eye(m))]
+        K_A, signals = loop.number(np.array(request.K_A, float)), []
         for i, d in enumerate(loop.plain):  # z'' = E2^-1 (.. x + B K x)
             answer = K_A @ inverse(d.E[n : 2 * n, n : 2 * n])
             signals.append(
@@ -150,7 +146,3 @@ class Saturation(Requirement):
     ) -> float:
         K_A = K_A if self.acceleration else None
         return max(peak_input(d, K, self.x0, K_A) for d in loops)
-
-    def size_of_P(self, problem: Any, frame: Any) -> float:
-        start = np.linalg.solve(frame.T, self.x0)
-        return float(2 * start @ start)

@@ -126,7 +126,7 @@ class LMIRegion(RegionForms, Region, Requirement):
     alpha: np.ndarray
     beta: np.ndarray
     text: str
-    of_poles = homogeneous = slack_implies_pair = affine_in_quotient = True
+    affine_in_quotient = True
 
     def __init__(
         self, alpha: ArrayLike, beta: ArrayLike, name: str, text: str | None = None
@@ -229,9 +229,6 @@ class LMIRegion(RegionForms, Region, Requirement):
         bare = LMIRegion(self.alpha, self.beta, "bare")
         return (self if plain or not self.of_package else bare).statement
 
-    def holds_at(self, root: Any) -> bool | None:
-        return root.inside(exact(self.alpha), exact(self.beta))
-
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         yield "", pole_region(c, loop.number(self.alpha), loop.number(self.beta))
 
@@ -262,10 +259,8 @@ class LMIRegion(RegionForms, Region, Requirement):
             return 0, rho / 2 + abs(centre)
         if self.implies_stability and self.alpha[0, 0] > 0:
             return 1, 2 * self.alpha[0, 0] / self.beta[0, 0]
-        return None
-
-    def rough_rate(self) -> float | None:
-        return np.abs(self.alpha).max() / np.abs(self.beta).max() or None
+        rough = np.abs(self.alpha).max() / np.abs(self.beta).max()
+        return (2, rough) if rough else None
 
     @property
     def _disk(self):

@@ -18,7 +18,7 @@ class Loop:
     Attributes
     ----------
     P, Y, V : matrix-like
-        The unknowns of every problem, in these coordinates; P holds one
+        The unknowns of every request, in these coordinates; P holds one
         for each vertex where there is a slack matrix V.
     own : dict
         The requirements' own unknowns by name.
@@ -26,22 +26,22 @@ class Loop:
         The vertices in the plant's own coordinates and in these.
     epsilon : scalar or None
         The scalar of the slack LMIs; None without a slack matrix.
-    problem, frame
+    request, frame
         The `Request` and the `Frame` (None for the plant's own coordinates).
     """
 
-    def __init__(self, problem, number, frame, P, Y, V, levels, own):
-        self.problem, self.frame = problem, frame
+    def __init__(self, request, number, frame, P, Y, V, levels, own):
+        self.request, self.frame = request, frame
         self.number, self.P, self.Y, self.V = number, P, Y, V
         self.levels, self.own = dict(levels), dict(own)
-        self.plain = problem.vertices_at(None, number)
-        self.vertices = problem.vertices_at(frame, number)
-        self.E0 = number(problem.mean.E)
+        self.plain = request.vertices_at(None, number)
+        self.vertices = request.vertices_at(frame, number)
+        self.E0 = number(request.mean.E)
         self.T = self.back = None
         self.scale = 1
         self.epsilon = None
-        if problem.coupling == "slack":
-            self.epsilon = self.scalar(problem.slack)
+        if request.coupling == "slack":
+            self.epsilon = self.scalar(request.slack)
         if frame is not None:
             left, self.T, self.back, scale = (
                 number(np.array(f))

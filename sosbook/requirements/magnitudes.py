@@ -9,6 +9,7 @@ the other, have the units of what the blocks are made of, whatever these are.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
 from ..lmi.text import floats
 from ..plants.descriptor import Coupled, Descriptor
@@ -18,7 +19,6 @@ from .loop import Loop
 __all__ = ["Magnitudes", "magnitudes"]
 
 LARGEST = 60.0  # a power of ten; nothing is sought beyond
-FINEST = 1e-3  # of a power of ten
 HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
 MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a difference
 
@@ -35,23 +35,23 @@ class Magnitudes:
     level: float
 
 
-def magnitudes(requirement, problem, frame):
-    """The `Magnitudes` of a requirement of a problem, in a frame.
+def magnitudes(requirement, request, frame):
+    """The `Magnitudes` of a requirement of a request, in a frame.
 
     Parameters
     ----------
     requirement : Requirement
         It writes the blocks.
-    problem : Request
+    request : Request
         With its plant; the coupling doesn't matter.
     frame : Frame
         The coordinates.
     """
-    if problem.coupling == "slack":
-        problem = replace(problem, coupling="pairs", slack=None)
-    zero = _blocks(requirement, problem, frame, 0.0, 0.0, 0.0)
+    if request.coupling == "slack":
+        request = replace(request, coupling="pairs", slack=None)
+    zero = _blocks(requirement, request, frame, 0.0, 0.0, 0.0)
     parts = [
-        [g - g0 for g, g0 in zip(_blocks(requirement, problem, frame, *at), zero)]
+        [g - g0 for g, g0 in zip(_blocks(requirement, request, frame, *at), zero)]
         for at in np.eye(3)
     ]
     blocks = [_Block(*block) for block in zip(zero, *parts)]
@@ -88,11 +88,19 @@ class _Block:
             return 0.0
         if not _definite(fixed + 10.0**high * slope):
             return 0.0
-        while high - low > FINEST:
+        while high - low > 1:
             middle = (low + high) / 2
             good = _definite(fixed + 10.0**middle * slope)
             low, high = (low, middle) if good else (middle, high)
-        return 10.0**high
+        # g - y slope stays definite until 1 / y is the largest eigenvalue of the pair
+        g = fixed + 10.0**high * slope
+        scale = 1 / np.sqrt(g.diagonal())
+        largest = eigh(_scaled(slope, scale), _scaled(g, scale), eigvals_only=True)[-1]
+        return max(10.0**high - 1 / largest, 10.0**low)
+
+
+def _scaled(g, scale):
+    return g * scale * scale[:, None]
 
 
 def _definite(g):
@@ -100,30 +108,29 @@ def _definite(g):
     diagonal = g.diagonal()
     if not diagonal.min() > 0:
         return False
-    scale = 1 / np.sqrt(diagonal)
-    scaled = g * scale * scale[:, None]
+    scaled = _scaled(g, 1 / np.sqrt(diagonal))
     scaled[np.diag_indices(len(g))] -= HOLDS
     return positive([scaled])
 
 
-def _blocks(requirement, problem, frame, p, t, level):
+def _blocks(requirement, request, frame, p, t, level):
     """The blocks of the even loop at p, t and a level, as arrays."""
-    N, m = problem.order, problem.plant.m
-    mean = problem.mean.change(frame.left, frame.T, frame.scale)
+    N, m = request.order, request.plant.m
+    mean = request.mean.change(frame.left, frame.T, frame.scale)
     even = Descriptor(
-        np.eye(N), -problem.typical_rate * np.eye(N), np.zeros((N, m)), mean.Bw, mean.C,
+        np.eye(N), -request.typical_rate * np.eye(N), np.zeros((N, m)), mean.Bw, mean.C,
         mean.Du,
     )  # fmt: skip
     own = {
         u.name: t * np.eye(*u.shape) if u.symmetric else np.zeros(u.shape)
-        for u in requirement.unknowns(problem)
+        for u in requirement.unknowns(request)
     }
     levels = {}
     if requirement.parameter is not None and requirement.parameter.power:
         levels = {requirement.parameter.key: level}
     P, Y = p * np.eye(N), p * np.eye(m, N)
-    loop = Loop(problem, floats, frame, P, Y, None, levels, own)
-    loop.vertices = [even] * len(problem.vertices)
+    loop = Loop(request, floats, frame, P, Y, None, levels, own)
+    loop.vertices = [even] * len(request.vertices)
     named = [g for _, _, g in requirement.once(loop)]
     named += [g for _, g in requirement.pair(loop, Coupled(even, even, P, Y))]
     return [np.asarray(g, float) for g in named]

@@ -19,6 +19,7 @@ __all__ = [
     "collected",
     "contradictory",
     "moved",
+    "no_requirement",
     "parameter",
 ]
 
@@ -35,7 +36,7 @@ def collected(
     mu=NOT_GIVEN,
     requirements=(),
 ):
-    """Keywords and requirement objects as one tuple.
+    """Keywords and requirement objects as one tuple, in the order of their ranks.
 
     Parameters
     ----------
@@ -79,18 +80,19 @@ def collected(
     if mu is not NOT_GIVEN:
         mu = _size(mu)
         chosen = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in chosen]
+    fresh = {}  # what takes the place of others of its kind
     if region is not NOT_GIVEN:
         if not isinstance(region, (Region, type(None))):
             raise ValueError(
                 "region must be a PoleRegion or an LMIRegion, got "
                 f"{type(region).__name__}"
             )
-        _put(chosen, LMIRegion, () if region is None else region.parts)
+        fresh[LMIRegion] = () if region is None else region.parts
     if gamma is not NOT_GIVEN:
         scale = mu
         if mu is NOT_GIVEN:
             scale = next((r.mu for r in chosen if isinstance(r, HInfinity)), None)
-        _put(chosen, HInfinity, () if gamma is None else (HInfinity(gamma, scale),))
+        fresh[HInfinity] = () if gamma is None else (HInfinity(gamma, scale),)
     for name, value, kind, call in (
         ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
         ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)"),
@@ -99,7 +101,9 @@ def collected(
             continue
         if not isinstance(value, (kind, type(None))):
             raise ValueError(f"{name} must be a {call}")
-        _put(chosen, kind, () if value is None else (value,))
+        fresh[kind] = () if value is None else (value,)
+    chosen = [r for r in chosen if not isinstance(r, tuple(fresh))]
+    chosen += [r for some in fresh.values() for r in some]
     keys = [r.key for r in chosen]
     for key in keys:
         if keys.count(key) > 1:
@@ -107,7 +111,7 @@ def collected(
                 f"two requirements are called {' '.join(dict.fromkeys(key))}: "
                 "give one of them another name"
             )
-    return tuple(chosen)
+    return _in_order(chosen)
 
 
 def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
@@ -134,6 +138,15 @@ def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
     return collected(**keywords, mu=mu, requirements=requirements)
 
 
+def no_requirement(name, value):
+    """Raise a ValueError where a requirement stands in the place of a matrix, name."""
+    if isinstance(value, (Requirement, Region)):
+        raise ValueError(
+            f"{name} must be a matrix that picks the integrated errors, got "
+            f"{type(value).__name__}: give requirements by name, as in region=..."
+        )
+
+
 def _size(mu):
     """None for a free mu, else the number, checked."""
     if isinstance(mu, str) and mu != "free":
@@ -141,28 +154,8 @@ def _size(mu):
     return None if isinstance(mu, str) else HInfinity(1.0, mu).mu
 
 
-def _put(chosen, kind, fresh):
-    """Put requirements in the place of those of a kind, or where their rank belongs."""
-    places = [k for k, r in enumerate(chosen) if isinstance(r, kind)]
-    chosen[:] = [r for r in chosen if not isinstance(r, kind)]
-    for shift, r in enumerate(fresh):
-        if places:
-            chosen.insert(places[0] + shift, r)
-        else:
-            _insert(chosen, r, kind if shift else None)
-
-
-def _insert(chosen, fresh, kind=None):
-    """Insert a requirement before those of higher rank, after those of its kind."""
-    place = next(
-        (
-            k
-            for k, r in enumerate(chosen)
-            if r.rank > fresh.rank and not (kind and isinstance(r, kind))
-        ),
-        len(chosen),
-    )
-    chosen.insert(place, fresh)
+def _in_order(requirements):
+    return tuple(sorted(requirements, key=lambda r: r.rank))
 
 
 MAKERS = {
@@ -224,8 +217,8 @@ def moved(requirements, values):
         which = parameter(name)
         if name not in MAKERS:
             raise ValueError(f"{name} needs {which.needs}")
-        _insert(chosen, MAKERS[name](value))
-    return tuple(chosen)
+        chosen.append(MAKERS[name](value))
+    return _in_order(chosen)
 
 
 def contradictory(requirements):

@@ -1,7 +1,6 @@
 """Stability, which is always demanded (Theorem 2.2 with sigma = 0)."""
 
 import numpy as np
-from flint import fmpq
 
 from ..analysis.linear import poles
 from ..exact.rational import exact
@@ -12,12 +11,11 @@ __all__ = ["Stability"]
 
 
 class Stability(Requirement):
-    """Re s < 0; joins a problem where no other block demands it."""
+    """Re s < 0; joins a request where no other block demands it."""
 
     kind = name = "stability"
     promise = "poles"
-    implies_stability = of_poles = homogeneous = True
-    slack_implies_pair = affine_in_quotient = True
+    implies_stability = affine_in_quotient = True
     titles = {"stability": "stability"}
 
     def pair(self, loop, c):
@@ -29,9 +27,6 @@ class Stability(Requirement):
     def pole_matrices(self):
         return exact(np.zeros((1, 1))), exact(np.eye(1))
 
-    def holds_at(self, root):
-        return root.inside([[fmpq(0)]], [[fmpq(1)]])
-
     def claim(self):
         return "its poles lie left of the imaginary axis"
 
@@ -40,7 +35,11 @@ class Stability(Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        return min(-poles(d, K).real.max() for d in loops)
+        return min(self.distance(poles(d, K)).min() for d in loops)
+
+    def distance(self, s):
+        """How far left of the imaginary axis each of some poles s lies."""
+        return -s.real
 
     def kept(self, truth):
         return truth

@@ -7,9 +7,8 @@ import numpy as np
 from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
 from ..analysis.lyapunov import lyapunov
 from ..plants.checks import matrix, positive
-from ..plants.descriptor import descriptors
 from ..plants.kinds import SecondOrderPlant, checked_plant
-from ..requirements.input_bound import Saturation
+from ..synthesis.problem import Request
 
 __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 
@@ -92,18 +91,15 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
     >>> round(lower.norm, 4), round(lower.gamma(1.0), 3)
     (0.0113, 0.306)
     """
-    if not isinstance(saturation, Saturation) or saturation.acceleration:
+    if checked_plant(plant, SecondOrderPlant).p == 0:
+        raise ValueError("the plant has no F: there is no norm to bound")
+    request = Request(plant, U, saturation=saturation, K_A=K_A)
+    if all(r.bounds_input_from() is None for r in request.requirements):
         raise ValueError(
             "saturation must be a Saturation(u_max, x0) without acceleration"
         )
-    if saturation.u_max is None:
-        raise ValueError("saturation has no u_max: give the bound")
-    if checked_plant(plant, SecondOrderPlant).p == 0:
-        raise ValueError("the plant has no F: there is no norm to bound")
-    vertices = descriptors(plant, U, K_A)
-    K = matrix("K", K, (plant.m, len(vertices[0].E)))
-    if len(saturation.x0) != K.shape[1]:
-        raise ValueError(f"x0 has {len(saturation.x0)} entries, needs {K.shape[1]}")
+    vertices = request.vertices
+    K = matrix("K", K, (plant.m, request.order))
     if max(poles(d, K).real.max() for d in vertices) >= 0:
         raise ValueError("K doesn't stabilise every vertex")
     bounds = np.array([_lower_bounds(d, K, saturation) for d in vertices])

@@ -289,7 +289,7 @@ class DesignRefusal(MultiplierRefusal):
             ],
             **request_data(request),
             "K": None if request.gain is None else decimals(request.gain),
-            "coordinates": frame_data(frame, request),
+            "coordinates": frame_data(frame),
         }
 
 
@@ -303,26 +303,15 @@ def excluding(free, claims, condition=""):
     return f"{who} {which}: " + "; ".join(claims)
 
 
-def frame_data(frame, request=None):
-    """The coordinates of a request, a frame, as decimals.
+def frame_data(frame):
+    """The coordinates of a frame, as decimals.
 
-    "sizes" are lengths, in which the requirements measure their own P;
-    "roots" are those of the units of the requirements' own unknowns.
+    "sizes" are lengths, in which the requirements measure their own P.
     """
-    roots = (
-        {}
-        if request is None
-        else {
-            u.name: np.sqrt(r.own_unit(request, frame.owned(r)))
-            for r in request.demands
-            for u in r.unknowns(request)
-        }
-    )
     return {
         **{name: decimals(getattr(frame, name)) for name in ("left", "T", "back")},
         "scale": decimal(frame.scale),
         "sizes": {name: decimal(c) for name, c in frame.sizes.items()},
-        "roots": {name: decimal(root) for name, root in roots.items()},
     }
 
 

@@ -14,12 +14,14 @@ from ..plants.response import Response, simulate, vector
 from ..plants.second_order import Polytope
 from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
+from ..requirements.shorthand import collected
 from .gains import Gains
+from .result import Proven
 
 __all__ = ["ClosedLoop"]
 
 
-class ClosedLoop(Gains):
+class ClosedLoop(Gains[Proven]):
     """The loop of u = K x, at the vertices and between them, for a `Design`."""
 
     def _each(self, function):
@@ -99,10 +101,7 @@ class ClosedLoop(Gains):
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        if not isinstance(cost, QuadraticCost):
-            raise ValueError(
-                f"cost must be a QuadraticCost(Q, R), got {type(cost).__name__}"
-            )
+        (cost,) = collected(cost=cost)
         return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:

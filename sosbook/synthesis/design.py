@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..exact.proof import Unproven, proven_within
 from ..exact.refusal import Refusal
-from ..requirements.pole_region import LMIRegion, PoleRegion
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .fixed_mode import FixedModeRefusal
@@ -19,7 +17,7 @@ __all__ = ["Design"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(ClosedLoop, Solution):
+class Design(ClosedLoop[Certificate], Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -103,44 +101,8 @@ class Design(ClosedLoop, Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
 
-    def certify(
-        self,
-        digits: int | None = None,
-        time_limit: float | None = None,
-        progress: bool = False,
-    ) -> Certificate | Unproven:
-        """Prove the design in exact arithmetic.
-
-        Floats, the plant's too, are read as decimals: 0.1 is 1/10.
-
-        Parameters
-        ----------
-        digits : int, optional
-            K is rounded to so many significant digits first: the proof
-            is about the gain as it is printed. Without it 6, 8, 10, 12
-            and 17 are tried, and the certificate says which; a gain that
-            was given to `analyse_pid` isn't rounded.
-        time_limit : float, optional
-            Seconds after which nothing is proven, and the answer says so.
-        progress : bool
-            Show a bar of the seconds that have passed.
-
-        Returns
-        -------
-        Certificate or Unproven
-            What was proven, and what failed.
-            Of its own ``K``, the rounded one: use that one where a gain
-            leaves the program. ``save`` makes it a file. Where there is no
-            design the answer is why, in words; the proof that there is
-            none is `infeasibility`.
-        """
-        if self.P is None:
-            return self._nothing_to_prove()
-
-        def proven():
-            return prove(self.request, self.K, self.P, digits, self.V, self.own)
-
-        return proven_within(time_limit, proven, progress)
+    def _prove(self, digits: int | None) -> Certificate:
+        return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
     def to_cvxpy(self, margin: float = 0.0) -> tuple[list, Any, Any]:
         """The same LMIs as cvxpy constraints, for other solvers.
@@ -224,8 +186,7 @@ class Design(ClosedLoop, Solution):
         return (*parts, ("K_A", self.K_A)) if self.request.K_A is not None else parts
 
     def _region(self):
-        parts = [r for r in self.request.requirements if isinstance(r, LMIRegion)]
-        return PoleRegion.of(parts) if parts else None
+        return self.request.region
 
 
 def _words(requirements):

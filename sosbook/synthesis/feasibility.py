@@ -203,7 +203,7 @@ def _seems_placed(request):
     return request.gain is not None and all(
         r.kept(r.truth(request.vertices, request.gain, request.K_A)) > 0
         for r in request.demands
-        if r.of_poles
+        if r.pole_matrices() is not None
     )
 
 

@@ -128,7 +128,7 @@ class FixedModeRefusal(Refusal):
             The vector, or nothing at the boundary.
         """
         i, j = place
-        stable = isinstance(requirement, Stability)
+        stable = requirement.key == Stability().key
         where = f"the vertex {i + 1}"
         if i != j:
             where = f"the plant halfway between the vertices {i + 1} and {j + 1}"
@@ -193,9 +193,8 @@ def _parts(request):
 
 def refuse_by_mode(request):
     """The `FixedModeRefusal` of a request, or None without one."""
-    asked = request.demands
-    if not any(isinstance(r, Stability) for r in asked):
-        asked = (*asked, Stability())  # whatever else is asked, all claims say it
+    # whatever else is asked, all claims say that it is stable
+    asked = {r.key: r for r in (*request.demands, Stability())}.values()
     for place, part in _parts(request):
         for mode in part.modes() if part is not None else ():
             for r in asked:
@@ -279,8 +278,8 @@ def _witness(requirement, s):
 def _breaks(requirement, h, c, v):
     """Whether a root of h near c certainly breaks a requirement."""
     form = requirement.pole_matrices()
-    if form is None:  # it is its own judge
-        return any(requirement.holds_at(s) is False for s in roots_of(h))
+    if form is None:
+        return False
     alpha, beta = form
     if not v:
         return _mirrored(alpha, beta, h)

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..plants.gain import Gain, signals
 from ..plants.second_order import Polytope, SecondOrderSystem
-from .result import Result
+from .result import Proven, Result
 
 __all__ = ["Gains"]
 
 
-class Gains(Result):
+class Gains(Result[Proven]):
     """K in parts, for results with a ``request``."""
 
     request: Any

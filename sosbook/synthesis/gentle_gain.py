@@ -13,7 +13,6 @@ sqrt(x0' X x0 |B' X B|) there, which falls with the weight w.
 import numpy as np
 
 from ..analysis.riccati import riccati
-from ..requirements.pole_region import LMIRegion
 from ..solver.newton import newton_of
 from ..solver.primal_dual import positive
 
@@ -78,8 +77,5 @@ def _gentle(lmis, guess):
 
 def _decay(request):
     """The decay rate that half-planes ask, in 1/s; 0 without any."""
-    asked = [r for r in request.demands if isinstance(r, LMIRegion)]
-    return max(
-        (r.alpha[0, 0] / r.beta[0, 0] / 2 for r in asked if len(r.alpha) == 1),
-        default=0,
-    )
+    rates = [r.rate() for r in request.demands if r.rate()]
+    return max((rate / 4 for rank, rate in rates if rank == 1), default=0)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
-from ..exact.proof import Unproven, first_proven, proven_within
+from ..exact.proof import first_proven
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.response import Response, simulate, vector
@@ -42,7 +42,7 @@ class ObserverResponse(Response):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ObserverDesign(Result, ReadOnly):
+class ObserverDesign(Result[ObserverCertificate], ReadOnly):
     """An observer and what is known about the loop with it.
 
     Parameters
@@ -178,31 +178,7 @@ class ObserverDesign(Result, ReadOnly):
         z, rate = d.C @ x, A @ x + B @ u + Bw @ both.w
         return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
 
-    def certify(
-        self,
-        digits: int | None = None,
-        time_limit: float | None = None,
-        progress: bool = False,
-    ) -> ObserverCertificate | Unproven:
-        """Prove Theorem 2.5 at the vertices, in exact arithmetic.
-
-        Parameters
-        ----------
-        digits : int, optional
-            L is rounded to so many significant digits first; without it
-            6, 8, 10, 12 and 17 are tried.
-        time_limit : float, optional
-            Seconds after which nothing is proven, and the answer says so.
-        progress : bool
-            Show a bar of the seconds that have passed.
-
-        Returns
-        -------
-        ObserverCertificate or Unproven
-            What was proven, and what failed; words where there is no observer.
-        """
-        if self.L is None:
-            return self._nothing_to_prove()
+    def _prove(self, digits: int | None) -> ObserverCertificate:
         given, names = self._observer(), list(self.margins)
 
         def attempt(digits, places):
@@ -213,9 +189,7 @@ class ObserverDesign(Result, ReadOnly):
             )
             return ObserverCertificate.of(contents)
 
-        return proven_within(
-            time_limit, lambda: first_proven(attempt, digits), progress
-        )
+        return first_proven(attempt, digits)
 
     def analyse(self, **asked: Any) -> Design:
         """`analyse_pid` of the whole polytope, with K and L fixed.

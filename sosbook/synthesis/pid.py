@@ -153,23 +153,7 @@ def design_pid(
     >>> bool(np.linalg.norm(large.K) > 50 * np.linalg.norm(small.K))
     True
     """
-    return _design(
-        mu,
-        minimize,
-        backoff,
-        start,
-        time_limit,
-        plant=plant,
-        U=U,
-        region=region,
-        gamma=gamma,
-        saturation=saturation,
-        K_A=K_A,
-        coupling=coupling,
-        slack=slack,
-        cost=cost,
-        requirements=requirements,
-    )
+    return _design(**locals())
 
 
 @one_thread
@@ -212,26 +196,10 @@ def analyse_pid(
         poles alone are asked that is the same as a pole out of place;
         otherwise the loop may still be as good as asked.
     """
-    if K is None:
+    asked = locals()
+    if asked.pop("K") is None:
         raise ValueError("K is missing: give the gain to be analysed")
-    return _design(
-        mu,
-        minimize,
-        backoff,
-        None,
-        time_limit,
-        plant=plant,
-        U=U,
-        region=region,
-        gamma=gamma,
-        saturation=saturation,
-        K_A=K_A,
-        coupling=coupling,
-        slack=slack,
-        gain=K,
-        cost=cost,
-        requirements=requirements,
-    )
+    return _design(gain=K, **asked)
 
 
 @one_thread
@@ -289,40 +257,15 @@ def analyse_loop(
     >>> loop.certify().claims
     ('every plant of the polytope is stable',)
     """
+    asked = {k: x for k, x in locals().items() if k not in ("E", "A", "B_w", "C")}
     loop = DescriptorSystem(E, A, None, B_w, C)
-    return _design(
-        mu,
-        minimize,
-        backoff,
-        None,
-        time_limit,
-        plant=loop,
-        U=None,
-        region=region,
-        gamma=gamma,
-        K_A=None,
-        coupling=coupling,
-        slack=slack,
-        gain=np.zeros((0, loop.order)),
-        cost=cost,
-        requirements=requirements,
-    )
+    return _design(plant=loop, gain=np.zeros((0, loop.order)), **asked)
 
 
 def _design(
-    mu,
-    minimize,
-    backoff,
-    start,
-    time_limit,
-    plant,
-    U,
-    K_A,
-    coupling,
-    slack,
-    gain=None,
-    **asked,
-):
+    plant, coupling, mu, slack, minimize, backoff, time_limit,
+    U=None, K_A=None, gain=None, start=None, **asked,
+):  # fmt: skip
     asked = asked_once(**given(mu=mu, **asked))
     objective = _objective(minimize, asked)
     if objective:  # numbers stand in

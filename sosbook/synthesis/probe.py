@@ -17,14 +17,14 @@ POINTS = 3  # where it is tried
 UNREADABLE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticError)
 
 
-def affine_in_quotient(r, problem):
+def affine_in_quotient(r, request):
     """Whether the blocks of a requirement look as it says, at random points.
 
     Parameters
     ----------
     r : Requirement
         What is asked.
-    problem : Request
+    request : Request
         Its plant gives the sizes, and what is the same at all vertices.
 
     Notes
@@ -37,22 +37,22 @@ def affine_in_quotient(r, problem):
     passes by an unlikely coincidence alone. The seed is fixed.
     """
     try:
-        return _affine(r, problem, np.random.default_rng(20260))
+        return _affine(r, request, np.random.default_rng(20260))
     except UNREADABLE:  # then its blocks can't be read in a proof, either
         return False
 
 
-def _affine(r, problem, rng):
-    d = problem.vertices[0]
+def _affine(r, request, rng):
+    d = request.vertices[0]
     N, shapes = len(d.E), [x.shape for x in (d.A, d.Bu, d.Bw)]
     C, Du = exact(d.C), None if d.Du is None else exact(d.Du)
     one = exact(np.eye(N))
     E = exact(np.eye(N) * 20) + _some(rng, N, N)  # dominated by its diagonal: regular
 
     def point():
-        P, Y = _some(rng, N, N), _some(rng, problem.plant.m, N)
-        own = {u.name: _some(rng, *u.shape) for u in r.unknowns(problem)}
-        symmetric = {u.name for u in r.unknowns(problem) if u.symmetric}
+        P, Y = _some(rng, N, N), _some(rng, request.plant.m, N)
+        own = {u.name: _some(rng, *u.shape) for u in r.unknowns(request)}
+        symmetric = {u.name for u in r.unknowns(request) if u.symmetric}
         own = {k: x + x.T if k in symmetric else x for k, x in own.items()}
         return P + P.T, Y, own
 
@@ -60,7 +60,7 @@ def _affine(r, problem, rng):
         check_time()
         P, Y, own = point
         levels = {} if r.parameter is None else {r.parameter.key: LEVEL}
-        loop = Loop(problem, exact, None, P, Y, None, levels, own)
+        loop = Loop(request, exact, None, P, Y, None, levels, own)
         plant = Descriptor(E, *(E @ x for x in q), C, Du)
         return dict(r.pair(loop, Coupled(plant, plant, P, Y)))
 

@@ -20,10 +20,9 @@ from ..plants.descriptor import (
 )
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
-from ..requirements.base import BlockTable, Requirement
+from ..requirements.base import BlockTable
 from ..requirements.loop import Loop, OnDemand
-from ..requirements.pole_region import Region
-from ..requirements.shorthand import Shorthand, collected, moved
+from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
@@ -79,11 +78,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         if isinstance(plant, Regularization):
             plant, K_A = plant.applied(K_A)
         checked_plant(plant)
-        if isinstance(U, (Requirement, Region)):
-            raise ValueError(
-                "U must be a matrix that picks the integrated errors, got "
-                f"{type(U).__name__}: give requirements by name, as in region=..."
-            )
+        no_requirement("U", U)
         if not isinstance(plant, DescriptorSystem):  # which takes neither
             U = None if U is None else matrix("U", U, (None, plant.n))
             K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))

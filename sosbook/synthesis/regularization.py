@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from ..analysis.infinite_modes import InfiniteModes, infinite_modes
 from ..exact.definite import exact
-from ..exact.proof import Unproven, proven_within
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
 from ..plants.checks import is_word, positive
@@ -42,7 +41,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False)
-class Regularization(Result, ReadOnly):
+class Regularization(Result[RegularityCertificate], ReadOnly):
     """An acceleration gain and what is known about M - B K_A.
 
     Parameters
@@ -150,40 +149,9 @@ class Regularization(Result, ReadOnly):
             )
         return self.plant, self._gain()
 
-    def certify(
-        self,
-        digits: int | None = None,
-        time_limit: float | None = None,
-        progress: bool = False,
-    ) -> RegularityCertificate | Unproven:
-        """Prove (2.12) in exact arithmetic, for the rounded K_A.
-
-        For a fixed K_A it is affine in M and B, so the vertices do
-        prove it for the whole polytope: no pairs are needed here.
-
-        Parameters
-        ----------
-        digits : int, optional
-            Significant digits to which K_A is rounded first; without it
-            6, 8, 10, 12 and 17 are tried.
-        time_limit : float, optional
-            Seconds after which nothing is proven, and the answer says so.
-        progress : bool
-            Show a bar of the seconds that have passed.
-
-        Returns
-        -------
-        RegularityCertificate or Unproven
-            Words where there is no gain. Its ``K`` is the rounded K_A.
-        """
-        if self.K_A is None:
-            return self._nothing_to_prove()
-        K_A = self.K_A
-        return proven_within(
-            time_limit,
-            lambda: prove_regular(self.plant, K_A, self.beta, digits),
-            progress,
-        )
+    def _prove(self, digits: int | None) -> RegularityCertificate:
+        # for a fixed K_A (2.12) is affine in M and B: the vertices prove it for all
+        return prove_regular(self.plant, self.K_A, self.beta, digits)
 
     @cached_property
     def infeasibility(self) -> MassRefusal | None:

@@ -13,6 +13,7 @@ from ..language import Unknown, eye
 from ..lmi.problem import LMIProblem
 from ..lmi.text import floats
 from ..lmi.trusted import TrustedProblem
+from ..requirements.magnitudes import magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.centre import margin
 from .certificates import prove, refuse_design
@@ -52,7 +53,8 @@ class ScaledLMIs(TrustedProblem):
         self.pairs = pairs
         self.sizes = dict(sizes or {})
         self.units = units or {
-            r.parameter.key: r.level_unit(request, frame.owned(r)) for r in self.free
+            r.parameter.key: magnitudes(r, request, frame.owned(r)).level or 1.0
+            for r in self.free
         }
         unknowns = request.unknowns(self.units)
         self.matrices = [u for u in unknowns if u.name not in self.sizes]
@@ -274,7 +276,6 @@ class ScaledLMIs(TrustedProblem):
         own = {
             u.name: values[u.name]
             / size.get(r.size_name, 1.0)
-            * r.own_unit(request, frame.owned(r))
             * frame.own.get(u.name, 1.0)
             for r in request.demands
             for u in r.unknowns(request)

@@ -10,7 +10,6 @@ from ..analysis.riccati import riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.base import Requirement
 from ..requirements.magnitudes import magnitudes
 from ..runtime.read_only import ReadOnly
 
@@ -218,17 +217,16 @@ def _reaches(request, T):
     if not request.sized:
         return {}
     frame = _plain(request, T)
-    return {r: r.size_of_P(request, frame) or 1.0 for r in request.sized}
+    return {r: 2 * magnitudes(r, request, frame).P or 1.0 for r in request.sized}
 
 
 def _own(request, T):
-    """See `Frame.own`: of requirements that leave the unit of theirs to others."""
+    """See `Frame.own`."""
     return {
         u.name: float(round_digits(magnitudes(r, request, _plain(request, T)).own, 2))
         or 1.0
         for r in request.demands
         for u in r.unknowns(request)
-        if type(r).own_unit is Requirement.own_unit
     }
 
 
@@ -298,7 +296,6 @@ def in_unknowns_of(request, frame, solution, levels=()):
         values = {
             u.name: known[u.name]
             * size.get(r.size_name, 1.0)
-            / r.own_unit(request, frame.owned(r))
             / frame.own.get(u.name, 1.0)
             for r in request.demands
             for u in r.unknowns(request)

@@ -23,31 +23,22 @@ class Sizes:
     @cached_property
     def typical_rate(self):
         """A typical angular frequency of the closed loop, in rad/s."""
-        rates = [r.rate() for r in self.requirements]
-        rates = [rate for rate in rates if rate is not None]
-        if rates:
-            return min(rates, key=lambda rate: rate[0])[1]
+        rates = filter(None, (r.rate() for r in self.requirements))
+        rank, rate = min(rates, default=(2, 1.0))
+        if rank < 2:
+            return rate
         A, _, _ = self.mean.state_space()
         check_time_of_eigenvalues(len(A))
-        rough = filter(None, (r.rough_rate() for r in self.requirements))
-        return np.abs(np.linalg.eigvals(A)).max() or min(rough, default=1.0)
+        return np.abs(np.linalg.eigvals(A)).max() or rate
 
     @cached_property
     def sized(self):
         """The requirements that fix the size of P, lowest rank first.
 
-        Their blocks aren't homogeneous in P, Y and their own unknowns.
+        Their blocks aren't zero where P, Y and their own unknowns are.
         """
-        asked = [r for r in self.requirements if not r.homogeneous]
-        unknown = [r for r in asked if not r.has_constants]
-        seen = self._seen_to_have_constants(unknown) if unknown else []
-        sized = [r for r in asked if r.has_constants or r in seen]
-        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
-
-    def _seen_to_have_constants(self, some):
-        """Those of the requirements whose blocks aren't zero where P is."""
         if self.coupling == "slack" and self.slack is None:
-            return replace(self, slack=1.0)._seen_to_have_constants(some)
+            return replace(self, slack=1.0).sized
         P = V = np.zeros((self.order, self.order))
         Y = np.zeros((self.plant.m, self.order))
         if self.coupling == "slack":
@@ -62,7 +53,8 @@ class Sizes:
             yield from (g for _, _, g in r.once(loop))
             yield from (g for _, g in self._of_pair(r, loop, first, 0))
 
-        return [r for r in some if any(g.any() for g in constants(r))]
+        sized = [r for r in self.requirements if any(g.any() for g in constants(r))]
+        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
 
     @property
     def ties(self):

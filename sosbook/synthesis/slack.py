@@ -184,9 +184,7 @@ def refused_at_a_vertex(request):
     certain = without_lmis(request)
     if certain is not None:
         return certain
-    kept = tuple(
-        r for r in request.requirements if r.slack_implies_pair and r.of_package
-    )
+    kept = tuple(r for r in request.requirements if r.of_package)
     for k in request.distinct:
         check_time()
         first = search(

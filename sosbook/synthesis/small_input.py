@@ -20,7 +20,6 @@ from scipy.linalg import schur
 from ..exact.definite import exact, inverse, round_digits
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.lmi_region import LMIRegion
 from ..runtime.time_limit import check_time
 from .problem import Request
 from .scaling import Frame
@@ -90,7 +89,7 @@ class _Vertex:
     def bad(self, x, y=None):
         """Whether a mode, x or x + j y, is outside."""
         s = x if y is None else complex(x, y)
-        least = min(_distance(r, s) for r in self.regions.values())
+        least = min(r.distance(s) for r in self.regions.values())
         return least < -OUTSIDE * self.fastest
 
     def bases(self, count):
@@ -114,7 +113,7 @@ class _Vertex:
             return None
         small = small[:, :count].T
         part = DescriptorSystem(np.eye(count), small @ self.A @ small.T, small @ self.B)
-        kept = [r for r in self.request.requirements if isinstance(r, LMIRegion)]
+        kept = [r for r in self.request.requirements if r.pole_matrices() is not None]
         bound = replace(self.bound, x0=small @ self.start)
         first = search(Request(part, requirements=[*kept, bound]))
         if first.values is not None or first.multipliers is None:
@@ -144,12 +143,6 @@ class _Vertex:
             SmallInputRefusal.contents(self.request, self.k, bases, *bounds, *completed)
         )
         return proof if proof.proven else None
-
-
-def _distance(requirement, s):
-    if isinstance(requirement, LMIRegion):
-        return requirement.distance(s)
-    return -s.real
 
 
 def _enclosed(request, bound, k, bases, count):

@@ -8,7 +8,6 @@ from ..exact.definite import exact, positive
 from ..exact.proof import Examined
 from ..exact.rational import decimals, read_array
 from ..exact.refusal import Refusal, semidefinite
-from ..requirements.lmi_region import LMIRegion
 from ..requirements.stability import Stability
 from .certificates import claims, excluding
 from .request_as_data import read_request, request_data
@@ -18,8 +17,8 @@ __all__ = ["ModesPart", "SmallInputRefusal", "input_bound", "pole_demands", "rea
 
 def pole_demands(request):
     """The requirements of a request that its LMIs make of the poles, by key."""
-    regions = [r for r in request.requirements if isinstance(r, LMIRegion)]
-    return {r.key: r for r in (*regions, Stability())}
+    asked = [r for r in request.requirements if r.pole_matrices() is not None]
+    return {r.key: r for r in (*asked, Stability())}
 
 
 def input_bound(request):

@@ -187,13 +187,13 @@ export function withInverses(T, mean, noise) {
     back,
     near: times(back, T),
     noise,
-    root: noise ? 2 ** Math.round(Math.log2(norm(push) || 1)) : 1
+    own: (noise && rounded(norm(push) ** 2, 2)) || 1
   };
 }
 
 // The plant's own coordinates.
 export function plainFrame(N, /** @type {any} */ {identity} = FLOATS) {
-  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, root: 1, sizes: {}};
+  return {T: identity(N), left: identity(N), back: identity(N), scale: 1, own: 1, sizes: {}};
 }
 
 function typicalRate({sigma, rho}, mean) {

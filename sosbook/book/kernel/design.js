@@ -138,7 +138,7 @@ function inFrame(blocks, frame, {P, Y, J, sizes}) {
   const values = {P: times(times(back, P), right), Y: scaled(1 / frame.scale, times(Y, right))};
   const own = blocks.unknowns.find(({name}) => name === "J");
   if (own && J?.rows !== own.rows) return null;
-  if (own) values.J = scaled((sizes.cost || 1) / frame.root ** 2, J);
+  if (own) values.J = scaled((sizes.cost || 1) / frame.own, J);
   for (const {name} of scalarsOf(blocks)) {
     const owner = name.replace("size for ", "");
     if (!(sizes[owner] > 0)) return null;
@@ -162,7 +162,7 @@ function around(plain, frame, blocks, x, thinnest = 1e-6) {
     if (s > 0) sizes[owner] = rounded((frame.sizes[owner] || 1) / Math.sqrt(s), 2);
   });
   const turned = withInverses(T, meanDescriptor(plain), frame.noise);
-  turned.root *= 2 ** -Math.round(2 * Math.log2(sizes.cost || 1));  // J is multiplied by the size
+  turned.own = rounded(turned.own / (sizes.cost || 1) ** 4, 2);  // J is multiplied by the size
   return {...frame, sizes, ...turned, scale, gain: scaled(frame.scale / scale, times(K, L))};
 }
 
@@ -177,7 +177,7 @@ function inPlantUnits(frame, blocks, x) {
     const owner = name.replace("size for ", "");
     sizes[owner] = x[from] / (frame.sizes[owner] || 1) ** 2;
   });
-  const J = own < 0 ? null : scaled(frame.root ** 2 / (sizes.cost || 1), rest[own - 2]);
+  const J = own < 0 ? null : scaled(frame.own / (sizes.cost || 1), rest[own - 2]);
   return {K, P, Y: times(K, P), J, sizes};
 }
 
@@ -237,7 +237,7 @@ export function least(request, plain, pairs) {
   }
   const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
   const unit = name === "u_max" ? frame.scale : 1;
-  const bound = name === "cost" ? optimum.x[at] * frame.root ** 2 : unit * Math.sqrt(optimum.x[at]);
+  const bound = name === "cost" ? optimum.x[at] * frame.own : unit * Math.sqrt(optimum.x[at]);
   const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
   const next =
     {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};

@@ -16,7 +16,7 @@ export function refuted(request, frame, blocks, floats) {
   const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
   const there =
-    {left: exact(frame.left), T, back, near, scale: frame.scale, root: frame.root, sizes: {}};
+    {left: exact(frame.left), T, back, near, scale: frame.scale, own: frame.own, sizes: {}};
   const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked,
     exactRegions(asked), there, followersOf(asked), EXACT);
   const whole = floats.map((z, k) => {  // the floats' sizes have units, those of a file have none
@@ -231,8 +231,7 @@ export function refusalFile(request, {list, Z, scale, frame}) {
     T: decimals(rowsOf(T)),
     back: decimals(rowsOf(back)),
     scale: decimal(frame.scale),
-    sizes: {},
-    roots: asked.cost === undefined ? {} : {J: decimal(frame.root)}
+    sizes: {}
   };
   return {
     proven: true,

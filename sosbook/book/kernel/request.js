@@ -211,35 +211,34 @@ function inputBound({u_max, x0, minimize}, {back, near, scale}, N, m, ring) {
   return [{terms: inside, constant: corner}, bound];
 }
 
-// Theorem 2.4, (2.34): the bound less the trace of J, which is measured in the square of
-// the frame's unit of noise.
-function traceBound({cost, minimize}, channels, {root}, ring) {
+// Theorem 2.4, (2.34): the bound less the trace of J, which the frame measures in its own
+// unit.
+function traceBound({cost, minimize}, channels, {own}, ring) {
   const {zeros, identity, place} = ring, one = identity(1), terms = [];
   for (let k = 0; k < channels; k++) {
     terms.push([
-      "J", place(zeros(1, channels), 0, k, one, -0.5, root, root),
+      "J", place(zeros(1, channels), 0, k, one, -0.5, own),
       place(zeros(channels, 1), k, 0, one)
     ]);
   }
-  const free = minimize === "cost", multiplied = identity(1, root);
+  const free = minimize === "cost";
   return {
     terms,
     constant: free ? zeros(1, 1) : identity(1, cost),
-    level: free && place(zeros(1, 1), 0, 0, one, root, root),
-    multiplied
+    level: free && place(zeros(1, 1), 0, 0, one, own)
   };
 }
 
 // (2.35): [[J, noise'], [noise, E P E']]; inner: [L, R, share] for the products L P R' of E P E'.
-function noiseShare(inner, noise, {root}, ring) {
+function noiseShare(inner, noise, {own}, ring) {
   const {zeros, identity, place, transposed} = ring, N = noise.rows, p = noise.cols, q = p + N;
   const terms = [
-    ["J", below(ring, q, 0, identity(p, 0.5), root, root), beside(ring, q, 0, identity(p))],
+    ["J", below(ring, q, 0, identity(p, 0.5), own), beside(ring, q, 0, identity(p))],
     ...inner.map(
       ([L, R, share]) => ["P", below(ring, q, p, L, share), beside(ring, q, p, transposed(R))])
   ];
   const constant = place(place(zeros(q, q), p, 0, noise), 0, p, transposed(noise));
-  return {terms, constant, multiplied: stretched(ring, q, 0, identity(p, root))};
+  return {terms, constant};
 }
 
 // (2.36): minus [[he Theta, E P L, E Y'], [., -W, 0], [., 0, -inv(R)]] with Q = L inv(W) L'.
