@@ -78,25 +78,6 @@ def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
     assert couplings.hull_gap(sos.Polytope(twisted)) > 1e-3
 
 
-@pytest.mark.slow
-def test_inside_a_box_of_masses_the_vertices_pass_the_pairs_blocks_too():
-    """The theorem on the hull: a vertex design keeps its LMIs inside."""
-    chain = counterexamples.random_chain(5, spread=0.6)
-    design = sos.design_pid(
-        chain,
-        gamma=0.8,
-        coupling="vertices",
-        region=sos.PoleRegion(sigma=0.2, theta=1.2, rho=30),
-    )
-    assert design.status == "feasible"
-    for plant in couplings.sample_plants(chain, 7):
-        there = sos.analyse_pid(
-            plant, design.K, gamma=0.8, region=design.request.region
-        )
-        blocks = there.request.blocks(design.P, design.Y)
-        assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
-
-
 @pytest.mark.parametrize(
     "count, blocks", [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))]
 )

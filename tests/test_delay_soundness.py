@@ -30,7 +30,7 @@ from sosbook.delay import (
 )
 from sosbook.delay.lyapunov import lyapunov_values
 from sosbook.exact.definite import round_digits
-from sosbook.theorems import Functional, delay_decay, delay_functional
+from sosbook.theorems import Functional, delay_functional
 from tests.cases import random_plant
 from tests.test_delay_theorems import NAMES, functional
 
@@ -180,27 +180,6 @@ def test_a_finer_mesh_changes_v_by_the_third_power():
         values.append(lyapunov_values(d, response)[-1])
     coarse, fine = np.abs(np.array(values[:2]) - values[2])
     assert 5 < coarse / fine < 12
-
-
-@pytest.mark.slow
-def test_the_functional_without_a_bar_solves_theorem_a3():
-    """With F = Fbar^-1 and G = alpha F, for a design."""
-    d = near_the_limit(3)
-    request, frame, v = d.request, d.request.frame, d.values
-    part = request.vertices[0].change(frame.left, frame.T, frame.scale)
-    F, tau = np.linalg.inv(v["F"]), request.tau
-    K = d.K @ frame.T / frame.scale
-    matrix = delay_decay(
-        part.E,
-        tau * part.A,
-        tau * part.Bu @ K,
-        unbarred(d),
-        F,
-        request.alpha / tau * F,
-        request.times(),
-    )
-    assert np.linalg.eigvalsh(matrix)[0] > 0
-    assert smallest_eigenvalue(d) > 0
 
 
 def test_bad_questions_for_v():

@@ -5,7 +5,6 @@ from decimal import Decimal, localcontext
 import cvxpy
 import numpy as np
 import pytest
-import sympy
 from flint import fmpq, fmpq_mpoly_ctx
 from numpy.polynomial import Legendre, Polynomial
 
@@ -619,50 +618,3 @@ def test_printed_reads_all_misprints_through_the_public_functions():
     assert "proves nothing" in str(d.certify())
     right = analyse_delay(wrong.plant, tau=1, mu=0.5, delta=0.1)
     assert right.status == "infeasible"
-
-
-def test_every_block_of_theorem_a_3_by_sympy():
-    """The bound of V' + 2 delta V as one polynomial, differentiated twice.
-
-    v / mu is the integral of x' from t - d to t - tau; what the plant's
-    equation leaves of it, with Young's inequality, is the last block.
-    """
-
-    def letters(name, symmetric=False):
-        x = np.array(
-            [[sympy.Symbol(f"{name}{i}{j}") for j in range(2)] for i in range(2)]
-        )
-        return np.tril(x) + np.tril(x, -1).T if symmetric else x
-
-    P, S, R1, R3, Z = (letters(n, True) for n in ("P", "S", "a", "c", "Z"))
-    Q, R2, F, G, E, A, Ad = (letters(n) for n in "QbFGEAD")
-    tau, mu, delta, e1, e2 = sympy.symbols("tau mu delta e1 e2")
-    x, dx, x_tau, eta, v = (np.array(sympy.symbols(f"{n}0 {n}1")) for n in "xvyhu")
-    late = x - x_tau
-    a = F.T @ x + G.T @ dx
-    bound = (
-        2 * dx @ P @ x
-        + 2 * dx @ Q @ eta
-        + 2 * x @ Q @ late
-        + 2 * delta * (x @ P @ x + 2 * x @ Q @ eta)
-        + x @ S @ x
-        - tau * e1 * (x_tau @ S @ x_tau)
-        + tau * (x @ R1 @ x + 2 * dx @ R2 @ x + dx @ R3 @ dx)
-        - e1 * (eta @ R1 @ eta + 2 * late @ R2 @ eta + late @ R3 @ late)
-        + 2 * mu * (dx @ Z @ dx)
-        + 2 * e2 * (a @ (A @ x + Ad @ x_tau - E @ dx))
-        + 2 * a @ Ad @ v
-        - v @ Z @ v / (e2 * mu)
-    )
-    zeta = [*x, *dx, *x_tau, *eta, *v]
-    wanted = sympy.hessian(sympy.expand(bound), zeta) / 2
-    form = delay_decay(
-        E,
-        A,
-        Ad,
-        Functional(P, Q, S, R1, R2, R3, Z),
-        F,
-        G,
-        Times(tau, mu, delta, e1, e2),
-    )
-    assert sympy.expand(wanted + sympy.Matrix(form)).is_zero_matrix

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
-from sosbook.studies.maps import edges as edges_module
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove, refuse_design
 from tests.elements import assert_buttons, green
@@ -169,19 +167,6 @@ def test_shares_are_the_slope_of_the_frontier(robot):
     assert np.isclose(slope, shares["gamma"] / shares["u_max"], rtol=0.03)
 
 
-@pytest.mark.slow
-def test_shares_do_not_depend_on_where_the_path_ends(monkeypatch):
-    """Nearer to the optimum only rounding moves Newton's steps: not the shares."""
-    pendulum = sos.thesis.example_3()
-    found = maps.edge("gamma", pendulum.plant, **pendulum.requirements, digits=2)
-    shares = []
-    for gap in (1e-2, 1e-3, 1e-4):
-        monkeypatch.setattr(edges_module, "SADDLE_GAP", gap)
-        again = replace(found)
-        shares.append(np.array(list(again.shares.values())))
-    assert np.ptp(shares, axis=0).max() < 1e-3
-
-
 def test_shares_do_not_depend_on_units(robot):
     plant = robot.plant
     tons = sos.SecondOrderSystem(  # forces in kilonewtons, w alike
@@ -195,16 +180,6 @@ def test_shares_do_not_depend_on_units(robot):
     assert one.feasible == two.feasible
     for name, share in one.shares.items():
         assert np.isclose(share, two.shares[name], atol=2e-3)
-
-
-@pytest.mark.slow
-def test_shares_do_not_depend_on_the_last_digits():
-    chain = sos.thesis.example_3()
-    p = chain.plant
-    near = sos.SecondOrderSystem(p.M, p.D * (1 - 1e-12), p.S, p.B, p.F)
-    one, two = (maps.edge("rho", x, **chain.requirements).shares for x in (p, near))
-    for name, share in one.items():
-        assert np.isclose(share, two[name], atol=2e-4)
 
 
 @pytest.mark.parametrize(
@@ -517,22 +492,6 @@ def cell_request(grid, robot, row, column):
     )
 
 
-def test_a_grid_says_what_one_solve_per_cell_says(grid, robot):
-    assert {"feasible", "infeasible"} == set(grid.status.ravel())
-    for row, column in cells(grid):
-        asked = cell_request(grid, robot, row, column)
-        alone = sos.design_pid(
-            robot.plant,
-            robot.U,
-            region=asked.region,
-            gamma=robot.gamma,
-            saturation=robot.saturation,
-            mu=1.0,
-        )
-        assert alone.status == grid.status[row, column]
-    assert grid.solves < grid.status.size
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_maps_of_random_polytopes_say_what_designs_say(seed):
     """One, two or four vertices; glimpses decide as single designs do."""
@@ -589,7 +548,7 @@ def test_only_the_corners_of_a_staircase_are_refused(robot, monkeypatch):
 
 
 def test_every_cell_is_backed_by_a_theorem(grid, robot):
-    assert grid.proven.all()
+    assert grid.proven.all() and grid.solves < grid.status.size
     for row, column in cells(grid):
         found = grid.backing(row, column)
         asked = cell_request(grid, robot, row, column)

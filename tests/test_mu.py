@@ -66,26 +66,6 @@ def test_a_number_for_mu_is_a_unit_of_w(robot, asked):
     assert np.allclose(first.K, second.K, rtol=1e-5)
 
 
-@pytest.mark.parametrize("force, length", [(1e-3, 1), (1e3, 1e3), (1e-9, 1e9), (10, 1)])
-def test_verdict_and_gain_belong_to_the_physics(robot, asked, force, length):
-    """In kilonewtons the readme's own program was refused, "proven"."""
-    plant, unit = units(robot.plant, force, length)
-    there = asked | dict(
-        saturation=sos.Saturation(
-            force * robot.saturation.u_max, length * robot.saturation.x0
-        )
-    )
-    here = sos.design_pid(robot.plant, gamma=1.257, **asked)
-    d = sos.design_pid(plant, gamma=1.257 * unit, **there)
-    assert d.status == here.status == "feasible" and d.certify().proven
-    assert np.allclose(d.K * length / force, here.K, rtol=1e-9)
-    assert np.isclose(d.mu * force**2, here.mu)
-    best = sos.design_pid(plant, minimize="gamma", **there)
-    assert np.isclose(best.gamma / unit, 0.00994, rtol=1e-9)
-    refused = sos.design_pid(plant, gamma=0.009 * unit, **there)
-    assert refused.status == "infeasible" and refused.infeasibility.proven
-
-
 def test_one_program_finds_the_best_mu(robot, asked):
     """The optimum of a scan over mu, which is never lower."""
     best = sos.design_pid(robot.plant, minimize="gamma", backoff=1e-3, **asked)

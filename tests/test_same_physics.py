@@ -12,7 +12,6 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook.requirements.shorthand import collected
 from tests.random_plants import ODD_POWERS, Units
 
 few = settings(
@@ -136,65 +135,3 @@ def test_order_and_repetition_of_vertices(seed):
             if wanted.K is not None:
                 assert close(found.K, wanted.K, accuracy(asked))
                 assert len(found.poles()) == len(other)
-
-
-@few
-@given(seeds)
-def test_a_region_can_be_written_in_many_ways(seed):
-    plant = random_plant(seed)
-    asked = request(plant, seed)
-    r = asked["region"]
-    line, cone, disk = r.parts
-    doubled = sos.LMIRegion(4 * line.alpha, 4 * line.beta, "doubled")
-    wanted = sos.design_pid(plant, **asked)
-    for region in (
-        sos.PoleRegion(r.sigma) & sos.PoleRegion(theta=r.theta, rho=r.rho),
-        disk & cone & line,
-        r & sos.LMIRegion.half_plane(r.sigma, name="once more"),
-        r & doubled,
-        doubled & cone & disk,
-    ):
-        found = sos.design_pid(plant, **asked | {"region": region})
-        assert close(found.K, wanted.K) and found.certify(9).proven
-    given = {k: v for k, v in asked.items() if k not in ("region", "U")}
-    objects = [*reversed(collected(**given)), disk, line, cone]
-    found = sos.design_pid(plant, asked.get("U"), requirements=objects)
-    assert close(found.K, wanted.K)
-
-
-@few
-@example(11, ODD_POWERS)
-@given(seeds, units)
-def test_regulators(seed, powers):
-    plant = random_plant(seed)
-    there = as_units(plant, powers, 0)
-    rng = np.random.default_rng(seed)
-    root = rng.standard_normal((2 * plant.n, 2 * plant.n))
-    Q, R = root @ root.T + np.eye(len(root)), np.eye(plant.m)
-    back = np.linalg.inv(there.state)
-    here = sos.design_lqr(plant, Q, R, noise="F")
-    Q = back.T @ Q @ back
-    other = sos.design_lqr(
-        there.plant(plant), (Q + Q.T) / 2, there.Q.T @ R @ there.Q, noise="F"
-    )
-    assert here.status == other.status == "feasible"
-    assert close(there.Q @ other.K @ there.state, here.K, 1e-4)
-
-
-@few
-@example(11, ODD_POWERS)
-@given(seeds, units)
-def test_regular_mass_and_integrators(seed, powers):
-    plant = random_plant(seed)
-    light = sos.SecondOrderSystem(0 * plant.M, plant.D, plant.S, np.eye(plant.n))
-    there = as_units(light, powers, 0)
-    mass = there.R[0, 0] / there.T[0, 0] * there.w0**2
-    here = sos.regularize(light, beta=0.1)
-    other = sos.regularize(there.plant(light), beta=0.1 * mass)
-    assert here.status == other.status == "feasible"
-    assert here.certify().proven and other.certify().proven
-    choices = [
-        [(c.U != 0).tolist() for c in sos.admissible_U(p)]
-        for p in (plant, as_units(plant, powers, 0).plant(plant))
-    ]
-    assert choices[0] == choices[1]
