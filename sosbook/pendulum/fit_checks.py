@@ -250,12 +250,12 @@ def wheel_lateness(fit, y, log):
     def rms(shift):
         inputs = np.array([_moved(log.V, shift), rub])
 
-        def left(scale):
+        def residuals(scale):
             f = fit["f_a"] * np.exp(np.clip(scale[0], -1, 1))
             columns = np.diff(respond([1.0], [1.0, f, 0.0], inputs, T)).T / T
             return y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
 
-        fitted = least_squares(left, [0.0], diff_step=1e-4, max_nfev=6)
+        fitted = least_squares(residuals, [0.0], diff_step=1e-4, max_nfev=6)
         return float(np.sqrt(np.mean(fitted.fun**2)))
 
     return _best_shift(rms)
@@ -287,14 +287,14 @@ def _shifted(fit, log, shift, extra):
     """
     inputs, T = np.array([_moved(log.V, shift), *extra]), log.T
 
-    def left(scales):
+    def residuals(scales):
         f, d = np.array([fit["f_c"], fit["d_c"]]) * np.exp(np.clip(scales, -1, 1))
         columns = respond([1.0, 0.0], [1.0, f, d], inputs, T)
         columns = np.vstack([columns, np.ones(len(log.t))]).T
         gains = np.linalg.lstsq(columns, log.gyro, rcond=None)[0]
         return log.gyro - columns @ gains
 
-    fitted = least_squares(left, [0.0, 0.0], diff_step=1e-4, max_nfev=6)
+    fitted = least_squares(residuals, [0.0, 0.0], diff_step=1e-4, max_nfev=6)
     return float(np.sqrt(np.mean(fitted.fun**2)))
 
 

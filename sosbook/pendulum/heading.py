@@ -133,12 +133,12 @@ def _fitted(delta, signals, T, stretches):
         step = rise * speed + (T - rise) / rate * signals
         columns, rest = [], []
         for part in stretches:
-            # the own start of a stretch: its angle, and a speed that fades
+            # how a stretch starts: its angle, and a speed that fades
             angle = np.cumsum(step[:, part], axis=1)
             angle = np.column_stack([np.zeros(len(angle)), angle[:, :-1]])
             t = T * np.arange(angle.shape[1])
-            own = np.array([np.ones_like(t), np.exp(-rate * t)])
-            basis = np.linalg.qr(own.T)[0]
+            free = np.array([np.ones_like(t), np.exp(-rate * t)])
+            basis = np.linalg.qr(free.T)[0]
             columns.append(angle.T - basis @ (basis.T @ angle.T))
             rest.append(delta[part] - basis @ (basis.T @ delta[part]))
         columns, rest = np.vstack(columns), np.concatenate(rest)
@@ -146,14 +146,16 @@ def _fitted(delta, signals, T, stretches):
         gains = np.linalg.lstsq(columns / scale, rest, rcond=1e-9)[0] / scale
         return gains, rest - columns @ gains
 
-    found = minimize_scalar(
+    fitted = minimize_scalar(
         lambda x: float(np.mean(solved(x)[1] ** 2)),
         bounds=np.log(SETTLING),
         method="bounded",
         options={"xatol": 1e-4},
     )
-    gains, left = solved(found.x)
+    gains, residuals = solved(fitted.x)
     inertia = 1 / gains[0] if gains[0] else np.inf
-    damping = np.exp(found.x) * inertia
+    damping = np.exp(fitted.x) * inertia
     stronger, mean, rub = gains[1:] * inertia
-    return np.array([inertia, damping, stronger / 2, mean / damping / 2, rub]), left
+    return np.array(
+        [inertia, damping, stronger / 2, mean / damping / 2, rub]
+    ), residuals

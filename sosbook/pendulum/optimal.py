@@ -113,20 +113,20 @@ def optimal_law(mip, robot, kind, Q, R):
     # x = stay s + take y is the state that the gain sees
     stay = np.zeros((4, 0)) if M is None else np.eye(4) - M @ sees
     take = np.eye(4) if M is None else M @ sees
-    own = stay.shape[1]
+    observed = stay.shape[1]
     K_x, K_I, K_u = K[:, :4], K[:, 4:5], K[:, 5:]
     C, D = np.hstack([K_x @ stay, K_I, K_u]), K_x @ take
-    moves = np.zeros((own + 1 + n, own + 1 + n))
-    sees_y = np.zeros((own + 1 + n, 4))
-    voltage = np.zeros((own + 1 + n, 1))
-    if own:
+    moves = np.zeros((observed + 1 + n, observed + 1 + n))
+    sees_y = np.zeros((observed + 1 + n, 4))
+    voltage = np.zeros((observed + 1 + n, 1))
+    if observed:
         moves[:4, :4], moves[:4, 5:] = A[:4, :4] @ stay, A[:4, 4:]
         sees_y[:4], voltage[:4] = A[:4, :4] @ take, B[:4]
-    moves[own, own], sees_y[own, 1] = 1, T
-    moves[own + 1 :, own + 1 :] = A[4:, 4:]
-    voltage[own + 1 :] = B[4:]
+    moves[observed, observed], sees_y[observed, 1] = 1, T
+    moves[observed + 1 :, observed + 1 :] = A[4:, 4:]
+    voltage[observed + 1 :] = B[4:]
     withheld = voltage.copy()  # the older voltages are those after the limit
-    withheld[own] = T / (TRACKING_TIME * K_I[0, 0])
+    withheld[observed] = T / (TRACKING_TIME * K_I[0, 0])
     law = SampledLaw(
         moves + voltage @ C,
         sees_y + voltage @ D,
@@ -134,7 +134,7 @@ def optimal_law(mip, robot, kind, Q, R):
         D,
         T,
         W=withheld,
-        start=[1, 0, 0, 0] * bool(own) + [0] * (1 + n),
+        start=[1, 0, 0, 0] * bool(observed) + [0] * (1 + n),
     )
     return OptimalLaw(kind, K, M, np.asarray(Q, float), float(R), law)
 

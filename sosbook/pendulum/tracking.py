@@ -103,7 +103,7 @@ def track(log, mip, T, counts):
 
         predictor = Predictor(mip, T, *chosen, scale, disturbance)
 
-        def left(x):
+        def residuals(x):
             try:
                 e = predictor.innovations(x)
             except ValueError:  # masses that no pendulum has
@@ -114,11 +114,11 @@ def track(log, mip, T, counts):
             try:
                 e = predictor.slopes(x)
             except ValueError:  # beside x, or at it
-                return _slopes(left, x)
+                return _slopes(residuals, x)
             return np.reshape(e / scale[:, None], (len(x), -1)).T
 
         return least_squares(
-            left,
+            residuals,
             start,
             jac=slopes,
             bounds=(SMALLEST, LARGEST),
