@@ -10,7 +10,7 @@ import numpy as np
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.plants.descriptor import descriptors
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
 __all__ = ["LqrTask", "pendulum"]

@@ -8,7 +8,7 @@ from sosbook.maps import designs, feasibility_map, sweep
 from sosbook.maps.search import replaced, requirements
 
 import sosbook as sos
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 from .competitors import Cvxpy
 from .questions import NoAnswer, Pid, right

@@ -21,7 +21,7 @@ from sosbook.lmi.problem import LMIProblem
 from sosbook.plants.descriptor import descriptors
 from sosbook.solver.centre import margin
 from sosbook.synthesis.observer_problem import ObserverProblem
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 

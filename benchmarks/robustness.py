@@ -44,7 +44,7 @@ from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.runtime import time_limit
 from sosbook.solver.centre import Blocks
 from sosbook.synthesis import feasibility
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.attacks import attack
 from tests.random_plants import ROUNDED, Units, float_blocks, random_case, scaled

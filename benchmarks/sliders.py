@@ -7,7 +7,7 @@ import numpy as np
 from sosbook.maps.search import replaced, requirements
 
 import sosbook as sos
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 from .records import record, summary
 

@@ -6,7 +6,7 @@ from flint import fmpq_mat
 import sosbook as sos
 from sosbook.exact.definite import exact
 from sosbook.synthesis.fixed_mode import refuse_by_mode
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests.random_plants import Case, Units
 
 __all__ = ["attack", "placed"]

@@ -26,7 +26,7 @@ from sosbook.lmi import Unknown
 from sosbook.lmi.cones import clarabel_minimize
 from sosbook.plants.descriptor import descriptors
 from sosbook.solver.centre import Blocks, margin
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
 __all__ = [

@@ -8,7 +8,7 @@ import pytest
 import sosbook as sos
 from sosbook.analysis.linear import peak_input
 from sosbook.plants.descriptor import descriptors
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from sosbook.solver.dense import Dense
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton
 from sosbook.solver.structure import UnknownLayout
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant
 

@@ -25,7 +25,7 @@ from sosbook.solver.centre import (
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import newton_of
 from sosbook.synthesis.feasibility import search
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.slack import with_slack
 from tests.random_plants import random_case
 

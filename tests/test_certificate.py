@@ -25,7 +25,7 @@ from sosbook.exact.definite import (
 from sosbook.exact.repair import repair_multipliers
 from sosbook.lmi import Unknown, eye
 from sosbook.synthesis.certificates import prove
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 
 @pytest.fixture(scope="module")

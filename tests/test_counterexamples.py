@@ -9,7 +9,7 @@ import sosbook as sos
 from sosbook import counterexamples, theorems
 from sosbook.exact.definite import exact, pivots
 from sosbook.plants.descriptor import Coupled, Descriptor
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests.test_certificate import positive_definite
 
 

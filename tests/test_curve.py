@@ -11,7 +11,7 @@ from sosbook.solver.curve import FEW_TERMS, MOST_TERMS, Curve
 from sosbook.solver.newton import newton_of
 from sosbook.solver.stacks import gram
 from sosbook.synthesis.feasibility import search
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 
 def gradient(newton, x, radius=None):

@@ -9,7 +9,7 @@ from sosbook.delay.request import DelayRequest
 from sosbook.lmi.trusted import TrustedProblem
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.evaluated import EvaluatedBlocks, unit_readings
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.energy_to_peak import EnergyToPeak

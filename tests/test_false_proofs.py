@@ -28,7 +28,7 @@ from sosbook.requirements.vocabulary import GAMMA, SIGMA, U_MAX
 from sosbook.requirements.weights import semidefinite_weight
 from sosbook.runtime.names import sane_name
 from sosbook.synthesis.probe import affine_in_quotient
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 
 ONE = np.eye(2)

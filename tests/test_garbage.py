@@ -10,7 +10,7 @@ from benchmarks.catalogue import FAMILIES, case
 from sosbook.exact.definite import exact
 from sosbook.language.expression import Term, Unknown
 from sosbook.plants.descriptor import Descriptor
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
 SMALL = Term, Unknown  # an unknown keeps itself as an expression

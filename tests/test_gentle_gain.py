@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.solver.newton import newton_of
 from sosbook.synthesis.gentle_gain import start_of
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.random_plants import ODD

@@ -18,7 +18,7 @@ from sosbook.plants.hull import quotient_in_hull
 from sosbook.requirements.base import Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.test_proof_files import checker
 

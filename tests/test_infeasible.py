@@ -14,7 +14,7 @@ from sosbook.solver.centre import Blocks
 from sosbook.studies.maps import edge, feasibility_map
 from sosbook.synthesis import centre, cutting, objectives
 from sosbook.synthesis.feasibility import closer
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.attacks import placed

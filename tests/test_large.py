@@ -20,7 +20,7 @@ from sosbook.solver.newton import Newton, newton_of
 from sosbook.solver.stacks import Stacked, gram
 from sosbook.solver.sums import Sums
 from sosbook.solver.work import hessian_work, iteration_work, sums_work, table_work
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
 FREE_CHAIN = """

@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.requirements.cost import noise_input
 from sosbook.requirements.magnitudes import magnitudes
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.random_plants import ODD_POWERS
 from tests.test_same_physics import as_units, random_plant

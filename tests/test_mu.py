@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.plants.descriptor import Coupled, descriptors
 from sosbook.requirements.hinf import HInfinity
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.theorems import bounded_real
 from tests.energy_to_peak import EnergyToPeak
 

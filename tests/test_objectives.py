@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.synthesis import cutting
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 
 
 @pytest.fixture(scope="module")

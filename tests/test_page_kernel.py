@@ -17,7 +17,7 @@ from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.newton import newton_of
 from sosbook.synthesis.certificates import Certificate, DesignRefusal
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
 from tests.page_requests import page_request

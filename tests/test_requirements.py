@@ -14,7 +14,7 @@ from sosbook.plants import descriptors
 from sosbook.requirements.base import BlockName, BlockTable
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests.energy_to_peak import EnergyToPeak
 
 COUPLINGS = ("pairs", "vertices", "slack")

@@ -16,7 +16,7 @@ from sosbook.analysis.linear import hinf_norm, peak_input, poles
 from sosbook.plants.descriptor import descriptors
 from sosbook.runtime.time_limit import OutOfTime, check_time, time_limit
 from sosbook.synthesis.certificates import prove
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from tests import random_plants
 from tests.attacks import attack
 from tests.random_plants import KINDS, ROUNDED, Units, random_case, random_request

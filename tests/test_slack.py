@@ -21,7 +21,7 @@ from sosbook.proofs import check
 from sosbook.synthesis import feasibility
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.certificates import prove
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant, random_request

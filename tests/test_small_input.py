@@ -12,7 +12,7 @@ from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.plants.descriptor import descriptors
 from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, random_case

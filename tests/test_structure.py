@@ -15,7 +15,7 @@ from sosbook.solver.newton import Newton, newton_of
 from sosbook.solver.stacks import Stacked, _Table, gram
 from sosbook.solver.structure import structure
 from sosbook.solver.sums import Sums
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 

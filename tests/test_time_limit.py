@@ -25,7 +25,7 @@ from sosbook.runtime import time_limit as clock
 from sosbook.solver.newton import _conjugate_gradients
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.fixed_mode import refuse_by_mode
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.singular_mass import refuse_by_mass

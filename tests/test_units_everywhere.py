@@ -22,7 +22,7 @@ from sosbook.requirements.vocabulary import Parameter
 from sosbook.sampled import certify_sampled, design_sampled_lqr
 from sosbook.studies.gamma_bounds import gamma_lower_bounds
 from sosbook.studies.region_of_attraction import region_of_attraction
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.theorems.lqr import trace_bound
 from tests.energy_to_peak import EnergyToPeak, energy, output, slack_energy
 from tests.random_plants import ODD, ODD_POWERS, Units

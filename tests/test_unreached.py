@@ -10,7 +10,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units, in_units
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import UnreachedResponseRefusal
 from sosbook.synthesis import unreached
-from sosbook.synthesis.problem import Request
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.unreached import refuse_by_response
 from tests.least_norm import least_norm

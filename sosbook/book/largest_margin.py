@@ -33,7 +33,7 @@ from ..runtime.libraries import library
 from ..solver.blocks import Blocks
 from ..solver.bounded import unpacked
 from ..solver.deepest import deepest
-from ..synthesis.problem import Request
+from ..synthesis.request import Request
 from ..theorems import Functional, Times, delay_functional, delay_stabilization
 
 __all__ = ["LargestMargin", "delay_margin", "largest_margin", "region_margin"]

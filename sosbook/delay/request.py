@@ -14,7 +14,7 @@ from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
-from ..synthesis.problem import Request
+from ..synthesis.request import Request
 from ..synthesis.scaling import Frame
 from ..theorems import MISPRINTS, Times
 from .forms import FORMS

@@ -107,7 +107,7 @@ def cvxpy_constraints(request, margin=0.0):
 
     Examples
     --------
-    >>> from sosbook.synthesis.problem import Request
+    >>> from sosbook.synthesis.request import Request
     >>> from sosbook import SecondOrderSystem
     >>> import cvxpy
     >>> plant = SecondOrderSystem([[1]], [[1]], [[1]], B=[[1]])

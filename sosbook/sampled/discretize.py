@@ -14,7 +14,7 @@ from ..exact.definite import exact
 from ..plants.checks import finite, matrix, positive
 from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
-from ..synthesis.problem import Request
+from ..synthesis.request import Request
 
 __all__ = ["SampleTiming", "c2d", "input_vertices", "sampled_loop"]
 

@@ -8,7 +8,7 @@ from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
 from ..analysis.lyapunov import lyapunov
 from ..plants.checks import matrix, positive
 from ..plants.kinds import SecondOrderPlant, checked_plant
-from ..synthesis.problem import Request
+from ..synthesis.request import Request
 
 __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 

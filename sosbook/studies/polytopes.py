@@ -21,7 +21,7 @@ from ..requirements.stability import Stability
 from ..runtime.progress import each
 from ..synthesis.design import Design
 from ..synthesis.pid import design_pid
-from ..synthesis.problem import Request
+from ..synthesis.request import Request
 
 __all__ = [
     "block_count",

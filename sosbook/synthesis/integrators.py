@@ -24,7 +24,7 @@ from ..plants.second_order import Polytope
 from ..plants.simplex import halves
 from ..runtime.threads import one_thread
 from .fixed_mode import refuse_by_mode
-from .problem import Request
+from .request import Request
 
 __all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
 

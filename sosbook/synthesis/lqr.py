@@ -23,8 +23,8 @@ from .feasibility import answer, follow, guarded
 from .idle import without_input
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT, given
-from .problem import Request
 from .regularization import Regularization
+from .request import Request
 from .riccati_point import riccati_point
 from .slack import with_slack, without_slack
 from .solution import Solution

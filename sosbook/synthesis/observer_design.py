@@ -20,7 +20,7 @@ from .design import Design
 from .error_loop import observed, observer_loop, vertices_of
 from .observer_certificate import ObserverCertificate, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
-from .problem import Request
+from .request import Request
 from .result import Result
 
 __all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]

@@ -20,8 +20,8 @@ from .design import Design
 from .feasibility import answer, follow, guarded
 from .idle import without_input
 from .objectives import at_optimum
-from .problem import Request
 from .regularization import Regularization
+from .request import Request
 from .slack import point_with_slack, refused_at_a_vertex, with_slack, without_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]

@@ -6,7 +6,7 @@ from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..requirements.base import Requirement
-from .problem import Request
+from .request import Request
 
 __all__ = ["loop_data", "loop_request", "read_request", "request_data"]
 

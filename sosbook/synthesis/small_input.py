@@ -21,7 +21,7 @@ from ..exact.definite import exact, inverse, round_digits
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import check_time
-from .problem import Request
+from .request import Request
 from .scaling import Frame
 from .small_input_certificate import (
     ModesPart,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..exact.refusal import Refusal
 from ..runtime.read_only import ReadOnly
-from .problem import Request
+from .request import Request
 from .scaling import Frame
 
 __all__ = ["Solution"]

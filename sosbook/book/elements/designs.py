@@ -15,7 +15,7 @@ from ...requirements.shorthand import bounds, collected, contradictory, moved, p
 from ...requirements.vocabulary import Parameter
 from ...runtime.progress import each
 from ...synthesis.pid import design_pid
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from .page import PageElement, significant
 from .program import program_data
 from .records import BLOCKS, record

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from .designs import page_loop
 from .page import PageElement, significant
 from .program import program_data

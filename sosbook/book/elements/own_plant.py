@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from ...plants.second_order import SecondOrderSystem, mass_fault
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from ..thesis import example_1
 from .explorer import Explorer, design_explorer
 

@@ -8,7 +8,7 @@ from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
 from ...synthesis.feasibility import find, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
 from ...synthesis.solution import Solution

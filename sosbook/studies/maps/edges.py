@@ -20,7 +20,7 @@ from ...solver.centre import Blocks, Unbounded
 from ...solver.newton import newton_of
 from ...solver.primal_dual import interior_steps
 from ...synthesis.design import Design
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from ...synthesis.scaling import Frame
 from .ask import Ask
 from .search import Search, certified, provably_refused, replaced, requirements

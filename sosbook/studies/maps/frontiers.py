@@ -7,7 +7,7 @@ import numpy as np
 
 from ...requirements.shorthand import parameter
 from ...runtime.progress import bar
-from ...synthesis.problem import Request
+from ...synthesis.request import Request
 from .ask import Ask
 from .edges import Edge
 from .parallel import finished
