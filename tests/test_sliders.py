@@ -121,9 +121,7 @@ def test_where_no_kernel_runs_there_is_html_and_text():
         return sos.design_pid(ROBOT.plant, region=sos.PoleRegion(x))
 
     bundle = widgets.sliders(both, x=(0.1, 0.5, 1))._repr_mimebundle_()
-    assert bundle["text/html"].startswith(
-        '<div class="sos-sliders"><pre>a &lt; b</pre>'
-    )
+    assert bundle["text/html"].startswith('<div class="sos-moved"><pre>a &lt; b</pre>')
     assert 'class="sos-result"' in bundle["text/html"]
     assert bundle["text/plain"].startswith("a < b\n<Design: feasible")
     assert notebooks.WIDGET in bundle

@@ -77,7 +77,7 @@ class Sliders(OnPage, ipywidgets.VBox):
     def html(self):
         """What is shown, for a page."""
         parts = "".join(map(_html, self.picture.outputs))
-        return f'<div class="sos-sliders">{parts}</div>'
+        return f'<div class="sos-moved">{parts}</div>'
 
     @property
     def text(self):
