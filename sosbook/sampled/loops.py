@@ -107,14 +107,6 @@ class SampledPolytope:
             [np.vstack([step @ picked, balls(older)]) @ self.full, self.own]
         )
 
-    def bulge(self, weights, L):
-        """How far the loops of a simplex of weights are from mixtures of its corners'.
-
-        A bound of the spectral norm of L (F - sum w_i F_i) L^-1, from
-        the norms of the `bends`.
-        """
-        return sum(n * size(H) for n, H in self.bends(weights, L)) / 8
-
     def bends(self, weights, L):
         """The second derivatives of L F L^-1 along the edges of a simplex of weights.
 
