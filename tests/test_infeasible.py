@@ -9,6 +9,7 @@ from flint import fmpq, fmpq_mat
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.exact.definite import exact
+from sosbook.proofs.check import check
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.centre import Blocks
 from sosbook.studies.maps import edge, feasibility_map
@@ -427,3 +428,25 @@ def test_a_refusal_for_one_slack_scalar_says_so():
         assert sos.design_pid(vertex, **asked).status == "feasible"
     assert both.status == "undecided"
     assert "slack scalars that were tried" in both.reason
+
+
+@pytest.mark.parametrize(
+    "D, S, region, status",
+    [
+        (1.0, 5.0, sos.PoleRegion(sigma=0.5), "infeasible"),  # on the line
+        (1.0, 5.0, sos.PoleRegion(sigma=float(np.nextafter(0.5, 0))), "feasible"),
+        (0.1, 0.25, sos.PoleRegion(rho=0.5), "infeasible"),  # on the circle
+        (0.0, -2.0, None, "infeasible"),  # one polynomial, a mode on either side
+        # its slow mode is 2e-17 from the line, its fast one inside
+        (3.0, 1.0, sos.PoleRegion(sigma=0.3819660112501052), "infeasible"),
+        (3.0, 1.0, sos.PoleRegion(sigma=0.381966), "feasible"),
+    ],
+)
+def test_edges_of_fixed_modes_are_exact(D, S, region, status):
+    plant = sos.SecondOrderSystem(
+        np.eye(2), np.diag([1.0, D]), np.diag([1.0, S]), [[1.0], [0.0]]
+    )
+    d = sos.design_pid(plant, region=region)
+    assert d.status == status, d.reason
+    if status == "infeasible":
+        assert list(d.infeasibility.claims) == check(d.infeasibility.text)

@@ -6,7 +6,7 @@ from flint import acb, arb, ctx, fmpq, fmpq_poly
 
 from ..runtime.time_limit import check_time
 
-__all__ = ["Root", "roots_of"]
+__all__ = ["Root", "reflections", "roots_of"]
 
 DEGREE_OF_A_SECOND = 130  # of a polynomial whose roots take about so long
 BALL_BITS = 64, 128, 256, 512  # of the balls, the next where one doesn't decide
@@ -99,7 +99,7 @@ class Root:
 
     def _on_boundary(self, alpha, beta):
         """Whether it certainly lies on a line or circle, the boundary."""
-        mirror, reflect = _mirror(alpha, beta)
+        mirror, reflect = reflections(alpha, beta)
         if mirror is None:
             return False
         common = self.factor.gcd(mirror(self.factor))
@@ -176,19 +176,29 @@ def _definite(alpha, beta, s, conjugate, zero):
     return True
 
 
-def _mirror(alpha, beta):
-    """Reflections in the boundary, of polynomials and of points.
+def reflections(alpha, beta):
+    """What mirrors polynomials, and points, at the boundary of a region.
 
-    Of a half-plane (one row) and of a disk; otherwise None.
+    Parameters
+    ----------
+    alpha, beta : (k, k) arrays of fmpq
+        The matrices of the region.
+
+    Returns
+    -------
+    mirror, reflect : callables
+        From a polynomial to one with the reflected roots, and from a ball to its
+        image; both None but for half-planes (one row) and disks.
     """
-    if len(alpha) == 1:
+    if len(alpha) == 1 and beta[0][0] != 0:
         line = -alpha[0][0] / (2 * beta[0][0])
         return (
             lambda q: q(fmpq_poly([2 * line, -1])),
             lambda s: 2 * line - s.conjugate(),
         )
     flat = [x for row in beta for x in row]
-    if len(alpha) == 2 and flat == [0, 1, 0, 0] and alpha[0][0] == alpha[1][1]:
+    disk = len(alpha) == 2 and flat == [0, 1, 0, 0]
+    if disk and alpha[0][0] == alpha[1][1] < 0:
         rho, c = -alpha[0][0], -alpha[0][1]
 
         def mirror(q):

@@ -1372,28 +1372,24 @@ def square_at(h, x, y):
 def mirrored(alpha, beta, h):
     """Whether the roots of h are mirrored at the boundary of a half-plane or disk.
 
-    Then they come in pairs, of which one isn't inside.
+    Then they come in pairs, of which one isn't inside. Around a point of the line h
+    is even or odd; around the centre of the circle it is its own image.
     """
     n = len(h) - 1
     if len(alpha) == 1 and beta[0][0]:
-        image = composed(h, -alpha[0][0] / beta[0][0], -1)
-        return [(-1) ** n * a for a in image] == h
-    disk = beta == [[0, 1], [0, 0]] and alpha[0][0] == alpha[1][1] < 0
-    g = composed(h, -alpha[0][1], 1) if disk else [0]
-    turned = (
-        [g[n - k] * alpha[0][0] ** (2 * n - 2 * k) for k in range(n + 1)] if disk else g
-    )
+        return not any(moved(h, -alpha[0][0] / (2 * beta[0][0]))[n - 1 :: -2])
+    if beta != [[0, 1], [0, 0]] or not alpha[0][0] == alpha[1][1] < 0:
+        return False
+    g = moved(h, -alpha[0][1])
+    turned = [g[n - k] * alpha[0][0] ** (2 * n - 2 * k) for k in range(n + 1)]
     return g[0] != 0 and all(a * g[n] == b * g[0] for a, b in zip(turned, g))
 
 
-def composed(h, a, b):
-    """The coefficients of h(a + b t)."""
+def moved(h, a):
+    """The coefficients of h(a + t)."""
     coefficients = []
     for x in reversed(h):
-        up, down = (
-            [a * e for e in coefficients] + [0],
-            [0] + [b * e for e in coefficients],
-        )
+        up, down = [a * e for e in coefficients] + [0], [0] + coefficients
         coefficients = [p + q for p, q in zip(up, down)]
         coefficients[0] += x
     return coefficients

@@ -5,7 +5,7 @@ from itertools import combinations, islice
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from ..exact.algebraic import roots_of
+from ..exact.algebraic import reflections, roots_of
 from ..exact.definite import exact
 from ..exact.proof import Examined
 from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
@@ -198,7 +198,8 @@ def refuse_by_mode(request):
     for place, part in _parts(request):
         for mode in part.modes() if part is not None else ():
             for r in asked:
-                if r.holds_at(mode) is False:
+                form = r.pole_matrices()
+                if form is not None and mode.inside(*form) is False:
                     proof = FixedModeRefusal.of_mode(request, place, part, mode, r)
                     if proof.proven:
                         return proof
@@ -267,10 +268,7 @@ def _point(root, bits):
 
 def _witness(requirement, s):
     """A vector v for which v* (alpha + beta s + beta' conj(s)) v isn't negative."""
-    form = requirement.pole_matrices()
-    if form is None:
-        return []
-    alpha, beta = (x.astype(float) for x in form)
+    alpha, beta = (x.astype(float) for x in requirement.pole_matrices())
     v = np.linalg.eigh(alpha + beta * s + beta.T * np.conj(s))[1][:, -1]
     return [complex(round(e.real, 6), round(e.imag, 6)) for e in v]
 
@@ -308,15 +306,7 @@ def _square(z):
 
 def _mirrored(alpha, beta, h):
     """Whether h is its own mirror image at the boundary of a half-plane or disk."""
+    mirror, _ = reflections(alpha, beta)
+    image = fmpq_poly() if mirror is None else mirror(h)
     n = h.degree()
-    if len(alpha) == 1 and beta[0, 0] != 0:
-        image = h(fmpq_poly([-alpha[0, 0] / beta[0, 0], -1])) * (-1) ** n
-        return bool(image == h)
-    disk = len(alpha) == 2 and alpha[0, 0] == alpha[1, 1] < 0
-    if not disk or beta.ravel().tolist() != [0, 1, 0, 0]:
-        return False
-    moved, square = h(fmpq_poly([-alpha[0, 1], 1])), alpha[0, 0] ** 2
-    turned = [moved[n - k] * square ** (n - k) for k in range(n + 1)]
-    return moved[0] != 0 and all(
-        turned[k] * moved[n] == moved[k] * moved[0] for k in range(n + 1)
-    )
+    return image.degree() == n and image / image[n] == h
