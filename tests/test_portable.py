@@ -57,3 +57,9 @@ def test_no_two_files_differ_by_case_alone_and_no_name_is_reserved():
         for name in names:
             assert not set(name) & set('<>:"|?*\\')
             assert Path(name).stem.casefold() not in reserved
+
+
+def test_a_missing_encoding_is_seen():
+    source = "open('a')\npath.open('w')\npath.read_text()\nrun(words, text=True)\n"
+    good = "open('a', 'rb')\np.open('w', encoding='utf-8')\np.read_text('utf-8')\n"
+    assert without_encoding(source + good) == [1, 2, 3, 4]

@@ -11,6 +11,7 @@ so its output is stored, shown and derived again as that of any other cell.
 
 import re
 
+import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
@@ -65,3 +66,20 @@ def test_exercises_and_solutions_match(path):
     assert faults(notebook) == []
     chapter = re.match(r"\d\d_", path.stem)
     assert ("{exercise}" in str(notebook.cells)) == bool(chapter)
+
+
+@pytest.mark.parametrize(
+    "solution, fault",
+    [
+        (":::{solution} ex-a\n:class: dropdown\n\nSo.\n:::", None),
+        (":::{solution} ex-b\n:class: dropdown\n\nSo.\n:::", "ex-b"),
+        (":::{solution} ex-a\n:class: dropdown\n\n```python\n1\n```\n:::", "a cell"),
+        (":::{solution-start} ex-a\n:class: dropdown\n:::", "has no end"),
+        ("So.", "but solutions []"),
+    ],
+)
+def test_a_fault_is_named(solution, fault):
+    exercise = ":::{exercise} More\n:label: ex-a\n\nWhy?\n:::"
+    cells = [v4.new_markdown_cell(text) for text in (exercise, solution)]
+    page = v4.new_notebook(cells=cells)
+    assert fault is None if faults(page) == [] else fault in " ".join(faults(page))

@@ -6,6 +6,7 @@ numbers that stand on a page without their T.
 
 import re
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,7 @@ sys.path.append(str(BOOK / "_ext"))
 references = pytest.importorskip("thesis_references")
 ROWS = references.entries()
 PAGES = sorted([*BOOK.glob("*.ipynb"), *BOOK.glob("*.md")])
+WORDS = Path(__file__).with_name("thesis_words.toml")
 EQUATION = re.compile(r"\(((?:[1-5]|[AB])\.\d+(?:\.\d)?)\)")
 #: Pages whose numbers have another form: tables that the package makes.
 TABLES = {"errata", "reproduction", "thesis_references"}
@@ -114,8 +116,24 @@ def astray(rows):
     ]
 
 
+def words():
+    """The second table: a word that stands near each number in the thesis."""
+    table = tomllib.loads(WORDS.read_text("utf-8"))
+    return {number: word for rows in table.values() for number, word in rows.items()}
+
+
+def misread(rows):
+    """Numbers whose row lacks the word that stands near them in the thesis."""
+    return [n for n, word in words().items() if word not in rows[n]["is"].lower()]
+
+
 def test_a_number_leads_to_a_page_that_cites_it():
     assert astray(ROWS) == []
+
+
+def test_both_readings_of_a_number_agree():
+    assert list(words()) == list(ROWS)
+    assert misread(ROWS) == []
 
 
 def test_a_number_of_another_equation_is_noticed():
@@ -127,6 +145,14 @@ def test_a_number_of_another_equation_is_noticed():
         "3.6": {"is": "the vertices of Example 4", "at": "13_flexible_arm"},
     }
     assert set(astray(ROWS | invented)) == set(invented)
+    assert set(misread(ROWS | invented)) == set(invented)
+
+
+def test_most_mixed_up_rows_are_noticed():
+    """Each row in the place of another one, ten rows further on."""
+    names = list(ROWS)
+    mixed = {n: ROWS[names[k - 10]] for k, n in enumerate(names)}
+    assert len(misread(mixed)) > 0.9 * len(ROWS)
 
 
 def test_errata_and_rows_name_numbers_of_their_pages(rows):
