@@ -72,8 +72,8 @@ def named(text):
 
     Examples
     --------
-    >>> named('<sos-chirp class="of-kit of-mover" data-script="chirp" role="group">')
-    (('kit', 'mover'), ('kit', 'kernel', 'linalg', 'mover', 'chirp'))
+    >>> named('<sos-map class="of-kit of-map" data-script="map" role="group">')
+    (('kit', 'map'), ('kit', 'plot', 'program', 'map'))
     """
     found = ELEMENT.findall(text)
     sheets = dict.fromkeys(

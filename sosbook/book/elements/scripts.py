@@ -26,7 +26,7 @@ def modules(*names):
     Examples
     --------
     >>> modules("program", "clock")
-    ('program', 'kit', 'kernel', 'linalg', 'mover', 'pendulum', 'clock')
+    ('program', 'kit', 'kernel', 'linalg', 'plot', 'mover', 'pendulum', 'clock')
     """
     order = {}
     for name in names:

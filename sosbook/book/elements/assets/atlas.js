@@ -1,5 +1,6 @@
-import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, PageElement, panel, panels, places, Plot, printed, READOUT, S_PLANE, slider, steady, withConjugates} from "./kit.js";
+import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, PageElement, panel, panels, places, printed, READOUT, slider, steady, withConjugates} from "./kit.js";
 import {apply, exponential, scale} from "./linalg.js";
+import {Plot, S_PLANE} from "./plot.js";
 import * as python from "./program.js";
 
 const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];

@@ -1,6 +1,7 @@
-import {clean, define, Plot} from "./kit.js";
+import {clean, define} from "./kit.js";
 import {add, combine, eigenvalues, eye, lyapunov, make, mul, scale, solve, trace, transpose} from "./linalg.js";
 import {mark, Mover, number, verdict} from "./mover.js";
+import {Plot} from "./plot.js";
 
 const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
 const det = ([[a, b], [c, d]]) => a * d - b * c;

@@ -1,21 +1,17 @@
-import {define, round} from "./kit.js";
+import {define, degrees, round} from "./kit.js";
 import {solve} from "./linalg.js";
 import {Mover, normal, number, verdict} from "./mover.js";
+import {runge} from "./pendulum.js";
+
 const T = 0.01, STEPS = 1000;  // s
 
 // [q, q'] of the hanging body, q'' = -e V - f q' - d sin q, or with q for sin q.
 /** @param {any} ratios */
 function swing([e, f, d], V, linear) {
-  const slope = (q, p, v) => -e * v - f * p - d * (linear ? q : Math.sin(q)), out = [[0, 0]];
-  let [q, p] = [0, 0];
-  for (const v of V) {
-    const a = slope(q, p, v), b = slope(q + T / 2 * p, p + T / 2 * a, v);
-    const c = slope(q + T / 2 * (p + T / 2 * a), p + T / 2 * b, v);
-    const g = slope(q + T * (p + T / 2 * b), p + T * c, v);
-    [q, p] = [q + T * p + T * T / 6 * (a + b + c), p + T / 6 * (a + 2 * b + 2 * c + g)];
-    out.push([q, p]);
-  }
-  return out;
+  const rate = v => ([q, p]) => [p, -e * v - f * p - d * (linear ? q : Math.sin(q))];
+  const all = [[0, 0]];
+  for (const v of V) all.push(runge(rate(v), all.at(-1), T));
+  return all;
 }
 
 // Output error by Gauss and Newton: the ratios whose simulation is nearest to y.
@@ -74,7 +70,7 @@ class Chirp extends Mover {
 
   show({V, y, q, fits}) {
     const {truth} = this.data, off = fits.map(x => x.map((v, i) => 100 * (v / truth[i] - 1)));
-    const widest = Math.max(...q.map(Math.abs)) * 180 / Math.PI, names = ["e/c", "f/c", "d/c"];
+    const widest = degrees(Math.max(...q.map(Math.abs))), names = ["e/c", "f/c", "d/c"];
     const bad = Math.abs(off[1][2]) > 1;
     this.tell(bad ? "infeasible" : "feasible",
       verdict(bad ? `The linear model is wrong by ${
@@ -117,7 +113,7 @@ class Chirp extends Mover {
   pose({q}, time) {
     const k = Math.min(STEPS, Math.round(time / T));
     this.find("scene").querySelector("g").setAttribute(
-      "transform", `translate(170 70) rotate(${round(-q[k] * 180 / Math.PI)})`);
+      "transform", `translate(170 70) rotate(${round(degrees(-q[k]))})`);
     this.now("log", this.plot, k * T);
   }
 }

@@ -1,6 +1,7 @@
-import {define, Plot} from "./kit.js";
+import {define} from "./kit.js";
 import {apply, block, combine, eigenvalues, exponential, eye, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, series, verdict} from "./mover.js";
+import {Plot} from "./plot.js";
 
 const T = 0.05, STEPS = 1200;  // s
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);

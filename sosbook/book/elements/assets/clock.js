@@ -1,7 +1,8 @@
-import {define, Plot} from "./kit.js";
+import {define, degrees} from "./kit.js";
 import {add, apply, eigenvalues, held, make, mul} from "./linalg.js";
 import {mark, Mover, number, verdict} from "./mover.js";
 import {linear} from "./pendulum.js";
+import {Plot} from "./plot.js";
 
 const TILT = 2 * Math.PI / 180;
 
@@ -78,7 +79,7 @@ class Clock extends Mover {
           number(1000 * late, " ms")}. Largest modulus: middle robot ${
           number(
             radius[0], "", 4)}, worst vertex ${number(Math.max(...radius.slice(1)), "", 4)}.</p>`);
-    const clip = (v, most) => Math.max(-most, Math.min(most, v)), degrees = v => v * 180 / Math.PI;
+    const clip = (v, most) => Math.max(-most, Math.min(most, v));
     const x = [0, this.horizon];
     const stairs = (list, step, delay) =>
       list

@@ -1,6 +1,7 @@
 import {Atlas} from "./atlas.js";
-import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, Plot, READOUT, S_PLANE, select, withConjugates} from "./kit.js";
+import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
+import {Plot, S_PLANE} from "./plot.js";
 import {list, program} from "./program.js";
 
 const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];

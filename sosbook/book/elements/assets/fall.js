@@ -1,8 +1,7 @@
-import {clean, define, round} from "./kit.js";
+import {clean, define, degrees, round} from "./kit.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {linear, runge, slope} from "./pendulum.js";
 const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;  // s; units of the drawing a metre
-const degrees = x => x * 180 / Math.PI;
 
 class Fall extends Mover {
   get horizon() { return T * STEPS; }

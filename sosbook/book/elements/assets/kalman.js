@@ -1,4 +1,4 @@
-import {define} from "./kit.js";
+import {define, degrees} from "./kit.js";
 import {add, apply, block, eigenvalues, held, mul, riccati, scale, solve, transpose, zeros} from "./linalg.js";
 import {Mover, normal, number, series, verdict} from "./mover.js";
 const T = 0.005, STEPS = 400;  // s
@@ -51,7 +51,7 @@ class Kalman extends Mover {
     const right = Math.max(...poles.map(([re]) => re));
     const fast = Math.min(...filter.map(([re]) => re));
     const rms = list => Math.sqrt(list.reduce((sum, x) => sum + x * x, 0) / list.length);
-    const degrees = x => x * 180 / Math.PI, late = (list, f) => rms(list.slice(STEPS / 2).map(f));
+    const late = (list, f) => rms(list.slice(STEPS / 2).map(f));
     const error = late(theta.map((x, k) => x - belief[k]), degrees);
     this.tell(this.good({poles}) ? "feasible" : "infeasible",
       verdict(right < 0 ? "The loop with the observer is stable."

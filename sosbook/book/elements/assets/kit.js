@@ -1,4 +1,4 @@
-// What the page elements share: numbers and texts, controls, a plot, and how an
+// What the page elements share: numbers and texts, controls, and how an
 // element starts. It is defined once for all the elements of a page.
 // ------------------------------------------------------- numbers and texts
 export const clean = (x, digits = 3) => {
@@ -24,6 +24,11 @@ export const withConjugates = pairs =>
   pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
 
 export const degrees = x => x * 180 / Math.PI;
+// The place in a list of the value that is nearest by its logarithm.
+export function nearest(list, value) {
+  const far = list.map(x => Math.abs(Math.log(x / value)));
+  return far.indexOf(Math.min(...far));
+}
 
 // Uniform numbers, the same for the same seed (mulberry32), and one of normal numbers by
 // two of them (Box and Muller).
@@ -85,6 +90,10 @@ export const panel = (name, caption, kind = "") =>
 export const READOUT =
   `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
+// A button that is found by its name.
+export const button = (name, text) =>
+  `<button type="button" class="sos-button sos-${name}" ${QUIET}>${text}</button>`;
+
 // Buttons, and the place for what they answer.
 export const buttons = list => `<div class="sos-buttons">` +
   list
@@ -126,105 +135,6 @@ export function announce(input, words) {
   const text = printed(words);
   input.setAttribute("aria-valuetext", text);
   input.parentElement.querySelector("output").textContent = text;
-}
-
-// -------------------------------------------------------------------- plot
-export const S_PLANE = ["Re s (s⁻¹)", "Im s (rad/s)"];  // names of axes
-
-function linearTicks(low, high) {
-  const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].find(k => k * size >= raw * 0.999) * size, list = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
-    list.push(k * step);
-  return list;
-}
-
-// 1, 2, 5 times powers of ten; every step where these are too few.
-function logarithmicTicks(low, high) {
-  for (const steps of [[1], [1, 2, 5], [1, 1.5, 2, 3, 4, 5, 7],
-         [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]]) {
-    const list = [];
-    for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
-      list.push(
-        ...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
-    }
-    if (list.length >= 3) return list.length > 8 ? list.filter((_, k) => k % 2 === 0) : list;
-  }
-  return [low, high];
-}
-
-// Grid lines with their numbers, and an axis title that reads upwards.
-const column = ([t, b], u, text) =>
-  `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
-  `<text x="${Math.min(u, round(338 - 3.6 * text.length))}" y="${b + 16}" text-anchor="middle">${
-    text}</text>`;
-export const row = ([l, r], v, text) =>
-  `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
-  `<text x="${l - 6}" y="${v + 4}" text-anchor="end">${text}</text>`;
-export const upright = ([t, b], label) => `<text transform="translate(11 ${
-  (t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
-
-// Axes in a viewBox that is 340 wide; what is drawn joins `body`. Where the
-// axes are logarithmic, what lies above or below is drawn on the edge.
-export class Plot {
-  constructor({x, y, labels, box = [46, 332, 10, 298], height = 340, logarithmic = false}) {
-    const [l, r, t, b] = box, ticks = logarithmic ? logarithmicTicks : linearTicks;
-    const digits = logarithmic ? 3 : 6;
-    const part = logarithmic ? (v, [low, high]) => Math.log(v / low) / Math.log(high / low)
-                             : (v, [low, high]) => (v - low) / (high - low);
-    this.x = x;
-    this.y = y;
-    this.l = l;
-    this.r = r;
-    this.t = t;
-    this.b = b;
-    this.height = height;
-    this.X = v => round(l + part(v, x) * (r - l));
-    this.Y = v => {
-      const at = b - part(v, y) * (b - t);
-      return round(logarithmic ? Math.max(t, Math.min(b, at)) : at);
-    };
-    this.body = ticks(...x).map(v => column([t, b], this.X(v), clean(v, digits))).join("") +
-      ticks(...y).map(v => row([l, r], this.Y(v), clean(v, digits))).join("") +
-      `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${
-        escape(labels[0])}</text>` +
-      upright([t, b], labels[1]);
-  }
-
-  /** @param {any} point */
-  has([u, v]) { return u >= this.x[0] && u <= this.x[1] && v >= this.y[0] && v <= this.y[1]; }
-  path(points) {
-    return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join("");
-  }
-
-  line(points, colour, dash = "") {
-    this.body += `<path class="sos-line" style="stroke:var(${colour})" stroke-dasharray="${
-      dash}" d="${this.path(points)}"/>`;
-  }
-
-  rule(kind, [u0, u1], [v0, v1]) {
-    this.body += `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${
-      this.Y(v0)}" y2="${this.Y(v1)}"/>`;
-  }
-
-  // The style of an area hatched with the pattern of this name.
-  hatch(name) {
-    this.body +=
-      `<defs><pattern id="${
-        name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
-      `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
-    return `style="fill:url(#${name})"`;
-  }
-
-  absent(text, y) {
-    this.body += `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${
-      text}</text>`;
-  }
-
-  svg(label) {
-    return `<svg role="img" viewBox="0 0 340 ${this.height}" aria-label="${escape(label)}">${
-      this.body}</svg>`;
-  }
 }
 
 // ----------------------------------------------------------------- element

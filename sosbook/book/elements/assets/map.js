@@ -1,4 +1,5 @@
-import {announce, buttons, clean, controls, define, escape, gainRows, gains, number, options, PageElement, panel, panels, places, Plot, printed, READOUT, select, slider, steady} from "./kit.js";
+import {announce, buttons, clean, controls, define, escape, gainRows, gains, nearest, number, options, PageElement, panel, panels, places, printed, READOUT, select, slider, steady} from "./kit.js";
+import {Plot} from "./plot.js";
 import * as python from "./program.js";
 
 class FeasibilityMap extends PageElement {
@@ -32,10 +33,7 @@ class FeasibilityMap extends PageElement {
   }
 
   // A slider at the value next to this one.
-  put(key, value) {
-    const far = this.map[key].values.map(v => Math.abs(Math.log(v / value)));
-    this.control(key).value = far.indexOf(Math.min(...far));
-  }
+  put(key, value) { this.control(key).value = nearest(this.map[key].values, value); }
 
   get values() { return ["x", "y"].map((key, k) => this.map[key].values[this.place[k]]); }
 

@@ -1,7 +1,8 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, Plot, printed, READOUT, S_PLANE, select, slider, steady, uniform} from "./kit.js";
+import {announce, band, button, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
+import {Plot, S_PLANE} from "./plot.js";
 
 // Room for the longest of the words that a slider may show: its label doesn't break anew.
 const roomy = (input, texts) => {
@@ -43,8 +44,6 @@ export class Mover extends PageElement {
   markup() {
     const named = (control, more) =>
       ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-    const button = (key, text) => `<button type="button" class="sos-button sos-${
-      key}" data-lm-suppress-shortcuts="true">${text}</button>`;
     return (this.data.hint
                ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
                : "") +

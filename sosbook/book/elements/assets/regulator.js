@@ -1,7 +1,8 @@
-import {clean, define, gains, Plot, round, S_PLANE} from "./kit.js";
+import {clean, define, degrees, gains, nearest, round} from "./kit.js";
 import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, trace, transpose} from "./linalg.js";
 import {mark, Mover, range} from "./mover.js";
 import {linear, runge, slope, STEP, vertices} from "./pendulum.js";
+import {Plot, S_PLANE} from "./plot.js";
 
 const COLOURS = ["--sos-first", "--sos-second", "--sos-region", "--sos-third"];
 const METRE = 480, ROW = 76, LEFT = -14;  // units of the drawing a metre, a lane; 1/s
@@ -44,8 +45,8 @@ class Regulator extends Mover {
         from: `LQR of ${["the middle plant", "vertex 1", "vertex 4"][design]}, computed here`
       };
     }
-    const table = this.data.robust[law], near = table.R.map(x => Math.abs(Math.log(x / R)));
-    const i = near.indexOf(Math.min(...near)), j = table.spread.findIndex(s => s >= spread - 1e-9);
+    const table = this.data.robust[law], i = nearest(table.R, R);
+    const j = table.spread.findIndex(s => s >= spread - 1e-9);
     return {
       K: table.K[i][j],
       from: `Theorem 2.4 for all plants within ±${table.spread[j]} %, R = ${
@@ -165,12 +166,12 @@ class Regulator extends Mover {
     const at = Math.min(Math.round(time / STEP), loops[0].V.length - 1), {limit, mip} = this.data;
     loops.forEach(({theta, phi, V}, k) => {
       const group = this.view.querySelector(`[data-robot="${k}"]`);
-      const lean = Math.max(-96, Math.min(96, theta[at] * 180 / Math.PI));
+      const lean = Math.max(-96, Math.min(96, degrees(theta[at])));
       const x = Math.max(20, Math.min(320, 150 + METRE * mip.radius * phi[at]));
       const base = ROW * (k + 1) - 8;
       group.setAttribute("transform", `translate(${round(x)} ${base - 15})`);
       group.children[0].setAttribute("transform", `rotate(${round(lean)})`);
-      group.children[1].setAttribute("transform", `rotate(${round(phi[at] * 180 / Math.PI)})`);
+      group.children[1].setAttribute("transform", `rotate(${round(degrees(phi[at]))})`);
       this.view.querySelector(`[data-k="${k}"]`)
         .setAttribute("d", `M280 ${base - 52}h${round(45 * V[at] / limit)}`);
     });

@@ -1,5 +1,6 @@
-import {announce, capital, clean, controls, define, degrees, escape, gains, gaussian, PageElement, panel, panels, QUIET, READOUT, round, row, select, slider, steady, uniform, upright} from "./kit.js";
+import {announce, button, capital, clean, controls, define, degrees, escape, gains, gaussian, nearest, PageElement, panel, panels, QUIET, READOUT, round, select, slider, steady, uniform} from "./kit.js";
 import {runge, slope} from "./pendulum.js";
+import {row, upright} from "./plot.js";
 
 const HORIZON = 8, LENGTH = 30, WINDOW = 4;     // s
 const PUSH = 0.06, HEIGHT = 0.1, HALF = 0.017;  // N s; m, of the body above the axle
@@ -235,8 +236,6 @@ class Animation extends PageElement {
     const named = (key, more) => ({id: `${this.name}-${key}`, key, ...more});
     const choice = (key, label, all) =>
       select(named(key, {label, names: all.map(({name}) => name)}));
-    const button = (key, text) => `<button type="button" class="sos-button sos-${
-      key}" data-lm-suppress-shortcuts="true">${text}</button>`;
     const {laws, robots, sliders, T} = this.data;
     return controls("Setting",
              choice("law", "Law", laws) +
@@ -258,10 +257,7 @@ class Animation extends PageElement {
   change(key, value) {
     const {R} = this.law, wanted = R[this.place.R];
     this.place[key] = value;
-    if (key === "law") {  // the nearest R that is solved
-      const far = this.law.R.map(x => Math.abs(Math.log(x / wanted)));
-      this.place.R = far.indexOf(Math.min(...far));
-    }
+    if (key === "law") this.place.R = nearest(this.law.R, wanted);  // that is solved
     this.restart();
   }
 

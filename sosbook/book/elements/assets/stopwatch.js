@@ -1,6 +1,7 @@
 // How long a move takes on the reader's own computer: an explorer that moves by itself.
 import {Explorer} from "./explorer.js";
-import {clean, define, escape, number, Plot, QUIET, select} from "./kit.js";
+import {clean, define, escape, number, QUIET, select} from "./kit.js";
+import {Plot} from "./plot.js";
 
 const MOVES = 60, SHARE = 0.2, GOAL = 16;  // of a slider, up and down by this share; milliseconds
 
