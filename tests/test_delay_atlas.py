@@ -343,3 +343,12 @@ def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert_fits_a_phone(
         visit(sheet, width=390, height=844), "sos-delay", ["Decay rate δ", KIND]
     )
+
+
+def test_every_kind_of_delay_stays_within_its_interval():
+    for kind in DELAY_KINDS:
+        d = signal_of(kind, 0.5, 0.3)(np.linspace(0, 20, 2001))
+        assert 0.2 <= d.min() + 1e-12 and d.max() <= 0.8 + 1e-12
+        assert (np.ptp(d) > 0.4) == (kind != "constant")
+    with pytest.raises(ValueError, match="kind must be one of"):
+        signal_of("noisy", 0.5, 0.1)
