@@ -216,10 +216,8 @@ function inputBound({u_max, x0, minimize}, {back, near, scale}, N, m, ring) {
 function traceBound({cost, minimize}, channels, {own}, ring) {
   const {zeros, identity, place} = ring, one = identity(1), terms = [];
   for (let k = 0; k < channels; k++) {
-    terms.push([
-      "J", place(zeros(1, channels), 0, k, one, -0.5, own),
-      place(zeros(channels, 1), k, 0, one)
-    ]);
+    terms.push(
+      ["J", place(zeros(1, channels), 0, k, one, -0.5, own), place(zeros(channels, 1), k, 0, one)]);
   }
   const free = minimize === "cost";
   return {
