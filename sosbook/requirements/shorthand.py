@@ -139,7 +139,7 @@ def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
 
 
 def no_requirement(name, value):
-    """Raise a ValueError where a requirement stands in the place of a matrix, name."""
+    """Refuse a ``value`` that is a requirement in the place of a matrix, ``name``."""
     if isinstance(value, (Requirement, Region)):
         raise ValueError(
             f"{name} must be a matrix that picks the integrated errors, got "
