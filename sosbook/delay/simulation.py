@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..plants.checks import matrix
-from ..plants.response import times, vector
+from ..plants.response import Response, times, vector
 from ..plants.signals import signal_parts
 from .control_signal import GAUSS_POINTS, PARABOLAS, ControlSignal
 from .mesh import step_kinds, time_mesh
@@ -17,37 +17,27 @@ STEP_FRACTION = 0.04  # the default step, as a part of the shortest time scale
 
 
 @dataclass(frozen=True, eq=False)
-class DelayedResponse:
+class DelayedResponse(Response):
     """Signals of a loop with a delay; columns belong to the times t.
 
     Parameters
     ----------
-    t : (k,) array
-        Times, in seconds.
-    z, dz, e : (n, k) arrays
-        Displacement, velocity, error z - r.
+    t, z, dz, e
+        As in `Response`.
     u : (m, k) array
         What the controller asks for at t.
+    x, w
+        As in `Response`.
     applied : (m, k) array
         What reaches the plant at t: u(t - d(t)).
-    x, dx : (N, k) arrays
-        The state [z; z'; x3] and its derivative, from the right where
-        it jumps.
-    w : (p, k) array
-        The disturbance.
+    dx : (N, k) array
+        The derivative of the state, from the right where it jumps.
     d : (k,) array
         The delay, in seconds.
     """
 
-    t: np.ndarray
-    z: np.ndarray
-    dz: np.ndarray
-    e: np.ndarray
-    u: np.ndarray
     applied: np.ndarray
-    x: np.ndarray
     dx: np.ndarray
-    w: np.ndarray
     d: np.ndarray
 
 
@@ -174,7 +164,7 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
     dx = A @ x + B @ applied + columns[0, :, :1] + Bw @ values
     u, z = K @ x - (K[:, :n] @ r)[:, None], x[:n]
     return DelayedResponse(
-        t, z, x[n : 2 * n], z - r[:, None], u, applied, x, dx, values, delays
+        t, z, x[n : 2 * n], z - r[:, None], u, x, values, applied, dx, delays
     )
 
 
