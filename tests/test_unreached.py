@@ -9,7 +9,6 @@ import sosbook as sos
 from benchmarks.robustness import SYSTEMS, asked_in_units, in_units
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import UnreachedResponseRefusal
-from sosbook.synthesis import unreached
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.unreached import refuse_by_response
@@ -147,24 +146,3 @@ def test_an_output_that_is_always_zero_hides_nothing():
     design = sos.design_pid(plant, gamma=0.1)
     assert design.status == "infeasible"
     assert isinstance(design.infeasibility, UnreachedResponseRefusal)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_all_frequencies_are_looked_at_together(seed, monkeypatch):
-    """Each gives what it gives alone; more calls come from the search near a peak."""
-    calls, together = [], unreached._responses
-
-    def counted(loop, omegas):
-        calls.append((loop, np.asarray(omegas)))
-        return together(loop, omegas)
-
-    monkeypatch.setattr(unreached, "_responses", counted)
-    one, bound = plant(seed)
-    assert refuse_by_response(Request(one, gamma=0.5 * bound)).proven
-    (loop, omegas), (_, last) = calls
-    assert len(omegas) > unreached.FREQUENCIES and len(last) == 1
-    sizes, rows = together(loop, omegas)
-    for omega, size, row in zip(omegas, sizes, rows):
-        (alone,), (other,) = together(loop, [omega])
-        assert np.isclose(size, alone, rtol=1e-9)
-        assert abs(row @ other.conj()) > (1 - 1e-9) * (row @ row.conj()).real

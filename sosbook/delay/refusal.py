@@ -10,10 +10,11 @@ W' G W > 0 is necessary for G > 0.
 from dataclasses import replace
 
 import numpy as np
-from flint import fmpq, fmpq_mat
+from flint import fmpq
 from scipy.linalg import qr
 
 from ..exact.definite import exact, in_floats, inverse, round_digits
+from ..exact.rational import echelon
 from ..exact.repair import repair_multipliers
 from ..language import Unknown, block, he
 from ..solver.blocks import Blocks
@@ -224,15 +225,13 @@ def _kernel(rows):
     if not len(rows):
         return exact(np.eye(count))
     order = qr(rows.astype(float), mode="r", pivoting=True)[1]
-    turned = rows[:, order]
-    reduced, rank = fmpq_mat(*turned.shape, turned.ravel().tolist()).rref()
-    lead = [next(j for j in range(count) if reduced[i, j] != 0) for i in range(rank)]
+    reduced, lead = echelon(rows[:, order])
     rest = [j for j in range(count) if j not in lead]
     basis = exact(np.zeros((count, len(rest))))
     for column, j in enumerate(rest):
         basis[order[j], column] = fmpq(1)
         for i, k in enumerate(lead):
-            basis[order[k], column] = -reduced[i, j]
+            basis[order[k], column] = -reduced[i][j]
     if not rest:
         return basis
     size = 10.0 ** -np.floor(np.log10(abs(basis.astype(float)).max(axis=0)))

@@ -15,6 +15,7 @@ __all__ = [
     "decimal",
     "decimals",
     "digit_count",
+    "echelon",
     "exact",
     "exact_margin",
     "expanded",
@@ -198,6 +199,22 @@ def expanded(x):
     digits = str(abs(x * fmpq(10) ** places)).rjust(places + 1, "0")
     whole, decimals = digits[: len(digits) - places], digits[len(digits) - places :]
     return "-" * (x < 0) + whole + ("." + decimals if decimals else "")
+
+
+def echelon(x):
+    """The rows of the reduced echelon form of a matrix x, and their leading columns.
+
+    Entries of x are rationals, or floats that are read as decimals.
+
+    Examples
+    --------
+    >>> rows, lead = echelon(np.array([[0.0, 2.0, 4.0], [0.0, 0.1, 0.2]]))
+    >>> [[str(e) for e in row] for row in rows], lead
+    ([['0', '1', '2']], [1])
+    """
+    reduced, rank = _matrix(x if x.dtype == object else exact(x)).rref()
+    rows = reduced.table()[:rank]
+    return rows, [next(j for j, e in enumerate(row) if e != 0) for row in rows]
 
 
 def decimals(x):

@@ -1,10 +1,11 @@
 """Why no acceleration gain meets Lemma 2.1, in exact arithmetic."""
 
 import numpy as np
-from flint import fmpq, fmpq_mat
+from flint import fmpq
 from scipy.linalg import eigh
 
 from ..exact.definite import exact, round_digits
+from ..exact.rational import echelon
 from ..exact.repair import repair_multipliers
 from ..language import Unknown, he
 from .regularity import least_mass, mass_pairs, mass_refusal
@@ -37,7 +38,7 @@ def refuse_regular(plant, beta, multipliers):
     if not blocks:
         return None
     flat = np.hstack([g.jacobian(K_A).reshape(K_A.size, -1) for g in blocks])
-    free = _leading(_rational(flat.T))  # independent entries of K_A
+    _, free = echelon(flat.T)  # independent entries of K_A
     repaired = repair_multipliers(blocks, [K_A], W, free=free)
     if repaired is None:
         return None
@@ -45,27 +46,11 @@ def refuse_regular(plant, beta, multipliers):
     return mass_refusal(plant, beta, Z)
 
 
-def _rational(x):
-    entries = x.flat if x.dtype == object else exact(x).flat
-    return fmpq_mat(*x.shape, [fmpq(1) * e for e in entries])
-
-
-def _leading(x):
-    """Columns that carry a leading one in the row echelon form."""
-    rows = x.rref()[0].table()
-    return [
-        next(j for j, e in enumerate(row) if e != 0)
-        for row in rows
-        if any(e != 0 for e in row)
-    ]
-
-
 def null_basis(B):
     """Exact basis of the directions v with B' v = 0, as columns."""
-    leading = _leading(_rational(B.T))
-    rows = _rational(B.T).rref()[0].table()
+    rows, leading = echelon(B.T)
     free = [j for j in range(len(B)) if j not in leading]
-    N = np.full((len(B), len(free)), fmpq(0), dtype=object)
+    N = exact(np.zeros((len(B), len(free))))
     for k, j in enumerate(free):
         N[j, k] = fmpq(1)
         for row, i in zip(rows, leading):

@@ -1,13 +1,19 @@
 """A response that no input reaches: a gamma below it is excluded for every gain."""
 
 import numpy as np
-from flint import fmpq_mat
 from scipy.linalg import qr
 from scipy.optimize import minimize_scalar
 
 from ..exact.definite import exact, round_digits
 from ..exact.proof import Examined
-from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..exact.rational import (
+    decimal,
+    decimals,
+    echelon,
+    fraction,
+    rational_matrix,
+    read_number,
+)
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
 from ..runtime.time_limit import check_time
@@ -254,10 +260,7 @@ def _largest(M, axis):
 
 def _completed(system, x):
     """The solution of ``system`` x = 0 with what is free taken from x."""
-    reduced, rank = fmpq_mat([list(row) for row in system]).rref()
-    rows = reduced.table()[:rank]
-    lead = [next(j for j, e in enumerate(row) if e != 0) for row in rows]
-    x = list(x)
+    (rows, lead), x = echelon(system), list(x)
     others = [j for j in range(len(x)) if j not in set(lead)]
     for j, row in zip(lead, rows):
         x[j] = -sum((row[k] * x[k] for k in others if row[k] != 0), start=exact(0.0))
