@@ -19,7 +19,7 @@ import sosbook as sos
 from sosbook.delay.request import DelayRequest
 from sosbook.lmi.problem import LMIProblem
 from sosbook.plants.descriptor import descriptors
-from sosbook.solver.centre import margin
+from sosbook.solver.loop import margin
 from sosbook.synthesis.observer_problem import ObserverProblem
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs

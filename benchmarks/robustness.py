@@ -42,7 +42,7 @@ from tqdm import tqdm
 import sosbook as sos
 from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.runtime import time_limit
-from sosbook.solver.centre import Blocks
+from sosbook.solver.blocks import Blocks
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame

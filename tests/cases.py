@@ -3,6 +3,11 @@
 import numpy as np
 
 import sosbook as sos
+from sosbook.solver.settings import Settings
+
+#: Newton's equations by conjugate gradients wherever they fit, and nowhere.
+GRADIENTS = Settings(iterations_per_variable=np.inf)
+DENSE = Settings(iterations_per_variable=0.0)
 
 
 def chain(n):

@@ -25,7 +25,8 @@ import sosbook as sos
 from sosbook.lmi import Unknown
 from sosbook.lmi.cones import clarabel_minimize
 from sosbook.plants.descriptor import descriptors
-from sosbook.solver.centre import Blocks, margin
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.loop import margin
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 

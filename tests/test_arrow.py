@@ -15,6 +15,7 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.dense import Dense
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton
+from sosbook.solver.settings import Settings
 from sosbook.solver.structure import UnknownLayout
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
@@ -44,11 +45,15 @@ def compiled(plant, asked):
     return Blocks.of(expressions.values(), unknowns), unknowns
 
 
+#: So few products that every arrow pays, and the best one most.
+FEW = property(lambda arrow, count=Arrow.products.fget: count(arrow) / 1e9)
+
+
 @pytest.fixture
 def always(monkeypatch):
     """An arrow wherever there is one."""
-    for work in ("factor_work", "dense_work"):
-        monkeypatch.setattr(f"sosbook.solver.arrow.{work}", lambda stacked: np.inf)
+    monkeypatch.setattr(Arrow, "products", FEW)
+    monkeypatch.setattr(Blocks, "settings", Settings(arrow_from_variables=0))
 
 
 @pytest.fixture
@@ -234,10 +239,9 @@ def test_few_vertices_take_the_whole_matrix_and_many_an_arrow():
 def both(monkeypatch, plant, asked):
     """The design with an arrow, and without."""
     found = []
-    for work in (np.inf, 0.0):
-        for name in ("factor_work", "dense_work"):
-            place = f"sosbook.solver.arrow.{name}"
-            monkeypatch.setattr(place, lambda stacked, work=work: work)
+    monkeypatch.setattr(Arrow, "products", FEW)
+    for least in (0, 10**9):
+        monkeypatch.setattr(Blocks, "settings", Settings(arrow_from_variables=least))
         found.append(sos.design_pid(plant, **asked))
     return found
 
@@ -268,7 +272,8 @@ def test_a_matrix_too_large_to_be_whole_is_an_arrow(monkeypatch):
     newton = Newton(compiled(plant, asked)[0])
     between = newton.variables // 2
     assert newton._arrow.entries < 0.9 * between**2
-    monkeypatch.setattr("sosbook.solver.newton.MOST_DENSE_VARIABLES", between)
+    limited = Settings(most_dense_variables=between)
+    monkeypatch.setattr(Blocks, "settings", limited)
     assert sos.design_pid(plant, **asked).status == "feasible"
     monkeypatch.setattr("sosbook.solver.newton.arrow_of", lambda stacked: None)
     refused = sos.design_pid(plant, **asked)

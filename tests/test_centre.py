@@ -11,19 +11,13 @@ from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.cones import cvxpy_constraints
+from sosbook.solver import barrier as barrier_module
 from sosbook.solver.barrier import Barrier
-from sosbook.solver.bounded import any_centre
-from sosbook.solver.centre import (
-    STEPS_TO_RAYS,
-    Blocks,
-    Unbounded,
-    centre,
-    lower_on_ray,
-    minimize,
-    phase_one,
-)
+from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
+from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
 from sosbook.solver.newton import newton_of
+from sosbook.solver.settings import DEFAULTS, Settings
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.slack import with_slack
@@ -71,48 +65,9 @@ def test_a_long_valley_takes_few_steps(family, size):
     assert np.abs(newton.adjoint(W) / scale).max() < 1e-9
 
 
-def barrier_at(newton, x):
-    """-sum log det of all blocks."""
-    return -sum(
-        s.weight * np.linalg.slogdet(g)[1].sum()
-        for s, g in zip(newton.stacks, newton.at(x))
-    )
-
-
-@pytest.mark.parametrize("family, size, most", [("tree", 6, 9), ("tied masses", 2, 6)])
-def test_a_start_of_the_wrong_size_costs_no_steps(family, size, most):
-    """Without the ray it takes 15 and 8 steps: each of the first doubles x."""
-    request = case(family, size).request
-    first = search(with_slack(request) if request.coupling == "slack" else request)
-    blocks, decrements = first.problem.compiled, []
-    x = first.problem.packed(first.values)
-    nearer = lower_on_ray(blocks, x)
-    ratio = nearer @ x / (x @ x)
-    assert ratio > 10 and np.allclose(nearer, ratio * x, rtol=1e-12)
-    newton = newton_of(blocks)
-    assert newton.least(nearer).min() > 0
-    assert barrier_at(newton, nearer) < barrier_at(newton, x)
-    found = centre(blocks, nearer, lambda state: decrements.append(state["decrement"]))
-    assert len(decrements) <= most
-    size = np.abs(found).max()
-    assert np.allclose(found, centre(blocks, x), rtol=0, atol=1e-8 * size)
-
-
-def test_only_a_ray_that_ends_is_followed():
-    P = Unknown("P", 2, symmetric=True)
-    cone = Blocks.of([P], [P])
-    one = P.pack(np.eye(2))
-    assert lower_on_ray(cone, one) is one
-    between = Blocks.of([P, 1e3 * eye(2) - P], [P])  # the centre is 500 I
-    for start, low, high in [(1, 450, 550), (999, 450, 550), (400, 400, 400)]:
-        nearer = P.unpack(lower_on_ray(between, float(start) * one))
-        assert np.allclose(nearer, nearer[0, 0] * np.eye(2), rtol=1e-12)
-        assert low <= nearer[0, 0] <= high
-
-
 def test_phase_one_begins_at_a_start_that_hardly_any_block_excludes(monkeypatch):
     """However far away: there blocks are larger, and so is what one lacks."""
-    module, begun = importlib.import_module("sosbook.solver.phase_one"), []
+    module, begun = importlib.import_module("sosbook.solver.loop"), []
     plain = module.maximize_t
 
     def maximize_t(newton, x, **options):
@@ -133,7 +88,7 @@ def test_phase_one_begins_at_a_start_that_hardly_any_block_excludes(monkeypatch)
 
 
 @pytest.mark.parametrize("answer", ["inside", "nothing"])
-def test_another_point_is_asked_for_where_newton_creeps(answer, monkeypatch):
+def test_another_point_is_asked_for_where_newton_is_slow(answer):
     """The centre of P and 1e3 I - P is 500 I; all first steps are said to creep."""
     P = Unknown("P", 2, symmetric=True)
     blocks = Blocks.of([P, 1e3 * eye(2) - P], [P])
@@ -143,34 +98,17 @@ def test_another_point_is_asked_for_where_newton_creeps(answer, monkeypatch):
         asked.append(newton_of(blocks).least(x).min() > 0)
         return inside if answer == "inside" else None
 
-    monkeypatch.setattr("sosbook.solver.centre.STEPS_ALONE", 1)
+    blocks.settings = Settings(steps_alone=1)
     start = P.pack(np.diag([1.0, 998.0]))
     found = centre(blocks, start, elsewhere=elsewhere)
     assert asked == [True]
     assert np.allclose(P.unpack(found), 500 * np.eye(2))
 
 
-def test_a_bounded_cone_is_entered_along_its_ray(monkeypatch):
-    """Without the ray it takes 6 steps."""
-    first = search(case("free chain", 8).request)
-    blocks, step, taken = first.problem.compiled, Barrier.step, []
-
-    def counted(self, *args):
-        taken.append(args)
-        return step(self, *args)
-
-    monkeypatch.setattr(Barrier, "step", counted)
-    x = any_centre(blocks, first.problem.unknowns, first.problem.packed(first.values))
-    assert len(taken) <= 5
-    assert newton_of(blocks).least(x).min() > 0
-
-
 @pytest.mark.parametrize(
     "ask",
     [
         lambda barrier, x: barrier.step(x, 0 * x),
-        lambda barrier, x: barrier.settle(x, 0 * x),
-        lambda barrier, x: barrier.on_ray(x),
         lambda barrier, x: barrier.recedes(x, [x]),
         lambda barrier, x: barrier.multipliers(x),
     ],
@@ -190,26 +128,10 @@ def test_a_plant_at_its_edge_gets_an_answer_in_small_units():
     assert sos.design_pid(plant, **asked).status in ("feasible", "undecided")
 
 
-def test_the_last_steps_keep_their_matrix(monkeypatch):
-    """They leave what new ones leave."""
-    request = case("grounded chain", 4).request
-    first = search(request)
-    blocks = first.problem.compiled
-    x = first.problem.packed(first.values)
-    steps = []
-    found = centre(blocks, x, steps.append)
-    monkeypatch.setattr(Barrier, "settle", lambda self, x, *_: (x, False))
-    more = []
-    again = centre(blocks, x, more.append)
-    assert len(steps) < len(more)
-    assert np.allclose(found, again, rtol=0, atol=1e-9 * np.abs(again).max())
-
-
 def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
     """Near a centre each step squares it; else nothing is found by waiting."""
     taken = iter([3.0, 0.2, 2e-4, 4e-4, 1e-2, 0.1, 0.2, 1e-9])
     monkeypatch.setattr(Barrier, "step", lambda self, x, *_: (x, next(taken)))
-    monkeypatch.setattr(Barrier, "settle", lambda self, x, *_: (x, False))
     disk = sos.solver.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
     with pytest.raises(Unbounded):
         centre(disk, np.zeros(1))
@@ -245,7 +167,7 @@ def test_a_set_without_end_is_seen_before_rounding_hides_it(monkeypatch):
     monkeypatch.setattr(
         Barrier, "step", lambda self, *x: taken.append(1) or step(self, *x)
     )
-    monkeypatch.setattr("sosbook.solver.centre.near_centre", lambda *_: pytest.fail())
+    monkeypatch.setattr("sosbook.solver.loop.near_centre", lambda *_: pytest.fail())
     monkeypatch.setattr("sosbook.synthesis.centre.LARGE_BOUNDS", ())
     design = sos.design_pid(
         plant, region=sos.PoleRegion(0.04, rho=30), saturation=sos.Saturation(30.0, x0)
@@ -263,12 +185,12 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
     steps = []
     if settled:
         with pytest.raises(Unbounded):
-            centre(blocks, x, steps.append, rays=problem.rays)
-        assert len(steps) < STEPS_TO_RAYS  # long ones
+            centre(blocks, x, steps.append, directions=problem.free_directions)
+        assert len(steps) < DEFAULTS.steps_before_directions  # long ones
         with pytest.raises(Unbounded):  # without a hint
             centre(blocks, x)
     else:  # no ray
-        found = centre(blocks, x, rays=problem.rays)
+        found = centre(blocks, x, directions=problem.free_directions)
         assert (found == centre(blocks, x)).all()
     design = sos.design_pid(plant, **asked)
     assert design.status == "feasible" and design.certify().proven
@@ -280,11 +202,12 @@ def test_rays_are_judged_as_points_far_away_on_them(sigma, monkeypatch):
     plant, asked = settled_modes(sigma, n=6)
     problem = search(Request(plant, **asked)).problem
     blocks, x = problem.compiled, problem.packed(problem.find().values)
-    barrier, asked_for, rates = Barrier(newton_of(blocks)), [], Barrier._rates
+    barrier, asked_for = Barrier(newton_of(blocks)), []
+    rates = barrier_module._rates
     monkeypatch.setattr(
-        Barrier, "_rates", lambda self, d: asked_for.append(1) or rates(self, d)
+        barrier_module, "_rates", lambda d: asked_for.append(1) or rates(d)
     )
-    rays = list(problem.rays())
+    rays = list(problem.free_directions())
     stay = [
         min(np.linalg.eigvalsh(g)[0] for g in blocks(x + 1e6 * d)) > 0 for d in rays
     ]
@@ -298,7 +221,7 @@ def test_a_ray_that_leaves_the_set_is_not_believed():
     shift = np.array([[3.0], [4.0]])
     ball = block([[np.eye(2), (x - shift) / 1e9], [(x - shift).T / 1e9, eye(1)]])
     far = np.array([0.999e9, 0.0])
-    found = centre(Blocks.of([ball], [x]), far, rays=lambda: np.eye(2))
+    found = centre(Blocks.of([ball], [x]), far, directions=lambda: np.eye(2))
     assert np.allclose(found, [3, 4], atol=1)
 
 

@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.lmi import Unknown
 from sosbook.lmi.cones import clarabel_minimize, clarabel_phase_one
-from sosbook.solver.centre import Blocks
+from sosbook.solver.blocks import Blocks
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.cases import random_request

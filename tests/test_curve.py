@@ -6,8 +6,8 @@ import pytest
 import sosbook as sos
 from benchmarks.catalogue import case
 from sosbook.solver.barrier import Barrier
-from sosbook.solver.centre import centre, lower_on_ray
-from sosbook.solver.curve import FEW_TERMS, MOST_TERMS, Curve
+from sosbook.solver.curve import Curve
+from sosbook.solver.loop import centre
 from sosbook.solver.newton import newton_of
 from sosbook.solver.stacks import gram
 from sosbook.synthesis.feasibility import search
@@ -50,15 +50,14 @@ def test_the_gradient_shrinks_evenly(family, size, times):
     x = first.problem.packed(first.values)
     radius = None if times is None else times * np.linalg.norm(x)
     curve = curve_at(newton, x, radius=radius)
-    many = not family.endswith("springs")  # there a term takes as long as a matrix
-    assert len(curve.terms) == (MOST_TERMS if many else FEW_TERMS)
+    assert len(curve.terms) == newton.settings.most_terms
     start, left = gradient(newton, x, radius), []
     for s in (0.02, 0.04):
         there = gradient(newton, curve(s / (1 - s * curve.rho)), radius)
         left.append(np.abs(there - (1 - s) * start).max() / np.abs(start).max())
-    # twice the way leaves about 2^8 times as much (2^3), or what rounding leaves
-    assert left[1] < (1e-7 if many else 1e-3)
-    assert left[0] < left[1] / (50 if many else 5) or left[0] < 1e-11
+    # twice the way leaves about 2^8 times as much, or what rounding leaves
+    assert left[1] < 2e-7
+    assert left[0] < left[1] / 50 or left[0] < 1e-11
 
 
 def test_a_short_sum_ends_early():
@@ -103,8 +102,10 @@ def test_long_valleys_take_few_steps(n):
         plant, asked = valley(seed, n)
         first = search(Request(plant, **asked))
         blocks, steps = first.problem.compiled, []
-        x = lower_on_ray(blocks, first.problem.packed(first.values))
-        found = centre(blocks, x, steps.append, rays=first.problem.rays)
+        x = first.problem.packed(first.values)
+        found = centre(
+            blocks, x, steps.append, directions=first.problem.free_directions
+        )
         assert len(steps) <= 13
         newton = newton_of(blocks)
         roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(found)]

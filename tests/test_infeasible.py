@@ -11,7 +11,7 @@ from sosbook import counterexamples
 from sosbook.exact.definite import exact
 from sosbook.proofs.check import check
 from sosbook.runtime.time_limit import OutOfTime
-from sosbook.solver.centre import Blocks
+from sosbook.solver.blocks import Blocks
 from sosbook.studies.maps import edge, feasibility_map
 from sosbook.synthesis import centre, cutting, objectives
 from sosbook.synthesis.feasibility import closer

@@ -13,15 +13,14 @@ import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.bounded import any_centre, bounded
-from sosbook.solver.centre import centre, phase_one
-from sosbook.solver.congruence import Congruence
+from sosbook.solver.loop import centre, phase_one
 from sosbook.solver.modal import _Conjugates
 from sosbook.solver.newton import Newton, newton_of
-from sosbook.solver.stacks import Stacked, gram
+from sosbook.solver.settings import Settings
 from sosbook.solver.sums import Sums
-from sosbook.solver.work import hessian_work, iteration_work, sums_work, table_work
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests.cases import DENSE, GRADIENTS
 
 FREE_CHAIN = """
 import resource, sys
@@ -60,7 +59,7 @@ def lyapunov(A):
 
 
 @pytest.mark.parametrize("length", [1e-6, 1.0, 1e6])
-def test_the_lid_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
+def test_the_bound_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
     """No phase one: it would begin anew."""
     monkeypatch.setattr("sosbook.solver.bounded.phase_one", None)
     A = np.array([[0.0, 1.0], [-2.0, -1.0]])
@@ -94,18 +93,15 @@ def some_plant(rng, n):
     return plant, asked
 
 
-@pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("n", range(3, 9))
-def test_both_ways_take_the_same_newton_step(n, single, monkeypatch):
-    """Whatever the plant, the region and the precision of the products."""
+def test_both_ways_take_the_same_newton_step(n, monkeypatch):
+    """Whatever the plant and the region."""
     rng = np.random.default_rng(n)
     blocks = request_of(*some_plant(rng, n))
     lifts = [-np.eye(len(c)) for c in blocks.constants]
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: 0.0)
+    monkeypatch.setattr(Blocks, "settings", DENSE)
     dense = Newton(blocks).joined(lifts)
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
-    work = np.inf if single else 0.0
-    monkeypatch.setattr("sosbook.solver.newton.products_work", lambda stacked: work)
+    monkeypatch.setattr(Blocks, "settings", GRADIENTS)
     iterative = Newton(blocks).joined(lifts)
     assert iterative.iterative and not dense.iterative
     x = rng.standard_normal(dense.variables) / 10
@@ -125,16 +121,14 @@ def chain_of(n):
 
 
 def centre_of(request, conjugate, monkeypatch):
-    """The centre's x, and how many iterations of conjugate gradients it took."""
-    work = np.inf if conjugate else 0.0
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: work)
+    """The centre's x, by conjugate gradients or by a dense matrix."""
+    monkeypatch.setattr(Blocks, "settings", GRADIENTS if conjugate else DENSE)
     blocks = request_of(*request)
     x = phase_one(blocks).x
     newton = newton_of(blocks)
-    newton.iterations.clear()
     found = centre(blocks, x)
     assert newton.iterative == conjugate
-    return found, sum(newton.iterations)
+    return found
 
 
 def net(rng, n):
@@ -151,25 +145,14 @@ def net(rng, n):
 
 @pytest.mark.parametrize("n", [4, 6, 9, 13])
 def test_conjugate_gradients_find_the_centre_of_the_dense_matrix(n, monkeypatch):
-    """Steps of multipliers, too, spare them iterations far from it."""
     request = net(np.random.default_rng(n), n)
-    wanted, _ = centre_of(request, False, monkeypatch)
-    found, few = centre_of(request, True, monkeypatch)
+    wanted = centre_of(request, False, monkeypatch)
+    found = centre_of(request, True, monkeypatch)
     assert_allclose(found, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
-    monkeypatch.setattr("sosbook.solver.centre._approached", lambda newton, x, rays: x)
-    alone, many = centre_of(request, True, monkeypatch)
-    assert_allclose(alone, wanted, rtol=0, atol=1e-4 * abs(wanted).max())
-    assert few < many
 
 
-def test_counted_work_grows_and_decides():
-    """A table and a matrix for the small, products and gradients for the large."""
+def test_few_variables_have_a_table_and_a_matrix_and_many_have_neither():
     stacked = [Newton(request_of(*chain_of(n))) for n in (2, 6, 10, 14, 24)]
-    for work in (table_work, sums_work, hessian_work, iteration_work):
-        amounts = [work(s) for s in stacked[1:]]  # the first one's aren't folded
-        assert amounts == sorted(amounts)
-    patience = [hessian_work(s) / iteration_work(s) for s in stacked]
-    assert patience == sorted(patience)
     tables = [not isinstance(s.values, Sums) for s in stacked]
     assert tables[0] and not any(tables[2:])
     iterative = [s.iterative for s in stacked]
@@ -180,7 +163,7 @@ def test_a_matrix_takes_over_where_gradients_take_longer(monkeypatch):
     """No iteration is taken that costs more than the matrix: the answer stays."""
     plant, asked = chain_of(6)
     wanted = sos.design_pid(plant, **asked).K
-    monkeypatch.setattr("sosbook.solver.newton.EXPECTED_ITERATIONS", 0)
+    monkeypatch.setattr(Blocks, "settings", Settings(expected_iterations=0))
     made, init = [], Newton.__init__
 
     def remembered(self, *args, **words):
@@ -192,14 +175,6 @@ def test_a_matrix_takes_over_where_gradients_take_longer(monkeypatch):
     assert any(newton.iterations for newton in made)
     assert not all(newton.iterative for newton in made if newton.iterations)
     assert_allclose(found, wanted, atol=1e-6 * abs(wanted).max())
-
-
-def test_shared_left_factors_are_few():
-    """Half-plane, sector and disk are made of A and E, and of B."""
-    blocks = request_of(*chain_of(5))
-    sums = Sums(Stacked(blocks))
-    assert max(len(tall) for tall in sums.lefts) == 2 * 10
-    assert len(sums.rights) <= 3
 
 
 def test_pairs_of_a_real_schur_form_make_a_complex_one():
@@ -215,43 +190,3 @@ def test_pairs_of_a_real_schur_form_make_a_complex_one():
     wanted = (U @ X @ U.conj().T).real
     assert_allclose(Q @ pairs.real_both(X) @ Q.T, wanted, atol=1e-5)
     assert_allclose(pairs.real_rows(X) @ Q.T, (X @ U.conj().T).real, atol=1e-5)
-
-
-def test_congruent_blocks_have_the_products_of_the_blocks():
-    """E of each plant is taken out of products, at some cost of digits alone."""
-    rng = np.random.default_rng(6)
-    springs = [np.diag(rng.uniform(1, 2, 6)) for _ in range(2)]
-    plants = [
-        sos.SecondOrderSystem(np.diag(m), 0.1 * S, S, np.eye(6)[:, :2], np.ones((6, 1)))
-        for S, m in zip(springs, rng.uniform(0.99, 1.01, (2, 6)))
-    ]
-    region = sos.PoleRegion(0.01, np.radians(88), 8)
-    asked = dict(region=region, gamma=50.0)
-    newton = Newton(request_of(sos.Polytope(plants), asked))
-    newton = newton.joined([np.diag(np.arange(q) + 1.0) for q in sizes_of(newton)])
-    own, congruence = Sums(newton), Congruence(newton)
-    assert len(congruence.sums.rights) < len(own.rights)
-    x = rng.standard_normal(newton.variables)
-    W = [rng.standard_normal(g.view(float).shape).view(g.dtype) for g in newton.at(x)]
-    W = gram(W)
-    wanted = own.adjoint([w @ g @ w for w, g in zip(W, own.along(x))])
-    V, changes = congruence.metric(W), congruence.sums.along(x)
-    for v, g in zip(V, changes):
-        assert v.dtype == g.dtype and v.real.dtype == np.float32
-    found = congruence.sums.adjoint([v @ g @ v for v, g in zip(V, changes)])
-    assert_allclose(found, wanted, atol=1e-5 * abs(wanted).max())
-
-
-def sizes_of(newton):
-    """Rows of each block in the order of the blocks, folded ones whole."""
-    rows = {}
-    for s in newton.stacks:
-        rows |= {i: k * s.weight for i, k in zip(s.indices, s.sizes)}
-    return [rows[i] for i in range(len(rows))]
-
-
-def test_a_direction_in_single_precision_stays_in_it():
-    """Half of the memory and time: no product is widened on the way."""
-    layout = Stacked(request_of(*chain_of(3))).layouts[0]
-    assert layout.symmetric
-    assert layout.matrix(np.zeros(layout.size, np.float32)).dtype == np.float32

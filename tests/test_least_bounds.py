@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.solver.centre import Unbounded
+from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import objectives
 from tests.random_plants import ODD_POWERS
 from tests.test_same_physics import as_units, random_plant

@@ -29,7 +29,8 @@ from sosbook.pendulum.recovery import recover
 from sosbook.pendulum.srivc import respond
 from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
-from sosbook.solver.centre import Blocks, centre, phase_one
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.loop import centre, phase_one
 from tests.gains import named
 from tests.test_page_elements import stored
 

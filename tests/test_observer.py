@@ -9,7 +9,7 @@ import sosbook as sos
 from sosbook import design_observer, observer_loop
 from sosbook.lmi.solution import LMISolution
 from sosbook.plants.descriptor import descriptors, mean_descriptor
-from sosbook.solver.centre import Unbounded
+from sosbook.solver.loop import Unbounded
 from sosbook.solver.newton import Newton
 from sosbook.synthesis import observer
 

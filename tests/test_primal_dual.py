@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import block_diag, sqrtm
 
 from sosbook.lmi import Unknown, eye, he
-from sosbook.solver.centre import Blocks
+from sosbook.solver.blocks import Blocks
 from sosbook.solver.newton import newton_of
 from sosbook.solver.primal_dual import _direction, _Scaling
 
@@ -161,6 +161,7 @@ def test_the_affine_step_leaves_its_own_second_order_term_alone(n, seed):
         inner=newton.inner,
         degree=newton.degree,
         iterative=True,
+        settings=newton.settings,
     )
     _, *step, _ = found(plain, x, S, Z, cost, target)
     dS, dZ = about.scaled(*step)

@@ -10,7 +10,9 @@ from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.runtime.time_limit import OutOfTime, time_limit
-from sosbook.solver.centre import Unbounded
+from sosbook.solver.blocks import Blocks
+from sosbook.solver.loop import Unbounded
+from sosbook.solver.settings import Settings
 
 A = np.array([[0.0, 1.0], [-2.0, -3.0]])
 B = np.array([[0.0], [1.0]])
@@ -271,7 +273,7 @@ def test_time_and_memory_end(monkeypatch):
     inside = {"P": 2 * solve_continuous_lyapunov(A, -np.eye(2))}
     stopped = late.minimize({"P": np.eye(2)}, start=inside)
     assert stopped.note.startswith("stopped") and stopped.bound is None
-    monkeypatch.setattr("sosbook.solver.newton.MOST_DENSE_VARIABLES", 1)
+    monkeypatch.setattr(Blocks, "settings", Settings(most_dense_variables=1))
     full = lyapunov(A).solve()
     assert full.status == "undecided" and "too many for a dense matrix" in full.reason
 

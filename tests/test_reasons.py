@@ -12,7 +12,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.runtime.time_limit import OutOfTime
-from sosbook.solver.centre import Unbounded
+from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import feasibility, objectives, reasons, regularization, slack
 
 ONE = [[1.0]]

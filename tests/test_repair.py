@@ -10,7 +10,7 @@ from sosbook.exact.definite import adjoint, exact, in_floats, positive
 from sosbook.exact.repair import _parts, repair_multipliers
 from sosbook.lmi import Unknown, he
 from sosbook.solver.blocks import Blocks
-from sosbook.solver.centre import phase_one
+from sosbook.solver.loop import phase_one
 from tests.test_arrow import springs
 
 

@@ -8,16 +8,17 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.solver import stacks as stacks_module
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton, newton_of
+from sosbook.solver.settings import Settings
 from sosbook.solver.stacks import Stacked, _Table, gram
 from sosbook.solver.structure import structure
 from sosbook.solver.sums import Sums
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
+from tests.cases import DENSE, GRADIENTS
 
 EXAMPLES = {
     f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
@@ -60,16 +61,18 @@ def lifted(blocks, x):
     return lift, slopes, G
 
 
-WAYS = {"sums_work": Sums, "table_work": _Table}
+WAYS = {0: Sums, np.inf: _Table}
 
 
 @pytest.fixture(params=WAYS)
 def way(request, monkeypatch):
-    """One way to the values of blocks, as if it took no time."""
-    for work in WAYS:
-        seconds = 0 if work == request.param else np.inf
-        monkeypatch.setattr(stacks_module, work, lambda stacked, s=seconds: s)
+    """One way to the values of blocks: so large a table is held."""
+    monkeypatch.setattr(Blocks, "settings", table_of(request.param))
     return WAYS[request.param]
+
+
+def table_of(entries):
+    return Settings(table_per_product=entries, most_table_entries=entries)
 
 
 def test_values_and_gradients_are_those_of_the_slopes(case, way):
@@ -117,8 +120,7 @@ def test_the_adjoint_of_expressions_is_that_of_the_slopes(case):
     assert "slopes" not in vars(fresh)
 
 
-def test_the_hessian_is_that_of_the_slopes(case, monkeypatch):
-    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
+def test_the_hessian_is_that_of_the_slopes(case):
     blocks, x = case
     lift, slopes, G = lifted(blocks, x)
     W = [np.linalg.inv(g) for g in G]
@@ -155,31 +157,16 @@ def test_a_row_is_a_block_of_one_entry(case, way):
     assert_allclose(Hessian(stacked)(roots), plain, atol=1e-11 * abs(plain).max())
 
 
-def test_slabs_are_the_same_matrix(case, monkeypatch):
+def test_slabs_are_the_same_matrix(case):
     """Unknowns of many rows are taken row by row."""
     blocks, x = case
     stacked = Stacked(blocks)
     rng = np.random.default_rng(2)
     roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
     at_once = Hessian(stacked)(roots)
-    monkeypatch.setattr("sosbook.solver.kronecker.SLABS_FROM_ROWS", 1)
+    stacked.settings = Settings(slabs_from_rows=1)
     in_slabs = Hessian(stacked)(roots)
     assert_allclose(in_slabs, at_once, rtol=0, atol=1e-13 * abs(at_once).max())
-
-
-def test_large_pairs_alone_are_the_same_matrix(case, monkeypatch):
-    """Beside each other in batches, or one pair of unknowns after the other."""
-    blocks, x = case
-    stacked = Stacked(blocks)
-    rng = np.random.default_rng(2)
-    roots = [rng.standard_normal(s.constant.shape) for s in stacked.stacks]
-    together = Hessian(stacked)
-    assert together.pairs.batches and not together.pairs.alone
-    monkeypatch.setattr("sosbook.solver.kronecker.BATCH_ENTRIES", 0)
-    alone = Hessian(stacked)
-    assert alone.pairs.alone and not alone.pairs.batches
-    together, alone = together(roots), alone(roots)
-    assert_allclose(alone, together, rtol=0, atol=1e-13 * abs(together).max())
 
 
 def test_sizes_are_those_of_the_slopes(case, way):
@@ -189,43 +176,6 @@ def test_sizes_are_those_of_the_slopes(case, way):
             (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0)
         )
         assert (abs(np.log2(size * d**2)) <= 1 + 1e-9).all()
-
-
-def test_the_sector_is_one_hermitian_block():
-    """(2.20): twice the size, each eigenvalue twice."""
-    ex = sos.thesis.example_1()
-    asked = Request(ex.plant, U=ex.U, region=sos.PoleRegion(theta=0.7))
-    expressions, unknowns = asked.in_unknowns(Frame.of(asked))
-    _, _, parts = structure(expressions.values(), unknowns)
-    folded = dict(zip(expressions, parts))["sector"]
-    assert folded.weight == 2
-    assert folded.constant.shape == (6, 6)
-    assert len(folded.products) == 2  # one in P, one in Y
-    blocks = Blocks.of(expressions.values(), unknowns)
-    x = np.random.default_rng(0).standard_normal(blocks.variables)
-    plain = blocks(x)[list(expressions).index("sector")]
-    twice = np.linalg.eigvalsh(plain)
-    assert_allclose(twice[::2], twice[1::2], atol=1e-12 * abs(twice).max())
-
-
-@pytest.mark.parametrize("rows", [0, 100], ids=["folded", "unfolded"])
-def test_folded_or_not_the_blocks_are_the_same(rows, case, monkeypatch):
-    monkeypatch.setattr(stacks_module, "FOLD_ABOVE_ROWS", rows)
-    blocks, x = case
-    lift, slopes, G = lifted(blocks, x)
-    stacked = Stacked(blocks).joined(lift)
-    kinds = {s.weight for s in stacked.stacks}
-    assert kinds == ({1} if rows else {p.weight for p in blocks.structure[2]})
-    for mine, plain in zip(stacked.unstacked(stacked.at(x)), G, strict=True):
-        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
-    W = [np.linalg.inv(g) for g in G]
-    plain = sum(
-        np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
-        for s, w in zip(slopes, W)
-    )
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
-    mine = Hessian(stacked)(roots)
-    assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
 def test_a_half_plane_is_one_product():
@@ -271,9 +221,9 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
     request = Request(plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
-    x = sos.solver.centre.phase_one(blocks).x
+    x = sos.solver.loop.phase_one(blocks).x
     direct = Newton(blocks)
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr(Blocks, "settings", GRADIENTS)
     iterative = Newton(blocks)
     assert iterative.iterative and not direct.iterative
     roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in direct.at(x)]
@@ -288,7 +238,7 @@ def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
 def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
     plant, asked = chain(12)
     found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: 0.0)
+    monkeypatch.setattr(Blocks, "settings", DENSE)
     wanted = sos.design_pid(plant, **asked)
     assert found.certify().proven and wanted.certify().proven
     assert_allclose(found.K, wanted.K, atol=1e-4 * abs(wanted.K).max())
@@ -298,7 +248,7 @@ def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):
     """Where conjugate gradients fail the answer is the same."""
     plant, asked = chain(4)
     wanted = sos.design_pid(plant, **asked)
-    monkeypatch.setattr("sosbook.solver.newton.hessian_work", lambda stacked: np.inf)
+    monkeypatch.setattr(Blocks, "settings", GRADIENTS)
     monkeypatch.setattr(
         "sosbook.solver.newton._conjugate_gradients", lambda *words: (None, 300)
     )
@@ -337,8 +287,8 @@ def test_without_multipliers_a_refusal_is_left_open():
     request = Request(robot.plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
     blocks = Blocks.of(expressions.values(), unknowns)
-    assert sos.solver.centre.phase_one(blocks).verdict == "infeasible"
-    open_ = sos.solver.centre.phase_one(blocks, multipliers=False)
+    assert sos.solver.loop.phase_one(blocks).verdict == "infeasible"
+    open_ = sos.solver.loop.phase_one(blocks, multipliers=False)
     assert open_.verdict == "undecided" and open_.Z is None
 
 
@@ -358,7 +308,7 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
     plant = sos.DescriptorSystem(E, np.array([[0.1, 0.7], [0.3, 0.2]]), [[0], [1]])
     lmis = ScaledLMIs(request := Request(plant), Frame.of(request))
     for entries in (0, 1e9):
-        monkeypatch.setattr(stacks_module, "MOST_TABLE_ENTRIES", entries)
+        monkeypatch.setattr(Blocks, "settings", table_of(entries))
         blocks = Blocks.of(lmis.expressions.values(), lmis.unknowns)
         assert max(d.max() for d in blocks.diagonal_scales) < 100
     assert sos.design_pid(plant).status == "infeasible"
@@ -366,7 +316,6 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
 
 def test_a_matrix_without_a_factor_is_made_again(case, monkeypatch):
     """A factor takes its matrix's place; the next ridge needs the matrix itself."""
-    monkeypatch.setattr(stacks_module, "table_work", lambda stacked: 0)
     blocks, x = case
     lift, _, _ = lifted(blocks, x)
     newton = Newton(blocks).joined(lift)

@@ -7,8 +7,8 @@ from ..lmi.trusted import TrustedProblem
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time
 from ..solver.bounded import bounded, unpacked
-from ..solver.centre import Unbounded, centre
 from ..solver.deepest import deepest
+from ..solver.loop import Unbounded, centre
 from .certificates import prove_delay
 
 __all__ = ["alphas", "deep_points", "first_gain", "problem_of", "solvable"]

@@ -15,8 +15,8 @@ from scipy.linalg import qr
 
 from ..runtime.time_limit import check_time
 from ..solver.blocks import Blocks
-from ..solver.centre import refine
 from ..solver.leaves import leaves
+from ..solver.multipliers import refined
 from .adjoint import Slopes, adjoint
 from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits
@@ -51,7 +51,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
         Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
         the repaired Z_k prove nothing.
     """
-    Z = refine(Blocks.of([in_floats(g) for g in expressions], unknowns), Z)
+    Z = refined(Blocks.of([in_floats(g) for g in expressions], unknowns), Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     try:
         stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]

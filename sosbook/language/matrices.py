@@ -133,7 +133,7 @@ def margins(array, below=np.inf):
     Returns
     -------
     (k,) array
-        What `sosbook.solver.centre.margin` says of each: where a diagonal has
+        What `sosbook.solver.loop.margin` says of each: where a diagonal has
         an entry that isn't positive, the least one.
 
     Examples

@@ -11,7 +11,7 @@ from ..runtime.libraries import library
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
-from ..solver.centre import Unbounded, centre, minimize, phase_one
+from ..solver.loop import Unbounded, centre, minimize, phase_one
 from ..solver.newton import newton_of
 from .certificates import LMIProof, LMIRefusal
 from .solution import LMISolution
@@ -38,6 +38,8 @@ class LMIProblem(LMIText):
     time_limit : float, optional
         Seconds after which each of `find`, `solve`, `centre` and
         `minimize` stops. It is checked at every Newton step.
+    settings : Settings, optional
+        Numbers by which the solver chooses its ways and ends them.
 
     Raises
     ------
@@ -72,8 +74,8 @@ class LMIProblem(LMIText):
     ('undecided', True)
     """
 
-    def __init__(self, write, unknowns, time_limit=None):
-        super().__init__(write, unknowns)
+    def __init__(self, write, unknowns, time_limit=None, settings=None):
+        super().__init__(write, unknowns, settings)
         self.time_limit = checked_seconds(time_limit)
 
     @one_thread

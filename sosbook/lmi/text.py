@@ -9,7 +9,7 @@ from ..exact.definite import exact
 from ..language.expression import Affine, Unknown
 from ..runtime.names import sane_name
 from ..solver.blocks import Blocks
-from ..solver.centre import margin
+from ..solver.loop import margin
 
 __all__ = ["LMIText", "floats", "rationals"]
 
@@ -33,9 +33,12 @@ class LMIText:
         See `LMIProblem`. None where a class has it as a method.
     unknowns : sequence of Unknown
         What the blocks are affine in.
+    settings : Settings, optional
+        As for `LMIProblem`.
     """
 
-    def __init__(self, write, unknowns):
+    def __init__(self, write, unknowns, settings=None):
+        self.settings = settings
         if write is not None:
             self.write = write
         self.unknowns = list(unknowns)
@@ -121,7 +124,10 @@ class LMIText:
             If a block isn't symmetric, real and finite.
         """
         self._check()
-        return Blocks.of(self.expressions.values(), self.unknowns)
+        blocks = Blocks.of(self.expressions.values(), self.unknowns)
+        if self.settings is not None:
+            blocks.settings = self.settings
+        return blocks
 
     def _check(self):
         probe = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from .structure import Product
 
-__all__ = ["Alike", "alike"]
+__all__ = ["Alike", "alike", "sliced"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +63,10 @@ def _array(matrices):
         return first[None]
     array = np.array(matrices)
     return array[:1] if (array[1:] == first).all() else array
+
+
+def sliced(indices):
+    """A slice of these ``indices`` where no other is between them."""
+    if (np.diff(indices) == 1).all():
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices

@@ -21,7 +21,6 @@ from scipy.linalg.lapack import dpotrs, dtrtrs
 
 from .dense import cholesky, diagonal, fill_empty
 from .leaves import leaves
-from .work import arrow_work, dense_work, factor_work, leaves_work
 
 __all__ = ["Arrow", "ArrowMatrix", "arrow_of"]
 
@@ -71,6 +70,13 @@ class Arrow:
         """How many numbers its matrix takes."""
         inner, border = len(self.inner), len(self.border)
         return sum(s * s for s in self.sizes) + (inner + border) * border
+
+    @property
+    def products(self):
+        """How many products of numbers its factor takes."""
+        inner, border = len(self.inner), len(self.border)
+        leaves = sum(s**3 / 3 + s * s * border for s in self.sizes)
+        return leaves + inner * border**2 + border**3 / 3
 
 
 class ArrowMatrix:
@@ -222,22 +228,22 @@ class _Solver:
 
 
 def arrow_of(stacked):
-    """The `Arrow` of a `Stacked`, ``stacked``; None where a `Dense` takes less time.
+    """The `Arrow` of a `Stacked`, ``stacked``; None where a `Dense` is as good.
 
     An unknown matrix that shares blocks with many others belongs to the border. How
-    many is too many is tried out.
+    many is too many is tried out; the factor must take half of the products or less.
     """
-    count = len(stacked.layouts)
-    if count <= FEWEST_LEAVES or factor_work(stacked) < leaves_work(FEWEST_LEAVES):
+    count, fewest = len(stacked.layouts), stacked.settings.arrow_from_variables
+    if count <= FEWEST_LEAVES or stacked.variables < fewest:
         return None
     blocks = (b for s in stacked.stacks for b in s.blocks)
     held = [{t.unknown for t in b.products} for b in blocks]
-    best, least = None, dense_work(stacked)
+    best, least = None, stacked.variables**3 / 6
     for leaf in leaves(held, count):
         arrow = Arrow(stacked, leaf)
-        work = arrow_work(stacked, arrow)
-        if len(arrow.sizes) >= FEWEST_LEAVES and len(arrow.border) and work < least:
-            best, least = arrow, work
+        if len(arrow.sizes) >= FEWEST_LEAVES and len(arrow.border):
+            if arrow.products < least:
+                best, least = arrow, arrow.products
     return best
 
 

@@ -9,35 +9,25 @@ import numpy as np
 
 from .curve import Curve
 from .newton import newton_of
-from .stacks import gram, transposed
-from .triangular import inverse_of_lower
+from .stacks import gram
 
-__all__ = ["MOST_LOST", "Barrier", "barrier_of", "is_lost"]
+__all__ = ["MOST_GROWTHS", "Barrier", "barrier_of", "grows"]
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 CLEAR_FALL = 1e-6  # of the largest entry: far above the rounding of a change
-LINE_SEARCH_ABOVE = 0.3  # a decrement; smaller ones are squared by a full step
-STRAIGHT_BELOW = 1e-6  # a decrement whose square is nothing
-FARTHEST_CURVE = 4.0  # times the best step on the line, where a curve is tried first
 MOST_DOUBLINGS = 30  # of a curve's length; there may be no end
-MOST_PROMISED = 1.5  # decrements; what a step shall make the barrier fall by at most
-SMALL_TERM = 0.1  # of a curve, far from the centre: so near it isn't aimed at
-RAY_ABOVE = 1.0  # a decrement along the ray; less is left to Newton's steps
-RAY_FRACTION = 0.7  # of the way to the edge: the least point of a ray is too near it
-SETTLED = 1e-8  # a decrement of a step with a matrix of before; it leaves less
-SHRINKS = 0.5  # by less of it such steps aren't worth their time
 
 CONVERGES_BELOW = 0.25  # a decrement that each step squares (section 9.6.4)
-LOST_ABOVE = 1e-3  # what rounding leaves of a decrement near a centre is less
-MOST_LOST = 1  # decrements, which may be bad luck
+GROWTH_ABOVE = 1e-3  # what rounding leaves of a decrement near a centre is less
+MOST_GROWTHS = 1  # of a decrement; rounding may have made one
 
 
-def is_lost(before, decrement):
+def grows(before, decrement):
     """Whether a decrement grows, ``before`` which it was small enough to be squared.
 
     The equations are too ill-conditioned then, or there is no centre.
     """
-    return before < CONVERGES_BELOW and decrement > max(before, LOST_ABOVE)
+    return before < CONVERGES_BELOW and decrement > max(before, GROWTH_ABOVE)
 
 
 class Barrier:
@@ -54,11 +44,10 @@ class Barrier:
     """
 
     def __init__(self, newton, radius=None):
-        self.newton = newton
+        self.newton, self.settings = newton, newton.settings
         self.radius = radius
         self._last = None, None  # a point and its Cholesky factors
         self._inverses = None, None  # and theirs
-        self._solve = None  # with the Hessian of the last step
 
     def factors(self, x):
         """Cholesky factors of all blocks at x, or None outside."""
@@ -82,7 +71,7 @@ class Barrier:
         if factors is None:
             raise np.linalg.LinAlgError("the point isn't inside")
         if self._inverses[0] is not x:
-            self._inverses = x, [inverse_of_lower(L) for L in factors]
+            self._inverses = x, [np.linalg.inv(L) for L in factors]
         return self._inverses[1]
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -103,19 +92,20 @@ class Barrier:
         gradient = cost - self.newton.adjoint(gram(roots))
         if self.radius is not None:
             gradient = gradient + 2 * x / (self.radius**2 - x @ x)
-        self._solve = solve = self.newton.solver(roots, x, self.radius)
+        solve = self.newton.solver(roots, x, self.radius)
         direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
         curved = not self.newton.iterative
-        bends = curved and decrement > STRAIGHT_BELOW
-        searched = decrement > LINE_SEARCH_ABOVE  # below it the full step converges
+        use = self.settings
+        bends = curved and decrement > use.straight_below
+        searched = decrement > use.line_search_above  # else the full step converges
         change = self.newton.scaled(roots, direction) if bends or searched else None
         if bends:
-            small = SMALL_TERM if searched else SETTLED
+            small = use.small_term if searched else use.last_term
             curve = Curve(
                 self.newton, roots, x, direction, change, solve, small, self.radius
             )
-            promised = decrement * min(decrement / 2, MOST_PROMISED)
+            promised = decrement * min(decrement / 2, use.most_promised)
             least = -promised if searched else np.inf
             moved = self._along(curve, factors, cost, 1.0, least)
             if moved is not None:
@@ -134,69 +124,6 @@ class Barrier:
             length /= 2
             if length < 1e-12:
                 return x, 0.0
-
-    def settle(self, x, cost):
-        """Steps with the Hessian of the last `step`, which led to x.
-
-        It is factored already, so that a step takes a small part of a new one's
-        time. Near a centre it leaves a small part of the decrement (a simplified
-        Newton method).
-
-        Parameters
-        ----------
-        x, cost : (k,) arrays
-            As for `step`, without a radius.
-
-        Returns
-        -------
-        x : (k,) array
-            The last point.
-        settled : bool
-            Whether the decrement is below `SETTLED`.
-        """
-        before = np.inf
-        while True:
-            roots = self.roots(x)
-            gradient = cost - self.newton.adjoint(gram(roots))
-            direction = -self._solve(gradient)
-            decrement = np.sqrt(max(-gradient @ direction, 0.0))
-            moved = x + direction
-            if not decrement < SHRINKS * before or self.factors(moved) is None:
-                return x, False
-            x, before = moved, decrement
-            if decrement < SETTLED:
-                return x, True
-
-    def on_ray(self, x):
-        """A point on the ray from 0 through x, inside as x is, with a lower barrier.
-
-        A cone that constants cut off may be entered far from its centre: there
-        each of Newton's steps doubles x, and on a ray one needs no Hessian. It is
-        followed towards its lowest point, but only a part of the way to the edge.
-        """
-        roots = self.roots(x)
-        constants = [
-            N @ s.constant @ transposed(N) for N, s in zip(roots, self.newton.stacks)
-        ]
-        changes = [np.eye(c.shape[-1]) - c for c in constants]
-        slope = -sum(
-            s.weight * np.trace(c, axis1=1, axis2=2).real.sum()
-            for s, c in zip(self.newton.stacks, changes)
-        )
-        if abs(slope) <= RAY_ABOVE * np.sqrt(self.newton.inner(changes, changes)):
-            return x
-        direction = -np.sign(slope) * x
-        rates = [  # without constants a block changes as x does
-            np.linalg.eigvalsh(d) if c.any() else np.ones(c.shape[:2])
-            for d, c in zip(changes, constants)
-        ]
-        rates, weights = self._weighted(rates)
-        rates *= -np.sign(slope)
-        if rates.min() >= -RATE_ROUNDING * rates.max():  # the ray doesn't end
-            return x
-        length = self._search(x, direction, 0.0, rates, weights)
-        moved = x + min(length, RAY_FRACTION / -rates.min()) * direction
-        return x if self.factors(moved) is None else moved
 
     def _along(self, curve, factors, cost, length, least):
         """A point on a curve where the barrier rises by less than ``least``, or None.
@@ -218,7 +145,7 @@ class Barrier:
             rise += self._in_ball(curve.x, moved)
             return rise, (moved, factors)
 
-        longest = FARTHEST_CURVE * max(length, 1.0)
+        longest = self.settings.longest_curve * max(length, 1.0)
         t = min(curve.end, longest)
         for _ in range(3):
             fallen, best = change(t)
@@ -241,10 +168,9 @@ class Barrier:
 
     def _on_line(self, x, direction, change, cost):
         """The best length of a step on a straight line, and the rise with it."""
-        rates, weights = self._rates(change)
-        slope = cost @ direction
-        length = self._search(x, direction, slope, rates, weights)
-        rise = length * slope - weights @ np.log1p(length * rates)
+        rates, slope = _rates(change), cost @ direction
+        length = self._search(x, direction, slope, rates)
+        rise = length * slope - np.log1p(length * rates).sum()
         return length, rise + self._in_ball(x, x + length * direction)
 
     def _in_ball(self, x, moved):
@@ -255,10 +181,7 @@ class Barrier:
 
     def _logarithms(self, factors):
         """log det of all blocks, from their Cholesky factors."""
-        return sum(
-            2 * s.weight * np.log(L.diagonal(0, 1, 2).real).sum()
-            for s, L in zip(self.newton.stacks, factors)
-        )
+        return sum(2 * np.log(L.diagonal(0, 1, 2)).sum() for L in factors)
 
     def recedes(self, x, directions):
         """Whether all points from x, inside, along one of the directions are inside.
@@ -270,25 +193,13 @@ class Barrier:
         for direction in directions:
             changes = self.newton.along(direction)
             if not any(map(_falls, changes, inside)):
-                scaled = [N @ d @ transposed(N) for N, d in zip(roots, changes)]
-                rates, _ = self._rates(scaled)
+                scaled = [N @ d @ N.mT for N, d in zip(roots, changes)]
+                rates = _rates(scaled)
                 if rates.min() > -RATE_ROUNDING * rates.max():
                     return True
         return False
 
-    def _rates(self, changes):
-        """Eigenvalues r of the blocks' ``changes``, scaled, and their weights.
-
-        Along the direction det G(x + s d) = det G(x) prod (1 + s r).
-        """
-        return self._weighted([np.linalg.eigvalsh(d) for d in changes])
-
-    def _weighted(self, rates):
-        """All ``rates``, one array for each stack, as one array; and their weights."""
-        weights = [np.full(r.size, s.weight) for r, s in zip(rates, self.newton.stacks)]
-        return np.concatenate([r.ravel() for r in rates]), np.concatenate(weights)
-
-    def _search(self, x, direction, slope, rates, weights):
+    def _search(self, x, direction, slope, rates):
         """The s that minimises slope s - sum log(1 + s rate), and the ball's part.
 
         Newton's method on the derivative, kept within an interval: an exact
@@ -304,8 +215,8 @@ class Barrier:
         s, low, high = min(1.0, 0.9 * limit), 0.0, limit
         for _ in range(30):
             ratio = rates / (1 + s * rates)
-            first = slope - weights @ ratio
-            second = weights @ ratio**2
+            first = slope - ratio.sum()
+            second = ratio @ ratio
             if self.radius is not None:
                 remaining = inside - 2 * s * b - s * s * a
                 ratio = 2 * (b + s * a) / remaining
@@ -323,14 +234,14 @@ class Barrier:
         """At most ``most`` steps from x, until the decrement is below a tolerance.
 
         ``cost`` is a (k,) array, and the last x is returned. That is soon where
-        rounding keeps the decrement from falling (see `is_lost`).
+        rounding keeps the decrement from falling (see `grows`).
         """
-        lost, decrement = 0, np.inf
+        growths, decrement = 0, np.inf
         for _ in range(most):
             before = decrement
             x, decrement = self.step(x, cost)
-            lost += is_lost(before, decrement)
-            if decrement < tolerance or lost > MOST_LOST:
+            growths += grows(before, decrement)
+            if decrement < tolerance or growths > MOST_GROWTHS:
                 break
         return x
 
@@ -338,6 +249,14 @@ class Barrier:
         """Inverse blocks at x: the dual point that belongs to a centre (11.6)."""
         roots = self.roots(x)
         return self.newton.unstacked(gram(roots))
+
+
+def _rates(changes):
+    """Eigenvalues r of the blocks' scaled ``changes`` along a direction.
+
+    There det G(x + s d) = det G(x) prod (1 + s r).
+    """
+    return np.concatenate([np.linalg.eigvalsh(d).ravel() for d in changes])
 
 
 def barrier_of(blocks):
@@ -352,9 +271,9 @@ def _falls(changes, blocks):
 
     ``changes`` is a stack of its changes in the units of a stack of ``blocks``.
     """
-    units = np.sqrt(blocks.diagonal(0, 1, 2).real)
+    units = np.sqrt(blocks.diagonal(0, 1, 2))
     scaled = changes / (units[..., None] * units[:, None])
-    own, sizes = scaled.diagonal(0, 1, 2).real, np.abs(scaled)
+    own, sizes = scaled.diagonal(0, 1, 2), np.abs(scaled)
     largest = sizes.max(axis=(1, 2))
     minors = own[..., None] * own[:, None] - sizes**2
     falls = own.min(axis=1) < -CLEAR_FALL * largest

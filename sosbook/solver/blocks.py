@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from .newton import newton_of
+from .settings import DEFAULTS
 from .structure import StructuredBlock, structure
 
 __all__ = ["AffineBlocks", "Blocks"]
@@ -19,7 +20,14 @@ class Blocks:
         The blocks where all variables are zero.
     slopes : list of (k, q, q) arrays
         Derivatives of each block, one slice for each of the k variables.
+
+    Attributes
+    ----------
+    settings : Settings
+        How they are solved.
     """
+
+    settings = DEFAULTS
 
     def __init__(self, constants, slopes):
         self.constants = list(constants)
@@ -143,11 +151,13 @@ class AffineBlocks(Blocks):
     def joined(self, write):
         """These blocks and more, which ``write`` makes of a list of values."""
         more = Blocks.of(write(self.unknowns), self.unknowns)
-        return AffineBlocks.compiled(
+        joined = AffineBlocks.compiled(
             [*self.expressions, *more.expressions],
             [*self.structure[2], *more.structure[2]],
             self.unknowns,
         )
+        joined.settings = self.settings
+        return joined
 
     @cached_property
     def slopes(self):
@@ -177,6 +187,7 @@ class AffineBlocks(Blocks):
             self.unknowns,
         )
         some.constants = [self.constants[k] for k in indices]
+        some.settings = self.settings
         return some
 
     def adjoint(self, Z):

@@ -1,12 +1,9 @@
 """Centres where the set of points is unbounded: bound the unknowns first."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..language.expression import block, eye
-from .centre import NO_LEAST, Unbounded, centre, lower_on_ray, minimize, phase_one
-from .evaluated import kinds_of
+from .loop import NO_LEAST, Unbounded, centre, minimize, phase_one
 from .newton import newton_of
 
 __all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]
@@ -32,12 +29,12 @@ def any_centre(blocks, unknowns, x, enough=None, **hints):
     """
     if any(c.any() for c in blocks.constants):  # else a cone, which has none
         try:
-            return centre(blocks, lower_on_ray(blocks, x), enough=enough, **hints)
+            return centre(blocks, x, enough=enough, **hints)
         except Unbounded:
             pass
     try:
         joined, near = bounded(blocks, unknowns, x)
-        return centre(joined, lower_on_ray(joined, near), enough=enough)
+        return centre(joined, near, enough=enough)
     except Unbounded:
         return x  # a degenerate set: keep the feasible point
 
@@ -100,7 +97,7 @@ def bounded(blocks, unknowns, x, r=16.0, size=None):
     that will do.
     """
     while r < 1e16:
-        joined = blocks.joined(_Lid(kinds_of(unknowns), r))
+        joined = blocks.joined(lambda values: _bounds(values, unknowns, r))  # noqa: B023
         newton, near = newton_of(joined), x
         reach = _reach(newton, len(blocks.constants), x)
         if size is not None or reach >= r:  # else x lies inside this lid
@@ -124,26 +121,17 @@ def _reach(newton, first, x):
     return reach
 
 
-@dataclass(frozen=True)
-class _Lid:
-    """Writes the blocks "scale" of r, for the values of unknowns of some kinds.
-
-    Each of the ``kinds`` is the shape of an unknown and whether it is symmetric.
-    """
-
-    kinds: tuple
-    r: float
-
-    def __call__(self, values):
-        P = [p for p, (_, symmetric) in zip(values, self.kinds) if symmetric]
-        others = [Y for Y, (_, symmetric) in zip(values, self.kinds) if not symmetric]
-        blocks = [-p for p in P]
-        wide = [Y for Y in others if len(P) == 1 and Y.shape[1] == P[0].shape[0]]
-        if wide:
-            Y = wide[0]
-            others = [X for X in others if X is not Y]
-            blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
-        for X in others:
-            rows, cols = X.shape
-            blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
-        return [g + self.r * eye(g.shape[0]) for g in blocks]
+def _bounds(values, unknowns, r):
+    """The blocks "scale" of r, for the values of some unknowns."""
+    P = [p for p, u in zip(values, unknowns) if u.symmetric]
+    others = [Y for Y, u in zip(values, unknowns) if not u.symmetric]
+    blocks = [-p for p in P]
+    wide = [Y for Y in others if len(P) == 1 and Y.shape[1] == P[0].shape[0]]
+    if wide:
+        Y = wide[0]
+        others = [X for X in others if X is not Y]
+        blocks = [block([[-P[0], Y.T], [Y, 0 * eye(Y.shape[0])]])]
+    for X in others:
+        rows, cols = X.shape
+        blocks.append(block([[0 * eye(cols), X.T], [X, 0 * eye(rows)]]))
+    return [g + r * eye(g.shape[0]) for g in blocks]

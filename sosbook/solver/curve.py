@@ -27,11 +27,6 @@ import numpy as np
 
 __all__ = ["Curve"]
 
-MOST_TERMS = 8  # of the series; sixteen save one step in twenty
-FEW_TERMS = 3  # where a term takes long
-LONG_BELOW = 2.0  # iterations of conjugate gradients in the time of one matrix
-FARTHEST_POLE = 0.9  # of a curve: the sum of its series is at most ten times as far
-
 
 class Curve:
     """The curve of the module's head, as a function of t = s / (1 - s rho).
@@ -65,8 +60,7 @@ class Curve:
         self.rho, self.end, self.terms = 0.0, 1.0, [direction]
         last, squared = direction, newton.inner(change, change)
         squared += ball.inner(last, last)
-        long = not newton.has_table and newton.patience < LONG_BELOW
-        for k in range(2, (FEW_TERMS if long else MOST_TERMS) + 1):
+        for k in range(2, newton.settings.most_terms + 1):
             known = [series.products() for series in inverse]
             term = -solve(newton.scaled_adjoint(roots, known) + ball.products())
             ball.append(term)
@@ -74,7 +68,7 @@ class Curve:
             if k == 2:
                 along = newton.inner(before, change) + ball.inner(last, term)
                 self.rho = max(along / squared, 0.0)
-                self.end = 1 / (1 - min(self.rho, FARTHEST_POLE))
+                self.end = 1 / (1 - min(self.rho, newton.settings.farthest_pole))
             self.terms.append(term - self.rho * last)
             rest = [d - self.rho * b for d, b in zip(change, before)]
             left = newton.inner(rest, rest) + ball.inner(self.terms[-1], self.terms[-1])

@@ -31,7 +31,6 @@ __all__ = ["Deepest", "deepest"]
 
 ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
 STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
-MOST_STEPS = 80  # of the interior-point method, which takes about twenty
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +83,21 @@ def deepest(blocks, accuracy=1.0, watch=None):
         raise ValueError("blocks must be homogeneous: a constant isn't zero")
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
     size = blocks.adjoint([np.diag(d**2) for d in blocks.diagonal_scales])
-    roof = float(blocks.degree), -size
-    newton = newton_of(blocks).joined([-d for d in units], roof)
+    size_bound = float(blocks.degree), -size
+    newton = newton_of(blocks).joined([-d for d in units], size_bound)
     x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
     x[-1] = cost[-1] = -1.0
     multipliers = _Multipliers(newton, blocks)
     state = dict(x=x, gap=np.inf, Z=None)
-    for state in interior_steps(
-        newton, x, cost, newton.degree, MOST_STEPS, Z=multipliers.first()
-    ):
+    most, Z = newton.settings.deepest_steps, multipliers.first()
+    for state in interior_steps(newton, x, cost, newton.degree, most, Z=Z):
         depth, gap = state["x"][-1], state["gap"]
         if watch is not None:
             watch(state | {"t": depth})
         if gap < max(accuracy * depth, -STALLED * depth, ZERO_DEPTH):
             break
         Z = multipliers.excluding(state["Z"]) if depth < 0 else None
-        if Z is not None:  # nothing is better than the tip
+        if Z is not None:  # no point is deeper than 0
             return Deepest(0 * x[:-1], 0.0, 0.0, Z)
     Z = None if state["Z"] is None else newton.unstacked(state["Z"])[:-1]
     return Deepest(state["x"][:-1], state["x"][-1], state["gap"], Z)

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..language.expression import lower_triangle
 from ..language.matrices import Readings
-from ..runtime.read_only import frozen
 from .blocks import Blocks
 
-__all__ = ["EvaluatedBlocks", "kinds_of", "unit_readings"]
+__all__ = ["EvaluatedBlocks", "unit_readings"]
 
 
 class EvaluatedBlocks(Blocks):
@@ -40,14 +39,12 @@ class EvaluatedBlocks(Blocks):
             self.slopes.append(slopes.astype(float, copy=False))
 
     def joined(self, write):
-        """These blocks and more, which ``write`` makes of a list of values.
-
-        What equal ones make of unknowns of the same kinds is read once.
-        """
-        constants, slopes = _read(write, kinds_of(self.unknowns))
-        more = EvaluatedBlocks([], self.unknowns)
-        more.constants = [*self.constants, *constants]
-        more.slopes = [*self.slopes, *slopes]
+        """These blocks and more, which ``write`` makes of a list of values."""
+        values = write([*unit_readings(self.unknowns).values()])
+        more = EvaluatedBlocks(values, self.unknowns)
+        more.constants = [*self.constants, *more.constants]
+        more.slopes = [*self.slopes, *more.slopes]
+        more.settings = self.settings
         return more
 
 
@@ -62,21 +59,13 @@ def unit_readings(unknowns):
     >>> unit_readings([Unknown("x", 1), Unknown("y", 1)])["y"].array.ravel()
     array([0., 0., 1.])
     """
-    arrays = _arrays(kinds_of(unknowns))
+    arrays = _arrays(_kinds(unknowns))
     return {u.name: Readings(array) for u, array in zip(unknowns, arrays)}
 
 
-def kinds_of(unknowns):
+def _kinds(unknowns):
     """The shape of each of some ``unknowns``, and whether it is symmetric."""
     return tuple((u.shape, u.symmetric) for u in unknowns)
-
-
-@lru_cache(16)
-def _read(write, kinds):
-    """Constants and slopes of blocks that are written for unknowns of some kinds."""
-    blocks = write([Readings(array) for array in _arrays(kinds)])
-    arrays = [frozen(g.array) for g in blocks]
-    return [array[0] for array in arrays], [array[1:] for array in arrays]
 
 
 @lru_cache(16)

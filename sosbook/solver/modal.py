@@ -12,7 +12,6 @@ import numpy as np
 from scipy.linalg import schur
 
 from .sums import span
-from .triangular import inverse_of_lower
 
 __all__ = ["Modal"]
 
@@ -43,8 +42,8 @@ class Modal:
                     metric = w
                 factors = _factors(p, stacked)
                 if factors:  # else it holds scalars only
-                    groups.append((s.weight, w, factors))
-        self.T = inverse_of_lower(np.linalg.cholesky(metric)).T
+                    groups.append((w, factors))
+        self.T = np.linalg.inv(np.linalg.cholesky(metric)).T
         self.K = None if self.Y is None else self.Y.matrix(x) @ metric
         self._diagonalise([_Block(*group, self.K) for group in groups])
         # single precision is enough for what is approximate anyway
@@ -53,7 +52,7 @@ class Modal:
         self.scalars = 1 / np.array(
             [
                 sum(
-                    s.weight * np.vdot(s.slopes[a], w @ s.slopes[a] @ w).real
+                    np.vdot(s.slopes[a], w @ s.slopes[a] @ w)
                     for s, w in zip(stacked.stacks, W)
                 )
                 for a in range(len(stacked.scalars))
@@ -72,7 +71,7 @@ class Modal:
 
     def _diagonalise(self, blocks):
         """Modal coordinates U of X, V of Z, and the Hessian's diagonals there."""
-        loop = sum(R.inner(L).real for b in blocks for L, R in zip(b.lefts, b.rights))
+        loop = sum(R.inner(L) for b in blocks for L, R in zip(b.lefts, b.rights))
         triangle, Q = schur(self.T.T @ loop @ self.T)
         self.basis, self.pairs = self.T @ Q, _Conjugates(triangle)
         m = 0 if self.Y is None else self.Y.rows
@@ -82,10 +81,10 @@ class Modal:
             T = len(b.lefts)
             swapped = np.roll(np.arange(2 * T), T)  # L and R change their places
             products = np.einsum("ija,jib->ab", b.G, b.G[swapped][:, swapped])
-            self.dX = self.dX + b.weight * products.real
+            self.dX = self.dX + products.real
             for left, at in b.of_Y:
-                scale = b.weight * b.G[T + at, T + at].sum().real
-                effort = effort + scale * (left.conj().T @ b.w @ left).real
+                scale = b.G[T + at, T + at].sum().real
+                effort = effort + scale * (left.T @ b.w @ left)
         if self.Y is None:
             return
         self.V, dZ = np.linalg.eigh(effort)[1], np.zeros((m, len(self.basis)))
@@ -93,10 +92,10 @@ class Modal:
             T = len(b.lefts)
             for left_s, s in b.of_Y:
                 for left_t, t in b.of_Y:
-                    middle = left_t.conj().T @ b.w @ left_s
+                    middle = left_t.T @ b.w @ left_s
                     inner = np.einsum("ia,ij,ja->a", self.V, middle, self.V)
                     outer = np.outer(inner, b.G[T + s, T + t])
-                    dZ = dZ + 2 * b.weight * outer.real
+                    dZ = dZ + 2 * outer.real
         # an input that moves nothing, or what others do, leaves a row of zeros
         self.dZ = np.maximum(dZ, UNMOVED * dZ.max()) if dZ.any() else dZ + 1
 
@@ -130,8 +129,6 @@ class _Block:
 
     Parameters
     ----------
-    weight : int
-        As in `StructuredBlock`.
     w : (q, q) array
     factors : list
         As `_factors` returns them.
@@ -139,20 +136,20 @@ class _Block:
         The gain.
     """
 
-    def __init__(self, weight, w, factors, K):
-        self.weight, self.w = weight, w
+    def __init__(self, w, factors, K):
+        self.w = w
         self.of_Y = [(Y, at) for at, (_, Y, _) in enumerate(factors) if Y is not None]
         lefts = [P for P, *_ in factors]
         for Y, at in self.of_Y:
             lefts[at] = Y @ K if lefts[at] is None else lefts[at] + Y @ K
         self.lefts = [_Factor(w, L) for L in lefts]
-        self.rights = [_Factor(w, R.conj().T) for *_, R in factors]
+        self.rights = [_Factor(w, R.T) for *_, R in factors]
 
     def in_modes(self, basis, pairs):
         """v* w v' for each two factors' columns v, v' of each mode, (2 T, 2 T, N)."""
         factors = self.lefts + self.rights
-        modal = [_by_real(f.own, basis) for f in factors]
-        weighted = [_by_real(f.weighted, basis) for f in factors]
+        modal = [f.own @ basis for f in factors]
+        weighted = [f.weighted @ basis for f in factors]
         G = np.empty((len(factors), len(factors), len(basis)), complex)
         for i, f in enumerate(factors):
             for j in range(i, len(factors)):  # w is its own adjoint
@@ -171,8 +168,8 @@ class _Factor:
         self.weighted = w[:, self.rows] @ self.own
 
     def inner(self, other):
-        """M* w M' of this one and another, M'."""
-        return self.own.conj().T @ other.weighted[self.rows]
+        """M' w N of this one, M, and another, N."""
+        return self.own.T @ other.weighted[self.rows]
 
 
 class _Conjugates:
@@ -204,10 +201,10 @@ class _Conjugates:
         return M * self.own + M[:, self.partner] * self.other
 
     def inner(self, A, B):
-        """The diagonal of (A V)* (B V), without complex columns if A and B are real."""
+        """The diagonal of (A V)* (B V) for real A and B, without complex columns."""
         own, other, partner = self.own, self.other, self.partner
-        same = np.einsum("ij,ij->j", A.conj(), B)
-        cross = np.einsum("ij,ij->j", A.conj(), B[:, partner])
+        same = np.einsum("ij,ij->j", A, B)
+        cross = np.einsum("ij,ij->j", A, B[:, partner])
         mixed = own.conj() * other * cross + other.conj() * own * cross[partner]
         return abs(own) ** 2 * same + abs(other) ** 2 * same[partner] + mixed
 
@@ -228,11 +225,6 @@ class _Conjugates:
         return self.real_rows(self.own[:, None] * M + back * M[self.partner])
 
 
-def _by_real(M, Q):
-    """M Q for a real Q, in half of the time that numpy takes for a complex M."""
-    return M.real @ Q + 1j * (M.imag @ Q) if np.iscomplexobj(M) else M @ Q
-
-
 def _layouts(stacked):
     """The layouts of P and Y (or None), if these are the only unknowns."""
     symmetric = [u for u in stacked.layouts if u.symmetric]
@@ -246,7 +238,7 @@ def _layouts(stacked):
 
 def _is_P(block):
     """Whether a block is a multiple of P itself."""
-    if len(block.products) != 1 or block.weight == 2:
+    if len(block.products) != 1:
         return False
     (t,) = block.products
     n = len(block.constant)

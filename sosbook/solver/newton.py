@@ -13,21 +13,13 @@ import numpy as np
 
 from ..runtime.time_limit import check_time
 from .arrow import ArrowMatrix, arrow_of
-from .congruence import Congruence
 from .kronecker import Hessian
 from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums
-from .work import hessian_work, iteration_work, products_work, sums_work
 
 __all__ = ["Newton", "newton_of"]
 
-#: Of conjugate gradients for one matrix, its Modal included. It was chosen on grounded
-#: and free chains and cantilevers, none of them held back in benchmarks/catalogue.py.
-EXPECTED_ITERATIONS = 65
-MOST_DENSE_VARIABLES = 6000  # a dense matrix of so many takes 300 MB
-MOST_ITERATIONS = 300  # for one solution, where a dense matrix can take over
-MOST_ITERATIONS_ALONE = 3000  # where it can't
 RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the diagonal
 
 
@@ -52,30 +44,26 @@ class Newton(Stacked):
         self.iterations = []
         self._hessian = None
         self._ridged = False  # whether a matrix has needed more than rounding
-        self.iterative = Modal.fits(self) and self.patience > EXPECTED_ITERATIONS
+        expected = self.settings.expected_iterations
+        self.iterative = Modal.fits(self) and self.patience > expected
         self._prepare()
 
     def _prepare(self):
-        """What conjugate gradients multiply with, in both precisions."""
-        self._double = self._congruence = None
-        if not self.iterative:
-            return
+        """What conjugate gradients multiply with."""
         known = isinstance(self.values, Sums)
-        self._double = self.values if known else Sums(self)
-        if products_work(self) > sums_work(self):  # and not numpy's calls
-            self._congruence = Congruence(self)
+        self._sums = Sums(self) if self.iterative and not known else self.values
 
     @cached_property
     def patience(self):
-        """How many iterations take as long as the matrix."""
-        return hessian_work(self) / iteration_work(self)
+        """How many iterations take about as long as the matrix and its factor."""
+        return self.variables * self.settings.iterations_per_variable
 
     @property
     def _fits(self):
         """Whether the matrix fits into the memory."""
         k, arrow = self.variables, self._arrow
         entries = k * k if arrow is None else arrow.entries
-        return entries <= MOST_DENSE_VARIABLES**2
+        return entries <= self.settings.most_dense_variables**2
 
     @cached_property
     def _arrow(self):
@@ -161,26 +149,21 @@ class Newton(Stacked):
         modal = Modal(self, W, x)
         s = None if radius is None else radius**2 - x @ x
 
-        def product(sums, W):
-            def times(d):
-                """H d: the adjoint of W dG W, and the part of the ball."""
-                WGW = [w @ g @ w for w, g in zip(W, sums.along(d))]
-                Hd = sums.adjoint(WGW)
-                if s is not None:
-                    Hd += 2 / s * d + (4 / s**2 * (x @ d)) * x
-                return Hd
+        def times(d):
+            """H d: the adjoint of W dG W, and the part of the ball."""
+            Hd = self._sums.adjoint([w @ g @ w for w, g in zip(W, self._sums.along(d))])
+            if s is not None:
+                Hd += 2 / s * d + (4 / s**2 * (x @ d)) * x
+            return Hd
 
-            return times
-
-        times, rough = product(self._double, W), None
-        if self._congruence is not None:
-            rough = product(self._congruence.sums, self._congruence.metric(W))
-        dense, spent = None, 0
+        dense, spent, most = None, 0, self.settings.most_iterations_alone
+        if self._fits:  # three times what the dense matrix takes is too much
+            most = int(min(self.settings.most_iterations, 3 * self.patience))
 
         def solve(g, tolerance=0.1):
             nonlocal dense, spent
             if self.iterative:
-                d, count = self._conjugate(times, rough, g, modal, tolerance)
+                d, count = _conjugate_gradients(times, g, modal, tolerance, most)
                 self.iterations.append(count)
                 spent += count
                 if d is None or (self._fits and spent > self.patience):
@@ -192,27 +175,6 @@ class Newton(Stacked):
             return dense(g)
 
         return solve
-
-    def _conjugate(self, times, rough, g, modal, tolerance):
-        """Conjugate gradients: the solution or None, and the number of products.
-
-        They go as far as they get with products in single precision. What
-        these have left of the equations is then solved in double precision.
-        """
-        most = MOST_ITERATIONS_ALONE
-        if self._fits:  # three times what the dense matrix takes is too much
-            most = int(min(MOST_ITERATIONS, 3 * self.patience))
-        if rough is None:
-            return _conjugate_gradients(times, g, modal, tolerance, most)
-        d, count = _conjugate_gradients(rough, g, modal, tolerance, most)
-        if d is None:
-            d = np.zeros_like(g)
-        r = g - times(d)
-        left, goal = np.sqrt(r @ modal(r)), tolerance * np.sqrt(g @ modal(g))
-        if left <= 2 * goal:
-            return d, count
-        more, again = _conjugate_gradients(times, r, modal, min(goal / left, 1), most)
-        return None if more is None else d + more, count + again
 
 
 def newton_of(blocks):

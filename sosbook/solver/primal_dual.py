@@ -24,25 +24,14 @@ one as in section 11.4 of Boyd and Vandenberghe (2004).
 
 import numpy as np
 
-from .stacks import gram, transposed
-from .triangular import inverse_of_lower
+from .stacks import gram
 
-__all__ = [
-    "interior_steps",
-    "maximize_t",
-    "minimize_linear",
-    "near_centre",
-    "positive",
-    "towards_centre",
-]
+__all__ = ["interior_steps", "maximize_t", "minimize_linear", "near_centre", "positive"]
 
-STEP_FRACTION = 0.95  # of the longest step that stays inside
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
 SMALLEST_SQUARE = 1e-8  # of Lambda^2, by the largest; eigenvalues lose smaller ones
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
 LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
-POLISHING_STEPS = 3  # after a minimum is known: they bring the point nearer
-DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
 
 
 class _Scaling:
@@ -61,29 +50,29 @@ class _Scaling:
 
     def __init__(self, S, Z):
         L = np.linalg.cholesky(S)
-        LZ = transposed(L) @ Z
+        LZ = L.mT @ Z
         squares, V = np.linalg.eigh(LZ @ L)
         if squares.min() > SMALLEST_SQUARE * squares.max():
             self.lam = np.sqrt(squares)
             self.root = 1 / np.sqrt(self.lam)
-            self.R_inv = (self.root / self.lam)[..., None] * (transposed(V) @ LZ)
+            self.R_inv = (self.root / self.lam)[..., None] * (V.mT @ LZ)
             return
         M = np.linalg.cholesky(Z)
-        U, self.lam, _ = np.linalg.svd(transposed(M) @ L)
+        U, self.lam, _ = np.linalg.svd(M.mT @ L)
         self.root = 1 / np.sqrt(self.lam)
-        self.R_inv = self.root[..., None] * (transposed(U) @ transposed(M))
+        self.R_inv = self.root[..., None] * (U.mT @ M.mT)
 
     def scaled(self, dS):
         """A change of S in these coordinates: inv(R) dS inv(R')."""
-        return self.R_inv @ dS @ transposed(self.R_inv)
+        return self.R_inv @ dS @ self.R_inv.mT
 
     def unscaled_dual(self, dZ):
         """A change R' dZ R of the scaled Z, in the blocks' own coordinates."""
-        return transposed(self.R_inv) @ dZ @ self.R_inv
+        return self.R_inv.mT @ dZ @ self.R_inv
 
     def inverse(self):
         """inv(S) = inv(R') inv(Lambda) inv(R)."""
-        return transposed(self.R_inv) / self.lam[..., None, :] @ self.R_inv
+        return self.R_inv.mT / self.lam[..., None, :] @ self.R_inv
 
     def rates(self, change):
         """Eigenvalues r of Lambda^(-1/2) change Lambda^(-1/2), for a scaled change.
@@ -99,7 +88,7 @@ class _Scaling:
         return 2 * change / (self.lam[..., None] + self.lam[:, None, :])
 
 
-def maximize_t(newton, x, most=60, watch=None):
+def maximize_t(newton, x, watch=None):
     """Raise t, the last variable, until all blocks hold with t = 0.
 
     Parameters
@@ -108,8 +97,6 @@ def maximize_t(newton, x, most=60, watch=None):
         The blocks G_k(x) - t D_k with D_k > 0.
     x : (k + 1,) array
         A start at which all of them are positive definite.
-    most : int
-        The largest number of steps.
     watch : callable, optional
         Called after each step with a dict: step, x, t, gap, residual,
         the step lengths and the iterations of conjugate gradients.
@@ -128,7 +115,9 @@ def maximize_t(newton, x, most=60, watch=None):
     inverses = _inverses(newton.at(x))
     weight = -newton.adjoint(inverses)[-1]  # so that sum <D_k, Z_k> = 1
     Z = [w / weight for w in inverses]
-    for state in interior_steps(newton, x, cost, weight, most, Z=Z):
+    for state in interior_steps(
+        newton, x, cost, weight, newton.settings.phase_one_steps, Z=Z
+    ):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
@@ -140,7 +129,7 @@ def maximize_t(newton, x, most=60, watch=None):
     return "undecided", x
 
 
-def minimize_linear(newton, x, cost, gap, weight, most=40):
+def minimize_linear(newton, x, cost, gap, weight):
     """Minimise cost.x over the blocks, from a point inside.
 
     Parameters
@@ -155,8 +144,6 @@ def minimize_linear(newton, x, cost, gap, weight, most=40):
         Stop when the optimum is known to this relative accuracy.
     weight : float
         Of the cost, as in `interior_steps`.
-    most : int
-        The largest number of steps.
 
     Returns
     -------
@@ -164,7 +151,7 @@ def minimize_linear(newton, x, cost, gap, weight, most=40):
         A nearly optimal point and a lower bound of the optimum; None where
         that accuracy isn't reached, for there may be no minimum.
     """
-    near, count = None, 0
+    near, count, most = None, 0, newton.settings.minimum_steps
     for state in interior_steps(newton, x, cost, weight, most):
         last, x, residual = x, state["x"], state["residual"]
         if x @ x > FARTHEST_POINT**2:
@@ -175,14 +162,14 @@ def minimize_linear(newton, x, cost, gap, weight, most=40):
         known = state["gap"] < gap * size and shift < LARGEST_SHIFT * size
         if known and norm < 1e-6 * np.linalg.norm(cost) and positive(newton.at(x)):
             near, count = (x, cost @ x - state["gap"] - shift), count + 1
-            if count > POLISHING_STEPS:
+            if count > newton.settings.polishing_steps:
                 break
         elif near is not None:
             break
     return near
 
 
-def near_centre(newton, x, most=100):
+def near_centre(newton, x):
     """A point next to the analytic centre, or None where none is seen.
 
     At the centre S Z = I with sum <G_ka, Z_k> = 0. Newton's method creeps through
@@ -194,10 +181,9 @@ def near_centre(newton, x, most=100):
         The blocks G_k(x) > 0.
     x : (k,) array
         A start at which all of them are positive definite.
-    most : int
-        The largest number of steps.
     """
-    for state in interior_steps(newton, x, np.zeros(len(x)), 1.0, most, target=1.0):
+    zero, most = np.zeros(len(x)), newton.settings.centre_steps
+    for state in interior_steps(newton, x, zero, 1.0, most, target=1.0):
         far = np.linalg.norm(state["x"])
         if far > FARTHEST_POINT:
             return None
@@ -205,32 +191,6 @@ def near_centre(newton, x, most=100):
         if inside and positive(newton.at(state["x"])):
             return state["x"]
     return None
-
-
-def towards_centre(newton, x, most):
-    """A point nearer to the analytic centre, and whether it is next to it.
-
-    It is where a step of S and of Z isn't shortened any more. Far from the centre
-    Newton's equations take two to three times as many iterations of conjugate
-    gradients as those of such steps.
-
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k(x) > 0.
-    x : (k,) array
-        A start at which all of them are positive definite.
-    most : int
-        The largest number of steps.
-    """
-    for state in interior_steps(newton, x, np.zeros(len(x)), 1.0, most, target=1.0):
-        far = np.linalg.norm(state["x"]) > FARTHEST_POINT
-        if far or not positive(newton.at(state["x"])):
-            break
-        x = state["x"]
-        if state["primal"] == state["dual"] == 1:
-            return x, True
-    return x, False
 
 
 def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
@@ -279,7 +239,7 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
             return
         x = x + primal * dx
         Z = [z + dual * d for z, d in zip(Z, dz)]
-        Z = [(z + transposed(z)) / 2 for z in Z]
+        Z = [(z + z.mT) / 2 for z in Z]
         S = newton.at(x)
         gap, residual = newton.inner(S, Z), cost - newton.adjoint(Z)
         yield dict(
@@ -296,7 +256,7 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
 
 def _inverses(S):
     """The inverses of matrices that are positive definite, a list of stacks S."""
-    return gram([inverse_of_lower(np.linalg.cholesky(s)) for s in S])
+    return gram([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
 
 
 def _direction(newton, scalings, x, mu, cost, target=None):
@@ -323,7 +283,7 @@ def _direction(newton, scalings, x, mu, cost, target=None):
 
     def step_towards(T, raised):
         """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""
-        dx = solve(raised - cost, DIRECTION_TOLERANCE)
+        dx = solve(raised - cost, newton.settings.direction_tolerance)
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
         return dx, dS, [t - d for t, d in zip(T, dS)]
 
@@ -333,8 +293,7 @@ def _direction(newton, scalings, x, mu, cost, target=None):
         lam = [_diagonal(s.lam) for s in scalings]
         _, dS, dZ = step_towards([-h for h in lam], 0.0)
         errors = [
-            s.divide((a @ b + transposed(a @ b)) / 2)
-            for s, a, b in zip(scalings, dS, dZ)
+            s.divide((a @ b + (a @ b).mT) / 2) for s, a, b in zip(scalings, dS, dZ)
         ]
     if target is None:
         rates = [s.rates(d) for s, d in zip(scalings, dS)]
@@ -356,8 +315,8 @@ def _direction(newton, scalings, x, mu, cost, target=None):
         raised = [r - s.unscaled_dual(e) for s, r, e in zip(scalings, raised, errors)]
     dx, dS, dZ = step_towards(T, newton.adjoint(raised))
     rates = [s.rates(np.array(d)) for s, *d in zip(scalings, dS, dZ)]
-    primal = min(1.0, STEP_FRACTION * _longest([r[0] for r in rates]))
-    dual = min(1.0, STEP_FRACTION * _longest([r[1] for r in rates]))
+    primal = min(1.0, newton.settings.step_fraction * _longest([r[0] for r in rates]))
+    dual = min(1.0, newton.settings.step_fraction * _longest([r[1] for r in rates]))
     return dx, [s.unscaled_dual(d) for s, d in zip(scalings, dZ)], primal, dual
 
 

@@ -1,38 +1,27 @@
 """Values and adjoints of blocks, many blocks in one numpy call.
 
-Blocks of one kind and similar size are padded with identities and stacked
-into arrays (blocks, q, q). Wherever this module, `newton` and `primal_dual`
-speak of a list of stacks, it is one matrix for each block, arranged so.
+Small blocks are padded with identities and stacked with others of similar size into
+arrays (blocks, q, q). Wherever this module,
+`newton` and `primal_dual` speak of a list of stacks, it is one matrix for each
+block, arranged so.
 """
 
 from copy import copy
-from functools import cached_property
 
 import numpy as np
 
-from .alike import alike
-from .structure import StructuredBlock, fold, real, unfold
+from .structure import StructuredBlock
 from .sums import Sums, span
-from .work import sums_work, table_work
 
-__all__ = ["Stacked", "gram", "transposed"]
+__all__ = ["Stacked", "gram"]
 
 ROUNDING = 1e-13  # of what cancels in a diagonal entry that is zero
-PADDED = 4, 8, 12, 20  # rows of blocks that are stacked together
-FEW_ROWS = 12  # where numpy's calls may take longer than its work
-SLOPES_OF_STACK = 8000  # entries of slopes that take as long as the calls of a stack
-FOLD_ABOVE_ROWS = 10  # smaller complex blocks are faster among the real ones
-MOST_TABLE_ENTRIES = 4e6  # of all slopes as one dense table (32 MB)
-
-
-def transposed(stack):
-    """The conjugate transposes of the matrices in an array ``stack``."""
-    return stack.conj().swapaxes(-1, -2)
+SMALL_ROWS = 12  # of blocks that are padded to one size: fewer calls, as many digits
 
 
 def gram(roots):
     """The products W = N' N of each N in a list of stacks ``roots``."""
-    return [transposed(N) @ N for N in roots]
+    return [N.mT @ N for N in roots]
 
 
 class Stacked:
@@ -50,9 +39,11 @@ class Stacked:
     scalars : (s,) array
         Indices of the scalar variables.
     stacks : list
-        The constants and slopes of the blocks of one kind and size.
+        The constants and slopes of the blocks of one size.
     variables : int
         Number of the variables.
+    settings : Settings
+        Those of the blocks.
     degree : int
         Sum of the sizes of the blocks, padding included.
     values : Sums or _Table
@@ -61,13 +52,15 @@ class Stacked:
 
     def __init__(self, blocks):
         self.layouts, self.scalars, members = blocks.structure
-        self.variables = blocks.variables
-        self.stacks = _stacks(members, self.variables)
-        self.degree = sum(s.weight * len(s.blocks) * s.q for s in self.stacks)
-        entries = sum(s.constant.size for s in self.stacks)
-        few = entries * self.variables <= MOST_TABLE_ENTRIES
-        fast = few and table_work(self) < sums_work(self)
-        self.values = (_Table if fast else Sums)(self)
+        self.variables, self.settings = blocks.variables, blocks.settings
+        self.stacks = _stacks(members)
+        self.degree = sum(len(s.blocks) * s.q for s in self.stacks)
+        entries = self.variables * sum(s.constant.size for s in self.stacks)
+        products = sum(len(b.products) for s in self.stacks for b in s.blocks)
+        most = self.settings.table_per_product * products
+        most = min(most, self.settings.most_table_entries)
+        # without unknown matrices the slopes are a table already
+        self.values = (_Table if entries <= most or not self.layouts else Sums)(self)
 
     def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
@@ -123,9 +116,7 @@ class Stacked:
         ]
         for s, e in zip(self.stacks, large):
             e[e <= ROUNDING * s.before_cancelling()] = 0
-        return self._by_block(
-            large, lambda e, s, k: e[:k] if s.weight == 1 else np.tile(e[:k], 2)
-        )
+        return self._by_block(large, lambda e, k: e[:k])
 
     def at(self, x):
         """The blocks at a (k,) array x, as a list of stacks."""
@@ -141,11 +132,11 @@ class Stacked:
         ``roots`` are the N, a list of stacks.
         """
         changes = self.along(direction)
-        return [N @ d @ transposed(N) for N, d in zip(roots, changes)]
+        return [N @ d @ N.mT for N, d in zip(roots, changes)]
 
     def scaled_adjoint(self, roots, Z):
         """The adjoint of N' Z N, for two lists of stacks: the N, ``roots``, and Z."""
-        return self.adjoint([transposed(N) @ z @ N for N, z in zip(roots, Z)])
+        return self.adjoint([N.mT @ z @ N for N, z in zip(roots, Z)])
 
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
@@ -153,7 +144,7 @@ class Stacked:
 
     def inner(self, Y, Z):
         """sum_k <Y_k, Z_k>, for two lists of stacks Y and Z."""
-        return sum(s.weight * np.vdot(y, z).real for s, y, z in zip(self.stacks, Y, Z))
+        return sum(np.vdot(y, z) for y, z in zip(Y, Z))
 
     def least(self, x, scales=None):
         """The smallest eigenvalue of each block at x, at most 1.
@@ -169,12 +160,8 @@ class Stacked:
         return smallest
 
     def unstacked(self, Z):
-        """A list of stacks Z as a list of real matrices, one for each block."""
-
-        def cut(z, s, k):
-            return unfold(z[:k, :k]) if s.weight == 2 else z[:k, :k]
-
-        return self._by_block(Z, cut)
+        """A list of stacks Z as a list of matrices, one for each block."""
+        return self._by_block(Z, lambda z, k: z[:k, :k])
 
     def stacked_diagonals(self, diagonals):
         """Diagonals of all blocks by stack, padded with ones.
@@ -192,25 +179,24 @@ class Stacked:
         stacks = [np.ones(s.constant.shape[:2]) for s in self.stacks]
         for s, stack in zip(self.stacks, stacks):
             for row, index, k in zip(stack, s.indices, s.sizes):
-                row[:k] = diagonals[index][:k]  # of a folded one the first half
+                row[:k] = diagonals[index]
         return stacks
 
     @property
-    def has_table(self):
-        """Whether all slopes are held as a table."""
-        return isinstance(self.values, _Table)
+    def table_entries(self):
+        """How many entries the table of all slopes has; infinite without one."""
+        return self.values.table.size if isinstance(self.values, _Table) else np.inf
 
     def _by_block(self, stacks, cut):
-        """A list of ``cut(entry, stack, size)``, one for each block."""
-        parts = {}
+        """A list of ``cut(entry, size)``, one for each block."""
+        found = {}
         for s, entries in zip(self.stacks, stacks):
-            for index, e, k in zip(s.indices, entries, s.sizes):
-                parts[index] = cut(e, s, k)
-        return [parts[index] for index in range(len(parts))]
+            found.update(zip(s.indices, map(cut, entries, s.sizes)))
+        return [found[index] for index in range(len(found))]
 
 
 class _Stack:
-    """Blocks of one kind, padded to one size q; ``indices`` says which."""
+    """Blocks that are padded to one size q; ``indices`` says which."""
 
     gradient = None
 
@@ -218,22 +204,14 @@ class _Stack:
         self.indices, self.blocks = indices, blocks
         self.sizes = [len(b.constant) for b in blocks]
         self.q = q = max(self.sizes)
-        self.weight = blocks[0].weight
-        kind = complex if self.weight == 2 else float
-        self.constant = self._filled(kind)
-        scalars = len(blocks[0].slopes)
-        self.slopes = np.zeros((scalars, len(blocks), q, q), kind)
+        self.constant = self._filled()
+        self.slopes = np.zeros((len(blocks[0].slopes), len(blocks), q, q))
         for i, (b, k) in enumerate(zip(blocks, self.sizes)):
             self.slopes[:, i, :k, :k] = b.slopes
 
-    @cached_property
-    def alike(self):
-        """Which of its blocks are alike, see `alike`."""
-        return alike(self.blocks)
-
-    def _filled(self, kind):
+    def _filled(self):
         """The blocks' constants, with ones on the diagonal below them."""
-        constant = np.zeros((len(self.blocks), self.q, self.q), kind)
+        constant = np.zeros((len(self.blocks), self.q, self.q))
         constant[:] = np.eye(self.q)
         for g, b, k in zip(constant, self.blocks, self.sizes):
             g[:k, :k] = b.constant
@@ -247,7 +225,7 @@ class _Stack:
         positive, where |g_ij|^2 <= g_ii g_jj.
         """
         large = np.abs(self.constant.diagonal(0, 1, 2))
-        squares = np.einsum("abij,abij->bij", self.slopes, self.slopes.conj()).real
+        squares = (self.slopes**2).sum(axis=0)
         for entries, b, k, square in zip(large, self.blocks, self.sizes, squares):
             if not b.products:
                 diagonal = entries + np.sqrt(square.diagonal())
@@ -268,17 +246,15 @@ class _Stack:
         changed.blocks = [
             b.with_constant(constants[k]) for b, k in zip(self.blocks, self.indices)
         ]
-        changed.constant = changed._filled(self.constant.dtype)
+        changed.constant = changed._filled()
         return changed
 
     def joined(self, slopes):
         """The stack with one more scalar variable; ``slopes`` are of all blocks."""
-        last = np.zeros_like(self.constant)
+        joined, last = copy(self), np.zeros((1, *self.constant.shape))
         for i, (index, k) in enumerate(zip(self.indices, self.sizes)):
-            g = slopes[index]
-            last[i, :k, :k] = fold(g) if self.weight == 2 else g
-        joined = copy(self)
-        joined.slopes = np.concatenate([self.slopes, last[None]])
+            last[0, i, :k, :k] = slopes[index]
+        joined.slopes = np.concatenate([self.slopes, last])
         return joined
 
 
@@ -292,76 +268,61 @@ class _Row(_Stack):
         super().__init__([index], [block])
 
 
-def _stacks(blocks, variables):
-    """Stacks of blocks by kind and rough size; large ones are not padded."""
-    blocks = [b.unfolded() if len(b.constant) <= FOLD_ABOVE_ROWS else b for b in blocks]
-    groups, steps = {}, PADDED
-    small = [len(b.constant) for b in blocks if len(b.constant) <= FEW_ROWS]
-    if small:
-        spared = len({_padded(q, steps) for q in small}) - 1
-        padding = len(small) * max(small) ** 2 - sum(q * q for q in small)
-        if padding * variables <= spared * SLOPES_OF_STACK:
-            steps = [s for s in PADDED if s >= FEW_ROWS]
+def _stacks(blocks):
+    """Stacks of blocks, of all small ones and of large ones by size."""
+    groups = {}
     for index, b in enumerate(blocks):
-        kind = b.weight, _padded(len(b.constant), steps)
-        groups.setdefault(kind, []).append(index)
+        groups.setdefault(max(len(b.constant), SMALL_ROWS), []).append(index)
     return [_Stack(at, [blocks[k] for k in at]) for at in groups.values()]
-
-
-def _padded(rows, steps):
-    return next((s for s in steps if rows <= s), rows)
 
 
 class _Table:
     """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
-        self.constant = np.concatenate([real(s.constant) for s in owner.stacks])
+        self.constant = np.concatenate([s.constant.ravel() for s in owner.stacks])
         columns, start = [], 0
-        self.parts = []  # of a vector of all entries: place, kind and shape
+        self.parts = []  # of a vector of all entries: place and shape
         for s in owner.stacks:
-            full = np.zeros((owner.variables, *s.constant.shape), s.constant.dtype)
+            full = np.zeros((owner.variables, *s.constant.shape))
             full[owner.scalars] = s.slopes
             for i, b in enumerate(s.blocks):
                 for t in b.products:
                     layout = owner.layouts[t.unknown]
                     end = layout.start + layout.size
                     _add_slopes(full[layout.start : end, i], layout, t)
-            columns.append(full.reshape(owner.variables, -1).view(float))
+            columns.append(full.reshape(owner.variables, -1))
             place = slice(start, start + columns[-1].shape[1])
-            self.parts.append((place, full.dtype, s.constant.shape))
+            self.parts.append((place, s.constant.shape))
             start = place.stop
         self.table = np.hstack(columns)
-        self.weights = None  # all of them one
-        if any(s.weight != 1 for s in owner.stacks):
-            self.weights = np.concatenate(
-                [np.full(c.shape[1], s.weight) for c, s in zip(columns, owner.stacks)]
-            )
 
     def joined(self, owner):
         joined = copy(self)
         blocks = [s for s in owner.stacks if s.gradient is None]
-        last = np.concatenate([real(s.slopes[-1]) for s in blocks])
+        last = np.concatenate([s.slopes[-1].ravel() for s in blocks])
         joined.table = np.vstack([self.table, last])
         for s in owner.stacks[len(blocks) :]:  # a row is one more column
             end = len(joined.constant)
-            joined.parts = [*self.parts, (slice(end, end + 1), float, (1, 1, 1))]
+            joined.parts = [*self.parts, (slice(end, end + 1), (1, 1, 1))]
             joined.constant = np.append(joined.constant, s.constant)
-            if self.weights is not None:
-                joined.weights = np.append(joined.weights, 1.0)
             joined.table = np.column_stack([joined.table, s.gradient])
         return joined
 
     def moved(self, owner):
         """The same slopes with the constants of an ``owner``."""
         moved = copy(self)
-        moved.constant = np.concatenate([real(s.constant) for s in owner.stacks])
+        moved.constant = np.concatenate([s.constant.ravel() for s in owner.stacks])
         return moved
 
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""
         sums = self._split(np.einsum("ak,ak->k", self.table, self.table))
-        return [g.real.diagonal(0, 1, 2) for g in sums]
+        return [g.diagonal(0, 1, 2) for g in sums]
+
+    def slopes(self):
+        """Arrays (k, blocks, q, q), one for each stack."""
+        return [self.table[:, at].reshape(-1, *shape) for at, shape in self.parts]
 
     def at(self, x):
         return self._split(self.constant + x @ self.table)
@@ -370,13 +331,11 @@ class _Table:
         return self._split(direction @ self.table)
 
     def adjoint(self, Z):
-        flat = [real(z) for z in Z]
-        flat = flat[0] if len(flat) == 1 else np.concatenate(flat)
-        return self.table @ (flat if self.weights is None else self.weights * flat)
+        return self.table @ np.concatenate([z.ravel() for z in Z])
 
     def _split(self, flat):
         """The list of stacks that a vector of all their entries holds."""
-        return [flat[at].view(kind).reshape(shape) for at, kind, shape in self.parts]
+        return [flat[at].reshape(shape) for at, shape in self.parts]
 
 
 def _add_slopes(total, layout, product):
@@ -391,4 +350,4 @@ def _add_slopes(total, layout, product):
         part = L[:, None, :, None] * R[None, :, None, :]
         part = part.reshape(-1, *part.shape[2:])
     total[:, rows, cols] += part
-    total[:, cols, rows] += transposed(part)
+    total[:, cols, rows] += part.mT

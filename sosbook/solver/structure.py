@@ -12,16 +12,7 @@ import numpy as np
 
 from ..language.expression import lower_triangle
 
-__all__ = [
-    "Product",
-    "StructuredBlock",
-    "UnknownLayout",
-    "fold",
-    "real",
-    "some_matrix",
-    "structure",
-    "unfold",
-]
+__all__ = ["Product", "StructuredBlock", "UnknownLayout", "some_matrix", "structure"]
 
 
 @dataclass(frozen=True)
@@ -81,7 +72,7 @@ def _lower(n):
 
 @dataclass(frozen=True, eq=False)
 class Product:
-    """The term ``left @ X @ right`` plus its conjugate transpose.
+    """The term ``left @ X @ right`` plus its transpose.
 
     Parameters
     ----------
@@ -108,15 +99,11 @@ class StructuredBlock:
         The terms in the unknown matrices.
     slopes : (s, q, q) array
         Derivatives by the ``s`` scalar variables.
-    weight : int
-        2 where a complex Hermitian block stands for the real one of
-        twice its size, which has each eigenvalue twice.
     """
 
     constant: np.ndarray
     products: list
     slopes: np.ndarray
-    weight: int = 1
 
     def one(self, k):
         """The k-th of the blocks that arrays with one more axis, the first, hold."""
@@ -128,26 +115,11 @@ class StructuredBlock:
             of(self.constant),
             [Product(t.unknown, of(t.left), of(t.right)) for t in self.products],
             self.slopes[:, k] if self.slopes.ndim == 4 else self.slopes,
-            self.weight,
         )
 
     def with_constant(self, constant):
-        """The block with another ``constant``, given for the real block."""
-        if self.weight == 2:
-            constant = fold(constant)
+        """The block with another ``constant``."""
         return replace(self, constant=constant)
-
-    def unfolded(self):
-        """The real block of twice the size, if the weight is 2; else this one."""
-        if self.weight == 1:
-            return self
-        products = []
-        for t in self.products:
-            lefts, rights = np.hsplit(unfold(t.left), 2), np.vsplit(unfold(t.right), 2)
-            products += [Product(t.unknown, L, R) for L, R in zip(lefts, rights)]
-        slopes = np.array([unfold(s) for s in self.slopes])
-        slopes = slopes.reshape(-1, 2 * len(self.constant), 2 * len(self.constant))
-        return StructuredBlock(unfold(self.constant), products, slopes)
 
     def diagonal_squares(self, layouts):
         """Sums of squares of the diagonal entries' derivatives.
@@ -172,25 +144,19 @@ class StructuredBlock:
 
 
 def _row_squares(pairs, symmetric):
-    """For each row r the sum of squares of the entries of Re sum L_r' R_r.
+    """For each row r the sum of squares of the entries of sum L_r' R_r.
 
     Where the unknown is symmetric these are the factors of its free entries.
     """
-    rows = [
-        (part(L), sign * part(R))
-        for L, R in pairs
-        for part, sign in ((np.real, 1), (np.imag, -1))
-        if part(L).any() and part(R).any()
-    ]
     total = 0.0
-    for L, R in rows:
-        for left, right in rows:
+    for L, R in pairs:
+        for left, right in pairs:
             product = (L * left).sum(1) * (R * right).sum(1)
             if symmetric:
                 product = product + (L * right).sum(1) * (R * left).sum(1)
             total = total + product
-    if rows and symmetric:
-        total = total - (sum(L * R for L, R in rows) ** 2).sum(1)
+    if symmetric:
+        total = total - (sum(L * R for L, R in pairs) ** 2).sum(1)
     return total
 
 
@@ -235,11 +201,10 @@ def structure(expressions, unknowns):
 
 
 def _structured(g, matrices, single):
-    """The `StructuredBlock` of an expression; folded where it is Hermitian.
+    """The `StructuredBlock` of an expression.
 
     Of several expressions, see `Affine.each`, it holds arrays with one more axis.
     """
-    q = g.shape[0]
     constant = g.constant.astype(float)
     slopes = np.zeros((len(single), *constant.shape))
     for slope, u in zip(slopes, single):
@@ -248,19 +213,12 @@ def _structured(g, matrices, single):
                 slope += np.asarray(t.left @ t.right, float)
     held = {t.unknown for t in g.terms}
     factors = {k: _factors(g, u) for k, u in enumerate(matrices) if u in held}
-    weight = 1
-    if _is_hermitian(constant, slopes, factors, matrices):
-        constant, slopes, weight = fold(constant), fold(slopes), 2
-        h = q // 2
-        for k, pairs in factors.items():
-            pairs = [(L[..., :h, :], R[..., :h] + 1j * R[..., h:]) for L, R in pairs]
-            factors[k] = [(L, R) for L, R in pairs if L.any()]
     products = [
         Product(k, L, R)
         for k, pairs in factors.items()
         for L, R in _merged(pairs, matrices[k].symmetric)
     ]
-    return StructuredBlock(constant, products, slopes, weight)
+    return StructuredBlock(constant, products, slopes)
 
 
 def _factors(g, unknown):
@@ -280,48 +238,11 @@ def _factors(g, unknown):
     return [(L, R) for L, R in factors.values() if L.any() and R.any()]
 
 
-def _is_hermitian(constant, slopes, factors, matrices):
-    """Whether the block is [[X, Y], [-Y, X]] whatever the unknowns are."""
-    q = constant.shape[-1]
-    if q % 2 or not all(_commutes(g) for g in (constant, *slopes)):
-        return False
-    total = np.zeros((q, q))
-    for k, pairs in factors.items():
-        X = some_matrix(k, *matrices[k].shape, matrices[k].symmetric)
-        for L, R in pairs:
-            total = total + L @ X @ R
-    return _commutes(total + total.mT)
-
-
 @lru_cache(64)
 def some_matrix(k, rows, cols, symmetric):
     """A matrix without any structure of its own, always the same."""
     X = np.cos(1 + k + np.arange(rows * cols) ** 1.5).reshape(rows, cols)
     return X + X.T if symmetric else X
-
-
-def _commutes(g):
-    """Whether g has the form [[X, Y], [-Y, X]], to rounding."""
-    h = g.shape[-1] // 2
-    tolerance = 1e-13 * abs(g).max(axis=(-2, -1), keepdims=True)
-    equal = abs(g[..., :h, :h] - g[..., h:, h:]) <= tolerance
-    return bool((equal & (abs(g[..., :h, h:] + g[..., h:, :h]) <= tolerance)).all())
-
-
-def fold(g):
-    """X + i Y of g = [[X, Y], [-Y, X]]: the same eigenvalues at half the size."""
-    h = g.shape[-1] // 2
-    return g[..., :h, :h] + 1j * g[..., :h, h:]
-
-
-def unfold(z):
-    """The real block [[X, Y], [-Y, X]] of a Hermitian z = X + i Y."""
-    rows, cols = z.shape
-    g = np.empty((2 * rows, 2 * cols))
-    g[:rows, :cols] = g[rows:, cols:] = z.real
-    g[:rows, cols:] = z.imag
-    g[rows:, :cols] = -z.imag
-    return g
 
 
 def _merged(pairs, symmetric):
@@ -330,7 +251,7 @@ def _merged(pairs, symmetric):
     for left, right in pairs:
         L, R, key = _normal(left, right)
         if symmetric and key not in groups:
-            flipped = _normal(right.conj().mT, left.conj().mT)
+            flipped = _normal(right.mT, left.mT)
             if flipped[2] in groups:
                 L, R, key = flipped
         if key in groups:
@@ -346,12 +267,4 @@ def _normal(L, R):
     top = np.take_along_axis(flat, abs(flat).argmax(axis=-1, keepdims=True), axis=-1)
     top = np.where(top == 0, 1, top)  # one of several factors may be zero
     R = R / top
-    if R.dtype == complex and not abs(R.imag).max() > 1e-15:
-        R = R.real.copy()
     return L * top, R, (R.shape, (R.round(12) + 0.0).tobytes())
-
-
-def real(z):
-    """The entries of z in a row, complex ones as pairs of reals."""
-    flat = z.reshape(-1)
-    return flat if flat.dtype == float else flat.view(float)

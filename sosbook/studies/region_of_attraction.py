@@ -16,7 +16,7 @@ from ..lmi.certificates import LMIProof
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
 from ..requirements.pole_region import PoleRegion
-from ..solver.centre import Unbounded
+from ..solver.loop import Unbounded
 from ..synthesis.pid import analyse_pid
 from ..synthesis.scaling import Frame
 from ..theorems import control_bound, initial_state

@@ -13,7 +13,7 @@ import numpy as np
 from ..lmi.solution import CLEAR_MARGIN
 from ..solver.barrier import CONVERGES_BELOW, Barrier, barrier_of
 from ..solver.bounded import bounded, unpacked
-from ..solver.centre import Unbounded, centre, lower_on_ray
+from ..solver.loop import Unbounded, centre
 from ..solver.newton import newton_of
 from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_refuse, holds
 from .scaled_lmis import ScaledLMIs
@@ -121,7 +121,7 @@ def _centre(lmis, x):
     for _ in range(MOST_FRAMES):
         blocks = lmis.compiled
         try:
-            return lmis, centre(blocks, lower_on_ray(blocks, x), **_hints(lmis))
+            return lmis, centre(blocks, x, **_hints(lmis))
         except np.linalg.LinAlgError:  # rounding puts x outside
             return None
         except Unbounded as end:
@@ -163,7 +163,7 @@ def _below(lmis, x, r):
     """The centre of the part with P below r I, from x inside; None if it is lost."""
     try:
         part, inside = bounded(lmis.compiled, lmis.unknowns, x, r)
-        return centre(part, lower_on_ray(part, inside))
+        return centre(part, inside)
     except (Unbounded, np.linalg.LinAlgError):
         return None
 
@@ -200,7 +200,7 @@ def _hints(lmis):
     """What helps `centre` on its way from a point inside.
 
     The blocks of many vertices push a point against those that belong to no vertex,
-    along which it creeps. The centres of a few vertices lead past that.
+    along which it moves slowly. The centres of a few vertices lead past that.
     """
 
     def elsewhere(x):
@@ -208,7 +208,7 @@ def _hints(lmis):
         return None if led is None else lmis.packed(led)
 
     few = few_refuse(lmis.request)
-    return dict(rays=lmis.rays, elsewhere=elsewhere if few else None)
+    return dict(directions=lmis.free_directions, elsewhere=elsewhere if few else None)
 
 
 def nearer(lmis, x):

@@ -10,9 +10,8 @@ from ..lmi.solution import LMISolution
 from ..runtime.time_limit import check_time
 from ..solver.blocks import AffineBlocks, Blocks
 from ..solver.bounded import any_centre, unpacked
-from ..solver.centre import margin, phase_one
+from ..solver.loop import margin, phase_one
 from ..solver.newton import newton_of
-from ..solver.shifted import enter
 from .pair_margins import pair_margins
 
 __all__ = [
@@ -192,7 +191,6 @@ class Cuts:
             A refusal is that of the pairs that were chosen.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
-        near, short = False, True  # the centre of some pairs, and the ways from there
         x = None if start is None else lmis.packed(start)
         margins = -np.ones(len(lmis.request.pairs))  # of no point
         if x is not None:
@@ -201,16 +199,11 @@ class Cuts:
             check_time()
             count *= 2
             some = self.some()
-            entered = enter(some, x) if near else None
-            if entered is None:
-                short &= not near
-                phase = phase_one(some, start=x, multipliers=refuse)
-                if phase.x is None:
-                    return self._refusal(phase)
-                entered = phase.x
-            x = any_centre(some, lmis.unknowns, entered, enough=NEAR_CENTRE)
+            phase = phase_one(some, start=x, multipliers=refuse)
+            if phase.x is None:
+                return self._refusal(phase)
+            x = any_centre(some, lmis.unknowns, phase.x, enough=NEAR_CENTRE)
             margins, inside = self.margins(x, 0.0), True
-            near = short and bool(self.chosen)
         return LMISolution(lmis, unpacked(lmis.unknowns, x))
 
     def _refusal(self, phase):

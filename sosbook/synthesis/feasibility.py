@@ -7,11 +7,10 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
-from ..solver.centre import LONGEST_SOLUTION
+from ..solver.loop import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mode
-from .gentle_gain import start_of
 from .reasons import why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -116,13 +115,13 @@ def find(lmis, start=None, refuse=True, whole=False):
     request, first = lmis.request, None
     if few_refuse(request) and not whole:
         if not few_decide(request):
-            first = lmis.find(False, start or start_of(lmis))
+            first = lmis.find(False, start or lmis.guess())
         if first is None or (first.values is None and refuse):
             first = Cuts(lmis).find(start or lmis.guess(), refuse)
         known = first.values is not None or first.verdict == "infeasible"
         if known or too_many(request) or not refuse:
             return first
-    return lmis.find(refuse, start or start_of(lmis))
+    return lmis.find(refuse, start or lmis.guess())
 
 
 def closer(lmis, near):

@@ -8,7 +8,7 @@ from ..exact.definite import round_digits
 from ..lmi.solution import LMISolution
 from ..runtime.time_limit import OutOfTime
 from ..solver.bounded import any_minimum, unpacked
-from ..solver.centre import Unbounded
+from ..solver.loop import Unbounded
 from .bracket import bracketed, rounded_up
 from .centre import finish, nearer
 from .cutting import Cuts, few_decide, holds

@@ -12,7 +12,7 @@ from ..plants.kinds import Plant
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
-from ..solver.centre import Unbounded
+from ..solver.loop import Unbounded
 from .error_loop import vertices_of
 from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem

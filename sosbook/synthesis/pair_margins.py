@@ -6,7 +6,7 @@ from ..language.matrices import margins
 from ..lmi.text import floats
 from ..requirements.base import BlockName
 from ..runtime.time_limit import check_time
-from ..solver.centre import margin
+from ..solver.loop import margin
 from .pair_stacks import alone, read, stacked, together
 
 __all__ = ["named_margins", "pair_margins"]

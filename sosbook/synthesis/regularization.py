@@ -18,7 +18,7 @@ from ..plants.second_order import Polytope, SecondOrderSystem
 from ..plants.signals import Sine, Step
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
-from ..solver.centre import Unbounded
+from ..solver.loop import Unbounded
 from ..theorems.regularization import regular_mass
 from .mass_refusal import refuse_regular, unreached
 from .regularity import (

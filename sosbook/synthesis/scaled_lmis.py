@@ -15,7 +15,7 @@ from ..lmi.text import floats
 from ..lmi.trusted import TrustedProblem
 from ..requirements.magnitudes import magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
-from ..solver.centre import margin
+from ..solver.loop import margin
 from .certificates import prove, refuse_design
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_margins import named_margins
@@ -159,7 +159,7 @@ class ScaledLMIs(TrustedProblem):
             return None
         return {u.name: values[u.name] for u in self.unknowns}
 
-    def rays(self):
+    def free_directions(self):
         """Directions in which the points may have no end, (k,) arrays.
 
         A mode v of the plant that lies where it is asked without any input lets P

@@ -17,7 +17,6 @@ from ..exact.rational import (
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
 from ..runtime.time_limit import check_time
-from ..solver.stacks import transposed
 from .request_as_data import loop_data, loop_request
 
 __all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
@@ -208,9 +207,9 @@ def _responses(loop, omegas):
     turn, sizes, _ = np.linalg.svd(left[..., len(E) :], full_matrices=False)
     held = sizes > NOISE * sizes[:, :1]
     shares = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=held)
-    left = transposed(turn * shares[:, None, :]) @ left  # now y y* = I, or zero
+    left = (turn * shares[:, None, :]).conj().mT @ left  # now y y* = I, or zero
     c, sizes, _ = np.linalg.svd(left[..., : len(E)] @ Bw)
-    return sizes[:, 0], (transposed(c)[:, :1] @ left)[:, 0]
+    return sizes[:, 0], (c.conj().mT[:, :1] @ left)[:, 0]
 
 
 def _order(loop, omega):
@@ -234,7 +233,7 @@ def _without_input(loop, omegas):
     directions, sizes, _ = np.linalg.svd(M)
     rank = (sizes > NOISE * sizes[:, :1]).sum(axis=1)
     zero = np.arange(M.shape[1]) < rank[:, None]
-    return rows, np.where(zero[..., None], 0, transposed(directions)), rank
+    return rows, np.where(zero[..., None], 0, directions.conj().mT), rank
 
 
 def _balanced(M):

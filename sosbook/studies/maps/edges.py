@@ -15,8 +15,9 @@ from ...language import Unknown, block, eye
 from ...requirements.shorthand import parameter
 from ...runtime.time_limit import OutOfTime, checked_seconds
 from ...runtime.time_limit import time_limit as limited
+from ...solver.blocks import Blocks
 from ...solver.bounded import unpacked
-from ...solver.centre import Blocks, Unbounded
+from ...solver.loop import Unbounded
 from ...solver.newton import newton_of
 from ...solver.primal_dual import interior_steps
 from ...synthesis.design import Design

@@ -14,7 +14,7 @@ import numpy as np
 from ...requirements.vocabulary import Parameter
 from ...runtime.time_limit import OutOfTime, checked_seconds
 from ...runtime.time_limit import time_limit as limited
-from ...solver.centre import margin
+from ...solver.loop import margin
 from .ask import Ask, again, point, seen
 from .search import Search, certified, provably_refused, replaced
 

@@ -1,0 +1,324 @@
+"""The loop: a point inside, the analytic centre, the minimum of a linear objective.
+
+1. `phase_one` raises t until all blocks G_k(x) > t I hold with t = 0, by steps of
+   points and multipliers (`maximize_t`). Where these can't decide, Newton's method
+   follows the central path inside a ball, which yields multipliers, too.
+2. `centre` minimises the barrier -sum log det G_k(x) by Newton's method, whose steps
+   are bent (`Curve`) or searched along (`Barrier.step`).
+3. `minimize` goes near the central path, takes steps of points and multipliers along
+   it (`minimize_linear`), and where these don't end, follows it by Newton's method.
+
+The numbers of sections are those of Boyd and Vandenberghe (2004), where each step is
+derived; the numbers that end a phase are fields of `Settings`.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..runtime.threads import one_thread
+from .barrier import MOST_GROWTHS, Barrier, barrier_of, grows
+from .multipliers import excluded_radius, refined
+from .newton import newton_of
+from .primal_dual import (
+    FARTHEST_POINT,
+    maximize_t,
+    minimize_linear,
+    near_centre,
+    positive,
+)
+
+__all__ = [
+    "LONGEST_SOLUTION",
+    "Phase",
+    "Unbounded",
+    "centre",
+    "margin",
+    "minimize",
+    "phase_one",
+]
+
+LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
+ENDLESS = "no analytic centre was found: the set seems to be unbounded"
+NO_LEAST = "no minimum was found: perhaps it isn't attained"
+
+
+class Unbounded(ValueError):
+    """Raised where no analytic centre or no minimum is found: there may be none.
+
+    Parameters
+    ----------
+    message : str
+        What wasn't found.
+    x : array, optional
+        The best point that was: strictly feasible, not optimal. None where a
+        direction is known in which the set has no end.
+    """
+
+    def __init__(self, message, x=None):
+        super().__init__(message)
+        self.x = x
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """Outcome of phase one.
+
+    Parameters
+    ----------
+    verdict : {"feasible", "infeasible", "undecided"}
+        What is known of the blocks.
+    x : array or None
+        A strictly feasible point.
+    Z : list of ardirections or None
+        Multipliers of an infeasibility proof: Z_k > 0,
+        sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
+    last_iterate : array or None
+        The last iterate, where no feasible point was found.
+    excluded_radius : float
+        No feasible x has a smaller 2-norm than this.
+    """
+
+    verdict: str
+    x: np.ndarray | None = None
+    Z: list | None = None
+    last_iterate: np.ndarray | None = None
+    excluded_radius: float = 0.0
+
+
+@one_thread
+def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=True):
+    """Find x with all G_k(x) > 0, or multipliers that exclude it.
+
+    It maximises t subject to G_k(x) > t I along the central path, inside
+    the ball |x| < radius, and stops as soon as t is known to be positive or
+    known to stay negative: phase one of section 11.4. Where all blocks are
+    homogeneous the first one, X > 0, is read as X > I, which changes nothing
+    but excludes x = 0. Where only the ball stands in the way, the larger
+    ball ``wide`` is tried. "infeasible" says that no solution is shorter than
+    ``excluded_radius``, half the radius or more, and that none was found beyond.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks G_k, affine in x.
+    radius, wide : float
+        Radii of the two balls.
+    start : array, optional
+        Where to start from, if that is better than 0.
+    watch : callable, optional
+        Called after each step, as by `maximize_t`.
+    multipliers : bool
+        False saves their search: what isn't found feasible is "undecided".
+
+    Returns
+    -------
+    Phase
+        The verdict, with a point or with multipliers.
+    """
+    if start is not None and positive(newton_of(blocks).at(start)):
+        return Phase("feasible", x=start)
+    asked = blocks
+    if not any(c.any() for c in blocks.constants):
+        first = -np.eye(len(blocks.constants[0]))
+        blocks = blocks.with_constants([first, *blocks.constants[1:]])
+    # t is raised in units in which the blocks' diagonals are near one
+    units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
+    newton = newton_of(blocks).joined([-D for D in units])
+    x = np.zeros(blocks.variables)
+    scales = newton.stacked_diagonals(blocks.diagonal_scales)
+    least, below = newton.least(np.append(x, 0.0), scales).min(), 1.0
+    if start is not None:
+        there = newton.least(np.append(start, 0.0), scales).min()
+        size = max(np.abs(start).max(), 1.0)
+        if there / size > least:  # far away blocks are larger
+            x, least, below = start, there, max(abs(there), 0.1)
+    x = np.append(x, min(least, 0) - below)
+    verdict, last = maximize_t(newton, x, watch=watch)
+    if verdict == "feasible":
+        return Phase("feasible", x=last[:-1])
+    if not multipliers:
+        return Phase("undecided", last_iterate=last[:-1])
+    weight = 1.0
+    if verdict == "infeasible":
+        last[-1] *= 2
+        if Barrier(newton).factors(last) is not None:
+            x = last
+            while 8 * weight < -2 * blocks.degree / x[-1]:
+                weight *= 8  # t < 0 can't be seen with so little
+    return _central_path(asked, blocks, newton, x, weight, radius, wide)
+
+
+def _central_path(asked, blocks, newton, x, weight, radius, wide):
+    """Phase one inside a ball, until t is positive or stays negative.
+
+    This is the barrier method (section 11.3): centres for growing weights of
+    the cost -t, each of them with a dual point inv(G) / weight.
+    """
+    radius = max(radius, 10 * np.linalg.norm(x))  # the ball holds the start
+    barrier = Barrier(newton, radius)
+    cost = np.zeros(len(x))
+    cost[-1] = -1.0
+    without_t = np.append(np.ones(len(x) - 1), 0.0)
+    while weight < 1e13:
+        for _ in range(300):
+            x, decrement = barrier.step(x, weight * cost)
+            if x[-1] > 0 and barrier.factors(x * without_t) is not None:
+                return Phase("feasible", x=x[:-1])
+            if decrement < 0.1:
+                break
+        else:
+            return Phase("undecided", last_iterate=x[:-1])
+        # at a centre, t* <= t + (degree + ball) / weight
+        if x[-1] + 2 * (blocks.degree + 1) / weight < 0:
+            x = barrier.descend(x, weight * cost, 1e-9, 20)
+            Z = [z / weight for z in barrier.multipliers(x)]
+            excluded = excluded_radius(blocks, Z)
+            if excluded < LONGEST_SOLUTION:
+                Z = refined(blocks, Z)
+                excluded = excluded_radius(blocks, Z)
+            verdict = "infeasible" if excluded >= radius / 2 else "undecided"
+            if excluded < wide / 2 and radius < wide:
+                further = phase_one(asked, wide)
+                if further.x is not None or verdict == "undecided":
+                    return further
+            return Phase(verdict, Z=Z, last_iterate=x[:-1], excluded_radius=excluded)
+        weight *= 8
+    return Phase("undecided", last_iterate=x[:-1])
+
+
+@one_thread
+def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
+    """The analytic centre, which maximises sum log det G_k (section 8.5.3).
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks G_k.
+    x : (k,) array
+        A strictly feasible point to start from.
+    watch : callable, optional
+        Called after each Newton step with a dict: step, x, decrement and
+        the iterations of conjugate gradients.
+    enough : float, optional
+        Stop at a smaller decrement than this.
+    directions : callable, optional
+        Without arguments: directions, (k,) ardirections, in which the set may be
+        unbounded. They are looked at where a centre is slow to show itself.
+    elsewhere : callable, optional
+        From x to another strictly feasible point, or to None. It is asked for where
+        Newton's method is slow.
+
+    Returns
+    -------
+    (k,) array
+        The centre.
+
+    Raises
+    ------
+    Unbounded
+        If no centre is found: an unbounded set has none.
+    """
+    barrier = barrier_of(blocks)
+    newton, use = barrier.newton, blocks.settings
+    zero, decrement, left, growths, alone = np.zeros(len(x)), 1.0, 1.0, 0, 0
+    ways = [elsewhere, partial(near_centre, newton)]
+    ways = [] if newton.iterative else [way for way in ways if way is not None]
+    enough, goal = enough or use.centre_decrement, use.centre_decrement_iterative
+    for count in range(200):
+        before, behind = decrement, x
+        last = left < use.last_step_below  # where one more step is enough
+        tolerance = goal / (2 * left) if last else min(0.1, decrement)
+        x, decrement = barrier.step(x, zero, tolerance)
+        left = decrement * max(decrement, tolerance)  # of conjugate gradients
+        growths += grows(before, decrement)
+        if watch is not None:
+            state = dict(step=count + 1, x=x, decrement=decrement)
+            watch(state | dict(iterations=newton.iterations[-1:]))
+        if decrement < enough or (newton.iterative and left < goal):
+            return x
+        if x @ x > 1e16 or growths > MOST_GROWTHS:
+            break
+        # below one there is a centre (section 9.6.4)
+        far = x @ x > use.far_step**2 * (behind @ behind)
+        far = far or count + 1 == use.steps_before_directions
+        if directions is not None and decrement >= 1 and far:
+            if barrier.recedes(x, directions()):
+                raise Unbounded(ENDLESS)
+            directions = None
+        alone += 1
+        if alone == use.steps_alone and decrement >= 1 and ways:
+            near = None
+            while near is None and ways:
+                near = ways.pop(0)(x)
+            if near is None:
+                break
+            x, alone = near, 0
+    raise Unbounded(ENDLESS, x)
+
+
+@one_thread
+def minimize(blocks, cost, x, gap=1e-6):
+    """Minimise cost.x over the blocks, from a strictly feasible point.
+
+    The primal-dual method goes first; where it doesn't reach the accuracy, the
+    barrier method (section 11.3) does: at a centre the optimum is at least
+    cost.x - nu / weight.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks G_k.
+    cost : (k,) array
+        The linear objective.
+    x : (k,) array
+        A strictly feasible point to start from.
+    gap : float
+        Stop when the optimum is known to this relative accuracy.
+
+    Returns
+    -------
+    x : array
+        Strictly feasible, nearly optimal.
+    bound : float
+        A lower bound of the optimum.
+
+    Raises
+    ------
+    Unbounded
+        If no such point is found, with the last one; the infimum may be zero,
+        or not be attained.
+    """
+    newton = newton_of(blocks)
+    barrier = Barrier(newton)
+    weight = blocks.degree / max(abs(cost @ x), 1e-12)
+    try:  # the primal-dual method is slow from a point near the boundary
+        near = barrier.descend(x, weight * cost, 1.0, blocks.settings.steps_to_path)
+        x = near if np.abs(near).max() < FARTHEST_POINT else x
+    except np.linalg.LinAlgError:
+        pass
+    optimum = minimize_linear(newton, x, cost, gap, weight)
+    if optimum is not None:
+        return optimum
+    for _ in range(20):
+        try:
+            x = barrier.descend(x, weight * cost, 0.1)
+        except np.linalg.LinAlgError:
+            break
+        if np.abs(x).max() > 1e100 or x @ x > 1e16:
+            break
+        uncertainty = 2 * blocks.degree / weight
+        if uncertainty < gap * abs(cost @ x):
+            return x, cost @ x - uncertainty
+        weight *= 8
+    raise Unbounded(NO_LEAST, x)
+
+
+def margin(g):
+    """The smallest eigenvalue of a symmetric g, its diagonal scaled to one."""
+    diagonal = np.diag(g)
+    if diagonal.min() <= 0:
+        return float(diagonal.min())
+    scale = 1 / np.sqrt(diagonal)
+    return float(np.linalg.eigvalsh(g * np.outer(scale, scale))[0])
