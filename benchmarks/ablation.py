@@ -93,7 +93,7 @@ PATHS = {
     ),
     "pairs read at once": (
         "blocks of many pairs of vertices from one reading",
-        [_synthesis("problem", "blocks_of_pairs", lambda *args: {})],
+        [_synthesis("request", "blocks_of_pairs", lambda *args: {})],
     ),
     "a frame's gain": (
         "phase one begins at the gain of a Riccati equation",
