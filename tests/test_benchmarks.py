@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from benchmarks import clock, limits, maps, masses, run, waiting
+from benchmarks import ablation, clock, limits, maps, masses, run, waiting
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.clock import Job, trial
 from benchmarks.competitors import COMPETITORS, Competitor
@@ -354,3 +354,31 @@ def test_each_request_with_a_limit_is_asked(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 2 * len(limits.REQUESTS)
     assert all(line.endswith(("feasible", "undecided")) for line in lines)
+
+
+def test_every_path_can_be_switched_off_and_changes_no_verdict():
+    for path in ablation.PATHS:
+        with ablation.without(path):
+            found = sos.design_pid(ROBOT[0], **ROBOT[1])
+        assert found.status == "feasible", path
+
+
+def test_the_rule_of_an_ablation_by_hand():
+    def record(family, size, ratio, verdicts=None):
+        times = dict(with_s=1.0, without_s=ratio, verdicts=verdicts, gain=0.0)
+        return dict(path="p", family=family, size=size) | times
+
+    records = [record("a", 1, 1.0), record("a", 2, 4.0), record("b", 1, 1.0)]
+    found = ablation.summary("p", records + [record(ablation.RANDOM, 0, 9.0)])
+    assert (found["worst"], found["where"], found["stays"]) == (2.0, "a", True)
+    assert not ablation.summary("p", records[::2])["stays"]
+    differs = record("b", 2, 1.0, ["feasible", "undecided"])
+    assert ablation.summary("p", [records[0], differs])["stays"]
+
+
+def test_the_stored_ablation_has_all_paths():
+    stored = json.loads(ablation.RESULTS.read_text("utf-8"))
+    assert set(ablation.PATHS) <= set(stored["paths"])
+    assert all(r.keys() == stored["fields"].keys() for r in stored["records"])
+    stays = [p for p in ablation.PATHS if p not in ablation.KEPT]
+    assert all(ablation.summary(p, stored["records"])["stays"] for p in stays)
