@@ -127,7 +127,7 @@ def test_corner_and_infinite_wall():
     [
         (dict(saturation=None), "saturation must be"),
         (dict(saturation=sos.Saturation(1, np.ones(6), True)), "acceleration"),
-        (dict(saturation=sos.Saturation(1, np.ones(5))), "5 entries, needs 6"),
+        (dict(saturation=sos.Saturation(1, np.ones(5))), "5 entries, needs 2n"),
         (dict(K=np.zeros((2, 6))), "doesn't stabilise"),
         (dict(K=np.zeros((2, 5))), "K has 5 columns"),
     ],

@@ -58,7 +58,8 @@ def magnitudes(requirement, request, frame):
     found, known = [], []
     for _ in parts[0] and range(3):
         found.append(max(b.least(known) for b in blocks))
-        known.append(2 * found[-1] or 1.0)
+        # beside others' P, which is near I, its own may be far larger than it must
+        known.append(2 * found[-1] or 1.0 if known else max(2 * found[0], 1.0))
     return Magnitudes(*found or (0.0, 0.0, 0.0))
 
 
