@@ -269,14 +269,6 @@ class Requirement(OfKind, ABC, ReadOnly):
         """
         return " ".join(("size for", *dict.fromkeys(self.key)))
 
-    def holds_at(self, root: Any) -> bool | None:
-        """Whether a pole at a `Root`, ``root``, keeps it; None if that isn't known.
-
-        True and False are proven: an "infeasible" rests on them.
-        """
-        form = self.pole_matrices()
-        return True if form is None else root.inside(*form)
-
     @staticmethod
     def read(data: dict) -> "Requirement":
         """The requirement of `data`, of whatever kind."""

@@ -1,7 +1,7 @@
 // From a plant and what is asked of it to gains, or to why there are none.
 import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
 import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
-import {refuted} from "./refusal.js";
+import {refusalOf} from "./refusal.js";
 import {assembled, joined, scalarsOf, sizeName} from "./request.js";
 import {centre, factored, inverses, minimize, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
@@ -34,7 +34,7 @@ export function design(request, start = null, hasty = false) {
   }
   if (found.verdict !== "feasible") {
     const refusal =
-      found.verdict === "infeasible" && !hasty ? refuted(request, frame, blocks, found.Z) : null;
+      found.verdict === "infeasible" && !hasty ? refusalOf(request, frame, blocks, found.Z) : null;
     const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
     if (refusal)
       return {
@@ -228,7 +228,7 @@ export function least(request, plain, pairs) {
   const start = guess(blocks, frame), found = phaseOne(blocks, start);
   if (found.verdict !== "feasible") {  // proven where it is, for the largest bound
     const refusal =
-      found.verdict === "infeasible" ? refuted({...request, asked}, frame, blocks, found.Z) : null;
+      found.verdict === "infeasible" ? refusalOf({...request, asked}, frame, blocks, found.Z) : null;
     return {
       status: refusal ? "infeasible" : "undecided",
       steps: [found.steps, 0],

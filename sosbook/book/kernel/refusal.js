@@ -12,7 +12,7 @@ const MULTIPLIER_DIGITS = 15;
 
 // {list, Z, scale, frame}: exact multipliers Z / scale of blocks that are laid out in the
 // frame of the float ones; null where no exact ones were found.
-export function refuted(request, frame, blocks, floats) {
+export function refusalOf(request, frame, blocks, floats) {
   const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
   const there =
