@@ -154,7 +154,7 @@ class Barrier:
             t /= 2
         else:
             return None
-        for _ in range(MOST_DOUBLINGS):  # a valley may go on
+        for _ in range(MOST_DOUBLINGS):  # the way may be long
             if t < longest:
                 break
             longest *= 2

@@ -172,8 +172,9 @@ def minimize_linear(newton, x, cost, gap, weight):
 def near_centre(newton, x):
     """A point next to the analytic centre, or None where none is seen.
 
-    At the centre S Z = I with sum <G_ka, Z_k> = 0. Newton's method creeps through
-    a curved valley; steps of S and of Z pass it in some twenty.
+    At the centre S Z = I with sum <G_ka, Z_k> = 0. Where Newton's steps are
+    short, such as far from a centre of many vertices, steps of S and of Z take some
+    twenty.
 
     Parameters
     ----------
