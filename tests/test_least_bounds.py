@@ -78,16 +78,16 @@ def test_the_least_torque_of_a_bicycle(speeds):
     assert less.status == "infeasible" and less.infeasibility.proven
 
 
-@pytest.mark.parametrize("power", [-2, -6, -8, -10])
+@pytest.mark.parametrize("power", [-2, -6, -8, -9])
 def test_the_norm_of_a_loop_with_a_slow_integral(power):
-    """The pole near 10^power makes P as large as that of the others is small."""
+    """The pole near 10^power makes P as large as that of the others is small.
+
+    From 10^-9.7 on roundings decide whether a point is found.
+    """
     d = sos.analyse_pid(ONE, [[0, 0, -(10.0**power)]], U=[[1]], minimize="gamma")
     assert d.status == "feasible"
     assert d.hinf() < d.gamma
-    if power > -10:
-        assert d.gamma < 1.02 * d.hinf() and d.certify().proven
-    else:
-        assert d.gamma < 1.02 * d.hinf() or "isn't known" in d.reason
+    assert d.gamma < 1.02 * d.hinf() and d.certify().proven
 
 
 @COUPLINGS
