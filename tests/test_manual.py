@@ -112,3 +112,35 @@ def test_code_in_a_chapter_leads_to_the_manual_and_back(site):
 def test_the_manual_names_no_folder_of_the_machine(site):
     for path in (site / "book" / "api").glob("*.html"):
         assert str(ROOT) not in path.read_text("utf-8")
+
+
+def test_a_request_lives_as_its_page_says():
+    """Each function of the table is called, in the order of the steps."""
+    page = (ROOT / "book" / "api" / "life_of_a_request.md").read_text("utf-8")
+    rows = [line for line in page.splitlines() if re.match(r"\| \d+ \|", line)]
+    steps = [re.findall(r"`(\S+\.py)` `(\S+)`", row) for row in rows]
+    first, here = {}, Path(sosbook.__file__).parent
+
+    def seen(frame, event, _):
+        code = frame.f_code
+        file = Path(code.co_filename)
+        if event == "call" and here in file.parents:
+            name = file.relative_to(here).as_posix(), code.co_qualname
+            first.setdefault(name, len(first))
+
+    masses = [sosbook.SecondOrderSystem([[m]], [[1]], [[1]], [[1]]) for m in (1, 2)]
+    sys.setprofile(seen)
+    try:
+        design = sosbook.design_pid(
+            sosbook.Polytope(masses),
+            region=sosbook.PoleRegion(1),
+            saturation=sosbook.Saturation(9, [1, 0]),
+        )
+        assert design.certify().proven
+    finally:
+        sys.setprofile(None)
+    places = [[first[name] for name in step] for step in steps]
+    assert [row[:4].strip("| ") for row in rows] == [f"{k}" for k in range(1, 11)]
+    assert sum(places, []) == sorted(sum(places, []))
+    for name in re.findall(r"`((?:sosbook|tests|proofs|solver|exact)/\S+\.py)`", page):
+        assert (ROOT / name).exists() or (here / name).exists(), name
