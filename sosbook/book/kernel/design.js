@@ -2,7 +2,7 @@
 import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
 import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
 import {refusalOf} from "./refusal.js";
-import {assembled, joined, scalarsOf, sizeName} from "./request.js";
+import {assembled, conditionOf, joined, scalarsOf, sizeName} from "./request.js";
 import {centre, factored, inverses, minimize, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
 
@@ -41,7 +41,7 @@ export function design(request, start = null, hasty = false) {
         status: "infeasible",
         refusal,
         steps,
-        reason: "Exact multipliers of the LMIs exclude every solution."
+        reason: `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.`
       };
     if (found.verdict === "undecided")
       return {

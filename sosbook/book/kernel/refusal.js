@@ -1,11 +1,11 @@
 // Why there is no design, in exact arithmetic: multipliers Z_k > 0 of the blocks G_k with
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
-import {coupledPairs, descriptors, rounded, sized} from "./descriptor.js";
+import {coupledPairs, descriptors, rounded} from "./descriptor.js";
 import {atPlaces, decimal, decimals, definite, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros} from "./exact.js";
 import {inverse, mapped, rowsOf} from "./matrices.js";
 import {claimsOf, exactRegions, fileOf} from "./proof.js";
-import {followersOf, laidOut} from "./request.js";
+import {conditionOf, followersOf, laidOut} from "./request.js";
 import {dot} from "./solver.js";
 
 const MULTIPLIER_DIGITS = 15;
@@ -214,9 +214,7 @@ function staysDefinite(near, far, scale) {
 
 // The file of a refusal, which `python -m sosbook verify` accepts.
 export function refusalFile(request, {list, Z, scale, frame}) {
-  const {left, T, back} = frame, {asked} = request, names = sized(asked);
-  const tied =
-    names.length > 1 && !followersOf(asked).length ? ` for mu = ${decimal(asked.mu)}` : "";
+  const {left, T, back} = frame, tied = conditionOf(request.asked, decimal);
   const claims =
     [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
   const multipliers = list.map(({key, multiplied}, k) => {

@@ -42,6 +42,12 @@ export function followersOf(asked) {
   return tied ? [] : names.slice(1);
 }
 
+// What a refusal is subject to: " for mu = 1"; else empty.
+export function conditionOf(asked, written = mu => +mu.toPrecision(6)) {
+  return sized(asked).length > 1 && !followersOf(asked).length ? ` for mu = ${written(asked.mu)}`
+                                                               : "";
+}
+
 export const KINDS = {
   gamma: ["gamma", "gamma"],
   cost: ["cost", "cost"],
