@@ -43,7 +43,7 @@ export function followersOf(asked) {
 }
 
 // What a refusal is subject to: " for mu = 1"; else empty.
-export function conditionOf(asked, written = mu => +mu.toPrecision(6)) {
+export function conditionOf(asked, written = mu => String(+mu.toPrecision(6))) {
   return sized(asked).length > 1 && !followersOf(asked).length ? ` for mu = ${written(asked.mu)}`
                                                                : "";
 }
