@@ -227,8 +227,9 @@ export function least(request, plain, pairs) {
   const frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   const start = guess(blocks, frame), found = phaseOne(blocks, start);
   if (found.verdict !== "feasible") {  // proven where it is, for the largest bound
-    const refusal =
-      found.verdict === "infeasible" ? refusalOf({...request, asked}, frame, blocks, found.Z) : null;
+    const refusal = found.verdict === "infeasible"
+      ? refusalOf({...request, asked}, frame, blocks, found.Z)
+      : null;
     return {
       status: refusal ? "infeasible" : "undecided",
       steps: [found.steps, 0],
