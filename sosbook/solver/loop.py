@@ -71,7 +71,7 @@ class Phase:
         What is known of the blocks.
     x : array or None
         A strictly feasible point.
-    Z : list of ardirections or None
+    Z : list of arrays or None
         Multipliers of an infeasibility proof: Z_k > 0,
         sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
     last_iterate : array or None
@@ -204,7 +204,7 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
     enough : float, optional
         Stop at a smaller decrement than this.
     directions : callable, optional
-        Without arguments: directions, (k,) ardirections, in which the set may be
+        Without arguments: directions, (k,) arrays, in which the set may be
         unbounded. They are looked at where a centre is slow to show itself.
     elsewhere : callable, optional
         From x to another strictly feasible point, or to None. It is asked for where
@@ -294,7 +294,7 @@ def minimize(blocks, cost, x, gap=1e-6):
     barrier = Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     try:  # the primal-dual method is slow from a point near the boundary
-        near = barrier.descend(x, weight * cost, 1.0, blocks.settings.steps_to_path)
+        near = barrier.descend(x, weight * cost, 1.0, blocks.settings.barrier_steps)
         x = near if np.abs(near).max() < FARTHEST_POINT else x
     except np.linalg.LinAlgError:
         pass

@@ -11,6 +11,13 @@ def excluded_radius(blocks, Z):
     """The 2-norm that every feasible x has at least, if all Z_k > 0.
 
     A feasible x has 0 <= sum <G_k(x), Z_k> = value + residual.x.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The blocks G_k.
+    Z : list of arrays
+        The multipliers, one for each block.
     """
     value, residual = blocks.value(Z), blocks.adjoint(Z)
     norm = np.linalg.norm(residual)

@@ -85,7 +85,7 @@ class Settings:
     far_step : float
         A point so many times as far from 0 as the one before has them looked for at
         once.
-    steps_to_path : int
+    barrier_steps : int
         Of the barrier method, before points and multipliers find a minimum.
     phase_one_steps, minimum_steps, centre_steps, deepest_steps : int
         The most steps of points and multipliers; usually some twenty are taken.
@@ -122,7 +122,7 @@ class Settings:
     steps_alone: int = 15
     steps_before_directions: int = 6
     far_step: float = 3.0
-    steps_to_path: int = 8
+    barrier_steps: int = 8
     phase_one_steps: int = 60
     minimum_steps: int = 40
     centre_steps: int = 100

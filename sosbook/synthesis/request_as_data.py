@@ -14,11 +14,8 @@ __all__ = ["loop_data", "loop_request", "read_request", "request_data"]
 def request_data(request):
     """The plant and what is asked of it by a request: lists, words and decimals."""
     slack = request.coupling == "slack"
-    K_A = request.K_A
     return {
-        "plant": plant_data(request.plant),
-        "U": [] if request.U is None else decimals(request.U),
-        "K_A": None if K_A is None else decimals(K_A),
+        **loop_data(request),
         "coupling": request.coupling,
         "epsilon": decimal(request.slack) if slack else None,
         "E0": decimals(request.mean.E) if slack else None,
@@ -53,8 +50,12 @@ def read_request(data, gain=None):
 
 def loop_data(request):
     """What a file says of the plant of a request, whatever is asked."""
-    data = request_data(request)
-    return {name: data[name] for name in ("plant", "U", "K_A")}
+    K_A = request.K_A
+    return {
+        "plant": plant_data(request.plant),
+        "U": [] if request.U is None else decimals(request.U),
+        "K_A": None if K_A is None else decimals(K_A),
+    }
 
 
 def loop_request(data):
