@@ -17,7 +17,8 @@ _QUOTED = re.compile(
     r"\"([^\"\n]*(?:\n[^\"\n]+)*)\"|“([^”]*)”|(?<!\w)‘([^’]*)’"
     r"|(?<![\w'])'([^'\n]{3,}?)'(?![\w'])"
 )
-_ROWS = sorted((pages.ROOT / "sosbook" / "book" / "reproduction").rglob("*.py"))
+_REPRODUCTION = pages.ROOT / "sosbook" / "book" / "reproduction"
+_ROWS = sorted([*_REPRODUCTION.glob("*.py"), *_REPRODUCTION.glob("*.toml")])
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def _phrases(text, page, place):
 
 @cache
 def phrases(path):
-    """The quoted phrases of a page or of a module's strings."""
+    """The quoted phrases of a page, of a module's strings or of a table's."""
     if path.suffix == ".py":
         tree = ast.parse(path.read_text(encoding="utf-8"))
         return tuple(
@@ -56,6 +57,14 @@ def phrases(path):
             for node in ast.walk(tree)
             if isinstance(node, ast.Constant) and isinstance(node.value, str)
             for phrase in _phrases(node.value, path.stem, f"line {node.lineno}")
+        )
+    if path.suffix == ".toml":
+        return tuple(
+            phrase
+            for entries in tomllib.loads(path.read_text(encoding="utf-8")).values()
+            for entry in entries
+            for text in entry.values()
+            for phrase in _phrases(text, path.stem, entry["place"])
         )
     if path.suffix == ".md":
         text = markup.FENCE.sub("", path.read_text(encoding="utf-8"))
@@ -115,7 +124,7 @@ def unknown(path):
         words = plain(phrase.words)
         if is_quotation(phrase.words) or words in others:
             continue
-        if path.suffix != ".py" and f" {words} " in _program_words():
+        if path.suffix not in {".py", ".toml"} and f" {words} " in _program_words():
             continue
         yield phrase
 

@@ -1,6 +1,6 @@
 """What a row of the reproduction table and an erratum hold."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,6 @@ __all__ = [
     "below",
     "claim",
     "compare",
-    "filled",
     "format_gain",
     "format_poles",
     "matched",
@@ -118,20 +117,6 @@ class Erratum:
     def __post_init__(self):
         if self.kind not in KINDS:
             raise ValueError(f"unknown kind {self.kind!r}")
-
-
-def filled(errata, numbers):
-    """The errata with computed numbers, by their names, in place of {braces}."""
-    return tuple(
-        replace(
-            erratum,
-            **{
-                f.name: getattr(erratum, f.name).format(**numbers)
-                for f in fields(erratum)
-            },
-        )
-        for erratum in errata
-    )
 
 
 def compare(printed, ours, tolerance):

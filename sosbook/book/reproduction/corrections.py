@@ -1,0 +1,86 @@
+"""Corrections to the thesis's text, and what was found right.
+
+The texts stand in ``corrections.toml``, what they leave open is computed here.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from ...delay import largest
+from .. import ledger, thesis
+from .table import Erratum
+
+__all__ = ["Checked", "checked", "errata"]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A part of the text that stands.
+
+    Parameters
+    ----------
+    place, what : str
+        Where it stands in the thesis, and what was checked.
+    how : str
+        How the book checks it.
+    chapter : str
+        File of the chapter that does.
+    """
+
+    place: str
+    what: str
+    how: str
+    chapter: str
+
+
+@cache
+def errata():
+    """Corrections to the text that this edition relies on."""
+    numbers = _wing() | _controllers()
+    return tuple(
+        Erratum(**{name: text.format(**numbers) for name, text in entry.items()})
+        for entry in _texts()["errata"]
+    )
+
+
+def checked():
+    """Formulas of the thesis that were checked and found right."""
+    return tuple(Checked(**entry) for entry in _texts()["checked"])
+
+
+def _texts():
+    return tomllib.loads((files(__package__) / "corrections.toml").read_text("utf-8"))
+
+
+def _wing():
+    """How far the wing's promise is proven, and false."""
+    ex = thesis.delay_example_1(published=True)
+    best = ledger.wing(ex.delta)
+    theorem = largest("mu", ex.plant, ex.K, ex.U, ex.tau, 0.008, ex.delta, refuse=False)
+    return {
+        "proven": best.proven / best.tau,
+        "false": best.false / best.tau,
+        "seconds": best.proven,
+        "share": best.share,
+        "theorem": theorem.value,
+    }
+
+
+def _controllers():
+    """What the printed (4.28) and Table 4.1 imply."""
+    printed = thesis.mip()
+    _, (_, (zero, _)), (pole, *_) = printed.controller
+    ((theta, phi, *_),) = printed.pd[5]
+    return {
+        "zero": zero,
+        "pole_in_hertz": -pole / 2 / np.pi,
+        "zero_in_hertz": zero / 2 / np.pi,
+        "exponent": pole * 0.01,
+        "factor": np.exp(pole * 0.01),
+        "lag": np.degrees(np.arctan(2 * np.pi * 50 / zero)),
+        "wheel": theta / phi,
+    }
