@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -13,7 +12,6 @@ from sosbook.mip.recovery import largest_tilt, recover, recovered
 from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.sensors import Sensors
 from sosbook.mip.simulator import Run, simulate
-from sosbook.plots.robot import robot_run
 
 from sosbook import thesis
 from tests.gains import named
@@ -443,23 +441,6 @@ def test_the_integral_turns_a_gyros_drift_into_an_offset():
     run = simulate(MIP, firmware, 0.0, 12.0, sensors=IDEAL, bias=-w, substeps=2)
     phi = -w * run.t[-1] - K[0, 0] * w / K[0, 4]
     assert abs(run.x[1, 0, -1] - phi) < 0.01 * abs(phi)
-
-
-def test_a_plot_of_a_run_holds_each_robot_and_the_limits():
-    run = simulate(MIP, FIRMWARE, [0.1, 0.2], 0.2)
-    figure = robot_run(run, names=["a", "b"], panels=["phi", "V", "error"])
-    wheels, volts, error = figure.axes
-    plt.close(figure)
-    assert [line.get_label() for line in wheels.lines[1:]] == ["a", "b"]
-    assert (wheels.lines[2].get_ydata() == run.x[1, 1]).all()
-    assert [line.get_ydata()[0] for line in volts.lines[3:]] == [-V_MAX, V_MAX]
-    assert np.allclose(
-        np.deg2rad(error.lines[1].get_ydata()), run.estimate[0] - run.x[0, 0]
-    )
-    with pytest.raises(ValueError, match="panels has 'u'"):
-        robot_run(run, panels=["u"])
-    with pytest.raises(ValueError, match="names has 1"):
-        robot_run(run, names=["a"])
 
 
 def test_an_edge_just_after_a_tick_is_a_step_of_its_own():

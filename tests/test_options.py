@@ -128,11 +128,6 @@ FIRMWARE = sos.mip.Firmware(law())
 STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
 
 
-@cache
-def run():
-    return sos.mip.simulate(sos.mip.Mip.printed(), FIRMWARE, 0.1, t_end=0.2)
-
-
 def late(function, plants, *given):
     def ask(plant):
         return lambda **o: function(plant, *given, tau=0.1, delta=0.01, **o)
@@ -173,7 +168,6 @@ CALLS = {
         )
     ],
     "misprint": [sos.counterexamples.misprint],
-    "robot_run": [lambda panels: sos.plots.robot_run(run(), panels=panels)],
     "slider": [lambda scale: slider("a", "A", "", (0.1, 1), 0.1, 1, scale)],
     "regulator": [lambda laws: regulator((1, 10), (10,), laws=laws)],
     "delay_margin": [

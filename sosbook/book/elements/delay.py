@@ -9,13 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from ...delay.profiles import (
-    ConstantDelay,
-    RandomDelay,
-    SawtoothDelay,
-    SineDelay,
-    SwitchingDelay,
-)
+from ...delay.profiles import RandomDelay
 from ...delay.request import DelayRequest
 from ...delay.solve import solve_delay
 from ...runtime.progress import each
@@ -24,14 +18,7 @@ from .page import significant
 from .program import plant_data
 from .records import DELAY_BLOCKS, delay_record
 
-__all__ = [
-    "DELAY_KINDS",
-    "DelayAtlas",
-    "delay_atlas",
-    "output_name",
-    "signal_of",
-    "unit_set_point",
-]
+__all__ = ["DELAY_KINDS", "DelayAtlas", "delay_atlas", "output_name", "unit_set_point"]
 
 #: Ways in which the delay varies within its interval.
 DELAY_KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
@@ -43,46 +30,6 @@ SCALARS = {
 }
 SINE_PERIOD, DWELL_TIME, SEED = 10, 2, 0  # period and dwell in units of tau
 LINE_POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
-
-
-def signal_of(kind, tau, mu):
-    """A delay in [tau - mu, tau + mu] that varies in a named way.
-
-    Parameters
-    ----------
-    kind : str
-        One of `DELAY_KINDS`.
-    tau, mu : float
-        The delay's middle and variation, in seconds, mu <= tau. With mu = 0
-        every kind is constant.
-
-    Returns
-    -------
-    delay signal
-        A sine has the period 10 tau; the switching and the random delay
-        hold each value for 2 tau.
-
-    Raises
-    ------
-    ValueError
-        If there is no such kind.
-
-    Examples
-    --------
-    >>> signal_of("switching", 0.4, 0.2)
-    SwitchingDelay(low=0.2, high=0.6000000000000001, dwell=0.8)
-    """
-    if kind not in DELAY_KINDS:
-        raise ValueError(f"kind must be one of {DELAY_KINDS}, got {kind!r}")
-    if kind == DELAY_KINDS[0] or mu == 0:
-        return ConstantDelay(tau)
-    low, high = tau - mu, tau + mu
-    return {
-        DELAY_KINDS[1]: lambda: SineDelay(low, high, 2 * np.pi / (SINE_PERIOD * tau)),
-        DELAY_KINDS[2]: lambda: SawtoothDelay(low, high),
-        DELAY_KINDS[3]: lambda: SwitchingDelay(low, high, DWELL_TIME * tau),
-        DELAY_KINDS[4]: lambda: RandomDelay(low, high, DWELL_TIME * tau, SEED),
-    }[kind]()
 
 
 def unit_set_point(U):

@@ -19,7 +19,6 @@ from .regions import (
     shade_region,
     window_of,
 )
-from .robot import robot_run
 from .signals import input_limit, response, signal
 from .spectra import largest_singular_value, singular_values
 from .style import (
@@ -65,7 +64,6 @@ __all__ = [
     "region_outline",
     "region_parts",
     "response",
-    "robot_run",
     "root_map",
     "shade_region",
     "show",

@@ -81,17 +81,6 @@ class FeasibilityMap:
             np.where(self.infeasible, "infeasible", "undecided"),
         )
 
-    def backing(self, row, column):
-        """The design or the refusal that decides a cell in a row and a column.
-
-        None where nothing decides it.
-        """
-        for deciding, way in ((self.designs, -1), (self.refusals, 1)):
-            for cell, design in deciding.items():
-                if self._any([cell], way)[row, column]:
-                    return design
-        return None
-
     @cached_property
     def proven(self):
         """(rows, columns) array of bool: which verdicts are theorems.
