@@ -13,7 +13,6 @@ from sosbook.lmi import Unknown, block, eye, he
 from sosbook.solver.arrow import Arrow, ArrowMatrix, arrow_of
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.dense import Dense
-from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton
 from sosbook.solver.settings import Settings
 from sosbook.solver.structure import UnknownLayout
@@ -54,54 +53,6 @@ def always(monkeypatch):
     """An arrow wherever there is one."""
     monkeypatch.setattr(Arrow, "products", FEW)
     monkeypatch.setattr(Blocks, "settings", Settings(arrow_from_variables=0))
-
-
-@pytest.fixture
-def two_ways(always):
-    """The same blocks with an arrow and without, one more variable and a row."""
-    blocks, _ = compiled(*springs(3, saturation=sos.Saturation(50, [1, 0, 0, 0])))
-    rng = np.random.default_rng(0)
-    lift = [-np.eye(len(c)) for c in blocks.constants]
-    row = 0.7, rng.standard_normal(blocks.variables)
-    x = np.append(0.1 * rng.standard_normal(blocks.variables), -30.0)
-    x[:-1] *= 0.5 / max(abs(row[1] @ x[:-1]), 0.5)  # the row is positive
-    return [Newton(blocks).joined(lift, row) for _ in range(2)], x
-
-
-def solutions(newtons, x, **more):
-    """What both find, the second one without an arrow."""
-    newtons[1]._arrow = None
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newtons[0].at(x)]
-    g = np.random.default_rng(1).standard_normal(len(x))
-    found = [newton.solver(roots, x, **more)(g) for newton in newtons]
-    assert isinstance(newtons[0]._hessian.matrix, ArrowMatrix)
-    assert not isinstance(getattr(newtons[1]._hessian, "matrix", None), ArrowMatrix)
-    return found
-
-
-@pytest.mark.parametrize("radius", [None, 40.0])
-def test_an_arrow_is_the_same_matrix(two_ways, radius):
-    (newton, _), x = two_ways
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(x)]
-    newton._hessian = Hessian(newton, ArrowMatrix(newton._arrow))
-    arrow = newton._matrix(roots, x, radius)
-    newton._hessian = Hessian(newton)
-    whole = newton._matrix(roots, x, radius).whole()
-    assert_allclose(arrow.whole(), whole, rtol=0, atol=1e-13 * abs(whole).max())
-    assert_allclose(arrow.copy().whole(), arrow.whole())
-
-
-@pytest.mark.parametrize("radius", [None, 40.0])
-def test_both_find_the_same_direction(two_ways, radius):
-    mine, wanted = solutions(*two_ways, radius=radius)
-    assert_allclose(mine, wanted, rtol=0, atol=1e-9 * abs(wanted).max())
-
-
-@pytest.mark.parametrize("ridge", [1e-6, 1e-2, 1.0])
-def test_both_take_the_same_ridge(two_ways, ridge, monkeypatch):
-    monkeypatch.setattr("sosbook.solver.newton.RIDGES", [-2.0, -3.0, ridge])
-    mine, wanted = solutions(*two_ways, radius=40.0)
-    assert_allclose(mine, wanted, rtol=0, atol=1e-9 * abs(wanted).max())
 
 
 def random_arrow(rng):
@@ -196,13 +147,6 @@ def leaves(blocks, unknowns):
         (border if leaf < 0 else names[leaf]).add(u.name)
     assert sorted([*found.inner, *found.border]) == list(range(newton.variables))
     return names, border
-
-
-@pytest.mark.parametrize("vertices", [2, 5])
-def test_with_a_slack_matrix_each_vertex_is_a_leaf(always, vertices):
-    names, border = leaves(*compiled(*springs(vertices)))
-    assert names == [{f"P {i + 1}"} for i in range(vertices)]
-    assert border == {"V", "Y"}
 
 
 def test_any_unknowns_that_share_no_block_are_leaves(always):

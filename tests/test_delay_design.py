@@ -109,15 +109,6 @@ def test_the_printed_theorem_designs_unstable_loops(name):
 # What a design consists of
 
 
-@pytest.mark.parametrize("method", ["functional", "shift"])
-def test_the_gain_is_x_over_f(method):
-    """K F' = X, in x = T xi, u = scale v."""
-    d = thesis_design(method)
-    frame = d.request.frame
-    K = d.K @ frame.T / frame.scale
-    assert np.allclose(K @ d.values["F"].T, d.values["X"], atol=1e-9)
-
-
 def test_margins_are_those_of_the_blocks():
     d = thesis_design()
     blocks = d.request.blocks(d.values)
@@ -208,15 +199,6 @@ def test_one_functional_serves_a_polytope():
         assert np.linalg.eigvalsh(matrix)[0] > 0
     assert len(d.roots(0.4)) == len(d.stable_delays(0.5)) == 2
     assert d.stable_delays(0.5) == [[(0.0, 0.5)], [(0.0, 0.5)]]
-
-
-def test_a_polytope_asks_for_more_than_its_vertices():
-    plants = sos.Polytope([RAM.plant, HEAVIER])
-    d = analyse_delay(plants, RAM.K, RAM.U, 0.4, 0.1, 0.05)
-    assert d.certify().proven
-    for vertex in plants.vertices:
-        alone = analyse_delay(vertex, RAM.K, RAM.U, 0.4, 0.1, 0.05)
-        assert alone.status == "feasible"
 
 
 # Sharper methods and their limits

@@ -233,14 +233,6 @@ def test_a_cone_without_inside_is_left_as_soon_as_multipliers_exclude_it():
     assert steps[-1]["gap"] > 1e-5  # the depth itself isn't known that well
 
 
-def test_the_search_for_the_deepest_ray_begins_at_a_dual_point():
-    P, steps = Unknown("P", 3, symmetric=True), []
-    A = np.array([[0, 1, 0], [0, 0, 1], [-1, -2, -1]])
-    blocks = Blocks.of([P, -he(A @ P)], [P])
-    assert deepest(blocks, watch=steps.append).depth > 0
-    assert all(np.abs(state["residual"]).max() < 1e-12 for state in steps)
-
-
 def test_the_deepest_ray_needs_a_cone():
     x = Unknown("x", 1)
     with pytest.raises(ValueError, match="homogeneous"):

@@ -16,8 +16,6 @@ from sosbook.delay import (
     simulate_delay,
     slowest_decay,
 )
-from sosbook.exact.definite import exact
-from sosbook.lmi import Unknown
 from sosbook.theorems import Times, interval_decay, interval_kernel
 
 SCALAR = DelayedLoop([[0]], [[-1]])
@@ -238,18 +236,3 @@ def test_an_unstable_loop_gets_no_certificate():
         analyse_delay(SCALAR, tau=1, method="interval", order=2)
     with pytest.raises(ValueError, match='method="interval" analyses a given gain'):
         DelayRequest(MASSES.plant, MASSES.U, 0.4, method="interval")
-
-
-def test_the_same_lines_in_rationals():
-    t = Times(exact(1.0), exact(0.5), exact(0.0), exact(1.0), exact(1.0))
-    names = ("P", "Q1", "Q2", "R1", "R2", "T")
-    unknowns = {n: Unknown(n, 1, symmetric=n != "T") for n in names}
-    form = interval_decay(
-        exact(np.array([[0.0]])),
-        exact(np.array([[-1.0]])),
-        **unknowns,
-        order=0,
-        t=t,
-        late=0,
-    )
-    assert form.constant.dtype == object

@@ -167,21 +167,6 @@ def test_v_is_the_functional_as_defined(case, mu):
         )
 
 
-def test_a_finer_mesh_changes_v_by_the_third_power():
-    d = near_the_limit(1)
-    delay = SwitchingDelay(
-        d.request.tau - d.request.mu, d.request.tau + d.request.mu, 2 * d.request.tau
-    )
-    values = []
-    for points in (301, 601, 9601):
-        t = np.linspace(0, 20 * d.request.tau, points)  # holds the jumps
-        x0 = d.request.frame.T.sum(1)
-        response = d.simulate(t, delay, history=lambda s: x0)
-        values.append(lyapunov_values(d, response)[-1])
-    coarse, fine = np.abs(np.array(values[:2]) - values[2])
-    assert 5 < coarse / fine < 12
-
-
 def test_bad_questions_for_v():
     d = near_the_limit(0)
     response = motion(d, ConstantDelay(d.request.tau), 0)

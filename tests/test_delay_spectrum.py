@@ -170,25 +170,6 @@ def test_a_delay_far_below_the_loops_own_times(h):
     assert spectral_abscissa(A, A_d, h) == pytest.approx(wanted, rel=1e-6)
 
 
-@given(
-    st.complex_numbers(max_magnitude=3),
-    st.floats(0.1, 3),
-    st.floats(0, 6.3),
-    st.floats(0.05, 3),
-)
-@settings(max_examples=30)
-def test_complex_scalars_as_two_states(a, size, angle, h):
-    a, b = np.round(a, 9), size * np.exp(1j * angle)  # 1e-292 is refused as a unit
-    wanted = w_roots(a, b, h)
-    wanted = np.concatenate([wanted, wanted.conj()])
-    wanted = wanted[np.argsort(-wanted.real)]
-    A, A_d = ([[c.real, -c.imag], [c.imag, c.real]] for c in (a, b))
-    found = characteristic_roots(A, A_d, h, count=12)
-    near = 1e-6 * (1 + abs(found).max())
-    assert abs(found.real - wanted.real[: len(found)]).max() < near
-    assert apart(found, wanted) < near
-
-
 @pytest.mark.slow
 @given(seeds)
 @settings(max_examples=60)
@@ -208,26 +189,6 @@ def test_random_roots(seed):
     k = int(gaps.argmax())
     c = roots.real[k : k + 2].mean()
     assert winding(A, A_d, h, c) == k + 1
-
-
-@pytest.mark.parametrize("name", LOOPS)
-@pytest.mark.parametrize("h", [0.1, 0.2, 0.3, 0.6, 2.0])
-def test_thesis_roots_are_all_there(name, h):
-    A, A_d = LOOPS[name]
-    roots = characteristic_roots(A, A_d, h)
-    assert residuals(A, A_d, h, roots).max() < 1e-13
-    split = int((-np.diff(roots.real)).argmax())
-    c = roots.real[split : split + 2].mean()
-    assert winding(A, A_d, h, c) == split + 1
-
-
-def test_more_roots_begin_with_the_same():
-    A, A_d = LOOPS["Ram"]
-    few = characteristic_roots(A, A_d, 0.4, count=6)
-    many = characteristic_roots(A, A_d, 0.4, count=60)
-    assert len(many) in (60, 61)
-    assert abs(many[: len(few)] - few).max() < 1e-10
-    assert residuals(A, A_d, 0.4, many).max() < 1e-13
 
 
 @pytest.mark.parametrize("copies", [2, 3])
@@ -302,11 +263,6 @@ def test_the_loop_is_the_plants():
 
 
 # ---- stable delays
-
-
-@pytest.mark.parametrize("k", [0.1, 1, 7])
-def test_margin_of_an_integrator(k):
-    assert delay_margin([[0]], [[-k]]) == pytest.approx(np.pi / 2 / k)
 
 
 @given(rates(3), rates(3))
@@ -473,19 +429,6 @@ def test_slowest_decay_at_one_delay():
 
 
 # ---- the thesis's loops
-
-
-@pytest.mark.parametrize(
-    "name, margin, rate",
-    [("printed wing", 0.1853, -0.7403), ("published wing", 0.2886, -0.1020)],
-)
-def test_example_1_loses_stability_inside_its_delays(name, margin, rate):
-    """Printed: rate 0.6 for every delay in [0.1, 0.3]."""
-    A, A_d = LOOPS[name]
-    assert stable_delays(A, A_d, 5) == [(0, delay_margin(A, A_d))]
-    assert delay_margin(A, A_d) == pytest.approx(margin, abs=5e-5)
-    found, where = slowest_decay(A, A_d, 0.1, 0.3)
-    assert (found, where) == (pytest.approx(rate, abs=5e-5), 0.3)
 
 
 # ---- bad input

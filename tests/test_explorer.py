@@ -293,14 +293,6 @@ def test_a_link_leads_back_to_the_design(tab, visit):
     assert state(tab)["values"] == [0.7, 45, 5, 1.257, 150]
 
 
-def test_moves_in_quick_succession_end_at_the_last_one(tab):
-    tab.page.evaluate("""() => {
-      const e = document.querySelector("sos-explorer");
-      for (let k = 0; k < 60; k++) e.set(0, 0.3 + 0.01 * k); }""")
-    settled(tab)
-    assert state(tab)["answer"]["asked"]["sigma"] == pytest.approx(0.89)
-
-
 def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     example = sos.thesis.example_4()
     element = design_explorer(

@@ -212,16 +212,6 @@ def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
     assert_allclose(two.K, one.K, rtol=1e-5)
 
 
-def test_the_centre_forgets_where_the_search_came_from(few_at_a_time):
-    request = Request(plants(2), **ASKED["gamma"])
-    lmis = ScaledLMIs(request, Frame.of(request))
-    far = lmis.packed(lmis.find().values)
-    near = Cuts(lmis).centre(far)
-    assert_allclose(Cuts(lmis).centre(0.2 * far + 0.8 * near), near, rtol=1e-5)
-    cuts = Cuts(lmis)
-    assert cuts.holds(far) and not cuts.holds(-far)
-
-
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
 def test_a_guess_that_no_pair_violates_will_do(coupling):
     """With a slack matrix no block is without a vertex, and none need be chosen."""
@@ -231,48 +221,6 @@ def test_a_guess_that_no_pair_violates_will_do(coupling):
     lmis = ScaledLMIs(request, Frame.of(request))
     assert Cuts(lmis).holds(lmis.packed(lmis.guess()))
     assert feasibility.answer(request).status == "feasible"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("second", [1.0, 1e-3])
-def test_of_vertices_that_are_alike_one_is_chosen(second):
-    """Three groups of ten plants each, in any unit of time."""
-    rng, plant = np.random.default_rng(3), plants(k=1).vertices[0]
-    vertices = [
-        sos.SecondOrderSystem(
-            plant.M / second**2,
-            plant.D / second * (1 + damping),
-            plant.S * (1 + spring + 1e-3 * rng.uniform(-1, 1)),
-            plant.B,
-            plant.F,
-        )
-        for spring, damping in ((0.0, 0.0), (0.3, 0.0), (0.0, 0.2))
-        for _ in range(10)
-    ]
-    region = sos.PoleRegion(sigma=0.4 / second)
-    request = Request(sos.Polytope(vertices), region=region)
-    cuts = Cuts(ScaledLMIs(request, Frame.of(request)))
-    margins = -1 - 0.1 * rng.uniform(size=30)
-    assert cuts.join(margins, 0.0, 2, apart=True)
-    assert next(iter(cuts.chosen)) == (margins.argmin(),) * 2
-    assert cuts.join(margins, 0.0, 1, apart=True)
-    assert {i // 10 for i, _ in cuts.chosen} == {0, 1, 2}
-
-
-def test_a_refusal_names_a_few_pairs(few_at_a_time, monkeypatch):
-    monkeypatch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 20)
-    design = sos.design_pid(plants(k=3), region=REGION, gamma=1e-3)
-    assert design.status == "infeasible"
-    proof = design.infeasibility
-    assert (
-        proof.proven
-        and proof.verify()
-        and check.check(proof.text) == list(proof.claims)
-    )
-    assert len(proof.multipliers) < len(design.request.pairs)
-    data = proof.data
-    del data["multipliers"][0]
-    assert not type(proof).of(data).proven
 
 
 def bounded_input(k, n=8):

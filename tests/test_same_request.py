@@ -148,36 +148,6 @@ def test_a_disk_is_one_however_it_is_written(centre):
         assert not other.contradicts(make.half_plane(50.0))
 
 
-GAMMA = 3 * DESIGN.hinf()
-GRID = dict(
-    across=("gamma", [0.01 * GAMMA, GAMMA]),
-    up=("u_max", [0.5 * LEAST, 3 * LEAST]),
-    saturation=sos.Saturation(LEAST, np.eye(2 * one().n)[0]),
-)
-
-
-def edge_and_map(region):
-    asked = dict(region=region, gamma=GAMMA)
-    return (
-        sos.maps.edge("gamma", one(), digits=1, **asked),
-        sos.maps.feasibility_map(one(), **asked, **GRID),
-    )
-
-
-@pytest.fixture(scope="module")
-def in_these_words():
-    return edge_and_map(sos.PoleRegion(SIGMA, THETA, RHO))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("way", WAYS)
-def test_edges_and_maps(in_these_words, way):
-    """The edge of gamma, whatever the region is called; and its map."""
-    (edge, grid), (other, there) = in_these_words, edge_and_map(WAYS[way]())
-    assert (edge.feasible, edge.infeasible) == (other.feasible, other.infeasible)
-    assert np.array_equal(grid.feasible, there.feasible)
-
-
 def test_no_other_function_takes_names():
     """What designs or analyses and takes no region has no names to ask for."""
     taking = set()

@@ -18,11 +18,8 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 import sosbook as sos
 from sosbook import counterexamples
 from sosbook.proofs import check
-from sosbook.synthesis import feasibility
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
-from sosbook.synthesis.scaled_lmis import ScaledLMIs
-from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant, random_request
 
 few = settings(max_examples=30, derandomize=True, deadline=None)
@@ -282,25 +279,6 @@ def test_a_certain_E_makes_slack_at_least_as_good(seed):
         assert "feasible" in found
 
 
-@pytest.mark.slow
-@few
-@given(seeds, st.sampled_from([0.02, 0.2]))
-def test_one_plant_gains_nothing(seed, slack):
-    """Slack LMIs of one plant give a common P of the thesis's LMIs."""
-    asked = random_request(seed)
-    asked["plant"] = asked["plant"].vertices[0]
-    found = sos.design_pid(**asked, coupling="slack", slack=slack)
-    event(found.status)
-    if found.status == "feasible":
-        assert sos.design_pid(**asked).status == "feasible"
-        V = found.V
-        P = V.T @ np.linalg.solve(found.P[0], V)
-        request = Request(**asked)
-        P = (P + P.T) / 2
-        blocks = request.blocks(P, found.K @ P, own=found.own)
-        assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
-
-
 @pytest.mark.parametrize(
     "more",
     [
@@ -434,16 +412,6 @@ def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
         assert one.status != "feasible"
 
 
-def test_some_of_those_are_proven():
-    plants, asked, key = sharp(3)
-    assert key == "cost"
-    alone = sos.design_pid(plants.vertices[1], **asked, minimize=key)
-    asked = dict(requirements=alone.request.with_bounds({key: 1.0}).requirements)
-    d = sos.design_pid(plants, **asked, coupling="slack")
-    assert d.status == "infeasible"
-    assert d.reason.startswith("At vertex 1 alone, and so for every slack scalar: ")
-
-
 @pytest.mark.parametrize("noise", ["F", "states"])
 @pytest.mark.parametrize("seed", range(3))
 def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
@@ -462,36 +430,6 @@ def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
         P = (P + P.T) / 2
         blocks = Request(vertex, **asked).blocks(P, d.K @ P, own=d.own)
         assert all(np.linalg.eigvalsh(g)[0] > 0 for g in blocks.values())
-
-
-def chains():
-    """Two plants of one degree of freedom, whose masses differ."""
-    plants = (
-        sos.SecondOrderSystem([[m]], [[1]], [[2]], [[1]], [[1]]) for m in (1, 1.3)
-    )
-    return sos.Polytope(plants)
-
-
-def test_what_the_search_for_the_scalar_found_is_not_sought_again(monkeypatch):
-    find, sought = feasibility.find, []
-
-    def counted(lmis, *args, **more):
-        sought.append(lmis.request.slack)
-        return find(lmis, *args, **more)
-
-    monkeypatch.setattr(feasibility, "find", counted)
-    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=20), coupling="slack")
-    design = sos.design_pid(chains(), **asked)
-    assert design.status == "feasible"
-    assert sought == [design.slack]
-
-
-def test_the_first_guess_has_a_slack_matrix():
-    """P = V = I and the gain of the mean's Riccati equation, in the frame."""
-    asked = dict(region=sos.PoleRegion(sigma=0.2, rho=20), coupling="slack", slack=0.02)
-    request = Request(chains(), **asked)
-    lmis = ScaledLMIs(request, Frame.of(request))
-    assert min(lmis.margins(lmis.guess()).values()) > 0
 
 
 @pytest.mark.parametrize("minimize", [None, "gamma"])

@@ -7,13 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.newton import Newton, newton_of
 from sosbook.solver.settings import Settings
 from sosbook.solver.stacks import Stacked, _Table, gram
-from sosbook.solver.structure import structure
 from sosbook.solver.sums import Sums
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -75,20 +74,6 @@ def table_of(entries):
     return Settings(table_per_product=entries, most_table_entries=entries)
 
 
-def test_values_and_gradients_are_those_of_the_slopes(case, way):
-    blocks, x = case
-    lift, slopes, G = lifted(blocks, x)
-    stacked = Stacked(blocks).joined(lift)
-    assert type(stacked.values) is way
-    found = stacked.unstacked(stacked.at(x))
-    for mine, plain in zip(found, G, strict=True):
-        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
-    W = [np.linalg.inv(g) for g in G]
-    plain = sum(np.tensordot(s, w, 2) for s, w in zip(slopes, W))
-    mine = stacked.adjoint([np.linalg.inv(g) for g in stacked.at(x)])
-    assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
-
-
 def test_other_constants_share_what_depends_on_the_slopes(case, way):
     blocks, x = case
     newton_of(blocks)
@@ -118,19 +103,6 @@ def test_the_adjoint_of_expressions_is_that_of_the_slopes(case):
     fresh = Blocks.of(blocks.expressions, blocks.unknowns)
     assert_allclose(fresh.adjoint(Z), wanted, atol=1e-12 * abs(wanted).max())
     assert "slopes" not in vars(fresh)
-
-
-def test_the_hessian_is_that_of_the_slopes(case):
-    blocks, x = case
-    lift, slopes, G = lifted(blocks, x)
-    W = [np.linalg.inv(g) for g in G]
-    plain = sum(
-        np.einsum("aij,jk,bkl,li->ab", s, w, s, w, optimize=True)
-        for s, w in zip(slopes, W)
-    )
-    stacked = Stacked(blocks).joined(lift)
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in stacked.at(x)]
-    assert_allclose(Hessian(stacked)(roots), plain, atol=1e-12 * abs(plain).max())
 
 
 def test_a_row_is_a_block_of_one_entry(case, way):
@@ -176,15 +148,6 @@ def test_sizes_are_those_of_the_slopes(case, way):
             (np.diagonal(s, axis1=1, axis2=2) ** 2).sum(axis=0)
         )
         assert (abs(np.log2(size * d**2)) <= 1 + 1e-9).all()
-
-
-def test_a_half_plane_is_one_product():
-    """-(2 sigma E P E' + A P E' + E P A') = L P E' + (L P E')'."""
-    P = Unknown("P", 3, symmetric=True)
-    A = np.random.default_rng(3).standard_normal((3, 3))
-    _, _, (part,) = structure([-he(A @ P) - 2 * 0.3 * P], [P])
-    (product,) = part.products
-    assert_allclose(product.left @ product.right, -A - 0.3 * np.eye(3))
 
 
 def test_numbers_and_matrices_may_be_mixed():

@@ -54,12 +54,6 @@ def moved(number, units):
     return sign + text + "." * mantissa.endswith(".")
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_every_stored_output_agrees_with_itself(path):
-    for outputs in stored(path):
-        assert values.differences(outputs, outputs) == []
-
-
 @pytest.mark.parametrize(
     "old, new",
     [

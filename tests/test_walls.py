@@ -5,7 +5,6 @@ import pytest
 
 import sosbook as sos
 from sosbook.studies.gamma_bounds import GammaLowerBounds, gamma_lower_bounds
-from tests.cases import random_plant
 
 EXAMPLES = [sos.thesis.example_1, sos.thesis.example_2, sos.thesis.example_3]
 
@@ -56,27 +55,6 @@ def test_with_a_large_u_max_the_second_wall_is_exact():
     walls = gamma_lower_bounds(example.plant, example.K, example.U, example.saturation)
     found = smallest(example, 10.0, u_max=1e5)
     assert 1 < found.gamma / walls.gamma(10.0) < 1.015
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_random_designs_respect_the_walls(seed):
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng, 2, 2)
-    limit = sos.Saturation(50, 0.3 * rng.standard_normal(6))
-    mu = 10 ** rng.uniform(-2, 2)
-    design = sos.design_pid(
-        plant,
-        np.eye(2),
-        region=sos.PoleRegion(0.2, rho=20),
-        gamma=None,
-        saturation=limit,
-        mu=mu,
-        minimize="gamma",
-    )
-    walls = gamma_lower_bounds(plant, design.K, np.eye(2), limit)
-    assert design.status == "feasible"
-    assert design.gamma > walls.gamma(mu)
-    assert mu > walls.mu
 
 
 def test_energy_is_that_of_the_simulated_free_motion():
