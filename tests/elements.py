@@ -14,6 +14,18 @@ schemes = pytest.mark.parametrize(
 )
 
 
+def write_page(path, *pieces):
+    """Write a page with elements and what stands between them; the path is returned."""
+    path.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        '<link rel="icon" href="data:,"><title>t</title></head><body>'
+        + "".join(pieces),
+        "utf8",
+    )
+    return path
+
+
 def brightness(tab, selector, kind):
     """Relative luminance of a colour, as WCAG 2 defines it."""
     return tab.page.evaluate(
@@ -28,25 +40,28 @@ def brightness(tab, selector, kind):
     )
 
 
-def assert_readable(tab, element, theme, dark, *more):
-    """Ink and paper differ by 4.5 or more, and the paper is right.
+#: (selector inside an element, kind of ink, selector of its ground), where there are.
+INKS = (
+    ("", "color", ""),
+    ("svg text", "fill", ""),
+    ("figcaption", "color", ""),
+    (".sos-readout p", "color", ".sos-readout"),
+    (".sos-status", "color", ".sos-readout"),
+    (".sos-button", "color", ".sos-readout"),
+    (".sos-mark", "color", ""),
+    (".sos-tyre", "stroke", ""),
+    ("select", "color", "select"),
+)
 
-    ``more`` has (selector inside, kind of ink, selector of its ground).
-    """
-    if theme:
-        tab.page.evaluate("t => document.documentElement.dataset.theme = t", theme)
+
+def assert_readable(tab, element, dark):
+    """Ink and paper differ by 4.5 or more, and the paper is right."""
     paper = brightness(tab, element, "backgroundColor")
-    assert paper < 0.05 if dark else paper > 0.8
-    tinted = ".sos-readout"
-    for inside, kind, ground in [
-        ("", "color", ""),
-        ("svg text", "fill", ""),
-        ("figcaption", "color", ""),
-        (".sos-readout p", "color", tinted),
-        (".sos-status", "color", tinted),
-        *more,
-    ]:
+    assert paper < 0.05 if dark else paper > 0.8, element
+    for inside, kind, ground in INKS:
         selector = f"{element} {inside}".strip()
+        if not tab.page.locator(selector).count():
+            continue
         low, high = sorted(
             [
                 brightness(tab, selector, kind),
@@ -54,7 +69,6 @@ def assert_readable(tab, element, theme, dark, *more):
             ]
         )
         assert (high + 0.05) / (low + 0.05) > 4.5, selector
-    assert tab.errors == []
 
 
 def assert_buttons(tab, visit, tag, label):
@@ -104,12 +118,3 @@ def points(slider, *parts):
     box = slider.bounding_box()
     y = box["y"] + box["height"] / 2
     return [(box["x"] + part * box["width"], y) for part in parts]
-
-
-def assert_fits_a_phone(tab, element, labels):
-    """No sideways scroll, and controls that a thumb can hit."""
-    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    for label in labels:
-        box = tab.page.locator(element).first.get_by_label(label).bounding_box()
-        assert box["width"] > 250 and box["height"] >= 24
-    assert tab.errors == []

@@ -37,6 +37,7 @@ __all__ = [
     "ROUNDED",
     "Case",
     "Units",
+    "as_units",
     "random_case",
     "random_request",
 ]
@@ -133,6 +134,18 @@ class Units:
         if "K_A" in asked:
             out["K_A"] = np.linalg.solve(self.Q, asked["K_A"] @ back * w0**2)
         return out
+
+
+def as_units(plant, powers, a):
+    """Units of time, length, force, input and ``a`` integrators, as powers of ten."""
+    time, length, force, signal, integral = (10.0**p for p in powers)
+    return Units(
+        time,
+        length * np.eye(plant.n),
+        force * np.eye(plant.n),
+        signal * np.eye(plant.m),
+        integral * np.eye(a),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,17 +279,20 @@ def _parts(rng, n, m, p):
     return [M, D, S, rng.standard_normal((n, m)), rng.standard_normal((n, p))]
 
 
-def _integrators(rng, plant, most):
-    """A controllable U with up to so many rows, or None."""
-    a = int(rng.integers(0, most + 1))
-    if not a:
-        return None
-    U = rng.standard_normal((a, plant.n))
+def _with_integrators(rng, parts, asked):
+    """The plant of these parts, or None; some ask for a controllable U, too."""
     try:
-        Request(plant, U=U)
+        plant = sos.SecondOrderSystem(*parts)
     except ValueError:
         return None
-    return U
+    if a := int(rng.integers(0, plant.m + 1)):
+        U = rng.standard_normal((a, plant.n))
+        try:
+            Request(plant, U=U)
+        except ValueError:
+            return plant
+        asked["U"] = U
+    return plant
 
 
 def _polytope(rng, parts, count, spread, mass):
@@ -346,14 +362,10 @@ def _known(rng, largest):
     if base is None:
         return None
     parts, asked = base
-    try:
-        single = sos.SecondOrderSystem(*parts)
-    except ValueError:
+    single = _with_integrators(rng, parts, asked)
+    if single is None:
         return None
-    U = _integrators(rng, single, single.m)
-    if U is not None:
-        asked["U"] = U
-    (d,) = descriptors(single, U, asked.get("K_A"))
+    (d,) = descriptors(single, asked.get("U"), asked.get("K_A"))
     A, B, _ = d.state_space()
     shift = rng.uniform(0.05, 0.3)
     if not _controllable(A, B, 1e-3):
@@ -574,13 +586,9 @@ def _out_of_reach(rng, largest, marginal):
         return None
     parts, asked = base
     M, D, S, B, F = parts
-    try:
-        plant = sos.SecondOrderSystem(*parts)
-    except ValueError:
+    plant = _with_integrators(rng, parts, asked)
+    if plant is None:
         return None
-    U = _integrators(rng, plant, plant.m)
-    if U is not None:
-        asked["U"] = U
     N = np.linalg.svd(B)[0][:, B.shape[1] :].T
     bound = max(
         np.linalg.norm(np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
@@ -605,14 +613,10 @@ def _force(rng, largest, marginal):
     if base is None:
         return None
     parts, asked = base
-    try:
-        plant = sos.SecondOrderSystem(*parts)
-    except ValueError:
+    plant = _with_integrators(rng, parts, asked)
+    if plant is None:
         return None
-    U = _integrators(rng, plant, plant.m)
-    if U is not None:
-        asked["U"] = U
-    (d,) = descriptors(plant, U, asked.get("K_A"))
+    (d,) = descriptors(plant, asked.get("U"), asked.get("K_A"))
     A, B, _ = d.state_space()
     sigma = _log(rng, -1, 0.5) if rng.random() < 0.6 else 0.0
     x0 = rng.standard_normal(len(A))

@@ -14,13 +14,7 @@ from sosbook.book.elements.records import record
 from sosbook.plants.response import simulate
 from sosbook.requirements.vocabulary import Parameter
 from tests import energy_to_peak
-from tests.elements import (
-    assert_buttons,
-    assert_fits_a_phone,
-    assert_readable,
-    green,
-    schemes,
-)
+from tests.elements import assert_buttons, green, write_page
 
 ANGLES = np.radians([30, 45, 60])
 
@@ -50,15 +44,12 @@ def atlas(robot):
 @pytest.fixture(scope="module")
 def sheet(atlas, tmp_path_factory):
     """A page with two atlases, as a chapter may have."""
-    page = tmp_path_factory.mktemp("page") / "atlas.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
-        "utf8",
+    return write_page(
+        tmp_path_factory.mktemp("page") / "atlas.html",
+        atlas.html,
+        "<p>between</p>",
+        atlas.html,
     )
-    return page
 
 
 def request_at(robot, atlas, place):
@@ -199,25 +190,6 @@ LABELS = [
 ]
 
 
-def test_every_slider_has_its_own_visible_label(tab, atlas):
-    for part in tab.page.locator("sos-atlas").all():
-        sliders = part.locator("input[type=range]")
-        assert sliders.count() == len(atlas.sliders)
-        for label in LABELS:
-            found = part.get_by_label(label)
-            assert found.count() == 1 and found.is_visible()
-            name = found.get_attribute("id")
-            assert part.locator(f"label[for='{name}']").is_visible()
-            assert tab.page.locator(f"[id='{name}']").count() == 1
-    assert (
-        first(tab).get_by_label("Half-angle θ").get_attribute("aria-valuetext")
-        == "θ = 45°"
-    )
-    live = first(tab).locator(".sos-readout")
-    assert live.get_attribute("aria-live") == "polite"
-    assert first(tab).locator("svg[role=img][aria-label]").count() == 2
-
-
 def test_reset_a_link_and_python(tab, visit, robot, atlas):
     names = assert_buttons(tab, visit, "sos-atlas", "Half-angle θ")
     place = [s.values.index(v) for s, v in zip(atlas.sliders, (0.7, ANGLES[2]))]
@@ -233,12 +205,7 @@ def test_a_requirement_of_ones_own_is_in_the_program(visit, tmp_path):
         slide={"peak": [0.5, 0.6]}, progress=False,
     )  # fmt: skip
     element.data["own"][0]["note"] = "from tests.energy_to_peak import EnergyToPeak"
-    page = tmp_path / "own.html"
-    page.write_text(
-        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
-        f"<title>t</title>{element.html}",
-        "utf8",
-    )
+    page = write_page(tmp_path / "own.html", element.html)
     names = assert_buttons(visit(page), visit, "sos-atlas", "peak")
     asked = {r.name: r for r in names["design"].request.requirements}
     assert asked["peak"].peak == 0.5 and asked["half-plane"].bound == 0.2
@@ -271,13 +238,7 @@ def test_a_new_requirement_has_its_slider_from_its_words(visit, tmp_path):
     )  # fmt: skip
     (slider,) = element.sliders
     assert slider.looser == 1 and slider.texts[1] == "ŝ = 0.5 cm"
-    page = tmp_path / "swing.html"
-    page.write_text(
-        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
-        f"<title>t</title>{element.html}",
-        "utf8",
-    )
-    tab = visit(page)
+    tab = visit(write_page(tmp_path / "swing.html", element.html))
     moved = first(tab).get_by_label("Swing of <the> arm")
     assert moved.get_attribute("aria-valuetext") == "ŝ = 0.5 cm"
     assert say(tab).startswith("Feasible for ŝ = 0.5 cm")
@@ -443,14 +404,3 @@ def test_the_shaded_region_is_the_one_asked_for(tab, atlas):
             compared += 1
             assert inside == (least > 0), (re_, im)
     assert compared > 350
-
-
-@schemes
-def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    assert_readable(visit(sheet, scheme=scheme), "sos-atlas", theme, dark)
-
-
-def test_a_phone_needs_no_sideways_scroll(visit, sheet):
-    assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-atlas", ["Decay rate σ"]
-    )

@@ -1,7 +1,5 @@
 """The interior point method against closed forms and cvxpy."""
 
-import importlib
-
 import cvxpy
 import numpy as np
 import pytest
@@ -11,13 +9,12 @@ from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi import Unknown, block, eye, he
 from sosbook.lmi.cones import cvxpy_constraints
-from sosbook.solver import barrier as barrier_module
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
 from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
 from sosbook.solver.newton import newton_of
-from sosbook.solver.settings import DEFAULTS, Settings
+from sosbook.solver.settings import DEFAULTS
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.slack import with_slack
@@ -65,46 +62,6 @@ def test_a_long_valley_takes_few_steps(family, size):
     assert np.abs(newton.adjoint(W) / scale).max() < 1e-9
 
 
-def test_phase_one_begins_at_a_start_that_hardly_any_block_excludes(monkeypatch):
-    """However far away: there blocks are larger, and so is what one lacks."""
-    module, begun = importlib.import_module("sosbook.solver.loop"), []
-    plain = module.maximize_t
-
-    def maximize_t(newton, x, **options):
-        begun.append(x[:-1])
-        return plain(newton, x, **options)
-
-    monkeypatch.setattr(module, "maximize_t", maximize_t)
-    P = Unknown("P", 2, symmetric=True)
-    first, second = np.eye(2)[:, None]
-    ratio = 3 * (second @ P @ second.T) - first @ P @ first.T
-    blocks = Blocks.of([P - eye(2), ratio], [P])
-    for size in (1.0, 1e3, 1e6):
-        near, far_off = (P.pack(size * np.diag(d)) for d in ([3.03, 1], [1, -1]))
-        for start in (near, far_off):
-            found = phase_one(blocks, start=start)
-            assert newton_of(blocks).least(found.x).min() > 0
-        assert (begun[-2] == near).all() and (begun[-1] != far_off).any()
-
-
-@pytest.mark.parametrize("answer", ["inside", "nothing"])
-def test_another_point_is_asked_for_where_newton_is_slow(answer):
-    """The centre of P and 1e3 I - P is 500 I; all first steps are said to creep."""
-    P = Unknown("P", 2, symmetric=True)
-    blocks = Blocks.of([P, 1e3 * eye(2) - P], [P])
-    inside, asked = P.pack(400 * np.eye(2)), []
-
-    def elsewhere(x):
-        asked.append(newton_of(blocks).least(x).min() > 0)
-        return inside if answer == "inside" else None
-
-    blocks.settings = Settings(steps_alone=1)
-    start = P.pack(np.diag([1.0, 998.0]))
-    found = centre(blocks, start, elsewhere=elsewhere)
-    assert asked == [True]
-    assert np.allclose(P.unpack(found), 500 * np.eye(2))
-
-
 @pytest.mark.parametrize(
     "ask",
     [
@@ -126,16 +83,6 @@ def test_a_plant_at_its_edge_gets_an_answer_in_small_units():
     edge = random_case(13184)
     plant, asked = in_units(edge, *SYSTEMS["uN, mm, ms"])
     assert sos.design_pid(plant, **asked).status in ("feasible", "undecided")
-
-
-def test_a_decrement_that_grows_again_ends_the_search(monkeypatch):
-    """Near a centre each step squares it; else nothing is found by waiting."""
-    taken = iter([3.0, 0.2, 2e-4, 4e-4, 1e-2, 0.1, 0.2, 1e-9])
-    monkeypatch.setattr(Barrier, "step", lambda self, x, *_: (x, next(taken)))
-    disk = sos.solver.blocks.Blocks([np.eye(2)], [np.diag([1.0, -1.0])[None]])
-    with pytest.raises(Unbounded):
-        centre(disk, np.zeros(1))
-    assert list(taken) == [0.2, 1e-9]  # two that grew; rounding's 2e-6 isn't one
 
 
 def settled_modes(sigma, n=4):
@@ -194,26 +141,6 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
         assert (found == centre(blocks, x)).all()
     design = sos.design_pid(plant, **asked)
     assert design.status == "feasible" and design.certify().proven
-
-
-@pytest.mark.parametrize("sigma", [0.005, 0.02, 0.04, 0.06, 0.1])
-def test_rays_are_judged_as_points_far_away_on_them(sigma, monkeypatch):
-    """By the eigenvalues of the blocks there; those that leave, at sight."""
-    plant, asked = settled_modes(sigma, n=6)
-    problem = search(Request(plant, **asked)).problem
-    blocks, x = problem.compiled, problem.packed(problem.find().values)
-    barrier, asked_for = Barrier(newton_of(blocks)), []
-    rates = barrier_module._rates
-    monkeypatch.setattr(
-        barrier_module, "_rates", lambda d: asked_for.append(1) or rates(d)
-    )
-    rays = list(problem.free_directions())
-    stay = [
-        min(np.linalg.eigvalsh(g)[0] for g in blocks(x + 1e6 * d)) > 0 for d in rays
-    ]
-    assert [barrier.recedes(x, [d]) for d in rays] == stay
-    assert len(asked_for) == sum(stay)
-    assert barrier.recedes(x, rays) == any(stay)
 
 
 def test_a_ray_that_leaves_the_set_is_not_believed():
@@ -339,28 +266,3 @@ def test_phase_one_starts_inside_its_ball():
     assert phase.verdict != "infeasible"  # x = -1e6 is feasible
     blocks = Blocks([constant, np.eye(1)], [slope, 1e-3 * np.ones((1, 1, 1))])
     assert phase_one(blocks).x is None  # x > -1e3 excludes it
-
-
-@pytest.mark.parametrize(
-    "decrements, steps",
-    [
-        ([5.0, 8.0, 0.2, 0.3], 8),  # lost at its fourth and its eighth step
-        ([5.0, 8.0, 9.0, 0.3], 40),  # on its way
-        ([1e-4, 2e-4], 40),  # what rounding leaves near a centre
-        ([0.2, 0.04, 1e-10], 3),
-    ],
-)
-def test_a_descent_that_rounding_holds_up_is_given_up(decrements, steps):
-    """Decrements that should have been squared and grow are rounding errors."""
-
-    class Scripted(Barrier):
-        def __init__(self):
-            self.steps = 0
-
-        def step(self, x, cost, tolerance=0.1):
-            self.steps += 1
-            return x, decrements[(self.steps - 1) % len(decrements)]
-
-    barrier = Scripted()
-    barrier.descend(np.zeros(1), np.zeros(1), 1e-9, 40)
-    assert barrier.steps == steps

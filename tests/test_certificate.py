@@ -40,12 +40,6 @@ def plant(d, **changes):
     return asked(d, plant=replace(d.request.plant, **changes))
 
 
-def flip_one(K):
-    K = K.copy()
-    K[0, 0] *= -1
-    return K
-
-
 def negative(P):
     """P with its smallest eigenvalue's sign turned."""
     values, vectors = np.linalg.eigh(P)
@@ -63,25 +57,15 @@ def skewed(P):
 region, start = sos.PoleRegion, sos.Saturation
 TAMPERED = {
     "sign of K": lambda d: replace(d, K=-d.K),
-    "sign of one gain": lambda d: replace(d, K=flip_one(d.K)),
     "K is zero": lambda d: replace(d, K=0 * d.K),
-    "no integral gain": lambda d: replace(d, K=np.hstack([d.K[:, :4], 0 * d.K[:, 4:]])),
-    "K_P and K_D exchanged": lambda d: replace(d, K=d.K[:, [2, 3, 0, 1, 4, 5]]),
     "exchanged inputs": lambda d: replace(d, K=d.K[::-1]),
-    "K doubled": lambda d: replace(d, K=2 * d.K),
     "P isn't symmetric": lambda d: replace(d, P=skewed(d.P)),
-    "P is negative": lambda d: replace(d, P=-d.P),
     "one negative eigenvalue": lambda d: replace(d, P=negative(d.P)),
     "P scaled up": lambda d: replace(d, P=10 * d.P),
     "P scaled down": lambda d: replace(d, P=d.P / 10),
-    "P is the identity": lambda d: replace(d, P=np.eye(6)),
     "another mass": lambda d: plant(d, M=np.diag([10, 30])),
-    "exchanged masses and springs": lambda d: plant(
-        d, S=-d.request.plant.S, M=d.request.plant.M / 3
-    ),
     "stronger disturbance": lambda d: plant(d, F=400 * np.eye(2)),
     "wrong U": lambda d: asked(d, U=-np.eye(2)),
-    "exchanged rows of U": lambda d: asked(d, U=[[0, 1], [1, 0]]),
     "lower gamma": lambda d: asked(d, gamma=0.3),
     "faster decay": lambda d: asked(d, region=region(0.95, np.pi / 4, 5)),
     "narrower sector": lambda d: asked(d, region=region(0.7, 0.5, 5)),

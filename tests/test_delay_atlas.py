@@ -20,7 +20,7 @@ from sosbook.delay import (
     delayed_loop,
     simulate_delay,
 )
-from tests.elements import assert_buttons, assert_fits_a_phone, assert_readable, schemes
+from tests.elements import assert_buttons, write_page
 from tests.test_atlas import numbers
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -44,15 +44,12 @@ def atlas():
 @pytest.fixture(scope="module")
 def sheet(atlas, tmp_path_factory):
     """A page with two of them, as a chapter may have."""
-    page = tmp_path_factory.mktemp("page") / "delay.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
-        "utf8",
+    return write_page(
+        tmp_path_factory.mktemp("page") / "delay.html",
+        atlas.html,
+        "<p>between</p>",
+        atlas.html,
     )
-    return page
 
 
 def asked_at(atlas, place):
@@ -151,7 +148,6 @@ def test_bad_input_is_explained(wrong, words):
 
 # -------------------------------------------------------------- in the browser
 
-LABELS = ["Nominal delay τ", "Variation μ/τ", "Decay rate δ"]
 KIND = "How the delay varies"
 
 
@@ -254,9 +250,7 @@ def test_two_inputs_and_two_outputs_without_the_least_delay(visit, tmp_path):
     )
     atlas = delay_atlas(both, [0.1], [1.0], [0.2], horizon=15)
     K = np.reshape(atlas.designs[0, 0, 0][0], (2, 6))
-    sheet = tmp_path / "two.html"
-    sheet.write_text(f"<link rel=icon href='data:,'>{atlas.html}", "utf8")
-    tab = visit(sheet)
+    tab = visit(write_page(tmp_path / "two.html", atlas.html))
     for kind in ("sine", "sawtooth (sample and hold)"):
         z, asked, applied = compared(tab, both, kind, K, 0.1, 0.1)
         assert z < 4e-3 and asked < 0.01 * abs(K).max()
@@ -335,28 +329,8 @@ def test_undecided_is_said(visit, atlas, tmp_path):
         atlas.data | {"designs": None},
         atlas.start,
     )
-    sheet = tmp_path / "doubt.html"
-    sheet.write_text(f"<link rel=icon href='data:,'>{doubt.html}", "utf8")
-    tab = visit(sheet)
+    tab = visit(write_page(tmp_path / "doubt.html", doubt.html))
     assert say(tab).startswith("Undecided")
     assert "nor a proof that there is none" in say(tab)
     assert "No move of a single slider" in say(tab)
     assert tab.errors == []
-
-
-@schemes
-def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    assert_readable(
-        visit(sheet, scheme=scheme),
-        "sos-delay",
-        theme,
-        dark,
-        (".sos-mark", "color", ""),
-        ("select", "color", "select"),
-    )
-
-
-def test_a_phone_needs_no_sideways_scroll(visit, sheet):
-    assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-delay", ["Decay rate δ", KIND]
-    )

@@ -10,6 +10,7 @@ from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate
+from tests.elements import write_page
 
 LABELS = {
     "sigma": "Decay rate σ",
@@ -45,15 +46,12 @@ def explorer(robot):
 @pytest.fixture(scope="module")
 def sheet(explorer, tmp_path_factory):
     """A page with two explorers, as a chapter may have."""
-    page = tmp_path_factory.mktemp("page") / "explorer.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{explorer.html}<p>between</p>{explorer.html}</body></html>",
-        "utf8",
+    return write_page(
+        tmp_path_factory.mktemp("page") / "explorer.html",
+        explorer.html,
+        "<p>between</p>",
+        explorer.html,
     )
-    return page
 
 
 @pytest.fixture
@@ -299,9 +297,7 @@ def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
         example.plant, example.U, sigma=(1, 9), rho=15, theta=np.pi / 3,
         start={"sigma": 5}, horizon=3.0,
     )  # fmt: skip
-    page = tmp_path / "arm.html"
-    page.write_text(f'<!doctype html><meta charset="utf-8">{element.html}', "utf8")
-    tab = visit(page)
+    tab = visit(write_page(tmp_path / "arm.html", element.html))
     settled(tab)
     design = sos.design_pid(
         example.plant, example.U, region=sos.PoleRegion(5, np.pi / 3, 15)
@@ -319,13 +315,7 @@ def priced(visit, tmp_path, robot):
         cost=sos.QuadraticCost(np.diag([1, 2, 0.5, 0, 1, 3]), np.eye(2), "F"),
         start={"sigma": 0.7, "cost": 30},
     )  # fmt: skip
-    page = tmp_path / "cost.html"
-    page.write_text(
-        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
-        f"<title>t</title>{element.html}",
-        "utf8",
-    )
-    tab = visit(page)
+    tab = visit(write_page(tmp_path / "cost.html", element.html))
     settled(tab)
     yield tab
     assert tab.errors == []

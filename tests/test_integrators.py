@@ -173,14 +173,6 @@ def test_distance_bounds_what_holds_a_set_point(seed):
         )
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_distance_has_no_unit(seed):
-    plant = random_plant(np.random.default_rng(seed), 3, 2)
-    other = sos.SecondOrderSystem(plant.M, plant.D, 1000 * plant.S, 0.01 * plant.B)
-    for here, there in zip(admissible_U(plant), admissible_U(other)):
-        assert here.distance == pytest.approx(there.distance)
-
-
 def test_fewer_channels_are_further_away():
     plant = random_plant(np.random.default_rng(1), 4, 3)
     found = {c.channels: c.distance for c in admissible_U(plant)}

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, in_units
-from tests.random_plants import ODD, ODD_POWERS, Units, random_case
+from tests.random_plants import ODD, ODD_POWERS, Units, as_units, random_case
 
 some = settings(max_examples=8, derandomize=True, deadline=None)
 powers = st.floats(-6, 6)
@@ -129,18 +129,11 @@ def same_design(name, units, tolerance=1e-6):
 @given(powers, powers, powers, powers, powers)
 def test_units(name, time, length, force, signal, integral):
     """Seconds, metres, newtons, volts, and those of the integrators."""
-    n, m, a = size(*(REQUESTS | ENDLESS)[name])
-    same_design(
-        name,
-        Units(
-            10**time,
-            10**length * np.eye(n),
-            10**force * np.eye(n),
-            10**signal * np.eye(m),
-            10**integral * np.eye(a),
-        ),
-        1e-6 if name in REQUESTS else 1e-4,
+    plant, asked = (REQUESTS | ENDLESS)[name]
+    there = as_units(
+        plant, (time, length, force, signal, integral), len(asked.get("U", ()))
     )
+    same_design(name, there, 1e-6 if name in REQUESTS else 1e-4)
 
 
 @pytest.mark.slow
@@ -174,24 +167,15 @@ def refused(name, units):
     return plain(name), there
 
 
-def units_of(request, time, length, force, signal):
-    n, m, a = size(*request)
-    return Units(
-        10**time,
-        10**length * np.eye(n),
-        10**force * np.eye(n),
-        10**signal * np.eye(m),
-        np.eye(a),
-    )
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 @some
 @example(*ODD_POWERS[:4])
 @given(powers, powers, powers, powers)
 def test_a_refusal_stays_one(name, time, length, force, signal):
-    here, there = refused(name, units_of(REFUSED[name], time, length, force, signal))
+    here, there = refused(
+        name, as_units(REFUSED[name][0], (time, length, force, signal, 0), 0)
+    )
     assert here.status == there.status == "infeasible"
     if here.infeasibility is not None and here.infeasibility.proven:
         assert there.infeasibility.proven
@@ -206,7 +190,9 @@ def test_what_is_not_proven_infeasible_is_feasible_in_no_units(
     name, time, length, force, signal
 ):
     """Each verdict says "infeasible" with a proof, else what is excluded."""
-    for design in refused(name, units_of(UNPROVEN[name], time, length, force, signal)):
+    for design in refused(
+        name, as_units(UNPROVEN[name][0], (time, length, force, signal, 0), 0)
+    ):
         assert design.status in ("infeasible", "undecided")
         assert design.K is None
         proven = design.infeasibility is not None and design.infeasibility.proven

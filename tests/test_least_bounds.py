@@ -6,8 +6,8 @@ import pytest
 import sosbook as sos
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import objectives
-from tests.random_plants import ODD_POWERS
-from tests.test_same_physics import as_units, random_plant
+from tests.random_plants import ODD_POWERS, as_units
+from tests.test_same_physics import random_plant
 
 ONE = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])  # stable
 FALLS = sos.SecondOrderSystem([[1]], [[1]], [[-1]], [[1]], [[1]])

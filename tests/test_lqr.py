@@ -9,7 +9,6 @@ from scipy.linalg import expm, solve_continuous_are
 import sosbook as sos
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
-from sosbook.solver.newton import Newton
 from sosbook.synthesis import lqr
 
 
@@ -74,22 +73,6 @@ def test_a_plant_of_tiny_masses_gives_the_riccati_gain(form):
     assert design.noise_cost() == pytest.approx(cost, rel=1e-9)
 
 
-def test_one_plant_needs_no_search_of_the_optimum(monkeypatch):
-    """Its gain is that of the equation to all digits; pairs and regions search."""
-    asked = []
-    real = lqr.optimum
-    monkeypatch.setattr(lqr, "optimum", lambda *a: asked.append(a) or real(*a))
-    robot = sos.thesis.example_1().plant
-    for noise in ("states", "F"):
-        design = sos.design_lqr(robot, np.eye(4), np.eye(2), noise=noise)
-        K, _ = riccati(robot, np.eye(4), np.eye(2))
-        assert np.abs(design.K - K).max() < 1e-12 * np.abs(K).max()
-        assert design.request.gain is None and design.certify().proven
-    assert not asked
-    sos.design_lqr(robot, np.eye(4), np.eye(2), region=sos.PoleRegion(sigma=1.0))
-    assert asked
-
-
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 3), by_lmis=st.booleans())
 def test_random_plants_give_the_riccati_gain(seed, n, by_lmis):
@@ -111,33 +94,6 @@ def test_random_plants_give_the_riccati_gain(seed, n, by_lmis):
     K, _ = riccati(plant, Q, R)
     assert np.abs(design.K - K).max() < 1e-6 * np.abs(K).max()
     assert design.certify().proven
-
-
-def steps_of(monkeypatch, work):
-    """How many of Newton's matrices are factored while ``work`` is done."""
-    count = []
-    real = Newton._dense
-    monkeypatch.setattr(Newton, "_dense", lambda *a: count.append(1) or real(*a))
-    work()
-    monkeypatch.undo()
-    return len(count)
-
-
-@pytest.mark.parametrize("seed", range(10))
-def test_the_equation_leads_near_the_centre(monkeypatch, seed):
-    """Its point is the LMIs' start; plants and weights are random."""
-    rng = np.random.default_rng(seed)
-    n, m = int(rng.integers(1, 7)), int(rng.integers(1, 3))
-    half = rng.normal(size=(n, n))
-    plant = sos.SecondOrderSystem(
-        half @ half.T + np.eye(n),
-        0.1 * half @ half.T,
-        10.0 ** rng.uniform(-1, 3) * np.eye(n) + half @ half.T,
-        rng.normal(size=(n, m)),
-    )
-    weight = rng.normal(size=(2 * n, 2 * n))
-    Q, R = weight @ weight.T, 10.0 ** rng.uniform(-2, 2) * np.eye(m)
-    assert steps_of(monkeypatch, lambda: sos.design_lqr(plant, Q, R)) <= 4
 
 
 def test_a_singular_weight_is_factored_exactly():

@@ -8,8 +8,8 @@ from sosbook.requirements.cost import noise_input
 from sosbook.requirements.magnitudes import magnitudes
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
-from tests.random_plants import ODD_POWERS
-from tests.test_same_physics import as_units, random_plant
+from tests.random_plants import ODD_POWERS, as_units
+from tests.test_same_physics import random_plant
 
 POWERS = [(0,) * 5, ODD_POWERS, (3, 6, -4, 5, 0), (-6, -9, 2, -5, 0)]
 

@@ -16,8 +16,6 @@ sys.path.insert(0, str(ROOT / "book" / "_ext"))
 import manual as sheets  # noqa: E402
 import manual_names as names  # noqa: E402
 
-SHORT = [name for name in sosbook.__all__ if name in sosbook._aliases.MODULES]
-
 
 def public(module):
     """A module's public objects that aren't modules."""

@@ -10,9 +10,8 @@ from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
-from sosbook.synthesis import feasibility
 from sosbook.synthesis.certificates import prove, refuse_design
-from tests.elements import assert_buttons, green
+from tests.elements import assert_buttons, green, write_page
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
 
@@ -79,23 +78,6 @@ def test_the_sides_are_neighbours_on_the_harder_side(edges, robot, name):
     ]
     assert abs(digits[0] - digits[1]) == 1
     assert edge.feasible > printed if name == "sigma" else (edge.feasible < printed)
-
-
-def test_most_places_of_a_bisection_need_no_proof(robot, monkeypatch):
-    """Refusals are proven beside the edge; the rest is seen."""
-    asked, tried = [], []
-    whole = feasibility.refused
-    for module in (feasibility, asking):
-        monkeypatch.setattr(
-            module, "refused", lambda first: asked.append(1) or whole(first)
-        )
-    glimpse = asking.Ask.glimpse
-    monkeypatch.setattr(
-        asking.Ask, "glimpse", lambda *a, **k: tried.append(1) or glimpse(*a, **k)
-    )
-    edge = maps.edge("sigma", robot.plant, **robot.requirements)
-    assert edge.proven
-    assert 0 < len(asked) < 4 < len(tried)
 
 
 def test_relaxing_keeps_the_solution(edges):
@@ -331,15 +313,12 @@ def atlas(force):
 
 @pytest.fixture(scope="module")
 def sheet(atlas, tmp_path_factory):
-    page = tmp_path_factory.mktemp("page") / "map.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{atlas.html}<p>between</p>{atlas.html}</body></html>",
-        "utf8",
+    return write_page(
+        tmp_path_factory.mktemp("page") / "map.html",
+        atlas.html,
+        "<p>between</p>",
+        atlas.html,
     )
-    return page
 
 
 def test_the_page_stores_the_proofs(atlas, force):
@@ -448,26 +427,6 @@ def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
     assert tab.errors == []
 
 
-@pytest.mark.parametrize("scheme, dark", [("light", False), ("dark", True)])
-def test_it_is_readable_on_a_phone(visit, sheet, scheme, dark):
-    tab = visit(sheet, width=390, height=844, scheme=scheme)
-    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    ratio = """() => {
-      const light = c => { const [r, g, b] = c.match(/[\\d.]+/g).map(x => {
-        const v = x / 255;
-        return v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; });
-        return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
-      const look = e => getComputedStyle(document.querySelector(e));
-      const paper = light(look('sos-map').backgroundColor);
-      const inks = [look('sos-map').color, look('sos-map select').color,
-        look('sos-map svg text').fill, look('sos-map figcaption').color];
-      return [paper, Math.min(...inks.map(light).map(i =>
-        (Math.max(i, paper) + .05) / (Math.min(i, paper) + .05)))]; }"""
-    paper, contrast = tab.page.evaluate(ratio)
-    assert (paper < 0.05) == dark and contrast > 4.5
-    assert tab.errors == []
-
-
 # ------------------------------------------------------------------- grids
 
 
@@ -531,22 +490,6 @@ def test_maps_of_random_polytopes_say_what_designs_say(seed):
     assert found.proven.all()
 
 
-def test_only_the_corners_of_a_staircase_are_refused(robot, monkeypatch):
-    """Of cells that others exclude, too, no proof is looked for."""
-    asked, whole = [], feasibility.refused
-    monkeypatch.setattr(
-        feasibility, "refused", lambda first: asked.append(1) or whole(first)
-    )
-    found = maps.feasibility_map(
-        robot.plant,
-        **robot.requirements,
-        across=("rho", [3.0, 5.0, 30.0]),
-        up=("gamma", [0.1, 0.2, 0.3, 0.4, 1.0]),
-    )
-    assert found.status[:4].tolist() == [["infeasible"] * 3] * 4
-    assert len(asked) == len(found.refusals) < 4
-
-
 def test_every_cell_is_backed_by_a_theorem(grid, robot):
     assert grid.proven.all() and grid.solves < grid.status.size
     for row, column in cells(grid):
@@ -559,18 +502,6 @@ def test_every_cell_is_backed_by_a_theorem(grid, robot):
                 and d.request.region.sigma <= grid.x[column]
                 and d.request.region.theta >= grid.y[row]
                 for d in grid.refusals.values()
-            )
-
-
-def test_a_grid_keeps_the_corners_of_its_staircase_only(grid):
-    for known, way in ((grid.designs, 1), (grid.refusals, -1)):
-        for i, j in known:
-            x = way * grid.x[j]
-            y = -way * grid.y[i]
-            assert not any(
-                way * grid.x[b] >= x and -way * grid.y[a] >= y
-                for a, b in known
-                if (a, b) != (i, j)
             )
 
 

@@ -17,7 +17,7 @@ from sosbook.mip.spread import vertices
 from sosbook import thesis
 from sosbook.book.elements.robot import STEPS_PER_TICK, animation
 from sosbook.plants import Gain
-from tests.elements import assert_fits_a_phone, assert_readable, schemes
+from tests.elements import write_page
 from tests.gains import named
 
 MIP = Mip.printed()
@@ -39,15 +39,12 @@ def element():
 @pytest.fixture(scope="module")
 def sheet(element, tmp_path_factory):
     """A page with two of them, as a chapter may have."""
-    page = tmp_path_factory.mktemp("page") / "robot.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        f"{element.html}<p>between</p>{element.html}</body></html>",
-        "utf8",
+    return write_page(
+        tmp_path_factory.mktemp("page") / "robot.html",
+        element.html,
+        "<p>between</p>",
+        element.html,
     )
-    return page
 
 
 # ------------------------------------------------------------------ in Python
@@ -375,42 +372,6 @@ def test_the_picture_shows_the_run(tab):
 
 # ----------------------------------------------------------------- controls
 
-SLIDERS = [
-    "Initial tilt",
-    "Delay of the voltage",
-    "Gyro noise",
-    "Weight R of the design",
-]
-
-
-def test_every_control_has_its_own_visible_label(tab):
-    for part in tab.page.locator("sos-robot").all():
-        for label in [*SLIDERS, "Law", "Robot", "Slow motion"]:
-            found = part.get_by_label(label)
-            assert found.count() == 1 and found.is_visible()
-            if name := found.get_attribute("id"):
-                assert tab.page.locator(f"[id='{name}']").count() == 1
-        for name in ("Play", "Reset", "Push"):
-            assert part.get_by_role("button", name=name).is_visible()
-        assert part.locator("svg[role=img][aria-label]").count() == 2
-        readout = part.locator(".sos-readout")
-        assert readout.get_attribute("aria-live") == "polite"
-
-
-def test_each_slider_works_by_keyboard(tab):
-    before = say(tab)
-    for label in SLIDERS:
-        slider = first(tab).get_by_label(label)
-        slider.focus()
-        away, back = (
-            ("ArrowLeft", "ArrowRight") if "R" in label else ("ArrowRight", "ArrowLeft")
-        )
-        slider.press(away)
-        assert slider.get_attribute("aria-valuetext") in say(tab)
-        assert say(tab) != before
-        slider.press(back)
-        assert say(tab) == before
-
 
 def test_the_law_keeps_the_nearest_weight(tab):
     weight = first(tab).get_by_label("Weight R of the design")
@@ -485,22 +446,3 @@ def test_time_runs_true_or_slow_and_ends(tab):
     )
     assert abs(times[0] - 0.4) < 2 * STEP and abs(times[1] - 0.1) < 2 * STEP
     assert abs(times[2] - 30) < 0.05 and times[3:] == [True, "Play"]
-
-
-@schemes
-def test_it_is_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    assert_readable(
-        visit(sheet, scheme=scheme),
-        "sos-robot",
-        theme,
-        dark,
-        (".sos-button", "color", ".sos-readout"),
-        (".sos-tyre", "stroke", ""),
-        ("select", "color", "select"),
-    )
-
-
-def test_a_phone_needs_no_sideways_scroll(visit, sheet):
-    assert_fits_a_phone(
-        visit(sheet, width=390, height=844), "sos-robot", [*SLIDERS, "Law"]
-    )

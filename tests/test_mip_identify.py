@@ -310,22 +310,3 @@ def test_slopes_are_those_of_the_motion(seed):
             rtol=1e-6,
             atol=1e-6 * abs(by_differences).max(),
         )
-
-
-@pytest.mark.parametrize("friction", [False, True])
-def test_a_fit_by_slopes_is_the_fit_by_differences(friction, monkeypatch):
-    body, wheels = head(shipped("body"), 10), head(shipped("wheels"), 10)
-    wheels = replace(wheels, t=wheels.t + 1e-3 * np.sin(np.arange(len(wheels.t))))
-
-    def fits():
-        return fit_body(body, friction=friction), fit_wheel(wheels, friction=friction)
-
-    by_slopes = fits()
-    monkeypatch.setattr(
-        "sosbook.pendulum.identify.output_error",
-        lambda model, y, start, slopes: output_error(model, y, start),
-    )
-    for one, other in zip(by_slopes, fits()):
-        assert abs(one.values - other.values).max() < 1e-3 * other.sd.min()
-        assert np.allclose(one.sd, other.sd, rtol=1e-4)
-        assert one.rms == pytest.approx(other.rms, rel=1e-9)

@@ -5,12 +5,9 @@ polynomials: s and c stand for sin and cos of theta, w and p for the
 rates, alpha and beta for the accelerations.
 """
 
-from dataclasses import replace
-
 import flint
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 from sosbook.mip import R_G, V_MAX, Mip, polytope, vertices
 
@@ -238,31 +235,6 @@ def test_linearised_it_is_the_plant(mip):
     v = mip.plant()
     linear = np.linalg.solve(v.M, np.hstack([-v.S, -v.D, v.B]))
     assert np.allclose(slope, linear, rtol=1e-7, atol=1e-6)
-
-
-def run(mip, start, t_end):
-    def rates(t, x):
-        return [*x[2:], *mip.acceleration(x[:2], x[2:], 0)]
-
-    return solve_ivp(rates, (0, t_end), start, "DOP853", rtol=1e-10, atol=1e-11)
-
-
-@pytest.mark.parametrize("mip", [MIP, ROTORS])
-def test_energy_stays_without_motors(mip):
-    free = replace(mip, e=0, f=0)
-    x = run(free, [0.3, 0, 1, 5], 5).y
-    energy = free.energy(x[:2], x[2:])
-    assert np.ptp(x[0]) > 2  # it does fall
-    assert np.ptp(energy) < 1e-8 * free.d
-
-
-@pytest.mark.parametrize("mip", [MIP, ROTORS])
-def test_motors_as_brakes_take_energy(mip):
-    """V = 0: energy only falls, and the body ends up hanging."""
-    x = run(mip, [0.3, 0, 1, 5], 15).y
-    energy = mip.energy(x[:2], x[2:])
-    assert (np.diff(energy) < 1e-11).all()
-    assert energy[-1] < -0.6 * mip.d
 
 
 @pytest.mark.parametrize("mip", [MIP, ROTORS])

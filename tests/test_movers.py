@@ -31,6 +31,7 @@ from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
+from tests.elements import write_page
 from tests.gains import named
 from tests.test_page_elements import stored
 
@@ -40,14 +41,6 @@ pytestmark = pytest.mark.skipif(
 KINDS = {kind.tag: kind for kind in movers.Mover.__subclasses__()}
 TAGS = sorted(KINDS)
 SHARP = {"rtol": 1e-11, "atol": 1e-12}  # of an integrator beside the page's
-
-
-def page_of(pieces):
-    return (
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title>' + "".join(pieces)
-    )
 
 
 @pytest.fixture(scope="module")
@@ -61,10 +54,8 @@ def sheet(tmp_path_factory):
     assert sorted(first) == TAGS
     folder = tmp_path_factory.mktemp("movers")
     for tag, text in first.items():
-        (folder / f"{tag}.html").write_text(page_of([text]), "utf8")
-    path = folder / "all.html"
-    path.write_text(page_of(first.values()), "utf8")
-    return path
+        write_page(folder / f"{tag}.html", text)
+    return write_page(folder / "all.html", *first.values())
 
 
 class Sheet:

@@ -10,7 +10,6 @@ from sosbook import design_observer, observer_loop
 from sosbook.lmi.solution import LMISolution
 from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.solver.loop import Unbounded
-from sosbook.solver.newton import Newton
 from sosbook.synthesis import observer
 
 MIP = Mip.printed()
@@ -109,50 +108,6 @@ def test_one_plant_gives_the_kalman_filter(by_lmis, near, monkeypatch):
     kalman = -np.linalg.solve(NOISE @ NOISE.T, C @ X).T
     assert np.allclose(design.L, kalman, rtol=near, atol=near)
     assert design.status == "feasible" and design.certify().proven
-
-
-def test_one_plant_needs_no_search_of_the_optimum(monkeypatch):
-    plant = sos.SecondOrderSystem([[1]], [[0.1]], [[-1]], [[1]], [[1]])
-    K = sos.design_lqr(plant, np.eye(2), [[1]]).K
-    Q_F = [[0], [1], [0.3], [0.2]]
-    monkeypatch.setattr(observer.ObserverProblem, "open", None)
-    design = design_observer(plant, K, Q_F, [[0.1]])
-    assert design.status == "feasible" and design.certify().proven
-    monkeypatch.undo()
-    monkeypatch.setattr(observer, "riccati_observer", lambda *a: None)
-    searched = design_observer(plant, K, Q_F, [[0.1]])
-    assert np.allclose(design.L, searched.L, rtol=1e-3)
-    assert design.bound == pytest.approx(searched.bound, rel=1e-5)
-
-
-def test_the_equation_leads_near_the_centre(monkeypatch):
-    """Its point is the LMIs' start; plants, outputs and noise are random.
-
-    It can't where the set of points has hardly an end: there one of some is taken.
-    """
-    count, steps, real = [], [], Newton._dense
-    monkeypatch.setattr(Newton, "_dense", lambda *a: count.append(1) or real(*a))
-    for seed in range(12):
-        rng = np.random.default_rng(seed)
-        n, p = int(rng.integers(1, 6)), int(rng.integers(1, 3))
-        half = rng.normal(size=(n, n))
-        plant = sos.SecondOrderSystem(
-            half @ half.T + np.eye(n),
-            0.2 * half @ half.T + 0.1 * np.eye(n),
-            10.0 ** rng.uniform(0, 2) * np.eye(n) + half @ half.T,
-            rng.normal(size=(n, 1)),
-            rng.normal(size=(n, 1)),
-        )
-        (d,) = descriptors(plant)
-        C = rng.normal(size=(p, 2 * n))
-        plant = sos.DescriptorSystem(d.E, d.A, d.Bu, d.Bw, C)
-        K = sos.design_lqr(plant, np.eye(2 * n), [[1]]).K
-        Q_F = np.vstack([np.diag(rng.uniform(0.1, 2, 2 * n)), np.zeros((2 * n, 2 * n))])
-        count.clear()
-        design = design_observer(plant, K, Q_F, 10.0 ** rng.uniform(-2, 1) * np.eye(p))
-        assert design.status == "feasible"
-        steps.append(len(count))
-    assert sorted(steps)[10] <= 6
 
 
 def test_the_controller_has_the_printed_poles(designs):

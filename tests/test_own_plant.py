@@ -10,6 +10,7 @@ import pytest
 import sosbook as sos
 from sosbook.book.elements.answers import asked_of
 from tests.compiler import find, refuse
+from tests.elements import write_page
 
 READY = """() => { const e = document.querySelector("sos-plant");
   return e?.answer && e.answer.digest === e.digest; }"""
@@ -23,14 +24,7 @@ MASS = {"M": "2", "D": "1", "S": "3", "B": "1", "F": "", "U": ""}
 
 @pytest.fixture
 def sheet(tmp_path):
-    page = tmp_path / "plant.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        f'<link rel="icon" href="data:,"><title>t</title>{sos.atlas.own_plant().html}',
-        "utf8",
-    )
-    return page
+    return write_page(tmp_path / "plant.html", sos.atlas.own_plant().html)
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pytest
 
 from sosbook.book.elements.scripts import script
 from sosbook.book.notebooks import BOOK
+from tests.elements import write_page
 from tests.test_page_elements import stored
 
 pytestmark = pytest.mark.skipif(
@@ -164,11 +165,7 @@ HERE = """([tag, sync]) => {
 )
 def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
     sheet, tag = tmp_path / "sheet.html", re.match(r"<(sos-\w+)", text)[1]
-    sheet.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        f'<link rel="icon" href="data:,">{text}',
-        "utf8",
-    )
+    write_page(sheet, text)
     tab = visit(sheet)
     faults, settings, setting, readout = tab.page.evaluate(
         DRIVE, [tag, 11, moves, TEXTS]
@@ -189,12 +186,7 @@ FIRST = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in reversed([*stored
 @pytest.mark.parametrize("tag", sorted(FIRST.keys() - {"sos-robot"}))
 def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
     """Nothing of it is taken for a number or brought into a range in silence."""
-    sheet = tmp_path / "sheet.html"
-    sheet.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        f'<link rel="icon" href="data:,">{FIRST[tag]}',
-        "utf8",
-    )
+    sheet = write_page(tmp_path / "sheet.html", FIRST[tag])
     tab, ask = visit(sheet), f"document.querySelector('{tag}')"
     start = tab.page.evaluate(f"Object.entries({ask}.address)")
     keys = [key for key, _ in start if key not in "MDSBFU"]  # tests/test_own_plant.py

@@ -8,7 +8,7 @@ import pytest
 from sosbook.book.elements.page import PageElement, whole
 from sosbook.book.notebooks import BOOK
 from tests import layout
-from tests.elements import points
+from tests.elements import assert_readable, points, schemes, write_page
 
 KINDS = {"sos-atlas", "sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
@@ -35,13 +35,7 @@ def tab(visit, tmp_path):
     first = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in stored()}
     first = {tag: text for tag, text in first.items() if tag in KINDS}
     assert set(first) == KINDS
-    page = tmp_path / "all.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<link rel="icon" href="data:,"><title>t</title>'
-        + "".join([*first.values(), first["sos-atlas"]]),
-        "utf8",
-    )
+    page = write_page(tmp_path / "all.html", *first.values(), first["sos-atlas"])
     return visit(page)
 
 
@@ -80,20 +74,18 @@ def test_a_control_moves_its_own_element_only(tab):
 
 
 @pytest.fixture(scope="module")
-def shelf(browser, tmp_path_factory):
-    """A page with the first of every kind, movers too, that fingers can touch."""
+def sheet(tmp_path_factory):
+    """A page with the first of every kind, movers too."""
     first = {}
     for _, text in stored():
         first.setdefault(re.match(r"<(sos-\w+)", text)[1], text)
-    sheet = tmp_path_factory.mktemp("shelf") / "all.html"
-    sheet.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title><main><h1>All</h1>'
-        + "".join(first.values())
-        + "</main>",
-        "utf8",
-    )
+    inside = "<main><h1>All</h1>", *first.values(), "</main>"
+    return write_page(tmp_path_factory.mktemp("shelf") / "all.html", *inside)
+
+
+@pytest.fixture(scope="module")
+def shelf(browser, sheet):
+    """The page, that fingers can touch."""
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
@@ -175,6 +167,27 @@ def test_axe_has_no_objection_after_any_button(judged, tag):
             judged.wait_for_timeout(100)
         assert judged.evaluate(layout.AXE) == [], button
     judged.evaluate("document.querySelector('main').replaceChildren(...all)")
+
+
+@schemes
+def test_all_are_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
+    tab = visit(sheet, scheme=scheme)
+    if theme:
+        tab.page.evaluate("t => document.documentElement.dataset.theme = t", theme)
+    for tag in TAGS:
+        assert_readable(tab, tag, dark)
+    assert tab.errors == []
+
+
+def test_a_phone_needs_no_sideways_scroll(visit, sheet):
+    """And its thumb hits every slider."""
+    tab = visit(sheet, width=390, height=844)
+    assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    for tag in TAGS:
+        for slider in tab.page.locator(f"{tag} input[type=range]:visible").all():
+            box = slider.bounding_box()
+            assert box["width"] > 250 and box["height"] >= 24, tag
+    assert tab.errors == []
 
 
 def test_numbers_are_short_and_have_powers_of_ten(tab):

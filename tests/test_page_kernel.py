@@ -20,6 +20,7 @@ from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
+from tests.elements import write_page
 from tests.page_requests import page_request
 from tests.test_hull import MISLEAD, SUFFICE, box
 
@@ -325,13 +326,7 @@ def test_a_warm_start_changes_nothing_but_the_time(kernel):
 
 
 def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
-    sheet = tmp_path / "sheet.html"
-    sheet.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8">'
-        '<link rel="icon" href="data:,"><title>t</title>'
-        f"<script>{script('kernel')}</script>",
-        "utf8",
-    )
+    sheet = write_page(tmp_path / "sheet.html", f"<script>{script('kernel')}</script>")
     tab, example = visit(sheet), sos.thesis.example_4()
     verdict = tab.page.evaluate(
         """request => new Promise((done, failed) => {

@@ -9,7 +9,6 @@ from sosbook.analysis import linear
 from sosbook.analysis.precise import ExactLoop, sensitive
 
 mpmath.mp.dps = 60
-REGION = sos.PoleRegion(sigma=1)
 
 
 def alike(gap, time=1.0, force=1.0):

@@ -13,14 +13,12 @@ from scipy.linalg import null_space
 
 import sosbook as sos
 from sosbook.exact.definite import exact
-from sosbook.lmi import Unknown
 from sosbook.synthesis.regularization import (
     InfiniteModes,
     infinite_modes,
     prove_regular,
     regularize,
 )
-from sosbook.theorems.regularization import regular_mass
 from tests.random_plants import ODD
 
 few = settings(max_examples=40, derandomize=True, deadline=None)
@@ -67,28 +65,6 @@ def random_case(seed):
 
 
 # ------------------------------------------------------------ the theorem
-
-
-def test_readings_agree():
-    rng = np.random.default_rng(3)
-    M, B, K = (rng.standard_normal(s) for s in ((3, 3), (3, 2), (2, 3)))
-    mass = M - B @ K
-    printed = np.block(
-        [
-            [(M + M.T - B @ K - K.T @ B.T) / 2, 0.3 * np.eye(3)],
-            [0.3 * np.eye(3), np.eye(3)],
-        ]
-    )
-    assert np.allclose(regular_mass(M, B, K, 0.3), printed)
-    X = Unknown("K_A", 2, 3)
-    found = regular_mass(M, B, X, 0.3).value({X: K})
-    assert np.allclose(found, printed)
-    found = regular_mass(exact(M), exact(B), exact(K), exact(0.3))
-    assert np.allclose(found.astype(float), printed)
-    Y = cvxpy.Variable((2, 3), value=K)
-    assert np.allclose(regular_mass(M, B, Y, 0.3).value, printed)
-    schur = np.linalg.eigvalsh((mass + mass.T) / 2 - 0.09 * np.eye(3))
-    assert (np.linalg.eigvalsh(printed)[0] > 0) == (schur[0] > 0)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from tests.random_plants import ODD_POWERS, Units
+from tests.random_plants import ODD_POWERS, as_units
 
 few = settings(
     max_examples=2,
@@ -44,17 +44,6 @@ def random_plant(seed, count=1):
         for k in range(count)
     ]
     return vertices[0] if count == 1 else sos.Polytope(vertices)
-
-
-def as_units(plant, powers, a):
-    time, length, force, signal, integral = (10.0**p for p in powers)
-    return Units(
-        time,
-        length * np.eye(plant.n),
-        force * np.eye(plant.n),
-        signal * np.eye(plant.m),
-        integral * np.eye(a),
-    )
 
 
 def request(plant, seed):

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from dataclasses import replace
 
-import cvxpy
 import numpy as np
 import pytest
 from hypothesis import event, given, settings
@@ -17,10 +16,13 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 
 import sosbook as sos
 from sosbook import counterexamples
+from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import check
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
+from sosbook.synthesis.scaling import Frame
 from tests.cases import random_plant, random_request
+from tests.random_plants import float_blocks, scaled
 
 few = settings(max_examples=30, derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
@@ -203,45 +205,6 @@ def test_blocks_are_affine_in_the_plant(seed):
         assert np.allclose(made[f"{name} 4"], mean)
 
 
-def clarabel_margin(request):
-    """The largest t <= 1 with all blocks >= t I, by cvxpy; P scaled."""
-    n, N = len(request.vertices), request.order
-    P = [cvxpy.Variable((N, N), symmetric=True) for _ in range(n)]
-    V, Y = cvxpy.Variable((N, N)), cvxpy.Variable((request.plant.m, N))
-    e, t, constraints = request.slack, cvxpy.Variable(), []
-    E0 = sum(d.E for d in request.vertices) / n
-    back = np.linalg.inv(E0)
-
-    def demand(g):
-        size = g.shape[0]
-        constraints.append((g + g.T) / 2 >> t * np.eye(size))
-
-    for p, d in zip(P, request.vertices):
-        Theta = back @ (d.A @ V.T + d.Bu @ Y)
-        Z = back @ d.E @ V.T
-        demand(p)
-        for part in request.parts:
-            a, b = part.alpha, part.beta
-            if part.name == "disk":
-                rho = -a[0, 0]
-                demand(-cvxpy.bmat([[-(rho**2) * p, Theta.T], [Theta, p - Z - Z.T]]))
-                continue
-            right = cvxpy.kron(b, p - Z) + e * cvxpy.kron(np.eye(len(a)), Theta.T)
-            turned = cvxpy.kron(b, Theta)
-            demand(
-                -cvxpy.bmat(
-                    [
-                        [cvxpy.kron(a, p) + turned + turned.T, right],
-                        [right.T, -e * cvxpy.kron(np.eye(len(a)), Z + Z.T)],
-                    ]
-                )
-            )
-    room = [cvxpy.norm(x, "fro") <= 1e3 for x in (*P, V, Y)]
-    problem = cvxpy.Problem(cvxpy.Maximize(t), [*constraints, *room, t <= 1])
-    problem.solve(solver="CLARABEL")
-    return float(t.value)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("share", [0.4, 1.0])
@@ -249,7 +212,8 @@ def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
     plants = scale_polytope(counterexamples.random_pair(seed, 9), share)
     region = sos.PoleRegion(0.1, np.pi / 6, 6)
     design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
-    margin = clarabel_margin(design.request)
+    blocks = float_blocks(design.request, Frame.of(design.request))
+    _, margin, _ = clarabel_phase_one(scaled(blocks))
     if margin > 1e-4:
         assert design.status == "feasible"
     elif margin < 1e-7:

@@ -15,8 +15,7 @@ from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
 from tests.least_input import least_input
-from tests.random_plants import ODD, ODD_POWERS, random_case
-from tests.test_same_physics import as_units
+from tests.random_plants import ODD, ODD_POWERS, as_units, random_case
 
 UNITS = {"N, m": (1, 1, 1), "odd": ODD, **SYSTEMS}
 

@@ -7,17 +7,12 @@ import pytest
 
 import sosbook as sos
 from sosbook.book.elements.stopwatch import stopwatch
+from tests.elements import write_page
 
 
 @pytest.fixture
 def tab(visit, tmp_path):
-    page = tmp_path / "stopwatch.html"
-    page.write_text(
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>t</title>'
-        f'<link rel="icon" href="data:,">{stopwatch([1, 2]).html}',
-        "utf8",
-    )
-    tab = visit(page)
+    tab = visit(write_page(tmp_path / "stopwatch.html", stopwatch([1, 2]).html))
     ready(tab, 1)
     yield tab
     assert tab.errors == []

@@ -25,8 +25,8 @@ from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.request import Request
 from sosbook.theorems.lqr import trace_bound
 from tests.energy_to_peak import EnergyToPeak, energy, output, slack_energy
-from tests.random_plants import ODD, ODD_POWERS, Units
-from tests.test_same_physics import as_units, close, random_plant
+from tests.random_plants import ODD, ODD_POWERS, Units, as_units
+from tests.test_same_physics import close, random_plant
 
 few = settings(
     max_examples=1,

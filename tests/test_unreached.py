@@ -11,8 +11,7 @@ from sosbook.proofs import UnreachedResponseRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.unreached import refuse_by_response
 from tests.least_norm import least_norm
-from tests.random_plants import ODD, ODD_POWERS, random_case
-from tests.test_same_physics import as_units
+from tests.random_plants import ODD, ODD_POWERS, as_units, random_case
 
 UNITS = {"N, m": (1, 1, 1), "odd": ODD, **SYSTEMS}
 
