@@ -1,6 +1,7 @@
 """Theorems 2.3 and A.3, and the two examples of section 3.2."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .table import Row, below, claim, format_gain, misprint, proven, solution
 
 __all__ = ["rows"]
 
+row = partial(Row, "21_delay_examples")
 PROMISE = "rate 0.6 for every delay in [0.1 s, 0.3 s]"
 
 
@@ -192,10 +194,6 @@ def _tracks(ex, place, end, circumstances):
         f"{circumstances}, nominal delay, r = (1, ..., 1): then z = "
         f"({positions}), for U names z1",
     )
-
-
-def row(item, place, printed, ours, verdict, why, of=""):
-    return Row("21_delay_examples", item, place, printed, ours, verdict, why, of)
 
 
 def _masses():

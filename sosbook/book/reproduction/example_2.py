@@ -1,5 +1,7 @@
 """Example 2, the seat of a car."""
 
+from functools import partial
+
 import numpy as np
 
 from ...analysis.linear import hinf_norm, peak_input, poles
@@ -8,23 +10,22 @@ from ...plants.response import simulate
 from ...plants.second_order import Polytope
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
-from .table import Row, claim, misprint, proven, solution
+from .examples import gains_row, steady_row
+from .table import Row, claim, misprint, proven
 
 __all__ = ["rows"]
+
+row = partial(Row, "11_car_seat")
 
 
 def rows():
     """Rows of Example 2, computed."""
-    chapter = "11_car_seat"
     ex = thesis.example_2()
     masses = np.arange(70, 121)
     cars = [thesis.car_seat(m) for m in masses]
     loops = descriptors(Polytope(cars), ex.U)
     printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
-
-    def row(item, place, printed, ours, verdict, why, of=""):
-        return Row(chapter, item, place, printed, ours, verdict, why, of)
 
     def inside(points):
         return min(x.min() for x in ex.region.distances(points).values())
@@ -70,8 +71,7 @@ def rows():
         + ("either reading, so poles can't decide" if both else "one reading only"),
         "S of Example 2",
     )
-    verdict, reason = solution(ex.K, own.K, 1, proof, proven(own, 7))
-    yield row("K_P, K_D, K_I", "Example 2", _gain(ex.K), _gain(own.K), verdict, reason)
+    yield gains_row(row, "Example 2", ex.K, own, 1, proof, 7, decimals=0)
     norm = max(hinf_norm(d, ex.K) for d in loops)
     yield row(
         "H-infinity norm from w to z below 0.1732",
@@ -117,14 +117,8 @@ def rows():
         + " or ".join(f"{end / 1000:.1f} kN ({name})" for name, end in ends.items()),
     )
     last = max(np.abs(a.e[:, -1]).max() for a in printed)
-    yield row(
-        "the error goes to zero in steady state",
-        "Fig. 3.8",
-        "0",
-        f"{last:.0e} m at t = {ex.t_end:g} s",
-        claim(last < 1e-3),
-        "for constant r, six masses from 70 to 120 kg",
-    )
+    why = "for constant r, six masses from 70 to 120 kg"
+    yield steady_row(row, "Fig. 3.8", ex, last, why, " m")
     z = np.array([a.z[0] for a in printed])
     spread = np.ptp(z, axis=0).max()
     yield row(
@@ -135,7 +129,3 @@ def rows():
         claim(spread < 0.1),
         "threshold: a tenth of the step; six masses from 70 to 120 kg",
     )
-
-
-def _gain(K):
-    return "; ".join(" ".join(f"{k:.0f}" for k in row) for row in K)

@@ -1,37 +1,35 @@
 """Example 3, a chain whose last mass weighs nothing."""
 
+from functools import partial
+
 import numpy as np
 
-from ...analysis.linear import hinf_norm, peak_input, poles
+from ...analysis.linear import poles
 from ...plants.descriptor import descriptors
 from ...plants.response import simulate
-from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
-from .table import (
-    Row,
-    claim,
-    compare,
-    format_gain,
-    format_poles,
-    matched,
-    proven,
-    solution,
-)
+from .examples import pole_row, promises, steady_row
+from .table import Row, claim
 
 __all__ = ["numbers", "rows"]
+
+row = partial(Row, "12_singular_chain")
 
 
 def rows():
     """Rows of Example 3, computed."""
     ex = thesis.example_3()
     yield from numbers(ex)
-    yield from _promises(ex)
+    yield from promises(
+        row,
+        "Example 3",
+        "Fig. 3.10",
+        ex,
+        gains_note="for the printed K_A; ",
+        peak_note="what Lemma 2.2 bounds, ",
+    )
     yield from _signals(ex)
     yield _complexity(ex)
-
-
-def row(item, place, printed, ours, verdict, why, of=""):
-    return Row("12_singular_chain", item, place, printed, ours, verdict, why, of)
 
 
 def numbers(ex):
@@ -48,77 +46,17 @@ def numbers(ex):
         "det(M s^2 + D s + S) has degree 7, not 8; -inf is the limit as m4 "
         "falls to zero",
     )
-    computed = matched(ex.open_loop_poles, finite)
-    verdict, gap = compare(ex.open_loop_poles, computed, 1e-4)
-    yield row(
-        "finite open-loop poles",
-        "Table 3.2",
-        format_poles(ex.open_loop_poles),
-        format_poles(computed),
-        verdict,
-        f"largest difference {gap:.0e} rad/s",
+    yield pole_row(
+        row, "finite open-loop poles", "Table 3.2", ex.open_loop_poles, finite, 1e-4
     )
-    computed = matched(ex.closed_loop_poles, poles(d, ex.K))
-    verdict, gap = compare(ex.closed_loop_poles, computed, 5e-4)
-    yield row(
+    yield pole_row(
+        row,
         "closed-loop poles of the printed gains",
         "Table 3.2",
-        format_poles(ex.closed_loop_poles),
-        format_poles(computed),
-        verdict,
-        f"largest difference {gap:.0e} rad/s: the rounding of the gains",
-    )
-
-
-def _promises(ex):
-    (d,) = descriptors(ex.plant, ex.U, ex.K_A)
-    printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
-    own = design_pid(ex.plant, **ex.requirements)
-    limit = ex.saturation.u_max
-    inside = min(x.min() for x in ex.region.distances(poles(d, ex.K)).values())
-    yield row(
-        "all closed-loop poles lie in the D-region",
-        "Fig. 3.10",
-        "inside",
-        f"{inside:.3f} rad/s from the boundary",
-        claim(inside > 0),
-        "for the printed gains",
-    )
-    proof = proven(printed_design, 7)
-    yield row(
-        "the printed gains satisfy (2.15), (2.18)-(2.21)",
-        "Example 3",
-        "designed to",
-        "proven" if proof else "no proof found",
-        claim(proof),
-        "a common P, checked in exact rational arithmetic",
-    )
-    verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 7))
-    yield row(
-        "K_P, K_D, K_I",
-        "Example 3",
-        format_gain(ex.K),
-        format_gain(own.K),
-        verdict,
-        f"for the printed K_A; {reason}",
-    )
-    norm = hinf_norm(d, ex.K)
-    yield row(
-        "H-infinity norm from w to z below 0.9010",
-        "Example 3",
-        f"< {ex.gamma}",
-        f"{norm:.4f}",
-        claim(norm < ex.gamma),
-        f"{ex.gamma / norm:.0f} times below the bound",
-    )
-    peak = peak_input(d, ex.K, ex.saturation.x0)
-    yield row(
-        "|K x(t)| at most 120 from x(0)",
-        "Example 3",
-        f"<= {limit:g}",
-        f"{peak:.1f}",
-        claim(peak <= limit),
-        "what Lemma 2.2 bounds, with r = 0, w = 0",
+        ex.closed_loop_poles,
+        poles(d, ex.K),
+        5e-4,
+        ": the rounding of the gains",
     )
 
 
@@ -173,12 +111,11 @@ def _signals(ex):
         "u_max in Fig. 3.12",
     )
     last = np.abs(answer.e[:, -1]).max()
-    yield row(
-        "the error goes to zero in steady state",
+    yield steady_row(
+        row,
         "Fig. 3.12",
-        "0",
-        f"{last:.0e} at t = {ex.t_end:g} s",
-        claim(last < 1e-3),
+        ex,
+        last,
         "all four: r = (1, 1, 1, 1) only stretches the spring at the "
         "wall, where u1 acts",
     )

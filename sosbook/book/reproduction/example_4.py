@@ -1,5 +1,7 @@
 """Example 4, the flexible rotor with an arm."""
 
+from functools import partial
+
 import numpy as np
 
 from ...analysis.linear import poles
@@ -11,21 +13,12 @@ from ...requirements.pole_region import PoleRegion
 from ...studies.region_of_attraction import region_of_attraction
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
-from .table import (
-    Row,
-    below,
-    claim,
-    compare,
-    format_gain,
-    format_poles,
-    matched,
-    misprint,
-    proven,
-    solution,
-)
+from .examples import gains_row, pole_row
+from .table import Row, below, claim, compare, format_poles, matched, misprint, proven
 
 __all__ = ["numbers", "rows"]
 
+row = partial(Row, "13_flexible_arm")
 SET_POINTS = np.radians([30, 60, 10, -30, 0])  # rad, three seconds each
 
 
@@ -35,10 +28,6 @@ def rows():
     yield from numbers(ex)
     yield from _promises(ex)
     yield from _motions(ex)
-
-
-def row(item, place, printed, ours, verdict, why, of=""):
-    return Row("13_flexible_arm", item, place, printed, ours, verdict, why, of)
 
 
 def _poles(ex, plant, U=None):
@@ -65,17 +54,15 @@ def numbers(ex):
             f"largest difference {gap:.0e} rad/s",
         )
     for name, vertex, printed in zip(names, ex.plant.vertices, ex.closed_loop_poles):
-        computed = matched(printed, _poles(ex, vertex))
-        verdict, gap = compare(printed, computed, 1e-3)
-        yield row(
+        yield pole_row(
+            row,
             f"closed-loop poles for phi1 = {name}",
             "Table 3.3",
-            format_poles(printed),
-            format_poles(computed),
-            verdict,
-            f"largest difference {gap:.0e} rad/s, with U = [0 1], the "
-            "motor's angle. U isn't printed; [1 0] misses the first row by "
-            f"{wrong:.1f} rad/s",
+            printed,
+            _poles(ex, vertex),
+            1e-3,
+            ", with U = [0 1], the motor's angle. U isn't printed; [1 0] misses "
+            f"the first row by {wrong:.1f} rad/s",
         )
     (first, second) = ex.open_loop_poles
     as_labelled = [
@@ -134,15 +121,7 @@ def _promises(ex):
         claim(proof),
         "a common P in exact arithmetic",
     )
-    verdict, reason = solution(ex.K, own.K, 1e-4, proof, proven(own, 8))
-    yield row(
-        "K_P, K_D, K_I",
-        "Example 4",
-        format_gain(ex.K),
-        format_gain(own.K),
-        verdict,
-        reason,
-    )
+    yield gains_row(row, "Example 4", ex.K, own, 1e-4, proof, 8)
 
 
 def _motions(ex):

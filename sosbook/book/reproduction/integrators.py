@@ -1,5 +1,7 @@
 """The choice of U, which the thesis leaves open."""
 
+from functools import partial
+
 import numpy as np
 
 from ...plants.second_order import Polytope, SecondOrderSystem
@@ -9,7 +11,7 @@ from .table import Row, claim
 
 __all__ = ["rows"]
 
-CHAPTER = "10_choosing_the_integrators"
+row = partial(Row, "10_choosing_the_integrators")
 
 
 def rows():
@@ -26,8 +28,7 @@ def rows():
         and not body.admissible
         and not both.admissible
     )
-    yield Row(
-        CHAPTER,
+    yield row(
         "U = [0 1] is the only choice that works, for U = I the "
         "system isn't controllable",
         "Section 4.3.1",
@@ -54,8 +55,7 @@ def _example(number, example):
         True: "; this one is proven for the whole polytope",
         False: "; this one isn't proven for the whole polytope",
     }[theirs.certified]
-    return Row(
-        CHAPTER,
+    return row(
         f"Example {number}: U, chosen at random, is controllable",
         "Section 5",
         "conditions for U: future work",

@@ -1,5 +1,7 @@
 """Chapter 4: the model of the mobile inverted pendulum, its numbers."""
 
+from functools import partial
+
 import numpy as np
 
 from ...pendulum import Mip, vertices
@@ -10,8 +12,8 @@ from .table import Row, claim, compare, misprint
 
 __all__ = ["numbers", "rows"]
 
-MODEL = "25_pendulum_model"
-DATA = "26_identification"
+model_row = partial(Row, "25_pendulum_model")
+data_row = partial(Row, "26_identification")
 PARAMETER_SETS = ((0.272, 0.040, 0.027), (0.263, 0.0414, 0.0315))  # M_b, l, M_w
 R_W = 0.032  # m, radius of a wheel
 
@@ -46,8 +48,7 @@ def _experiments(printed):
     b1, b0, f_c, d_c = printed.body
     ratios = printed.ratios
     gain = equal_peaks([b1, b0], [1, f_c, d_c])
-    yield Row(
-        DATA,
+    yield data_row(
         "the gain after the zero is moved",
         "(4.19), (4.20)",
         f"{-ratios['e_c']:g}",
@@ -56,8 +57,7 @@ def _experiments(printed):
         "equal peaks of the magnitude; the poles stay",
     )
     used = [ratios[x] for x in ("f_c", "d_c", "e_a", "f_a")]
-    yield Row(
-        DATA,
+    yield data_row(
         "the ratios are read off the transfer functions",
         "(4.20), (4.23), 4.2.2",
         digits(used),
@@ -66,8 +66,7 @@ def _experiments(printed):
         "e/a and f/a are the first wheel's",
     )
     apart = max(abs(second / first - 1) for first, second in zip(*printed.wheels))
-    yield Row(
-        DATA,
+    yield data_row(
         "both wheels answer alike",
         "(4.23), (4.24), Fig. 4.7",
         "very close",
@@ -76,8 +75,7 @@ def _experiments(printed):
         "threshold: the 4 % that the thesis allows for",
     )
     body, wheels = (ratios["e_c"] / ratios["f_c"], ratios["e_a"] / ratios["f_a"])
-    yield Row(
-        DATA,
+    yield data_row(
         "both experiments describe one robot",
         "Section 4.2.2",
         "one pair of motors, ±4 % on e/c and e/a",
@@ -99,8 +97,7 @@ def _identified(printed):
     ]
     theirs = [ours["C_m"], ours["t_m"]]
     gaps = np.subtract(implied, theirs)
-    yield Row(
-        DATA,
+    yield data_row(
         "C_m and t_m follow from I_w and the ratios",
         "Section 4.2.2",
         digits(theirs),
@@ -118,8 +115,7 @@ def _identified(printed):
         ]
         return compare(a[1:], ends, 1.5e-7)[0] == "reproduced"
 
-    yield Row(
-        MODEL,
+    yield model_row(
         "one M_b g l behind all constants",
         "Section 4.2.2",
         f"d = {d:g}, I_w = {ours['I_w']:g}",
@@ -132,8 +128,7 @@ def _identified(printed):
     )
     arm = torque / constants["g"]
     M_b = arm**2 / (torque / q["d_c"] - ours["I_b"])
-    yield Row(
-        MODEL,
+    yield model_row(
         "M_b behind I_b, C_m, t_m and I_w",
         "Section 4.2.2",
         f"M_b = {constants['M_b']:g}, M_w = {constants['M_w']:g}",
@@ -153,8 +148,7 @@ def _letters(printed):
     ours = [c, (1 - s) * e, (1 + s) * e, f]
     gaps = np.abs(np.array(ours) / theirs - 1)
     verdict, _ = compare(0, gaps / [6e-4, 2.5e-3, 2.5e-3, 8e-3], 1)
-    yield Row(
-        MODEL,
+    yield model_row(
         "c, e and f follow from d and the ratios",
         "Section 4.2.2",
         digits(theirs),
@@ -167,8 +161,7 @@ def _letters(printed):
         x["a"][0] + geared * (low / high - 1)
         for low, high in ((1 - s, 1 + s), (1 + s, 1 - s))
     ]
-    yield Row(
-        MODEL,
+    yield model_row(
         "the range of a follows from its middle",
         "Section 4.2.2",
         digits(x["a"][1:]),
@@ -177,8 +170,7 @@ def _letters(printed):
         "2 I_w times Delta_1 / Delta_2; the rest of a is certain",
     )
     r = printed.constants["g"] * x["b"] / x["d"]
-    yield Row(
-        MODEL,
+    yield model_row(
         "r, the wheels' radius",
         "Section 4.2.2",
         f"{printed.constants['r']:g}",
@@ -211,8 +203,7 @@ def _letters(printed):
             and relative([x["a"][0], x["b"], x["d"]], ours, 2e-3)[0] == "reproduced"
         )
     total = (x["a"][0] - geared) / r**2
-    yield Row(
-        MODEL,
+    yield model_row(
         "a, b and d follow from the known parameters",
         "Section 4.2.2",
         f"{x['a'][0]:.4g} {x['b']:.4g} {x['d']:.4g}",
@@ -237,8 +228,7 @@ def _matrices(printed):
             np.where(zeros, 1, theirs), np.where(zeros, 1 + ours, ours), 4e-4
         )
         minus = "-" * (sign < 0)
-        yield Row(
-            MODEL,
+        yield model_row(
             f"{minus}{name} of the four vertices",
             "(4.25)",
             digits(theirs[0]),
@@ -266,8 +256,7 @@ def _claims(printed):
             for M, D, S, B in zip(printed.M, printed.D, printed.S, printed.B)
         ]
 
-    yield Row(
-        MODEL,
+    yield model_row(
         "signs of D and S",
         "(4.25), (4.27)",
         "D, S",
@@ -279,8 +268,7 @@ def _claims(printed):
     )
     forms = [v.printed_form() for v in vertices(Mip.printed())]
     turned = [SecondOrderSystem(p.M, p.D, p.S, -p.B) for p in forms]
-    yield Row(
-        MODEL,
+    yield model_row(
         "sign of B",
         "(4.15)",
         "[e (a + b), -e (b + c)]",
@@ -297,8 +285,7 @@ def _claims(printed):
     poles = down.poles()
     poles = poles[abs(poles) > 1e-6]  # nothing holds the wheels' angle
     held = np.roots([robot.c, robot.f, robot.d])
-    yield Row(
-        MODEL,
+    yield model_row(
         "upright is unstable, hanging is stable",
         "Section 4.1.1",
         "equilibria 1 and 2",

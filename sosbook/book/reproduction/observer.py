@@ -1,6 +1,6 @@
 """Sections 2.4.6 and 4.3.2: Table 4.3 and (4.27) to (4.30)."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -21,8 +21,8 @@ control = library("control")
 
 __all__ = ["controller", "numbers", "rows"]
 
-CONTROL = "27_pendulum_control"
-OBSERVER = "24_observer"
+control_row = partial(Row, "27_pendulum_control")
+observer_row = partial(Row, "24_observer")
 T = 0.01  # s
 
 
@@ -103,8 +103,7 @@ def _observable(printed):
     C = np.hstack([np.zeros((2, 2)), np.eye(2)])
     small = A[np.ix_([0, 2, 3], [0, 2, 3])]
     whole, part = _rank(A, C), _rank(small, printed.C)
-    return Row(
-        OBSERVER,
+    return observer_row(
         "not observable with phi, observable without",
         "Section 4.3.2, (4.27)",
         "yes",
@@ -122,8 +121,7 @@ def _weights(printed):
     def fits(Q_F, R_F):
         return Q_F[0] == states and R_F[0] == outputs
 
-    return Row(
-        OBSERVER,
+    return observer_row(
         "Q_F and R_F",
         "Section 4.3.2",
         "Q_F = sqrt(diag(0.01, 0.1)), R_F = [2 E^-1 B; 0]",
@@ -139,8 +137,7 @@ def _reduced(printed):
     E = np.diag([1, *M[0].diagonal()])
     A = np.vstack([[0, 1, 0], np.hstack([S[0][:, :1], D[0]])])
     apart = max(np.abs(E - printed.E_1).max(), np.abs(A - printed.A_1).max())
-    yield Row(
-        OBSERVER,
+    yield observer_row(
         "E_1 and A_1",
         "(4.27)",
         "numbers of (4.25), vertex 1",
@@ -149,8 +146,7 @@ def _reduced(printed):
         "entry by entry",
     )
     first, last = (np.allclose(printed.B_1[1:], B[k], rtol=1e-6) for k in (0, 3))
-    yield Row(
-        OBSERVER,
+    yield observer_row(
         "B_1",
         "(4.27)",
         digits(printed.B_1),
@@ -180,8 +176,7 @@ def _gains(printed, R):
     K, L = printed.lqe[R]
     observed = _design(R)
     verdict, gap = relative(K, observed.K, 2e-4)
-    yield Row(
-        OBSERVER,
+    yield observer_row(
         f"K, R = {R}",
         "Table 4.3",
         format_gain(K),
@@ -191,8 +186,7 @@ def _gains(printed, R):
     )
     gaps = (observed.L - L) / (1e-3 * np.abs(L) + [[0.055], [0], [0]])
     verdict, _ = compare(0, gaps, 1)
-    yield Row(
-        OBSERVER,
+    yield observer_row(
         f"L, R = {R}",
         "Table 4.3",
         "; ".join(digits(row, ".1f") for row in L),
@@ -207,8 +201,7 @@ def _robust(printed, plant, R):
     K, L = printed.lqe[R]
     loop = observer_loop(plant, K, L, printed.C)
     proof = proven(analyse_loop(loop.E, loop.A))
-    return Row(
-        OBSERVER,
+    return observer_row(
         f"robustly stable, R = {R}",
         "Table 4.3",
         "yes",
@@ -223,8 +216,7 @@ def _robust(printed, plant, R):
 def _relaxed(loops):
     """The main shortcoming that section 2.4 names, and its cure."""
     holds = [row.verdict == "property holds" for row in loops]
-    return Row(
-        OBSERVER,
+    return observer_row(
         "the assumption of full-state knowledge can be relaxed",
         "Section 2.4",
         "by using state observers",
@@ -244,8 +236,7 @@ def _controller(printed):
     verdict, gap = relative(theirs, ours, 3e-4)
     natural = controller(2, printed=printed).poles().real
     _, natural_gap = relative(theirs, np.sort(natural), 3e-4)
-    yield Row(
-        OBSERVER,
+    yield observer_row(
         "poles",
         "(4.28), R = 2",
         digits(theirs),
@@ -262,8 +253,7 @@ def _controller(printed):
         at = np.sort(at[np.abs(at) < 1e6].real)
         ours = [-(computed.C @ computed.B)[0, k], *at]
         verdict, gap = relative([gain, *np.sort(zeros)], ours, 6e-3)
-        yield Row(
-            OBSERVER,
+        yield observer_row(
             f"gain and zeros from {name}",
             "(4.28), R = 2",
             digits([gain, *np.sort(zeros)], ".5g"),
@@ -278,8 +268,7 @@ def _without_the_fast(printed):
     (g1, z1), (g2, (far, z2)), (fast, *slow) = printed.controller
     (h1, y1), (h2, y2), poles = printed.reduced
     theirs, kept = [*y1, *y2, *sorted(poles)], [*z1, z2, *sorted(slow)]
-    yield Row(
-        CONTROL,
+    yield control_row(
         "poles and zeros without the fast ones",
         "(4.29)",
         digits(theirs),
@@ -288,8 +277,7 @@ def _without_the_fast(printed):
         "those of (4.28) but for the pole at -1694 and the zero at 232.5",
     )
     ours = [g1 / -fast, g2 * far / fast]
-    yield Row(
-        CONTROL,
+    yield control_row(
         "gains without the fast pole and zero",
         "(4.29)",
         f"{h1:.4f}, {h2:.3f}",
@@ -299,8 +287,7 @@ def _without_the_fast(printed):
     )
     yield _compared(printed)
     verdict, gap = _discrete(printed)
-    yield Row(
-        CONTROL,
+    yield control_row(
         "the controller at 100 Hz",
         "(4.30)",
         "A, B, C, D with four digits",
@@ -369,8 +356,7 @@ def _stable(printed):
         for R in (1, 2)
         for form in ("natural", "printed")
     )
-    return Row(
-        OBSERVER,
+    return observer_row(
         "the controller itself is stable",
         "Section 4.3.2, (4.28)",
         "all poles have a negative real part",

@@ -1,6 +1,6 @@
 """Sections 2.4.5 and 4.3.1: Lemma 2.3, Theorem 2.4, Tables 4.1 and 4.2."""
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
@@ -16,7 +16,8 @@ from .table import Row, claim, format_gain, misprint, proven
 
 __all__ = ["numbers", "rows"]
 
-CONTROL = "27_pendulum_control"
+control_row = partial(Row, "27_pendulum_control")
+lqr_row = partial(Row, "23_lqr")
 LAWS = {
     "PD": ("Table 4.1", "pd", None, 4, 0),
     "PID": ("Table 4.2", "pid", [[0, 1]], 5, 3),
@@ -42,8 +43,7 @@ def numbers(printed):
         for R, K in getattr(printed, name).items():
             ours = _of_one_vertex(law, R)
             verdict, gap = relative(K, ours, 6e-4)
-            yield Row(
-                CONTROL,
+            yield control_row(
                 f"{law} gains, R = {R}",
                 place,
                 format_gain(K),
@@ -67,8 +67,7 @@ def _values_of_R(printed):
     def fits(values):
         return relative(gains, 1 / np.sqrt(values), 6e-4)[0] == "reproduced"
 
-    return Row(
-        CONTROL,
+    return control_row(
         "values of R",
         "Section 4.3.1",
         "R = 2, 3 and 5",
@@ -90,8 +89,7 @@ def _theorem(printed, plants, law, R):
             forms.append(design_lqr(of, np.eye(N), [[R]], U, **asked).K)
     verdicts, gaps = zip(*(relative(K, ours, 6e-4) for ours in forms))
     first, *others = (100 * gap for gap in gaps)
-    return Row(
-        CONTROL,
+    return control_row(
         f"{law} gains, R = {R}, by Theorem 2.4",
         place,
         format_gain(K),
@@ -130,8 +128,7 @@ def _robust(printed, plants, law, R):
             f"proven, cost below {printed_design.request.cost.bound:.4g}; true "
             f"worst of 54 plants {printed_design.noise_cost(samples=50):.4g}"
         )
-    return Row(
-        CONTROL,
+    return control_row(
         f"{law}, R = {R}: robustly stable",
         LAWS[law][0],
         "yes",
@@ -145,8 +142,7 @@ def _robust(printed, plants, law, R):
 def _root(plants):
     robust = design_lqr(plants, np.eye(4), [[1]])
     bound, cost = robust.request.cost.bound, robust.noise_cost()
-    return Row(
-        "23_lqr",
+    return lqr_row(
         "the root of tr J bounds the cost",
         "Theorem 2.4",
         "sqrt(tr J)",
@@ -171,8 +167,7 @@ def _size_of_W():
             ("determinant", np.linalg.det(W)),
         ):
             holds[name] &= bool(cost <= factor * np.trace(psi) * (1 + 1e-9))
-    return Row(
-        "23_lqr",
+    return lqr_row(
         "|W| tr(...) bounds the cost",
         "Lemma 2.3",
         "|W|",

@@ -1,5 +1,7 @@
 """Section 4.3 at 100 Hz: what a computer makes of the printed laws."""
 
+from functools import partial
+
 import numpy as np
 
 from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
@@ -13,7 +15,7 @@ control = library("control")
 
 __all__ = ["rows"]
 
-SAMPLED = "28_discretisation"
+row = partial(Row, "28_discretisation")
 T = 0.01
 WAYS = (
     ("exact rates, at once", SampledLaw.of_gain, 0, "exact"),
@@ -40,8 +42,7 @@ def rows():
     }
     rates = np.random.default_rng(0).normal(size=(50, 2))
     gap = max(_gap(gain, rates) for gain in gains.values())
-    yield Row(
-        SAMPLED,
+    yield row(
         "the PID's program",
         "(4.26), (B.3)",
         "the discrete PID of theta' and phi'",
@@ -57,8 +58,7 @@ def rows():
         ]
         for way, law_of, ticks, sensing in WAYS
     }
-    yield Row(
-        SAMPLED,
+    yield row(
         "the controllers of Tables 4.1, 4.2 run at 100 Hz",
         "Section 4.3.1",
         "run on the robot",
@@ -74,8 +74,7 @@ def rows():
     D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
     law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
     radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
-    yield Row(
-        SAMPLED,
+    yield row(
         "the observer's controller at 100 Hz",
         "(4.30)",
         "run on the robot",
@@ -109,8 +108,7 @@ def _random(printed):
         np.sort(held.poles().real)
         - np.sort(np.exp(T * controller(2, "printed").poles().real))
     ).max()
-    return Row(
-        SAMPLED,
+    return row(
         "fast poles make the sampled controller random",
         "Section 4.3.2",
         "poles and zeros above or close to 100 Hz can",

@@ -1,5 +1,7 @@
 """Lemma 2.1, and what Example 3 says about its singular mass."""
 
+from functools import partial
+
 import numpy as np
 
 from ...plants.descriptor import descriptors
@@ -12,13 +14,12 @@ from .table import Row, claim, proven
 
 __all__ = ["rows"]
 
+row = partial(Row, "08_singular_mass")
+
 
 def rows():
     """Rows of section 2.3 and of Example 3's mass, computed."""
     ex = thesis.example_3()
-
-    def row(item, place, printed, ours, verdict, why, of=""):
-        return Row("08_singular_mass", item, place, printed, ours, verdict, why, of)
 
     proof = prove_regular(ex.plant, ex.K_A, 0.1)
     mass = ex.plant.M - ex.plant.B @ ex.K_A

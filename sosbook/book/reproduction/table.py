@@ -207,6 +207,6 @@ def matched(printed, computed):
     )
 
 
-def format_gain(K):
-    """A gain K as text, row by row, with four decimals."""
-    return "; ".join(" ".join(f"{k:.4f}" for k in row) for row in K)
+def format_gain(K, decimals=4):
+    """A gain K as text, row by row, with so many decimals."""
+    return "; ".join(" ".join(f"{k:.{decimals}f}" for k in row) for row in K)
