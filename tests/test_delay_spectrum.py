@@ -302,27 +302,6 @@ def test_a_window_that_does_not_begin_at_zero():
     assert delay_margin(A, A_d) == 0
 
 
-@pytest.mark.parametrize("w2, k", [(4, 1), (4, -1), (25, 2), (25, -2)])
-def test_windows_of_an_undamped_oscillator(w2, k):
-    """z'' + w^2 z + k z(t - h): only exp(-s h) = 1 or -1 can cross.
-
-    Re s' has the sign of x - w^2 at the crossing s^2 = -x, so the lower
-    frequency opens a window and the higher one shuts it.
-    """
-    slow, fast = np.sqrt(w2 - abs(k)), np.sqrt(w2 + abs(k))
-    i = np.arange(20)
-    if k > 0:
-        opened, shut = (2 * i + 1) * np.pi / slow, (i + 1) * 2 * np.pi / fast
-    else:
-        opened, shut = 2 * i * np.pi / slow, (2 * i + 1) * np.pi / fast
-    lasting = np.minimum.accumulate(opened < shut)
-    wanted = np.array([opened, shut]).T[lasting]
-    found = stable_delays([[0, 1], [-w2, 0]], [[0, 0], [-k, 0]], 15)
-    wanted = wanted[wanted[:, 1] < 15]
-    assert len(wanted) > 1
-    assert np.allclose(found, wanted, rtol=1e-9, atol=1e-9)
-
-
 @pytest.mark.parametrize("excess, windows", [(-1e-9, 1), (1e-9, 3)])
 def test_a_root_that_nearly_touches_the_axis(excess, windows):
     """z'' + 2 zeta z' + z = k z(t - h), k near the inverse peak gain."""

@@ -279,18 +279,6 @@ def test_a_refusal_is_proven_and_its_file_is_one_for_the_package(tab, capsys):
     settled(tab)
 
 
-def test_a_link_leads_back_to_the_design(tab, visit):
-    move(tab, [0.9, 50, 6, 1.5, 200])
-    first(tab).get_by_role("button", name="Link to this").click()
-    again = visit(tab.page.url)
-    settled(again)
-    assert state(again)["values"] == [0.9, 50, 6, 1.5, 200]
-    assert again.errors == []
-    first(tab).get_by_role("button", name="Reset").click()
-    settled(tab)
-    assert state(tab)["values"] == [0.7, 45, 5, 1.257, 150]
-
-
 def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     example = sos.thesis.example_4()
     element = design_explorer(

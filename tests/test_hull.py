@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 import sosbook as sos
-from sosbook import counterexamples, couplings
+from sosbook import couplings
 from sosbook.lmi.text import floats
-from sosbook.pendulum import Mip, polytope
 from sosbook.plants.descriptor import Coupled, Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
 from sosbook.requirements.base import Requirement
@@ -269,17 +268,6 @@ def test_eight_uncertain_masses_need_no_pair():
     plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
     request = Request(plants, region=sos.PoleRegion(rho=6))
     assert len(request.pairs) == 256 and request.covers_polytope
-
-
-def test_the_vertices_of_the_books_polytopes():
-    for make, suffice in (
-        (lambda: counterexamples.random_chain(3, masses=3), True),
-        (lambda: counterexamples.random_chain(3, box=False), False),
-        (counterexamples.actuated, False),
-        (counterexamples.slower_corners, False),
-        (lambda: polytope(Mip.printed()), False),
-    ):
-        assert couplings.vertices_suffice(make()) == suffice
 
 
 def test_what_says_that_it_is_affine_in_the_quotient_is():

@@ -264,24 +264,28 @@ def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
     assert_allclose(sos.design_pid(**asked).K, design.K, rtol=1e-6)
 
 
-def stiffnesses(count, gain, seed=0):
-    """Vertices whose springs and forces change by a third, and what is asked."""
+def stiffer_springs(count, n, seed):
+    """Vertices whose springs and forces change by a third."""
     rng = np.random.default_rng(seed)
-    S = 3 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    S = 3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     vertices = [
         sos.SecondOrderSystem(
-            np.eye(3),
+            np.eye(n),
             0.1 * S,
             S * (1 + 0.3 * rng.uniform(-1, 1)),
-            np.diag(1 + 0.3 * rng.uniform(-1, 1, 3)),
-            np.eye(3),
+            np.diag(1 + 0.3 * rng.uniform(-1, 1, n)),
+            np.eye(n),
         )
         for _ in range(count)
     ]
+    return sos.Polytope(vertices)
+
+
+def stiffnesses(count, gain, seed=0):
+    """Such vertices, and what is asked of them."""
     saturation = sos.Saturation(gain, np.ones(6))
-    return dict(
-        plant=sos.Polytope(vertices), region=REGION, gamma=0.8, saturation=saturation
-    )
+    plant = stiffer_springs(count, 3, seed)
+    return dict(plant=plant, region=REGION, gamma=0.8, saturation=saturation)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -314,19 +318,8 @@ def test_few_pairs_refuse_for_all(seed, monkeypatch):
 
 @pytest.mark.parametrize("n, count", [(2, 16), (3, 12)])
 def test_few_vertices_refuse_with_a_slack_matrix(n, count):
-    rng = np.random.default_rng(count)
-    S = 3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    vertices = [
-        sos.SecondOrderSystem(
-            np.eye(n),
-            0.1 * S,
-            S * (1 + 0.3 * rng.uniform(-1, 1)),
-            np.diag(1 + 0.3 * rng.uniform(-1, 1, n)),
-        )
-        for _ in range(count)
-    ]
     design = sos.design_pid(
-        sos.Polytope(vertices),
+        stiffer_springs(count, n, count),
         region=sos.PoleRegion(sigma=0.4, rho=8),
         saturation=sos.Saturation(0.5, np.ones(2 * n)),
         coupling="slack",

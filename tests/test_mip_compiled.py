@@ -1,6 +1,5 @@
 """The compiled C program against `Controller`: every bit of every tick."""
 
-import ctypes
 import sys
 from functools import cache
 from types import SimpleNamespace
@@ -438,20 +437,6 @@ def test_random_laws_of_any_order(seed):
         for _ in range(100):
             twins.step(*random.normal(0, 0.05, 5))
         assert twins.fault == 0
-
-
-def test_the_state_has_the_size_that_c_gives_it(tmp_path):
-    for name, law in LAWS.items():
-        for precision, real in (("double", 8), ("single", 4)):
-            folder = tmp_path / name / precision
-            c = Compiled(Firmware(law), precision, folder)
-            plain = real * (9 + law.order) + 4 * 6
-            assert 0 <= ctypes.sizeof(c.state_type) - plain < real
-            assert sorted(p.name for p in folder.iterdir()) == [
-                "balance.c",
-                "balance.h",
-                "balance.so",
-            ], name
 
 
 def test_the_compilers_refusal_is_told():

@@ -185,26 +185,6 @@ def test_blocks_are_the_formulas(seed):
         assert np.allclose(g, hand[name], rtol=1e-9, atol=1e-9), name
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_blocks_are_affine_in_the_plant(seed):
-    """The block of a mixture is the mixture of the vertices' blocks."""
-    plants, rng = polytope(seed)
-    weights = rng.dirichlet(np.ones(3))
-    region = sos.PoleRegion(0.3, 0.9, 8)
-    asked = dict(
-        U=np.ones((1, 2)), region=region, gamma=2.0, coupling="slack", slack=0.2
-    )
-    fourth = plants.at(weights)
-    request = Request(sos.Polytope([*plants.vertices, fourth]), **asked)
-    P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
-    every = [*P, sum(w * p for w, p in zip(weights, P))]
-    V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
-    made = request.blocks(every, Y, V=V)
-    for name in ("half-plane", "sector", "disk", "hinf"):
-        mean = sum(w * made[f"{name} {k + 1}"] for k, w in enumerate(weights))
-        assert np.allclose(made[f"{name} 4"], mean)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("share", [0.4, 1.0])

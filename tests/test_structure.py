@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
-from sosbook.solver.newton import Newton, newton_of
+from sosbook.solver.newton import Newton
 from sosbook.solver.settings import Settings
 from sosbook.solver.stacks import Stacked, _Table, gram
 from sosbook.solver.sums import Sums
@@ -72,26 +72,6 @@ def way(request, monkeypatch):
 
 def table_of(entries):
     return Settings(table_per_product=entries, most_table_entries=entries)
-
-
-def test_other_constants_share_what_depends_on_the_slopes(case, way):
-    blocks, x = case
-    newton_of(blocks)
-    rng = np.random.default_rng(5)
-    constants = [c + np.diag(rng.uniform(1, 2, len(c))) for c in blocks.constants]
-    other = blocks.with_constants(constants)
-    kept, anew = newton_of(other), Newton(Blocks(constants, blocks.slopes))
-    assert type(kept.values) is way
-    wanted = [g + c - b for g, c, b in zip(blocks(x[:-1]), constants, blocks.constants)]
-    for mine, plain in zip(kept.unstacked(kept.at(x[:-1])), wanted, strict=True):
-        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
-    for mine, plain in zip(
-        kept.diagonal_magnitudes(), anew.diagonal_magnitudes(), strict=True
-    ):
-        assert_allclose(mine, plain, rtol=1e-12, atol=0)
-    again = newton_of(blocks).unstacked(newton_of(blocks).at(x[:-1]))
-    for mine, plain in zip(again, blocks(x[:-1]), strict=True):  # theirs are as before
-        assert_allclose(mine, plain, rtol=0, atol=1e-12 * abs(plain).max())
 
 
 def test_the_adjoint_of_expressions_is_that_of_the_slopes(case):
