@@ -50,7 +50,6 @@ def _noise(runs, volts_at_rest):
     yield _row(
         "PD: noise and effort fall with R",
         "Fig. 4.8",
-        "yes",
         "mean V²: " + _words(work, PDS, wild=wild),
         [all((np.diff([work[n][k] for n in PDS]) < 0).all() for k in range(3))],
         "R = 1, 2 chatter with 0 and 10 ms: an unstable sampled loop, no "
@@ -68,7 +67,6 @@ def _noise(runs, volts_at_rest):
         yield _row(
             item,
             where,
-            "yes",
             "V at rest: " + _words(volts_at_rest, (more, less), wild=wild, digits=1),
             readings,
             f"two thresholds: a quarter, and {SENSOR_VOLTS:g} V; how noisy the "
@@ -99,7 +97,6 @@ def _limits(runs, gentle, volts_at_rest):
         yield _row(
             item,
             where,
-            "yes",
             "peak V: " + _words(peaks[0], names, wild=wild),
             within,
             "and from 5°. Neither start nor delay is printed: at the limit "
@@ -123,7 +120,6 @@ def _rests(runs):
         yield _row(
             item,
             where,
-            "yes",
             "tilt after 1.7 s: " + _words(sway, names, "°"),
             [max(sway[n].max() for n in names) < 0.6],
             "threshold: 0.6°",
@@ -132,7 +128,6 @@ def _rests(runs):
     yield _row(
         "PID keeps the wheels, PD/LQE less",
         "Fig. 4.16",
-        "yes",
         "wheels after 1.7 s: " + _words(away, both, " rad"),
         [(3 * away["PID 5"] < away["LQE 2"]).all()],
         "threshold: a third; the observer doesn't know the wheels' angle",
@@ -140,7 +135,6 @@ def _rests(runs):
     yield _row(
         "the wheels shoot to the side of the fall",
         "Fig. 4.16",
-        "yes",
         "their fastest speed is to that side, by " + _words(lead, both, " rad/s"),
         [all((lead[n] > 0).all() for n in both)],
         "within 0.5 s",
@@ -185,16 +179,9 @@ def _drift():
     )
 
 
-def _row(item, where, printed, ours, holds, why):
-    return Row(
-        DESK,
-        item,
-        where,
-        printed,
-        ours,
-        claim(*holds),
-        "; ".join(w for w in (HOW, why) if w),
-    )
+def _row(item, where, ours, holds, why):
+    """The row of something that the text says and that a simulation shows."""
+    return Row(DESK, item, where, "yes", ours, claim(*holds), f"{HOW}; {why}")
 
 
 def _words(table, names, unit="", wild=None, digits=2):
