@@ -5,7 +5,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.requirements.cost import noise_input
-from sosbook.requirements.magnitudes import magnitudes
+from sosbook.requirements.magnitudes import Magnitudes
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.random_plants import ODD_POWERS, as_units
@@ -31,7 +31,7 @@ def request(seed, powers, name):
 def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, name):
     asked = request(seed, powers, name)
     (r,), frame = asked.requirements, Frame.of(asked)
-    found = magnitudes(r, asked, frame)
+    found = Magnitudes(r, asked, frame)
     if name == "u_max":
         start = np.linalg.solve(frame.T, r.x0)
         P, level = 2 * start @ start, frame.scale**2
@@ -53,7 +53,7 @@ def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
     for powers in POWERS:
         asked = Request(as_units(plant, powers, 0).plant(plant), requirements=[cost])
         frame = Frame.of(asked)
-        found = magnitudes(cost, asked, frame)
+        found = Magnitudes(cost, asked, frame)
         share = np.linalg.norm(frame.back @ noise_input(asked.mean, cost), 2) ** 2
         assert found.P == 0  # any will do
         assert 1e-2 * share < found.own < 1e2 * share
@@ -62,5 +62,5 @@ def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
 def test_what_nothing_bounds_is_zero():
     asked = Request(random_plant(2), region=sos.PoleRegion(sigma=0.3))
     (region,) = asked.requirements
-    found = magnitudes(region, asked, Frame.of(asked))
+    found = Magnitudes(region, asked, Frame.of(asked))
     assert (found.P, found.own, found.level) == (0.0, 0.0, 0.0)

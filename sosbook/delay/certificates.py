@@ -169,7 +169,7 @@ def problem_data(request):
         "tau": decimal(request.tau),
         "mu": decimal(request.mu),
         "delta": decimal(request.delta),
-        "alpha": None if request.alpha is None else decimal(request.alpha),
+        "alpha": decimal(request.alpha) if _has_alpha(request) else None,
         "method": request.method,
         "order": request.order if FORMS[request.method].first_order else None,
         "misprints": list(request.misprints),
@@ -185,6 +185,11 @@ def _exponentials(request):
         times = request.times(exact)
         return times.epsilon1, times.epsilon2
     return [q for _, q in request.factors(exact)] if request.delta else ()
+
+
+def _has_alpha(request):
+    """Whether the file of a request has an alpha: where its LMIs depend on one."""
+    return request.alpha is not None and request.needs_alpha
 
 
 @as_written()
@@ -210,7 +215,7 @@ def read_delay_request(data, framed=True):
         tuple(data["misprints"]),
         None if given is None else read_array(given, plant.m, None),
     )
-    if request.alpha is not None and not request.needs_alpha:
+    if request.alpha is not None and not _has_alpha(request):
         raise ValueError("alpha belongs to a design")
     if not framed:
         return request

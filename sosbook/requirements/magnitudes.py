@@ -6,7 +6,8 @@ affine in p, t and the level: the least p, t and level for which they hold, one 
 the other, have the units of what the blocks are made of, whatever these are.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh
@@ -16,27 +17,17 @@ from ..plants.descriptor import Coupled, Descriptor
 from ..solver.primal_dual import positive
 from .loop import Loop
 
-__all__ = ["Magnitudes", "magnitudes"]
+__all__ = ["Magnitudes"]
 
 LARGEST = 60.0  # a power of ten; nothing is sought beyond
 HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
 MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a difference
 
 
-@dataclass(frozen=True)
 class Magnitudes:
     """The least p, t and level, each zero where nothing bounds it from below.
 
     They are the sizes of P, of the requirement's own unknowns and of its level.
-    """
-
-    P: float
-    own: float
-    level: float
-
-
-def magnitudes(requirement, request, frame):
-    """The `Magnitudes` of a requirement of a request, in a frame.
 
     Parameters
     ----------
@@ -47,20 +38,38 @@ def magnitudes(requirement, request, frame):
     frame : Frame
         The coordinates.
     """
-    if request.coupling == "slack":
-        request = replace(request, coupling="pairs", slack=None)
-    zero = _blocks(requirement, request, frame, 0.0, 0.0, 0.0)
-    parts = [
-        [g - g0 for g, g0 in zip(_blocks(requirement, request, frame, *at), zero)]
-        for at in np.eye(3)
-    ]
-    blocks = [_Block(*block) for block in zip(zero, *parts)]
-    found, known = [], []
-    for _ in parts[0] and range(3):
-        found.append(max(b.least(known) for b in blocks))
+
+    def __init__(self, requirement, request, frame):
+        if request.coupling == "slack":
+            request = replace(request, coupling="pairs", slack=None)
+        zero = _blocks(requirement, request, frame, 0.0, 0.0, 0.0)
+        there = True, requirement.unknowns(request), _has_level(requirement)
+        parts = [
+            [g - g0 for g, g0 in zip(_blocks(requirement, request, frame, *at), zero)]
+            if some
+            else [np.zeros_like(g) for g in zero]
+            for some, at in zip(there, np.eye(3))
+        ]
+        self._blocks = [_Block(*block) for block in zip(zero, *parts)]
+
+    @cached_property
+    def P(self):
+        """That of P."""
+        return self._least()
+
+    @cached_property
+    def own(self):
+        """That of the requirement's own unknowns."""
         # beside others' P, which is near I, its own may be far larger than it must
-        known.append(2 * found[-1] or 1.0 if known else max(2 * found[0], 1.0))
-    return Magnitudes(*found or (0.0, 0.0, 0.0))
+        return self._least(max(2 * self.P, 1.0))
+
+    @cached_property
+    def level(self):
+        """That of its level."""
+        return self._least(max(2 * self.P, 1.0), 2 * self.own or 1.0)
+
+    def _least(self, *known):
+        return max((b.least(known) for b in self._blocks), default=0.0)
 
 
 class _Block:
@@ -100,6 +109,10 @@ class _Block:
         return max(10.0**high - 1 / largest, 10.0**low)
 
 
+def _has_level(requirement):
+    return requirement.parameter is not None and bool(requirement.parameter.power)
+
+
 def _scaled(g, scale):
     return g * scale * scale[:, None]
 
@@ -126,9 +139,7 @@ def _blocks(requirement, request, frame, p, t, level):
         u.name: t * np.eye(*u.shape) if u.symmetric else np.zeros(u.shape)
         for u in requirement.unknowns(request)
     }
-    levels = {}
-    if requirement.parameter is not None and requirement.parameter.power:
-        levels = {requirement.parameter.key: level}
+    levels = {requirement.parameter.key: level} if _has_level(requirement) else {}
     P, Y = p * np.eye(N), p * np.eye(m, N)
     loop = Loop(request, floats, frame, P, Y, None, levels, own)
     loop.vertices = [even] * len(request.vertices)

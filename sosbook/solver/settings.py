@@ -101,7 +101,7 @@ class Settings:
     table_per_product: float = 15_000
     most_table_entries: float = 4e6
     table_per_pair: float = 10_000
-    slabs_from_rows: int = 18
+    slabs_from_rows: int = 20
     arrow_from_variables: int = 300
     iterations_per_variable: float = 1 / 18
     expected_iterations: float = 65

@@ -120,8 +120,9 @@ class Sums:
             if s.gradient is not None:
                 row += stack.item() * s.gradient
                 continue
+            twice = 2 * stack
             for piece in next(of_stacks):
-                piece.gather(gathered, 2 * stack)
+                piece.gather(gathered, twice)
             for index, slope in zip(self.scalars, slopes):
                 out[index] += np.vdot(slope, stack)
         of_rights = zip(self.lefts, self.rights, self.plain, gathered)

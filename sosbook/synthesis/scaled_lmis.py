@@ -13,7 +13,7 @@ from ..language import Unknown, eye
 from ..lmi.problem import LMIProblem
 from ..lmi.text import floats
 from ..lmi.trusted import TrustedProblem
-from ..requirements.magnitudes import magnitudes
+from ..requirements.magnitudes import Magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.loop import margin
 from .certificates import prove, refuse_design
@@ -53,7 +53,7 @@ class ScaledLMIs(TrustedProblem):
         self.pairs = pairs
         self.sizes = dict(sizes or {})
         self.units = units or {
-            r.parameter.key: magnitudes(r, request, frame.owned(r)).level or 1.0
+            r.parameter.key: Magnitudes(r, request, frame.owned(r)).level or 1.0
             for r in self.free
         }
         unknowns = request.unknowns(self.units)

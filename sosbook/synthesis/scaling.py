@@ -10,7 +10,7 @@ from ..analysis.riccati import riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.magnitudes import magnitudes
+from ..requirements.magnitudes import Magnitudes
 from ..runtime.read_only import ReadOnly
 
 __all__ = ["Frame", "in_unknowns_of"]
@@ -217,13 +217,13 @@ def _reaches(request, T):
     if not request.sized:
         return {}
     frame = _plain(request, T)
-    return {r: 2 * magnitudes(r, request, frame).P or 1.0 for r in request.sized}
+    return {r: 2 * Magnitudes(r, request, frame).P or 1.0 for r in request.sized}
 
 
 def _own(request, T):
     """See `Frame.own`."""
     return {
-        u.name: float(round_digits(magnitudes(r, request, _plain(request, T)).own, 2))
+        u.name: float(round_digits(Magnitudes(r, request, _plain(request, T)).own, 2))
         or 1.0
         for r in request.demands
         for u in r.unknowns(request)
