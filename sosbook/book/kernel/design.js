@@ -106,14 +106,18 @@ function gainsRunOff(plain, {frame, blocks, x}) {
   const zero =
     Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
   const change = blocks.at(blocks.packed({...zero, Y: transposed(push)}), true);
-  const rates = ratesOf(rootsOf(factored(blocks.at(x))), change);
+  const factors = factored(blocks.at(x));
+  if (!factors) return false;
+  const rates = ratesOf(rootsOf(factors), change);
   return Math.min(...rates) > -1e-10 * Math.max(...rates);
 }
 
 // Whether a centre x with P below r I has hardly another gain with a larger r, by one Newton
 // step: less than a thousandth, or a ten thousandth of the Riccati equation's.
 function settles(blocks, x, r) {
-  const part = joined(blocks, 1.01 * r), W = inverses(rootsOf(factored(part.at(x))));
+  const part = joined(blocks, 1.01 * r), factors = factored(part.at(x));
+  if (!factors) return false;  // rounding puts x outside
+  const W = inverses(rootsOf(factors));
   const gain = y => {
     const [P, Y] = blocks.unpacked(y);
     return times(Y, inverse(P));
