@@ -3,14 +3,14 @@
 The texts stand in ``corrections.toml``, what they leave open is computed here.
 """
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
 from ...delay import largest
+from ...runtime.reading import read_toml
 from .. import ledger, thesis
 from .table import Erratum
 
@@ -53,7 +53,7 @@ def checked():
 
 
 def _texts():
-    return tomllib.loads((files(__package__) / "corrections.toml").read_text("utf-8"))
+    return read_toml(Path(__file__).with_name("corrections.toml"))
 
 
 def _wing():
