@@ -453,7 +453,7 @@ def cell_request(grid, robot, row, column):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_maps_of_random_polytopes_say_what_designs_say(seed):
-    """One, two or four vertices; glimpses decide as single designs do."""
+    """One, two or four vertices; trials decide as single designs do."""
     random = np.random.default_rng(seed)
     M, D, S = (
         np.diag(random.uniform(1, 2, 2)) + 0.1 * random.normal(size=(2, 2))

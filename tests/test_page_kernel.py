@@ -28,7 +28,7 @@ SOLVE = """requests => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
   return requests.map(([request, exact]) => {
     const r = design(request), kept = {status: r.status, K: r.K, poles: r.poles,
-      margins: r.margins, lid: r.lid, least: r.least, reason: r.reason,
+      margins: r.margins, bounded: r.bounded, least: r.least, reason: r.reason,
       bound: r.gamma ?? r.u_max ?? r.cost};
     if (exact && r.status === "feasible") kept.proof = prove(request, r).text;
     if (exact && r.status === "infeasible")
@@ -97,7 +97,7 @@ def agree(kernel, asked, undecided):
         if r["status"] == theirs.status == "feasible":
             # what has no bound has no centre either, but that of a part, which
             # depends on the coordinates and the accuracy of a Riccati equation
-            (of_cones if r["lid"] else apart).append(off(r["K"], theirs.K))
+            (of_cones if r["bounded"] else apart).append(off(r["K"], theirs.K))
             assert "proof" not in r or Certificate(r["proof"]).proven
         if "refusal" in r:
             assert DesignRefusal(r["refusal"]).proven
@@ -155,7 +155,7 @@ def test_a_drive_s_far_centre_is_found_by_the_page_too(kernel):
     ]
     for request, r in zip(asked, solved(kernel, asked), strict=True):
         design = sos.design_pid(**request)
-        assert design.central and not r["lid"]
+        assert design.central and not r["bounded"]
         assert off(r["K"], design.K) < 2e-6
 
 
@@ -164,7 +164,7 @@ def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
     """Newton's method alone takes hundreds of steps to it."""
     asked = random_cost_request(seed)
     (r,), design = solved(kernel, [asked]), sos.design_pid(**asked)
-    assert r["status"] == design.status == "feasible" and not r["lid"]
+    assert r["status"] == design.status == "feasible" and not r["bounded"]
     assert off(r["K"], design.K) < 1e-9
     lmis = ScaledLMIs(design.request, design.frame)
     x = lmis.packed(lmis.point(design))

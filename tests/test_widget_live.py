@@ -19,8 +19,8 @@ from tests.test_page_kernel import off
 
 DESIGN = """([request, prove]) => {
   const k = globalThis.kernel ??= sosKernel(), found = k.design(request);
-  const {status, reason, K, poles, margins, lid} = found;
-  const answer = {status, reason, K, poles, margins, lid};
+  const {status, reason, K, poles, margins, bounded} = found;
+  const answer = {status, reason, K, poles, margins, bounded};
   return status === "feasible" ? {...answer, ...k.truth(request, found)} : answer; }"""
 EXPLORERS = {
     chapter: json.loads(
@@ -78,7 +78,7 @@ def same(mine, theirs):
     if mine["status"] != "feasible":
         assert mine["reason"] == theirs["reason"]
         return
-    assert mine["lid"] == theirs["lid"]
+    assert mine["bounded"] == theirs["bounded"]
     assert off(mine["K"], np.array(theirs["K"])) < 1e-6
     for one, two in zip(mine["poles"], theirs["poles"], strict=True):
         one, two = ([complex(*s) for s in loop] for loop in (one, two))
@@ -139,7 +139,7 @@ def test_page_and_package_say_alike_whether_solutions_are_bounded(
     mine, theirs = kernel.evaluate(DESIGN, [request, False]), Answers()("move", request)
     assert mine["status"] == theirs["status"]
     if mine["status"] == "feasible":
-        assert mine["lid"] == theirs["lid"]
+        assert mine["bounded"] == theirs["bounded"]
 
 
 def test_an_answer_does_not_depend_on_the_last_one(wished):

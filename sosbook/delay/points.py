@@ -19,7 +19,7 @@ ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 # how accurately the depth is known where any solution will do
 ROUGHLY = 100.0
 
-# of the unknowns where the centre is looked for: inside the lid, which is 16, and
+# of the unknowns where the centre is looked for: inside their bound, which is 16, and
 # near it, for the many blocks of a cone push the centre there
 START_SIZE = 14.0
 
@@ -88,7 +88,7 @@ def first_gain(request, problem, blocks, x, centred):
 
 
 def _candidates(blocks, unknowns, x, centred):
-    """The centre under a lid, then the deepest point; and which of them it is."""
+    """The centre of a bounded part, then the deepest point; and which of them it is."""
     if centred:
         try:
             yield centre(*bounded(blocks, unknowns, x, size=START_SIZE)), OF_BOUND

@@ -38,7 +38,7 @@ def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=Fa
     Returns
     -------
     DelayDesign
-        The analytic centre of the LMIs under a lid, for they are a cone.
+        The analytic centre of a bounded part of the LMIs, for they are a cone.
     """
     work = partial(_solved, request, refuse, centred)
     return within(time_limit, request, work, progress)

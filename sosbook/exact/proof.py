@@ -301,13 +301,7 @@ class ProofFile(_Verdict, OfKind, ABC):
         return parse(self.text)[1]
 
     def verify(self):
-        """Compute everything again from the text.
-
-        Returns
-        -------
-        bool
-            Whether it is proven.
-        """
+        """Whether it is proven, with everything computed again from the text."""
         return _examined(type(self), self.text).proven
 
     def save(self, path):

@@ -108,6 +108,8 @@ def exact(x):
     --------
     >>> exact(0.1)
     1/10
+    >>> exact(np.array([fmpq(1, 3), 2**60 + 1]))
+    Rational([1/3, 1152921504606846977], dtype=object)
     """
     if isinstance(x, np.ndarray):
         out, flat = np.empty(x.size, dtype=object), x.ravel()
@@ -121,6 +123,8 @@ def exact(x):
 
 @lru_cache(maxsize=4096)  # a plant's numbers are read for many blocks
 def _reading(x):
+    if isinstance(x, (int, fmpz, fmpq)):  # no decimal of theirs is read
+        return fmpq(x)
     mantissa, _, exponent = repr(float(x)).partition("e")
     if "n" in mantissa:  # "nan", "inf"
         raise ValueError(f"{x!r} is no finite number")

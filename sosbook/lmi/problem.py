@@ -195,7 +195,7 @@ class LMIProblem(LMIText):
             inside = x
             if (
                 start is None and np.abs(x).max() > FARTHEST_START
-            ):  # a cone: go near its tip
+            ):  # a cone: begin near zero
                 inside = bounded(self.compiled, self.unknowns, x)[1]
             return self._at(*minimize(self.compiled, cost, inside, gap))
 

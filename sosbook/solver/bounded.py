@@ -100,7 +100,7 @@ def bounded(blocks, unknowns, x, r=16.0, size=None):
         joined = blocks.joined(lambda values: _bounds(values, unknowns, r))  # noqa: B023
         newton, near = newton_of(joined), x
         reach = _reach(newton, len(blocks.constants), x)
-        if size is not None or reach >= r:  # else x lies inside this lid
+        if size is not None or reach >= r:  # else x keeps this bound
             near = x * ((size or r / 2) / reach)
         if newton.least(near).min() > 0:
             return joined, near

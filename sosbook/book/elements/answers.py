@@ -51,7 +51,7 @@ class Answers:
         -------
         dict
             As JSON has it: "status", "reason", "ms", and of a design "K", "poles",
-            "margins", "lid", "norm", "peak", "cost"; "proof" where one is wanted.
+            "margins", "bounded", "norm", "peak", "cost"; "proof" where one is wanted.
         """
         begin = time.perf_counter()
         answer = self._answer(kind, request)
@@ -120,7 +120,7 @@ def _found(design, x0):
         "K": design.K.tolist(),
         "poles": [[[s.real, s.imag] for s in loop] for loop in poles.tolist()],
         "margins": {str(name): float(x) for name, x in design.margins.items()},
-        "lid": not design.central,
+        "bounded": not design.central,
         "norm": float(design.hinf()) if request.plant.p else None,
         "peak": None if peak is None else float(peak),
         "cost": None if request.cost is None else float(design.noise_cost()),

@@ -69,15 +69,16 @@ function guess(blocks, frame) {
   return blocks.packed(values);
 }
 
-// {frame, blocks, x, lid, steps}: the centre, if need be in a frame of its own; where there
+// {frame, blocks, x, bounded, steps}: the centre, if need be in a frame of its own; where there
 // is none, that of a part so large that the gain settles, if anything bounds the gain.
 function anyCentre(plain, pairs, asked, start) {
-  const small = () => ({...start, steps: 0, lid: true, ...centreBelow(start.blocks, start.x, 16)});
+  const small = () =>
+    ({...start, steps: 0, bounded: true, ...centreBelow(start.blocks, start.x, 16)});
   if (start.blocks.homogeneous || gainsRunOff(plain, start)) return small();
   let at = start, part = null;
   for (let count = 0; at && count < 2; count++) {
     const found = centre(at.blocks, at.x);
-    if (!found.lost) return {...at, ...found, lid: false};
+    if (!found.lost) return {...at, ...found, bounded: false};
     at = nearer(plain, pairs, asked, {...at, ...found});
   }
   for (const r of [16 ** 4, 16 ** 6]) {  // floats lose larger bounds
@@ -86,7 +87,7 @@ function anyCentre(plain, pairs, asked, start) {
     part = next;
     if (settles(start.blocks, part.x, r)) break;
   }
-  return part ? {...start, ...part, lid: true} : small();
+  return part ? {...start, ...part, bounded: true} : small();
 }
 
 // The centre of the part with P below r I, or of a larger one; null if it is lost.
@@ -186,7 +187,7 @@ function inPlantUnits(frame, blocks, x) {
 }
 
 // What is known of a point: in the plant's units, with margins and poles.
-function finished(plain, pairs, asked, {frame, blocks, x, lid, steps}, searched) {
+function finished(plain, pairs, asked, {frame, blocks, x, bounded, steps}, searched) {
   const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point);
   const {K, P, sizes} = point;
   const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
@@ -195,7 +196,7 @@ function finished(plain, pairs, asked, {frame, blocks, x, lid, steps}, searched)
     ...point,
     K: rowsOf(K),
     margins,
-    lid,
+    bounded,
     frame,
     naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P),
     reason: good ? "" : "The margins are too small for floating point.",

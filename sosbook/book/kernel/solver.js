@@ -221,7 +221,7 @@ export const ratesOf = (roots, change) =>
   roots.flatMap((N, k) => Array.from(symmetricEigenvalues(whitened(N, change[k]))));
 
 // A point next to the centre, or null: S Z = I and sum <G_ka, Z_k> = 0. Newton's method
-// creeps through a curved valley, which such steps, of S and of Z, pass in some twenty.
+// may take hundreds of short steps where such ones, of S and of Z, take some twenty.
 function nearCentre(blocks, x) {
   for (const state of interiorSteps(blocks, x, new Float64Array(blocks.size), 1, 1, 100)) {
     const size = Math.sqrt(dot(state.x, state.x));

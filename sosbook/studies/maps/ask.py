@@ -65,16 +65,16 @@ class Ask:
         return contradictory(moved(self.requirements, values))
 
     @cached_property
-    def has_glimpses(self):
-        """Whether a glimpse saves something; not with a slack matrix."""
+    def has_trials(self):
+        """Whether a trial saves something; not with a slack matrix."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
         return plain and self.options.get("coupling") != "slack"
 
-    def glimpse(self, near=None, /, **values):
+    def trial(self, near=None, /, **values):
         """What phase one finds for these ``values`` in one frame: an `LMISolution`.
 
         A bisection needs no more at most of its places: no multipliers are looked
-        for. The frame is that of a design or glimpse ``near`` if there is one. None
+        for. The frame is that of a design or trial ``near`` if there is one. None
         where nothing can be said so soon.
         """
         if self.empty(values):
@@ -91,7 +91,7 @@ class Ask:
     def finished(self, first, /, **values):
         """What `solve` returns for these ``values``.
 
-        It is there sooner where ``first``, a glimpse of them, has found a point.
+        It is there sooner where ``first``, a trial of them, has found a point.
         """
         if seen(first) and first.problem.pairs is None:
             request = first.problem.request
@@ -129,19 +129,19 @@ def again(request, near):
 
 
 def seen(first):
-    """Whether a glimpse ``first``, or None, has found a point inside."""
+    """Whether a trial ``first``, or None, has found a point inside."""
     return first is not None and first.values is not None
 
 
 def point(first):
-    """The point inside that a glimpse ``first`` has found, as a Design."""
+    """The point inside that a trial ``first`` has found, as a Design."""
     return Design(**vars(first.problem.solution(first.values)))
 
 
 def _coordinates(request, near):
     """The `ScaledLMIs` of a request near a design, and where to start in them.
 
-    Near a point that a glimpse has found, too; the request's own with None.
+    Near a point that a trial has found, too; the request's own with None.
     """
     if near is None:
         return ScaledLMIs(request, Frame.of(request)), None

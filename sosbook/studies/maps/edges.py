@@ -163,16 +163,16 @@ def _least_violation(request, frame, wide=1e3):
     sizes = Blocks.of(blocks, unknowns).diagonal_scales
     t = Unknown("t", 1)
     raised = [g - t * np.diag(1 / d**2) for g, d in zip(blocks, sizes)]
-    roof = [wide * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
+    upper = [wide * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
     for u in unknowns:
         if u.name in ("V", "Y"):
             rows, cols = u.shape
-            roof.append(block([[wide * eye(cols), u.T], [u, wide * eye(rows)]]))
+            upper.append(block([[wide * eye(cols), u.T], [u, wide * eye(rows)]]))
     P = [u for u in unknowns if u.name in request.lyapunov]
-    floor = []
+    lower = []
     if not any(g.constant.any() for g in blocks):
-        floor = [u - eye(u.shape[0]) for u in P]
-    lifted = Blocks.of([*raised, *floor, *roof], [*unknowns, t])
+        lower = [u - eye(u.shape[0]) for u in P]
+    lifted = Blocks.of([*raised, *lower, *upper], [*unknowns, t])
     values = {u: np.zeros(u.shape) for u in [*unknowns, t]}
     values |= {u: 2 * np.eye(u.shape[0]) for u in P}
     start = np.concatenate([u.pack(value) for u, value in values.items()])

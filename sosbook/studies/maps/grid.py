@@ -186,7 +186,7 @@ class _Cells:
         self.ask, self.across, self.x, self.up, self.y = ask, across, x, up, y
         self.designs, self.refusals = {}, {}
         self.last = self.near = None  # the last design, and the last point inside
-        self.glimpses, self.tried = {}, set()
+        self.trials, self.tried = {}, set()
 
     def walk(self):
         """Walk along the staircase, then solve what it left open.
@@ -238,15 +238,15 @@ class _Cells:
         return good + 1
 
     def sees(self, cell):
-        """Whether a cell has a design, as far as a glimpse tells."""
-        if not self.ask.has_glimpses:
+        """Whether a cell has a design, as far as a trial tells."""
+        if not self.ask.has_trials:
             return self.holds(cell)
         design = self.reused(cell)
         if design is not None:
             self.designs[cell] = design
             return True
-        first = self.ask.glimpse(self.near, **self.bounds(cell))
-        self.glimpses[cell] = first
+        first = self.ask.trial(self.near, **self.bounds(cell))
+        self.trials[cell] = first
         if not seen(first):
             return False
         self.near = first
@@ -256,10 +256,10 @@ class _Cells:
         """Whether a cell has a design."""
         self.tried.add(cell)
         design = self.designs.get(cell)
-        if design is None and cell not in self.glimpses:
+        if design is None and cell not in self.trials:
             design = self.reused(cell)
         if design is None:
-            first = self.glimpses.setdefault(cell)
+            first = self.trials.setdefault(cell)
             design = self.ask.finished(first, **self.bounds(cell))
         if design is None or design.status == "infeasible":
             self.refusals[cell] = design
@@ -287,7 +287,7 @@ class _Cells:
 
     def keep_points(self):
         """Let points inside decide where the time was over before their centres."""
-        for cell, first in self.glimpses.items():
+        for cell, first in self.trials.items():
             if seen(first) and cell not in self.tried:
                 design = point(first)
                 if design.status == "feasible":
@@ -303,7 +303,7 @@ class _Cells:
             self.y,
             self.designs,
             self.refusals,
-            len(self.glimpses),
+            len(self.trials),
         )
 
     def map(self):

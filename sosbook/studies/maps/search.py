@@ -36,8 +36,8 @@ class Search:
         self.start = self.parameter.shown(bound or self.parameter.start)
         low, high = self.parameter.limits or (self.start / 1000, self.start * 1000)
         self.ends = sorted(self.place(end) for end in (low, high))
-        self.seen, self.glimpses = {}, {}  # designs, and what was found, by place
-        self.closely = False  # whether more than glimpses are asked for
+        self.seen, self.trials = {}, {}  # designs, and what was found, by place
+        self.closely = False  # whether more than trials are asked for
 
     def place(self, value):
         """The place of the round number next to a value in the unit shown."""
@@ -55,27 +55,25 @@ class Search:
         """The design at a place, solved once."""
         if place not in self.seen:
             self.seen[place] = self.ask.finished(
-                self.glimpses.get(place), **{self.name: self.value(place)}
+                self.trials.get(place), **{self.name: self.value(place)}
             )
         return self.seen[place]
 
     def holds(self, place):
         """Whether the request at a place is feasible; no refusal is proven for it."""
-        if place in self.seen or not self.ask.has_glimpses:
+        if place in self.seen or not self.ask.has_trials:
             return _feasible(self.at(place))
-        if place not in self.glimpses:
+        if place not in self.trials:
             if self.closely:
                 return _feasible(self.at(place))
             easier = max((k for k in self.known() if k < place), default=None)
-            near = self.seen.get(easier) or self.glimpses.get(easier)
-            self.glimpses[place] = self.ask.glimpse(
-                near, **{self.name: self.value(place)}
-            )
-        return seen(self.glimpses[place])
+            near = self.seen.get(easier) or self.trials.get(easier)
+            self.trials[place] = self.ask.trial(near, **{self.name: self.value(place)})
+        return seen(self.trials[place])
 
     def known(self):
         """The places at which there is a design, or a point inside at least."""
-        places = {k for k, first in self.glimpses.items() if seen(first)}
+        places = {k for k, first in self.trials.items() if seen(first)}
         return places | {k for k, design in self.seen.items() if _feasible(design)}
 
     def is_dark(self, place):
@@ -83,13 +81,13 @@ class Search:
         return not self.holds(place)
 
     def look_closely(self):
-        """Forget the glimpses that found nothing and look closely from now on."""
-        self.glimpses = {k: g for k, g in self.glimpses.items() if seen(g)}
+        """Forget the trials that found nothing and look closely from now on."""
+        self.trials = {k: g for k, g in self.trials.items() if seen(g)}
         self.closely = True
 
     def overlooked(self, place):
-        """Whether a closer look at a ``place`` finds a design that a glimpse didn't."""
-        return place in self.glimpses and _feasible(self.at(place))
+        """Whether a closer look at a ``place`` finds a design that a trial didn't."""
+        return place in self.trials and _feasible(self.at(place))
 
     def fails(self, place):
         """Whether the request at a place is infeasible."""
@@ -117,7 +115,7 @@ class Search:
         if bad is None:
             origin = self.place(self.start) if good is None else good
             bad = self.walk(origin, 1, self.is_dark)
-        known = self.seen.keys() | self.glimpses.keys()
+        known = self.seen.keys() | self.trials.keys()
         tried = [k for k in known if bad is None or k < bad]
         if good is not None:  # the walks have come closer since
             good = max(filter(self.holds, tried))
@@ -138,7 +136,7 @@ class Search:
 
         The ``reason`` says why no more were.
         """
-        points = {k: point(g) for k, g in self.glimpses.items() if seen(g)}
+        points = {k: point(g) for k, g in self.trials.items() if seen(g)}
         self.seen = points | self.seen
         tried = {k: d for k, d in self.seen.items() if d is not None}
         good = [k for k, d in tried.items() if _feasible(d) and certified(d)]

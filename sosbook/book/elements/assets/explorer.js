@@ -310,7 +310,7 @@ export class Explorer extends Atlas {
     const at = this.elsewhere({
       values: sliders.map(s => valueAt(s, place)),
       edges: sliders.map(() => place),
-      answer: {ms: 888, lid: !(asked.gamma || asked.u_max || asked.cost)}
+      answer: {ms: 888, bounded: !(asked.gamma || asked.u_max || asked.cost)}
     });
     const poles = vertices.flatMap(
       () => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
@@ -335,7 +335,7 @@ export class Explorer extends Atlas {
       ? `<p class="sos-soft">Solved ${
           this.answer.by ? `by ${escape(this.answer.by)}`
                          : "in your browser"} in ${clean(this.answer.ms, 2)} ms.` +
-        `${this.answer.lid ? ` ${PART}` : ""}</p>`
+        `${this.answer.bounded ? ` ${PART}` : ""}</p>`
       : "";
     return super.readout(design) + extra;
   }

@@ -13,8 +13,8 @@ function program(kernel, send) {
     try {
       const found =
         kernel.design(request, last.get(key), kind === "probe");  // its refusals needn't be exact
-      const {status, K, poles, margins, reason, lid, steps} = found;
-      const answer = {id, status, K, poles, margins, reason, lid, steps};
+      const {status, K, poles, margins, reason, bounded, steps} = found;
+      const answer = {id, status, K, poles, margins, reason, bounded, steps};
       if (status === "feasible") {
         if (kind === "move") last.set(key, found);
         if (kind !== "probe") Object.assign(answer, kernel.truth(request, found));
