@@ -4,6 +4,7 @@ import ast
 import importlib.metadata
 import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -85,6 +86,12 @@ def test_the_readme_names_the_rooms_in_their_order():
         "(laid out like the printed ones)", ""
     )
     assert tuple(room.strip() for room in listed.split(",")) == ROOMS
+
+
+def test_the_map_of_contributing_has_all_rooms_in_their_order():
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text("utf8")
+    rows = re.findall(r"^\| (`.*`) \| ", text.partition("## The rooms")[2], re.M)
+    assert tuple(re.findall(r"`(\w+)`", " ".join(rows))) == ROOMS
 
 
 def modules():
