@@ -24,7 +24,7 @@ def page_request(
     plant, U, region, gamma, saturation, mu, coupling, K_A, cost
         As in `design_pid`.
     **asked
-        More for the kernel, such as ``minimize``.
+        More for the kernel, such as ``sigma``.
     """
     vertices = [
         {

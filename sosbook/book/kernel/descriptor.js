@@ -108,9 +108,7 @@ export const rounded = (x, digits) => Number(x.toExponential(digits - 1));
 // What asks for a size of P, the leader first: see `Request` of the package. The others
 // have P / s, Y / s in their blocks, with an unknown s.
 export function sized(asked) {
-  const names = ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined);
-  const first = names.indexOf(asked.minimize);
-  return first < 0 ? names : [...names.splice(first, 1), ...names];
+  return ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined);
 }
 
 // Coordinates x = T xi, u = scale v in which the LMIs are well conditioned, from the

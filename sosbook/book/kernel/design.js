@@ -3,7 +3,7 @@ import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded,
 import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
 import {refusalOf} from "./refusal.js";
 import {assembled, conditionOf, joined, scalarsOf, sizeName} from "./request.js";
-import {centre, factored, inverses, minimize, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
+import {centre, factored, inverses, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
 
 const MARGIN_IN_FLOATS = 1e-9;  // a smaller one is no proof in floats
@@ -17,7 +17,6 @@ export function design(request, start = null, hasty = false) {
   const {asked} = request, plain = descriptors(request), pairs = coupledPairs(request);
   const empty = asked.rho !== undefined && asked.sigma !== undefined && asked.rho <= asked.sigma;
   if (empty) return {status: "infeasible", reason: "The region is empty.", steps: [0, 0]};
-  if (asked.minimize) return least(request, plain, pairs);
   let frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
   let found = null;
   if (start && start.status === "feasible") {
@@ -208,7 +207,7 @@ function finished(plain, pairs, asked, {frame, blocks, x, bounded, steps}, searc
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own
 // coordinates: what phase one and the centre say isn't believed.
 function marginsOf(plain, pairs, asked, {P, Y, J, sizes}) {
-  const blocks = assembled(plain, pairs, {...asked, minimize: undefined}, plainFrame(P.rows));
+  const blocks = assembled(plain, pairs, asked, plainFrame(P.rows));
   const values = {P, Y, J: J && scaled(sizes.cost || 1, J)};
   for (const [owner, s] of Object.entries(sizes)) values[sizeName(owner)] = identity(1, s);
   const margins = {};
@@ -224,34 +223,4 @@ function margin(G) {
 
 export function poles({E, A, Bu}, K) {
   return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K))));
-}
-
-// The least bound, "gamma" or "u_max", and the centre for a bound that is 1 % larger.
-export function least(request, plain, pairs) {
-  const name = request.asked.minimize, asked = {...request.asked, [name]: 1};
-  const frame = frameOf(plain, asked), blocks = assembled(plain, pairs, asked, frame);
-  const start = guess(blocks, frame), found = phaseOne(blocks, start);
-  if (found.verdict !== "feasible") {  // proven where it is, for the largest bound
-    const refusal = found.verdict === "infeasible"
-      ? refusalOf({...request, asked}, frame, blocks, found.Z)
-      : null;
-    return {
-      status: refusal ? "infeasible" : "undecided",
-      steps: [found.steps, 0],
-      reason: `No ${name} is known to be large enough.`
-    };
-  }
-  const at = blocks.size - 1, optimum = minimize(blocks, at, found.x);
-  const unit = name === "u_max" ? frame.scale : 1;
-  const bound = name === "cost" ? optimum.x[at] * frame.own : unit * Math.sqrt(optimum.x[at]);
-  const digits = 10 ** (2 - Math.floor(Math.log10(1.01 * bound)));
-  const next =
-    {...request.asked, minimize: undefined, [name]: Math.ceil(1.01 * bound * digits) / digits};
-  const answer = {...design({...request, asked: next}), [name]: next[name]};
-  if (optimum.bound !== null) return {...answer, least: bound};
-  return {
-    ...answer,
-    reason: `The search for the least ${name} gave up: whether a smaller one than ${
-      next[name]} can be kept isn't known.`
-  };
 }

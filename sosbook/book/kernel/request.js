@@ -1,7 +1,7 @@
 // A plant and what is asked of it as LMI blocks: the theorems of the thesis, laid out
 // in products L X R. A column of blocks is one product.
 //
-// asked: {sigma, theta, rho, gamma, mu, cost, Q, R, noise, u_max, x0, minimize}; what is
+// asked: {sigma, theta, rho, gamma, mu, cost, Q, R, noise, u_max, x0}; what is
 // missing isn't asked.
 import {Blocks} from "./blocks.js";
 import {changed, sized} from "./descriptor.js";
@@ -23,10 +23,10 @@ function regions({sigma, theta, rho}) {
   return list;
 }
 
-// The unknown scalars: sizes, and the level that is sought.
+// The unknown scalars: sizes.
 export const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
 
-// The blocks of a request in a frame, affine in P, Y, the sizes s and the level.
+// The blocks of a request in a frame, affine in P, Y and the sizes s.
 export function assembled(plain, pairs, asked, frame) {
   const {unknowns, list} = laidOut(plain, pairs, asked, regions(asked), frame);
   const blocks = new Blocks(unknowns);
@@ -73,7 +73,6 @@ export function laidOut(plain, pairs, asked, parts, frame, followers = followers
   const unknowns = {P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}};
   for (const name of followers) unknowns[sizeName(name)] = {rows: 1, cols: 1};
   if (asked.cost !== undefined) unknowns.J = {rows: channels, cols: channels, symmetric: true};
-  if (asked.minimize) unknowns.level = {rows: 1, cols: 1};
   list.push({
     name: "P",
     key: ["", "", "P"],
@@ -91,11 +90,10 @@ export function laidOut(plain, pairs, asked, parts, frame, followers = followers
       slopes: [[sizeName(name), identity(1)]]
     });
   }
-  const add = (name, key, owner, {terms, constant, level = null, multiplied = null}) => {
+  const add = (name, key, owner, {terms, constant, multiplied = null}) => {
     const s = followers.includes(owner) && sizeName(owner);
-    const slopes = level ? [["level", level]] : [];
-    if (s && constant.at.some(x => x))
-      slopes.unshift([s, scaled((frame.sizes[owner] || 1) ** -2, constant)]);
+    const slopes =
+      s && constant.at.some(x => x) ? [[s, scaled((frame.sizes[owner] || 1) ** -2, constant)]] : [];
     list.push({
       name,
       key,
@@ -176,7 +174,7 @@ function polePart({alpha, beta}, ends, N, ring) {
 }
 
 // Theorem 2.1, (2.15): minus [[he Theta, E P C', Bw], [., -gamma^2 / mu, 0], [., 0, -mu]].
-function boundedReal(ends, {gamma, mu, minimize}, ring) {
+function boundedReal(ends, {gamma, mu}, ring) {
   const {zeros, identity, place, scaled, combined, transposed} = ring;
   const [a, b] = ends[0], N = a.E.rows, n = a.C.rows, p = a.Bw.cols, q = N + n + p, terms = [];
   for (const [v, w, share] of ends) {
@@ -185,17 +183,15 @@ function boundedReal(ends, {gamma, mu, minimize}, ring) {
   }
   const size = mu || 1, mean = combined(-0.5, a.E, -0.5, b.E);
   terms.push(["P", below(ring, q, 0, mean), beside(ring, q, N, scaled(size, transposed(a.C)))]);
-  const constant = zeros(q, q), level = minimize === "gamma" ? zeros(q, q) : null;
-  const noise = combined(0.5, a.Bw, 0.5, b.Bw);
+  const constant = zeros(q, q), noise = combined(0.5, a.Bw, 0.5, b.Bw);
   place(place(constant, 0, N + n, noise, -1), N + n, 0, transposed(noise), -1);
   place(constant, N + n, N + n, identity(p), size);
-  if (level) place(level, N, N, identity(n), size);
-  else place(constant, N, N, identity(n), gamma, gamma, size);
-  return {terms, constant, level, multiplied: stretched(ring, q, N, identity(n, size))};
+  place(constant, N, N, identity(n), gamma, gamma, size);
+  return {terms, constant, multiplied: stretched(ring, q, N, identity(n, size))};
 }
 
 // Lemma 2.2, (2.21): x(0) lies in the ellipsoid of P, and |K x| <= u_max on it.
-function inputBound({u_max, x0, minimize}, {back, near, scale}, N, m, ring) {
+function inputBound({u_max, x0}, {back, near, scale}, N, m, ring) {
   const {matrix, zeros, identity, place, transposed, times} = ring;
   const start = times(back, matrix(x0.map(x => [x])));
   const corner = place(zeros(N + 1, N + 1), 0, 0, identity(1)), turn = near || identity(N);
@@ -206,31 +202,20 @@ function inputBound({u_max, x0, minimize}, {back, near, scale}, N, m, ring) {
     ["P", below(ring, N + m, 0, identity(N, 0.5)), beside(ring, N + m, 0, identity(N))],
     ["Y", below(ring, N + m, N, identity(m), scale), beside(ring, N + m, 0, identity(N))]
   ];
-  const bound = {
-    terms,
-    constant: zeros(N + m, N + m),
-    multiplied: stretched(ring, N + m, N, identity(m, scale))
-  };
-  if (minimize === "u_max")
-    bound.level = place(zeros(N + m, N + m), N, N, identity(m), scale, scale);
-  else place(bound.constant, N, N, identity(m), u_max, u_max);
-  return [{terms: inside, constant: corner}, bound];
+  const constant = place(zeros(N + m, N + m), N, N, identity(m), u_max, u_max);
+  const multiplied = stretched(ring, N + m, N, identity(m, scale));
+  return [{terms: inside, constant: corner}, {terms, constant, multiplied}];
 }
 
 // Theorem 2.4, (2.34): the bound less the trace of J, which the frame measures in its own
 // unit.
-function traceBound({cost, minimize}, channels, {own}, ring) {
+function traceBound({cost}, channels, {own}, ring) {
   const {zeros, identity, place} = ring, one = identity(1), terms = [];
   for (let k = 0; k < channels; k++) {
     terms.push(
       ["J", place(zeros(1, channels), 0, k, one, -0.5, own), place(zeros(channels, 1), k, 0, one)]);
   }
-  const free = minimize === "cost";
-  return {
-    terms,
-    constant: free ? zeros(1, 1) : identity(1, cost),
-    level: free && place(zeros(1, 1), 0, 0, one, own)
-  };
+  return {terms, constant: identity(1, cost)};
 }
 
 // (2.35): [[J, noise'], [noise, E P E']]; inner: [L, R, share] for the products L P R' of E P E'.

@@ -1,4 +1,4 @@
-// Phase one, analytic centre and one bound for LMI blocks. The numbers of
+// Phase one and the analytic centre of LMI blocks. The numbers of
 // sections are those of Boyd and Vandenberghe (2004).
 import {Blocks} from "./blocks.js";
 import {cholesky, combined, identity, inner, inverseLower, mapped, reals, scaled, solveCholesky, symmetricEigenvalues, symmetrized, times, transposed} from "./matrices.js";
@@ -249,23 +249,4 @@ function lineSearch(rates) {
     if (!(s > low && s < high)) s = isFinite(high) ? (low + high) / 2 : 2 * low;
   }
   return Math.min(s, 0.99 * limit);
-}
-
-// ---------------------------------------------------------------- one bound
-// The least value of variable a, to a relative gap, from an x inside. Its bound from below
-// is null where the search gives up: then x is the best point of it.
-export function minimize(blocks, a, x, gap = 1e-5) {
-  const cost = new Float64Array(blocks.size);
-  cost[a] = 1;
-  let best = {x, bound: null, steps: 0};
-  for (const state of interiorSteps(
-         blocks, x, cost, blocks.degree / Math.max(Math.abs(x[a]), 1e-12))) {
-    const size = Math.sqrt(dot(state.x, state.x)), doubt = state.gap + state.residual * size;
-    if (size > LONGEST_CENTRE) break;
-    if (state.residual < 1e-6 && doubt < gap * Math.abs(state.x[a])) {
-      return {x: state.x, bound: state.x[a] - doubt, steps: state.step};
-    }
-    if (state.x[a] < best.x[a]) best = {x: state.x, bound: null, steps: state.step};
-  }
-  return best;
 }
