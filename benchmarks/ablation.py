@@ -43,6 +43,7 @@ __all__ = [
     "measured",
     "summary",
     "table",
+    "told",
     "without",
 ]
 
@@ -348,6 +349,24 @@ def joined(old, new):
     }
 
 
+def told(document):
+    """A ``document`` with what its records say: ``summaries``, and why paths ``stay``.
+
+    Chapter 18 reads them, for it runs where this folder is no package.
+    """
+    records = document["records"]
+    summaries = {
+        path: summary(path, records) | {"in_use": path in PATHS}
+        for path in document["paths"]
+    }
+    stay = {
+        path: why.format(summaries[path]["beside"])
+        for path, why in KEPT.items()
+        if path in summaries and ("{" not in why or summaries[path]["beside"])
+    }
+    return document | {"summaries": summaries, "stay": stay}
+
+
 def main(words=None):
     parser = argparse.ArgumentParser(
         "python -m benchmarks.ablation",
@@ -367,9 +386,15 @@ def main(words=None):
         return
     print(HEAD)
     new = measured(asked.paths, asked.quick, lambda line: print(line, flush=True))
-    new = new if old is None else joined(old, new)
-    text = json.dumps(new, indent=1, ensure_ascii=False, allow_nan=False)
-    asked.output.write_text(text + "\n", "utf-8")
+    new = told(new if old is None else joined(old, new))
+    asked.output.write_text(_text(new), "utf-8")
+
+
+def _text(document):
+    """JSON with a line for each record, so that a difference shows what changed."""
+    lines = ",\n".join(json.dumps(r, allow_nan=False) for r in document["records"])
+    head = json.dumps(document | {"records": []}, indent=1, allow_nan=False)
+    return head.replace('"records": []', f'"records": [\n{lines}\n ]') + "\n"
 
 
 if __name__ == "__main__":

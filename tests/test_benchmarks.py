@@ -379,6 +379,7 @@ def test_the_rule_of_an_ablation_by_hand():
 def test_the_stored_ablation_has_all_paths():
     stored = json.loads(ablation.RESULTS.read_text("utf-8"))
     assert set(ablation.PATHS) <= set(stored["paths"])
+    assert stored == ablation.told(stored)
     assert all(r.keys() == stored["fields"].keys() for r in stored["records"])
     stays = [p for p in ablation.PATHS if p not in ablation.KEPT]
     assert all(ablation.summary(p, stored["records"])["stays"] for p in stays)

@@ -19,6 +19,16 @@ def test_notebook_is_fit_for_the_book(path):
     assert notebooks.text(notebooks.canonical(notebook)) == path.read_text("utf-8")
 
 
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_notebook_imports_only_what_is_installed(path):
+    """A reader's folder isn't the project's: `benchmarks` and `tests` aren't there."""
+    aside = {p.stem for p in ROOT.glob("*") if p.is_dir() or p.suffix == ".py"}
+    words = r"^\s*(?:from|import) (\w+)"
+    cells = [c for c in notebooks.read(path).cells if c.cell_type == "code"]
+    found = {m for c in cells for m in re.findall(words, c.source, re.MULTILINE)}
+    assert not found & (aside - {"sosbook"})
+
+
 def test_every_notebook_is_in_the_table_of_contents():
     contents = set(re.findall(r"book/(\w+)", (ROOT / "_toc.yml").read_text("utf-8")))
     assert {path.stem for path in FILES} <= contents

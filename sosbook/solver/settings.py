@@ -22,32 +22,32 @@ class Settings:
     read_up_to_variables : int
         Of so few variables the theorems are read once, for the constants and all the
         slopes together, and not written as products first. A machine's number;
-        without it one or two masses take up to twice as long.
+        without it a single mass takes 1.4 times as long.
     table_per_product : float
         All slopes are held as one dense table while it has no more entries than this
         for each product L X R of the blocks; so many are read in the time of one
-        product's calls. A machine's number. Without any table small requests take
-        1.8 times as long.
+        product's calls. A machine's number. Without any table vertices of few masses
+        take 1.5 times as long.
     most_table_entries : float
         Nor more than this: 32 MB.
     table_per_pair : float
         Newton's matrix is made of that table while it has no more entries than this
         for each two unknowns that share a block; else of Kronecker products. A
-        machine's number; without it plants with a delay take up to four times as long.
+        machine's number.
     slabs_from_rows : int
         A symmetric unknown of so many rows brings its part of Newton's matrix row by
-        row, without what lies below the diagonal. A machine's number; without it
-        plants of modes take up to 1.8 times as long.
+        row, without what lies below the diagonal. A machine's number; without it a
+        plate takes 1.6 times as long.
     arrow_from_variables : int
         From here on it is looked at whether the matrix is an arrow, as with a slack
-        matrix. A machine's number; with 32 vertices of five masses the arrow is 1.8
-        times as fast.
+        matrix. A machine's number; with 32 vertices of five masses the arrow is
+        twice as fast.
     iterations_per_variable : float
         Of conjugate gradients, in the time of a dense matrix and its factor, for each
         variable. A machine's number, read from chains and beams of 8 to 40 masses.
     expected_iterations : float
         Conjugate gradients are used where the matrix takes longer than so many
-        iterations. Without them 40 masses take ten times as long.
+        iterations. Without them 40 masses take five times as long.
     most_iterations : int
         For one solution, where a dense matrix can take over.
     most_iterations_alone : int
