@@ -1,0 +1,1 @@
+"""What checks proofs with standard Python alone."""

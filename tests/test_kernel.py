@@ -1,0 +1,262 @@
+"""The kernel of proofs alone: what a text with data says, and what is refused.
+
+Oracles: numpy in floats, differences (each block is affine), eigenvalues.
+"""
+
+import json
+import subprocess
+import sys
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from sosbook.exact.checker import kernel
+
+RNG = np.random.default_rng(8)
+DATA = {
+    name: RNG.integers(-40, 40, shape) / 8.0
+    for name, shape in dict(A=(3, 3), B=(3, 2), C=(2, 3), S=(2, 2)).items()
+}
+P = np.array([[3.0, 0.5, 0], [0.5, 2, -0.25], [0, -0.25, 1]])
+Y = RNG.integers(-40, 40, (2, 3)) / 8.0
+A, B, C, S = DATA.values()
+VALUES = {
+    "A P + B Y": A @ P + B @ Y,
+    "he(A P + B Y)/2": (A @ P + B @ Y + (A @ P + B @ Y).T) / 2,
+    "-A - 2 P'": -A - 2 * P.T,
+    "A + g": A + 0.5 * np.eye(3),
+    "g^2 - g/4 + tr(P)": np.array([[0.25 - 0.125 + np.trace(P)]]),
+    "[P, Y'; ., g^2]": np.block([[P, Y.T], [Y, 0.25 * np.eye(2)]]),
+    "[g, 0; ., P]": block_diag(0.5, P),
+    "[0, B; C, 0]": np.block([[np.zeros((3, 3)), B], [C, np.zeros((2, 2))]]),
+    "[O(2, 2), I(2); ., -1]": np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [np.eye(2), -np.eye(2)]]
+    ),
+    "kron(S, P)": np.kron(S, P),
+    "kron([0, 1; 0, 0], A) P2": np.kron([[0, 1], [0, 0]], A) @ np.kron(np.eye(2), P),
+    "inv(A) (B Y)": np.linalg.inv(A) @ B @ Y,
+    "rows(B) I(cols(B))": 3 * np.eye(2),
+    "pick(2, 3, 2)": np.eye(6)[2:4],
+    "at(A, 2, 3) P": A[1, 2] * P,
+    "A^2": None,
+    "P Y": None,
+    "A + B": None,
+    "[P, Y]": None,
+    "inv([1, 1; 1, 1])": None,
+    "nobody": None,
+    "P / A": None,
+    "[A, .; ., A]": None,
+    "O(-1, 2)": None,
+    "(A": None,
+    "A $ B": None,
+}
+
+
+def rows(x):
+    return [[str(Fraction(e)) for e in row] for row in np.asarray(x, float).tolist()]
+
+
+def file_of(text, sets=(), **more):
+    data = {k: rows(x) for k, x in DATA.items()} | {"g": "0.5"}
+    shapes = {"P": "symmetric 3", "Y": "cols(B) x rows(A)"}
+    point = {"point": {"P": rows(P), "Y": rows(Y)}}
+    whole = dict(text=text, data=data, sets=dict(sets), unknowns=shapes, **point)
+    whole |= more
+    if "multipliers" in more:
+        del whole["point"]
+    return json.loads(json.dumps(whole))
+
+
+def value(text, P=P, Y=Y, point=True):
+    known = {k: kernel.read(rows(x)) for k, x in DATA.items()}
+    known |= {"g": Fraction(1, 2)}
+    unknown = {"P": kernel.read(rows(P)), "Y": kernel.read(rows(Y))}
+    reader = kernel.Reader(known, unknown, point=point)
+    lines = "P2 = [P, 0; 0, P]\n" if "P2" in text else ""
+    ((_, _, x, _),) = reader.statements(kernel.parse(f"{lines}x: {text} > 0"))
+    return reader, x
+
+
+def floats(x):
+    if kernel.scalar(x):
+        return np.array([[float(x)]])
+    return np.array([[float(x.at(i, j)) for j in range(x.c)] for i in range(x.r)])
+
+
+@pytest.mark.parametrize("text", VALUES)
+def test_a_text_is_read_as_numpy_reads_it(text):
+    wanted = VALUES[text]
+    if wanted is None:
+        with pytest.raises((kernel.Refused, *kernel.MALFORMED)):
+            value(text)
+    else:
+        assert np.allclose(floats(value(text)[1].v), wanted, rtol=1e-13)
+
+
+AFFINE = [
+    "-[he(A P + B Y), P C'; ., -g]",
+    "kron([g, 2; 1, 0], he(A P))",
+    "[1, 2 at(A, 1, 1) g; ., tr(P) - g]",
+    "[P + tr(P), Y'; ., g^2]",
+    "he(kron([0, 1; 0, 0], A P + B Y)) - 3 [P, 0; 0, P]/2",
+    "pick(1, 3, 1) P pick(1, 3, 1)' + tr(Y B) I(1)",
+    "tr(A P) inv(S) + g^2",
+]
+
+
+@pytest.mark.parametrize("text", AFFINE)
+def test_a_sum_leads_back_as_its_differences_do(text):
+    reader, x = value(text, point=False)
+    n = floats(x.v).shape[0]
+    Z = RNG.integers(-9, 9, (n, n)).astype(float)
+    Z = Z + Z.T
+    exact = kernel.read(rows(Z))
+    x.adj = exact if not kernel.scalar(x.v) else exact.at(0, 0)
+    for y in reversed(reader.tape):
+        for z, back in y.back if y.adj is not None else ():
+            g = back(y.adj)
+            z.adj = g if z.adj is None else z.adj + g
+    for name, at in (("P", P), ("Y", Y)):
+        found = reader.env[name].adj
+        found = np.zeros(at.shape) if found is None else floats(found)
+        for i, j in np.ndindex(at.shape):
+            moved = at.copy()
+            moved[i, j] += 1
+            there = value(text, **{name: moved}, point=False)[1]
+            slope = (Z * (floats(there.v) - floats(x.v))).sum()
+            assert found[i, j] == pytest.approx(slope, abs=1e-9)
+
+
+def test_a_product_of_two_unknowns_is_a_value_and_no_block():
+    assert np.allclose(floats(value("Y P")[1].v), Y @ P)
+    for text in ("Y P", "tr(P) Y", "P/tr(P)", "inv(P)", "kron(P, S)", "tr(P)^2"):
+        with pytest.raises((kernel.Refused, *kernel.MALFORMED)):
+            value(text, point=False)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_is_positive_has_positive_eigenvalues(seed):
+    rng = np.random.default_rng(seed)
+    n, rank = int(rng.integers(1, 7)), int(rng.integers(1, 9))
+    L = rng.integers(-3, 4, (n, rank)).astype(float)
+    x = L @ L.T - (seed % 3 == 0) * np.diag(rng.integers(0, 2, n))
+    least = np.linalg.eigvalsh(x)[0]
+    exact = kernel.read(rows(x))
+    assert kernel.definite(exact) == (least > 1e-9)
+    assert kernel.definite(exact, semi=True) == (least > -1e-9)
+    assert kernel.definite(kernel.read(rows(x + np.eye(n) / 3))) == (least > -1 / 3)
+
+
+def refused(file):
+    try:
+        kernel.check(file)
+    except (kernel.Refused, *kernel.MALFORMED) as why:
+        return str(why) or "malformed"
+    return ""
+
+
+def test_a_point_and_what_is_refused_of_it():
+    good = "n = rows(A)\nP: P > 0\nL: A inv(A) == I(n)\nY: Y' Y >= 0\ng: g > 0\n"
+    assert kernel.check(file_of(good)) == ["P", "L", "Y", "g"]
+    for text, why in {
+        "P: -P > 0": "isn't positive definite",
+        "P: A > 0": "isn't positive definite",
+        "Y: Y' Y > 0": "isn't positive definite",
+        "Y: -Y' Y >= 0": "isn't positive semidefinite",
+        "P: P == I(3)": "isn't an identity",
+        "P: P > 0\nP: P > 0": "comes twice",
+        "P = I(3)\nP: P > 0": "is defined by the file",
+        "n = 1\nn = 2": "defined twice",
+        "he = 1": "can't be a name",
+        "P > 0": "neither a definition",
+        "P: P": "states nothing",
+        "P: P > 1": "isn't positive",
+        "for i in them:\n  P.i: P > 0": "there is no set",
+        "  P: P > 0": "odd indent",
+        "for i in them: P": "the only loop",
+        "P: P > 0 ]": "too much",
+    }.items():
+        assert why in refused(file_of(text)), text
+    for more in (
+        {"point": {"P": rows(P)}},
+        {"point": {"P": rows(Y), "Y": rows(Y)}},
+        {"point": {"P": rows(A), "Y": rows(Y)}},
+        {"point": {"P": "1", "Y": rows(Y)}},
+        {"unknowns": {"P": "symmetric 3", "Y": "2 x 3", "A": "3 x 3"}},
+        {"multipliers": {}, "point": {}},
+        {"data": {"g": "nan"}},
+        {"data": {"g": 0.5}},
+        {"data": {"g": "1/0"}},
+        {"data": {"g": "1" * 200_000}},
+        {"data": {"g": {"zeros": [2, 99999]}}},
+        {"data": {"g": [["1", "2"], ["1"]]}},
+    ):
+        assert refused(file_of(good, **more)), more
+
+
+def test_sets_are_loops_over_names():
+    text = "for i, j in pairs:\n  x = d.i + d.j\n  x.i.j: x > 0\n"
+    data = {"d.1": "1", "d.2": "-0.5", "d.3": "2e-1"}
+    more = dict(data=data, unknowns={}, point={})
+    pairs = [["1", "1"], ["1", "2"], ["1", "3"]]
+    assert kernel.check(file_of(text, {"pairs": pairs}, **more)) == [
+        "x.1.1",
+        "x.1.2",
+        "x.1.3",
+    ]
+    assert "x.2.3" in refused(file_of(text, {"pairs": [["2", "3"]]}, **more))
+    assert refused(file_of(text, {"pairs": [["1"]]}, **more))
+    assert refused(file_of(text, {"pairs": [["1", "4"]]}, **more))
+
+
+def unstable(text="P: P > 0\ndecay: -he(U P) > 0", **Z):
+    data = {"U": [["1", "3"], ["0", "-1"]], "e": "-0.1"}
+    shapes = {"P": "symmetric 2"}
+    return file_of(text, data=data, unknowns=shapes, multipliers=Z)
+
+
+def test_multipliers_and_what_is_refused_of_them():
+    """The row v = (2, 3) has v U = v: no P > 0 has -(U P + P U') > 0."""
+    Z = dict(P=[["8", "12"], ["12", "18"]], decay=[["4", "6"], ["6", "9"]])
+    assert kernel.check(unstable(**Z)) == ["P", "decay"]
+    turned = [["9", "-6"], ["-6", "4"]]
+    for change in (
+        dict(P=[["8", "12"], ["12", "19"]]),
+        dict(decay=turned),
+        dict(P=[["-8", "12"], ["12", "18"]]),
+        dict(P=[["8", "13"], ["12", "18"]]),
+        dict(P=[["8"]]),
+        dict(other=[["1"]]),
+        dict(P=[["0", "0"]] * 2, decay=[["0", "0"]] * 2),
+    ):
+        assert refused(unstable(**(Z | change)))
+    assert refused(unstable()) and refused(unstable(decay=Z["decay"]))
+    lines = "P: P > 0\ndecay: -he(U P) > 0\n"
+    assert "isn't positive" in refused(unstable(lines + "e: e > 0", **Z))
+    assert kernel.check(unstable(lines + "e: e > 0", e="1"))  # no e is positive
+    assert "exclude nothing" in refused(unstable(lines + "e: -e > 0", **Z, e="1"))
+    assert "for some x only" in refused(unstable(lines + "e: P >= 0", **Z))
+    assert "takes no" in refused(unstable(lines + "e: 0 == 0", **Z, e="1"))
+
+
+def test_it_runs_alone(tmp_path):
+    path = tmp_path / "proof.json"
+    for whole, code, words in (
+        (file_of("P: P > 0"), 0, "positive definite: P\n"),
+        (unstable(P=[["1"]]), 1, "refused: "),
+        ({}, 1, "refused: "),
+    ):
+        path.write_text(json.dumps(whole), "utf-8")
+        done = subprocess.run(
+            [sys.executable, "-I", "-S", kernel.__file__, path],
+            capture_output=True,
+            encoding="utf-8",
+            timeout=60,
+        )
+        assert done.returncode == code and done.stdout.startswith(words)
+    with pytest.raises(kernel.Refused, match="twice"):
+        kernel.contents('{"a": 1, "a": 2}')
+    with pytest.raises(kernel.Refused, match="no number"):
+        kernel.contents('{"a": NaN}')
