@@ -7,6 +7,7 @@ from math import isfinite
 import numpy as np
 from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
+from ..language.traced import Traced
 from ..runtime.reading import MOST_DIGITS
 from ..runtime.time_limit import check_time
 
@@ -160,7 +161,7 @@ def round_digits(x, digits):
 
 
 def inverse(x):
-    """The inverse of a matrix x of floats or of rationals.
+    """The inverse of a matrix x of floats or of rationals, or traced.
 
     Examples
     --------
@@ -168,6 +169,8 @@ def inverse(x):
     Rational([[1, -1],
               [-1, 2]], dtype=object)
     """
+    if isinstance(x, Traced):
+        return x.word("inv", x.shape)
     if x.dtype != object:
         return np.linalg.inv(x)
     return _array(_matrix(x).inv())

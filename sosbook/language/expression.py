@@ -8,9 +8,10 @@ scalars. It is written once and read with
 * float arrays: gives the numbers that are checked;
 * `Matrices` of floats: gives those of many pairs of vertices at once;
 * arrays of exact rationals (``dtype=object``): gives what is proven;
+* `Traced` symbols: gives its text, which proof files hold and three readers evaluate;
 * cvxpy variables: gives constraints for the ecosystem's solvers.
 
-`block`, `he` and `eye` are the only other words a theorem needs.
+`block`, `he`, `eye`, `kron` and `tr` are the only other words a theorem needs.
 """
 
 from functools import lru_cache
@@ -20,6 +21,7 @@ import numpy as np
 
 from ..runtime.libraries import library
 from .matrices import Matrices, array_of
+from .traced import Size, Traced
 
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
@@ -261,7 +263,7 @@ def _affine(x):
 
 def eye(size):
     """The identity with ``size`` rows, of integers: exact in every arithmetic."""
-    return np.eye(size, dtype=int)
+    return size.eye() if isinstance(size, Size) else np.eye(size, dtype=int)
 
 
 def he(x):
@@ -304,6 +306,8 @@ def block(rows):
         if not _is_zero(x)
     ]
     kinds = {type(x) for _, x in entries}
+    if any(issubclass(kind, Traced) for kind in kinds):
+        return Traced.block(entries, size, heights, widths)
     if any(issubclass(kind, Affine) for kind in kinds):
         return _block_affine(entries, size)
     if any(issubclass(kind, Matrices) for kind in kinds):

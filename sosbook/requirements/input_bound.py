@@ -8,12 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
-from ..exact.definite import inverse
 from ..exact.rational import decimal
-from ..language import eye
 from ..plants.checks import matrix, numbers
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
-from ..theorems import control_bound, initial_state, slack_initial_state
+from ..theorems import (
+    control_bound,
+    initial_state,
+    slack_initial_state,
+    whole_control_bound,
+)
 from .base import Requirement
 from .loop import Loop
 from .vocabulary import U_MAX
@@ -90,13 +93,10 @@ class Saturation(Requirement):
         if loop.epsilon is not None:
             return
         yield "x0", (), initial_state(loop.near(loop.P), loop.state(self.x0))
-        u_max2 = loop.level(self) / loop.scale**2
-        for vertices, of_x, of_v in self._signals(loop):
-            yield (
-                "u_max",
-                vertices,
-                control_bound(loop.P, of_x @ loop.P + of_v @ loop.Y, u_max2),
-            )
+        whole = self._whole(loop)
+        for i in range(len(loop.plain)) if whole else (0,):
+            vertices = (i,) if whole else ()
+            yield "u_max", vertices, self._bound(loop, loop.P, loop.P, loop.Y, i)
 
     def bounds_input_from(self) -> np.ndarray | None:
         return None if self.acceleration else self.x0
@@ -109,32 +109,23 @@ class Saturation(Requirement):
             "x0",
             slack_initial_state(loop.near(c.P), loop.near(c.V), loop.state(self.x0)),
         )
-        signals = self._signals(loop)
-        _, of_x, of_v = signals[i % len(signals)]
-        yield (
-            "u_max",
-            control_bound(
-                c.P, of_x @ c.V.T + of_v @ c.Y, loop.level(self) / loop.scale**2
-            ),
-        )
+        yield "u_max", self._bound(loop, c.P, c.V.T, c.Y, i)
 
-    def _signals(self, loop):
-        """(vertices, G_x, G_v): the bounded signal is G_x x + G_v K x."""
-        request = loop.request
-        n, m = request.plant.n, request.plant.m
-        if request.K_A is None or not self.acceleration:
-            return [((), loop.row(np.zeros((m, request.order), int)), eye(m))]
-        K_A, signals = loop.number(np.array(request.K_A, float)), []
-        for i, d in enumerate(loop.plain):  # z'' = E2^-1 (.. x + B K x)
-            answer = K_A @ inverse(d.E[n : 2 * n, n : 2 * n])
-            signals.append(
-                (
-                    (i,),
-                    loop.row(answer @ d.A[n : 2 * n]),
-                    answer @ d.Bu[n : 2 * n] + eye(m),
-                )
-            )
-        return signals
+    def _whole(self, loop):
+        """Whether the accelerations' part is bounded, too."""
+        return self.acceleration and loop.request.K_A is not None
+
+    def _bound(self, loop, P, X, Y, i):
+        """The block of vertex i, where K = Y X^-1."""
+        u_max2 = loop.level(self) / loop.scale**2
+        if not self._whole(loop):
+            return control_bound(P, Y, u_max2)
+        d, n = loop.plain[i], loop.request.plant.n
+        K_A = loop.number(np.array(loop.request.K_A, float))
+        second = slice(n, 2 * n)  # the rows of M z'' = ..
+        row = loop.row(d.A[second])
+        mass, push = d.E[second, second], d.Bu[second]
+        return whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2)
 
     def claim(self) -> str:
         u_max = decimal(self.u_max)

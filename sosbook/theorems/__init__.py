@@ -19,7 +19,7 @@ from .lqr import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
 from .observer import observer_cost, observer_decay
 from .pole_region import pole_region, stability
 from .regularization import regular_mass
-from .saturation import control_bound, initial_state
+from .saturation import control_bound, initial_state, whole_control_bound
 from .slack import (
     slack_bounded_real,
     slack_initial_state,
@@ -55,4 +55,5 @@ __all__ = [
     "slack_stability",
     "stability",
     "trace_bound",
+    "whole_control_bound",
 ]

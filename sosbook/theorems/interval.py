@@ -16,9 +16,7 @@ Order 0 has :math:`\xi = x` and Jensen's inequality. Order 1 has
 inequality of order 1, that is Wirtinger's.
 """
 
-import numpy as np
-
-from ..language import block, he
+from ..language import block, he, kron, named, pick
 
 __all__ = ["interval_decay", "interval_functional", "interval_kernel"]
 
@@ -39,13 +37,11 @@ def interval_functional(P, Q1, Q2, order, t):
     """
     if order == 0:
         return P
-    zero = np.zeros((P.shape[0] // (1 + (Q1 is not None) + (Q2 is not None)),) * 2, int)
-    parts = [zero]
-    if Q1 is not None:
-        parts.append(Q1 / (t.tau - t.mu))
+    weighted = [] if Q1 is None else [Q1 / (t.tau - t.mu)]
     if Q2 is not None:
-        parts.append(Q2 / (2 * t.mu))
-    rows = [[p if i == j else zero for j in range(len(parts))]
+        weighted.append(Q2 / (2 * t.mu))
+    parts = [0 * weighted[0], *weighted]
+    rows = [[p if i == j else 0 for j in range(len(parts))]
             for i, p in enumerate(parts)]
     return P + block(rows)
 
@@ -64,8 +60,7 @@ def interval_kernel(R2, T, order):
     """
     if order == 0:
         return block([[R2, T], [T.T, R2]])
-    zero = np.zeros(R2.shape, int)
-    wide = block([[R2, zero], [zero, 3 * R2]])
+    wide = named("wide", kron([[1, 0], [0, 3]], R2))
     return block([[wide, T], [T.T, wide]])
 
 
@@ -103,11 +98,10 @@ def interval_decay(A, Ad, P, Q1, Q2, R1, R2, T, order, t, late):
     names = ["x"] + ["x1"] * (R1 is not None) + ["xd", "x2"] * (R2 is not None)
     if order:
         names += ["m1"] * (R1 is not None) + ["m2", "m3"] * (R2 is not None)
-    picked = np.eye(len(names) * N, dtype=int).reshape(len(names), N, len(names) * N)
-    at = dict(zip(names, picked))
+    at = {e: named(e, pick(k, len(names), N)) for k, e in enumerate(names)}
     at.setdefault("x1", at["x"])
     at.setdefault("xd", at["x1"])
-    q = A @ at["x"] + Ad @ at["xd"]
+    q = named("q", A @ at["x"] + Ad @ at["xd"])
     state, rate, parts = [at["x"]], [q], []
     if R1 is not None:
         first = _moments(at["x"], at["x1"], at.get("m1"))
@@ -121,7 +115,7 @@ def interval_decay(A, Ad, P, Q1, Q2, R1, R2, T, order, t, late):
     if R2 is not None:
         near = _moments(at["x1"], at["xd"], at.get("m2"))
         far = _moments(at["xd"], at["x2"], at.get("m3"))
-        both = np.vstack([*near, *far])
+        both = named("both", block([[e] for e in (*near, *far)]))
         parts += [
             _square(Q2, at["x1"]) - _square(Q2, at["x2"]),
             width * width * _square(R2, q),
@@ -130,7 +124,7 @@ def interval_decay(A, Ad, P, Q1, Q2, R1, R2, T, order, t, late):
         if order:
             state.append(width * (at["m2"] if late else at["m3"]))
             rate.append(at["x1"] - at["x2"])
-    form = he(np.vstack(state).T @ P @ np.vstack(rate))
+    form = he(block([[e] for e in state]).T @ P @ block([[e] for e in rate]))
     for part in parts:
         form = form + part
     return -form

@@ -13,9 +13,7 @@ of :math:`L_k x` over :math:`[t - \tau, t]` and :math:`L_k` the shifted
 Legendre polynomial.
 """
 
-import numpy as np
-
-from ..language import block, he
+from ..language import block, he, kron, named, pick
 
 __all__ = ["legendre_decay", "legendre_functional"]
 
@@ -37,11 +35,9 @@ def legendre_functional(P, S, order, t):
     """
     if order == 0:
         return P
-    N = S.shape[0]
-    rows = [[0 * S if i == j == 0 else (
-        (2 * i - 1) / t.tau * S if i == j else np.zeros((N, N), int))
-        for j in range(order + 1)] for i in range(order + 1)]
-    return P + block(rows)
+    parts = range(order + 1)
+    rows = [[(2 * i - 1) / t.tau if i == j > 0 else 0 for j in parts] for i in parts]
+    return P + kron(rows, S)
 
 
 def legendre_decay(A, Ad, P, S, R, Z, order, t):
@@ -72,13 +68,16 @@ def legendre_decay(A, Ad, P, S, R, Z, order, t):
     """
     N, tau, mu = A.shape[0], t.tau, t.mu
     parts = 2 + order + (1 if mu else 0)
-    x, x_tau, *X = _pickers(N, parts)
+    names = "x", "x_tau", *(f"X_{k}" for k in range(order)), *(["v"] if mu else [])
+    x, x_tau, *X = (named(name, pick(k, parts, N)) for k, name in enumerate(names))
     velocity = A @ x + Ad @ x_tau
     if mu:
         v = X.pop()
         velocity = velocity - mu * (Ad @ v)
-    omega = [_omega(k, x, x_tau, X, tau) for k in range(order + 1)]
-    state, rate = np.vstack([x, *X]), np.vstack([velocity, *omega[:-1]])
+    velocity = named("q", velocity)
+    omega = [named(f"w_{k}", _omega(k, x, x_tau, X, tau)) for k in range(order + 1)]
+    state = block([[e] for e in (x, *X)])
+    rate = block([[e] for e in (velocity, *omega[:-1])])
     form = he(state.T @ P @ rate) + x.T @ S @ x - x_tau.T @ S @ x_tau
     form = form + velocity.T @ (tau * tau * R + 2 * mu * Z) @ velocity
     for k, o in enumerate(omega):
@@ -86,11 +85,6 @@ def legendre_decay(A, Ad, P, S, R, Z, order, t):
     if mu:
         form = form - mu * (v.T @ Z @ v)
     return -form
-
-
-def _pickers(N, parts):
-    """Matrices that pick the parts of a long vector."""
-    return np.eye(parts * N, dtype=int).reshape(parts, N, parts * N)
 
 
 def _omega(k, x, x_tau, X, tau):

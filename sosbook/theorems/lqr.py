@@ -1,8 +1,6 @@
 """Lemma 2.3 and Theorem 2.4: a bound of the quadratic cost."""
 
-import numpy as np
-
-from ..language import block, eye, he
+from ..language import block, eye, he, tr
 
 __all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay", "trace_bound"]
 
@@ -25,7 +23,7 @@ def lqr_cost(EPE, noise, J):
     return block([[J, noise.T], [noise, EPE]])
 
 
-def lqr_decay(c, L, W, V):
+def lqr_decay(c, L, W, R_inv):
     """The matrix of (2.36), times -1.
 
     Parameters
@@ -34,7 +32,7 @@ def lqr_decay(c, L, W, V):
         The pair of vertices.
     L, W : (N, k), (k, k) array
         The weight of the state is Q = L W^-1 L', so L = Q_F where W = I.
-    V : (m, m) array
+    R_inv : (m, m) array
         The inverse of R, the weight of the input.
 
     Returns
@@ -53,14 +51,14 @@ def lqr_decay(c, L, W, V):
     return -block([
         [he(c.Theta), EPL, c.EY],
         [EPL.T, -W, 0],
-        [c.EY.T, 0, -V],
+        [c.EY.T, 0, -R_inv],
     ])
 
 
-def slack_lqr_decay(c, L, W, V, epsilon):
+def slack_lqr_decay(c, L, W, R_inv, epsilon):
     """`lqr_decay` with a slack matrix: affine in (E, A, B_u).
 
-    The arguments c, L, W and V are those of `lqr_decay`, but c is a
+    The arguments c, L, W and R_inv are those of `lqr_decay`, but c is a
     `SlackVertex`; ``epsilon`` is the scalar of the slack matrix.
     """
     EPL = c.EV @ L
@@ -69,14 +67,10 @@ def slack_lqr_decay(c, L, W, V, epsilon):
         [he(c.Theta), cross, EPL, c.EY],
         [cross.T, -epsilon * he(c.EVE), 0, 0],
         [EPL.T, 0, -W, 0],
-        [c.EY.T, 0, 0, -V],
+        [c.EY.T, 0, 0, -R_inv],
     ])
 
 
 def trace_bound(J, bound):
     """bound - tr J, as a matrix."""
-    rows = [bound * eye(1) if np.ndim(bound) == 0 else bound]
-    for k in range(J.shape[0]):
-        unit = eye(J.shape[0])[:, k:k + 1]
-        rows.append(-(unit.T @ J @ unit))
-    return sum(rows[1:], rows[0])
+    return bound * eye(1) - tr(J)

@@ -1,6 +1,6 @@
 """Theorem 2.5: an observer that the uncertainty doesn't upset."""
 
-from ..language import block, eye, he
+from ..language import block, eye, he, named
 
 __all__ = ["observer_cost", "observer_decay"]
 
@@ -46,11 +46,10 @@ def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
     Source: thesis (2.45). The inverse of the inertia isn't affine in
     it: this holds at the vertices and says nothing between them.
     """
-    N = P1.shape[0]
-    P = block([[P1, 0], [0, P2]])
-    feed = block([[C.T @ Y, 0], [0, 0 * P2]])
+    P = named("P", block([[P1, 0], [0, P2]]))
+    feed = named("feed", block([[C.T @ Y, 0], [0, 0 * P2]]))
     weighted = Y.T @ R_F
-    noise = block([[weighted], [0 * eye(N)[:, :R_F.shape[1]]]])
+    noise = block([[weighted], [0 * weighted]])
     PQ = P @ Q_F
     return -block([
         [he(A.T @ P + feed), PQ, noise],

@@ -1,6 +1,6 @@
 """Theorem 2.2 and A.2: closed-loop poles in an LMI region."""
 
-from ..language import block, he
+from ..language import he, kron
 
 
 def pole_region(c, alpha, beta):
@@ -24,15 +24,7 @@ def pole_region(c, alpha, beta):
     Source: thesis (A.9). With the half-plane, the disk and the sector
     of `sosbook.LMIRegion` this is (2.18), (2.19) and (2.20).
     """
-    k = range(len(alpha))
-    return -block([
-        [
-            alpha[i, j] * c.EPE
-            + beta[i, j] * c.Theta + beta[j, i] * c.Theta.T
-            for j in k
-        ]
-        for i in k
-    ])
+    return -(kron(alpha, c.EPE) + he(kron(beta, c.Theta)))
 
 
 def stability(c):

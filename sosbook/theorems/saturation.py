@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..exact.rational import inverse
 from ..language import block, eye
 
 
@@ -15,7 +16,7 @@ def initial_state(P, x0):
     x0 : (N,) array
         Initial state [z(0); z'(0); x3(0)].
     """
-    x0 = np.asarray(x0)[:, None]
+    x0 = np.reshape(x0, (-1, 1))
     return block([[eye(1), x0.T], [x0, P]])
 
 
@@ -39,3 +40,24 @@ def control_bound(P, Y, u_max2):
     with r = 0 and w = 0.
     """
     return block([[P, Y.T], [Y, u_max2 * eye(Y.shape[0])]])
+
+
+def whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2):
+    """`control_bound` for the whole signal u = K x + K_A z''.
+
+    Parameters
+    ----------
+    P : (N, N) matrix-like
+        The Lyapunov matrix.
+    X, Y : (N, N), (m, N) matrix-like
+        P and K P; with a slack matrix V' and K V'.
+    K_A : (m, n) array
+        The gain of the accelerations z''.
+    mass, row, push : (n, n), (n, N), (n, m) array
+        Of the equation ``mass z'' = row x + push K x``; ``mass`` is M - B K_A.
+    u_max2 : scalar
+        Square of the bound.
+    """
+    answer = K_A @ inverse(mass)
+    signal = answer @ row @ X + (answer @ push + eye(Y.shape[0])) @ Y
+    return control_bound(P, signal, u_max2)

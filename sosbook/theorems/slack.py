@@ -9,7 +9,7 @@ holds at the vertices holds between them, with P(a) = sum a_i P_i.
 
 import numpy as np
 
-from ..language import block, eye, he
+from ..language import block, eye, he, kron
 
 __all__ = [
     "slack_bounded_real",
@@ -44,16 +44,15 @@ def slack_pole_region(c, alpha, beta, epsilon):
     and Geromel (1999) for the disk; here with E.
     """
     if _is_disk(beta):  # |s - q| < rho
-        q = -alpha[0:1, 1:2]
-        rho = -alpha[0:1, 0:1]
-        return -block(_form(c, q * q - rho * rho, -q, eye(1), -q, eye(1)))
-    k = eye(len(alpha))
-    return -block(_form(c, alpha, beta, 0 * k, beta, epsilon * k))
+        q, rho = -alpha[0, 1], -alpha[0, 0]
+        return -block(_form(c, q * q - rho * rho, -q, 1, 1))
+    k = eye(alpha.shape[0])
+    return -block(_form(c, alpha, beta, 0 * k, epsilon * k))
 
 
 def slack_stability(c, epsilon):
     """The half-plane Re s < 0 for a vertex c; ``epsilon`` is the slack scalar."""
-    return slack_pole_region(c, 0 * eye(1), eye(1), epsilon)
+    return -block(_form(c, 0, 1, 0, epsilon))
 
 
 def slack_bounded_real(c, gamma2, mu, epsilon):
@@ -64,9 +63,7 @@ def slack_bounded_real(c, gamma2, mu, epsilon):
 
     Parameters as in `bounded_real` and `slack_pole_region`.
     """
-    (rate, cross), (_, last) = _form(
-        c, 0 * eye(1), eye(1), 0 * eye(1), eye(1), epsilon * eye(1)
-    )
+    (rate, cross), (_, last) = _form(c, 0, 1, 0, epsilon)
     y, w = c.EVC.shape[1], c.Bw.shape[1]
     return -block([
         [rate,    cross,            c.EVC,                c.Bw],
@@ -92,7 +89,7 @@ def slack_initial_state(P, V, x0):
         Positive definite: ``x0' (V + V' - P)^-1 x0 < 1``. As V' P^-1 V is not
         below V + V' - P, its ellipsoid has x0 inside, too.
     """
-    x0 = np.asarray(x0)[:, None]
+    x0 = np.reshape(x0, (-1, 1))
     return block([[eye(1), x0.T], [x0, he(V) - P]])
 
 
@@ -100,16 +97,10 @@ def _is_disk(beta):
     return np.array_equal(beta, [[0, 1], [0, 0]])
 
 
-def _form(c, R11, R12, R22, L1, L2):
-    """The four blocks that must be negative definite."""
-    mixed = _kron(R12, c.EPE) - _kron(L1, c.EVE) + _kron(L2, c.Theta).T
+def _form(c, R11, R12, R22, L2):
+    """The four blocks that must be negative definite; the multiplier L1 is R12."""
+    mixed = kron(R12, c.EPE - c.EVE) + kron(L2, c.Theta).T
     return [
-        [_kron(R11, c.EPE) + he(_kron(L1, c.Theta)), mixed],
-        [mixed.T, _kron(R22, c.EPE) - he(_kron(L2, c.EVE))],
+        [kron(R11, c.EPE) + he(kron(R12, c.Theta)), mixed],
+        [mixed.T, kron(R22, c.EPE) - he(kron(L2, c.EVE))],
     ]
-
-
-def _kron(factors, x):
-    if len(factors) == 1:
-        return factors[0][0] * x
-    return block([[f * x for f in row] for row in factors])

@@ -1,0 +1,348 @@
+// What a text of the proof files' language says of matrices, in floats or in fractions.
+//
+// A matrix is {rows, cols, at}; a number is one with `scalar`. A value is {X, terms}: the sum
+// of a matrix and of products {of, flip, L, R} in unknowns, L X R or L X' R.
+import {odd, parsedLine} from "./grammar.js";
+
+const gcd = (a, b) => {
+  while (b) [a, b] = [b, a % b];
+  return a < 0n ? -a : a;
+};
+const fraction = (n, d) => {
+  if (!d) throw new Error("a division by zero");
+  const g = gcd(n, d) * (d < 0n ? -1n : 1n);
+  return g === 1n ? [n, d] : [n / g, d / g];
+};
+
+/**
+ * Numbers [n, d] of integers.
+ * @type {any}
+ */
+export const FRACTIONS = {
+  zero: [0n, 1n],
+  one: [1n, 1n],
+  of: text => {
+    const [, sign, whole, rest = "", e = 0, over = 1] =
+      /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]?\d+))?(?:\/(\d+))?$/.exec(text) ??
+      odd(`${text} is no number`);
+    const places = rest.length - Number(e), n = BigInt(sign + whole + rest);
+    return places < 0 ? fraction(n * 10n ** BigInt(-places), BigInt(over))
+                      : fraction(n, BigInt(over) * 10n ** BigInt(places));
+  },
+  plus: ([a, b], [c, d]) => b === d ? fraction(a + c, b) : fraction(a * d + c * b, b * d),
+  times: ([a, b], [c, d]) => fraction(a * c, b * d),
+  over: ([a, b]) => fraction(b, a),
+  none: ([a]) => a === 0n,
+};
+
+/** @type {any} */
+export const NUMBERS = {
+  zero: 0,
+  one: 1,
+  of: text => text.split("/").map(Number).reduce((a, b) => a / b),
+  plus: (a, b) => a + b,
+  times: (a, b) => a * b,
+  over: a => 1 / a,
+  none: a => a === 0,
+};
+
+
+// The reader of a ring of numbers: FRACTIONS or NUMBERS.
+export class Reader {
+  // env: values by name, see `known` and `unknown`.
+  constructor(ring, env = {}) {
+    this.ring = ring;
+    this.env = {...env};
+  }
+
+  matrix(rows, cols, entry) {
+    const at = [];
+    for (let i = 0; i < rows; i++)
+      for (let j = 0; j < cols; j++) at.push(entry(i, j));
+    return {rows, cols, at};
+  }
+  number(x) { return {X: {rows: 1, cols: 1, at: [x], scalar: true}, terms: []}; }
+  unit(n) { return this.matrix(n, n, (i, j) => i === j ? this.ring.one : this.ring.zero); }
+  zeros(rows, cols) { return this.matrix(rows, cols, () => this.ring.zero); }
+  turned(X) {
+    return {...this.matrix(X.cols, X.rows, (i, j) => X.at[j * X.cols + i]), scalar: X.scalar};
+  }
+
+  // Data: lists of lists of texts or numbers, or one of them.
+  known(data) {
+    const of = x => this.ring.of(String(x));
+    if (!Array.isArray(data)) return this.number(of(data));
+    return {X: this.matrix(data.length, data[0].length, (i, j) => of(data[i][j])), terms: []};
+  }
+  unknown(of, rows, cols, scalar = false) {
+    const X = {...this.zeros(rows, cols), scalar};
+    return {X, terms: [{of, flip: false, L: this.unit(rows), R: this.unit(cols)}]};
+  }
+
+  scaled(f, X) { return {...X, at: X.at.map(x => this.ring.times(f, x))}; }
+  product(X, Y) {
+    if (X.scalar || Y.scalar) {
+      const S = X.scalar ? this.scaled(X.at[0], Y) : this.scaled(Y.at[0], X);
+      return {...S, scalar: X.scalar && Y.scalar};
+    }
+    if (X.cols !== Y.rows) odd("a product of shapes that don't fit");
+    const {plus, times, zero, none} = this.ring;
+    return this.matrix(X.rows, Y.cols, (i, j) => {
+      let sum = zero;
+      for (let k = 0; k < X.cols; k++) {
+        const x = X.at[i * X.cols + k], y = Y.at[k * Y.cols + j];
+        if (!none(x) && !none(y)) sum = plus(sum, times(x, y));
+      }
+      return sum;
+    });
+  }
+  sum(X, Y) {
+    if (!X.scalar !== !Y.scalar) {  // a number stands for that multiple of the identity
+      const [f, M] = X.scalar ? [X, Y] : [Y, X];
+      return this.sum(M, this.scaled(f.at[0], this.unit(M.rows)));
+    }
+    if (X.rows !== Y.rows || X.cols !== Y.cols) odd("a sum of two shapes");
+    return {...X, at: X.at.map((x, k) => this.ring.plus(x, Y.at[k]))};
+  }
+  kronecker(F, X) {
+    const {rows, cols} = X;
+    return this.matrix(F.rows * rows, F.cols * cols,
+      (i, j) => this.ring.times(F.at[Math.floor(i / rows) * F.cols + Math.floor(j / cols)],
+        X.at[i % rows * cols + j % cols]));
+  }
+  inverse(X) {
+    const n = X.rows, {plus, times, over, none} = this.ring;
+    if (n !== X.cols) odd("the inverse of a matrix that isn't square");
+    const minus = this.ring.of("-1"),
+          rows = Array.from({length: n},
+            (_, i) => [...X.at.slice(i * n, (i + 1) * n),
+              ...this.unit(n).at.slice(i * n, (i + 1) * n)]);
+    for (let k = 0; k < n; k++) {
+      const size = i => none(rows[i][k]) ? 0 : this.ring === NUMBERS ? Math.abs(rows[i][k]) : 1;
+      let top = k;
+      for (let i = k + 1; i < n; i++) top = size(i) > size(top) ? i : top;
+      if (!size(top)) odd("a matrix that must be regular is singular");
+      [rows[k], rows[top]] = [rows[top], rows[k]];
+      const f = over(rows[k][k]);
+      rows[k] = rows[k].map(x => times(f, x));
+      rows.forEach((row, i) => {
+        const g = times(minus, row[k]);
+        if (i !== k && !none(g)) rows[i] = row.map((x, j) => plus(x, times(g, rows[k][j])));
+      });
+    }
+    return this.matrix(n, n, (i, j) => rows[i][n + j]);
+  }
+
+  certain(value, words) { return value.terms.length ? odd(`${words} of an unknown`) : value.X; }
+  size(x) {
+    const {X: {at: [n]}} = this.value(x), k = Array.isArray(n) ? Number(n[0]) / Number(n[1]) : n;
+    return Number.isInteger(k) && k >= 0 && k < 2000 ? k : odd("no size");
+  }
+
+  // A value from one, by what becomes of L X R: the constant by `whole`, factors by the others.
+  mapped({X, terms}, whole, left, right) {
+    return {X: whole(X), terms: terms.map(t => ({...t, L: left(t.L), R: right(t.R)}))};
+  }
+
+  value([op, ...parts]) {
+    const same = X => X;
+    switch (op) {
+      case "number":
+        return this.number(this.ring.of(parts[0]));
+      case "name":
+        return this.env[parts[0]] ?? odd(`${parts[0]} isn't known`);
+      case "block":
+        return this.block(parts[0]);
+      case "I":
+        return {X: this.unit(this.size(parts[0])), terms: []};
+      case "O":
+        return {X: this.zeros(this.size(parts[0]), this.size(parts[1])), terms: []};
+      case "pick": {
+        const [k, p, n] = parts.map(x => this.size(x));
+        const row = this.matrix(1, p, (_, j) => j + 1 === k ? this.ring.one : this.ring.zero);
+        return {X: this.kronecker(row, this.unit(n)), terms: []};
+      }
+      case "pow": {
+        const x = this.certain(this.value(parts[0]), "a power"), k = this.size(parts[1]);
+        if (!x.scalar) odd("a power of a matrix");
+        return this.number(Array(k).fill(x.at[0]).reduce(this.ring.times, this.ring.one));
+      }
+    }
+    const a = this.value(parts[0]), minus = this.ring.of("-1"),
+          negative = X => this.scaled(minus, X);
+    switch (op) {
+      case "neg":
+        return this.mapped(a, negative, negative, same);
+      case "T":
+        return this.mirrored(a);
+      case "he":
+        return this.added(a, this.mirrored(a));
+      case "rows":
+        return this.number(this.ring.of(String(a.X.rows)));
+      case "cols":
+        return this.number(this.ring.of(String(a.X.cols)));
+      case "inv": {
+        const X = this.certain(a, "the inverse");
+        return X.scalar ? this.number(this.ring.over(X.at[0])) : {X: this.inverse(X), terms: []};
+      }
+      case "at": {
+        const X = this.certain(a, "an entry"), [i, j] = parts.slice(1).map(x => this.size(x));
+        return i < 1 || j < 1 || i > X.rows || j > X.cols
+          ? odd("no such entry")
+          : this.number(X.at[(i - 1) * X.cols + j - 1]);
+      }
+      case "tr": {
+        const n = a.X.rows,
+              e = k => this.matrix(1, n, (_, j) => j === k ? this.ring.one : this.ring.zero);
+        if (n !== a.X.cols) odd("the trace of a matrix that isn't square");
+        let total = this.number(this.ring.zero);
+        for (let k = 0; k < n; k++) {
+          const cut = X => this.product(this.product(e(k), X), this.turned(e(k)));
+          total = this.added(total,
+            this.mapped(a, X => ({...cut(X), scalar: true}), L => this.product(e(k), L),
+              R => this.product(R, this.turned(e(k)))));
+        }
+        return total;
+      }
+    }
+    const b = this.value(parts[1]);
+    if (op === "add") return this.added(a, b);
+    if (op === "kron") {
+      const F = this.certain(a, "kron"), {X, terms} = b,
+            column = j => this.matrix(F.rows, 1, i => F.at[i * F.cols + j]);
+      const row = j => this.matrix(1, F.cols, (_, k) => j === k ? this.ring.one : this.ring.zero);
+      return {
+        X: this.kronecker(F, X),
+        terms: terms.flatMap(
+          t => Array.from({length: F.cols},
+            (_, j) => ({...t, L: this.kronecker(column(j), t.L), R: this.kronecker(row(j), t.R)})))
+      };
+    }
+    if (op === "div") {
+      const f = this.number(this.ring.over(this.certain(b, "a division").at[0])).X;
+      if (!b.X.scalar) odd("a division by a matrix");
+      return this.mapped(a, X => this.product(f, X), L => this.product(f, L), same);
+    }
+    if (op !== "mul") odd(`${op} isn't known`);
+    if (a.terms.length && b.terms.length) odd("a product of two unknowns");
+    const [x, B] = a.terms.length ? [a, b.X] : [b, a.X], front = x === b;
+    if (x.X.scalar && !B.scalar) return this.spread(x, B);
+    const by = X => front ? this.product(B, X) : this.product(X, B);
+    return B.scalar || front ? this.mapped(x, by, by, same) : this.mapped(x, by, same, by);
+  }
+
+  added(a, b) {
+    const [x, y] = a.X.scalar && !b.X.scalar && a.terms.length
+      ? [this.spread(a, this.unit(b.X.rows)), b]
+      : b.X.scalar && !a.X.scalar && b.terms.length ? [a, this.spread(b, this.unit(a.X.rows))]
+                                                    : [a, b];
+    return {X: this.sum(x.X, y.X), terms: [...x.terms, ...y.terms]};
+  }
+  mirrored({X, terms}) {
+    return {
+      X: this.turned(X),
+      terms:
+        terms.map(({of, flip, L, R}) => ({of, flip: !flip, L: this.turned(R), R: this.turned(L)}))
+    };
+  }
+  // An unknown number times a certain matrix, by its columns.
+  spread(x, B) {
+    const columns = Array.from({length: B.cols}, (_, j) => j);
+    const terms = x.terms.flatMap(t => columns.map(j => ({
+      ...t,
+      L: this.product(this.matrix(B.rows, 1, i => B.at[i * B.cols + j]), t.L),
+      R: this.product(
+        t.R, this.matrix(1, B.cols, (_, k) => j === k ? this.ring.one : this.ring.zero))
+    })));
+    return {X: this.product(x.X, B), terms};
+  }
+
+  block(rows) {
+    const nought = (i, j) => String(rows[i][j]) === "number,0", n = rows.length, m = rows[0].length;
+    if (rows.some(row => row.length !== m)) odd("the rows of a block matrix differ");
+    /** @type {any[][]} */
+    const e = rows.map(row => row.map(x => x[0] === "mirror" ? null : this.value(x)));
+    const zero = rows.map(
+      (row, i) => row.map((x, j) => x[0] === "mirror" ? j < i && nought(j, i) : nought(i, j)));
+    e.forEach((row, i) => row.forEach((x, j) => {
+      if (!x)
+        row[j] = j < i && e[j]?.[i] ? this.mirrored(e[j][i]) : odd("a mirror image of nothing");
+    }));
+    const high = Array(n).fill(0), wide = Array(m).fill(0);
+    const tell = (list, k,
+      size) => { list[k] = list[k] && list[k] !== size ? odd("blocks that don't fit") : size; };
+    e.forEach((row, i) => row.forEach(({X}, j) => {
+      if (!X.scalar) tell(high, i, X.rows), tell(wide, j, X.cols);
+    }));
+    for (let k = 0; k < n + m; k++)
+      e.forEach((row, i) => row.forEach(({X}, j) => {
+        if (X.scalar && !zero[i][j] && (high[i] || wide[j])) {
+          const size = high[i] || wide[j];
+          tell(high, i, size), tell(wide, j, size);
+        }
+      }));
+    let top = 0;
+    const h = high.map(x => x || 1), w = wide.map(x => x || 1), q = w.reduce((a, b) => a + b, 0);
+    const height = h.reduce((a, b) => a + b, 0), total = this.zeros(height, q), terms = [];
+    e.forEach((row, i) => {
+      let left = 0;
+      row.forEach((x, j) => {
+        if (!zero[i][j]) {
+          const {X, terms: inner} = !x.X.scalar ? x
+            : x.terms.length ? this.spread(x, this.unit(h[i]))
+                             : {X: this.scaled(x.X.at[0], this.unit(h[i])), terms: []};
+          const [r0, c0] = [top, left];
+          X.at.forEach(
+            (v, k) => { total.at[(r0 + Math.floor(k / X.cols)) * q + c0 + k % X.cols] = v; });
+          for (const t of inner)
+            terms.push({
+              ...t,
+              L: this.matrix(height, t.L.cols,
+                (k, l) =>
+                  k >= r0 && k < r0 + h[i] ? t.L.at[(k - r0) * t.L.cols + l] : this.ring.zero),
+              R: this.matrix(t.R.rows, q,
+                (k, l) => l >= c0 && l < c0 + w[j] ? t.R.at[k * w[j] + l - c0] : this.ring.zero)
+            });
+        }
+        left += w[j];
+      });
+      top += h[i];
+    });
+    return {X: total, terms};
+  }
+
+  // What a text says: [{name, mark, value}] of its statements, in order. sets: lists
+  // of words by name.
+  * statements(text, sets = {}) {
+    /** @type {any} */
+    let loop = null;
+    /** @type {any[]} */
+    const steps = [];
+    for (const line of text.split("\n")) {
+      const open = /^for (\w+(?:, \w+)*) in (\w+):/.exec(line);
+      if (open) steps.push((loop = {words: open[1].split(", "), of: open[2], body: []}));
+      else {
+        const step = parsedLine(line);
+        if (!/^\s/.test(line)) loop = null;
+        if (step) (loop ? loop.body : steps).push(step);
+      }
+    }
+    for (const step of steps) {
+      if (!step.body) yield* this.said(step, {});
+      else
+        for (const values of sets[step.of] ?? odd(`there is no set ${step.of}`))
+          for (const inner of step.body)
+            yield*
+              this.said(inner, Object.fromEntries(step.words.map((word, k) => [word, values[k]])));
+    }
+  }
+  * said({name, mark, x}, at) {
+    const called = text => text.split(".").map((word, k) => k && at[word] || word).join(".");
+    const renamed = x => !Array.isArray(x) ? x
+      : x[0] === "name"                    ? ["name", called(x[1])]
+                                           : x.map(renamed);
+    const value = this.value(renamed(x));
+    if (mark === "=") this.env[called(name)] = value;
+    else yield {name: called(name), mark, value};
+  }
+}

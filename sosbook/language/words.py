@@ -1,0 +1,80 @@
+"""What theorems say beside `block`, `eye` and `he`."""
+
+import numpy as np
+
+from .expression import block, eye
+from .traced import Size, Traced
+
+__all__ = ["kron", "named", "pick", "tr"]
+
+
+def kron(factors, x):
+    """The Kronecker product of a small matrix of numbers and a matrix.
+
+    Parameters
+    ----------
+    factors : (k, l) array, list of lists of scalars, or a scalar
+        The numbers.
+    x : matrix-like
+        Of any kind that the theorems can be read in.
+
+    Examples
+    --------
+    >>> kron([[0, 1], [2, 0]], np.array([[5]]))
+    array([[ 0,  5],
+           [10,  0]])
+    """
+    if not isinstance(factors, list) and np.ndim(factors) == 0:
+        return factors * x
+    if isinstance(x, Traced):
+        return x.times_each(factors)
+    return block([[f * x for f in row] for row in factors])
+
+
+def tr(x):
+    """The trace of a matrix, as a 1 x 1 matrix.
+
+    Parameters
+    ----------
+    x : (k, k) matrix-like
+        Of any kind that the theorems can be read in.
+
+    Examples
+    --------
+    >>> tr(np.array([[1, 5], [5, 2]]))
+    array([[3]])
+    """
+    if isinstance(x, Traced):
+        return x.word("tr")
+    first, *others = (e[None] @ x @ e[:, None] for e in eye(x.shape[0]))
+    return sum(others, first)
+
+
+def pick(k, parts, size):
+    """The matrix that picks the k-th of some parts of a long vector, counted from 0.
+
+    Parameters
+    ----------
+    k, parts, size : int
+        Which part, how many there are, and how many entries each has.
+
+    Examples
+    --------
+    >>> pick(1, 2, 2)
+    array([[0, 0, 1, 0],
+           [0, 0, 0, 1]])
+    """
+    if isinstance(size, Size):
+        return size.pick(k, parts)
+    return np.eye(parts * size, dtype=int)[k * size : (k + 1) * size]
+
+
+def named(name, x):
+    """A matrix x itself, which the text of a theorem calls by a ``name`` of its own.
+
+    Examples
+    --------
+    >>> named("q", np.eye(1))
+    array([[1.]])
+    """
+    return x.named(name) if isinstance(x, Traced) else x
