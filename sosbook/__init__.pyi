@@ -10,6 +10,7 @@ from .plants.descriptor_system import DescriptorSystem
 from .plants.response import Response
 from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
 from .plants.signals import Sine, Step, Steps
+from .plants.uncertain import Uncertain
 from .requirements.cost import QuadraticCost
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
@@ -54,6 +55,7 @@ __all__ = [
     "Sine",
     "Step",
     "Steps",
+    "Uncertain",
     "admissible_U",
     "analyse_delay",
     "analyse_loop",

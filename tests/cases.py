@@ -37,6 +37,26 @@ def random_plant(rng, n, m, p=1, vertices=1, spread=0.0):
     return found[0] if vertices == 1 else sos.Polytope(found)
 
 
+def falling_plant(seed, count=1):
+    """A plant that falls over, or a polytope, of one or two degrees of freedom."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 3))
+    m = int(rng.integers(1, n + 1))
+
+    def spd(low):
+        root = rng.standard_normal((n, n))
+        return low * np.eye(n) + 0.3 * root @ root.T
+
+    M, D, S = spd(1.0), 0.1 * spd(1.0), -spd(0.5)  # it falls over
+    B = np.eye(n)[:, :m] + 0.3 * rng.standard_normal((n, m))
+    F = rng.standard_normal((n, 1))
+    vertices = [
+        sos.SecondOrderSystem(M * (1 + 0.1 * k), D, S * (1 + 0.05 * k), B, F)
+        for k in range(count)
+    ]
+    return vertices[0] if count == 1 else sos.Polytope(vertices)
+
+
 def random_request(seed):
     """Keyword arguments of `design_pid`, of every kind."""
     rng = np.random.default_rng(seed)
@@ -85,3 +105,8 @@ def random_cost_request(seed):
     if "gamma" in asked and seed % 4 == 0:
         asked["mu"] = 10 ** rng.uniform(-1, 1)
     return asked
+
+
+def close(K, wanted, tolerance=1e-6):
+    """Whether the entries differ by so much of the largest one."""
+    return np.abs(K - wanted).max() <= tolerance * np.abs(wanted).max()

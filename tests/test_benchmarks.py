@@ -5,7 +5,6 @@ import math
 from pathlib import Path
 
 import flint
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -18,9 +17,9 @@ from benchmarks.cones import compiled
 from benchmarks.foreign import foreign
 from benchmarks.lqr import pendulum
 from benchmarks.questions import Lqr, NoAnswer, Pid, right
-from benchmarks.records import FIELDS, record
+from benchmarks.records import FIELDS
 from benchmarks.robustness import SYSTEMS, asked_in_units
-from benchmarks.truth import broken, loop, poles
+from benchmarks.truth import broken, poles
 from sosbook.book.plots import profiles
 
 HOME = Path(run.__file__).parent
@@ -124,20 +123,6 @@ def test_a_profile_by_hand():
     assert profiles.speedup(seconds, 8, "x") is None
     assert profiles.uphill({2: 1.0, 3: 3.0, 5: 2.0}) == (1.5, 3, 5)
     assert profiles.power({10: 2.0, 100: 200.0}, 10, 100) == pytest.approx(2)
-
-
-def test_a_profile_as_steps():
-    _, ax = plt.subplots()
-    profiles.curves(ax, {"sosbook": [1.0, 4.0], "scs": [2.0, math.inf]}, most=10.0)
-    ours, theirs = (dict(zip(*line.get_data())) for line in ax.get_lines())
-    assert ours == {1.0: 0.5, 4.0: 1.0, 10.0: 1.0}
-    assert theirs == {1.0: 0.0, 2.0: 0.5, 10.0: 0.5}
-    plt.close()
-
-
-def test_who_is_missing_has_not_solved_it():
-    found = profiles.ratios({1: {"a": 1.0}, 2: {"a": 2.0, "b": 1.0}})
-    assert found == {"a": [1.0, 2.0], "b": [math.inf, 1.0]}
 
 
 class Failing(Competitor):
@@ -258,12 +243,6 @@ def test_the_staircase_is_the_map():
     assert maps.naive(requests[0][0]) and not maps.naive(requests[-1][-1])
 
 
-def test_records_have_the_fields_and_no_others():
-    assert set(record(case="one")) == set(FIELDS)
-    with pytest.raises(ValueError, match="colour"):
-        record(colour="red")
-
-
 @pytest.mark.slow
 def test_the_quick_run_is_a_document(tmp_path):
     found = run.measure(["free chain"], ["sosbook", "clarabel"], quick=True)
@@ -329,17 +308,6 @@ def test_foreign_plants_are_answered_in_all_units(name):
     assert broken(plant, asked, -design.K)
     there, other = asked_in_units(plant, asked, *SYSTEMS["uN, mm, ms"])
     assert sos.design_pid(there, **other).status == "feasible"
-
-
-def test_a_loop_is_written_down_twice():
-    """The poles of `benchmarks.truth` are those of the package."""
-    plant, asked = foreign()["quadrotor"]
-    K = sos.design_pid(plant, **asked).K
-    A, _ = loop([getattr(plant, name) for name in "MDSBF"], K, asked["U"])
-    found = np.array([complex(s.mid()) for s in poles(A)])
-    wanted = sos.analyse_pid(plant, K, asked["U"]).poles()
-    for s in wanted:
-        assert abs(found - s).min() < 1e-9 * abs(s)
 
 
 def test_poles_far_apart_have_finite_balls():

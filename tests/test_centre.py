@@ -8,7 +8,6 @@ import sosbook as sos
 from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.cones import cvxpy_constraints
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
@@ -247,15 +246,6 @@ def test_an_idle_variable_does_no_harm():
     x, idle = Unknown("x", 1), Unknown("idle", 1)
     blocks = Blocks.of([x + eye(1), eye(1) - x], [x, idle])
     assert abs(centre(blocks, np.array([0.5, 0.0]))[0]) < 1e-9
-
-
-def test_cvxpy_constraints_hold_the_design():
-    ex = sos.thesis.example_1()
-    d = sos.design_pid(ex.plant, **ex.requirements)
-    constraints, P, Y = cvxpy_constraints(d.request)
-    P.value, Y.value = d.P, d.Y
-    assert len(constraints) == len(d.margins)
-    assert all(c.violation() == 0 for c in constraints)
 
 
 def test_phase_one_starts_inside_its_ball():

@@ -62,19 +62,6 @@ def test_the_example_is_designed_verified_and_checked(tmp_path):
     assert done.returncode == 2 and "checksum" in done.stderr
 
 
-@pytest.mark.slow
-def test_it_needs_no_pictures_and_no_widgets():
-    code = (
-        "import sys; from sosbook.proofs.command import main; "
-        "print([m for m in ('matplotlib', 'ipywidgets', 'IPython', 'control', 'cvxpy')"
-        " if m in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True
-    )
-    assert done.stdout.strip() == "[]"
-
-
 def plant_file(tmp_path, **changes):
     data = json.loads(EXAMPLE.read_text("utf-8")) | changes
     data = {key: value for key, value in data.items() if value is not ...}

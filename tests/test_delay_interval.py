@@ -14,13 +14,11 @@ from sosbook.delay import (
     analyse_delay,
     largest,
     simulate_delay,
-    slowest_decay,
 )
 from sosbook.theorems import Times, interval_decay, interval_kernel
 
 SCALAR = DelayedLoop([[0]], [[-1]])
 MASSES = sos.thesis.delay_example_2()
-WING = sos.thesis.delay_example_1(published=True)
 
 
 def jensen(A, Ad, h1, h2, values):
@@ -166,16 +164,6 @@ def test_the_two_masses_beyond_the_wall():
         MASSES.plant, MASSES.K, MASSES.U, 0.4, 0.39, method="legendre"
     )
     assert coarse.status != "feasible"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("order, value", [(0, 0.07), (1, 0.076)])
-def test_the_wing(order, value):
-    asked = dict(K=WING.K, U=WING.U, tau=0.2, method="interval", order=order)
-    assert analyse_delay(WING.plant, mu=value, **asked).certify().proven
-    A = DelayRequest(WING.plant, WING.U, 0.2).vertices[0].state_space()
-    rate, _ = slowest_decay(A[0], A[1] @ WING.K, 0.2 - value, 0.2 + value)
-    assert rate > 0
 
 
 def test_order_1_proves_what_order_0_proves():

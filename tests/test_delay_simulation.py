@@ -1,4 +1,4 @@
-"""Loops with a late input against series, collocation and ODE solvers."""
+"""Loops with a late input against series and ODE solvers."""
 
 from dataclasses import dataclass
 from math import factorial
@@ -55,53 +55,6 @@ def scalar(a, b):
     return Descriptor(one, a * one, b * one, np.zeros((1, 0)), one)
 
 
-def collocate(edges, delay, x0, before, degree=20):
-    """Chebyshev collocation, piece by piece, for smooth delays.
-
-    Times, states, and a function of both. Within a piece all unknowns,
-    the late ones among them, come from one linear system.
-    """
-    N, pieces = len(x0), []
-    grid = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
-    signs = (-1.0) ** np.arange(degree + 1)
-    signs[[0, -1]] /= 2
-
-    def row(s):
-        """Barycentric weights that give the value at s in [0, 1]."""
-        gap = s - grid
-        if np.abs(gap).min() < 1e-14:
-            return (np.abs(gap) == np.abs(gap).min()).astype(float)
-        return signs / gap / (signs / gap).sum()
-
-    gap = grid[:, None] - grid + np.eye(degree + 1)
-    slope = signs / signs[:, None] / gap
-    slope -= np.diag(slope.sum(1))
-    for a, b in zip(edges, edges[1:]):
-        size = b - a
-        system = np.kron(slope / size, np.eye(N)) - np.kron(np.eye(degree + 1), A)
-        right = np.tile(C, degree + 1)
-        for i, s in enumerate(a + size * grid):
-            asked, here = s - delay(s), slice(i * N, (i + 1) * N)
-            middle = (a + b) / 2
-            if middle - delay(middle) < 0:
-                right[here] += B * before(asked)
-            elif asked >= a:
-                system[here] -= np.kron(row((asked - a) / size), np.outer(B, K[0]))
-                right[here] -= B * (K[0, :2] @ R)
-            else:
-                start, end, x = next(p for p in pieces if asked <= p[1] + 1e-12)
-                late = row((asked - start) / (end - start)) @ x
-                right[here] += B * controller(late)
-        system[:N] = np.eye(N, N * (degree + 1))
-        right[:N] = x0
-        x = np.linalg.solve(system, right).reshape(degree + 1, N)
-        pieces.append((a, b, x))
-        x0 = x[-1]
-    t = np.concatenate([a + (b - a) * grid[:-1] for a, b, _ in pieces])
-    x = np.concatenate([x[:-1] for *_, x in pieces])
-    return t, x.T
-
-
 def integrate(edges, delays, x0):
     """Dormand and Prince from edge to edge, d by pieces, u = 0 before 0.
 
@@ -138,42 +91,6 @@ def cut(edges, longest):
         ]
         + [edges[-1:]]
     )
-
-
-def test_constant_delay_against_collocation():
-    tau = 0.4
-    t, x = collocate(tau * np.arange(26), lambda s: tau, X0, lambda s: 0.0)
-    answer = simulate_delay(LOOP, K, t, ConstantDelay(tau), r=R, x0=X0)
-    assert np.abs(answer.x - x).max() < 1e-8
-    errors = np.array(
-        [
-            np.abs(
-                simulate_delay(
-                    LOOP, K, [0, 0.05, t[-1]], ConstantDelay(tau), r=R, x0=X0, step=h
-                ).x[:, -1]
-                - x[:, -1]
-            ).max()
-            for h in (0.2, 0.1, 0.05)
-        ]
-    )
-    assert errors[-1] < 1e-5
-    assert (errors[:-1] / errors[1:] > 12).all()  # order four: 16
-
-
-def test_what_the_controller_did_before_the_start():
-    def history(s):
-        assert s <= 0
-        return np.array([np.cos(2 * s), s, np.exp(s), 0.3, -s])
-
-    tau = 0.4
-    t, x = collocate(
-        tau * np.arange(8), lambda s: tau, history(0), lambda s: K[0] @ history(s)
-    )
-    answer = simulate_delay(LOOP, K, t, ConstantDelay(tau), r=R, history=history)
-    assert np.abs(answer.x - x).max() < 1e-9
-    early = t < tau - 1e-9
-    asked = np.array([K[0] @ history(s - tau) for s in t[early]])
-    assert np.allclose(answer.applied[0, early], asked, atol=1e-13)
 
 
 def test_polynomials_by_the_method_of_steps():
@@ -273,6 +190,7 @@ def test_sawtooth_is_sample_and_hold(low, high):
     [
         (0.2, 0.6, 3.0, 0.0),  # t - d(t) grows
         (0.2, 0.6, 9.0, 0.7),  # it doesn't always: d' > 1
+        (0.4, 0.4, 3.0, 0.0),  # constant
     ],
 )
 def test_sine_delay_against_an_ode_solver(low, high, omega, phase):

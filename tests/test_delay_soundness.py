@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.delay import (
@@ -196,45 +195,6 @@ def test_no_constant_delay_refutes_a_proof(seed, method):
     assert d.status == "feasible"
     assert d.certify().proven
     assert d.slowest_decay()[0] > d.request.delta
-
-
-def multipliers(A, Ad, low, period):
-    """Of the sampled loop: x and the samples on their way.
-
-    The input K x(k T) acts from low + k T on, for T seconds.
-    """
-    N, q = len(A), int(low / period)
-    first = low - q * period
-    joined = np.zeros((2 * N, 2 * N))
-    joined[:N, :N], joined[:N, N:] = A, Ad
-
-    def flow(h):
-        found = expm(h * joined)
-        return found[:N, :N], found[:N, N:]
-
-    (X1, G1), (X2, G2) = flow(first), flow(period - first)
-    size = (q + 2) * N
-    step = np.zeros((size, size))
-    step[:N, :N] = X2 @ X1
-    # the sample of q + 1 periods ago, then the one of q periods ago
-    step[:N, (q + 1) * N : (q + 2) * N] += X2 @ G1
-    step[:N, q * N : (q + 1) * N] += G2
-    step[N:, :-N] = np.eye(size - N)
-    return np.linalg.eigvals(step)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["functional", "shift"])
-@pytest.mark.parametrize("seed", SEEDS)
-def test_no_sampled_loop_refutes_a_proof(seed, method):
-    """The sawtooth delay on its interval, by its exact multipliers."""
-    d = near_the_limit(seed, method)
-    tau, mu = d.request.tau, d.request.mu
-    for period in (2 * mu, mu, mu / 3):
-        if period:
-            ((A, Ad),) = loops(d)
-            found = multipliers(A, Ad, tau + mu - period, period)
-            assert np.abs(found).max() < np.exp(-d.request.delta * period)
 
 
 @pytest.mark.slow

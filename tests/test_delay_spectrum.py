@@ -18,8 +18,6 @@ from sosbook.delay import (
 )
 from sosbook.plants.descriptor import descriptors
 
-BENCHMARK = np.diag([-2, -0.9]), np.array([[-1, 0], [-1, -1]])
-
 
 def wing(D12, S22):
     """The wing in an airflow, (3.5), with two entries open."""
@@ -279,15 +277,6 @@ def test_margin_of_first_order(a, b):
     else:
         wanted = np.arccos(-a / b) / np.sqrt(b**2 - a**2)
         assert margin == pytest.approx(wanted, rel=1e-9)
-
-
-def test_the_standard_benchmark():
-    """Its slow mode is s + 0.9 + exp(-s h)."""
-    wanted = np.arccos(-0.9) / np.sqrt(1 - 0.9**2)
-    assert delay_margin(*BENCHMARK) == pytest.approx(wanted, rel=1e-12)
-    assert round(wanted, 3) == 6.173
-    ((low, high),) = stable_delays(*BENCHMARK, longest=100)
-    assert (low, high) == (0, delay_margin(*BENCHMARK))
 
 
 def test_a_window_that_does_not_begin_at_zero():

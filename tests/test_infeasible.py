@@ -1,7 +1,5 @@
 """Requests that no gain fulfils: exact proof and useful advice."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 from flint import fmpq, fmpq_mat
@@ -13,7 +11,7 @@ from sosbook.proofs.check import check
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.blocks import Blocks
 from sosbook.studies.maps import edge, feasibility_map
-from sosbook.synthesis import centre, cutting, objectives
+from sosbook.synthesis import objectives
 from sosbook.synthesis.feasibility import closer
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -148,15 +146,6 @@ def test_a_hull_that_holds_a_plant_without_mass():
     )
     d = sos.design_pid(plants)
     assert d.status == "infeasible" and d.infeasibility.proven
-
-
-def test_contradicting_regions():
-    """Two half-planes that share a name are both kept."""
-    strip = sos.LMIRegion.half_plane(1) & sos.LMIRegion(
-        [[1]], [[-1]], "half-plane"
-    )  # Re s > 0.5
-    d = sos.design_pid(mass(), region=strip)
-    assert d.status == "infeasible"
 
 
 @pytest.mark.parametrize("mass", [1.0, 2.0, 0.5])
@@ -332,49 +321,6 @@ def test_a_map_and_an_edge_that_time_cuts_short():
     assert (found.status == "undecided").all()
     side = edge("rho", ex.plant, **asked, time_limit=1e-6)
     assert side.feasible is None and side.reason == "stopped after 1e-06 s"
-
-
-@pytest.mark.slow
-def test_many_pairs_are_cut_with_and_without_an_objective():
-    """2^4 vertices, uncertain masses: the answer covers every pair."""
-    plants = corners(4)
-    asked = dict(region=sos.PoleRegion(sigma=0.1, rho=20))
-    d = sos.design_pid(plants, gamma=8, **asked)
-    assert d.status == "feasible" and min(d.margins.values()) > 0
-    assert len(d.request.pairs) > 90
-    best = sos.design_pid(plants, minimize="gamma", **asked)
-    assert best.status == "feasible" and best.gamma <= 8
-    assert best.hinf(samples=20) < best.gamma
-    assert asked["region"].contains(best.poles(samples=20))
-    # the same optimum without cuts
-    whole = sos.design_pid(corners(3), minimize="gamma", **asked)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cutting, "CUTTING_PLANE_ABOVE_PAIRS", 3)
-        patch.setattr(centre, "CENTRE_UP_TO_PAIRS", 3)
-        cut = sos.design_pid(corners(3), minimize="gamma", **asked)
-    assert cut.gamma == whole.gamma and min(cut.margins.values()) > 0
-
-
-def corners(k):
-    """2^k plants of two masses with k uncertain numbers."""
-    moves = [
-        ("M", [[0.1, 0], [0, 0.05]]),  # of both masses: the vertices don't suffice
-        ("M", [[0, 0], [0, 0.2]]),
-        ("D", [[0.1, 0], [0, 0]]),
-        ("S", [[0.3, 0], [0, 0]]),
-        ("S", [[0, 0], [0, 0.3]]),
-    ][:k]
-    plants = []
-    for signs in product((-1, 1), repeat=k):
-        parts = dict(
-            M=np.diag([1.0, 2]),
-            D=np.array([[0.4, -0.1], [-0.1, 0.5]]),
-            S=np.array([[3.0, -1], [-1, 2]]),
-        )
-        for sign, (name, change) in zip(signs, moves):
-            parts[name] = parts[name] + sign * np.array(change)
-        plants.append(sos.SecondOrderSystem(**parts, B=[[1], [0]], F=[[0], [1]]))
-    return sos.Polytope(plants)
 
 
 @pytest.mark.parametrize(

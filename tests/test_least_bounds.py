@@ -6,8 +6,8 @@ import pytest
 import sosbook as sos
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import objectives
+from tests.cases import falling_plant
 from tests.random_plants import ODD_POWERS, as_units
-from tests.test_same_physics import random_plant
 
 ONE = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])  # stable
 FALLS = sos.SecondOrderSystem([[1]], [[1]], [[-1]], [[1]], [[1]])
@@ -161,7 +161,7 @@ def test_both_sides_are_known_where_the_search_gives_up(no_search, name, couplin
 @pytest.mark.parametrize("seed", range(8))
 def test_random_minima_are_answers(seed):
     """No plant makes a ValueError of a request that is well posed."""
-    plant = random_plant(seed, 1 + seed % 2)
+    plant = falling_plant(seed, 1 + seed % 2)
     N = 2 * plant.n
     x0 = np.random.default_rng(seed).standard_normal(N)
     for asked in (
@@ -181,7 +181,7 @@ UNSTABLE = sos.SecondOrderSystem(
 )
 
 
-@pytest.mark.parametrize("plant", [UNSTABLE, random_plant(3, 2)])
+@pytest.mark.parametrize("plant", [UNSTABLE, falling_plant(3, 2)])
 @pytest.mark.parametrize(
     "powers", [ODD_POWERS, (-6, -9, 6, 0, 0), (6, 9, -6, 3, 0), (5, -8, 7, -4, 0)]
 )

@@ -18,7 +18,7 @@ from nbformat.sign import NotebookNotary
 
 import sosbook as sos
 from sosbook.book.notebooks import BOOK
-from tests.test_page_elements import stored
+from tests.test_page_elements import FIRST, TAGS
 
 pytestmark = pytest.mark.live
 TOKEN = "sosbook"
@@ -31,9 +31,6 @@ def redesign(sigma, theta, rho):
     return sos.design_pid(robot.plant, robot.U, region=region)
 sos.widgets.sliders(
     redesign, sigma=(0, 0.7, 3), rho=(1, 5, 10), theta=np.radians([5, 45, 90]))"""
-ATLAS = """\
-sos.atlas.design_atlas(
-    robot.plant, robot.U, sigma=[0.3, 0.5], rho=[4, 6])"""
 EXPLORER = """\
 import numpy as np
 import sosbook as sos
@@ -48,9 +45,6 @@ from pathlib import Path
 from IPython.display import HTML, display
 for path in sorted(Path("shelf").glob("*.html")):
     display(HTML(path.read_text("utf8")))"""
-KINDS = {}  # the first stored element of each kind
-for _, text in stored():
-    KINDS.setdefault(re.match(r"<(sos-\w+)", text)[1], text)
 CHAPTER = "04_lmi_regions.ipynb"
 PICTURE = ".jp-OutputArea-output .sos-result"
 
@@ -63,36 +57,26 @@ def lab(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("lab")
     kernel = {"name": "python3", "display_name": "Python", "language": "python"}
-    program, atlas = map(nbformat.v4.new_code_cell, (PROGRAM, ATLAS))
-    nbformat.write(
-        nbformat.v4.new_notebook(
-            cells=[program, atlas], metadata={"kernelspec": kernel}
-        ),
-        folder / "live.ipynb",
-    )
-    for name, cells in {
+    notebooks = {
+        "live": [PROGRAM],
         "pages": [EXPLORER, "sos.widgets.live(explorer)"],
         "kinds": [SHELF],
-    }.items():
+        "stranger": ["1"],
+    }
+    for name, cells in notebooks.items():
+        made = [nbformat.v4.new_code_cell(c) for c in cells]
+        if name == "stranger":
+            shown = {"text/html": FIRST["sos-atlas"]}
+            made[0].outputs = [
+                nbformat.v4.new_output("execute_result", shown, execution_count=1)
+            ]
         nbformat.write(
-            nbformat.v4.new_notebook(
-                cells=[nbformat.v4.new_code_cell(c) for c in cells],
-                metadata={"kernelspec": kernel},
-            ),
+            nbformat.v4.new_notebook(cells=made, metadata={"kernelspec": kernel}),
             folder / f"{name}.ipynb",
         )
     (folder / "shelf").mkdir()
-    for tag, text in KINDS.items():
+    for tag, text in FIRST.items():
         (folder / "shelf" / f"{tag}.html").write_text(text, "utf8")
-    atlas.outputs = [
-        nbformat.v4.new_output(
-            "execute_result", {"text/html": _stored_atlas()}, execution_count=1
-        )
-    ]
-    nbformat.write(
-        nbformat.v4.new_notebook(cells=[atlas], metadata={"kernelspec": kernel}),
-        folder / "stranger.ipynb",
-    )
     if (chapter := BOOK / CHAPTER).exists():
         notebook = nbformat.read(chapter, as_version=4)
         nbformat.write(notebook, folder / CHAPTER)
@@ -142,11 +126,6 @@ def _widgets_home():
     found = [str(home) for home in homes if (home / manager).is_dir()]
     assert found, f"jupyterlab_widgets has no extension of Lab above {parents[0]}"
     return found[0]
-
-
-def _stored_atlas():
-    robot = sos.thesis.example_1()
-    return sos.atlas.design_atlas(robot.plant, robot.U, sigma=[0.3, 0.5], rho=6.0).html
 
 
 def _wait(address, server):
@@ -315,7 +294,7 @@ def test_the_package_s_explorer_moves_by_key_and_proves(elements):
     element.get_by_text("Proven").wait_for()
 
 
-@pytest.mark.parametrize("tag", sorted(KINDS))
+@pytest.mark.parametrize("tag", TAGS)
 def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
     element = kinds.locator(tag).first
     element.wait_for()
@@ -339,16 +318,6 @@ def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
         ".innerText !== old",
         arg=[tag, before],
     )
-
-
-def test_the_atlas_works_in_the_notebook(page):
-    slider = page.get_by_label("Decay rate σ")
-    slider.scroll_into_view_if_needed()
-    readout = page.locator("sos-atlas .sos-readout")
-    assert readout.inner_text().startswith("Feasible for σ = 0.5 s⁻¹")
-    slider.focus()
-    slider.press("ArrowLeft")
-    assert readout.inner_text().startswith("Feasible for σ = 0.3 s⁻¹")
 
 
 def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):

@@ -165,15 +165,6 @@ def test_cost_is_a_requirement_among_others():
     assert alone.status == "feasible" and alone.certify().proven
 
 
-def test_a_bound_below_the_optimum_is_refused_with_proof():
-    plant = sos.thesis.example_1().plant
-    least = riccati(plant, np.eye(4), np.eye(2))[1]
-    cost = sos.QuadraticCost(np.eye(4), np.eye(2), bound=0.99 * least)
-    refused = sos.design_pid(plant, cost=cost)
-    assert refused.status == "infeasible"
-    assert refused.infeasibility.proven
-
-
 def test_a_given_gain_has_its_true_cost_as_least_bound():
     ex = sos.thesis.example_1()
     given_ = sos.analyse_pid(
@@ -255,22 +246,6 @@ def test_a_cost_without_bound_needs_an_objective():
         sos.design_pid(plant, cost=cost)
     with pytest.raises(ValueError, match="without a bound"):
         sos.design_pid(plant, minimize="cost")
-
-
-def test_a_loop_with_a_filter_is_certified_over_a_polytope():
-    """`analyse_loop` on what `analyse_pid` doesn't describe."""
-    lag = 0.05
-    E, A = [], []
-    for mass in (1.0, 1.3):
-        E.append(np.diag([1, mass, lag]))
-        A.append([[0, 1, 0], [-1, -0.5, 1], [-2, -1.5, -1]])
-    found = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=0.3))
-    assert found.certify().proven
-    for s in np.linspace(0, 1, 9):
-        between = np.linalg.solve(s * E[0] + (1 - s) * E[1], np.array(A[0], float))
-        assert np.linalg.eigvals(between).real.max() < -0.3
-    slow = sos.analyse_loop(E, A, region=sos.PoleRegion(sigma=5))
-    assert slow.status == "infeasible"
 
 
 def test_costs_are_infinite_where_the_loop_is_unstable():

@@ -8,15 +8,15 @@ from sosbook.requirements.cost import noise_input
 from sosbook.requirements.magnitudes import Magnitudes
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests.cases import falling_plant
 from tests.random_plants import ODD_POWERS, as_units
-from tests.test_same_physics import random_plant
 
 POWERS = [(0,) * 5, ODD_POWERS, (3, 6, -4, 5, 0), (-6, -9, 2, -5, 0)]
 
 
 def request(seed, powers, name):
     """A random plant in other units, and one requirement of it."""
-    plant = random_plant(seed, 2)
+    plant = falling_plant(seed, 2)
     there = as_units(plant, powers, 0)
     x0 = np.random.default_rng(seed).standard_normal(2 * plant.n)
     asked = {"gamma": {"gamma": 2.0}, "u_max": {"saturation": sos.Saturation(3.0, x0)}}[
@@ -47,7 +47,7 @@ def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, n
 
 @pytest.mark.parametrize("noise", ["F", "states"])
 def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
-    plant = random_plant(1)
+    plant = falling_plant(1)
     N = 2 * plant.n
     cost = sos.QuadraticCost(np.eye(N), np.eye(plant.m), noise, bound=1.0)
     for powers in POWERS:
@@ -60,7 +60,7 @@ def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
 
 
 def test_what_nothing_bounds_is_zero():
-    asked = Request(random_plant(2), region=sos.PoleRegion(sigma=0.3))
+    asked = Request(falling_plant(2), region=sos.PoleRegion(sigma=0.3))
     (region,) = asked.requirements
     found = Magnitudes(region, asked, Frame.of(asked))
     assert (found.P, found.own, found.level) == (0.0, 0.0, 0.0)

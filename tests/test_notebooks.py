@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import nbformat
 import nbformat.v4 as v4
 import pytest
 
@@ -16,6 +17,7 @@ FILES = sorted((ROOT / "book").glob("*.ipynb"))
 def test_notebook_is_fit_for_the_book(path):
     notebook = notebooks.read(path)
     assert notebooks.problems(notebook) == []
+    nbformat.validate(notebook)
     assert notebooks.text(notebooks.canonical(notebook)) == path.read_text("utf-8")
 
 

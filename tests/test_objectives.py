@@ -81,20 +81,6 @@ def test_bad_objectives(robot, more, words):
         sos.design_pid(robot.plant, U=robot.U, **more)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [1, 2, 3])
-@pytest.mark.parametrize("factor", [0.95, 1.02, 3.0])
-def test_a_warm_start_changes_nothing(number, factor):
-    example = getattr(sos.thesis, f"example_{number}")()
-    first = sos.design_pid(example.plant, **example.requirements)
-    limit = sos.Saturation(factor * example.saturation.u_max, example.saturation.x0)
-    asked = dict(example.requirements, saturation=limit)
-    cold = sos.design_pid(example.plant, **asked)
-    warm = sos.design_pid(example.plant, **asked, start=first)
-    assert warm.status == cold.status
-    assert_allclose(warm.K, cold.K, rtol=1e-8)
-
-
 def test_a_warm_start_of_what_is_infeasible_is_the_cold_answer(robot):
     first = sos.design_pid(robot.plant, **robot.requirements)
     asked = dict(robot.requirements, gamma=0.1)
@@ -142,19 +128,3 @@ def test_a_cutting_plane_over_vertices_changes_nothing(monkeypatch):
     assert len(found.margins) == len(wanted.margins)
     assert_allclose(found.K, wanted.K, rtol=1e-6)
     assert found.hinf(samples=20) < 0.5
-
-
-@pytest.mark.slow
-def test_many_vertices_that_ask_too_much():
-    plant, asked = many(1e-3)
-    d = sos.design_pid(plant, **asked)
-    assert d.status == "infeasible"
-    assert d.infeasibility is not None
-
-
-def test_the_constraints_for_other_solvers(robot):
-    d = sos.design_pid(robot.plant, **robot.requirements)
-    constraints, P, Y = d.to_cvxpy()
-    P.value, Y.value = d.P, d.Y
-    assert len(constraints) == len(d.margins)
-    assert all(c.violation() == 0 for c in constraints)

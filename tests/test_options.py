@@ -18,8 +18,8 @@ import pytest
 from numpydoc.docscrape import FunctionDoc
 
 import sosbook as sos
+from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
-from sosbook.book.elements.movers.regulator import regulator
 from sosbook.book.largest_margin import delay_margin
 from sosbook.book.reproduction.observer import controller
 from sosbook.delay import DelayedLoop

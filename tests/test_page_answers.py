@@ -13,7 +13,7 @@ import pytest
 from sosbook.book.elements.scripts import script
 from sosbook.book.notebooks import BOOK
 from tests.elements import write_page
-from tests.test_page_elements import stored
+from tests.test_page_elements import FIRST, TAGS, stored
 
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
@@ -180,10 +180,9 @@ def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
 
 
 WORDS = ["1,5", "-9e9", "0x1", "", "x", "1e999", "<b>"]
-FIRST = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in reversed([*stored()])}
 
 
-@pytest.mark.parametrize("tag", sorted(FIRST.keys() - {"sos-robot"}))
+@pytest.mark.parametrize("tag", TAGS)
 def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
     """Nothing of it is taken for a number or brought into a range in silence."""
     sheet = write_page(tmp_path / "sheet.html", FIRST[tag])

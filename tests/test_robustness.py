@@ -189,22 +189,6 @@ def test_beam():
         plants.beam(0)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_a_beam_is_designed(n):
-    plant, asked = plants.beam(n)
-    d = sos.design_pid(plant, **asked)
-    assert d.status == "feasible"
-    assert d.certify().proven
-
-
-@pytest.mark.parametrize("name", plants.public())
-def test_public_plants(name):
-    plant, asked = plants.public()[name]
-    d = sos.design_pid(plant, **asked)
-    assert d.status == "feasible"
-    assert d.certify().proven
-
-
 def test_the_bicycle_balances_itself_where_it_should():
     """Stable between 4.292 and 6.024 m/s (Meijaard et al., 2007)."""
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from tests.test_same_physics import close, random_plant
+from tests.cases import close, falling_plant
 
 SIGMA, THETA, RHO = 0.3, 1.2, 40.0
 make = sos.LMIRegion
@@ -63,7 +63,7 @@ def _matrices(part):
 
 
 def one(count=1):
-    return random_plant(3, count)
+    return falling_plant(3, count)
 
 
 def designed(region, **more):

@@ -1,6 +1,5 @@
 """The commands: what they call, on this system and on others, and in CI."""
 
-import os
 import re
 import subprocess
 import sys
@@ -49,14 +48,6 @@ def test_the_commands_need_nothing_but_python():
         check=False,
     )
     assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
-
-
-@pytest.mark.parametrize(
-    "system, path", [("nt", ("Scripts", "python.exe")), ("posix", ("bin", "python"))]
-)
-def test_the_interpreter_lies_where_each_system_puts_it(system, path):
-    assert tasks.interpreter(system).relative_to(tasks.VENV).parts == path
-    assert tasks.PYTHON == tasks.interpreter(os.name)
 
 
 COLLECT_TWICE = """
@@ -148,11 +139,6 @@ def test_a_book_that_does_not_build_fails_the_tests(
         conftest.wait_for(tmp_path / "book.status")
 
 
-def test_a_build_that_never_ends_is_not_awaited_for_ever(tmp_path):
-    with pytest.raises(AssertionError, match="not built in time"):
-        conftest.wait_for(tmp_path / "book.status", seconds=0)
-
-
 class Item:
     """What the hook sees of a test."""
 
@@ -179,45 +165,7 @@ def test_kinds_are_marked_and_files_with_a_browser_are_last(pytestconfig):
     assert cell.marks == {"timeout": (conftest.CELL,)}
 
 
-def test_processes_run_one_thread_and_speak_utf_8(monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    program = (
-        "import os, sys; sys.exit(not (os.environ['OMP_NUM_THREADS'] == '1'"
-        " and sys.flags.utf8_mode and os.environ['WORD'] == 'x'))"
-    )
-    assert tasks.call(sys.executable, "-c", program, WORD="x") == 0
-    assert tasks.call(sys.executable, "-c", "raise SystemExit(3)") == 3
-
-
-def test_what_is_compiled_once_is_kept_outside_the_sources(monkeypatch, tmp_path):
-    monkeypatch.setattr(tasks, "BYTECODE", tmp_path / "bytecode")
-    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
-    (tmp_path / "module.py").write_text("x = 1", "utf-8")
-    words, path = (sys.executable, "-c", "import module"), str(tmp_path)
-    assert tasks.call(*words, PYTHONPATH=path) == 0
-    assert [p.name for p in tmp_path.iterdir() if p.name != "bytecode"] == ["module.py"]
-    assert len([*(tmp_path / "bytecode").rglob("module.*.pyc")]) == 1
-
-
 # Tools on other systems
-
-
-def test_windows_takes_the_browser_of_playwright_without_asking_it(
-    monkeypatch, tmp_path
-):
-    """There, asking Chromium for its version opens a window."""
-    asked = []
-    own = tmp_path / "chrome.exe"
-
-    def output(*command):
-        asked.append(command)
-        return str(own)
-
-    monkeypatch.setattr(browser, "output", output)
-    assert browser.find("python", system="nt") is None
-    own.touch()
-    assert browser.find("python", system="nt") == str(own)
-    assert asked == 2 * [("python", "-c", browser.ASK)]
 
 
 def test_a_headless_shell_comes_before_a_chromium_with_windows(monkeypatch, tmp_path):
@@ -254,36 +202,6 @@ def test_packages_come_once_and_without_them_nothing_runs(monkeypatch, tmp_path)
     for _ in range(2):
         tasks.prepare()
     assert len(ran) == 2 and tasks.STAMP.exists()
-
-
-def test_a_python_without_environments_or_too_old_says_so(monkeypatch):
-    monkeypatch.setattr(tasks, "works", lambda *command: False)
-    monkeypatch.setattr(browser, "is_root", lambda: False)
-    monkeypatch.setattr(tasks.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(SystemExit, match="apt-get install python3-venv"):
-        tasks.make_environment()
-    monkeypatch.setattr(sys, "version_info", (3, 10))
-    with pytest.raises(SystemExit, match=r"Python 3\.11 or newer is needed"):
-        tasks.make_environment()
-
-
-def test_nothing_is_installed_by_apt_where_there_is_none(monkeypatch):
-    ran = []
-    monkeypatch.setattr(browser.shutil, "which", lambda name: None)
-    monkeypatch.setattr(browser, "output", lambda *command: None)
-    monkeypatch.setattr(compiler, "output", lambda *command: None)
-    monkeypatch.setattr(
-        browser.subprocess, "run", lambda words, **more: ran.append(words)
-    )
-    for is_root in (True, False):
-        for module in (browser, compiler):
-            monkeypatch.setattr(module, "is_root", lambda: is_root)
-        assert browser.ensure("python") is None
-        assert compiler.ensure("python") is None
-    assert [words[:4] for words in ran] == 2 * [
-        ["python", "-m", "playwright", "install"],
-        ["python", "-m", "pip", "install"],
-    ]
 
 
 @pytest.mark.parametrize(

@@ -168,15 +168,6 @@ def test_a_larger_request_has_an_answer_wherever_its_time_ends(ask, dense, monke
         assert next(ticks) - begun < limit + 20
 
 
-@pytest.mark.parametrize(("size", "loop"), [(30, pivots), (20, definite)])
-def test_it_is_asked_for_at_each_row(size, loop, monkeypatch):
-    asked = itertools.count()
-    monkeypatch.setattr(clock, "monotonic", lambda: next(asked))
-    with clock.time_limit(1e9):
-        loop(exact(np.eye(size) + 1))
-    assert next(asked) >= size
-
-
 REQUESTS = {
     "feasible": dict(plant=ONE, region=sos.PoleRegion(sigma=0.1, rho=5)),
     "too little force": dict(plant=FALL.plant, saturation=FALL.saturation),

@@ -95,6 +95,8 @@ def canonical(notebook):
         ids.add(cell.id)
         if cell.cell_type == "code":
             cell.outputs = _canonical_outputs(cell)
+        else:
+            cell.pop("outputs", None)  # the format has none here
     return notebook
 
 

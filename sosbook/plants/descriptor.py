@@ -5,12 +5,13 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 ``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..language import he
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, is_word, matrix, rank_deficient
@@ -23,6 +24,7 @@ __all__ = [
     "SlackVertex",
     "coupled_pairs",
     "descriptors",
+    "keep_rationals",
     "mean_descriptor",
     "twins",
 ]
@@ -57,12 +59,27 @@ class Descriptor(ReadOnly):
     Du: np.ndarray | None = None
 
     def map(self, function):
-        """Apply a function to each matrix (change of arithmetic)."""
-        parts = self.E, self.A, self.Bu, self.Bw, self.C, self.Du
-        mapped = [x if x is None else function(x) for x in parts]
-        if all(new is old for new, old in zip(mapped, parts)):  # floats stay floats
+        """Apply a function to each matrix (change of arithmetic).
+
+        Where the floats are rounded, and the function doesn't leave them as they
+        are, it gets the rationals.
+        """
+        E = function(self.E)
+        if E is self.E:  # floats stay floats
             return self
-        return Descriptor(*mapped)
+        d = vars(self).get("_exactly", self)
+        if isinstance(d, tuple):
+            d = _first_order(exact, *map(exact, d))
+        parts = d.A, d.Bu, d.Bw, d.C, d.Du
+        return Descriptor(
+            E if d is self else function(d.E),
+            *(x if x is None else function(x) for x in parts),
+        )
+
+    @property
+    def rounded(self):
+        """Whether the floats aren't the matrices themselves, but near them."""
+        return "_exactly" in vars(self)
 
     def output(self, K):
         """The matrix from x to y in the loop u = K x: C + Du K."""
@@ -137,7 +154,7 @@ def _descriptor(v, U, K_A):
 
 
 def _checked_descriptor(v, U, K_A):
-    n, a = v.n, U.shape[0]
+    a = len(U)
     inertia = v.M - v.B @ K_A
     check_rank(
         inertia,
@@ -158,14 +175,44 @@ def _checked_descriptor(v, U, K_A):
             "integrate fewer or other errors",
         )
 
+    parts = v.M, v.D, v.S, v.B, v.F, U, K_A
+    d = _first_order(np.asarray, *parts)
+    own = vars(v).get("_rationals", {})
+    if own or K_A.any():
+        parts = (*(own.get(x, getattr(v, x)) for x in "MDSBF"), U, K_A)
+        vars(d)["_exactly"] = parts
+    return d
+
+
+def _first_order(number, M, D, S, B, F, U, K_A):
+    """(2.8) in the arithmetic of ``number``, which its arguments have."""
+    n, a = len(M), len(U)
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)
-    E, A = np.eye(N), np.zeros((N, N))
-    E[speed, speed] = inertia
-    A[z, speed], A[2 * n :, z] = np.eye(n), U
-    A[speed, z], A[speed, speed] = -v.S, -v.D
-    Bu, Bw = np.zeros((N, v.m)), np.zeros((N, v.p))
-    Bu[speed], Bw[speed] = v.B, v.F
-    return Descriptor(E, A, Bu, Bw, C=np.eye(n, N))
+    E, A = number(np.eye(N)), number(np.zeros((N, N)))
+    E[speed, speed] = M - B @ K_A
+    A[z, speed], A[2 * n :, z] = number(np.eye(n)), U
+    A[speed, z], A[speed, speed] = -S, -D
+    Bu, Bw = (number(np.zeros((N, x.shape[1]))) for x in (B, F))
+    Bu[speed], Bw[speed] = B, F
+    return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)))
+
+
+def keep_rationals(vertex, matrices):
+    """Let a vertex know the rationals next to which its floats are.
+
+    Parameters
+    ----------
+    vertex : SecondOrderSystem or Descriptor
+        In floats.
+    matrices : dict
+        Rational arrays by the names of its constructor's arguments.
+    """
+    if not isinstance(vertex, Descriptor):
+        vars(vertex)["_rationals"] = matrices
+        return
+    names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
+    own = {names.get(name, name): x for name, x in matrices.items()}
+    vars(vertex)["_exactly"] = replace(vertex, **own)
 
 
 @dataclass(frozen=True, eq=False)

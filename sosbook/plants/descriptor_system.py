@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrices_of, matrix
 from .descriptor import Descriptor
+from .parametric import plant_or_symbol
 from .simplex import checked_weights, random_weights
 
 __all__ = ["DescriptorSystem"]
@@ -66,6 +67,27 @@ class DescriptorSystem(ReadOnly):
             C: ArrayLike | None = None,
             D_u: ArrayLike | None = None,
         ) -> None: ...
+
+    def __new__(cls, *args, **kwargs):  # a `Symbolic`, while a builder is called
+        return plant_or_symbol(cls, args, kwargs)
+
+    #: The `Uncertain` whose vertices these are; None where they were given.
+    family = None
+
+    @classmethod
+    def of(cls, vertices: "Sequence[Descriptor]") -> "DescriptorSystem":
+        """The polytope of some vertices.
+
+        Parameters
+        ----------
+        vertices : sequence of Descriptor
+            They have the same outputs.
+        """
+        first = vertices[0]
+        several = ([getattr(d, x) for d in vertices] for x in ("E", "A", "Bu", "Bw"))
+        made = cls(*several, first.C, first.Du)
+        object.__setattr__(made, "vertices", tuple(vertices))
+        return made
 
     def __post_init__(self):
         N = len(matrices_of("E", self.E)[0])

@@ -14,6 +14,7 @@ from scipy.linalg import eigvals
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrix, rank_deficient
 from .descriptor import descriptors
+from .parametric import plant_or_symbol
 from .response import simulate_open
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
@@ -32,6 +33,8 @@ class _Plant:
     """What a plant and a polytope of plants have in common."""
 
     vertices: Any
+    #: The `Uncertain` whose vertices these are; None where they were given.
+    family: Any = None
 
     @property
     def n(self) -> int:
@@ -163,6 +166,9 @@ class SecondOrderSystem(_Plant, ReadOnly):
             F: Matrix | None = None,
             coordinates: Iterable[str] | None = None,
         ) -> None: ...
+
+    def __new__(cls, *args, **kwargs):  # a `Symbolic`, while a builder is called
+        return plant_or_symbol(cls, args, kwargs)
 
     def __post_init__(self):
         M = matrix("M", self.M)

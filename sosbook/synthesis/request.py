@@ -77,7 +77,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     ):
         if isinstance(plant, Regularization):
             plant, K_A = plant.applied(K_A)
-        checked_plant(plant)
+        plant = checked_plant(plant)
         no_requirement("U", U)
         if not isinstance(plant, DescriptorSystem):  # which takes neither
             U = None if U is None else matrix("U", U, (None, plant.n))
@@ -260,15 +260,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         ``which`` holds indices; without it these are all vertices.
         """
         which = range(len(self.vertices)) if which is None else which
-        vertices = [self.vertices[k].map(number) for k in which]
-        if self.K_A is None:
-            return vertices
-        K_A, n, loops = number(self.K_A), self.plant.n, []
-        for d, k in zip(vertices, which):
-            v, E = self.plant.vertices[k], d.E.copy()
-            E[n : 2 * n, n : 2 * n] = number(v.M) - number(v.B) @ K_A
-            loops.append(replace(d, E=E))
-        return loops
+        return [self.vertices[k].map(number) for k in which]
 
     def vertices_at(self, frame, number=floats):
         """The vertices in the coordinates of a `Frame`, or in the plant's own.
@@ -304,11 +296,12 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
 
     @cached_property
     def certain(self):
-        """The vertices with E = diag(I, M - B K_A, I) free of rounding errors.
+        """The vertices, such as E = diag(I, M - B K_A, I), free of rounding errors.
 
         Whether two of them are equal, floats can't tell.
         """
-        return self.vertices if self.K_A is None else self.vertices_in(exact)
+        rounded = any(d.rounded for d in self.vertices)
+        return self.vertices_in(exact) if rounded else self.vertices
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""

@@ -212,6 +212,5 @@ def refused_at_a_vertex(request):
 def _vertex(plant, k):
     """A vertex as a plant."""
     if isinstance(plant, DescriptorSystem):
-        d = plant.vertices[k]
-        return DescriptorSystem(d.E, d.A, d.Bu, d.Bw, d.C, d.Du)
+        return DescriptorSystem.of([plant.vertices[k]])
     return plant.vertices[k]

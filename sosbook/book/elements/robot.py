@@ -13,14 +13,14 @@ from ...pendulum.model import Mip
 from ...pendulum.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
 from ...pendulum.spread import vertices
 from ...plants.checks import positive
-from .page import PageElement
+from .movers.mover import Mover, choice, slider
 
 __all__ = ["Animation", "animation"]
 
 STEPS_PER_TICK = 8  # of Runge and Kutta's method
 GRAVITY = 9.8  # m/s^2, of `Mip.from_ratios`
 SEED = 2023
-#: Sliders: label, unit, largest value, step; at rest on the smallest.
+#: Sliders from zero on: label, unit, largest value, step.
 SLIDERS = {
     "tilt": ("Initial tilt", "°", 40, 1),
     "delay": ("Delay of the voltage", " ms", 30, 2.5),
@@ -29,24 +29,11 @@ SLIDERS = {
 START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
 
 
-class Animation(PageElement):
-    """A page element that runs the robot; put it last in a cell.
+class Animation(Mover):
+    """A page element that runs the robot; made by `animation`."""
 
-    Made by `animation`.
-
-    Parameters
-    ----------
-    title : str
-        The heading of the element.
-    data : dict
-        What the page needs, as JSON has it.
-    """
-
-    tag, script, sheets = "sos-robot", "robot", ("robot",)
+    sheets = ("mover", "robot")
     notice = "A simulation of the robot"
-
-    def __init__(self, title, data):
-        self.title, self.data = title, {"title": title, **data}
 
     def __repr__(self):
         gains = sum(len(law["R"]) for law in self.data["laws"])
@@ -119,24 +106,25 @@ def animation(
         robots = {"printed": Mip.printed()} | {
             f"vertex {k}": v for k, v in enumerate(vertices(Mip.printed()), 1)
         }
-    data = {
-        "laws": [_law(name, gains, T) for name, gains in _named("laws", laws).items()],
-        "robots": [_robot(name, mip) for name, mip in _named("robots", robots).items()],
-        "sliders": [
-            {"key": key, "label": label, "unit": unit, "max": top, "step": step}
-            for key, (label, unit, top, step) in SLIDERS.items()
-        ],
-        "T": T,
-        "fine": STEPS_PER_TICK,
-        "unwind": TRACKING_TIME,
-        "seed": SEED,
-        "limit": Firmware.limit,
-        "tip": Firmware.tip,
-        "sigma": float(Rig.noise),
-        "gyro": float(GYRO_STEP),
-        "count": 2 * np.pi / COUNTS_PER_TURN,
-    }
-    return Animation(title, data | {"start": _start(data, start)})
+    stored = [_law(name, gains, T) for name, gains in _named("laws", laws).items()]
+    pendulums = [_robot(name, mip) for name, mip in _named("robots", robots).items()]
+    return Animation(
+        "robot",
+        title,
+        "",
+        _controls(stored, pendulums, start),
+        laws=stored,
+        robots=pendulums,
+        T=T,
+        fine=STEPS_PER_TICK,
+        unwind=TRACKING_TIME,
+        seed=SEED,
+        limit=Firmware.limit,
+        tip=Firmware.tip,
+        sigma=float(Rig.noise),
+        gyro=float(GYRO_STEP),
+        count=2 * np.pi / COUNTS_PER_TURN,
+    )
 
 
 def _named(argument, values):
@@ -169,27 +157,29 @@ def _robot(name, mip):
     return {"name": str(name), **letters, "radius": radius}
 
 
-def _start(data, start):
-    """Where the controls stand: law, R and robot by index."""
+def _controls(laws, robots, start):
+    """The controls, which stand where ``start`` says by names and values."""
     asked = START | dict(start or {})
-    laws, robots = ([x["name"] for x in data[k]] for k in ("laws", "robots"))
-    law = _index("law", asked.pop("law", laws[0]), laws)
-    values = data["laws"][law]["R"]
-    place = {
-        "law": law,
-        "R": _index("R", asked.pop("R", values[0]), values),
-        "robot": _index("robot", asked.pop("robot", robots[0]), robots),
-    }
-    for key, (_, _, top, step) in SLIDERS.items():
+    names, plants = ([x["name"] for x in parts] for parts in (laws, robots))
+    law = _index("law", asked.pop("law", names[0]), names)
+    weights, most = laws[law]["R"], max(len(x["R"]) for x in laws) - 1
+    weight = _index("R", asked.pop("R", weights[0]), weights)
+    robot = _index("robot", asked.pop("robot", plants[0]), plants)
+    controls = [
+        choice("law", "Law", names, law),
+        slider("R", "Weight R of the design", "", (0, most), 1, weight),
+        choice("robot", "Robot", plants, robot),
+    ]
+    for key, (label, unit, top, step) in SLIDERS.items():
         value = float(asked.pop(key))
         if not (0 <= value <= top and np.isclose(value % step, 0)):
             raise ValueError(
                 f"start: {key} = {value:g} must be a multiple of {step} from 0 to {top}"
             )
-        place[key] = value
+        controls.append(slider(key, label, unit, (0, top), step, value))
     if asked:
         raise ValueError(f"start names no control: {sorted(asked)}")
-    return place
+    return controls
 
 
 def _index(key, value, values):

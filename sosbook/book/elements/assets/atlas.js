@@ -93,8 +93,6 @@ export class Atlas extends PageElement {
 
   // A pole's mark, its number and the curve by which it decays belong together.
   listen() {
-    this.view.querySelector(".sos-buttons")
-      .addEventListener("click", event => this.press(event.target.dataset.do));
     this.view.addEventListener(
       "pointerover", event => this.light(event.target.closest("[data-pole]")?.dataset.pole));
   }

@@ -1,7 +1,7 @@
 import {clean, define} from "./kit.js";
-import {add, combine, eigenvalues, eye, lyapunov, make, mul, scale, solve, trace, transpose} from "./linalg.js";
+import {add, combine, eigenvalues, eye, lyapunov, make, mul, rightmost, scale, solve, trace, transpose} from "./linalg.js";
 import {mark, Mover, number, verdict} from "./mover.js";
-import {Plot} from "./plot.js";
+import {bar, picture, Plot} from "./plot.js";
 
 const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
 const det = ([[a, b], [c, d]]) => a * d - b * c;
@@ -71,7 +71,7 @@ class Centre extends Mover {
   compute({sigma, p, q}) {
     const blocks = this.blocks(sigma), shifted = combine(1, this.data.A, sigma, eye(2));
     const eigen = blocks.write([p, q]).map(least), feasible = this.inside(blocks, [p, q]);
-    const open = eigenvalues(shifted).every(([re]) => re < -1e-9);
+    const open = rightmost(eigenvalues(shifted)) < -1e-9;
     const P = open ? lyapunov(transpose(shifted), eye(2)) : null;
     const own = open ? this.walk(blocks, [P[0][0] / P[1][1], P[0][1] / P[1][1]]) : [];
     const centre = own.length ? own.at(-1).x : null;
@@ -101,16 +101,13 @@ class Centre extends Mover {
 
   show({eigen, feasible, centre, path, edge, schur}, ghost, {p, q}) {
     const plot = new Plot({x: [-0.2, 4.2], y: [-1.9, 0.6], labels: ["p", "q"]});
-    const area = points => plot.path(points) + "Z";
     const parabola = Array.from({length: 60}, (_, k) => -1.9 + k * 2.5 / 59)
                        .map(v => [v * v, v])
                        .filter(point => plot.has(point));
-    plot.body += `<path class="sos-line" style="stroke:var(--sos-soft)" stroke-dasharray="5 4" d="${
-      plot.path(parabola)}"/>`;
+    plot.line(parabola, "--sos-soft", "5 4");
     if (ghost?.edge.length)
-      plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-region)" d="${
-        area(ghost.edge)}"/>`;
-    if (edge.length) plot.body += `<path class="sos-region" d="${area(edge)}"/>`;
+      plot.line([...ghost.edge, ghost.edge[0]], "--sos-region", "", " sos-ghost");
+    if (edge.length) plot.body += `<path class="sos-region" d="${plot.path(edge)}Z"/>`;
     if (path.length) {
       plot.line(path.map(s => s.x), "--sos-second");
       path.slice(1, -1).forEach(s => mark(plot, s.x, "--sos-second", 1, "stroke-width:1.2"));
@@ -119,20 +116,16 @@ class Centre extends Mover {
     mark(plot, [p, q], "--sos-first", feasible ? 1 : 0);
     if (!centre) plot.absent("No P at all", 60);
     this.find("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
-    const top = Math.max(1, ...eigen.map(Math.abs)), y = v => 130 - 95 * v / top;
-    this.find("bars").innerHTML =
-      `<svg role="img" viewBox="0 0 340 260" aria-label="Smallest eigenvalues of both blocks"><path class="sos-axis" d="M30 130H310"/>` +
-      eigen
-        .map(
-          (v, i) =>
-            `<rect x="${80 + 120 * i}" y="${Math.min(130, y(v)).toFixed(1)}" width="60" height="${
-              Math.abs(y(v) - 130).toFixed(1)}" style="fill:var(${
-              v > 0 ? "--sos-region" : "--sos-bad"})"/>` +
-            `<text x="${110 + 120 * i}" y="250" text-anchor="middle">${
-                ["P", "−(AP + PAᵀ + 2σP)"][i]}</text><text x="${110 + 120 * i}" y="${
-              v > 0 ? 146 : 122}" text-anchor="middle">${clean(v)}</text>`)
-        .join("") +
-      "</svg>";
+    const top = Math.max(1, ...eigen.map(Math.abs)), names = ["P", "−(AP + PAᵀ + 2σP)"];
+    const write = (i, y, words) =>
+      `<text x="${110 + 120 * i}" y="${y}" text-anchor="middle">${words}</text>`;
+    this.find("bars").innerHTML = picture(260, "Smallest eigenvalues of both blocks",
+      `<path class="sos-axis" d="M30 130H310"/>` +
+        eigen
+          .map((v, i) =>
+                 bar(80 + 120 * i, 60, 130, 95 * v / top, v > 0 ? "--sos-region" : "--sos-bad") +
+              write(i, 250, names[i]) + write(i, v > 0 ? 146 : 122, clean(v)))
+          .join(""));
     this.tell(feasible ? "feasible" : "infeasible",
       verdict(feasible ? "Your point is feasible."
           : centre     ? "Your point isn't feasible."

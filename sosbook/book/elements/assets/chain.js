@@ -1,7 +1,8 @@
 import {clean, define} from "./kit.js";
-import {add, eigenvalues, eye, held, make, mul, regulator} from "./linalg.js";
+import {add, eigenvalues, eye, mul, regulator, rightmost, spectralRadius} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
-import {linear, vertices} from "./pendulum.js";
+import {linear, sampledLoop, vertices} from "./pendulum.js";
+
 const T = 0.01;  // s
 
 // As `Mip.from_ratios` has it.
@@ -28,41 +29,23 @@ class Chain extends Mover {
   get means() { return "the loop is stable"; }
 
   compute({e_c, f_c, d_c, e_a, R, spread, late}) {
-    const mip = pendulum({e_c, f_c, d_c, e_a}, this.data);
+    const mip = pendulum({e_c, f_c, d_c, e_a}, this.data), robots = vertices(mip, spread / 100);
     const K = regulator(...linear(mip, 5), eye(5), [[R]])[0];
-    const radius =
-      vertices(mip, spread / 100)
-        .map(robot => Math.max(
-               ...eigenvalues(this.sampled(robot, K, late / 100 * T)).map(p => Math.hypot(...p))));
-    const poles = vertices(mip, spread / 100).flatMap(robot => {
+    const poles = robots.flatMap(robot => {
       const [A, B] = linear(robot, 5);
       return eigenvalues(add(A, mul(B, [K])));
     });
-    return {mip, K, radius, right: Math.max(...poles.map(([re]) => re))};
+    return {
+      mip,
+      K,
+      radius: robots.map(
+        robot => spectralRadius(eigenvalues(sampledLoop(robot, K, T, late / 100 * T)[0]))),
+      right: rightmost(poles)
+    };
   }
 
-  // [x; the last voltage; the sum of T phi] from tick to tick.
-  sampled(robot, K, late) {
-    const [A, B] = linear(robot), [Phi] = held(A, B, T), [rest, fresh] = held(A, B, T - late);
-    const [, old] = held(A, B, late), before = mul(rest, old);
-    const free = make(6, 6,
-      (i, j) => i < 4 ? (j < 4        ? Phi[i][j]
-                            : j === 4 ? before[i][0]
-                                      : 0)
-        : i === 5     ? (j === 1      ? T
-                            : j === 5 ? 1
-                                      : 0)
-                      : 0);
-    return add(free,
-      mul(make(6, 1,
-            i => i < 4  ? fresh[i][0]
-              : i === 4 ? 1
-                        : 0),
-        [[K[0], K[1], K[2], K[3], 0, K[4]]]));
-  }
-
-  show({mip, K, radius, right}, ghost, place) {
-    const good = this.good({radius, right}), old = ghost;
+  show({mip, K, radius, right}, old, place) {
+    const good = this.good({radius, right});
     this.tell(good ? "feasible" : "infeasible",
       verdict(good    ? "These numbers may go into the program, as far as eigenvalues can say."
           : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
@@ -81,7 +64,7 @@ class Chain extends Mover {
     ];
     this.find("links").innerHTML =
       links
-        .map(([name, rows]) => `<div class="sos-link"><strong>${name}</strong> ` +
+        .map(([name, rows]) => `<div class="sos-box"><strong>${name}</strong> ` +
             rows
               .map(([key, value, before]) => `<span class="${
                      before !== undefined && clean(before, 4) !== clean(value, 4)

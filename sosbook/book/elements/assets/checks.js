@@ -3,7 +3,7 @@
 import {weightFactors} from "../../kernel/exact.js";
 
 import {number} from "./kit.js";
-import {eigenvalues, solve, transpose} from "./linalg.js";
+import {leastEigenvalue, solve, transpose} from "./linalg.js";
 
 const SIZES = [1e-100, 1e100], SAME = 1.2, RIDGE = 1e-9;  // as in the package's plants/checks.py
 const ROUNDING = 1e-12,
@@ -123,14 +123,12 @@ function deficient(X, tolerance) {
   return singularValues(M).some(x => x <= tolerance);
 }
 
-const least = (X) => Math.min(...eigenvalues(X).map(([re]) => re));
-
 // Why M is no mass matrix, in words; else empty.
 function massFault(M) {
   const largest = Math.max(...M.flat().map(Math.abs));
   const skew = Math.max(...M.flatMap((row, i) => row.map((x, j) => Math.abs(x - M[j][i]))));
   if (skew > 1e-9 * largest) return said("skew", skew);
-  const lowest = least(M.map((row, i) => row.map((x, j) => (x + M[j][i]) / 2)));
+  const lowest = leastEigenvalue(M.map((row, i) => row.map((x, j) => (x + M[j][i]) / 2)));
   return lowest < -1e-9 * largest ? said("negative", lowest) : "";
 }
 

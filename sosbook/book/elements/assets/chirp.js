@@ -1,7 +1,8 @@
-import {define, degrees, round} from "./kit.js";
+import {clamp, define, degrees, round} from "./kit.js";
 import {solve} from "./linalg.js";
-import {Mover, normal, number, verdict} from "./mover.js";
+import {Mover, normal, number, series, verdict} from "./mover.js";
 import {runge} from "./pendulum.js";
+import {bar, picture} from "./plot.js";
 
 const T = 0.01, STEPS = 1000;  // s
 
@@ -79,42 +80,37 @@ class Chirp extends Mover {
         `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${
           off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${
           off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
-    const line = (values, more) =>
-      ({points: values.map((v, k) => [k * T, v]).filter((_, k) => k % 3 === 0), ...more});
+    const line = (values, colour, dash) => ({points: series(values, T, 3), colour, dash});
     const speeds = (x, linear) => swing(x, V, linear).map(s => s[1]);
-    this.plot = this.curves("log", {
-      x: [0, this.horizon],
-      labels: ["time t (s)", "θ′ (rad/s)"],
+    this.curves("log", {
+      labels: "θ′ (rad/s)",
       label: "The gyro and two fits",
       lines: [
-        line(y), line(speeds(fits[1], true), {colour: "--sos-second", dash: "2 2"}),
-        line(speeds(fits[0], false), {colour: "--sos-region", dash: "6 4"})
+        line(y), line(speeds(fits[1], true), "--sos-second", "2 2"),
+        line(speeds(fits[0], false), "--sos-region", "6 4")
       ]
     });
-    const top = Math.max(2, ...off.flat().map(Math.abs));
-    const y0 = v => 120 - 90 * Math.max(-1, Math.min(1, v / top));
-    this.find("bars").innerHTML =
-      `<svg role="img" viewBox="0 0 340 240" aria-label="Errors of the fitted ratios"><path class="sos-axis" d="M20 120H330"/>` +
-      names
-        .map((name, i) => off
-                            .map((row, j) => `<rect x="${50 + 95 * i + 32 * j}" y="${
-                                   Math.min(120, y0(row[i])).toFixed(1)}" width="28" height="${
-                                   Math.abs(y0(row[i]) - 120).toFixed(1)}" style="fill:var(${
-                                   j ? "--sos-second" : "--sos-region"})"/>`)
-                            .join("") +
-            `<text x="${80 + 95 * i}" y="232" text-anchor="middle">${name}</text>`)
-        .join("") +
-      `<text x="20" y="18">±${top.toPrecision(2)} %</text></svg>`;
-    this.find("scene").innerHTML =
-      `<svg role="img" viewBox="0 0 340 240" aria-label="The body hangs below its axle"><path class="sos-thin" d="M60 70H280M170 70V220" stroke-dasharray="3 4"/><g><rect class="sos-part" x="-18" y="-8" width="36" height="130" rx="8" style="stroke:var(--sos-first)"/></g>` +
-      `<circle class="sos-part" cx="170" cy="70" r="22" style="fill:var(--sos-paper)"/></svg>`;
+    const top = Math.max(2, ...off.flat().map(Math.abs)), bars = names.map((name, i) => {
+      const errors =
+        off.map((row, j) => bar(50 + 95 * i + 32 * j, 28, 120, 90 * clamp(row[i] / top, -1, 1),
+                  j ? "--sos-second" : "--sos-region"));
+      return `${errors.join("")}<text x="${80 + 95 * i}" y="232" text-anchor="middle">${
+        name}</text>`;
+    });
+    this.find("bars").innerHTML = picture(240, "Errors of the fitted ratios",
+      `<path class="sos-axis" d="M20 120H330"/>${bars.join("")}<text x="20" y="18">±${
+        top.toPrecision(2)} %</text>`);
+    this.find("scene").innerHTML = picture(240, "The body hangs below its axle",
+      `<path class="sos-thin" d="M60 70H280M170 70V220" stroke-dasharray="3 4"/>` +
+        `<g><rect class="sos-part" x="-18" y="-8" width="36" height="130" rx="8" style="stroke:var(--sos-first)"/></g>` +
+        `<circle class="sos-part" cx="170" cy="70" r="22" style="fill:var(--sos-paper)"/>`);
   }
 
   pose({q}, time) {
+    super.pose({q}, time);
     const k = Math.min(STEPS, Math.round(time / T));
     this.find("scene").querySelector("g").setAttribute(
       "transform", `translate(170 70) rotate(${round(degrees(-q[k]))})`);
-    this.now("log", this.plot, k * T);
   }
 }
 

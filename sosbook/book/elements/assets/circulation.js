@@ -1,5 +1,5 @@
 import {define} from "./kit.js";
-import {apply, block, combine, eigenvalues, exponential, eye, scale, solve, zeros} from "./linalg.js";
+import {apply, block, combine, eigenvalues, exponential, eye, rightmost, scale, solve, stable, zeros} from "./linalg.js";
 import {Mover, number, series, verdict} from "./mover.js";
 import {Plot} from "./plot.js";
 
@@ -19,7 +19,7 @@ class Circulation extends Mover {
     ];
   }
 
-  good({poles}) { return poles.every(([re]) => re < 0); }
+  good({poles}) { return stable(poles); }
   get means() { return "it comes to rest"; }
 
   compute({kappa, damping}) {
@@ -36,39 +36,34 @@ class Circulation extends Mover {
   }
 
   show({poles, z, energy}, ghost, {kappa}) {
-    const right = Math.max(...poles.map(([re]) => re)), good = this.good({poles});
-    const most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
+    const good = stable(poles), most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
     this.tell(good ? "feasible" : "infeasible",
       verdict(good ? "It comes to rest."
                    : "It never comes to rest: circulation gives more than damping takes.") +
-        `<p>κ = ${number(kappa)}. Rightmost pole: real part ${number(right, " s⁻¹")}. After ${
-          this.horizon} s ${
+        `<p>κ = ${number(kappa)}. Rightmost pole: real part ${
+          number(rightmost(poles), " s⁻¹")}. After ${this.horizon} s ${
           number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
     this.poleMap("poles",
       {x: [-0.7, 0.3], y: [0.6, 1.2], label: "Poles of the robot", poles, ghost: ghost?.poles});
-    this.plot = new Plot({x: [-most, most], y: [-most, most], labels: ["z₁", "z₂"]});
-    if (ghost)
-      this.plot.body += `<path class="sos-line sos-ghost" style="stroke:var(--sos-first)" d="${
-        this.plot.path(ghost.z.filter(p => this.plot.has(p)))}"/>`;
-    this.plot.body +=
-      `<path class="sos-line sos-trail" style="stroke:var(--sos-second)"/><circle class="sos-hand" r="6" style="fill:var(--sos-first)"/>`;
-    this.find("path").innerHTML = this.plot.svg("Path of the hand");
-    this.time_plot = this.curves("energy", {
-      x: [0, this.horizon],
-      labels: ["time t (s)", "energy"],
+    const plot = this.plot = new Plot({x: [-most, most], y: [-most, most], labels: ["z₁", "z₂"]});
+    if (ghost) plot.line(ghost.z.filter(p => plot.has(p)), "--sos-first", "", " sos-ghost");
+    plot.line([], "--sos-second", "", " sos-trail");
+    plot.body += `<circle class="sos-hand" r="6" style="fill:var(--sos-first)"/>`;
+    this.find("path").innerHTML = plot.svg("Path of the hand");
+    const curve = list => ({points: series(list, T, 4)});
+    this.curves("energy", {
+      labels: "energy",
       label: "Energy over time",
-      lines: [
-        ...(ghost ? [{points: series(ghost.energy, T, 4), ghost: true}] : []),
-        {points: series(energy, T, 4)}
-      ]
+      ghosts: ghost && [curve(ghost.energy)],
+      lines: [curve(energy)]
     });
   }
 
   pose({z}, time) {
+    super.pose({z}, time);
     const k = Math.min(STEPS, Math.round(time / T)), [x, y] = z[k];
     this.find("trail").setAttribute("d", this.plot.path(z.slice(0, k + 1)));
     this.find("hand").setAttribute("transform", `translate(${this.plot.X(x)} ${this.plot.Y(y)})`);
-    this.now("energy", this.time_plot, k * T);
   }
 }
 

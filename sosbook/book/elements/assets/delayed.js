@@ -1,6 +1,8 @@
 import {define} from "./kit.js";
-import {apply, combine, eigenvalues, eye, make, scale, solve} from "./linalg.js";
+import {apply, combine, eigenvalues, eye, make, scale, solve, trace} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
+import {runge} from "./pendulum.js";
+
 // The loop x' = A x + A_d x(t - h) on Chebyshev nodes between t - h and t.
 function generator(A, Ad, h, n) {
   const N = A.length, theta = make(n + 1, 1, k => h * (Math.cos(Math.PI * k / n) - 1) / 2).flat();
@@ -24,12 +26,7 @@ function newton(A, Ad, h, [re, im]) {
   const I = eye(N);
   const value = complex(combine(1, combine(re, I, -1, A), -c, Ad), combine(im, I, -d, Ad));
   const X = solve(value, complex(combine(1, I, h * c, Ad), scale(h * d, Ad)));
-  let [u, v] = [0, 0];
-  for (let i = 0; i < N; i++) {
-    u += X[i][i];
-    v += X[N + i][i];
-  }
-  const square = u * u + v * v;
+  const u = trace(X.slice(0, N)), v = trace(X.slice(N)), square = u * u + v * v;
   return [re - u / square, im + v / square];
 }
 
@@ -94,25 +91,22 @@ class Delayed extends Mover {
     const x = [one], f = [], d = [], past = t => {
       if (t <= 0) return one;
       const k = Math.min(Math.floor(t / T + 1e-9), f.length - 2), r = t / T - k;
-      if (k < 0) return x[0].map((v, i) => v + (t) * (f[0]?.[i] ?? 0));
+      if (k < 0) return one.map((v, i) => v + t * (f[0]?.[i] ?? 0));
       const [a, b, p, q] = [x[k], x[k + 1], f[k], f[k + 1]];
       return a.map((v, i) => (1 + 2 * r) * (1 - r) ** 2 * v + r * r * (3 - 2 * r) * b[i] +
           T * r * (1 - r) * ((1 - r) * p[i] - r * q[i]));
     };
-    const rate = (t, y) => {
+    const rate = (y, t) => {
       const delay = late(t), old = delay < 1e-12 ? y : past(t - delay);
       const [u, v] = [apply(A, y), apply(Ad, old)];
       return u.map((value, i) => value + v[i]);
     };
     for (let k = 0; k < steps; k++) {
-      const t = k * T, y = x[k], ahead = (s, r) => y.map((v, i) => v + s * r[i]);
-      f.push(rate(t, y));
-      d.push(late(t));
-      const a = f[k], b = rate(t + T / 2, ahead(T / 2, a)), c = rate(t + T / 2, ahead(T / 2, b));
-      const e = rate(t + T, ahead(T, c));
-      x.push(y.map((v, i) => v + T / 6 * (a[i] + 2 * b[i] + 2 * c[i] + e[i])));
+      f.push(rate(x[k], k * T));
+      d.push(late(k * T));
+      x.push(runge(rate, x[k], T, k * T));
     }
-    f.push(rate(steps * T, x[steps]));
+    f.push(rate(x[steps], steps * T));
     d.push(late(steps * T));
     return {
       t: x.map((_, k) => k * T),
@@ -136,32 +130,21 @@ class Delayed extends Mover {
           all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
     this.poleMap("roots",
       {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
-    const line = (values, more) =>
-      ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), ...more});
-    const axis = {x: [0, this.horizon]};
-    this.plots = {
-      time: this.curves("time", {
-        ...axis,
-        y: [-top, top],
-        labels: ["time t (s)", "x₁"],
-        label: "The first state over time",
-        lines: [
-          ...(ghost ? [line(ghost.x, {ghost: true})] : []),
-          line(old, {colour: "--sos-second", dash: "5 4"}), line(x)
-        ]
-      }),
-      delay: this.curves("delay", {
-        ...axis,
-        y: [0, 1.15 * Math.max(h, 0.1)],
-        labels: ["time t (s)", "d (s)"],
-        label: "The delay over time",
-        lines: [line(d, {colour: "--sos-third"})]
-      })
-    };
-  }
-
-  pose(_, time) {
-    for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time);
+    const line = (values, colour, dash) =>
+      ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), colour, dash});
+    this.curves("time", {
+      y: [-top, top],
+      labels: "x₁",
+      label: "The first state over time",
+      ghosts: ghost && [line(ghost.x)],
+      lines: [line(old, "--sos-second", "5 4"), line(x)]
+    });
+    this.curves("delay", {
+      y: [0, 1.15 * Math.max(h, 0.1)],
+      labels: "d (s)",
+      label: "The delay over time",
+      lines: [line(d, "--sos-third")]
+    });
   }
 }
 

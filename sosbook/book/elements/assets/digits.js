@@ -55,8 +55,8 @@ class Digits extends Mover {
                     : ""}.</p>`);
     this.find("table").innerHTML =
       gains
-        .map((k, i) =>
-               `<div class="sos-link"><strong>${NAMES[i]}</strong><span>${clean(k, 6)}</span>` +
+        .map(
+          (k, i) => `<div class="sos-box"><strong>${NAMES[i]}</strong><span>${clean(k, 6)}</span>` +
             `<span>× ${clean(state[i])}</span><br><code>${escape(all[i])}${
               precision ? "f" : ""}</code></div>`)
         .join("");

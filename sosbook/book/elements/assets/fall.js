@@ -1,6 +1,8 @@
-import {clean, define, degrees, round} from "./kit.js";
+import {clamp, clean, define, degrees, round} from "./kit.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {linear, runge, slope} from "./pendulum.js";
+import {picture} from "./plot.js";
+
 const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;  // s; units of the drawing a metre
 
 class Fall extends Mover {
@@ -33,14 +35,20 @@ class Fall extends Mover {
   }
 
   show({theta, phi, lineTheta, linePhi, apart}, ghost) {
-    const plot = (name, label, nonlinear, line, old) => this.curves(name, {x: [0, this.horizon], labels: ["time t (s)", label], label,
-      y: name === "tilt" ? [-120, 120] : [Math.min(-90, 1.2 * degrees(Math.min(...nonlinear))), Math.max(90, 1.2 * degrees(Math.max(...nonlinear)))], lines: [
-        ...(old ? [{points: series(old.map(degrees), T), ghost: true}] : []), {points: series(line.map(degrees), T), colour: "--sos-second", dash: "6 4"},
-        {points: series(nonlinear.map(degrees), T)}]});
-    this.plots = [
-      plot("tilt", "θ (degrees)", theta, lineTheta, ghost?.theta),
-      plot("wheel", "φ (degrees)", phi, linePhi, ghost?.phi)
-    ];
+    const plot = (name, label, y, line, curve, old) => this.curves(name, {
+      y,
+      labels: `${label} (degrees)`,
+      label: `${label} (degrees)`,
+      ghosts: old && [{points: series(old.map(degrees), T)}],
+      lines: [
+        {points: series(line.map(degrees), T), colour: "--sos-second", dash: "6 4"},
+        {points: series(curve.map(degrees), T)}
+      ]
+    });
+    plot("tilt", "θ", [-120, 120], lineTheta, theta, ghost?.theta);
+    const far = phi.map(x => 1.2 * degrees(x)),
+          turned = [Math.min(-90, ...far), Math.max(90, ...far)];
+    plot("wheel", "φ", turned, linePhi, phi, ghost?.phi);
     const down = theta.findIndex(x => Math.abs(x) > Math.PI / 2);
     this.tell("feasible",
       verdict(apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.`
@@ -55,24 +63,21 @@ class Fall extends Mover {
              : "--sos-first"})" stroke-dasharray="${dash}" d="M-10 6V-78H10V6Z"/>` +
       `<circle class="sos-part" style="fill:var(--sos-paper)" stroke-dasharray="${dash}" r="${
         METRE * 0.032}"/><path class="sos-thin" d="M0 0V-26"/></g>`;
-    this.find("scene").innerHTML =
-      `<svg role="img" viewBox="0 0 340 260" aria-label="The falling pendulum and its linear model"><path class="sos-thin" d="M0 ${
-        GROUND}H340"/>` +
-      `${robot("5 4")}${robot("")}</svg>`;
+    this.find("scene").innerHTML = picture(260, "The falling pendulum and its linear model",
+      `<path class="sos-thin" d="M0 ${GROUND}H340"/>${robot("5 4")}${robot("")}`);
   }
 
   pose({theta, phi, lineTheta, linePhi}, time) {
+    super.pose(null, time);
     const k = Math.min(STEPS, Math.round(time / T));
     const groups = this.find("scene").querySelectorAll("g");
     [[lineTheta, linePhi], [theta, phi]].forEach(([lean, turn], i) => {
-      const x = Math.max(-40, Math.min(380, 170 + METRE * 0.032 * turn[k]));
+      const x = clamp(170 + METRE * 0.032 * turn[k], -40, 380);
       groups[i].setAttribute(
         "transform", `translate(${round(x)} ${round(GROUND - METRE * 0.032)})`);
       groups[i].children[0].setAttribute("transform", `rotate(${round(degrees(lean[k]))})`);
       groups[i].children[2].setAttribute("transform", `rotate(${round(degrees(turn[k]))})`);
     });
-    this.now("tilt", this.plots[0], k * T);
-    this.now("wheel", this.plots[1], k * T);
   }
 }
 

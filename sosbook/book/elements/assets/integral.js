@@ -1,6 +1,8 @@
-import {clean, define, round} from "./kit.js";
-import {add, block, combine, eigenvalues, eye, mul, scale, solve, zeros} from "./linalg.js";
+import {clamp, clean, define, round} from "./kit.js";
+import {add, block, combine, eigenvalues, eye, mul, rightmost, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
+import {picture} from "./plot.js";
+
 const T = 0.025, STEPS = 800, PUSH = 400;  // s; the step at which the force sets in
 
 class Integral extends Mover {
@@ -19,13 +21,7 @@ class Integral extends Mover {
     ];
   }
 
-  // Without an integral its state is a pole at zero, which nobody sees.
-  good({poles}, {first, second}) {
-    const off = [first, second].filter(f => f === 0).length;
-    return [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off).every(([
-      re
-    ]) => re < -1e-9);
-  }
+  good({poles}) { return rightmost(poles) < -1e-9; }
   get means() { return "the loop is stable"; }
 
   compute({first, second, force}) {
@@ -43,13 +39,14 @@ class Integral extends Mover {
     const inputs = Array.from({length: STEPS}, (_, k) => [1, k < PUSH ? 0 : force]);
     const x = samples(
       loop, block([[still, over(mul(F, F[0].map(() => [1])))]]), Array(N).fill(0), inputs, T);
-    return {gain, poles: eigenvalues(loop), z: x.map(v => v.slice(0, n))};
+    // without an integral its state is a pole at zero, which nobody sees
+    const off = [first, second].filter(f => f === 0).length;
+    const poles = eigenvalues(loop).sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off);
+    return {off, poles, z: x.map(v => v.slice(0, n))};
   }
 
-  show({poles, z}, ghost, {first, second}) {
-    const off = [first, second].filter(f => f === 0).length;
-    const live = [...poles].sort((p, q) => Math.hypot(...p) - Math.hypot(...q)).slice(off);
-    const right = Math.max(...live.map(([re]) => re)), good = this.good({poles}, {first, second});
+  show({off, poles, z}, ghost, {first, second}) {
+    const good = this.good({poles});
     const far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
     const both = off
       ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.")
@@ -59,24 +56,24 @@ class Integral extends Mover {
           : Math.min(first, second) < 0
           ? "Unstable: a wrong sign drives the error away, however small the gain."
           : "Unstable.") +
-        `<p>${both} Rightmost pole: real part ${number(right, " s⁻¹")}. Errors z − r at 10 s: ${
-          far(z[PUSH][0])} and ${far(z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
-          far(z.at(-1)[1])}.</p>`);
-    this.poleMap("poles",
-      {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles: live, ghost: ghost?.poles});
-    const pair = (list, old) => [0, 1].map(i => ({
+        `<p>${both} Rightmost pole: real part ${
+          number(rightmost(poles), " s⁻¹")}. Errors z − r at 10 s: ${far(z[PUSH][0])} and ${
+          far(
+            z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${far(z.at(-1)[1])}.</p>`);
+    this.poleMap(
+      "poles", {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles, ghost: ghost?.poles});
+    const pair = list => [0, 1].map(i => ({
       points: series(list.map(v => v[i]), T, 2),
       dash: i ? "6 4" : "",
-      colour: i ? "--sos-second" : "--sos-first",
-      ghost: old
+      colour: i ? "--sos-second" : "--sos-first"
     }));
-    this.plot = this.curves("time", {
-      x: [0, this.horizon],
+    this.curves("time", {
       y: [-0.5, 2.5],
-      labels: ["time t (s)", "z₁, z₂"],
+      labels: "z₁, z₂",
       label: "Displacements over time",
       rules: [1],
-      lines: [...(ghost ? pair(ghost.z, true) : []), ...pair(z)]
+      ghosts: ghost && pair(ghost.z),
+      lines: pair(z)
     });
     const cart = (k, y) =>
       `<path class="sos-thin" d="M10 ${y + 25}H330"/><path class="sos-target" d="M200 ${y - 30}V${
@@ -85,17 +82,15 @@ class Integral extends Mover {
       `x="-22" y="-18" width="44" height="34" rx="4"/><circle class="sos-part" cx="-11" cy="19" r="5"/><circle class="sos-part" cx="11" cy="19" r="5"/><text y="5" text-anchor="middle">z${
       "₁₂"[k]}</text></g>`;
     this.find("scene").innerHTML =
-      `<svg role="img" viewBox="0 0 340 190" aria-label="Two masses and their set points">${
-        cart(0, 55)}${cart(1, 145)}</svg>`;
+      picture(190, "Two masses and their set points", cart(0, 55) + cart(1, 145));
   }
 
   pose({z}, time) {
+    super.pose({z}, time);
     const k = Math.min(STEPS, Math.round(time / T));
     const carts = this.find("scene").querySelectorAll("g");
-    z[k].forEach(
-      (value, i) => carts[i].setAttribute("transform",
-        `translate(${round(Math.max(30, Math.min(310, 100 + 100 * value)))} ${i ? 145 : 55})`));
-    this.now("time", this.plot, k * T);
+    z[k].forEach((value, i) => carts[i].setAttribute("transform",
+                   `translate(${round(clamp(100 + 100 * value, 30, 310))} ${i ? 145 : 55})`));
   }
 }
 

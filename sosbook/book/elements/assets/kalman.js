@@ -1,6 +1,7 @@
 import {define, degrees} from "./kit.js";
-import {add, apply, block, eigenvalues, held, mul, riccati, scale, solve, transpose, zeros} from "./linalg.js";
+import {add, apply, block, eigenvalues, held, mul, riccati, rightmost, scale, solve, stable, transpose, zeros} from "./linalg.js";
 import {Mover, normal, number, series, verdict} from "./mover.js";
+
 const T = 0.005, STEPS = 400;  // s
 
 class Kalman extends Mover {
@@ -19,7 +20,7 @@ class Kalman extends Mover {
     ];
   }
 
-  good({poles}) { return poles.every(([re]) => re < 0); }
+  good({poles}) { return stable(poles); }
   get means() { return "the loop with the observer is stable"; }
 
   compute({gyro, wheels, push, plant}) {
@@ -48,7 +49,7 @@ class Kalman extends Mover {
   }
 
   show({L, poles, filter, theta, belief, V}, ghost) {
-    const right = Math.max(...poles.map(([re]) => re));
+    const right = rightmost(poles);
     const fast = Math.min(...filter.map(([re]) => re));
     const rms = list => Math.sqrt(list.reduce((sum, x) => sum + x * x, 0) / list.length);
     const late = (list, f) => rms(list.slice(STEPS / 2).map(f));
@@ -64,27 +65,22 @@ class Kalman extends Mover {
                        number(late(V, x => x), " V", 2)} rms.`
                    : "") +
         "</p>");
-    const x = [0, this.horizon], deg = list => series(list.map(degrees), T);
-    this.plots = {
-      tilt: this.curves("tilt", {
-        x,
-        y: [-15, 15],
-        labels: ["time t (s)", "θ (degrees)"],
-        label: "Tilt and its estimate",
-        lines: [
-          ...(ghost ? [{points: deg(ghost.belief), colour: "--sos-second", ghost: true}] : []),
-          {points: deg(belief), colour: "--sos-second", dash: "5 3"}, {points: deg(theta)}
-        ]
-      }),
-      volts: this.curves("volts", {
-        x,
-        y: [-8, 8],
-        labels: ["time t (s)", "V (volts)"],
-        label: "Voltage over time",
-        rules: [-7.4, 7.4],
-        lines: [{points: series(V, T), colour: "--sos-third"}]
-      })
-    };
+    const curve = (list, colour, dash) => ({points: series(list, T), colour, dash});
+    const tilt = (list, ...look) => curve(list.map(degrees), ...look);
+    this.curves("tilt", {
+      y: [-15, 15],
+      labels: "θ (degrees)",
+      label: "Tilt and its estimate",
+      ghosts: ghost && [tilt(ghost.belief, "--sos-second")],
+      lines: [tilt(belief, "--sos-second", "5 3"), tilt(theta)]
+    });
+    this.curves("volts", {
+      y: [-8, 8],
+      labels: "V (volts)",
+      label: "Voltage over time",
+      rules: [-7.4, 7.4],
+      lines: [curve(V, "--sos-third")]
+    });
     this.poleMap("poles", {
       x: [-40, 10],
       y: [-20, 20],
@@ -92,10 +88,6 @@ class Kalman extends Mover {
       poles,
       ghost: ghost?.poles
     });
-  }
-
-  pose(_, time) {
-    for (const [name, plot] of Object.entries(this.plots)) this.now(name, plot, time);
   }
 }
 

@@ -24,6 +24,7 @@ export const withConjugates = pairs =>
   pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
 
 export const degrees = x => x * 180 / Math.PI;
+export const clamp = (x, low, high) => Math.max(low, Math.min(high, x));
 // The place in a list of the value that is nearest by its logarithm.
 export function nearest(list, value) {
   const far = list.map(x => Math.abs(Math.log(x / value)));
@@ -90,17 +91,14 @@ export const panel = (name, caption, kind = "") =>
 export const READOUT =
   `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
-// A button that is found by its name.
-export const button = (name, text) =>
-  `<button type="button" class="sos-button sos-${name}" ${QUIET}>${text}</button>`;
+// A button that `press` hears of.
+export const button = ([key, words]) =>
+  `<button type="button" class="sos-button sos-${key}" data-do="${key}" ${QUIET}>${words}</button>`;
 
-// Buttons, and the place for what they answer.
-export const buttons = list => `<div class="sos-buttons">` +
-  list
-    .map(([key, words]) =>
-           `<button type="button" class="sos-button" data-do="${key}" ${QUIET}>${words}</button>`)
-    .join("") +
-  `</div><div class="sos-more" aria-live="polite"></div>`;
+// Buttons, what stands beside them, and the place for what they answer.
+export const buttons = (list, more = "") =>
+  `<div class="sos-buttons">${list.map(button).join("")}${more}</div>` +
+  `<div class="sos-more" aria-live="polite"></div>`;
 
 // The band under a slider: stretches [from, to, good] of its way, in parts of one.
 export function band(input, stretches) {
@@ -172,6 +170,9 @@ export class PageElement extends HTMLElement {
     this.querySelector(":scope > .sos-absent")?.remove();
     this.append(this.view);
     this.view.addEventListener("input", () => this.settle());
+    this.view.addEventListener("click", ({target}) => {
+      if (target.dataset.do) this.press(target.dataset.do);
+    });
     this.wire();
     this.reserve();
     const strange = this.strange(this.linked());
@@ -206,7 +207,7 @@ export class PageElement extends HTMLElement {
   }
 
   press(what) {
-    if (what) this.reply("");
+    this.reply("");
     if (what === "reset") this.reset();
     else if (what === "link") this.link();
     else if (what === "python") this.print(this.program);

@@ -30,6 +30,12 @@ export const lyapunov = onRows(spectrum.lyapunov);
 export const eigenvalues = A =>
   spectrum.eigenvalues(matrix(A)).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
 
+// Of poles or eigenvalues: the largest real part and modulus, and whether they decay.
+export const rightmost = poles => Math.max(...poles.map(([re]) => re));
+export const spectralRadius = poles => Math.max(...poles.map(p => Math.hypot(...p)));
+export const stable = poles => rightmost(poles) < 0;
+export const leastEigenvalue = A => eigenvalues(A)[0][0];
+
 // The stabilising solution of A^T X + X A - X B R^-1 B^T X + Q = 0.
 export const riccati =
   onRows((A, B, Q, R) => spectrum.riccati(

@@ -22,8 +22,6 @@ class FeasibilityMap extends PageElement {
       this.control(key).addEventListener("input", () => this.update());
       steady(this.control(key));
     }
-    this.view.querySelector(".sos-buttons")
-      .addEventListener("click", event => this.press(event.target.dataset.do));
     const {group = "0", pair = "0", x, y} = this.linked();
     this.control("group").value = number(group) in this.data.groups ? group : 0;
     this.choose(pair);

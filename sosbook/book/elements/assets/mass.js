@@ -1,6 +1,8 @@
 import {clean, define, round} from "./kit.js";
-import {block, eigenvalues, eye, make, zeros} from "./linalg.js";
-import {Mover, number, samples, verdict} from "./mover.js";
+import {block, eigenvalues, eye, make, spectralRadius, zeros} from "./linalg.js";
+import {Mover, number, samples, series, verdict} from "./mover.js";
+import {picture} from "./plot.js";
+
 const STEPS = 300;
 
 class Mass extends Mover {
@@ -29,9 +31,7 @@ class Mass extends Mover {
     ]);
   }
 
-  largest(place, mass) {
-    return Math.max(...eigenvalues(this.plant(place, mass)).map(p => Math.hypot(...p)));
-  }
+  largest(place, mass) { return spectralRadius(eigenvalues(this.plant(place, mass))); }
 
   compute(place) {
     const mass = place.m4 + place.lent, A = this.plant(place, mass), T = this.horizon / STEPS;
@@ -43,7 +43,7 @@ class Mass extends Mover {
   }
 
   show({mass, poles, z, v, curve}, ghost, {b4, lent}) {
-    const T = this.horizon / STEPS, size = Math.max(...poles.map(p => Math.hypot(...p)));
+    const T = this.horizon / STEPS, size = spectralRadius(poles);
     const peak = Math.max(...v), limit = b4 ? 1 / b4 : null;
     this.tell("feasible",
       verdict(b4
@@ -56,14 +56,13 @@ class Mass extends Mover {
                     " kg")} the pole is this slow again. Late feedback would be another matter.`
               : "") +
         "</p>");
-    const points = list => list.map((value, k) => [k * T, value]);
-    this.plot = this.curves("speed", {
-      x: [0, this.horizon],
+    this.curves("speed", {
       y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)],
-      labels: ["time t (s)", "velocity (m/s)"],
+      labels: "velocity (m/s)",
       label: "Velocity of the last body",
       rules: limit ? [limit] : [],
-      lines: [...(ghost ? [{points: points(ghost.v), ghost: true}] : []), {points: points(v)}]
+      ghosts: ghost && [{points: series(ghost.v, T)}],
+      lines: [{points: series(v, T)}]
     });
     const log = list => list.map(p => p.map(Math.log10)), masses = curve.map(([m]) => m);
     this.curves("size", {
@@ -88,15 +87,15 @@ class Mass extends Mover {
       `<g><rect class="sos-part" x="${- w / 2}" y="-18" width="${w}" height="36" rx="4"${
         k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"`
                 : ""}/></g>`;
-    this.find("scene").innerHTML =
-      `<svg role="img" viewBox="0 0 340 120" aria-label="Four bodies in a row behind a wall"><path class="sos-thin" d="M12 25V95"/><path class="sos-thin sos-springs"/>${
-          [46, 40, 34, 14 + 24 * Math.min(1, Math.cbrt(mass))]
-            .map((w, k) => body(k, w))
-            .join("")}` +
-      `<path class="sos-thin" style="stroke:var(--sos-bad)" d="M292 100h30m-8 -5l8 5l-8 5"/><text x="290" y="116">1 N</text></svg>`;
+    this.find("scene").innerHTML = picture(120, "Four bodies in a row behind a wall",
+      `<path class="sos-thin" d="M12 25V95"/><path class="sos-thin sos-springs"/>` +
+        [46, 40, 34, 14 + 24 * Math.min(1, Math.cbrt(mass))].map((w, k) => body(k, w)).join("") +
+        `<path class="sos-thin" style="stroke:var(--sos-bad)" d="M292 100h30m-8 -5l8 5l-8 5"/>` +
+        `<text x="290" y="116">1 N</text>`);
   }
 
   pose({z}, time) {
+    super.pose({z}, time);
     const k = Math.min(STEPS, Math.round(time / this.horizon * STEPS)), scene = this.find("scene");
     const x = z[k].map((value, i) => 70 + 76 * i + this.grow * value);
     scene.querySelectorAll("g").forEach(
@@ -108,7 +107,6 @@ class Mass extends Mover {
     this.find("springs").setAttribute("d", [
       [12, x[0] - 23], [x[0] + 23, x[1] - 20], [x[1] + 20, x[2] - 17], [x[2] + 17, x[3] - 8]
     ].map(([a, b]) => spring(a, b)).join(""));
-    this.now("speed", this.plot, Math.min(time, this.horizon));
   }
 }
 

@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, button, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, uniform} from "./kit.js";
+import {announce, band, buttons, clamp, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
 
@@ -27,16 +27,19 @@ const wide = html =>
     .join("");
 
 export class Mover extends PageElement {
-  // What a subclass has of its own. [name, caption] of each panel:
+  // What a subclass has of its own. Of each panel its name, caption and kind:
   figures() { return []; }
   // numbers alone, and what draws and tells them;
+  /** @returns {any} */
   compute(_place) { return {}; }
   show(_result, _ghost, _place) {}
   // with a horizon in seconds it moves, and draws an instant;
   get horizon() { return 0; }
   get still() { return undefined; }
   get pace() { return 1; }
-  pose(_result, _time) {}
+  pose(_result, time) {
+    for (const name in this.timed) this.now(name, this.timed[name], time);
+  }
   // where a result is good, the bands under the sliders are green, which means something.
   good(_result, _place) { return false; }
   get means() { return ""; }
@@ -55,10 +58,20 @@ export class Mover extends PageElement {
       (this.means ? `<p class="sos-soft">Green under a slider: there ${
                       escape(this.means)}, while the others stay.</p>`
                   : "") +
-      `<div class="sos-buttons">${this.horizon ? button("play", "Play") : ""}${
-        button("reset", "Reset")}${
-        button("address", "Link to this")}</div><div class="sos-more" aria-live="polite"></div>` +
-      panels(this.figures().map(([name, caption]) => panel(name, caption)).join("")) + READOUT;
+      buttons(this.buttons, this.option) +
+      panels(this.figures().map(([name, caption, kind]) => panel(name, caption, kind)).join("")) +
+      READOUT;
+  }
+
+  get buttons() {
+    const play = this.horizon ? [["play", "Play"]] : [];
+    return [...play, ["reset", "Reset"], ["link", "Link to this"]];
+  }
+  get option() { return ""; }  // what stands beside the buttons
+
+  press(what) {
+    super.press(what);
+    if (what === "play") this.play(!this.playing);
   }
 
   wire() {
@@ -74,8 +87,6 @@ export class Mover extends PageElement {
         Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
       roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
     }
-    this.find("reset").addEventListener("click", () => this.reset());
-    this.find("address").addEventListener("click", () => this.link());
     if (this.horizon) this.ready();
     if (this.means) {
       new IntersectionObserver(([entry]) => {
@@ -198,23 +209,42 @@ export class Mover extends PageElement {
     this.find(name).innerHTML = plot.svg(label);
   }
 
-  // Curves over an axis: {points, colour, dash, ghost}; y fits unless it is given.
-  curves(name, {x, y = null, labels, label, lines, rules = [], marks = []}) {
+  // Curves {points, colour, dash} and their pale `ghosts` over x, or over time, whose axis
+  // needs no label; y fits unless it is given.
+  curves(name, {x = null, y = null, labels, label, lines, ghosts = [], rules = [], marks = []}) {
     const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
-    const plot = new Plot(
-      {x, y: y ?? range([...values, ...rules]), labels, height: 260, box: [52, 332, 10, 218]});
-    const clip = v => Math.max(plot.y[0], Math.min(plot.y[1], v));
-    for (const at of rules) plot.rule("sos-target", x, [at, at]);
-    for (const {points, colour = "--sos-first", dash = "", ghost} of lines) {
-      const seen = points.filter(p => Number.isFinite(p[1])).map(([u, v]) => [u, clip(v)]);
-      plot.body += `<path class="sos-line${ghost ? " sos-ghost" : ""}" style="stroke:var(${
-        colour})" stroke-dasharray="${dash}" d="${plot.path(seen)}"/>`;
-    }
+    const plot = new Plot({
+      x: x ?? [0, this.horizon],
+      y: y ?? range([...values, ...rules]),
+      labels: x ? labels : ["time t (s)", labels],
+      height: 260,
+      box: [52, 332, 10, 218]
+    });
+    const draw = (list, kind) => list.forEach(({points, colour = "--sos-first", dash}) => {
+      const seen = points.filter(p => Number.isFinite(p[1]) && p[0] <= plot.x[1]);
+      plot.line(seen.map(([u, v]) => [u, clamp(v, ...plot.y)]), colour, dash, kind);
+    });
+    for (const at of rules) plot.rule("sos-target", plot.x, [at, at]);
+    draw(ghosts, " sos-ghost");
+    draw(lines, "");
     for (const [point, colour, shape] of marks)
       if (plot.has(point)) mark(plot, point, colour, shape);
     plot.body += `<path class="sos-now"/>`;
     this.find(name).innerHTML = plot.svg(label);
-    return plot;
+    if (!x) this.timed = {...this.timed, [name]: plot};
+  }
+
+  // Two plots over one axis of time, one above the other: [y, label] of each.
+  /** @type {(name: string, axes: any[], label: string, draw: any, x?: any) => void} */
+  strips(name, [upper, lower], label, draw, x = [0, this.horizon]) {
+    const plot = ([y, words], box, height, time) =>
+      new Plot({x, y, labels: [time, words], box, height});
+    const top = plot(upper, [46, 332, 10, 150], 180, "");
+    const bottom = plot(lower, [46, 332, 172, 298], 340, "time t (s)");
+    draw(top, bottom);
+    bottom.body = top.body + bottom.body + `<path class="sos-now"/>`;
+    this.find(name).innerHTML = bottom.svg(label);
+    this.timed = {...this.timed, [name]: {X: bottom.X, t: top.t, b: bottom.b}};
   }
 
   // The instant on a plot that `curves` drew.
@@ -227,7 +257,6 @@ export class Mover extends PageElement {
   // ---------------------------------------------------------------- motion
   ready() {
     this.time = this.still ?? 0;
-    this.find("play").addEventListener("click", () => this.play(!this.playing));
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     new IntersectionObserver(([entry]) => {
       this.seen = entry.isIntersecting;
@@ -286,6 +315,9 @@ export function samples(A, B, x, inputs, T) {
 
 export const series = (values, T, every = 1) =>
   values.map((v, k) => [k * T, v]).filter((_, k) => k % every === 0);
+// The same held from one sample to the next.
+export const stairs = (points, end) =>
+  points.flatMap(([t, v], k) => [[t, v], [Math.min(end, points[k + 1]?.[0] ?? end), v]]);
 export const number = (x, unit = "", digits = 3) =>
   `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
 export const verdict = words => `<p><span class="sos-status">${words}</span></p>`;

@@ -36,6 +36,15 @@ export const row = ([l, r], v, text) =>
 export const upright = ([t, b], label) => `<text transform="translate(11 ${
   (t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
 
+// A picture for eyes and, by its label, for screen readers.
+export const picture = (height, label, body) =>
+  `<svg role="img" viewBox="0 0 340 ${height}" aria-label="${escape(label)}">${body}</svg>`;
+
+// A bar that stands on a line, or hangs from it, as high as its value.
+export const bar = (x, width, line, value, colour) =>
+  `<rect x="${x}" y="${round(line - Math.max(0, value))}" width="${width}" height="${
+    round(Math.abs(value))}" style="fill:var(${colour})"/>`;
+
 // Axes in a viewBox that is 340 wide; what is drawn joins `body`. Where the
 // axes are logarithmic, what lies above or below is drawn on the edge.
 export class Plot {
@@ -69,8 +78,8 @@ export class Plot {
     return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join("");
   }
 
-  line(points, colour, dash = "") {
-    this.body += `<path class="sos-line" style="stroke:var(${colour})" stroke-dasharray="${
+  line(points, colour, dash = "", kind = "") {
+    this.body += `<path class="sos-line${kind}" style="stroke:var(${colour})" stroke-dasharray="${
       dash}" d="${this.path(points)}"/>`;
   }
 
@@ -93,8 +102,5 @@ export class Plot {
       text}</text>`;
   }
 
-  svg(label) {
-    return `<svg role="img" viewBox="0 0 340 ${this.height}" aria-label="${escape(label)}">${
-      this.body}</svg>`;
-  }
+  svg(label) { return picture(this.height, label, this.body); }
 }

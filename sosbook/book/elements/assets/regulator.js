@@ -1,15 +1,15 @@
-import {clean, define, degrees, gains, nearest, round} from "./kit.js";
-import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, trace, transpose} from "./linalg.js";
-import {mark, Mover, range} from "./mover.js";
+import {clamp, clean, define, degrees, gains, nearest, round} from "./kit.js";
+import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, rightmost, stable, trace, transpose} from "./linalg.js";
+import {mark, Mover, number, range, series, verdict} from "./mover.js";
 import {linear, runge, slope, STEP, vertices} from "./pendulum.js";
-import {Plot, S_PLANE} from "./plot.js";
+import {picture, Plot, S_PLANE} from "./plot.js";
 
 const COLOURS = ["--sos-first", "--sos-second", "--sos-region", "--sos-third"];
 const METRE = 480, ROW = 76, LEFT = -14;  // units of the drawing a metre, a lane; 1/s
 
 // The nonlinear pendulum under V = K x, held to the motors' limit.
 function recover(mip, K, tilt, limit, horizon) {
-  const volts = x => Math.max(-limit, Math.min(limit, apply([K], x)[0]));
+  const volts = x => clamp(apply([K], x)[0], -limit, limit);
   const rate = x => slope(mip, x, volts(x));
   let x = [tilt, ...K.slice(1).map(() => 0)];
   const run = {theta: [x[0]], phi: [0], V: [volts(x)]};
@@ -55,9 +55,7 @@ class Regulator extends Mover {
     };
   }
 
-  good({loops, stands}) {
-    return stands.every(x => x) && loops.every(({poles}) => poles.every(([re]) => re < 0));
-  }
+  good({loops, stands}) { return stands.every(x => x) && loops.every(({poles}) => stable(poles)); }
   get means() { return "it stands at all four vertices"; }
 
   compute(place) {
@@ -65,10 +63,9 @@ class Regulator extends Mover {
     const loops = vertices(mip, place.spread / 100).map(robot => {
       const [A, B] = linear(robot, N), loop = add(A, mul(B, [K])), poles = eigenvalues(loop);
       const weight = combine(1, eye(N), place.R, mul(transpose([K]), [K]));
-      const stable = poles.every(([re]) => re < 0);
       return {
         poles,
-        cost: stable ? trace(lyapunov(loop, weight)) : null,
+        cost: stable(poles) ? trace(lyapunov(loop, weight)) : null,
         ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)
       };
     });
@@ -80,36 +77,31 @@ class Regulator extends Mover {
 
   show({K, from, loops, peak, stands}, ghost, {law = 0, tilt}) {
     const {limit} = this.data, worst = Math.max(...loops.map(({cost}) => cost ?? Infinity));
-    const bad = loops.filter(({poles}) => poles.some(([re]) => re >= 0)).length;
-    const fallen = stands.filter(x => !x).length;
-    const rightmost = Math.max(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
-    const fastest = Math.min(...loops.flatMap(({poles}) => poles.map(([re]) => re)));
+    const bad = loops.filter(({poles}) => !stable(poles)).length;
+    const fallen = stands.filter(x => !x).length, all = loops.flatMap(({poles}) => poles);
     const word = fallen ? `falls at ${fallen} of 4 vertices`
       : bad ? `unstable at ${bad} of 4 vertices, though it hasn't fallen yet`
             : "stands at all four vertices";
     this.tell(this.good({loops, stands}) ? "feasible" : "infeasible",
-      `<p><span class="sos-status">From ${clean(tilt)}° it ${word}.</span></p>` +
-        gains([K], [2, 1, law], 4) +
-        `<p>${from}. Peak voltage <span class="sos-number">${clean(peak)} V</span>${
-          peak >= limit ? ", the motors' limit" : ""}; ` +
-        `worst cost at a vertex <span class="sos-number">${
-          worst < Infinity ? clean(worst, 4) : "infinite"}</span>; rightmost pole ` +
-        `<span class="sos-number">${
-          clean(rightmost)} s⁻¹</span>, fastest <span class="sos-number">${
-          clean(fastest)} s⁻¹</span>.</p>`);
+      verdict(`From ${clean(tilt)}° it ${word}.`) + gains([K], [2, 1, law], 4) +
+        `<p>${from}. Peak voltage ${number(peak, " V")}${
+          peak >= limit ? ", the motors' limit" : ""}; worst cost at a vertex ${
+          worst < Infinity ? number(worst, "", 4) : `<span class="sos-number">infinite</span>`}; ` +
+        `rightmost pole ${number(rightmost(all), " s⁻¹")}, fastest ${
+          number(Math.min(...all.map(([re]) => re)), " s⁻¹")}.</p>`);
     this.poles(loops, ghost);
-    this.strips(loops, ghost);
+    this.signals(loops, ghost);
     this.lanes();
   }
 
   poles(loops, ghost) {
     const plot = new Plot({x: [LEFT, 4], y: [-9, 9], labels: S_PLANE});
     plot.rule("sos-axis", [0, 0], [-9, 9]);
-    const put = (all, more) => all.forEach(
-      ({poles}, k) =>
-        poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
-    if (ghost) put(ghost.loops, "opacity:.25");
-    put(loops, "");
+    for (const [list, more] of [[ghost?.loops ?? [], "opacity:.25"], [loops, ""]]) {
+      list.forEach(
+        ({poles}, k) =>
+          poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
+    }
     plot.body += COLOURS
                    .map((colour, k) => {
                      const y = 24 + 15 * k, key = {X: () => 62, Y: () => y, body: ""};
@@ -120,33 +112,20 @@ class Regulator extends Mover {
     this.find("poles").innerHTML = plot.svg("Poles of the loop at the four vertices");
   }
 
-  strips(loops, ghost) {
-    const {horizon, limit} = this.data, rad = 180 / Math.PI;
-    const all = [...loops, ...(ghost?.loops ?? [])];
-    const top =
-      range(all.flatMap(({theta}) => theta.map(x => Math.max(-100, Math.min(100, rad * x)))), 1);
-    const make = (y, label, box, time) =>
-      new Plot({x: [0, horizon], y, labels: [time, label], box, height: time ? 340 : 180});
-    const upper = make(top, "θ (degrees)", [46, 332, 10, 150], "");
-    const lower =
-      make([-1.12 * limit, 1.12 * limit], "V (volts)", [46, 332, 172, 298], "time t (s)");
-    const draw = (list, kind) => list.forEach(({theta, V}, k) => {
-      const thin = (values, f) =>
-        values.map((v, i) => [i * STEP, f(v)]).filter((_, i) => i % 4 === 0);
-      for (const [plot, points] of [
-             [upper, thin(theta, x => Math.max(-100, Math.min(100, rad * x)))],
-             [lower, thin(V, x => x)]]) {
-        plot.body +=
-          `<path class="sos-line${kind}" style="stroke:var(${COLOURS[k]})" stroke-dasharray="${
-              ["", "6 3", "2 2", "8 2 2 2"][k]}" d="${plot.path(points)}"/>`;
-      }
+  signals(loops, ghost) {
+    const {horizon, limit} = this.data, lean = x => clamp(degrees(x), -100, 100);
+    const all = [...loops, ...(ghost?.loops ?? [])].flatMap(({theta}) => theta.map(lean));
+    const axes = [[range(all, 1), "θ (degrees)"], [[-1.12 * limit, 1.12 * limit], "V (volts)"]];
+    this.strips("strips", axes, "Tilt and voltage of the four pendulums", (upper, lower) => {
+      const draw = (list, kind) => list.forEach(({theta, V}, k) => {
+        const look = [COLOURS[k], ["", "6 3", "2 2", "8 2 2 2"][k], kind];
+        upper.line(series(theta.map(lean), STEP, 4), ...look);
+        lower.line(series(V, STEP, 4), ...look);
+      });
+      if (ghost) draw(ghost.loops, " sos-ghost");
+      draw(loops, "");
+      for (const side of [-limit, limit]) lower.rule("sos-target", [0, horizon], [side, side]);
     });
-    if (ghost) draw(ghost.loops, " sos-ghost");
-    draw(loops, "");
-    for (const side of [-limit, limit]) lower.rule("sos-target", [0, horizon], [side, side]);
-    lower.body = upper.body + lower.body + `<path class="sos-now"/>`;
-    this.axes = [upper, lower];
-    this.find("strips").innerHTML = lower.svg("Tilt and voltage of the four pendulums");
   }
 
   lanes() {
@@ -157,17 +136,17 @@ class Regulator extends Mover {
         k}"><g><rect class="sos-part" x="-7" y="-48" width="14" height="52" rx="4" ` +
       `style="stroke:var(${
         COLOURS[k]})"/></g><g><circle class="sos-part" r="15" style="fill:var(--sos-paper)"/><path class="sos-thin" d="M-13 0H13M0 -13V13"/></g></g>`;
-    this.find("scene").innerHTML = `<svg role="img" viewBox="0 0 340 ${
-      4 * ROW + 4}" aria-label="Four pendulums on two wheels, from the side">${
-        [0, 1, 2, 3].map(robot).join("")}</svg>`;
+    this.find("scene").innerHTML = picture(
+      4 * ROW + 4, "Four pendulums on two wheels, from the side", [0, 1, 2, 3].map(robot).join(""));
   }
 
   pose({loops}, time) {
+    super.pose(null, time);
     const at = Math.min(Math.round(time / STEP), loops[0].V.length - 1), {limit, mip} = this.data;
     loops.forEach(({theta, phi, V}, k) => {
       const group = this.view.querySelector(`[data-robot="${k}"]`);
-      const lean = Math.max(-96, Math.min(96, degrees(theta[at])));
-      const x = Math.max(20, Math.min(320, 150 + METRE * mip.radius * phi[at]));
+      const lean = clamp(degrees(theta[at]), -96, 96);
+      const x = clamp(150 + METRE * mip.radius * phi[at], 20, 320);
       const base = ROW * (k + 1) - 8;
       group.setAttribute("transform", `translate(${round(x)} ${base - 15})`);
       group.children[0].setAttribute("transform", `rotate(${round(lean)})`);
@@ -175,9 +154,6 @@ class Regulator extends Mover {
       this.view.querySelector(`[data-k="${k}"]`)
         .setAttribute("d", `M280 ${base - 52}h${round(45 * V[at] / limit)}`);
     });
-    const [upper, lower] = this.axes, u = upper.X(at * STEP);
-    this.view.querySelector(".sos-now")
-      .setAttribute("d", `M${u} ${upper.t}V${upper.b}M${u} ${lower.t}V${lower.b}`);
   }
 }
 

@@ -1,6 +1,7 @@
 import {define} from "./kit.js";
-import {add, combine, eigenvalues, mul, scale, solve, transpose} from "./linalg.js";
+import {add, combine, eigenvalues, leastEigenvalue, mul, rightmost, scale, solve, stable, transpose} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
+
 const POINTS = 100;
 
 class Segment extends Mover {
@@ -21,10 +22,10 @@ class Segment extends Mover {
   look(plant, a) {
     const [E, A] = this.at(plant, a), half = mul(A, plant.P, transpose(E));
     const L = scale(-1, add(half, transpose(half)));
-    return {poles: eigenvalues(solve(E, A)), least: Math.min(...eigenvalues(L).map(([re]) => re))};
+    return {poles: eigenvalues(solve(E, A)), least: leastEigenvalue(L)};
   }
 
-  good({poles}) { return poles.every(([re]) => re < 0); }
+  good({poles}) { return stable(poles); }
   get means() { return "this plant is stable"; }
 
   probe({plant, weight}) { return this.good(this.look(this.data.plants[plant], weight)); }
@@ -37,13 +38,12 @@ class Segment extends Mover {
     return {
       ...this.look(chosen, weight),
       way: all,
-      pair: Math.min(...eigenvalues(scale(-1, add(pair, transpose(pair)))).map(([re]) => re))
+      pair: leastEigenvalue(scale(-1, add(pair, transpose(pair))))
     };
   }
 
   show({poles, least, way, pair}, ghost, {plant, weight}) {
-    const rightmost = list => Math.max(...list.map(([re]) => re)), right = rightmost(poles);
-    const {window} = this.data.plants[plant];
+    const right = rightmost(poles), {window} = this.data.plants[plant];
     const bad = way.filter(p => rightmost(p.poles) >= 0).length / way.length;
     this.tell(this.good({poles}) ? "feasible" : "infeasible",
       verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +

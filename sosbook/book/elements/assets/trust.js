@@ -1,7 +1,7 @@
 import {definite, EXACT, exactMatrix} from "../../kernel/exact.js";
 
 import {clean, define} from "./kit.js";
-import {add, block, combine, eigenvalues, eye, lyapunov, mul, scale, solve, trace, transpose, zeros} from "./linalg.js";
+import {add, block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, mul, rightmost, scale, solve, stable, trace, transpose, zeros} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
 
 class Trust extends Mover {
@@ -34,7 +34,7 @@ class Trust extends Mover {
     const X = lyapunov(transpose(solve(E0, A0)), eye(4));
     const P = scale(1 / trace(X), X).map(row => row.map(x => Number(x.toPrecision(digits))));
     const half = mul(A, P, transpose(E)), L = scale(-1, add(half, transpose(half)));
-    const least = [P, L].map(G => Math.min(...eigenvalues(G).map(([re]) => re)));
+    const least = [P, L].map(leastEigenvalue);
     const {times, transposed, combined} = EXACT, p = exactMatrix(P);
     const exactHalf = times(times(exactMatrix(A), p), transposed(exactMatrix(E)));
     const exact = combined(-1, exactHalf, -1, transposed(exactHalf));
@@ -44,7 +44,7 @@ class Trust extends Mover {
       status: Math.min(...least) > -(10 ** tolerance),
       floats: Math.min(...least) > 0,
       proven: definite(p) && definite(exact),
-      stable: poles.every(([re]) => re < 0)
+      stable: stable(poles)
     };
   }
 
@@ -73,8 +73,7 @@ class Trust extends Mover {
           : proven ? "Proven, and true."
                    : "Nothing is claimed.") +
         `<p>Smallest eigenvalues: of P ${number(least[0])}, of the inequality ${
-          number(least[1])}. Rightmost pole ${
-          number(Math.max(...poles.map(([re]) => re)), " s⁻¹")}.</p>`);
+          number(least[1])}. Rightmost pole ${number(rightmost(poles), " s⁻¹")}.</p>`);
     this.poleMap("poles",
       {x: [-0.6, 0.2], y: [-1.2, 1.2], label: "Poles of the plant", poles, ghost: ghost?.poles});
   }

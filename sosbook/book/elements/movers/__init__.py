@@ -1,20 +1,9 @@
 """Elements that compute in the page: closed forms and small eigenvalue problems."""
 
-from .centre import centre
-from .chain import chain
-from .chirp import chirp
-from .circulation import circulation
-from .clock import clock
-from .delayed import delayed
-from .digits import digits
-from .fall import fall
-from .integral import integral
-from .kalman import kalman
-from .mass import mass
+from .lmis import centre, segment, trust
+from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider
-from .regulator import regulator
-from .segment import segment
-from .trust import trust
+from .pendulum import chain, chirp, clock, digits, fall, regulator
 
 __all__ = [
     "Mover",

@@ -6,12 +6,12 @@ __all__ = ["Mover", "choice", "slider"]
 
 
 class Mover(PageElement):
-    """A page element with sliders that computes what it shows.
-
-    A subclass names its tag and its script.
+    """A page element with controls that computes what it shows; put it last in a cell.
 
     Parameters
     ----------
+    script : str
+        The name of its script, and of its tag: "sos-" and that.
     title : str
         The heading of the element.
     hint : str
@@ -25,13 +25,13 @@ class Mover(PageElement):
     sheets = ("mover",)
     notice = "A figure with sliders"
 
-    def __init__(self, title, hint, controls, **given):
-        self.title = title
+    def __init__(self, script, title, hint, controls, **given):
+        self.tag, self.script, self.title = f"sos-{script}", script, title
         self.data = {"title": title, "hint": hint, "controls": controls, **given}
 
     def __repr__(self):
         keys = ", ".join(control["key"] for control in self.data["controls"])
-        return f"{type(self).__name__}: {keys}"
+        return f"{self.script.capitalize()}: {keys}"
 
 
 def slider(key, label, unit, ends, step, start, scale="linear"):

@@ -1,0 +1,171 @@
+"""LMIs that can be drawn in the page: a set and its centre, a segment, a proof."""
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ....plants.second_order import SecondOrderSystem
+from .loops import circulating
+from .mover import Mover, choice, slider
+
+__all__ = ["centre", "segment", "trust"]
+
+SHRINK = (
+    "Move your point until both bars are above zero. Then ask for a faster decay σ: "
+    "the set shrinks around its centre and vanishes at the true rate."
+)
+
+
+def centre(
+    A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre", hint=SHRINK
+):
+    """The feasible set of P = [p q; q 1] for a decay rate, in the page.
+
+    The page walks from the reader's point to the analytic centre by
+    Newton's method, the decrement beside each step.
+
+    Parameters
+    ----------
+    A : (2, 2) array_like
+        The matrix of x' = A x.
+    start : (float, float)
+        p and q at first.
+    sigma : float
+        The decay rate at first, in 1/s.
+    title, hint : str
+        The heading, and what to try.
+
+    Raises
+    ------
+    ValueError
+        If A isn't 2 x 2.
+
+    Examples
+    --------
+    >>> centre([[0, 1], [-2, -3]])
+    Centre: sigma, p, q
+    """
+    A = np.asarray(A, float)
+    if A.shape != (2, 2):
+        raise ValueError(f"A must be 2 x 2, got the shape {A.shape}")
+    p, q = start
+    return Mover(
+        "centre",
+        title,
+        hint,
+        [
+            slider("sigma", "Decay rate σ", " s⁻¹", (0, 1.2), 0.01, sigma),
+            slider("p", "p of your point", "", (0, 4), 0.02, p),
+            slider("q", "q of your point", "", (-1.8, 0.5), 0.02, q),
+        ],
+        A=A.tolist(),
+    )
+
+
+def segment(cases):
+    """The plants between two vertices, their poles and the LMI of stability.
+
+    Parameters
+    ----------
+    cases : dict
+        For each name ((first, second), P): two `Descriptor` vertices
+        without control, and the matrix P that they share.
+
+    Examples
+    --------
+    >>> from sosbook.book import counterexamples
+    >>> segment({"rotation": counterexamples.rotation()})
+    Segment: plant, weight
+    """
+    plants = []
+    for name, ((first, second), P) in cases.items():
+        E, A = (
+            [x.tolist() for x in pair]
+            for pair in zip((first.E, first.A), (second.E, second.A), strict=True)
+        )
+        ways = [
+            np.linalg.eigvals(
+                np.linalg.solve(
+                    (1 - a) * first.E + a * second.E, (1 - a) * first.A + a * second.A
+                )
+            )
+            for a in np.linspace(0, 1, 41)
+        ]
+        poles = np.ravel(ways)
+        plants.append(
+            {
+                "name": name,
+                "E": E,
+                "A": A,
+                "P": np.asarray(P).tolist(),
+                "window": [_window(poles.real), _window(poles.imag)],
+            }
+        )
+    return Mover(
+        "segment",
+        "Walk from one vertex to the other",
+        "Both ends satisfy the inequality with one P. Walk from one to the other: "
+        "where does the inequality stop telling, and where does stability end?",
+        [
+            choice("plant", "Polytope", cases),
+            slider("weight", "Weight of the second vertex", "", (0, 1), 0.01, 0),
+        ],
+        plants=plants,
+    )
+
+
+def _window(values):
+    """Round ends of an axis that holds most values, and zero."""
+    low, high = min(np.quantile(values, 0.03), -1), max(np.quantile(values, 0.97), 1)
+    room = 0.15 * (high - low)
+    return [float(np.floor(low - room)), float(np.ceil(high + room))]
+
+
+def trust(plant):
+    """A Lyapunov inequality near the edge, on four rungs of the ladder.
+
+    P solves the Lyapunov equation of the plant with kappa times its
+    circulation, or where that is unstable, of the last stable one. The
+    page rounds P to some digits, looks at the blocks with a
+    solver's tolerance and in floats, and proves them in exact integers.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+        Two coordinates; its entries are read as decimals.
+
+    Raises
+    ------
+    ValueError
+        If the plant hasn't two coordinates, or no kappa up to 2 makes it
+        unstable.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> trust(thesis.example_1().plant)
+    Trust: kappa, tolerance, digits
+    """
+    spring, turn = circulating(plant)
+
+    def rightmost(kappa):
+        moved = SecondOrderSystem(plant.M, plant.D, spring + kappa * turn, plant.B)
+        return moved.poles().real.max()
+
+    edge = brentq(rightmost, 0, 2, xtol=1e-6)
+    return Mover(
+        "trust",
+        "Status against proof",
+        "Turn the circulation κ past 0.98, where the plant loses stability: which "
+        "rung still says yes? Then tighten the tolerance, and round P to fewer "
+        "digits.",
+        [
+            slider("kappa", "Circulation κ", "", (0.9, 1.05), 0.001, 0.96),
+            slider("tolerance", "Tolerance: power of ten", "", (-9, -1), 1, -2),
+            slider("digits", "Digits of P", "", (1, 12), 1, 6),
+        ],
+        M=plant.M.tolist(),
+        D=plant.D.tolist(),
+        S=spring.tolist(),
+        K=turn.tolist(),
+        held=round(edge, 3) - 0.001,
+    )

@@ -1,0 +1,294 @@
+"""Loops in the page: circulation, integrals, a vanishing mass, an observer, a delay."""
+
+import numpy as np
+
+from ....plants.checks import positive
+from ..page import significant
+from .mover import Mover, choice, slider
+
+__all__ = ["circulating", "circulation", "delayed", "integral", "kalman", "mass"]
+
+DAMPER, SPRING = 20.0, 20.0  # Ns/m and N/m, between the last two bodies of the chain
+GROW = (
+    "Let the delay grow until a pair of roots reaches the axis. Then stay a little "
+    "below and choose the clinging delay."
+)
+
+
+def circulating(plant):
+    """The symmetric and the skew part of the stiffness of a ``plant``.
+
+    Raises ``ValueError`` if it hasn't two coordinates.
+    """
+    if plant.n != 2:
+        raise ValueError(f"plant must have two coordinates, got {plant.n}")
+    S = np.asarray(plant.S)
+    return (S + S.T) / 2, (S - S.T) / 2
+
+
+def circulation(plant):
+    """A robot whose circulatory force can be turned up and down.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+        The robot with two coordinates. The skew part of its S is what
+        the slider kappa multiplies.
+
+    Raises
+    ------
+    ValueError
+        If the plant hasn't two coordinates.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> circulation(thesis.example_1().plant)
+    Circulation: kappa, damping
+    """
+    spring, turn = circulating(plant)
+    return Mover(
+        "circulation",
+        "Energy: turn the circulation",
+        "Find the κ at which the hand's path neither dies out nor grows. How much "
+        "damping does the robot need at κ = 1.5?",
+        [
+            slider("kappa", "Circulation κ", "", (0, 2), 0.01, 1),
+            slider("damping", "Damping", " × the robot's", (0.2, 2), 0.05, 1),
+        ],
+        M=plant.M.tolist(),
+        D=plant.D.tolist(),
+        S=spring.tolist(),
+        K=turn.tolist(),
+        start=[0.2, 0.2],
+    )
+
+
+def integral(plant, K, U):
+    """A PID loop with factors on both columns of K_I, in the page.
+
+    The set point is 1 for both coordinates; from 10 s on a force pushes
+    through F.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+        A plant with two coordinates and its F.
+    K : (m, 6) array_like
+        [K_P K_D K_I], with two integrals.
+    U : (2, 2) array_like
+        The errors that are integrated.
+
+    Raises
+    ------
+    ValueError
+        If the shapes aren't these.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> example = thesis.example_1()
+    >>> integral(example.plant, example.K, example.U)
+    Integral: first, second, force
+    """
+    K, U = np.asarray(K, float), np.asarray(U, float)
+    if plant.n != 2 or K.shape != (plant.m, 6) or U.shape != (2, 2):
+        raise ValueError(
+            "plant must have two coordinates, K the shape (m, 6) and U the "
+            f"shape (2, 2), got {plant.n}, {K.shape} and {U.shape}"
+        )
+    matrices = {x: getattr(plant, x).tolist() for x in "MDSBF"}
+    return Mover(
+        "integral",
+        "What the integral is for",
+        "Set both factors to zero: what remains of the error, and what does the "
+        "force do to it? Then make one of them negative, ever so little.",
+        [
+            slider("first", "Factor on the integral of e₁", "", (-0.2, 3), 0.05, 1),
+            slider("second", "Factor on the integral of e₂", "", (-0.2, 3), 0.05, 1),
+            slider("force", "Force from 10 s on", " N", (0, 40), 1, 20),
+        ],
+        U=U.tolist(),
+        K=K.tolist(),
+        **matrices,
+    )
+
+
+def mass(chain):
+    """The chain of Example 3 with a last body that may weigh little.
+
+    Parameters
+    ----------
+    chain : SecondOrderSystem
+        The chain, whose last mass is zero; its masses, its last damper
+        and its last spring are those of the thesis's Example 3.
+
+    Raises
+    ------
+    ValueError
+        If it is another plant.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> mass(thesis.example_3().plant)
+    Mass: m4, b4, lent
+    """
+    same = (
+        np.array_equal(np.diag(chain.M), [3, 2, 1, 0])
+        and chain.D[3, 3] == DAMPER
+        and chain.S[3, 3] == SPRING
+    )
+    if not same:
+        raise ValueError("chain must be the plant of the thesis's Example 3")
+    return Mover(
+        "mass",
+        "A mass that vanishes",
+        "Let the last mass vanish with the damper, then without it. Which of the two "
+        "velocities has a limit? Then lend the body some mass.",
+        [
+            slider("m4", "Mass m₄", " kg", (-5, 0), 0.05, 0.01, "log"),
+            slider("b4", "Damper b₄", " Ns/m", (0, 40), 1, DAMPER),
+            slider(
+                "lent", "Mass lent by acceleration feedback", " kg", (0, 1), 0.01, 0
+            ),
+        ],
+        D=chain.D.tolist(),
+        S=chain.S.tolist(),
+        k4={"damper": DAMPER, "spring": SPRING},
+    )
+
+
+def kalman(plant, K, spread):
+    """A Kalman filter of the mean plant, made and tried in the page.
+
+    Parameters
+    ----------
+    plant : DescriptorSystem
+        Its vertices have three states, one input and two outputs: the
+        pendulum without its wheels' angle.
+    K : (1, 3) array_like
+        The gain of u = K x^.
+    spread : float
+        The spread of the vertices, in per cent, for the reader.
+
+    Raises
+    ------
+    ValueError
+        If the shapes aren't these.
+
+    Examples
+    --------
+    >>> from sosbook.book import thesis
+    >>> from sosbook.pendulum import Mip
+    >>> from sosbook.pendulum.spread import reduced
+    >>> kalman(reduced(Mip.printed(), 0.4), thesis.mip().lqe[1][0], 40)
+    Kalman: gyro, wheels, push, plant
+    """
+    K, vertices = np.asarray(K, float), plant.vertices
+    C = np.asarray(plant.C, float)
+    if K.shape != (1, 3) or C.shape != (2, 3) or vertices[0].E.shape != (3, 3):
+        raise ValueError(
+            f"K must have the shape (1, 3) and C (2, 3), got {K.shape} and {C.shape}"
+        )
+    names = [f"vertex {k} of ±{spread:g} %" for k in range(1, len(vertices) + 1)]
+    return Mover(
+        "kalman",
+        "An observer and its noises",
+        "Make the gyro bad: the filter slows down and the voltage calms. Then give "
+        "the loop a plant that the observer doesn't have in mind.",
+        [
+            slider("gyro", "Gyro's noise", " rad/s/√Hz", (-3, 0), 0.05, 0.1, "log"),
+            slider(
+                "wheels",
+                "Noise of the wheels' rate",
+                " rad/s/√Hz",
+                (-3, 1),
+                0.05,
+                0.316,
+                "log",
+            ),
+            slider("push", "Knocks, as a voltage", " V/√Hz", (-1, 1), 0.05, 2, "log"),
+            choice("plant", "The plant is", ["the mean itself", *names]),
+        ],
+        E=[d.E.tolist() for d in vertices],
+        A=[d.A.tolist() for d in vertices],
+        B=[d.Bu.tolist() for d in vertices],
+        C=C.tolist(),
+        K=K.tolist(),
+    )
+
+
+def delayed(
+    loops,
+    longest,
+    *,
+    horizon,
+    window,
+    rest=1.0,
+    start=None,
+    title="Late inputs",
+    hint=GROW,
+):
+    """Loops x' = A x + A_d x(t - d(t)) whose delay can be moved.
+
+    The page finds the characteristic roots for a constant delay h on
+    Chebyshev nodes and polishes them by Newton's method, and it
+    integrates the loop. The clinging delay grows with the time up to h,
+    stays there for ``rest`` seconds and starts again.
+
+    Parameters
+    ----------
+    loops : dict
+        (A, A_d) for each name; square matrices of up to 5 states.
+    longest : float
+        The longest delay, in s.
+    horizon : float
+        How long the loop is simulated, in s.
+    window : ((float, float), (float, float))
+        What the map of roots shows, in 1/s and rad/s.
+    rest : float
+        In s.
+    start : float, optional
+        The delay at first, in s; half of the longest without it.
+    title, hint : str
+        The heading, and what to try.
+
+    Raises
+    ------
+    ValueError
+        If a loop has more than five states or isn't square.
+
+    Examples
+    --------
+    >>> delayed({"integrator": ([[0]], [[-1]])}, 1.7, horizon=30,
+    ...         window=((-4, 1), (-12, 12)))
+    Delayed: h, gain, kind
+    """
+    stored = []
+    for name, (A, A_d) in loops.items():
+        A, A_d = np.asarray(A, float), np.asarray(A_d, float)
+        if A.ndim != 2 or A.shape[0] != A.shape[1] or A.shape != A_d.shape:
+            raise ValueError(f"loops[{name!r}] must be two square matrices alike")
+        if len(A) > 5:
+            raise ValueError(f"loops[{name!r}] must have 5 states at most")
+        shown = [[[significant(x, 10) for x in row] for row in M] for M in (A, A_d)]
+        stored.append({"name": name, "A": shown[0], "Ad": shown[1]})
+    step = 10.0 ** np.floor(np.log10(positive("longest", longest)) - 2)
+    kinds = ("constant", "clinging: it grows with the time, then starts again")
+    return Mover(
+        "delayed",
+        title,
+        hint,
+        [
+            *([choice("loop", "Loop", loops)] if len(loops) > 1 else []),
+            slider("h", "Delay h", " s", (0, longest), step, start or longest / 2),
+            slider("gain", "Gain", " ×", (0.1, 2), 0.05, 1),
+            choice("kind", "The delay is", kinds),
+        ],
+        loops=stored,
+        horizon=positive("horizon", horizon),
+        steps=1200,
+        rest=rest,
+        window=window,
+    )

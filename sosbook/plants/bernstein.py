@@ -1,0 +1,256 @@
+"""Boxes of parameters, and polynomials in Bernstein's form on them."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import cycle, product
+from math import comb, prod
+
+import numpy as np
+from flint import fmpq
+
+from ..exact.rational import exact, rational_matrix
+
+__all__ = ["Box", "in_words", "rational", "spelled"]
+
+SHOWN = 10  # decimals of a rational in words; one with more is a fraction
+
+
+@dataclass(frozen=True)
+class Box:
+    """Ranges of named parameters.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The parameters.
+    low, high : tuples of fmpq
+        Their ranges.
+
+    Examples
+    --------
+    >>> box = Box.of(m=(1, 2), k=(0.5, 1.5))
+    >>> box
+    m in [1, 2] and k in [0.5, 1.5]
+    >>> [str(half) for half in box.halves("k")]
+    ['m in [1, 2] and k in [0.5, 1]', 'm in [1, 2] and k in [1, 1.5]']
+    """
+
+    names: tuple
+    low: tuple
+    high: tuple
+
+    @classmethod
+    def of(cls, **ranges):
+        """The box of ``ranges``, pairs (low, high) of numbers, by name."""
+        if not ranges:
+            raise ValueError("there is no parameter: give ranges, name=(low, high)")
+        ends = [_range(name, given) for name, given in ranges.items()]
+        return cls(tuple(ranges), *zip(*ends))
+
+    def __repr__(self):
+        *most, last = (
+            f"{name} in [{spelled(low)}, {spelled(high)}]"
+            for name, low, high in zip(self.names, self.low, self.high)
+        )
+        return f"{', '.join(most)} and {last}" if most else last
+
+    @property
+    def middle(self):
+        """The point in the middle, rationals in the order of the names."""
+        return tuple((a + b) / 2 for a, b in zip(self.low, self.high))
+
+    @property
+    def inner(self):
+        """A point inside at which nothing special happens."""
+        shares = cycle((fmpq(11, 31), fmpq(17, 31), fmpq(5, 31)))
+        return tuple(a + (b - a) * s for a, b, s in zip(self.low, self.high, shares))
+
+    def corners(self):
+        """The corners; the last parameter changes first."""
+        return product(*zip(self.low, self.high))
+
+    def point(self, values):
+        """The rationals of ``values`` by name, in the order of the names.
+
+        Raises ValueError where one is missing, unknown or out of its range.
+        """
+        if values.keys() != set(self.names):
+            raise ValueError(f"give a value of {', '.join(self.names)}, and no other")
+        point = tuple(rational(name, values[name]) for name in self.names)
+        for name, x, low, high in zip(self.names, point, self.low, self.high):
+            if not low <= x <= high:
+                raise ValueError(
+                    f"{name} = {spelled(x)} isn't in [{spelled(low)}, {spelled(high)}]"
+                )
+        return point
+
+    def halves(self, name):
+        """The two boxes of one half of the range of ``name`` each."""
+        if name not in self.names:
+            raise ValueError(f"{name!r} is no parameter: {', '.join(self.names)} are")
+        k = self.names.index(name)
+        cut = (self.middle[k],)
+        return (
+            Box(self.names, self.low, self.high[:k] + cut + self.high[k + 1 :]),
+            Box(self.names, self.low[:k] + cut + self.low[k + 1 :], self.high),
+        )
+
+    def powers(self, point, monomials):
+        """The values of ``monomials`` (tuples of exponents) at a point."""
+        return [
+            prod((x**e for x, e in zip(point, powers) if e), start=fmpq(1))
+            for powers in monomials
+        ]
+
+    def bernstein(self, monomials, degrees):
+        r"""Bernstein coefficients of monomials on the box.
+
+        Parameters
+        ----------
+        monomials : sequence of tuples of int
+            Exponents of each parameter.
+        degrees : sequence of int
+            That of each parameter in the form, not below any exponent.
+
+        Returns
+        -------
+        (prod(degrees + 1), len(monomials)) Rational
+            A row for each coefficient; the last parameter's index runs first.
+            A polynomial's values on the box lie in the hull of its coefficients.
+
+        Notes
+        -----
+        :math:`t^e` has the blossom that is the mean of all products of e of d
+        arguments, and its coefficient i is that with i arguments at the upper end
+        and the others at the lower one.
+
+        Examples
+        --------
+        >>> Box.of(v=(1, 3)).bernstein([(0,), (1,), (2,)], [2])
+        Rational([[1, 1, 1],
+                  [1, 2, 3],
+                  [1, 3, 9]], dtype=object)
+        """
+        places = product(*(range(d + 1) for d in degrees))
+        ends = list(zip(degrees, self.low, self.high))
+        return rational_matrix(
+            [
+                [
+                    prod(
+                        (
+                            _blossom(i, e, *end)
+                            for i, e, end in zip(place, powers, ends)
+                        ),
+                        start=fmpq(1),
+                    )
+                    for powers in monomials
+                ]
+                for place in places
+            ]
+        )
+
+    def bounds(self, terms):
+        """Two numbers between which a polynomial stays on the box.
+
+        ``terms`` are its coefficients by exponents.
+        """
+        if not terms:
+            return fmpq(0), fmpq(0)
+        degrees = np.max(list(terms), axis=0).tolist()
+        column = rational_matrix([[c] for c in terms.values()])
+        values = (self.bernstein(list(terms), degrees) @ column).ravel().tolist()
+        return min(values), max(values)
+
+
+@lru_cache(maxsize=4096)
+def _blossom(i, power, degree, low, high):
+    """The coefficient i of t^power on [low, high] in Bernstein's form of a degree."""
+    several = (
+        comb(i, j) * comb(degree - i, power - j) * high**j * low ** (power - j)
+        for j in range(max(0, power - degree + i), min(i, power) + 1)
+    )
+    return sum(several, fmpq(0)) / comb(degree, power)
+
+
+def rational(name, value):
+    """A number as a rational, floats as decimals, or a ValueError with its name."""
+    try:
+        if isinstance(value, (bool, np.bool_)) or np.ndim(value):
+            raise ValueError
+        if isinstance(value, fmpq):
+            return value
+        if isinstance(getattr(value, "denominator", None), int):  # int, Fraction
+            return fmpq(int(value.numerator), value.denominator)
+        if not isinstance(value, (int, float, np.integer, np.floating)):
+            raise ValueError
+        return exact(value.item() if isinstance(value, np.generic) else value)
+    except (ValueError, TypeError):
+        raise ValueError(f"{name} must be a finite number, got {value!r:.80}") from None
+
+
+def _range(name, given):
+    """The ends of a range, or a ValueError that says what is wrong with it."""
+    if not (name.isascii() and name.isidentifier()):
+        raise ValueError(f"{name!r:.40} must be a name of ASCII letters and digits")
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"{name} must be a pair (low, high) of numbers, got {given!r:.80}"
+        ) from None
+    low, high = rational(name, low), rational(name, high)
+    if low == high:
+        raise ValueError(
+            f"the range of {name} is one number: write {name} = {spelled(low)} into "
+            "the builder"
+        )
+    if low > high:
+        raise ValueError(
+            f"the range of {name} is empty: low {spelled(low)} isn't below high "
+            f"{spelled(high)}"
+        )
+    return low, high
+
+
+def spelled(x):
+    """A rational as the decimals it has, or as a fraction where they are many.
+
+    Examples
+    --------
+    >>> spelled(fmpq(3, 1000)), spelled(fmpq(-1, 3)), spelled(fmpq(12))
+    ('0.003', '-1/3', '12')
+    """
+    whole = x * 10**SHOWN
+    if whole.q != 1:
+        return str(x)
+    digits = str(abs(whole.p)).rjust(SHOWN + 1, "0")
+    text = f"{digits[:-SHOWN]}.{digits[-SHOWN:]}".rstrip("0").removesuffix(".")
+    return "-" * (x < 0) + text
+
+
+def in_words(terms, names):
+    """A polynomial as text: "2*m^2 - 0.5*m*k + 1".
+
+    Parameters
+    ----------
+    terms : dict
+        Coefficients by exponents.
+    names : sequence of str
+        The parameters.
+
+    Examples
+    --------
+    >>> in_words({(2, 0): fmpq(2), (1, 1): fmpq(-1, 2), (0, 0): fmpq(1)}, "mk")
+    '2*m^2 - 0.5*m*k + 1'
+    """
+    said = []
+    for powers, c in sorted(terms.items(), reverse=True):
+        factors = [
+            name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers) if e
+        ]
+        if abs(c) != 1 or not factors:
+            factors.insert(0, spelled(abs(c)))
+        sign = ("-" if c < 0 else "+") if said or c < 0 else ""
+        said.append(f" {sign} " if said else sign)
+        said.append("*".join(factors))
+    return "".join(said) or "0"

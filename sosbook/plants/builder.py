@@ -1,0 +1,275 @@
+"""A function that makes a plant, called with its parameters."""
+
+import linecache
+import types
+
+import numpy as np
+
+from .parametric import ParameterError, Parametric, Symbolic, building, parameters
+
+__all__ = ["built", "check_by_numbers", "rows_in_canonical_form"]
+
+
+CHECKED_TO = 1e-9  # relative: plants by floats differ by their rounding errors
+MAKERS = frozenset(
+    ("zeros", "ones", "empty", "eye", "identity", "full")
+    + ("zeros_like", "ones_like", "empty_like", "full_like")
+)
+
+
+def built(builder, box):
+    """The plant that a builder makes of parameters.
+
+    Parameters
+    ----------
+    builder : callable
+        Takes the parameters by name and returns a plant.
+    box : Box
+        Their ranges.
+
+    Returns
+    -------
+    kind : type
+        The plant's class.
+    matrices : dict
+        By name, object arrays of `Parametric`.
+    rest : dict
+        What else its constructor was given.
+
+    Raises
+    ------
+    ParameterError
+        Where the code isn't rational in a parameter. The text quotes the line.
+    ValueError
+        If the builder has other arguments, or returns no plant.
+    """
+    made = _called(builder, box)
+    if not isinstance(made, Symbolic):
+        if not hasattr(made, "vertices"):
+            raise ValueError(
+                f"the builder must return a plant, got {type(made).__name__}"
+            )
+        raise ValueError(f"the plant doesn't depend on {', '.join(box.names)}")
+    one = next(iter(parameters(box).values()))
+    matrices, rest = {}, {}
+    for name, given in made.given.items():
+        if name == "coordinates":
+            rest[name] = given
+        elif given is not None:
+            matrices[name] = _entries(name, given, one)
+    return made.kind, matrices, rest
+
+
+def _called(builder, box):
+    """What the builder returns; a second time with arrays that take expressions."""
+    given = parameters(box)
+    token = building.set(True)
+    try:
+        return builder(**given)
+    except Exception as first:
+        again = _remade(builder)
+        try:
+            if again is builder:
+                raise first
+            return again(**given)
+        except ParameterError as second:
+            raise _told(second, builder) from second
+        except Exception:
+            raise _told(first, builder) from first
+    finally:
+        building.reset(token)
+
+
+def _told(error, builder):
+    """The error in words: what isn't rational, and in which line of the builder."""
+    text, kind = str(error), ParameterError
+    if isinstance(error, ParameterError):
+        pass
+    elif "unexpected keyword" in text or "missing" in text:
+        kind, text = ValueError, f"builder and ranges have other names: {text}"
+    elif "ufunc" in text.lower() or "dtype" in text or "linalg" in text.lower():
+        text = (
+            f"numpy can't do this with a parameter ({text.splitlines()[0]}): write the "
+            "equations so that no inverse is needed, with arrays of dtype=object, or "
+            "give the result a range of its own"
+        )
+    elif isinstance(error, TypeError):
+        text = f"this works for numbers, not for parameters: {text}"
+    else:
+        return error
+    return kind(text + _line(error, builder))
+
+
+def _line(error, builder):
+    """The line of the builder's file where it was raised, quoted."""
+    code = getattr(builder, "__code__", None)
+    found, step = None, error.__traceback__
+    while step and code:
+        if step.tb_frame.f_code.co_filename == code.co_filename:
+            found = step.tb_frame.f_code.co_name, step.tb_lineno
+        step = step.tb_next
+    if not found:
+        return ""
+    line = linecache.getline(code.co_filename, found[1]).strip()
+    return f" [{found[0]}, line {found[1]}" + (f": {line:.90}]" if line else "]")
+
+
+class _Numpy(types.ModuleType):
+    """numpy, but new arrays of floats can hold expressions."""
+
+    def __getattr__(self, name):
+        function = getattr(np, name)
+        return _object_maker(function) if name in MAKERS else function
+
+
+def _object_maker(function):
+    def make(*args, **kwargs):
+        array = function(*args, **kwargs)
+        return array.astype(object) if array.dtype == float else array
+
+    return make
+
+
+def _remade(builder):
+    """The builder and the functions of its module, with such a numpy in their globals.
+
+    So ``S = np.zeros((n, n)); S[0, 0] += k`` works; nothing global is changed.
+    """
+    if not isinstance(builder, types.FunctionType):
+        return builder
+    around: dict = {}
+
+    def copied(f):
+        again = types.FunctionType(
+            f.__code__, around, f.__name__, f.__defaults__, f.__closure__
+        )
+        again.__kwdefaults__ = f.__kwdefaults__
+        return again
+
+    makers = {id(getattr(np, name)): getattr(np, name) for name in MAKERS}
+    for name, value in builder.__globals__.items():
+        if value is np:
+            value = _Numpy("numpy")
+        elif id(value) in makers:
+            value = _object_maker(value)
+        elif isinstance(value, types.FunctionType):
+            if value.__globals__ is builder.__globals__:
+                value = copied(value)
+        around[name] = value
+    return copied(builder)
+
+
+def _entries(name, given, one):
+    """A matrix as an object array of `Parametric`, or an error that has its name."""
+    if hasattr(given, "toarray"):
+        given = given.toarray()
+    elif hasattr(given, "free_symbols") and hasattr(given, "tolist"):
+        given = given.tolist()
+    try:
+        array = np.array(given, dtype=object)
+    except ValueError:  # several shapes
+        array = np.empty(0)
+    if array.ndim == 0:
+        array = array.reshape(1, 1)
+    if array.ndim != 2:
+        raise ValueError(f"{name} must be a matrix (two dimensions)")
+    entries = np.empty(array.shape, object)
+    for place, x in np.ndenumerate(array):
+        entry = one.read(x)
+        if entry is None:
+            raise ValueError(f"{name}[{place[0]}, {place[1]}] = {x!r:.40} is no number")
+        entries[place] = entry
+    return entries
+
+
+def rows_in_canonical_form(matrices, names):
+    """Clear the denominators of each row, and divide it by what it has in common.
+
+    To multiply an equation changes no motion, but it changes the hull of the vertices.
+
+    Parameters
+    ----------
+    matrices : dict
+        By name, object arrays of `Parametric`; changed in place.
+    names : sequence of str
+        Those whose rows are the plant's equations.
+
+    Returns
+    -------
+    dict
+        By row, the `Parametric` by which it was multiplied, where it isn't one.
+    """
+    there = [matrices[name] for name in names if name in matrices]
+    changed = {}
+    for i in range(len(there[0])):
+        entries = [x for matrix in there for x in matrix[i]]
+        factor = _cleared(entries) / _common(entries)
+        if not (factor.num.is_constant() and factor.den.is_constant()):
+            changed[i] = factor
+            for matrix in there:
+                matrix[i] = [x * factor for x in matrix[i]]
+    return changed
+
+
+def _cleared(entries):
+    """The least common denominator, positive on the box."""
+    den = entries[0].den
+    for x in entries:
+        den = den * (x.den / den.gcd(x.den))
+    return abs(Parametric(den, den * 0 + 1, entries[0].box))
+
+
+def _common(entries):
+    """What all numerators have in common, positive on the box; else one."""
+    common = entries[0].num * 0
+    for x in entries:
+        common = common.gcd(x.num)
+    one, box = common * 0 + 1, entries[0].box
+    low, high = box.bounds(common.to_dict())
+    if common.is_constant() or low <= 0 <= high:
+        common = one
+    return abs(Parametric(common, one, box))
+
+
+def check_by_numbers(builder, box, expected):
+    """Raise where floats give another plant than the parameters did.
+
+    Parameters
+    ----------
+    builder : callable
+        As in `built`.
+    box : Box
+        The ranges.
+    expected : callable
+        From a point to matrices by name, as the builder's own rows have them.
+    """
+    for point in (box.low, box.high, box.inner):
+        plant = _with_numbers(builder, box, point)
+        if isinstance(plant, Symbolic):  # made of symbols of sympy, not of arguments
+            return
+        for name, mine in expected(point).items():
+            given = _matrix_of(plant.vertices[0], name)
+            largest = np.abs(given).max(initial=0.0)
+            if given.shape != mine.shape or (
+                np.abs(given - mine).max(initial=0.0) > CHECKED_TO * largest
+            ):
+                raise ParameterError(
+                    f"the builder gives another {name} when it is called with numbers: "
+                    f"it isn't a function of {', '.join(box.names)} alone, or asks "
+                    "for their type"
+                )
+
+
+def _matrix_of(vertex, name):
+    """The matrix of a plant, or of a `Descriptor`, by its constructor's name."""
+    if hasattr(vertex, "Bu"):
+        name = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}.get(name, name)
+    return getattr(vertex, name)
+
+
+def _with_numbers(builder, box, point):
+    token = building.set(True)
+    try:
+        return builder(**{k: int(x.p) / int(x.q) for k, x in zip(box.names, point)})
+    finally:
+        building.reset(token)

@@ -1,0 +1,365 @@
+"""Plants with parameters in ranges: the builder, the vertices, the words."""
+
+import math
+import warnings
+from fractions import Fraction
+from itertools import product
+from math import comb, prod
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+from flint import fmpq
+
+import sosbook as sos
+from sosbook.exact.rational import exact
+from sosbook.plants.bernstein import Box
+from sosbook.plants.parametric import ParameterError
+
+I2 = np.eye(2)
+
+
+def one(M, D=1, S=1, B=1):
+    return sos.SecondOrderSystem(M, D, S, B)
+
+
+def drive(J2, k):
+    return sos.SecondOrderSystem(
+        [[0.0025, 0], [0, J2]],
+        [[0.004, -0.004], [-0.004, 0.004]],
+        [[k, -k], [-k, k]],
+        [[1], [0]],
+    )
+
+
+def bicycle(v):
+    M = np.array([[80.8, 2.32], [2.32, 0.298]])
+    C = np.array([[0, 33.9], [-0.85, 1.69]])
+    K0, K2 = np.array([[-80.9, -2.6], [-2.6, -0.8]]), np.array([[0, 76.6], [0, 2.65]])
+    return sos.SecondOrderSystem(M, v * C, 9.81 * K0 + v**2 * K2, [[0], [1]], I2)
+
+
+def crane(m, l):
+    return sos.SecondOrderSystem(
+        [[1000 + m, m * l], [m * l, m * l**2]],
+        np.zeros((2, 2)),
+        np.diag([0, m * 9.81 * l]),
+        [[1], [0]],
+    )
+
+
+def spring(k, ends):
+    S = np.zeros((4, 4))
+    for i in range(3):
+        S[i : i + 2, i : i + 2] += k * np.array([[1, -1], [-1, 1]])
+    S[0, 0] += ends
+    return S
+
+
+def chain(m, k):
+    M = np.eye(4)
+    M[3, 3] = m
+    S = spring(k, 2 * k)
+    D = np.zeros_like(S)
+    D[:] = 0.01 * S
+    return sos.SecondOrderSystem(M, D, S, np.eye(4)[:, :1])
+
+
+def quotients(m, l):
+    S = [[9.81 / l, -1 / m], [1 / m, 3]]
+    return sos.SecondOrderSystem(I2, 0 * I2, S, [[1 / (m * l**2)], [0]])
+
+
+def checked(m):
+    if m <= 0:
+        raise ValueError("a mass is positive")
+    return sos.SecondOrderSystem(max(m, 0.5), abs(-m), 1, 1)
+
+
+def algebra(m, k):
+    T = np.array([[1, 0.5], [0, 1]])
+    M = np.einsum("ij,jk->ik", T.T, np.diag([m, 2 * m])) @ T
+    S = np.linalg.matrix_power(np.array([[k, 0], [1, 1]], object), 2)
+    S = S + np.trace(M) * I2 + scipy.linalg.block_diag([[1]], [[1]])
+    D = np.kron(np.eye(1), np.array([[k, 0], [0, 1]], object)) + sp.eye(2).toarray()
+    return sos.SecondOrderSystem(M, D, S, np.linalg.inv(T)[:, :1])
+
+
+def first_order(E, k):
+    return sos.DescriptorSystem(
+        np.diag([1, E]), [[0, 1], [-k, -1]], [[0], [1]], C=[[1, 0]]
+    )
+
+
+PLANTS = {
+    drive: dict(J2=(0.003, 0.006), k=(1.7, 2.1)),
+    bicycle: dict(v=(1, 10)),
+    crane: dict(m=(1000, 2000), l=(8, 16)),
+    chain: dict(m=(1, 2), k=(3, 4)),
+    quotients: dict(m=(1, 2), l=(0.5, 0.9)),
+    checked: dict(m=(1, 2)),
+    algebra: dict(m=(1, 2), k=(1, 2)),
+    first_order: dict(E=(0.5, 2), k=(1, 3)),
+}
+families = pytest.mark.parametrize("builder", PLANTS, ids=lambda f: f.__name__)
+
+
+def family(builder):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sos.MassWarning)
+        return sos.Uncertain(builder, **PLANTS[builder])
+
+
+def motion(plant):
+    """E^-1 [A B_u B_w], which no multiple of a row changes."""
+    d = plant.vertices[0]
+    if isinstance(plant, sos.DescriptorSystem):
+        return np.linalg.solve(d.E, np.hstack([d.A, d.Bu, d.Bw]))
+    return np.linalg.solve(d.M, np.hstack([d.D, d.S, d.B, d.F]))
+
+
+@families
+@pytest.mark.filterwarnings("ignore::sosbook.MassWarning")
+def test_the_family_has_the_plants_of_its_builder(builder):
+    plants, rng = family(builder), np.random.default_rng(3)
+    for _ in range(10):
+        values = {name: rng.uniform(*ends) for name, ends in PLANTS[builder].items()}
+        mine, its = motion(plants.at(**values)), motion(builder(**values))
+        assert np.allclose(mine, its, rtol=1e-12, atol=1e-12 * np.abs(its).max())
+
+
+@families
+def test_each_plant_is_a_mean_of_the_vertices(builder):
+    """With Bernstein's weights, in exact arithmetic."""
+    plants = family(builder)
+    stacks = [v.vertices[0] for v in plants.vertices]
+    kind = "E" if builder is first_order else "M"
+    for name in (kind, *("ABC" if builder is first_order else "DS")):
+        own = "Bu" if (kind, name) == ("E", "B") else name
+        corners = [rationals(v, own) for v in stacks]
+        for share in (fmpq(0), fmpq(2, 7), fmpq(1)):
+            box = plants.box
+            point = {
+                k: a + (b - a) * share for k, a, b in zip(box.names, box.low, box.high)
+            }
+            weights = [
+                prod(
+                    comb(d, i) * share**i * (1 - share) ** (d - i)
+                    for i, d in zip(place, plants.degree.values())
+                )
+                for place in product(*(range(d + 1) for d in plants.degree.values()))
+            ]
+            there = rationals(plants.at(**point).vertices[0], own)
+            mean = sum((w * x for w, x in zip(weights, corners)), 0 * there)
+            assert (mean == there).all()
+            assert sum(weights) == 1 and min(weights) >= 0
+
+
+def rationals(vertex, name):
+    if hasattr(vertex, "Bu"):
+        return getattr(vertex.map(exact), name)
+    return vars(vertex)["_rationals"][name]
+
+
+def test_corners_are_exact_where_no_power_is_above_one():
+    plants = family(drive)
+    assert plants.multi_affine and len(plants.vertices) == 4
+    corners = list(product((0.003, 0.006), (1.7, 2.1)))
+    assert [(v.M[1, 1], v.S[0, 0]) for v in plants.vertices] == corners
+    bare = sos.Polytope([drive(*corner) for corner in corners])
+    assert plants.polytope() == bare
+
+
+def test_a_row_s_form_changes_no_vertex():
+    """The crane as Lagrange writes it, and its second row divided by m l."""
+
+    def divided(m, l):
+        return sos.SecondOrderSystem(
+            [[1000 + m, m * l], [1, l]],
+            np.zeros((2, 2)),
+            np.diag([0, 9.81]),
+            [[1], [0]],
+        )
+
+    plants = family(crane)
+    assert plants.rows == {2: "divided by m*l"}
+    assert "row 2 was divided by m*l" in repr(plants)
+    with pytest.warns(sos.MassWarning):
+        other = sos.Uncertain(divided, **PLANTS[crane])
+    assert plants == other and plants.vertices == other.vertices
+
+
+def test_halves_lie_inside():
+    plants = family(bicycle)
+    first, second = plants.halves("v")
+    assert str(first.box) == "v in [1, 5.5]" and str(second.box) == "v in [5.5, 10]"
+    assert str(plants.halves()) == str((first, second))
+    whole = np.array([v.S for v in plants.vertices])
+    for half in (first, second):
+        S = np.array([v.S for v in half.vertices])
+        assert (S.min(axis=0) >= whole.min(axis=0) - 1e-9).all()
+        assert (S.max(axis=0) <= whole.max(axis=0) + 1e-9).all()
+    assert first.vertices[-1] == second.vertices[0] == plants.at(v=5.5)
+    assert first.vertices[0] == plants.at(v=1)
+
+
+def test_samples_are_inside_and_repeat():
+    plants = family(drive)
+    again = plants.sample(5, 1)
+    assert plants.sample(5, 1) == again != plants.sample(5, 2)
+    assert all(0.003 <= v.M[1, 1] <= 0.006 for v in again)
+    assert plants.nominal.M[1, 1] == 0.0045
+
+
+def test_expressions_of_sympy_are_read():
+    sympy = pytest.importorskip("sympy")
+    m, k = sympy.symbols("m k", positive=True)
+    M, S = sympy.Matrix([[m, 0], [0, m / 3]]), sympy.Matrix([[k + 9.81 * m, 0], [0, k]])
+    mine = sos.Uncertain(
+        lambda m, k: sos.SecondOrderSystem(M, 0 * I2, S, I2), m=(1, 2), k=(5, 6)
+    )
+    by_numbers = sympy.lambdify((m, k), (M, S))
+    for values in ({"m": 1.5, "k": 5}, {"m": 1.2, "k": 5.5}):
+        plant, wanted = mine.at(**values), by_numbers(**values)
+        assert np.allclose(plant.M, wanted[0]) and np.allclose(plant.S, wanted[1])
+
+
+REFUSED = {
+    "float": (lambda m: one(float(m)), "only a plain number"),
+    "math.sqrt": (lambda m: one(math.sqrt(m)), "only a plain number"),
+    "np.sqrt": (lambda m: one(np.sqrt(m)), "write its square"),
+    "np.sin": (lambda m: one(np.sin(np.array([[m]]))), "sin(q)/q"),
+    "a root": (lambda m: one(m**0.5), "whole powers"),
+    "an exponent": (lambda m: one(2**m), "range of its own"),
+    "np.exp": (lambda m: one(np.exp(m)), "range of its own"),
+    "a case": (lambda m: one(m if m > 1.5 else 1), "`m > 1.5`"),
+    "equal": (lambda m: one(m if m == 1.5 else 1), "each case"),
+    "max": (lambda m: one(max(m, 1.5)), "each case"),
+    "np.maximum": (lambda m: one(np.maximum(m, 1.5)), "each case"),
+    "float array": (lambda m: one(np.array([[m]], float)), "float array"),
+    "inv": (lambda m: one(np.linalg.inv(np.array([[m]]))), "no inverse"),
+    "det": (lambda m: one(np.linalg.det(np.array([[m]]))), "no inverse"),
+    "eigvals": (lambda m: one(np.linalg.eigvals(np.array([[m]]))), "numpy can't"),
+    "a zero": (lambda m: one(1 / (m - 1.5)), "division by m - 1.5"),
+    "complex": (lambda m: one(1j * m), "a plant is real"),
+    "round": (lambda m: one(round(m, 2)), "only a plain number"),
+    "range": (lambda m: [0 for _ in range(m)], "only a plain number"),
+    "poles": (lambda m: one(m).poles(), "asks for .poles"),
+    "sparse": (lambda m: one(sp.csr_array(np.array([[m]]))), "scipy.sparse"),
+    "unused": (lambda m: one(1), "doesn't depend on m"),
+    "nothing": (lambda m: None, "must return a plant"),
+    "chance": (lambda m: one(m * np.random.default_rng().random()), "of m alone"),
+    "a type": (lambda m: one(m if isinstance(m, float) else 2 * m), "of m alone"),
+    "nan": (lambda m: one(m, float("nan")), "D[0, 0] = nan"),
+    "a vector": (lambda m: one([m, m]), "two dimensions"),
+    "an output": (
+        lambda m: sos.DescriptorSystem(1, -m, 1, C=[[1 / m]]),
+        "C has the denominator m",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_not_rational_is_refused_in_words(what):
+    builder, words = REFUSED[what]
+    with pytest.raises(ValueError) as error:
+        sos.Uncertain(builder, m=(1, 2))
+    assert words in str(error.value)
+    if isinstance(error.value, ParameterError) and "alone" not in words:
+        assert "sos" not in str(error.value)
+
+
+def test_the_line_is_quoted():
+    def builder(length):
+        return one(np.sin(length))
+
+    with pytest.raises(ParameterError, match=r"\[builder, line \d+: return one"):
+        sos.Uncertain(builder, length=(1, 2))
+
+
+@pytest.mark.parametrize(
+    ("ranges", "words"),
+    [
+        ({"m": (2, 1)}, "the range of m is empty"),
+        ({"m": (1, 1)}, "the range of m is one number"),
+        ({"m": 3}, "m must be a pair"),
+        ({"m": (1, np.inf)}, "m must be a finite number"),
+        ({"m": ("a", 2)}, "m must be a finite number"),
+        ({"m": (False, True)}, "m must be a finite number"),
+        ({"k": (1, 2)}, "unexpected keyword argument 'k'"),
+        ({"m": (1, 2), "q": (1, 2)}, "unexpected keyword argument 'q'"),
+        ({}, "there is no parameter"),
+    ],
+)
+def test_bad_ranges_are_refused(ranges, words):
+    with pytest.raises(ValueError, match=words):
+        sos.Uncertain(one_of_m, **ranges)
+
+
+def one_of_m(m):
+    return one(m)
+
+
+def test_numbers_of_any_kind_are_ranges():
+    given = [(1, 2), (1.0, np.float64(2)), (Fraction(1), fmpq(2)), (np.int32(1), 2)]
+    (box,) = {Box.of(m=ends) for ends in given}
+    assert sos.Uncertain(one_of_m, m=(1, 2)).box == box
+    assert Box.of(m=(0.1, Fraction(1, 3))).low == (fmpq(1, 10),)
+
+
+def test_values_out_of_their_range_are_refused():
+    plants = family(drive)
+    with pytest.raises(ValueError, match=r"k = 3 isn't in \[1.7, 2.1\]"):
+        plants.at(J2=0.004, k=3)
+    with pytest.raises(ValueError, match="give a value of J2, k"):
+        plants.at(J2=0.004)
+    with pytest.raises(ValueError, match="'q' is no parameter"):
+        plants.halves("q")
+
+
+def test_parameters_of_two_families_do_not_mix():
+    kept = []
+
+    def keeps(m):
+        kept.append(m)
+        return one(m)
+
+    sos.Uncertain(keeps, m=(1, 2))
+    with pytest.raises(ParameterError, match="two families"):
+        sos.Uncertain(lambda k: one(k * kept[0]), k=(1, 2))
+
+
+@pytest.mark.parametrize(
+    ("entry", "ends", "where"),
+    [
+        (lambda c: [[c, 0], [0, 1]], (0, 1), "c = 0"),
+        (lambda c: [[1, c], [c, 1]], (-2, 2), "c = "),
+        (lambda c: [[(c - 0.5) ** 2, 0], [0, 1]], (0, 1), "c = 0.5"),
+    ],
+)
+def test_a_singular_E_is_found(entry, ends, where):
+    with pytest.raises(ValueError, match=f"E is singular at or beside {where}"):
+        sos.Uncertain(lambda c: sos.DescriptorSystem(entry(c), -I2, I2), c=ends)
+
+
+def test_a_regular_E_is_none():
+    """Not even where it is nearly singular, or its vertices are."""
+    for low in (1e-6, 1e-3, 1):
+        square = sos.Uncertain(
+            lambda c, low=low: sos.DescriptorSystem(
+                [[(c - 0.5) ** 2 + low, 0], [0, 1]], -I2, I2
+            ),
+            c=(0, 1),
+        )
+        assert len(square.vertices) == 3
+
+
+def test_too_many_vertices_are_refused_with_the_dearest_parameter():
+    def builder(**given):
+        a, *others = given.values()
+        return one(1 + a**2 * sum(others))
+
+    plants = sos.Uncertain(builder, **{f"p{k}": (1, 2) for k in range(8)})
+    with pytest.raises(ValueError, match="384 vertices.*p0 costs most"):
+        _ = plants.vertices
