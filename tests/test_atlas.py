@@ -29,8 +29,8 @@ def atlas(robot):
     return design_atlas(
         robot.plant,
         robot.U,
-        [0.4, 1.257],
-        robot.saturation,
+        requirements=[robot.saturation],
+        gamma=[0.4, 1.257],
         sigma=[0.3, 0.7, 1.3],
         theta=ANGLES,
         rho=[1, 3, 5],
@@ -233,7 +233,7 @@ def test_a_new_requirement_has_its_slider_from_its_words(visit, tmp_path):
     plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
     limit = sos.Saturation(0.3, [0.1, 0])
     element = design_atlas(
-        plant, saturation=limit, requirements=[Swing(0.6)], mu=1.0, sigma=0.1,
+        plant, requirements=[limit, Swing(0.6)], mu=1.0, sigma=0.1,
         slide={"swing": [0.01, 0.5, 0.6]}, start={"swing": 0.5}, progress=False,
     )  # fmt: skip
     (slider,) = element.sliders

@@ -286,10 +286,9 @@ def test_the_roots_are_drawn_where_they_are(tab, atlas):
       };
       function value(t) { return Number(t.textContent.replace("−", "-")); }
       const X = scale("middle"), Y = scale("end");
-      return [...a.querySelectorAll(".sos-root")].map(root => {
-        const box = root.getBBox();
-        return [root.getAttribute("style"), X(box.x + box.width / 2),
-                Y(box.y + box.height / 2)]; });""",
+      return [...a.querySelectorAll(".sos-map .sos-pole")].map(root => {
+        const [x, y] = root.getAttribute("transform").match(/[-.\\d]+/g).map(Number);
+        return [root.getAttribute("style"), X(x), Y(y)]; });""",
     )
     found = np.array([x + 1j * y for style, x, y in at if "second" in style])
     K = np.reshape(atlas.designs[tuple(atlas.start)][0], (1, 5))
@@ -310,7 +309,7 @@ def test_infeasible_is_drawn_and_says_what_helps(tab, atlas):
     assert text.startswith("Infeasible for τ = 0.4 s, μ/τ = 0.5, δ = 0.2")
     assert "No certificate: the corrected LMI has no solution" in text
     assert "KP" not in text
-    assert first(tab).locator(".sos-root, .sos-line").count() == 0
+    assert first(tab).locator(".sos-map .sos-pole, .sos-line").count() == 0
     assert first(tab).locator("text.sos-no").count() == 3
     helps = {
         slider.texts[0]

@@ -13,6 +13,7 @@ from ...delay.profiles import RandomDelay
 from ...delay.request import DelayRequest
 from ...delay.solve import solve_delay
 from ...runtime.progress import each
+from ...synthesis.request import Request
 from .designs import Atlas, Slider, page_loop, start_place
 from .page import significant
 from .program import plant_data
@@ -171,7 +172,7 @@ def delay_atlas(
         )
     place = start_place(sliders, start)
     r = unit_set_point(example.U)
-    loop = page_loop(example.plant, example.U, None, r, horizon or example.t_end)
+    loop = page_loop(Request(example.plant, example.U), r, horizon or example.t_end)
     steps = _steps(example.plant, loop["horizon"])
     designs = {}
     places = list(product(*(range(len(s.values)) for s in sliders)))

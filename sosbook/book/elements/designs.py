@@ -11,8 +11,9 @@ from itertools import product
 import numpy as np
 
 from ...plants.second_order import SecondOrderSystem
-from ...requirements.shorthand import bounds, collected, contradictory, moved, parameter
-from ...requirements.vocabulary import Parameter
+from ...requirements.shorthand import bounds as bounds_of
+from ...requirements.shorthand import collected, contradictory, moved, parameter
+from ...requirements.vocabulary import PARAMETERS, Parameter
 from ...runtime.progress import each
 from ...synthesis.pid import design_pid
 from ...synthesis.request import Request
@@ -135,28 +136,24 @@ class Atlas(PageElement):
 def design_atlas(
     plant,
     U=None,
-    gamma=None,
-    saturation=None,
     *,
-    sigma=None,
-    theta=None,
-    rho=None,
-    u_max=None,
+    requirements=(),
+    slide=None,
     K_A=None,
     coupling="pairs",
+    mu=None,
     r=None,
-    horizon=None,
+    horizon=8.0,
     start=None,
     title="Move the requirements",
     progress=True,
-    requirements=(),
-    slide=None,
-    mu=None,
+    **bounds,
 ):
     """Solve Procedure 2.1 on a grid of requirements and return its `Atlas`.
 
-    Each of sigma, theta, rho, gamma and u_max is left out (not asked), a
-    number (asked, fixed) or a sequence (a slider over these values).
+    Each of sigma, theta, rho, gamma, u_max and of the parameters of ``requirements`` is
+    left out (not asked, or fixed as its requirement has it), a number (fixed) or a
+    sequence (a slider over these values).
 
     Where a request is proven infeasible, every request that asks for more is
     infeasible too and isn't solved again.
@@ -167,18 +164,16 @@ def design_atlas(
         The plant, or the polytope of plants.
     U : (a, n) array_like, optional
         The rows of U z are integrated; without it the law is PD.
-    gamma : float or sequence, optional
-        Bound of the H-infinity norm from w to z.
-    saturation : Saturation, optional
-        Its x0 also serves the slider u_max, which overrides its u_max.
-    sigma, theta, rho, u_max : float or sequence, optional
-        theta in radians; shown in degrees.
-    K_A, coupling
+    requirements : sequence of Requirement, optional
+        What is asked beside the bounds: an input bound, a cost, one of your own.
+    slide : dict, optional
+        More bounds, by names that can't be keywords.
+    K_A, coupling, mu
         As in `design_pid`.
     r : (n,) array_like, optional
         Set point of the step response; ones if left out.
-    horizon : float, optional
-        Seconds shown of the step response; 8 if left out.
+    horizon : float
+        Seconds shown of the step response.
     start : dict, optional
         {"sigma": 0.7, …}: where the sliders stand at first; values of the
         grid.  A slider that isn't named stands in the middle.
@@ -187,60 +182,32 @@ def design_atlas(
     progress : bool
         Show a progress bar, unless the environment variable
         TQDM_DISABLE is set.
-    requirements : sequence of Requirement, optional
-        More of what is asked: regions, a cost, one of your own.
-    slide : dict, optional
-        A number or a sequence, as for sigma, by the parameters of those.
-    mu : float, optional
-        As in `design_pid`.
-
-    Returns
-    -------
-    Atlas
-        The element, with every design of the grid.
+    **bounds : float or sequence of float
+        By the parameters' names; theta in radians, shown in degrees.
 
     Raises
     ------
     ValueError
         If nothing is a sequence, a value isn't on the grid, or u_max is
-        given without a saturation.
+        given without a `Saturation`.
 
     Notes
     -----
     Source: thesis, Procedure 2.1.
     """
-    asked = {"sigma": sigma, "theta": theta, "rho": rho, "gamma": gamma, "u_max": u_max}
-    asked |= slide or {}
-    held = (
-        collected(requirements=requirements)
-        if saturation is None
-        else (collected(saturation=saturation, requirements=requirements))
-    )
-    moved(
-        held,
-        {
-            key: parameter(key, held).start
-            for key, values in asked.items()
-            if values is not None
-        },
-    )  # refuses
+    held, given = collected(requirements=requirements), bounds | (slide or {})
+    keys = dict.fromkeys([*PARAMETERS, *given])  # in the book's order
+    asked = {key: given[key] for key in keys if given.get(key) is not None}
+    moved(held, {key: parameter(key, held).start for key in asked})  # refuses
     sliders = [
         Slider(key, tuple(sorted(map(float, values))), parameter(key, held))
         for key, values in asked.items()
         if np.ndim(values) == 1
     ]
     if not sliders:
-        raise ValueError(
-            "nothing to slide: give a sequence for sigma, theta, rho, gamma or u_max"
-        )
-    fixed = {
-        key: float(value)
-        for key, value in asked.items()
-        if value is not None and np.ndim(value) == 0
-    }
-    fixed |= {
-        key: value for key, value in bounds(held).items() if asked.get(key) is None
-    }
+        raise ValueError("nothing to slide: give a sequence for sigma, theta, rho, …")
+    fixed = {key: float(x) for key, x in asked.items() if np.ndim(x) == 0}
+    fixed |= {key: x for key, x in bounds_of(held).items() if key not in asked}
 
     def solve(values):
         at = moved(held, fixed | values)
@@ -250,15 +217,13 @@ def design_atlas(
 
     blocks = list(BLOCKS)
     designs, spread = _solve_grid(sliders, solve, progress, blocks)
-    loop = page_loop(plant, U, K_A, r, horizon or 8.0)
-    loop["fixed"] = {k: significant(v, 8) for k, v in fixed.items()}
-    loop["shownFixed"] = {k: parameter(k, held).shown(v) for k, v in fixed.items()}
-    loop["also"] = [parameter(key, held).text(value) for key, value in fixed.items()]
-    loop["window"] = _window(sliders, fixed, spread)
-    loop["blocks"] = blocks
     first = moved(held, fixed | {s.key: s.values[0] for s in sliders})
     request = Request(plant, U, K_A=K_A, coupling=coupling, requirements=first)
-    loop |= program_data(request) | {"mu": mu}
+    fixed = {key: significant(value, 8) for key, value in fixed.items()}
+    tops = {s.key: s.values[-1] for s in sliders}
+    far = (fixed | tops).get("rho") or 1.1 * (spread or 1.0)
+    loop = page_loop(request, r, horizon) | shown(fixed, held, far)
+    loop |= {"blocks": blocks} | program_data(request) | {"mu": mu}
     return Atlas(title, sliders, designs, loop, start_place(sliders, start))
 
 
@@ -293,9 +258,9 @@ def _solve_grid(sliders, solve, progress, blocks):
     return designs, reach
 
 
-def page_loop(plant, U, K_A, r, horizon):
-    """The plant in the numbers that the page's step response needs."""
-    request = Request(plant, U, K_A=K_A)
+def page_loop(request, r, horizon):
+    """The plant of a request in the numbers that the page's step response needs."""
+    plant = request.plant
     n, a = plant.n, request.order - 2 * plant.n
     r = np.ones(n) if r is None else np.asarray(r, float)
     if r.shape != (n,):
@@ -316,15 +281,19 @@ def page_loop(plant, U, K_A, r, horizon):
     }
 
 
-def _window(sliders, fixed, reach):
-    """[left, right, height] that holds every region and every pole."""
-    values = {s.key: s.values for s in sliders}
-    rho = max(values.get("rho", ()), default=fixed.get("rho"))
-    far = rho if rho is not None else 1.1 * (reach or 1.0)
-    return [significant(-1.06 * far, 3), significant(0.2 * far, 3), significant(far, 3)]
+def shown(fixed, held, far):
+    """What is ``fixed`` of the requirements ``held``, and a window out to ``far``."""
+    which = {key: parameter(key, held) for key in fixed}
+    return {
+        "fixed": fixed,
+        "shownFixed": {key: which[key].shown(value) for key, value in fixed.items()},
+        "also": [which[key].text(value) for key, value in fixed.items()],
+        "window": [significant(c * far, 3) for c in (-1.06, 0.2, 1.0)],
+    }
 
 
 def start_place(sliders, start):
+    """Where the sliders stand at first: indices of the values of ``start``."""
     start = dict(start or {})
     place = []
     for slider in sliders:

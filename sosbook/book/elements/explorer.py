@@ -5,7 +5,7 @@ import numpy as np
 from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
 from ...synthesis.request import Request
-from .designs import page_loop
+from .designs import page_loop, shown
 from .page import PageElement, significant
 from .program import program_data
 
@@ -53,7 +53,7 @@ def design_explorer(
     coupling="pairs",
     mu=None,
     r=None,
-    horizon=None,
+    horizon=8.0,
     start=None,
     title="Move the requirements",
 ):
@@ -86,8 +86,8 @@ def design_explorer(
         As in `design_pid`.
     r : (n,) array_like, optional
         Set point of the step response; ones if left out.
-    horizon : float, optional
-        Seconds shown of the step response; 8 if left out.
+    horizon : float
+        Seconds shown of the step response.
     start : dict, optional
         {"sigma": 0.7, …}: where the sliders stand at first; in the middle
         without it.
@@ -148,28 +148,23 @@ def design_explorer(
     if start:
         raise ValueError(f"start names no slider: {sorted(start)}")
     fixed = {key: float(value) for key, value in asked.items() if not np.ndim(value)}
-    loop = page_loop(plant, U, K_A, r, horizon or 8.0)
-    far = max([s["max"] for s in sliders if s["key"] == "rho"] or [fixed.get("rho", 0)])
-    far = far or 4 * max([s["max"] for s in sliders if s["key"] == "sigma"] or [2.5])
+    tops = {s["key"]: s["max"] for s in sliders}
+    far = tops.get("rho", fixed.get("rho")) or 4 * tops.get("sigma", 2.5)
+    request = Request(
+        plant,
+        U,
+        K_A=K_A,
+        coupling=coupling,
+        saturation=saturation and saturation.with_bound(1.0),
+        cost=cost and cost.with_bound(1.0),
+    )
     return Explorer(
         {
             "title": title,
             "sliders": sliders,
-            **loop,
-            "fixed": fixed,
-            "shownFixed": {k: parameter(k).shown(v) for k, v in fixed.items()},
-            "also": [parameter(key).text(value) for key, value in fixed.items()],
-            "window": [significant(c * far, 3) for c in (-1.06, 0.2, 1.0)],
-            **program_data(
-                Request(
-                    plant,
-                    U,
-                    K_A=K_A,
-                    coupling=coupling,
-                    saturation=saturation and saturation.with_bound(1.0),
-                    cost=cost and cost.with_bound(1.0),
-                )
-            ),
+            **page_loop(request, r, horizon),
+            **shown(fixed, (), far),
+            **program_data(request),
             "mu": hinf.mu,
         }
     )

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from .regions import draw_axes, frame_plane, window_of
-from .style import BLUE, COLOURS, VERMILLION
+from .style import BLUE, VERMILLION, legend_above
 
 __all__ = ["envelope", "pole_cloud", "track_poles"]
 
@@ -33,11 +33,6 @@ def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
         The colour of the line and of the band.
     points : int
         About how many times are drawn.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
 
     Raises
     ------
@@ -63,18 +58,10 @@ def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     low, high = signals.min(axis=0)[keep], signals.max(axis=0)[keep]
     ax.fill_between(  # with edges: a band without width is a line
-        t[keep],
-        low,
-        high,
-        facecolor=(colour, 0.3),
-        edgecolor=colour,
-        linewidth=1,
-        label=name,
+        t[keep], low, high, fc=(colour, 0.3), ec=colour, lw=1, label=name
     )
     if middle is not None:
-        ax.plot(
-            t[keep], signals[middle][keep], color=colour, linestyle="-", linewidth=1.1
-        )
+        ax.plot(t[keep], signals[middle][keep], color=colour, ls="-", lw=1.1)
     ax.margins(x=0)
     return ax
 
@@ -111,7 +98,7 @@ def track_poles(poles):
     return rows
 
 
-def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=0):
+def pole_cloud(ax, poles, values, region=None, window=None, name="value"):
     """Poles over a range of a parameter, over the shaded D-region.
 
     Parameters
@@ -128,13 +115,6 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
         The part of the plane shown; chosen to fit if left out.
     name : str
         The parameter's name, in the legend.
-    start : int
-        Which of the book's colours come first: for a second cloud.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
 
     Raises
     ------
@@ -158,39 +138,24 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value", start=
         )
     window = window or window_of([rows], region)
     draw_axes(ax, region, window)
-    colour = COLOURS[start % 6]
     for branch in rows.T:
         ax.plot(
-            branch.real,
-            branch.imag,
-            color=colour,
-            linestyle="-",
-            linewidth=2,
-            alpha=0.6,
-            zorder=2.5,
+            branch.real, branch.imag, color=BLUE, ls="-", lw=2, alpha=0.6, zorder=2.5
         )
-    ends = ((0, "o", "none", colour), (-1, "x", VERMILLION, VERMILLION))
+    ends = ((0, "o", "none", BLUE), (-1, "x", VERMILLION, VERMILLION))
     for k, marker, face, edge in ends:
         ax.plot(
             rows[k].real,
             rows[k].imag,
-            linestyle="none",
+            ls="none",
             marker=marker,
-            markerfacecolor=face,
-            markeredgecolor=edge,
-            markersize=5.5,
-            markeredgewidth=1.3,
+            mfc=face,
+            mec=edge,
+            ms=5.5,
+            mew=1.3,
             zorder=3,
             label=f"{name} = {values[k]:g}",
         )
     frame_plane(ax, window)
-    ax.legend(
-        loc="lower left",
-        bbox_to_anchor=(0, 1.0),
-        borderaxespad=0.2,
-        ncols=3,
-        handlelength=1.2,
-        columnspacing=0.9,
-        handletextpad=0.4,
-    )
+    legend_above(ax, 3)
     return ax

@@ -35,11 +35,6 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
         Without it, colour and marker follow from how many sets of roots
         were drawn before.
 
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
-
     Examples
     --------
     >>> import matplotlib.pyplot as plt
@@ -52,7 +47,7 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     drawn = len(ax.collections)
     if not drawn:
         for line in (ax.axhline, ax.axvline):
-            line(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+            line(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
         ax.set_xlabel("Re s (1/s)")
         ax.set_ylabel("Im s (rad/s)")
     colour, marker = colour or COLOURS[drawn % 6], MARKERS[drawn % 6]
@@ -73,10 +68,7 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     )
     if delta is not None:
         ax.axvline(
-            -delta,
-            color=VERMILLION,
-            linestyle=(0, (1, 1)),
-            label=f"Re s = {0 - delta:g}",
+            -delta, color=VERMILLION, ls=(0, (1, 1)), label=f"Re s = {0 - delta:g}"
         )
     legend_above(ax, 4)
     return ax
@@ -101,11 +93,6 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     label : str, optional
         Name of the curve in the legend.
 
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
-
     Examples
     --------
     >>> import matplotlib.pyplot as plt
@@ -119,21 +106,21 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     values = [spectral_abscissa(A, A_d, h) for h in delays]
     if interval is not None:
         ax.axvspan(
-            *interval, color=ORANGE, alpha=0.15, linewidth=0, label="interval of delays"
+            *interval, color=ORANGE, alpha=0.15, lw=0, label="interval of delays"
         )
     if not drawn:
-        ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-")
+        ax.axhline(0, color=GREY, lw=0.7, ls="-")
         ax.set_xlabel("constant delay h (s)")
         ax.set_ylabel("rightmost Re s (1/s)")
     if delta is not None:
         ax.axhline(
-            -delta, color=VERMILLION, linestyle=(0, (1, 1)), label=f"−δ = {0 - delta:g}"
+            -delta, color=VERMILLION, ls=(0, (1, 1)), label=f"−δ = {0 - delta:g}"
         )
     ax.plot(
         delays,
         values,
         color=COLOURS[drawn % 6],
-        linestyle=DASHES[drawn % 6],
+        ls=DASHES[drawn % 6],
         label=label,
         gid="curve",
     )
@@ -154,11 +141,6 @@ def delay_signal(ax, delay, t_end):
     t_end : float
         The last time, in seconds, > 0.
 
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
-
     Examples
     --------
     >>> import matplotlib.pyplot as plt
@@ -178,8 +160,8 @@ def delay_signal(ax, delay, t_end):
         inside = piece.clip(None, end - 1e-9 * (end - start))
         t += [*piece, end]
         d += [*delay(inside), np.nan]
-    ax.axhspan(delay.low, delay.high, color=ORANGE, alpha=0.15, linewidth=0)
-    ax.plot(t[:-1], np.round(d[:-1], 8), color=BLUE, linestyle="-")
+    ax.axhspan(delay.low, delay.high, color=ORANGE, alpha=0.15, lw=0)
+    ax.plot(t[:-1], np.round(d[:-1], 8), color=BLUE, ls="-")
     ax.margins(x=0)
     ax.set_xlabel("time t (s)")
     ax.set_ylabel("delay d (s)")

@@ -27,21 +27,12 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
     """
     i, j = plane
     outline = ellipse_outline(P, plane)
-    ax.fill(
-        *outline,
-        facecolor=SKY,
-        alpha=0.25,
-        edgecolor=BLUE,
-        linewidth=1,
-        label="x' P⁻¹ x ≤ 1",
-    )
+    ax.fill(*outline, fc=SKY, alpha=0.25, ec=BLUE, lw=1, label="x' P⁻¹ x ≤ 1")
     if x is not None:
         x = np.asarray(x)
-        ax.plot(x[:, i], x[:, j], color=INK, linestyle="-", linewidth=1.1, label="x(t)")
+        ax.plot(x[:, i], x[:, j], color=INK, ls="-", lw=1.1, label="x(t)")
     if x0 is not None:
-        ax.plot(
-            x0[i], x0[j], marker="o", linestyle="none", color=VERMILLION, label="x(0)"
-        )
+        ax.plot(x0[i], x0[j], marker="o", ls="none", color=VERMILLION, label="x(0)")
     ax.set_xlabel((names or (f"x{subscript(i + 1)}",) * 2)[0])
     ax.set_ylabel((names or ("", f"x{subscript(j + 1)}"))[1])
     legend_above(ax, 3)

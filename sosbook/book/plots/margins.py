@@ -51,8 +51,8 @@ def margins(ax, margins, labels=None):
             left=floor,
             height=0.62,
             color=BLUE if good else "white",
-            linewidth=1,
-            edgecolor=BLUE if good else VERMILLION,
+            lw=1,
+            ec=BLUE if good else VERMILLION,
             hatch=None if good else "////",
         )
         ax.text(

@@ -1,7 +1,5 @@
 """Drawings of the book's plants, made of the parts in `sketches`."""
 
-import numpy as np
-
 from . import sketches
 from .style import INK, SKY, VERMILLION
 
@@ -98,8 +96,8 @@ def hand(ax):
     """
     sketches.canvas(ax, 10, 5)
     sketches.wall(ax, (3.2, 0.4), (6.8, 0.4))
-    _body(ax, (5, 3.1), (1.05, 0.75))
-    ax.text(5, 3.1, "object", ha="center", va="center", zorder=3)
+    sketches.disc(ax, (5, 3.1), (1.05, 0.75), SKY, 2, 0.55, 81)
+    ax.text(5, 3.1, "object", **sketches.CENTRED, zorder=3)
     for side in (-1, 1):
         base, elbow, tip = (
             (5 + 0.9 * side, 0.4),
@@ -132,26 +130,11 @@ def cart_pendulum(ax):
     for x in (3.2, 4.4):
         sketches.wheel(ax, (x, 0.63))
     sketches.mass(ax, (3.8, 1.2), "", (2.2, 0.7))
-    ax.plot([3.8, 3.8], [1.2, 3.9], color=INK, linestyle=":", linewidth=1.0)
+    ax.plot([3.8, 3.8], [1.2, 3.9], color=INK, ls=":", lw=1.0)
     tip = (4.7, 3.6)
     sketches.rod(ax, (3.8, 1.2), tip, 4)
     sketches.joint(ax, (3.8, 1.2))
-    _body(ax, tip, (0.28, 0.28))
+    sketches.disc(ax, tip, (0.28, 0.28), SKY, 2, 0.55, 81)
     sketches.angle(ax, (3.8, 1.2), 1.7, (90, 70), r"$\theta$")
     sketches.displacement(ax, (5.1, 0.95), (0.9, 0), "$p$")
     sketches.force(ax, (2.7, 1.2), (1.0, 0), "$u$")
-
-
-def _body(ax, centre, axes):
-    """An ellipse on ax with a centre and half-axes, filled like a mass."""
-    turn = np.linspace(0, 2 * np.pi, 81)
-    ax.fill(
-        centre[0] + axes[0] * np.cos(turn),
-        centre[1] + axes[1] * np.sin(turn),
-        facecolor=SKY,
-        edgecolor=INK,
-        linestyle="-",
-        linewidth=1.2,
-        alpha=0.55,
-        zorder=2,
-    )

@@ -27,6 +27,8 @@ __all__ = [
     "uphill",
 ]
 
+OURS = "sosbook"
+
 
 def times(records):
     """Seconds by case and competitor.
@@ -108,15 +110,13 @@ def share(factors, tau):
     return sum(r <= tau for r in factors) / len(factors)
 
 
-def best_of_others(case, ours="sosbook"):
+def best_of_others(case):
     """The fastest of the others, and its seconds.
 
     Parameters
     ----------
     case : dict
         Seconds by competitor.
-    ours : str
-        Who is left out.
 
     Returns
     -------
@@ -128,20 +128,18 @@ def best_of_others(case, ours="sosbook"):
     >>> best_of_others({"sosbook": 1.0, "a": 3.0, "b": 2.0})
     ('b', 2.0)
     """
-    others = {n: t for n, t in case.items() if n != ours and t < math.inf}
+    others = {n: t for n, t in case.items() if n != OURS and t < math.inf}
     name = min(others, key=others.get, default=None)
     return name, others.get(name, math.inf)
 
 
-def faster(seconds, ours="sosbook"):
+def faster(seconds):
     """Where somebody else is faster, the worst case first.
 
     Parameters
     ----------
     seconds : dict
         As of `times`.
-    ours : str
-        Who is compared with all others.
 
     Returns
     -------
@@ -156,14 +154,14 @@ def faster(seconds, ours="sosbook"):
     """
     found = []
     for name, case in seconds.items():
-        who, best = best_of_others(case, ours)
-        mine = case.get(ours, math.inf)
+        who, best = best_of_others(case)
+        mine = case.get(OURS, math.inf)
         if best < mine:
             found.append((name, who, mine / best))
     return sorted(found, key=lambda entry: -entry[2])
 
 
-def speedup(seconds, size, theirs, ours="sosbook"):
+def speedup(seconds, size, theirs):
     """The median over families of their time over ours, at a size.
 
     Who has no answer takes infinitely long, as in the profile.
@@ -174,8 +172,8 @@ def speedup(seconds, size, theirs, ours="sosbook"):
         As of `times`, by (family, size).
     size : int
         The size.
-    theirs, ours : str
-        Two competitors.
+    theirs : str
+        Another competitor.
 
     Returns
     -------
@@ -189,7 +187,7 @@ def speedup(seconds, size, theirs, ours="sosbook"):
     5.0
     """
     both = [
-        (case.get(theirs, math.inf), case.get(ours, math.inf))
+        (case.get(theirs, math.inf), case.get(OURS, math.inf))
         for (_, at), case in seconds.items()
         if at == size
     ]
@@ -254,11 +252,6 @@ def curves(ax, factors, most=100.0):
         As of `ratios`.
     most : float
         The largest factor that is drawn.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     if not factors:
         return empty(ax)
@@ -286,11 +279,6 @@ def growth(ax, records, field="cpu_s"):
         Of one family.
     field : str
         "cpu_s" or "peak_mb".
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     known = [r for r in pick(records, status="right") if r[field]]
     if not known:
@@ -319,11 +307,6 @@ def memory(ax, records):
         The axes to draw on.
     records : list of dict
         Of one family.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     growth(ax, records, "peak_mb")
     before = [r["base_mb"] for r in records if r["base_mb"]]

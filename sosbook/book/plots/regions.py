@@ -19,24 +19,12 @@ __all__ = [
 ]
 
 
-def shade_region(ax, region, window, colour=GREEN, label="D-region"):
-    """Shade a D-region on the axes ax within a window (left, right, height).
-
-    The colour and the label are those of the area.
-    """
+def shade_region(ax, region, window):
+    """Shade a D-region on the axes ax within a window (left, right, height)."""
     outline = region_outline(region, window)
     if outline.size:
-        ax.fill(
-            outline.real,
-            outline.imag,
-            facecolor=colour,
-            alpha=0.18,
-            edgecolor="none",
-            zorder=1,
-        )
-        ax.plot(
-            [], [], color=colour, alpha=0.4, linewidth=7, linestyle="-", label=label
-        )
+        ax.fill(outline.real, outline.imag, fc=GREEN, alpha=0.18, ec="none", zorder=1)
+        ax.plot([], [], color=GREEN, alpha=0.4, lw=7, ls="-", label="D-region")
     return ax
 
 
@@ -44,8 +32,8 @@ def draw_axes(ax, region, window):
     """Draw both axes of the complex plane on ax, over a shaded region, if any."""
     if region is not None:
         shade_region(ax, region, window)
-    ax.axhline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
-    ax.axvline(0, color=GREY, linewidth=0.7, linestyle="-", zorder=1.5)
+    ax.axhline(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
+    ax.axvline(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
 
 
 def frame_plane(ax, window):
@@ -73,11 +61,6 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
         The part of the plane shown; chosen to fit everything if left out.
     label : str
         Name in the legend when `poles` is no dict.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     sets = dict(poles) if isinstance(poles, dict) else {label: poles}
     window = window or window_of(list(sets.values()), region)
@@ -86,15 +69,15 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
     for (name, values), k in zip(sets.items(), order):
         values = np.ravel(np.asarray(values, complex))
         marker, colour = MARKERS[k % 6], COLOURS[k % 6]
-        hollow = {} if marker in "x+" else {"markerfacecolor": "none"}
+        hollow = {} if marker in "x+" else {"mfc": "none"}
         ax.plot(
             values.real,
             values.imag,
-            linestyle="none",
+            ls="none",
             marker=marker,
             color=colour,
-            markersize=6,
-            markeredgewidth=1.4,
+            ms=6,
+            mew=1.4,
             label=name,
             zorder=3,
             **hollow,
@@ -104,11 +87,8 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
     return ax
 
 
-def pole_map(poles_, region=None, window=None, label="closed loop", figsize=(4.6, 4.4)):
-    """A figure of its own for `poles`; takes what `poles` takes.
-
-    That is ``poles_``, region, window and label; ``figsize`` is in inches.
-    """
-    figure, ax = plt.subplots(figsize=figsize)
-    poles(ax, poles_, region=region, window=window, label=label)
+def pole_map(poles_, region=None):
+    """A figure of its own for `poles`: takes poles_ and a region as it does."""
+    figure, ax = plt.subplots(figsize=(4.6, 4.4))
+    poles(ax, poles_, region)
     return figure

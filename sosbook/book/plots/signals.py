@@ -83,16 +83,14 @@ def signal(ax, t, values, name="z", disturbance=None, points=400):
     step = max(1, len(t) // points)
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     if disturbance is not None:
-        ax.axvspan(
-            *disturbance, color=ORANGE, alpha=0.15, linewidth=0, label="disturbance"
-        )
+        ax.axvspan(*disturbance, color=ORANGE, alpha=0.15, lw=0, label="disturbance")
     for k, row in enumerate(values):
         mark = subscript(k + 1) if len(values) > 1 else ""
         ax.plot(
             t[keep],
             row[keep],
             color=COLOURS[k % 6],
-            linestyle=DASHES[k % 6],
+            ls=DASHES[k % 6],
             label=name.rstrip("′") + mark + "′" * name.endswith("′"),
         )
     ax.margins(x=0)
@@ -103,17 +101,8 @@ def input_limit(ax, t, u, u_max):
     """Draw the norm of u(t) and the limit u_max of Lemma 2.2 on the axes ax."""
     norm = np.linalg.norm(_rows(t, u), axis=0)
     step = max(1, len(t) // 400)
-    ax.plot(
-        np.asarray(t)[::step],
-        norm[::step],
-        color=GREY,
-        linestyle="-",
-        linewidth=1,
-        label="‖u‖",
-    )
-    ax.axhline(
-        u_max, color=VERMILLION, linestyle=(0, (1, 1)), linewidth=1.4, label="u_max"
-    )
+    ax.plot(np.asarray(t)[::step], norm[::step], color=GREY, ls="-", lw=1, label="‖u‖")
+    ax.axhline(u_max, color=VERMILLION, ls=(0, (1, 1)), lw=1.4, label="u_max")
     return ax
 
 

@@ -7,6 +7,8 @@ import numpy as np
 
 from .style import BLUE, GREY, INK, SKY, VERMILLION
 
+CENTRED = {"ha": "center", "va": "center"}
+
 __all__ = [
     "angle",
     "canvas",
@@ -40,14 +42,14 @@ def mass(ax, centre, text, size=(1.6, 0.8), weightless=False):
     ax.fill(
         x + w * np.array([-0.5, 0.5, 0.5, -0.5]),
         y + h * np.array([-0.5, -0.5, 0.5, 0.5]),
-        facecolor="white" if weightless else SKY,
-        edgecolor=INK,
-        linestyle="--" if weightless else "-",
-        linewidth=1.2,
+        fc="white" if weightless else SKY,
+        ec=INK,
+        ls="--" if weightless else "-",
+        lw=1.2,
         alpha=1.0 if weightless else 0.55,
         zorder=2,
     )
-    ax.text(x, y, text, ha="center", va="center", zorder=3)
+    ax.text(x, y, text, **CENTRED, zorder=3)
 
 
 def spring(ax, start, end, text="", coils=5, width=0.16):
@@ -98,7 +100,7 @@ def force(ax, tip, vector, text, colour=VERMILLION):
         arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0},
     )
     away = tail - 0.22 * np.asarray(vector) / np.linalg.norm(vector)
-    ax.text(*away, text, color=colour, ha="center", va="center")
+    ax.text(*away, text, color=colour, **CENTRED)
 
 
 def displacement(ax, tail, vector, text):
@@ -111,8 +113,7 @@ def displacement(ax, tail, vector, text):
         *(np.add(tail, vector) + 0.25 * np.asarray(vector) / np.linalg.norm(vector)),
         text,
         color=BLUE,
-        ha="center",
-        va="center",
+        **CENTRED,
     )
 
 
@@ -120,37 +121,25 @@ def _stroke(ax, start, end, along, across, colour=INK):
     start, way = np.asarray(start, float), np.subtract(end, start)
     normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     x, y = start[:, None] + np.outer(way, along) + np.outer(normal, across)
-    ax.plot(
-        x,
-        y,
-        color=colour,
-        linestyle="-",
-        linewidth=1.2,
-        solid_joinstyle="round",
-        zorder=1,
-    )
+    ax.plot(x, y, color=colour, ls="-", lw=1.2, solid_joinstyle="round", zorder=1)
 
 
 def _label(ax, start, end, text, width):
     way = np.subtract(end, start)
     normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
     middle = np.add(start, end) / 2 + normal * (width + 0.22)
-    ax.text(*middle, text, ha="center", va="center")
+    ax.text(*middle, text, **CENTRED)
 
 
 def joint(ax, centre, radius=0.12):
     """A hinge: a ring of a radius around ``centre`` on ax."""
-    x, y = _circle(centre, radius)
-    disc = {"facecolor": "white", "edgecolor": INK, "linestyle": "-"}
-    ax.fill(x, y, **disc, linewidth=1.2, zorder=4)
+    disc(ax, centre, (radius, radius), "white", zorder=4)
 
 
 def wheel(ax, centre, radius=0.22):
     """A wheel of a radius around ``centre`` on ax, with its axle."""
-    x, y = _circle(centre, radius)
-    disc = {"facecolor": "white", "edgecolor": INK, "linestyle": "-"}
-    ax.fill(x, y, **disc, linewidth=1.2, zorder=3)
-    ax.plot(*centre, ".", color=INK, markersize=3, zorder=4)
+    disc(ax, centre, (radius, radius), "white", zorder=3)
+    ax.plot(*centre, ".", color=INK, ms=3, zorder=4)
 
 
 def rod(ax, start, end, width=5):
@@ -158,8 +147,8 @@ def rod(ax, start, end, width=5):
     ax.plot(
         *np.transpose([start, end]),
         color=GREY,
-        linestyle="-",
-        linewidth=width,
+        ls="-",
+        lw=width,
         solid_capstyle="round",
         zorder=2,
     )
@@ -173,7 +162,7 @@ def angle(ax, centre, radius, between, text, colour=BLUE):
     """
     turn = np.radians(np.linspace(*between, 40))
     x, y = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
-    ax.plot(x[:-3], y[:-3], color=colour, linestyle="-", linewidth=1.2, zorder=4)
+    ax.plot(x[:-3], y[:-3], color=colour, ls="-", lw=1.2, zorder=4)
     head = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (x[-1], y[-1]), (x[-4], y[-4]), zorder=4, arrowprops=head)
     far = 1 + 0.25 / radius
@@ -183,11 +172,12 @@ def angle(ax, centre, radius, between, text, colour=BLUE):
         centre[1] + far * radius * np.sin(middle),
         text,
         color=colour,
-        ha="center",
-        va="center",
+        **CENTRED,
     )
 
 
-def _circle(centre, radius):
-    turn = np.linspace(0, 2 * np.pi, 41)
-    return centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
+def disc(ax, centre, axes, colour, zorder, alpha=1.0, corners=41):
+    """An ellipse on ax with a centre and half-axes, filled with a colour."""
+    turn = np.linspace(0, 2 * np.pi, corners)
+    x, y = centre[0] + axes[0] * np.cos(turn), centre[1] + axes[1] * np.sin(turn)
+    ax.fill(x, y, fc=colour, ec=INK, ls="-", lw=1.2, alpha=alpha, zorder=zorder)

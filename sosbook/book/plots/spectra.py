@@ -7,7 +7,7 @@ from .style import COLOURS, DASHES, VERMILLION, legend_above
 __all__ = ["largest_singular_value", "singular_values"]
 
 
-def singular_values(ax, systems, gamma=None, frequency=None):
+def singular_values(ax, systems, gamma=None):
     """Largest singular value of the disturbance-to-position map over frequency.
 
     Parameters
@@ -19,13 +19,10 @@ def singular_values(ax, systems, gamma=None, frequency=None):
         interest: ``loop[:n, :p]``.
     gamma : float, optional
         The bound asked for, drawn as a line.
-    frequency : array, optional
-        Frequencies in rad/s; chosen from the poles if left out.
     """
     systems = systems if isinstance(systems, (list, tuple)) else (systems,)
-    if frequency is None:
-        moduli = np.abs(np.concatenate([system.poles() for system in systems]))
-        frequency = np.geomspace(max(moduli.min(), 1e-3) / 20, moduli.max() * 10, 120)
+    moduli = np.abs(np.concatenate([system.poles() for system in systems]))
+    frequency = np.geomspace(max(moduli.min(), 1e-3) / 20, moduli.max() * 10, 120)
     for k, system in enumerate(systems):
         values = largest_singular_value(
             system.A, system.B, system.C, system.D, frequency
@@ -34,11 +31,11 @@ def singular_values(ax, systems, gamma=None, frequency=None):
             frequency,
             values,
             color=COLOURS[k % 6],
-            linestyle=DASHES[k % 6],
+            ls=DASHES[k % 6],
             label="σ_max" if len(systems) == 1 else f"vertex {k + 1}",
         )
     if gamma is not None:
-        ax.axhline(gamma, color=VERMILLION, linestyle=(0, (1, 1)), label="bound γ")
+        ax.axhline(gamma, color=VERMILLION, ls=(0, (1, 1)), label="bound γ")
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlabel("frequency ω (rad/s)")

@@ -13,7 +13,7 @@ from .style import BLUE, GREY, INK, ORANGE, VERMILLION
 __all__ = ["pick", "seconds", "shares", "two", "verdicts", "words"]
 
 SHARE_COLOURS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
-LABEL_BOX = dict(facecolor="white", edgecolor="none", pad=0.4)
+LABEL_BOX = dict(fc="white", ec="none", pad=0.4)
 UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
 
@@ -55,11 +55,6 @@ def seconds(ax, records, label="competitor"):
         The records of benchmarks/waiting.json, one a row.
     label : str
         The field that names a row.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     if not records:
         return empty(ax)
@@ -108,11 +103,6 @@ def shares(ax, records, limit=0.025):
         The records of benchmarks/waiting.json.
     limit : float
         Seconds; a dashed line.
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     moves = pick(records, family="slider")
     if not moves:
@@ -124,7 +114,7 @@ def shares(ax, records, limit=0.025):
         parts = [r[f"share_{name}"] for name, _ in SHARE_COLOURS]
         scale, end = 1e3 * r["median_s"] / sum(parts), 0
         for (_, colour), part in zip(SHARE_COLOURS, parts):
-            ax.barh(y, part * scale, 0.36, end, color=colour, edgecolor="white", lw=0.4)
+            ax.barh(y, part * scale, 0.36, end, color=colour, ec="white", lw=0.4)
             end += part * scale
         ax.text(
             end,
@@ -154,11 +144,6 @@ def verdicts(ax, counts):
         The axes to draw on.
     counts : dict
         How many there are of each "kind, known verdict: answer".
-
-    Returns
-    -------
-    matplotlib Axes
-        The same axes.
     """
     if not counts:
         return empty(ax, "robustness.json isn't there")
@@ -179,7 +164,7 @@ def verdicts(ax, counts):
                 count,
                 0.7,
                 ends[kind],
-                edgecolor="white",
+                ec="white",
                 lw=0.5,
                 color=colours.get(answer, VERMILLION),
                 hatch={"infeasible": "////"}.get(answer),

@@ -59,6 +59,13 @@ function regionPolygon(asked, [left, right, height]) {
   return polygon;
 }
 
+// Moves of single sliders that lead to a design, the nearest first, in words.
+export function relax(moves) {
+  const [first, ...others] = moves.map(({text}) => text);
+  return `Relax first: ${first}.` +
+    (others.length ? ` Moving one other slider would do as well: ${others.join("; or ")}.` : "");
+}
+
 // ---------------------------------------------------------- the element
 export class Atlas extends PageElement {
   sliders() {
@@ -205,13 +212,8 @@ export class Atlas extends PageElement {
   }
 
   advice() {
-    const [first, ...others] = this.relaxations();
-    if (first) {
-      return `Relax first: ${first.text}.` +
-        (others.length
-            ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.`
-            : "");
-    }
+    const moves = this.relaxations();
+    if (moves.length) return relax(moves);
     let best = null;
     const walk = (place, k, far) => {
       if (best && far >= best.far) return;
@@ -228,9 +230,9 @@ export class Atlas extends PageElement {
     };
     walk([...this.place], 0, 0);
     if (!best) return "No design on these sliders is looser and feasible.";
-    const moves = this.data.sliders.filter((_, k) => best.place[k] !== this.place[k])
-                    .map(slider => slider.texts[best.place[this.data.sliders.indexOf(slider)]]);
-    return `No single slider is enough. Relax together: ${moves.join(" and ")}.`;
+    const together = this.data.sliders.flatMap(
+      ({texts}, k) => best.place[k] === this.place[k] ? [] : [texts[best.place[k]]]);
+    return `No single slider is enough. Relax together: ${together.join(" and ")}.`;
   }
 
   states() {

@@ -1,7 +1,7 @@
 import {clean, define} from "./kit.js";
 import {add, combine, eigenvalues, eye, lyapunov, make, mul, rightmost, scale, solve, trace, transpose} from "./linalg.js";
-import {mark, Mover, number, verdict} from "./mover.js";
-import {bar, picture, Plot} from "./plot.js";
+import {Mover, number, verdict} from "./mover.js";
+import {bar, mark, picture, Plot} from "./plot.js";
 
 const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
 const det = ([[a, b], [c, d]]) => a * d - b * c;

@@ -1,8 +1,8 @@
 import {define, degrees} from "./kit.js";
 import {apply, eigenvalues, spectralRadius} from "./linalg.js";
-import {mark, Mover, number, stairs, verdict} from "./mover.js";
+import {Mover, number, stairs, verdict} from "./mover.js";
 import {sampledLoop} from "./pendulum.js";
-import {Plot} from "./plot.js";
+import {mark, Plot} from "./plot.js";
 
 const TILT = 2 * Math.PI / 180;
 

@@ -1,11 +1,12 @@
 import {Atlas} from "./atlas.js";
-import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
+import {buttons, clamp, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
-import {Plot, S_PLANE} from "./plot.js";
+import {runge} from "./pendulum.js";
+import {mark, Plot, S_PLANE} from "./plot.js";
 import {list, program} from "./program.js";
 
 const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];
-const SHAPES = ["○", "+", "✕"], DELAYS = ["shortest", "nominal", "longest"];
+const SIGNS = ["○", "+", "✕"], SHAPES = [1, 3, 0], DELAYS = ["shortest", "nominal", "longest"];
 
 // The delay as a function of time, as `signal_of` has it.
 function delayOf(kind, tau, mu, [period, dwell, random]) {
@@ -32,26 +33,23 @@ function simulate({A, B, s}, K, r, delay, horizon, steps) {
     return asked[low].map((u, i) => u + (at - low) * (asked[low + 1][i] - u));
   };
   for (let k = 0; k <= steps; k++) {
-    const x = states[k], t = k * h;
+    const x = states[k], t = k * h, inside = time => clamp(time, t + 1e-7 * h, t + h - 1e-7 * h);
     asked.push(apply(K, x).map((u, i) => u - level[i]));
     applied.push(late(t));
-    const drive =
-      [1e-7, 0.5, 1 - 1e-7].map(part => apply(B, late(t + part * h)).map((b, i) => b + s[i]));
-    const rate = (point, push) => apply(A, point).map((a, i) => a + push[i]);
-    const ahead = (slope, part) => x.map((value, i) => value + part * h * slope[i]);
-    const a = rate(x, drive[0]), b = rate(ahead(a, 0.5), drive[1]);
-    const c = rate(ahead(b, 0.5), drive[1]), d = rate(ahead(c, 1), drive[2]);
-    states.push(x.map((value, i) => value + h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i])));
+    states.push(runge((point, time) => {
+      const push = apply(B, late(inside(time)));
+      return apply(A, point).map((a, i) => a + push[i] + s[i]);
+    }, x, h, t));
   }
   states.pop();
   return {states, asked, applied};
 }
 
-const mark = (colour, text) => `<span class="sos-mark" style="color:var(${colour})">${text}</span>`;
+const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour})">${text}</span>`;
 
 class DelayAtlas extends Atlas {
   markup() {
-    const roots = DELAYS.map((name, k) => mark(COLOURS[k], `${SHAPES[k]} ${name}`)).join(", ");
+    const roots = DELAYS.map((name, k) => sign(COLOURS[k], `${SIGNS[k]} ${name}`)).join(", ");
     return controls("Requirements", this.sliders() + select({
       id: `${this.name}-kind`,
       key: "kind",
@@ -61,8 +59,8 @@ class DelayAtlas extends Atlas {
       panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
         panel("step", escape(this.data.caption)) +
         panel("input",
-          `The control signal: ${mark("--sos-first", "┄ as asked")}, ${
-            mark("--sos-second", "— as it arrives")}.`) +
+          `The control signal: ${sign("--sos-first", "┄ as asked")}, ${
+            sign("--sos-second", "— as it arrives")}.`) +
         READOUT) +
       this.note + buttons(this.buttons);
   }
@@ -135,16 +133,10 @@ class DelayAtlas extends Atlas {
     const plot = new Plot({x: [left, right], y: tall, labels: S_PLANE});
     plot.rule("sos-axis", [0, 0], tall);
     plot.rule(`sos-bound${roots ? "" : " sos-empty"}`, [-asked.delta, -asked.delta], tall);
-    const shapes = [
-      (u, v) => `M${u - 4} ${v}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0`,
-      (u, v) => `M${u - 5} ${v}h10M${u} ${v - 5}v10`, (u, v) => `M${u - 4} ${v - 4}l8 8m0 -8l-8 8`
-    ];
-    (roots || []).forEach((row, k) => withConjugates(row).filter(root => plot.has(root)).forEach(([
-      re, im
-    ]) => {
-      plot.body += `<path class="sos-root" style="stroke:var(${COLOURS[k]})" d="${
-        shapes[k](plot.X(re), plot.Y(im))}"/>`;
-    }));
+    (roots ?? []).forEach((row, k) => {
+      for (const root of withConjugates(row).filter(root => plot.has(root)))
+        mark(plot, root, COLOURS[k], SHAPES[k]);
+    });
     if (!roots) plot.absent(status, 150);
     return plot.svg(roots
         ? `Root map: ${

@@ -1,6 +1,6 @@
 // Requirements that move freely: every position is a set of LMIs that the reader's own
 // browser solves. What is drawn is what the atlas draws.
-import {Atlas} from "./atlas.js";
+import {Atlas, relax} from "./atlas.js";
 import {announce, band, clean, define, escape, number, printed, slider, withConjugates} from "./kit.js";
 import * as python from "./program.js";
 import {solverOf} from "./solver.js";
@@ -214,12 +214,8 @@ export class Explorer extends Atlas {
       far: Math.abs(edge - placeOf(this.data.sliders[k], this.values[k])),
       text: textOf(this.data.sliders[k], valueAt(this.data.sliders[k], edge))
     });
-    const [first, ...others] = moves.filter(move => move).sort((a, b) => a.far - b.far);
-    if (!first) return "No single slider is enough: relax several.";
-    return `Relax first: ${first.text}.` +
-      (others.length
-          ? ` Moving one other slider would do as well: ${others.map(o => o.text).join("; or ")}.`
-          : "");
+    const found = moves.filter(move => move).sort((a, b) => a.far - b.far);
+    return found.length ? relax(found) : "No single slider is enough: relax several.";
   }
 
   // --------------------------------------------------------------- the design

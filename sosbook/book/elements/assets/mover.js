@@ -2,7 +2,7 @@
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 import {announce, band, buttons, clamp, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
-import {Plot, S_PLANE} from "./plot.js";
+import {mark, Plot, S_PLANE} from "./plot.js";
 
 // Room for the longest of the words that a slider may show: its label doesn't break anew.
 const roomy = (input, texts) => {
@@ -321,11 +321,3 @@ export const stairs = (points, end) =>
 export const number = (x, unit = "", digits = 3) =>
   `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
 export const verdict = words => `<p><span class="sos-status">${words}</span></p>`;
-
-// A mark of one of four shapes: cross, circle, square, plus.
-const SHAPES =
-  ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
-export const mark = (plot, [x, y], colour, shape = 0, more = "") => {
-  plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${
-    plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
-};

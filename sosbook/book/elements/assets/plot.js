@@ -104,3 +104,11 @@ export class Plot {
 
   svg(label) { return picture(this.height, label, this.body); }
 }
+
+// A mark of one of four shapes: cross, circle, square, plus.
+const SHAPES =
+  ["M-4-4L4 4M-4 4L4-4", "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0", "M-3.5-3.5h7v7h-7z", "M-5 0H5M0-5V5"];
+export const mark = (plot, [x, y], colour, shape = 0, more = "") => {
+  plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${
+    plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
+};

@@ -1,8 +1,8 @@
 import {clamp, clean, define, degrees, gains, nearest, round} from "./kit.js";
 import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, rightmost, stable, trace, transpose} from "./linalg.js";
-import {mark, Mover, number, range, series, verdict} from "./mover.js";
+import {Mover, number, range, series, verdict} from "./mover.js";
 import {linear, runge, slope, STEP, vertices} from "./pendulum.js";
-import {picture, Plot, S_PLANE} from "./plot.js";
+import {mark, picture, Plot, S_PLANE} from "./plot.js";
 
 const COLOURS = ["--sos-first", "--sos-second", "--sos-region", "--sos-third"];
 const METRE = 480, ROW = 76, LEFT = -14;  // units of the drawing a metre, a lane; 1/s
