@@ -40,12 +40,12 @@ import numpy as np
 from tqdm import tqdm
 
 import sosbook as sos
-from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.runtime import time_limit
 from sosbook.solver.blocks import Blocks
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests import clarabel
 from tests.attacks import attack
 from tests.random_plants import ROUNDED, Units, float_blocks, random_case, scaled
 
@@ -265,7 +265,7 @@ def _clarabel(request):
     if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
         first = -np.eye(request.order)
         blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
-    _, t, status = clarabel_phase_one(scaled(blocks))
+    _, t, status = clarabel.deepest(scaled(blocks))
     return float(t) if status == "Solved" else None
 
 

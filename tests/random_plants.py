@@ -23,12 +23,12 @@ from scipy.linalg import eigvals, solve_continuous_are
 
 import sosbook as sos
 from sosbook.lmi import Unknown
-from sosbook.lmi.cones import clarabel_minimize
 from sosbook.plants.descriptor import descriptors
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import margin
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests import clarabel
 
 __all__ = [
     "KINDS",
@@ -806,7 +806,7 @@ class _Edge:
         blocks = self._blocks(frame)
         cost = np.zeros(blocks.variables)
         cost[-1] = 1.0
-        x, status = clarabel_minimize(blocks, cost)
+        x, status = clarabel.minimize(blocks, cost)
         good = status == "Solved" and 1e-6 < x[-1] < 1
         return x if good else None
 

@@ -5,10 +5,10 @@ import pytest
 
 import sosbook as sos
 from sosbook.lmi import Unknown
-from sosbook.lmi.cones import clarabel_minimize
 from sosbook.solver.blocks import Blocks
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests import clarabel
 
 
 def scaled_blocks(request):
@@ -46,7 +46,7 @@ def smallest_gamma(plant, asked):
     blocks = scaled(blocks)
     cost = np.zeros(blocks.variables)
     cost[-1] = 1.0
-    x, status = clarabel_minimize(blocks, cost)
+    x, status = clarabel.minimize(blocks, cost)
     assert status in ("Solved", "AlmostSolved")
     return near, np.sqrt(x[-1] * unit)
 

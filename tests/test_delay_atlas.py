@@ -101,12 +101,6 @@ def test_the_grid_has_both_verdicts(atlas):
     )
 
 
-def test_the_true_rate_is_no_less_than_the_promise(atlas):
-    for place, stored in atlas.designs.items():
-        if stored != 0:
-            assert stored[2][0] >= asked_at(atlas, place)["delta"]
-
-
 def test_an_undecided_request_is_not_called_infeasible():
     request = sos.delay.DelayRequest(EXAMPLE.plant, EXAMPLE.U, 0.4)
     assert delay_record(sos.delay.DelayDesign(request, "undecided")) == 1

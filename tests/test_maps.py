@@ -212,23 +212,6 @@ def test_each_entry_is_the_edge_found_alone(force, robot):
 
 
 @pytest.mark.slow
-def test_workers_change_nothing(force, robot):
-    again = maps.frontier(
-        "gamma",
-        "u_max",
-        robot.plant,
-        **robot.requirements,
-        values=force.values,
-        n_jobs=2,
-        progress=False,
-    )
-    for one, two in zip(force.edges, again.edges):
-        assert one.feasible == two.feasible
-        assert one.infeasible == two.infeasible
-        assert np.array_equal(one.design.K, two.design.K)
-
-
-@pytest.mark.slow
 def test_status_is_what_the_proofs_say(force, robot):
     seen = set()
     for gamma in (0.5, 0.7, 1.0, 1.5, 3.0):
@@ -503,16 +486,6 @@ def test_every_cell_is_backed_by_a_theorem(grid, robot):
                 and d.request.region.theta >= grid.y[row]
                 for d in grid.refusals.values()
             )
-
-
-def test_the_axes_may_be_exchanged(grid, robot):
-    other = maps.feasibility_map(
-        robot.plant,
-        **robot.requirements,
-        across=("theta", grid.y),
-        up=("sigma", grid.x),
-    )
-    assert (other.status == grid.status.T).all()
 
 
 def test_a_design_that_is_found_serves_its_neighbours(robot):

@@ -139,63 +139,6 @@ SIZED = {
 }
 
 
-@pytest.mark.parametrize("coupling", ["pairs", "slack"])
-@pytest.mark.parametrize(
-    "names",
-    [
-        ("gamma", "u_max"),
-        ("gamma", "cost"),
-        ("cost", "u_max"),
-        ("gamma", "peak"),
-        ("gamma", "cost", "u_max", "peak"),
-    ],
-)
-def test_the_sizes_belong_to_the_physics(robot, names, coupling):
-    """In other units of force, length and cost the same gain comes out."""
-    force, length, price = 1e-4, 1e3, 1e5
-    plant, unit = units(robot.plant, force, length)
-    state = np.kron(np.eye(2), length * np.eye(2))
-    there = {
-        "gamma": HInfinity(0.5 * unit),
-        "u_max": sos.Saturation(60.0 * force, length * SIZED["u_max"].x0),
-        "cost": sos.QuadraticCost(
-            price * np.linalg.inv(state).T @ COST.Q @ np.linalg.inv(state),
-            price * COST.R / force**2,
-            noise="F",
-            bound=price * 8.0,
-        ),
-        "peak": EnergyToPeak(0.5 * unit),
-    }
-    there["cost"] = sos.QuadraticCost(
-        there["cost"].Q, there["cost"].R, "F", there["cost"].bound
-    )
-    # F stays in the old unit of force: w changes, and the cost with it
-    there["cost"] = there["cost"].with_bound(8.0 * price / force**2)
-    if "cost" in names:
-        plant, _ = units(robot.plant, force, length, 1 / force)
-        there["gamma"] = HInfinity(0.5 * length)
-        there["peak"] = EnergyToPeak(0.5 * length)
-        there["cost"] = there["cost"].with_bound(8.0 * price)
-    more = dict(coupling=coupling, region=sos.PoleRegion(0.3))
-    here, other = (
-        sos.design_pid(p, requirements=[table[n] for n in names], **more)
-        for p, table in ((robot.plant, SIZED), (plant, there))
-    )
-    assert here.status == other.status == "feasible"
-    assert here.certify(9).proven and other.certify(9).proven
-    assert len(here.request.sized) == len(names)
-    assert len(here.own) - ("cost" in names) == len(names) - 1
-    assert np.allclose(other.K * length / force, here.K, rtol=1e-5)
-    again = sos.design_pid(
-        robot.plant,
-        requirements=[SIZED[n] for n in names],
-        **more,
-        start=here,
-        **({"slack": here.slack} if coupling == "slack" else {}),
-    )
-    assert np.allclose(again.K, here.K, rtol=1e-5)
-
-
 @pytest.mark.parametrize("key", ["gamma", "u_max", "cost"])
 def test_a_bound_is_minimised_over_every_size(robot, key):
     """One step further is refused, with a proof for every size."""

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 import sosbook as sos
 from sosbook.analysis.linear import hinf_norm, peak_input, poles
-from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.certificates import DesignRefusal
+from tests import clarabel
 from tests.cases import random_request
 from tests.test_conic import scaled_blocks
 
@@ -51,7 +51,7 @@ def test_a_feasible_design_keeps_its_promises(seed):
 @given(seeds)
 def test_the_verdict_is_clarabels(seed):
     d = sos.design_pid(**random_request(seed))
-    _, t, status = clarabel_phase_one(scaled_blocks(d.request))
+    _, t, status = clarabel.deepest(scaled_blocks(d.request))
     if d.status == "undecided":  # no design, and no multipliers in rationals
         assert t < 1e-3
         assert "multipliers exclude all P, Y shorter than" in d.reason
@@ -91,5 +91,5 @@ def test_an_exact_proof_of_infeasibility_is_never_wrong(seed):
         event("proven infeasible")
         if isinstance(d.infeasibility, DesignRefusal):  # by multipliers
             assert d.infeasibility.value <= 0
-        _, t, _ = clarabel_phase_one(scaled_blocks(d.request))
+        _, t, _ = clarabel.deepest(scaled_blocks(d.request))
         assert t < 1e-6

@@ -233,16 +233,6 @@ def test_no_other_gain_costs_less(seed, n, m, late):
     assert cost == pytest.approx(x0 @ best.X @ x0)
 
 
-def test_a_gain_of_the_older_inputs_beats_one_of_the_state_alone():
-    weights, T = (np.eye(2), [[1]]), 0.5
-    late = design_sampled_lqr(CART, *weights, T, delay=0.5)
-    blind = design_sampled_lqr(CART, *weights, T)
-    costs = [
-        sampled_cost(CART, K, *weights, T, 0.5, x0=[1, 0])[0] for K in (late.K, blind.K)
-    ]
-    assert costs[0] < 0.9 * costs[1]
-
-
 def test_sampled_pendulum_holds_where_the_continuous_gain_falls():
     """R = 1, one sample late: the continuous gain is too fast."""
     plant = Mip.printed().plant()

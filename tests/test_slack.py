@@ -16,20 +16,16 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.lmi.cones import clarabel_phase_one
 from sosbook.proofs import check
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
+from tests import clarabel
 from tests.cases import random_plant, random_request
 from tests.random_plants import float_blocks, scaled
 
 few = settings(max_examples=30, derandomize=True, deadline=None)
 seeds = st.integers(0, 10**6)
-
-
-def he(x):
-    return x + x.T
 
 
 def uncertain(seed):
@@ -101,90 +97,6 @@ def polytope(seed):
     return random_plant(rng, 2, 1, 1, vertices=3, spread=0.4), rng
 
 
-def by_hand(request, P, V, Y):
-    """The blocks of a request, from the formulas of the chapter."""
-    vertices = request.vertices
-    E0 = sum(d.E for d in vertices) / len(vertices)
-    back, e, found = np.linalg.inv(E0), request.slack, {}
-    mu = request.mu
-    for k, d in enumerate(vertices, 1):
-        Theta = back @ (d.A @ V.T + d.Bu @ Y)
-        Z, Bw, Pk = back @ d.E @ V.T, back @ d.Bw, P[k - 1]
-        p, q = Bw.shape[1], len(d.C)
-        for part in request.parts:
-            a, b = part.alpha, part.beta
-            if part.name == "disk":
-                rho, c = -a[0, 0], -a[0, 1]
-                right = -c * (Pk - Z) + Theta.T
-                g = np.block(
-                    [
-                        [(c**2 - rho**2) * Pk - c * he(Theta), right],
-                        [right.T, Pk - he(Z)],
-                    ]
-                )
-                two = np.kron(np.eye(2), E0)
-            else:
-                one = np.eye(len(a))
-                right = np.kron(b, Pk - Z) + e * np.kron(one, Theta.T)
-                g = np.block(
-                    [
-                        [np.kron(a, Pk) + he(np.kron(b, Theta)), right],
-                        [right.T, -e * np.kron(one, he(Z))],
-                    ]
-                )
-                two = np.kron(np.eye(2 * len(a)), E0)
-            found[f"{part.name} {k}"] = -two @ g @ two.T
-        right = Pk - Z + e * Theta.T
-        g = np.block(
-            [
-                [he(Theta), right, V @ d.C.T, Bw],
-                [right.T, -e * he(Z), np.zeros((len(V), q)), e * Bw],
-                [
-                    d.C @ V.T,
-                    np.zeros((q, len(V))),
-                    -(request.gamma**2) / mu * np.eye(q),
-                    np.zeros((q, p)),
-                ],
-                [Bw.T, e * Bw.T, np.zeros((p, q)), -mu * np.eye(p)],
-            ]
-        )
-        size = 2 * len(V)
-        two = np.eye(size + p + q)
-        two[:size, :size] = np.kron(np.eye(2), E0)
-        found[f"hinf {k}"] = -two @ g @ two.T
-        x0, u_max = request.saturation.x0, request.saturation.u_max
-        found[f"x0 {k}"] = np.block(
-            [[np.ones((1, 1)), x0[None]], [x0[:, None], he(V) - Pk]]
-        )
-        found[f"u_max {k}"] = np.block([[Pk, Y.T], [Y, u_max**2 * np.eye(len(Y))]])
-        found[f"P {k}"] = Pk
-    return found
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_blocks_are_the_formulas(seed):
-    plants, rng = polytope(seed)
-    region = sos.LMIRegion.disk(7, -1) & sos.LMIRegion.half_plane(0.3)
-    region = region & sos.LMIRegion.sector(0.9)
-    request = Request(
-        plants,
-        np.ones((1, 2)),
-        region,
-        2.5,
-        sos.Saturation(3, rng.standard_normal(5)),
-        coupling="slack",
-        slack=0.2,
-        mu=1.5,
-    )
-    P = [he(rng.standard_normal((5, 5))) for _ in range(3)]
-    V, Y = rng.standard_normal((5, 5)), rng.standard_normal((1, 5))
-    made = request.blocks(P, Y, V=V)
-    hand = by_hand(request, P, V, Y)
-    assert set(made) == set(hand)
-    for name, g in made.items():
-        assert np.allclose(g, hand[name], rtol=1e-9, atol=1e-9), name
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("share", [0.4, 1.0])
@@ -193,7 +105,7 @@ def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
     region = sos.PoleRegion(0.1, np.pi / 6, 6)
     design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
     blocks = float_blocks(design.request, Frame.of(design.request))
-    _, margin, _ = clarabel_phase_one(scaled(blocks))
+    _, margin, _ = clarabel.deepest(scaled(blocks))
     if margin > 1e-4:
         assert design.status == "feasible"
     elif margin < 1e-7:

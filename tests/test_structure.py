@@ -17,7 +17,7 @@ from sosbook.solver.sums import Sums
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
-from tests.cases import DENSE, GRADIENTS
+from tests.cases import GRADIENTS
 
 EXAMPLES = {
     f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
@@ -157,34 +157,6 @@ def chain(n):
     )
     region = sos.PoleRegion(0.1, np.radians(86), 4)
     return plant, dict(U=B.T, region=region, gamma=0.2)
-
-
-def test_conjugate_gradients_solve_the_same_equations(monkeypatch):
-    plant, asked = chain(4)
-    request = Request(plant, **asked)
-    expressions, unknowns = request.in_unknowns(Frame.of(request))
-    blocks = Blocks.of(expressions.values(), unknowns)
-    x = sos.solver.loop.phase_one(blocks).x
-    direct = Newton(blocks)
-    monkeypatch.setattr(Blocks, "settings", GRADIENTS)
-    iterative = Newton(blocks)
-    assert iterative.iterative and not direct.iterative
-    roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in direct.at(x)]
-    g = np.random.default_rng(0).standard_normal(len(x))
-    wanted = direct.solver(roots, x)(g)
-    found = iterative.solver(roots, x)(g, 1e-8)
-    assert iterative.iterations[0] < 150
-    assert_allclose(found, wanted, atol=1e-5 * abs(wanted).max())
-
-
-@pytest.mark.slow
-def test_a_large_design_is_the_centre_that_dense_newton_finds(monkeypatch):
-    plant, asked = chain(12)
-    found = sos.design_pid(plant, **asked)
-    monkeypatch.setattr(Blocks, "settings", DENSE)
-    wanted = sos.design_pid(plant, **asked)
-    assert found.certify().proven and wanted.certify().proven
-    assert_allclose(found.K, wanted.K, atol=1e-4 * abs(wanted.K).max())
 
 
 def test_a_stiff_plant_falls_back_on_the_dense_matrix(monkeypatch):

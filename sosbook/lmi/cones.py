@@ -1,88 +1,14 @@
-"""The same blocks for general solvers: Clarabel cones and cvxpy.
+"""The same blocks for general solvers, by cvxpy.
 
 They serve as cross-checks and for those who use other solvers; designs go
 through `centre`.
 """
 
 import numpy as np
-from scipy import sparse
 
 from ..runtime.libraries import library
 
-__all__ = ["clarabel_minimize", "clarabel_phase_one", "cvxpy_constraints"]
-
-
-def clarabel_minimize(blocks, cost):
-    """Minimise cost.x over G_k(x) >= 0 with Clarabel.
-
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in k variables.
-    cost : (k,) array
-        The linear objective.
-
-    Returns
-    -------
-    x : (k,) array
-        Clarabel's last point. Check the eigenvalues yourself.
-    status : str
-        Clarabel's verdict.
-    """
-    clarabel = library("clarabel")
-    cones, rows, constants = [], [], []
-    for c, s in zip(blocks.constants, blocks.slopes):
-        # upper triangle column by column, off-diagonal times sqrt 2
-        j, i = np.tril_indices(len(c))
-        weight = np.where(i == j, 1.0, np.sqrt(2.0))
-        rows.append(-(s[:, i, j] * weight).T)
-        constants.append(c[i, j] * weight)
-        cones.append(clarabel.PSDTriangleConeT(len(c)))
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    k = blocks.variables
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix((k, k)),
-        np.asarray(cost, float),
-        sparse.csc_matrix(np.vstack(rows)),
-        np.concatenate(constants),
-        cones,
-        settings,
-    )
-    solution = solver.solve()
-    return np.array(solution.x), str(solution.status)
-
-
-def clarabel_phase_one(blocks, ceiling=1.0):
-    """The largest t <= ceiling with G_k(x) >= t I for some x.
-
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in k variables.
-    ceiling : float
-        Keeps t bounded where the blocks are homogeneous.
-
-    Returns
-    -------
-    x : (k,) array
-        Where t is the largest.
-    t : float
-        Positive if the blocks are feasible.
-    status : str
-        Clarabel's verdict.
-    """
-    lifted = type(blocks)(
-        [*blocks.constants, np.array([[ceiling]])],
-        [
-            np.concatenate([s, -np.eye(s.shape[1])[None]])
-            for s in [*blocks.slopes, np.zeros((blocks.variables, 1, 1))]
-        ],
-    )
-    cost = np.zeros(lifted.variables)
-    cost[-1] = -1.0
-    x, status = clarabel_minimize(lifted, cost)
-    return x[:-1], x[-1], status
+__all__ = ["cvxpy_constraints"]
 
 
 def cvxpy_constraints(request, margin=0.0):
