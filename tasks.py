@@ -9,6 +9,7 @@
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
     python3 tasks.py hunt          package, checker and page against each other
+    python3 tasks.py formal        the book's proofs by Rocq; see formal/README.md
     python3 tasks.py types         what mypy says of the package's types
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
@@ -168,6 +169,12 @@ def hunt(words):
     return call(PYTHON, "-m", "tests.hunt", *words)
 
 
+def formal(words):
+    """Prove the poles of the book's proofs by Rocq; see formal."""
+    prepare()
+    return call(PYTHON, "-m", "formal", *words)
+
+
 def types(words):
     """Check the types, of the package and of a user's program (tests/typed.py)."""
     prepare()
@@ -307,8 +314,8 @@ def fail(message, status=1):
 TASKS = {
     task.__name__: task
     for task in (
-        *(book, pdf, test, coverage, campaign, rehearse, hunt, types, lab, run),
-        *(bench, clean),
+        *(book, pdf, test, coverage, campaign, rehearse, hunt, formal, types),
+        *(lab, run, bench, clean),
     )
 }
 

@@ -1,0 +1,66 @@
+(* From the numbers of a proof file to the poles of a plant in descriptor form. *)
+From Coq Require Import ZArith QArith.
+From mathcomp Require Import all_ssreflect all_algebra ssrZ zify ring.
+From formal Require Export numbers.
+Set Implicit Arguments. Unset Strict Implicit. Unset Printing Implicit Defensive.
+Import Order.TTheory GRing.Theory Num.Theory.
+Local Open Scope ring_scope.
+
+(* E x' = A x + B u with u = K x. *)
+Record descriptor := Descriptor { E_ : numbers; A_ : numbers; B_ : numbers }.
+
+(* Its pencil times d e: d makes the plant whole, e the gain. *)
+Definition loop_E (d e : Z) (v : descriptor) : entries := times e (whole d (E_ v)).
+Definition loop_A m (d e : Z) (K : numbers) (v : descriptor) : entries :=
+  plus (times e (whole d (A_ v))) (mul m (whole d (B_ v)) (whole e K)).
+Definition descriptor_shown N m (vs : seq descriptor) (K : numbers) k
+    (alpha beta : numbers) (d e g : Z) (P : seq (seq Z)) (wP : witness)
+    (wG : seq (seq witness)) : bool :=
+  if [&& (0 < N)%N, Z.ltb 0 d, Z.ltb 0 e, Z.ltb 0 g,
+      all (fun v => [&& is_whole d (E_ v), is_whole d (A_ v) & is_whole d (B_ v)]) vs,
+      is_whole e K, is_whole g alpha & is_whole g beta] then
+    lmis_hold N k (memo k k (whole g alpha)) (memo k k (whole g beta)) (at_ P)
+      [seq (memo N N (loop_E d e v), memo N N (loop_A m d e K v)) | v <- vs] wP wG
+  else false.
+
+(* What is said: for all weights w >= 0 whose sum is one the matrix E of the mean plant
+   is regular, and each motion x e^(s t) has its s in the region. *)
+Definition descriptor_poles_in N m (vs : seq descriptor) (K : numbers) k
+    (alpha beta : numbers) : Prop :=
+  forall (C : numClosedFieldType) (w : 'I_(size vs) -> C),
+  (forall i, 0 <= w i) -> \sum_i w i = 1 ->
+  let no := Descriptor [::] [::] [::] in
+  let E := mean no w N N E_ in let A := mean no w N N A_ in
+  let B := mean no w N m B_ in
+  \det E != 0 /\
+  forall s (x : 'cV[C]_N), x != 0 ->
+    s *: (E *m x) = A *m x + B *m (real C m N K *m x) ->
+    in_region (real C k k alpha) (real C k k beta) s.
+
+Theorem descriptor_sound N m vs K k alpha beta d e g P wP wG :
+  descriptor_shown N m vs K k.+1 alpha beta d e g P wP wG ->
+  descriptor_poles_in N m vs K k.+1 alpha beta.
+Proof.
+rewrite /descriptor_shown; case: ifP => // /and5P[N0 d0 e0 g0].
+move=> /andP[/(all_nthP (Descriptor [::] [::] [::])) each /and3P[wK wa wb]] ok.
+move=> C w w0 w1 no E A B; set pencils := map _ _ in ok.
+have c0 : phi C (Z.mul d e) != 0 by rewrite phiM mulf_neq0 ?lt0r_neq0 ?phi_gt0.
+have eE : E_mean N pencils w = phi C (Z.mul d e) *: E.
+  rewrite /E /mean scaler_sumr; apply: eq_bigr => i _.
+  have /and3P[wE _ _] := each i (ltn_ord i).
+  rewrite /region.E_ (nth_map no) //= mx_memo mx_times mx_whole // phiM.
+  by rewrite !scalerA; congr (_ *: _); ring.
+have eA : A_mean N pencils w = phi C (Z.mul d e) *: (A + B *m real C m N K).
+  rewrite /A /B /mean mulmx_suml -big_split scaler_sumr; apply: eq_bigr => i _ /=.
+  have /and3P[_ wA wB] := each i (ltn_ord i).
+  rewrite /region.A_ (nth_map no) //= mx_memo mx_plus mx_times mx_mul !mx_whole // phiM.
+  rewrite -!scalemxAl -scalemxAr !scalerDr !scalerA.
+  by congr (_ *: _ + _ *: _); ring.
+split.
+  have := E_regular N0 ok (size_map _ _) w0 w1 (ltn0Sn k); rewrite eE detZ.
+  by apply: contraNN => /eqP->; rewrite mulr0.
+move=> s x x0 motion; apply: (in_region_whole g0 wa wb).
+apply: (poles_in_region N0 ok (size_map _ _) w0 w1).
+apply: (det0_right x0); rewrite eE eA mulmxBl -!scalemxAl mulmxDl -mulmxA -motion.
+by rewrite scalerA mulrC -scalerA subrr.
+Qed.

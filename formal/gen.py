@@ -1,0 +1,295 @@
+"""Turn a proof file of sosbook into a file for Rocq: ``python gen.py proof.json``.
+
+What it prints proves by its own run, with the theorems beside this file, that the
+poles of the file's plants lie in the file's regions. Nothing here has to be believed:
+a wrong matrix doesn't pass. It needs Python 3.9 or newer and nothing else.
+
+Exit code: 0 written, 3 not covered, 1 nothing shows what the file says.
+"""
+
+import json
+import sys
+from fractions import Fraction
+from math import isqrt, lcm
+
+#: Bits of the factors L; a block that none of these shows is near the boundary.
+BITS = (24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
+
+
+class Refused(Exception):
+    """The file isn't covered; the text says why."""
+
+
+class Failed(Exception):
+    """Nothing was found that shows what the file says."""
+
+
+# ---- What a file says
+
+
+def read(text):
+    """The problem of a file's text."""
+    file = json.loads(text)
+    if file.get("format") != "sosbook proof" or file.get("version") != 1:
+        raise Refused("it is no proof file of version 1")
+    if file["kind"] != "design":
+        raise Refused(f"a proof of the kind {file['kind']!r}")
+    if file["coupling"] == "slack":
+        raise Refused("a design with a slack matrix")
+    return Problem(file)
+
+
+class Problem:
+    """The numbers of a file, as it writes them, and P in integers."""
+
+    def __init__(self, file):
+        plant, self.P = file["plant"], integers(file["unknowns"]["P"])[1]
+        self.K, self.U, self.K_A = file["K"], file["U"], file["K_A"] or []
+        self.vertices, self.kind = plant["vertices"], plant["kind"]
+        self.names = {"second order": "MDSB", "descriptor": "EAB"}[self.kind]
+        self.regions = [("stability", [["0"]], [["1"]])]
+        asked = (r for r in file["requirements"] if r["kind"] == "region")
+        self.regions += [(r["name"], r["alpha"], r["beta"]) for r in asked]
+        self.n, self.p = len(self.vertices[0][self.names[0]]), len(self.U)
+        self.m = len(self.vertices[0]["B"][0])
+
+    def pencils(self):
+        """d, e and the pencils of the theorems: integers, the plant's times d e."""
+        d = denominator(self.U, *(v[x] for v in self.vertices for x in self.names))
+        e, n = denominator(self.K, self.K_A), self.n
+        K, U, pencils = times(e, self.K), times(d, self.U), []
+        K_A = times(e, self.K_A) or zeros(self.m, n)
+        for v in self.vertices:
+            B = times(d, v["B"])
+            BK = product(B, K) if K else zeros(n, self.N)
+            if self.kind == "descriptor":
+                E, A = times(d * e, v["E"]), plus(times(d * e, v["A"]), BK)
+            else:
+                M, D, S = (times(d * e, v[x]) for x in "MDS")
+                E, A = zeros(self.N, self.N), zeros(self.N, self.N)
+                BK_A = product(B, K_A) if K else zeros(n, n)
+                for i in range(n):
+                    E[i][i] = A[i][n + i] = d * e
+                    E[n + i][n : 2 * n] = [a - b for a, b in zip(M[i], BK_A[i])]
+                    row = [-a for a in S[i] + D[i]] + [0] * self.p
+                    A[n + i] = [a + b for a, b in zip(row, BK[i])]
+                for i, row in enumerate(U):
+                    E[2 * n + i][2 * n + i] = d * e
+                    A[2 * n + i][:n] = [e * a for a in row]
+            pencils.append((E, A))
+        return d, e, pencils
+
+    @property
+    def N(self):
+        return self.n if self.kind == "descriptor" else 2 * self.n + self.p
+
+
+# ---- Matrices of integers
+
+
+def denominator(*matrices):
+    return lcm(*(Fraction(a).denominator for x in matrices for r in x for a in r))
+
+
+def times(d, matrix):
+    return [[int(d * Fraction(a)) for a in row] for row in matrix]
+
+
+def integers(*matrices):
+    d = denominator(*matrices)
+    return (d, *(times(d, x) for x in matrices))
+
+
+def zeros(rows, columns):
+    return [[0] * columns for _ in range(rows)]
+
+
+def plus(a, b):
+    return [[x + y for x, y in zip(r, s)] for r, s in zip(a, b)]
+
+
+def transposed(a):
+    return [list(r) for r in zip(*a)]
+
+
+def product(a, b):
+    columns = transposed(b)
+    return [[sum(x * y for x, y in zip(r, c)) for c in columns] for r in a]
+
+
+def block(alpha, beta, P, one, other):
+    """Minus twice the symmetric part of the theorem's matrix, for two vertices."""
+    (E, A), (F, G) = one, other
+    EP, AP, FP, GP = (product(x, P) for x in (E, A, F, G))
+    E, A, F, G = map(transposed, (E, A, F, G))
+    ee = plus(product(EP, F), product(FP, E))
+    ae = plus(product(AP, F), product(GP, E))
+    ea = plus(product(EP, G), product(FP, A))
+    N, k = len(P), len(alpha)
+    return [[-(alpha[a][b] * ee[r][c] + beta[a][b] * ae[r][c] + beta[b][a] * ea[r][c])
+             for b in range(k) for c in range(N)]
+            for a in range(k) for r in range(N)]  # fmt: skip
+
+
+def witness(G):
+    """u, t, L: the diagonal of u G - t L L' exceeds the rest of its row; or None."""
+    top = max((row[i] for i, row in enumerate(G)), default=0).bit_length()
+    for bits in BITS:
+        up, down = max(0, 2 * bits - top), max(0, top - 2 * bits) // 2
+        uG = [[a << up for a in row] for row in G]
+        L = factor(uG, down, bits // 2)
+        if L and dominant(less(uG, L, 2 * down)):
+            return 1 << up, 1 << 2 * down, L
+    return None
+
+
+def less(G, L, shift):
+    """G - 2^shift L L'"""
+    return [
+        [a - (sum(x * y for x, y in zip(r, s)) << shift) for a, s in zip(row, L)]
+        for r, row in zip(L, G)
+    ]
+
+
+def factor(G, h, gap):
+    """L up to the diagonal: L L' is near G / 4^h less 2^-gap of its diagonal."""
+    L = []
+    for i, row in enumerate(G):
+        new = []
+        for j in range(i + 1):
+            a = row[j] - (row[j] >> gap if i == j else 0)
+            rest = (a >> 2 * h) - sum(
+                x * y for x, y in zip(new, L[j] if j < i else new)
+            )
+            if i == j and rest <= 0:
+                return None
+            new.append(isqrt(rest) if i == j else rest // L[j][j])
+            if i == j and not new[-1]:
+                return None
+        L.append(new)
+    return L
+
+
+def dominant(R):
+    return all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(R))
+
+
+# ---- What Rocq reads
+
+HEAD = """\
+(* Made by formal/gen.py from a proof file of sosbook. *)
+From Coq Require Import ZArith QArith.
+From mathcomp Require Import ssreflect ssrbool seq.
+From formal Require Import {}.
+Local Open Scope Z_scope.
+"""
+
+
+THEOREM = """\
+Theorem poles_{label} : {kind}_poles_in {plant} {k} alpha_{number} beta_{number}.
+Proof.
+apply: (@{kind}_sound {plant} {less} _ _ {scales} P wP w_{label}).
+vm_cast_no_check (eq_refl true).
+Qed.
+Print Assumptions poles_{label}.
+"""
+
+
+def literal(matrix):
+    """A list of lists, with the digits of the file."""
+    rows = (
+        "[:: " + "; ".join(map(str, row)) + "]" if row else "[::]" for row in matrix
+    )
+    return "[:: " + ";\n  ".join(rows) + "]" if matrix else "[::]"
+
+
+def constant(name, kind, text):
+    return f"Definition {name} : {kind} := {text}.\n"
+
+
+def triple(witness):
+    u, t, L = witness
+    return f"({u}, {t}, {literal(L)})"
+
+
+def written(problem):
+    """The whole file."""
+    d, e, pencils = problem.pencils()
+    w = witness(problem.P)
+    if w is None:
+        raise Failed("nothing shows that P is positive definite")
+    mechanical = problem.kind == "second order"
+    maker = "Mechanics" if mechanical else "Descriptor"
+    text = [HEAD.format(maker.lower())]
+    for i, v in enumerate(problem.vertices, 1):
+        numbers = "\n ".join(literal(v[x]) for x in problem.names)
+        text.append(constant(f"vertex_{i}", maker.lower(), f"({maker} {numbers})%Q"))
+    given = ("U", "K_A", "K") if mechanical else ("K",)
+    text += [constant(x, "numbers", f"{literal(getattr(problem, x))}%Q") for x in given]
+    size = f"{problem.n} {problem.m}"
+    law = f"{problem.p} {{}} (Law U K_A K)" if mechanical else "{} K"
+    text += [constant("P", "seq (seq Z)", literal(problem.P))]
+    text += [constant("wP", "witness", triple(w))]
+    for number, (name, alpha, beta) in enumerate(problem.regions):
+        g, a, b = integers(alpha, beta)
+        text += [
+            f"\n(* {number}: {name} *)\n",
+            constant(f"alpha_{number}", "numbers", f"{literal(alpha)}%Q"),
+            constant(f"beta_{number}", "numbers", f"{literal(beta)}%Q"),
+        ]
+        for place, rows in witnesses(a, b, problem.P, pencils):
+            label, who = f"{number}", range(len(pencils))
+            if place is not None:
+                label, who = f"{number}_{place + 1}", [place]
+            vs = law.format("[:: " + "; ".join(f"vertex_{i + 1}" for i in who) + "]")
+            rows = ";\n ".join(f"[:: {row}]" for row in map(triples, rows))
+            text += [
+                constant(f"w_{label}", "seq (seq witness)", f"[:: {rows}]"),
+                THEOREM.format(
+                    label=label,
+                    kind=maker.lower(),
+                    plant=f"{size} {vs}",
+                    k=len(alpha),
+                    number=number,
+                    less=len(alpha) - 1,
+                    scales=f"{d} {e} {g}",
+                ),
+            ]
+    return "".join(text)
+
+
+def witnesses(alpha, beta, P, pencils):
+    """Those of all pairs, as [(None, rows)]; else each vertex's own, for it alone."""
+    found = {
+        (i, j): witness(block(alpha, beta, P, pencils[i], pencils[j]))
+        for i in range(len(pencils))
+        for j in range(i, len(pencils))
+    }
+    own = [(i, [[found[i, i]]]) for i in range(len(pencils))]
+    if not all(found[i, i] for i, _ in own):
+        raise Failed("nothing shows that the block of a vertex is positive definite")
+    if not all(found.values()):
+        return own
+    rows = [[w for (k, _), w in found.items() if k == i] for i, _ in own]
+    return [(None, rows)]
+
+
+def triples(row):
+    return ";\n ".join(map(triple, row))
+
+
+def main(arguments):
+    if len(arguments) != 1:
+        sys.exit(__doc__)
+    try:
+        with open(arguments[0], encoding="utf-8") as file:
+            print(written(read(file.read())), end="")
+    except (Refused, Failed) as fault:
+        words = "not covered" if isinstance(fault, Refused) else "not shown"
+        print(f"{arguments[0]}: {words}: {fault}", file=sys.stderr)
+        return 3 if isinstance(fault, Refused) else 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

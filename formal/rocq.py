@@ -1,0 +1,85 @@
+"""Rocq with Mathematical Components: find it, get it, let it check a file.
+
+Standard library only.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+THEORY = ("integers", "definite", "region", "numbers", "mechanics", "descriptor")
+
+PACKAGES = ("coq", "libcoq-mathcomp-algebra", "libcoq-mathcomp-algebra-tactics")
+MISSING = f"""\
+NOTHING WAS PROVEN BY ROCQ. It isn't here, with Mathematical Components 1.15:
+  apt-get install {" ".join(PACKAGES)}      (Debian 12, as root)
+"""
+CLOSED = "Closed under the global context"
+QUIET = ("-q", "-w", "-notation-overridden,-ambiguous-paths")
+SECONDS = 1800  # for one file: the largest of the book takes a tenth of it
+
+
+class Failed(Exception):
+    """What Rocq doesn't accept."""
+
+
+def find():
+    """Whether there is a Rocq with Mathematical Components."""
+    coqc = shutil.which("coqc")
+    done = coqc and subprocess.run([coqc, "-where"], capture_output=True, text=True)
+    if not done or done.returncode:
+        return False
+    return (
+        Path(done.stdout.strip()) / "user-contrib/mathcomp/algebra_tactics"
+    ).is_dir()
+
+
+def ensure():
+    """Whether it is there, installed if need be."""
+    if not find() and shutil.which("apt-get") and os.geteuid() == 0:
+        quiet = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
+        install = ["install", "-y", "--no-install-recommends", *PACKAGES]
+        for words in (["update"], install):
+            subprocess.run(["apt-get", *words], env=quiet, check=False)
+    return find()
+
+
+def theory(folder):
+    """Compile the theorems into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in THEORY:
+        shutil.copy(HERE / f"{name}.v", folder)
+        compiled(folder, name)
+
+
+def prove(folder, name, text):
+    """Let Rocq check a file that gen.py wrote; return how many theorems it proves.
+
+    Raises
+    ------
+    Failed
+        If one isn't proven, or rests on an axiom.
+    """
+    (folder / f"{name}.v").write_text(text, "utf-8")
+    said = compiled(folder, name).splitlines()
+    asked = len(re.findall("^Print Assumptions", text, re.MULTILINE))
+    if not asked or said != [CLOSED] * asked:
+        raise Failed(f"it rests on axioms:\n{said}")
+    return asked
+
+
+def compiled(folder, name):
+    """What Rocq prints of a file."""
+    words = ["coqc", *QUIET, "-Q", ".", "formal", f"{name}.v"]
+    try:
+        done = subprocess.run(
+            words, cwd=folder, capture_output=True, text=True, timeout=SECONDS
+        )
+    except subprocess.TimeoutExpired:
+        raise Failed(f"{name}: not done within {SECONDS} s") from None
+    if done.returncode:
+        raise Failed(f"{name}: {done.stdout}{done.stderr}")
+    return done.stdout

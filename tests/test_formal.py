@@ -1,0 +1,158 @@
+"""Rocq proves the poles of a proof file, and nothing else passes; see formal/."""
+
+import json
+import random
+import shutil
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from formal import gen, rocq
+
+ONE_INPUT = [[0.0], [1.0]]
+
+
+def two_masses(stiffness=3.0, mass=1.5, last=1.0):
+    return sos.SecondOrderSystem(
+        M=[[mass, 0.2], [0, last]],
+        D=[[0.3, -0.1], [0.2, 0.3]],
+        S=[[stiffness, -1.2], [-0.9, 2]],
+        B=ONE_INPUT,
+    )
+
+
+PLANTS = {  # unsymmetric, in odd units, uncertain, with U, K_A, E and without an input
+    "one plant": lambda: sos.design_pid(two_masses(), U=[[1, 0]]),
+    "polytope": lambda: sos.design_pid(
+        sos.Polytope(
+            [two_masses(), two_masses(9.81 / 3, last=1.1), two_masses(mass=2)]
+        ),
+        region=sos.PoleRegion(0.01, 1.5, 40),
+    ),
+    "acceleration": lambda: sos.design_pid(two_masses(), K_A=[[0.1, -0.3]]),
+    "descriptor": lambda: sos.design_pid(
+        sos.DescriptorSystem(
+            [np.eye(2), np.diag([1, 1.3])], [[0, 1], [-9.81, -0.3]], [[0], [1]]
+        )
+    ),
+    "no input": lambda: sos.analyse_loop(
+        np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
+    ),
+}
+
+
+def file_of(name):
+    return PLANTS[name]().certify().text
+
+
+@pytest.fixture(scope="module")
+def theory(tmp_path_factory):
+    """The compiled theorems."""
+    if not rocq.find():
+        pytest.skip(rocq.MISSING)
+    folder = tmp_path_factory.mktemp("theory")
+    rocq.theory(folder)
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PLANTS)
+def test_rocq_proves_the_poles_of_a_file(name, theory):
+    problem = gen.read(file_of(name))
+    count = rocq.prove(theory, "proof", gen.written(problem))
+    assert count == len(problem.regions)
+
+
+@pytest.mark.slow
+def test_rocq_accepts_nothing_that_is_changed(theory):
+    problem = gen.read(file_of("one plant"))
+    text = gen.written(problem)
+    gain = str(problem.K[0][0])
+    P, w = "P : seq (seq Z) := [:: [:: ", "w_0 : seq (seq witness) := "
+    alpha = "alpha_0 : numbers := [:: [:: "
+    changed = {
+        "the gain": text.replace(gain, str(-float(gain)), 1),
+        "the plant": text.replace("[:: 3; -1.2]", "[:: -3; -1.2]"),
+        "the region": text.replace(alpha, alpha + "9"),
+        "P": text.replace(P, P + "-"),
+        "no witness": text.replace(w, w + "[::]. Definition unused := "),
+    }
+    for what, other in changed.items():
+        assert other != text, what
+        with pytest.raises(rocq.Failed):
+            rocq.prove(theory, "changed", other)
+
+
+@pytest.mark.slow
+def test_rocq_must_say_that_nothing_is_assumed(theory):
+    text = "Axiom bold : False.\nTheorem t : False. exact bold. Qed.\n"
+    for end in ("", "Print Assumptions t.\n"):
+        with pytest.raises(rocq.Failed, match="axioms"):
+            rocq.prove(theory, "bold", text + end)
+
+
+def test_no_theorem_is_admitted():
+    files = list(rocq.HERE.glob("*.v"))
+    assert {f.stem for f in files} == set(rocq.THEORY)
+    for file in files:
+        words = file.read_text("utf-8").split()
+        assert not {"Axiom", "Admitted.", "admit.", "Parameter"} & set(words), file
+
+
+def test_other_files_are_refused_in_one_line(tmp_path, capsys):
+    data = json.loads(file_of("one plant"))
+    faults = {
+        "version 1": data | {"version": 3},
+        "'delay'": data | {"kind": "delay"},
+        "slack matrix": data | {"coupling": "slack"},
+    }
+    for words, changed in faults.items():
+        path = tmp_path / "proof.json"
+        path.write_text(json.dumps(changed), "utf-8")
+        assert gen.main([str(path)]) == 3
+        said = capsys.readouterr()
+        assert words in said.err and said.err.count("\n") == 1 and not said.out
+
+
+def test_what_is_false_has_no_witness():
+    data = json.loads(file_of("one plant"))
+    data["K"] = [[str(-float(x)) for x in row] for row in data["K"]]
+    with pytest.raises(gen.Failed, match="block of a vertex"):
+        gen.written(gen.read(json.dumps(data)))
+    data["unknowns"]["P"][0][0] = "-1"
+    with pytest.raises(gen.Failed, match="P is positive"):
+        gen.written(gen.read(json.dumps(data)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_witness_shows_what_eigenvalues_say(seed):
+    draw = random.Random(seed)
+    n, scale = draw.randint(1, 6), 10 ** draw.randint(0, 40)
+    rows = [[draw.randint(-9, 9) for _ in range(n)] for _ in range(n)]
+    floor = draw.choice([-3, 1])  # a matrix above it, or one that isn't definite
+    product = gen.product(rows, gen.transposed(rows))
+    for i in range(n):
+        product[i][i] += floor
+    G = [[scale * a for a in row] for row in product]
+    least = np.linalg.eigvalsh(np.array(product, float))[0]
+    found = gen.witness(G)
+    assert (found is not None) == (least > 0)
+    if found:
+        u, t, L = found
+        assert u > 0 and t >= 0
+        square = [row + [0] * (n - len(row)) for row in L]
+        rest = gen.product(square, gen.transposed(square))
+        R = [[Fraction(u) * g - t * a for g, a in zip(x, y)] for x, y in zip(G, rest)]
+        for i, row in enumerate(R):
+            assert row[i] > sum(abs(a) for j, a in enumerate(row) if j != i)
+
+
+def test_the_lane_says_loudly_where_rocq_is_missing(monkeypatch, capsys):
+    main = pytest.importorskip("formal.__main__").main
+    monkeypatch.setattr(rocq, "ensure", lambda: False)
+    assert main([]) == 0
+    assert "NOTHING WAS PROVEN" in capsys.readouterr().err
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert not rocq.find()
