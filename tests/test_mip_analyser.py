@@ -7,7 +7,7 @@ import subprocess
 import pytest
 from sosbook.mip import Firmware
 from sosbook.mip.drive import Drive
-from sosbook.mip.export import c_source, c_steering, rc_balance
+from sosbook.mip.export import Program
 from sosbook.mip.recording import recorders
 from sosbook.mip.steering import Steering
 
@@ -21,16 +21,13 @@ pytestmark = pytest.mark.campaign
 def folder(tmp_path):
     """All C programs of a robot, with the library's header."""
     firmware = Firmware(LAWS["PID"], blend=0.02, frozen=12, deaf=25)
-    write(tmp_path, firmware)
-    write(tmp_path, firmware, "single", "single")
     drive = Drive(3.0, 5.0, 2.0, 8.0)
     steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
     for name, more in (("rc_balance", None), ("rc_steers", steering)):
-        main = rc_balance(firmware, robot=THESIS, drive=drive, steering=more)
+        main = Program(firmware, robot=THESIS, drive=drive, steering=more).rc_balance
         (tmp_path / f"{name}.c").write_text(main, "utf-8")
     for name, precision in (("balance", "double"), ("single", "single")):
-        for file, text in c_steering(steering, name, precision).items():
-            (tmp_path / file).write_text(text, "utf-8")
+        write(tmp_path, Program(firmware, name, precision, steering=steering))
     recorder = recorders(THESIS)["rc_identify.c"]
     (tmp_path / "rc_identify.c").write_text(recorder, "utf-8")
     (tmp_path / "robotcontrol.h").write_text(HEADER, "utf-8")
@@ -68,7 +65,7 @@ def test_cppcheck_finds_nothing(folder):
     silent(cppcheck, *checks, *known, *sorted(folder.glob("*.c")))
 
 
-#: What the docstrings of c_source and c_steering say isn't met.
+#: What the docstring of `Program` says isn't met.
 MISRA = {"2.4", "5.9", "8.9", "12.1", "14.4", "15.5", "15.6", "17.8"}
 MISRA_STEERING = MISRA | {"10.4", "10.8"}
 
@@ -101,5 +98,4 @@ def test_the_rules_of_misra_that_are_not_met_are_those_named(name, allowed, fold
     rules = set(re.findall(r"misra-c2012-([\d.]+)", done.stderr))
     assert "8.9" in rules  # it looked
     assert rules <= allowed
-    words = (c_source if allowed is MISRA else c_steering).__doc__
-    assert all(rule in words + c_source.__doc__ for rule in rules)
+    assert all(rule in Program.__doc__ for rule in rules)

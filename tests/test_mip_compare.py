@@ -242,7 +242,7 @@ fake_pyctrl = programs.fake_pyctrl
 def test_pyctrls_program_logs_what_it_did(tmp_path):
     firmware, limits = Firmware(programs.LAWS["PID"], blend=0.02), Drive(3.0, 5.0)
     space = {"__name__": "script"}
-    exec(programs.pyctrl_script(firmware, drive=limits), space)
+    exec(programs.Program(firmware, drive=limits).pyctrl, space)
     now = iter(np.arange(1000) * 0.01)
     block = space["Balance"](clock=lambda: next(now))
     block.logging = True

@@ -27,11 +27,10 @@ from sosbook.pendulum import (
     Sensors,
     simulate,
 )
-from sosbook.pendulum.c_code import c_header, c_source
 from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.export import Program
 from sosbook.pendulum.optimal import KINDS, optimal_law
 from sosbook.pendulum.steering import Steering
-from sosbook.pendulum.steering_code import c_steering
 from tests.compiler import run
 from tests.turning import steer_functions
 
@@ -61,15 +60,14 @@ DECLARED = re.compile(r"static const (double|int) (\w+)((?:\[\d+\])*) =")
 class Open:
     """A program whose numbers can be changed while it is loaded."""
 
-    def __init__(self, gcc, folder, source, header=None):
-        name = next(iter(source))
-        for file, text in {**source, **(header or {})}.items():
+    def __init__(self, gcc, folder, name, texts):
+        for file, text in texts.items():
             (folder / file).write_text(DECLARED.sub(r"\1 \2\3 =", text), "utf-8")
         library = folder / f"{name}.so"
         flags = ["-std=c99", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
         run(*gcc, *flags, folder / name, "-o", library)
         self.library, self.numbers = ctypes.CDLL(str(library)), {}
-        built = UNBUILT.sub("", source[name])
+        built = UNBUILT.sub("", texts[name])
         for kind, label, sizes in DECLARED.findall(built):
             size = int(np.prod([int(n) for n in re.findall(r"\d+", sizes)] or [1]))
             real = {"double": ctypes.c_double, "int": ctypes.c_int}[kind]
@@ -94,8 +92,7 @@ class Balance(Open):
     """balance.c of a firmware."""
 
     def __init__(self, gcc, folder, firmware):
-        text = {"balance.c": c_source(firmware)}
-        super().__init__(gcc, folder, text, {"balance.h": c_header(firmware)})
+        super().__init__(gcc, folder, "balance.c", Program(firmware).law)
         program = Compiled.__new__(Compiled)
         program.firmware, program.runs, program.states = firmware, 1, None
         program.kind = np.dtype(float)
@@ -118,12 +115,8 @@ class Steers(Open):
     """balance_steer.c of a steering, beside a robot whose balance is told."""
 
     def __init__(self, gcc, folder, steering):
-        header = {"balance.h": c_header(steering.firmware)}
-        texts = c_steering(steering)
-        header["balance_steer.h"] = texts["balance_steer.h"]
-        super().__init__(
-            gcc, folder, {"balance_steer.c": texts["balance_steer.c"]}, header
-        )
+        texts = Program(steering.firmware, steering=steering).law
+        super().__init__(gcc, folder, "balance_steer.c", texts)
         functions = steer_functions(self.library, ctypes.c_double)
         self.state, self.volts, self._start, self._step = functions
         self.robot = Robots()

@@ -9,8 +9,8 @@ import re
 import numpy as np
 import pytest
 from sosbook.mip import Firmware, Robot, SampledLaw
+from sosbook.mip.export import Program
 from sosbook.mip.recording import recorders
-from sosbook.mip.sketch import sketch
 from sosbook.mip.ticks import TickLog
 
 from tests import test_mip_export as programs
@@ -79,7 +79,7 @@ int main(int argc, char **argv)
 @pytest.mark.parametrize("kind", ["balance_sketch", "identify"])
 def test_a_sketch_counts_as_the_description_does(kind, edges, cpp, tmp_path):
     robot = Robot.shipped("gearmotors").but(counts=float(PERIODS * edges), edges=edges)
-    texts = sketch(Firmware(LAW), robot) | recorders(robot)
+    texts = Program(Firmware(LAW), robot=robot).sketch | recorders(robot)
     for name in ("robot_io.h", "robot_io.cpp"):
         (tmp_path / name).write_text(texts[f"{kind}/{name}"], "utf-8")
     (tmp_path / "wheels.cpp").write_text(WHEELS, "utf-8")
@@ -111,7 +111,7 @@ def test_librobotcontrols_programs_count_four_edges(gcc, tmp_path):
 def test_pyctrls_script_counts_four_edges():
     """Its turns are the counter's over 60 times 35.557."""
     space = {"__name__": "script"}
-    exec(programs.pyctrl_script(Firmware(LAW), BOARD), space)
+    exec(Program(Firmware(LAW), robot=BOARD).pyctrl, space)
     block = space["Balance"]()
     block.logging = True
     for _ in range(100):

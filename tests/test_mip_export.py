@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import reduce
-from operator import add
+from operator import add, attrgetter
 from types import ModuleType
 
 import control
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from sosbook.mip import FAULTS, V_MAX, Firmware, SampledLaw
 from sosbook.mip.compiled import FLAGS
-from sosbook.mip.export import c_header, c_source, c_steering, pyctrl_script, rc_balance
+from sosbook.mip.export import Program
 from sosbook.mip.rig import COUNTS_PER_TURN
 
 import sosbook
@@ -60,33 +60,18 @@ LAWS = {
 }
 
 
-def write(folder, firmware, name="balance", precision="double"):
-    (folder / f"{name}.h").write_text(c_header(firmware, name, precision), "utf-8")
-    source = folder / f"{name}.c"
-    source.write_text(c_source(firmware, name, precision), "utf-8")
-    return source
+def write(folder, program):
+    """The path of a program's law."""
+    for name, text in program.law.items():
+        (folder / name).write_text(text, "utf-8")
+    return folder / f"{program.name}.c"
 
 
 # The text
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_the_constants_are_the_laws_to_the_last_bit(name):
-    law = LAWS[name]
-    text = c_source(Firmware(law))
-    for label in "ABWCD":
-        value = getattr(law, label)
-        found = re.search(rf"const double {label}[\[\]\d]+ = \{{(.*?)\}};", text, re.S)
-        if found is None:
-            assert not value.any()
-            continue
-        numbers = re.sub(r"/\*.*?\*/", "", found[1])
-        numbers = re.findall(r"-?0x[\w.+-]+", numbers)
-        assert [float.fromhex(x) for x in numbers] == value.ravel().tolist()
-
-
 def test_single_precision_rounds_its_constants_once():
-    text = c_source(Firmware(LAWS["PD"]), precision="single")
+    text = Program(Firmware(LAWS["PD"]), precision="single").source
     literals = re.findall(r"-?0x[\w.]+p[+-]\d+f?", text)
     assert len(literals) == 12 + 4
     assert all(x.endswith("f") for x in literals)
@@ -97,27 +82,28 @@ def test_single_precision_rounds_its_constants_once():
 
 
 def test_zeros_take_part_in_no_sum():
-    text = c_source(Firmware(LAWS["(4.30)"]))
+    text = Program(Firmware(LAWS["(4.30)"])).source
     assert "y[0]" not in text and "y[1]" not in text
     assert "C[1]" not in text.partition("_step(")[2]
 
 
+TEXTS = [*map(attrgetter, ("header", "source", "rc_balance", "pyctrl", "ros"))]
+
+
 def test_the_text_is_the_same_every_time_and_free_of_dates():
-    for make in (c_header, c_source, rc_balance, pyctrl_script):
-        texts = [make(Firmware(observer(), note=("about",))) for _ in range(2)]
+    for make in TEXTS:
+        texts = [make(Program(Firmware(observer(), note=("about",)))) for _ in range(2)]
         assert texts[0] == texts[1]
         assert not re.search(r"\b20[2-9]\d\b", texts[0])
-        assert texts[0].isascii() and texts[0].endswith(
-            "}\n" if make in (c_source, rc_balance) else "\n"
-        )
+        assert texts[0].isascii() and texts[0].endswith("\n")
         assert max(map(len, texts[0].splitlines())) < 100
 
 
 def test_the_header_says_where_the_law_comes_from():
     note = ("plant: thesis (4.25)", "R = 5, disc |z| < 0.9")
     firmware = Firmware(LAWS["PD"], note=note)
-    for make in (c_header, c_source, rc_balance, pyctrl_script):
-        text = make(firmware)
+    for make in TEXTS:
+        text = make(Program(firmware))
         for line in (
             *note,
             "T_s = 0.01 s, at most 7.4 V, order 0",
@@ -128,54 +114,35 @@ def test_the_header_says_where_the_law_comes_from():
 
 def test_no_note_ends_the_comment_that_holds_it(gcc, tmp_path):
     firmware = Firmware(LAWS["PD"], note=HOSTILE)
-    text = c_source(firmware)
+    text = Program(firmware).source
     assert text.index("*/") > text.index("xxx")
     assert text[: text.index("*/")].count("/*") == 1
-    source = write(tmp_path, firmware)
+    source = write(tmp_path, Program(firmware))
     run(*gcc, *FLAGS, *STRICT, "-c", source, "-o", tmp_path / "a.o")
-    assert ast.get_docstring(ast.parse(pyctrl_script(firmware)))
+    assert ast.get_docstring(ast.parse(Program(firmware).pyctrl))
     assert Firmware(LAWS["PD"], note="one").note == "one"
-    assert " * one\n" in c_source(Firmware(LAWS["PD"], note="one"))
+    assert " * one\n" in Program(Firmware(LAWS["PD"], note="one")).source
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "",
-        "Balance",
-        "9lives",
-        "a b",
-        "a-b",
-        "a;",
-        "x" * 40,
-        "float",
-        "rc",
-        None,
-        "na\nme",
-    ],
-)
-def test_a_name_that_cannot_begin_an_identifier(name):
-    for make in (c_header, c_source, rc_balance):
-        with pytest.raises(ValueError, match="name must begin"):
-            make(Firmware(LAWS["PD"]), name)
-
-
-def test_other_refusals():
+def test_what_gives_no_program():
     firmware = Firmware(LAWS["PD"])
+    for name in ("", "Balance", "9lives", "a-b", "x" * 40, "float", None, "na\nme"):
+        with pytest.raises(ValueError, match="name must begin"):
+            Program(firmware, name)
     with pytest.raises(ValueError, match="precision must be"):
-        c_source(firmware, precision="half")
+        Program(firmware, precision="half")
     with pytest.raises(ValueError, match="must be a Firmware"):
-        c_header(LAWS["PD"])
+        Program(LAWS["PD"])
     with pytest.raises(ValueError, match="stall must be at most"):
-        c_source(Firmware(LAWS["PD"], stall=10**6))
+        Program(Firmware(LAWS["PD"], stall=10**6))
     with pytest.raises(ValueError, match="doesn't use what it measures"):
-        c_source(Firmware(SampledLaw.of_gain(named([[0, 0, 0, 0]]), T)))
+        Program(Firmware(SampledLaw.of_gain(named([[0, 0, 0, 0]]), T)))
     big = Firmware(SampledLaw.of_gain(named([[1e39, 0, 0, 0]]), T))
-    assert "e+39" in c_source(big)
+    assert "e+39" in Program(big).source
     with pytest.raises(ValueError, match="too large for single"):
-        c_source(big, precision="single")
+        Program(big, precision="single").source
     with pytest.raises(ValueError, match="the IMU's rates"):
-        rc_balance(Firmware(SampledLaw.of_gain(named(PRINTED.pd[5]), 0.003)))
+        Program(Firmware(SampledLaw.of_gain(named(PRINTED.pd[5]), 0.003))).rc_balance
 
 
 # The C program
@@ -185,7 +152,7 @@ def test_other_refusals():
 @pytest.mark.parametrize("name", LAWS)
 def test_no_compiler_warns_and_nothing_is_linked(name, precision, gcc, tmp_path):
     """Also its objects hold no variable and ask for no function."""
-    source = write(tmp_path, Firmware(LAWS[name]), "up", precision)
+    source = write(tmp_path, Program(Firmware(LAWS[name]), "up", precision))
     others = [[path] for x in ("gcc", "clang") if (path := shutil.which(x))]
     for command in [gcc, *others]:
         for level in ("-O0", "-O2"):
@@ -200,17 +167,17 @@ def test_no_compiler_warns_and_nothing_is_linked(name, precision, gcc, tmp_path)
 
 
 def test_the_header_stands_alone_and_may_come_twice(gcc, tmp_path):
-    write(tmp_path, Firmware(LAWS["PID"]))
+    write(tmp_path, Program(Firmware(LAWS["PID"])))
     text = '#include "balance.h"\n#include "balance.h"\nint a = BALANCE_FALL;'
     (tmp_path / "a.c").write_text(text + "\n", "utf-8")
     run(*gcc, *FLAGS, "-c", tmp_path / "a.c", "-o", tmp_path / "a.o")
-    found = re.findall(r"BALANCE_(\w+) = (\d)", c_header(Firmware(LAWS["PID"])))
+    found = re.findall(r"BALANCE_(\w+) = (\d)", Program(Firmware(LAWS["PID"])).header)
     assert [(x.upper(), str(k)) for k, x in enumerate(FAULTS)] == found
 
 
 def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
     """An Arduino sketch is C++: the names must not be decorated."""
-    source = write(tmp_path, Firmware(LAWS["PID"]))
+    source = write(tmp_path, Program(Firmware(LAWS["PID"])))
     main = tmp_path / "main.cpp"
     main.write_text(
         '#include "balance.h"\nint main() {\n    balance_state s;\n'
@@ -243,7 +210,7 @@ def test_a_program_in_cpp_finds_the_functions(gcc, tmp_path):
 )
 def test_a_double_of_other_digits_is_refused(precision, macro, gcc, tmp_path):
     """As on AVR, where double is float and the proof isn't of it."""
-    source = write(tmp_path, Firmware(LAWS["PD"]), precision=precision)
+    source = write(tmp_path, Program(Firmware(LAWS["PD"]), precision=precision))
     text = source.read_text("utf-8").replace(
         '#include "balance.h"',
         f'#include "balance.h"\n#undef {macro}\n#define {macro} 11',
@@ -260,7 +227,7 @@ def test_a_double_of_other_digits_is_refused(precision, macro, gcc, tmp_path):
 
 
 def test_fast_math_is_refused(gcc, tmp_path):
-    source = write(tmp_path, Firmware(LAWS["PD"]))
+    source = write(tmp_path, Program(Firmware(LAWS["PD"])))
     done = subprocess.run(
         [*gcc, "-ffast-math", "-c", str(source), "-o", str(tmp_path / "a.o")],
         capture_output=True,
@@ -294,7 +261,7 @@ int main(void)
 def test_sanitizers_find_nothing_undefined(gcc, tmp_path):
     """A program of its own reads wild readings; also Python's volts."""
     firmware = Firmware(LAWS["Appendix B"], blend=0.1, stall=3)
-    source, main = write(tmp_path, firmware), tmp_path / "main.c"
+    source, main = write(tmp_path, Program(firmware)), tmp_path / "main.c"
     main.write_text(DRIVER, "utf-8")
     program = tmp_path / "main"
     build = [*gcc, "-std=c99", "-O1", "-ffp-contract=off", "-g"]
@@ -503,14 +470,11 @@ class Robot:
         self, compiler, folder, firmware, precision="double", stub=STUB, **more
     ):
         self.folder, self.command = folder, compiler
-        sources = [write(folder, firmware, precision=precision)]
+        program = Program(firmware, precision=precision, **more)
+        write(folder, program)
+        sources = [folder / name for name in program.law if name.endswith(".c")]
         main = folder / "rc_balance.c"
-        main.write_text(rc_balance(firmware, precision=precision, **more), "utf-8")
-        if more.get("steering"):
-            texts = c_steering(more["steering"], precision=precision)
-            for name, text in texts.items():
-                (folder / name).write_text(text, "utf-8")
-            sources.append(folder / "balance_steer.c")
+        main.write_text(program.rc_balance, "utf-8")
         (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
         (folder / "stub.c").write_text(stub, "utf-8")
         if sys.platform == "win32":
@@ -719,7 +683,7 @@ def fake_pyctrl(monkeypatch):
 def script(firmware):
     """The script's names."""
     space = {"__name__": "script"}
-    exec(compile(pyctrl_script(firmware), "balance.py", "exec"), space)
+    exec(compile(Program(firmware).pyctrl, "balance.py", "exec"), space)
     return space
 
 

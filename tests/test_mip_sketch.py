@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sosbook.mip import Firmware, Robot, SampledLaw
 from sosbook.mip.drive import Drive
-from sosbook.mip.sketch import sketch
+from sosbook.mip.export import Program
 from sosbook.mip.ticks import TickLog
 
 import sosbook.pendulum
@@ -89,7 +89,7 @@ def test_the_templates_compile_as_they_stand(steers, gcc, cpp, tmp_path):
 @pytest.fixture
 def program(gcc, cpp, tmp_path):
     """The sketch, its law and the pipe as one program."""
-    texts = sketch(FIRMWARE, ROBOT, drive=DRIVE)
+    texts = Program(FIRMWARE, robot=ROBOT, drive=DRIVE).sketch
     return sketch_program(gcc, cpp, tmp_path, texts, BOARD)
 
 
@@ -139,7 +139,7 @@ def test_a_dead_sensor_stops_the_motors_and_says_why(program):
 
 
 def test_every_number_is_the_descriptions():
-    texts = sketch(FIRMWARE, ROBOT, drive=DRIVE)
+    texts = Program(FIRMWARE, robot=ROBOT, drive=DRIVE).sketch
     code = texts["balance_sketch/balance_sketch.ino"]
     for words in (
         "TICK = 10000UL",

@@ -11,9 +11,7 @@ import pytest
 from sosbook.mip import Firmware, Mip, Robot, SampledLaw, recommend
 from sosbook.mip.compiled import FLAGS, Compiled
 from sosbook.mip.drive import Drive
-from sosbook.mip.export import c_steering, pyctrl_script
-from sosbook.mip.ros import ros_node
-from sosbook.mip.sketch import sketch
+from sosbook.mip.export import Program as Written
 from sosbook.mip.ticks import TickLog
 
 import tests.test_mip_export as programs
@@ -263,8 +261,8 @@ class Program:
 
     def __init__(self, gcc, folder, steering, precision):
         self.law = Compiled(steering.firmware, precision, folder)
-        for name, text in c_steering(steering, precision=precision).items():
-            (folder / name).write_text(text, "utf-8")
+        written = Written(steering.firmware, precision=precision, steering=steering)
+        programs.write(folder, written)
         library = folder / "steer.so"
         flags = [*FLAGS, *programs.STRICT, "-shared", "-fPIC"]
         run(*gcc, *flags, folder / "balance_steer.c", "-o", library)
@@ -339,7 +337,7 @@ def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_pat
     program = Program(gcc, tmp_path, STEERING, "double")
     ours, steered = FIRMWARE.controller(), STEERING.controller()
     known = {"__name__": "script"}
-    exec(pyctrl_script(FIRMWARE, drive=LIMITS, steering=STEERING), known)
+    exec(Written(FIRMWARE, drive=LIMITS, steering=STEERING).pyctrl, known)
     script = known["Steering"]()
     program.law.start(0.0, 0.0)
     ours.start(0.0, 0.0)
@@ -520,7 +518,7 @@ def test_a_file_that_goes_away_stops_the_wheels(gcc, tmp_path):
 @pytest.mark.usefixtures("fake_pyctrl")
 def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
     space = {"__name__": "script"}
-    text = pyctrl_script(FIRMWARE, drive=LIMITS, steering=STEERING)
+    text = Written(FIRMWARE, drive=LIMITS, steering=STEERING).pyctrl
     exec(compile(text, "balance.py", "exec"), space)
     law, steers = space["Law"](), space["Steering"]()
     ours, steered = FIRMWARE.controller(), STEERING.controller()
@@ -581,10 +579,10 @@ for _old, _new in (
 
 @pytest.mark.slow
 def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path):
-    law = replace(found.steering.law, firmware=found.firmware)
+    law = found.steering.law
     limits = Drive(3.0, 6.0, 1.5, 6.0)
-    texts = sketch(found.firmware, ROBOT, "balance", limits, law)
-    program = sketch_program(gcc, cpp, tmp_path, texts, TWO)
+    about = Written(found.firmware, robot=ROBOT, drive=limits, steering=law)
+    program = sketch_program(gcc, cpp, tmp_path, about.sketch, TWO)
     turner, per_count = (
         replace(TURNER, more=0.1, brake=-0.1),
         2 * np.pi / MACHINE.counts,
@@ -660,7 +658,7 @@ def test_the_node_of_ros_passes_commands_on(monkeypatch, tmp_path):
     for module in (rclpy, ModuleType("geometry_msgs"), msg):
         monkeypatch.setitem(sys.modules, module.__name__, module)
     space = {"__name__": "script"}
-    exec(compile(ros_node(FIRMWARE, ROBOT), "ros_balance.py", "exec"), space)
+    exec(Written(FIRMWARE, robot=ROBOT).ros, space)
     monkeypatch.setattr(space["subprocess"], "Popen", Program)
     monkeypatch.setattr(sys, "argv", ["ros_balance.py"])
     space["main"]()
@@ -672,7 +670,7 @@ def test_the_node_of_ros_passes_commands_on(monkeypatch, tmp_path):
         "shut",
     ]
     with pytest.raises(ValueError, match="this program is for a BeagleBone"):
-        ros_node(FIRMWARE, Robot.shipped("gearmotors"))
+        Written(FIRMWARE, robot=Robot.shipped("gearmotors")).ros
 
 
 # The description
@@ -710,7 +708,7 @@ def test_bad_input_is_named():
     with pytest.raises(ValueError, match="no I_w"):
         turning_plants(replace(MIP, I_w=None), ROBOT)
     with pytest.raises(ValueError, match="steering must be a Steering"):
-        pyctrl_script(FIRMWARE, steering="yes")
+        Written(FIRMWARE, steering="yes")
     slow = ROBOT.but(T=0.2, delay=0.2)
     with pytest.raises(ValueError, match="steering: no R keeps the peak"):
         steer(MIP, [MIP], slow, FIRMWARE, None, 0.04, 1.01)

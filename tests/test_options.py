@@ -23,9 +23,8 @@ from sosbook.book.elements.movers.mover import slider
 from sosbook.book.largest_margin import delay_margin
 from sosbook.book.reproduction.observer import controller
 from sosbook.delay import DelayedLoop
-from sosbook.pendulum.c_code import c_header, c_source, serial_main
 from sosbook.pendulum.compiled import Compiled
-from sosbook.pendulum.export import rc_balance
+from sosbook.pendulum.export import Program
 from sosbook.pendulum.identify import fit_body, fit_wheel, speed
 from sosbook.pendulum.log_checks import check_log
 from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
@@ -33,7 +32,6 @@ from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
-from sosbook.pendulum.steering_code import c_steering
 from sosbook.plants.descriptor import coupled_pairs, descriptors
 from tests.test_docstrings import function_of, public
 
@@ -176,11 +174,9 @@ CALLS = {
         )
     ],
     "controller": [lambda R=1, form="natural": controller(R, form)],
-    "c_header": [lambda precision: c_header(FIRMWARE, "b", precision)],
-    "c_source": [lambda precision: c_source(FIRMWARE, "b", precision)],
-    "serial_main": [lambda precision: serial_main(FIRMWARE, "b", precision)],
-    "rc_balance": [lambda precision: rc_balance(FIRMWARE, "b", precision)],
-    "c_steering": [lambda precision: c_steering(STEERING, "b", precision)],
+    "Program": [
+        lambda precision: Program(FIRMWARE, "b", precision, steering=STEERING).law
+    ],
     "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
     "fit_body": [lambda **o: fit_body(BODY, **o)],
     "fit_wheel": [lambda **o: fit_wheel(WHEELS, **o)],

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .c_code import c_header, c_source
+from .export import Program
 from .firmware import COUNTERS
 from .recording import write_texts
 from .spelling import FLOAT_TYPES
@@ -88,7 +88,7 @@ class Compiled:
     Raises
     ------
     ValueError
-        As for `c_source`.
+        As for `Program`.
     FileExistsError
         If the folder has other files of these names.
     RuntimeError
@@ -106,8 +106,7 @@ class Compiled:
     """
 
     def __init__(self, firmware, precision="double", folder=None, flags=FLAGS, runs=1):
-        header = c_header(firmware, precision=precision)
-        source = c_source(firmware, precision=precision)
+        program = Program(firmware, precision=precision)
         self.firmware, self.runs = firmware, runs
         self.kind = np.dtype(FLOAT_TYPES[precision])
         self.states = None
@@ -116,7 +115,7 @@ class Compiled:
                 prefix="balance", ignore_cleanup_errors=True
             )
             folder = self._temporary.name
-        write_texts(folder, {"balance.h": header, "balance.c": source})
+        write_texts(folder, program.law)
         self.library = _build(Path(folder), flags)
         self._load(ctypes.CDLL(str(self.library)))
 

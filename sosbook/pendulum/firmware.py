@@ -1,6 +1,6 @@
 """What runs on the robot at every tick: estimate, law, limits, faults.
 
-The C program that `sosbook.pendulum.c_code` writes does the same operations
+The C program that `sosbook.pendulum.export` writes does the same operations
 in the same order.
 """
 
