@@ -105,7 +105,9 @@ def test_robots_between_the_vertices_keep_it_too(found):
             a=found.mip.a + 2 * (I_w - found.mip.I_w),
         )
         for delay in (0.0, 0.01):
-            loop = sos.mip.SampledLoop(robot, found.law, delay, "firmware", found.blend)
+            loop = sos.mip.SampledLoop(
+                robot, found.law, delay, "firmware", found.robot.blend
+            )
             assert loop.radius < 1
             assert loop.sensitivity <= limit
 
@@ -123,7 +125,9 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
 
 
 def test_what_is_not_proven_is_not_written(found, tmp_path):
-    forgetless = replace(found, blend=0.0)  # an eigenvalue at one
+    forgetless = replace(
+        found, robot=found.robot.but(blend=0.0)
+    )  # an eigenvalue at one
     assert not forgetless.proven
     assert all("sampled" in words for words in forgetless.lacking)
     with pytest.raises(ValueError, match="isn't proven.* 5 ms late"):
@@ -135,40 +139,6 @@ def test_a_second_run_writes_the_same_bytes(found, folder, tmp_path):
     for path in found.write(tmp_path):
         assert path.read_bytes() == (folder / path.name).read_bytes()
         assert not re.search(rb"20\d\d-\d\d|/home|/root", path.read_bytes())
-
-
-@pytest.mark.parametrize(
-    "other, words",
-    [
-        (dict(spread=0.05), "different plants"),
-        (dict(mip=sos.mip.Mip.printed()), "different plants"),
-        (dict(delay=0.02), "0 to 0.02 s, but must be about 0 to T.* 0.03 s"),
-        (dict(T=0.02), "must be about 0 to"),
-        (dict(T=-0.01, delay=0.03), "T must"),
-        (dict(delay=-0.01), "delay must"),
-        (dict(blend=2.0), "blend"),
-        (dict(blend=float("nan")), "blend"),
-    ],
-)
-def test_proofs_of_something_else_are_refused(found, other, words):
-    with pytest.raises(ValueError, match=words):
-        replace(found, **other)
-
-
-def test_one_constant_delay_or_another_integrator_is_refused(found):
-    about = found.delayed.request
-    for request, words in (
-        (replace(about, tau=0.02, mu=0.0), "0.02 to 0.02 s"),
-        (replace(about, U=np.array([[0.0, 2.0]])), "U = "),
-    ):
-        with pytest.raises(ValueError, match=words):
-            replace(found, delayed=replace(found.delayed, request=request))
-
-
-def test_another_gain_is_refused(found):
-    K = 1.01 * found.delayed.K
-    with pytest.raises(ValueError, match="design's gain"):
-        replace(found, delayed=replace(found.delayed, K=K))
 
 
 def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
@@ -209,13 +179,7 @@ def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "asked, words",
-    [
-        (dict(R=0), "R must"),
-        (dict(T=-1), "T .time between samples. must"),
-        (dict(delay=-0.01), "delay"),
-        (dict(spread=1.2), "spread"),
-    ],
+    "asked, words", [(dict(R=0), "R must"), (dict(spread=1.2), "spread")]
 )
 def test_bad_input_is_named(asked, words):
     with pytest.raises(ValueError, match=words):

@@ -265,6 +265,13 @@ def theirs(base, tmp_path_factory):
     return written(base, tmp_path_factory.mktemp("thesis"))
 
 
+def told(base, robot):
+    """The same design of a robot that is described otherwise."""
+    found = replace(base, robot=robot)
+    vars(found).update(design=base.design, delayed=base.delayed)
+    return found
+
+
 def written(found, folder):
     """What `write` writes, whatever is proven; the sampled proofs take seconds."""
     object.__setattr__(found, "lacking", ())
@@ -286,7 +293,7 @@ def steered(base, tmp_path_factory):
     """The thesis's robot that steers, and its files."""
     robot = THESIS.but(track=0.07)
     folder = tmp_path_factory.mktemp("steered")
-    return robot, written(replace(base, robot=robot), folder)
+    return robot, written(told(base, robot), folder)
 
 
 @pytest.mark.parametrize("key", STEERED)
@@ -294,7 +301,7 @@ def test_each_key_of_steering_arrives_where_it_belongs(key, base, steered, tmp_p
     change, arrives = STEERED[key]
     first, files = steered
     robot = first.but(**{key: change})
-    files = files, written(replace(base, robot=robot), tmp_path)
+    files = files, written(told(base, robot), tmp_path)
     before, after = ({name: code(path) for name, path in x.items()} for x in files)
     assert set(before) == set(after)
     whole = {LAW, STEER, RC, PYCTRL}
@@ -331,7 +338,7 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
     if key in CHAINED:
         found = deploy(DATA / "body.csv", DATA / "wheels.csv", robot)
     else:
-        found = replace(base, robot=robot, blend=robot.blend)
+        found = told(base, robot)
     ours = written(found, tmp_path / "new")
     changed = {
         name
@@ -410,5 +417,5 @@ def test_a_second_robot_end_to_end(second):
 
 def test_a_board_of_ones_own_gets_the_law_alone(base, tmp_path):
     robot = replace(GEARS, T=0.01, delay=0.01, blend=0.005, jitter=0.0)
-    names = written(replace(base, robot=robot), tmp_path)
+    names = written(told(base, robot), tmp_path)
     assert not any(name.startswith(("rc_", "pyctrl")) for name in names)

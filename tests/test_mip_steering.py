@@ -25,6 +25,7 @@ from sosbook.proofs import load
 from tests.compiler import run
 from tests.gains import named
 from tests.test_mip_recording import cpp, live_sketch, sketch_program
+from tests.test_mip_robot import told
 from tests.test_mip_sketch import BOARD
 from tests.turning import TURNER, advance, drive, steer_functions
 
@@ -139,7 +140,7 @@ def test_it_is_designed_and_proven_and_balance_is_as_without(found):
     assert design.delayed.request.tau + design.delayed.request.mu == pytest.approx(
         ROBOT.T + ROBOT.delay
     )
-    plain = replace(found, robot=replace(ROBOT, **dict.fromkeys(KEYS)))
+    plain = told(found, replace(ROBOT, **dict.fromkeys(KEYS)))
     assert plain.steering is None
     assert np.array_equal(plain.law.D, found.law.D)
 
@@ -150,7 +151,7 @@ KEYS = "track", "steering", "unequal", "turning"
 @pytest.mark.slow
 def test_what_is_written(found, tmp_path):
     paths = {path.name: path for path in found.write(tmp_path / "with")}
-    plain = replace(found, robot=replace(ROBOT, **dict.fromkeys(KEYS)))
+    plain = told(found, replace(ROBOT, **dict.fromkeys(KEYS)))
     assert np.array_equal(plain.law.D, found.law.D)
     vars(plain)["sampled"] = found.sampled  # the same proofs aren't made twice
     others = {path.name: path for path in plain.write(tmp_path / "without")}
@@ -221,7 +222,7 @@ def test_motors_that_differ_are_proven_at_each_robot(found, tmp_path):
 def test_motors_of_which_nothing_is_proven_are_said_to_be_so(found):
     design = replace(found.steering, robot=ROBOT.but(unequal=0.5))
     assert not design.unequal_proven
-    again = replace(found, robot=ROBOT.but(unequal=0.0))
+    again = told(found, ROBOT.but(unequal=0.0))
     assert again.steering.unequal == ()
     # of equal motors the proofs are the same, and aren't made twice
     assert np.array_equal(again.steering.law.K, found.steering.law.K)

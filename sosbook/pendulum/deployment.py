@@ -6,39 +6,19 @@ all.
 
 from pathlib import Path
 
-import numpy as np
-
-from ..plants.checks import finite, positive
 from ..runtime.digests import digest
 from ..runtime.reading import read_bytes
 from .fit_spread import FitSpread
 from .gate import Inspection, refused, widened
 from .log import Log
-from .proven import LARGEST_PEAK, Deployment
+from .proven import Deployment
 from .rig import DATA
 from .robot import Robot
-from .spread import polytope
-from .tuning import U, design, design_optimal, prove, recoverable_tilt
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
 
-LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
-LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 
-
-def recommend(
-    mip,
-    R=20.0,
-    spread=0.04,
-    T=None,
-    delay=None,
-    blend=None,
-    robot=None,
-    Q=None,
-    decay=LARGEST_DECAY,
-    peak=LARGEST_PEAK,
-    **more,
-):
+def recommend(mip, R=20.0, **asked):
     """The controller that this book recommends for a robot.
 
     Parameters
@@ -46,27 +26,9 @@ def recommend(
     mip : Mip
         The pendulum, with its I_w.
     R : float or None
-        Weight of the voltage. None searches the smallest of 1, 2, 5,
-        10, ... with which no sampled loop's sensitivity exceeds
-        ``peak``.
-    spread : float or FitSpread
-        Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
-    T, delay, blend : float, optional
-        Time between samples and the longest time from the sample to
-        the voltage, in s; as in `Firmware`. Without them those of
-        ``robot``.
-    robot : Robot, optional
-        The description; the thesis's robot without it.
-    Q : (5,) or (5, 5) array_like, optional
-        Weight of [theta, phi, theta', phi', x3], or its diagonal; the
-        identity without it.
-    decay : float
-        The decay rate behind the hold, in 1/s, if it can be proven; else the
-        largest of some shares of it that can.
-    peak : float
-        The largest peak of the sensitivity; above it nothing is written.
-    **more
-        cells, identified and data of `Deployment`.
+        Weight of the voltage, or None to search it.
+    **asked
+        As for `Deployment`.
 
     Returns
     -------
@@ -78,43 +40,9 @@ def recommend(
     ValueError
         On bad input, or where there is no design; it says why.
     """
-    clock = {"T": T, "delay": delay, "blend": blend}
-    robot = (robot or Robot.shipped("thesis")).but(
-        **{k: x for k, x in clock.items() if x is not None}
-    )
-    if R is not None:
-        positive("R", R)
-    if positive("peak", peak) <= 1:
-        raise ValueError(f"peak must be above 1, got {peak!r}")
-    if finite("decay", decay) < 0:
-        raise ValueError(f"decay must be 0 or more, in 1/s, got {decay!r}")
-    tilt = recoverable_tilt(mip, robot.limit)
-    if tilt < LEAST_TILT:
-        raise ValueError(
-            f"the motors are too weak: {robot.limit:g} V can bring the robot "
-            f"back from {np.degrees(tilt):.1f} degrees at most. It takes "
-            f"{robot.limit * LEAST_TILT / tilt:.0f} V or stronger motors for "
-            f"{np.degrees(LEAST_TILT):.0f} degrees"
-        )
-    Q = np.eye(5) if Q is None else np.asarray(Q, float)
-    Q = np.diag(Q) if Q.ndim == 1 else Q
-    if robot.law == "gain":
-        designed = design(mip, robot, spread, Q, R, peak)
-        delayed = prove(polytope(mip, spread), U, robot, designed.certify().K, decay)
-    else:
-        designed, delayed = design_optimal(mip, robot, spread, Q, R, peak), None
-    return Deployment(
-        mip,
-        spread,
-        designed,
-        delayed,
-        robot.T,
-        robot.delay,
-        robot.blend,
-        robot=robot,
-        peak=peak,
-        **more,
-    )
+    found = Deployment(mip, R, **asked)
+    _ = found.design, found.delayed  # where there is none, it says so now
+    return found
 
 
 def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):

@@ -16,7 +16,7 @@ COARSE_SHARE = 0.5  # of the limit, by which one count may move the voltage
 
 def facts(deployment):
     """What is known of a ``deployment``, from a word to a sentence."""
-    mip, T, robot = deployment.mip, deployment.law.T, deployment.robot
+    mip, robot = deployment.mip, deployment.robot
     letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
     tilt = np.degrees(recoverable_tilt(mip, robot.limit))
     return {
@@ -29,9 +29,9 @@ def facts(deployment):
         **_compensation(deployment),
         **_coarse(deployment),
         **(_steering(deployment.steering) if deployment.steering else {}),
-        "sampling": f"T = {T:g} s, computed within {deployment.delay:g} s, "
+        "sampling": f"T = {robot.T:g} s, computed within {robot.delay:g} s, "
         f"ticks late by at most {robot.jitter:g} s",
-        "estimate": f"{deployment.blend:g} of the accelerometers' tilt per "
+        "estimate": f"{robot.blend:g} of the accelerometers' tilt per "
         "tick; the proof of the sampled loop takes it for the truth",
         "sampled loop": f"spectral radius {deployment.radius:.4f}, peak "
         f"sensitivity {deployment.sensitivity:.3f}, worst of "

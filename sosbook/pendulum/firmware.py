@@ -31,6 +31,11 @@ SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
 TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
 
 
+#: What a `Robot` says of its firmware.
+DESCRIBED = "limit", "tip", "blend", "missing", "frozen", "stall", "gyro_range"
+DESCRIBED += "deaf", "compensation"
+
+
 @dataclass(frozen=True, eq=False)
 class Firmware:
     """A sampled law with all that a real robot needs around it.
@@ -127,6 +132,11 @@ class Firmware:
                 raise ValueError(
                     f"{name} must be a number of ticks, 0 or more, got {value!r}"
                 )
+
+    @classmethod
+    def of(cls, law, robot, **changes):
+        """That of a ``law`` and a described ``robot``, with some ``changes``."""
+        return cls(law, **({x: getattr(robot, x) for x in DESCRIBED} | changes))
 
     def controller(self, runs=1, kind=float):
         """A `Controller` for ``runs`` robots; ``kind`` is float or np.float32."""

@@ -129,19 +129,7 @@ class Model:
     @property
     def firmware(self):
         """The `Firmware` that the program is."""
-        robot = self.robot
-        return Firmware(
-            self.law,
-            limit=robot.limit,
-            tip=robot.tip,
-            blend=robot.blend,
-            missing=robot.missing,
-            frozen=robot.frozen,
-            stall=robot.stall,
-            gyro_range=robot.gyro_range,
-            deaf=robot.deaf,
-            compensation=robot.compensation,
-        )
+        return Firmware.of(self.law, self.robot)
 
     @property
     def steering(self):

@@ -10,21 +10,22 @@ from ..plants.gain import Gain
 from ..sampled import certify_sampled
 from .drive import Drive
 from .facts import facts
-from .firmware import SOFTNESS, Firmware, share
+from .firmware import SOFTNESS, Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
-from .optimal import OptimalLaw
 from .recording import write_texts
 from .robot import Robot
 from .spread import polytope, triangles, vertices
 from .steering_design import steer
-from .tuning import U, loops
+from .tuning import U, design, design_optimal, loops, prove, recoverable_tilt
 from .written import texts
 
 __all__ = ["Deployment"]
 
 BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them turn
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
+LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
+LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
 
 
@@ -35,104 +36,93 @@ class Deployment:
     Parameters
     ----------
     mip : Mip
-        The robot in the middle.
+        The robot in the middle, with its I_w.
+    R : float or None
+        Weight of the voltage. None searches the smallest of 1, 2, 5, 10, ... with
+        which no sampled loop's sensitivity exceeds ``peak``.
     spread : float or FitSpread
         Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
-    design : Design or OptimalLaw
-        Theorem 2.4 over the polytope, or an optimal law of the robot in the
-        middle, of which the sampled loops alone are proven.
-    delayed : DelayDesign or None
-        The same plants and gain behind any delay from zero to T +
-        delay: the hold, and a computer that takes ``delay``. None for an
-        `OptimalLaw`.
-    T, delay : float
-        Time between samples, and from a sample to its voltage, in s.
-    blend : float
-        As in `Firmware`.
+    robot : Robot, optional
+        The description; the thesis's robot without it.
+    Q : (5,) or (5, 5) array_like, optional
+        Weight of [theta, phi, theta', phi', x3], or its diagonal; the identity
+        without it.
+    decay : float
+        The decay rate behind the hold, in 1/s, if it can be proven; else the largest
+        of some shares of it that can.
+    peak : float
+        The largest peak of the sensitivity; above it nothing is written.
     cells : int
         As for `certify_sampled`, at most.
-    peak : float
-        The largest peak of the sensitivity with which it is written.
     identified : Identified or None
         What the logs say of the robot.
-    robot : Robot, optional
-        The robot's description; without it the thesis's robot, whose
-        T, delay and blend are those above.
     data : dict
         Where the robot comes from: facts for the header.
 
     Raises
     ------
     ValueError
-        If the parts are about different plants, gains or delays.
+        On bad input, or motors that are too weak. `design` and `delayed` raise it
+        where there is none; they say why.
     """
 
     mip: Mip
-    spread: object
-    design: object
-    delayed: object
-    T: float
-    delay: float
-    blend: float
-    cells: int = MOST_CELLS
-    peak: float = LARGEST_PEAK
-    identified: object = None
+    R: float | None = None
+    spread: object = 0.04
     robot: Robot | None = None
+    Q: object = None
+    decay: float = LARGEST_DECAY
+    peak: float = LARGEST_PEAK
+    cells: int = MOST_CELLS
+    identified: object = None
     data: dict = field(default_factory=dict)
 
     def __post_init__(self):
-        positive("T", self.T)
-        if finite("delay", self.delay) < 0:
-            raise ValueError(f"delay must be 0 or more, in s, got {self.delay!r}")
-        share("blend", self.blend)
+        Q = np.eye(5) if self.Q is None else np.asarray(self.Q, float)
+        object.__setattr__(self, "Q", np.diag(Q) if Q.ndim == 1 else Q)
         robot = self.robot or Robot.shipped("thesis")
-        object.__setattr__(
-            self, "robot", robot.but(T=self.T, delay=self.delay, blend=self.blend)
-        )
-        if not self.optimal:
-            self._check_gain(robot)
+        object.__setattr__(self, "robot", robot)
+        if self.R is not None:
+            positive("R", self.R)
+        if positive("peak", self.peak) <= 1:
+            raise ValueError(f"peak must be above 1, got {self.peak!r}")
+        if finite("decay", self.decay) < 0:
+            raise ValueError(f"decay must be 0 or more, in 1/s, got {self.decay!r}")
+        tilt = recoverable_tilt(self.mip, robot.limit)
+        if tilt < LEAST_TILT:
+            raise ValueError(
+                f"the motors are too weak: {robot.limit:g} V can bring the robot "
+                f"back from {np.degrees(tilt):.1f} degrees at most. It takes "
+                f"{robot.limit * LEAST_TILT / tilt:.0f} V or stronger motors for "
+                f"{np.degrees(LEAST_TILT):.0f} degrees"
+            )
 
-    def _check_gain(self, robot):
-        """A ValueError unless design and delayed are about this robot's gain."""
-        about = self.delayed.request
-        plants = (
-            self.design.request.plant,
-            about.plant,
-            polytope(self.mip, self.spread),
-        )
-        for name in "MDSB":
-            first, *others = (
-                [getattr(v, name) for v in polytope_of_proof.vertices]
-                for polytope_of_proof in plants
-            )
-            if not all(np.array_equal(first, other) for other in others):
-                raise ValueError(
-                    "design, delayed and mip with its spread are about different plants"
-                )
-        if not np.array_equal(self.delayed.K, self.certificate.K):
-            raise ValueError(
-                "delayed isn't about the design's gain, rounded to six digits"
-            )
-        least, most = about.tau - about.mu, about.tau + about.mu
-        longest = self.T + self.delay + robot.jitter
-        if least > 0 or most < longest * (1 - 1e-12):
-            late = "T + delay" + " + jitter" * (robot.jitter > 0)
-            raise ValueError(
-                f"delayed is about {least:g} to {most:g} s, but must be "
-                f"about 0 to {late} = {longest:g} s"
-            )
-        asked = self.design.request
-        plain = asked.coupling == "pairs" and not about.misprints
-        if not plain or any(not np.array_equal(x.U, U) for x in (asked, about)):
-            raise ValueError(
-                "design and delayed must be of U = [0 1], pairs of vertices "
-                "and the theorem as mended: the header says so"
-            )
+    @cached_property
+    def design(self):
+        """The `Design` of Theorem 2.4 over the polytope, or the `OptimalLaw`.
+
+        The latter is of the robot in the middle; of it the sampled loops alone are
+        proven.
+        """
+        how = design_optimal if self.optimal else design
+        return how(self.mip, self.robot, self.spread, self.Q, self.R, self.peak)
+
+    @cached_property
+    def delayed(self):
+        """The `DelayDesign` of the gain behind any delay up to `largest_hold`.
+
+        The hold, and a computer that takes the robot's delay; None for an
+        `OptimalLaw`.
+        """
+        if self.optimal:
+            return None
+        plants = polytope(self.mip, self.spread)
+        return prove(plants, U, self.robot, self.certificate.K, self.decay)
 
     @property
     def optimal(self):
         """Whether the design is an `OptimalLaw`, with the sampled proofs alone."""
-        return isinstance(self.design, OptimalLaw)
+        return self.robot.law != "gain"
 
     @cached_property
     def certificate(self):
@@ -152,8 +142,8 @@ class Deployment:
         """The `SampledLaw` of K, or of the `OptimalLaw`."""
         if self.optimal:
             return self.design.law
-        # of this pendulum's plants and U = [0 1], as `_check_gain` has seen
-        return SampledLaw.of_gain(Gain(self.certificate.K, PID_SIGNALS), self.T)
+        gain = Gain(self.certificate.K, PID_SIGNALS)
+        return SampledLaw.of_gain(gain, self.robot.T)
 
     @property
     def robots(self):
@@ -186,10 +176,10 @@ class Deployment:
         A dict from the delay in s to a `SampledCertificate` for each of
         `triangles`. They presume accelerometers that measure theta exactly.
         """
-        parts = triangles(self.mip, self.spread)
+        parts, T = triangles(self.mip, self.spread), self.robot.T
         return {
             late: tuple(
-                certify_sampled(part, row[0].controller, self.T, late, cells=self.cells)
+                certify_sampled(part, row[0].controller, T, late, cells=self.cells)
                 for part in parts
             )
             for late, row in self.loops.items()
@@ -204,7 +194,7 @@ class Deployment:
             self.mip,
             self.robots,
             self.robot,
-            self._firmware(self.law, self.robot.limit, (), self.robot.compensation),
+            Firmware.of(self.law, self.robot),
             self.loops[0.0][0].controller,
             self.spread,
             self.peak,
@@ -239,7 +229,7 @@ class Deployment:
         return not self.lacking
 
     def _advice(self):
-        if self.blend == 0:
+        if self.robot.blend == 0:
             return (
                 "With blend = 0 nothing corrects the estimate of theta: "
                 "take a blend above 0"
@@ -257,25 +247,7 @@ class Deployment:
     def firmware(self):
         """The `Firmware`, with the facts as its note."""
         note = tuple(f"{word}: {text}" for word, text in self.facts.items())
-        robot = self.robot
-        return self._firmware(self.law, robot.limit, note, robot.compensation)
-
-    def _firmware(self, law, limit, note, compensation=0.0):
-        """A `Firmware` with what the description says of faults."""
-        robot = self.robot
-        return Firmware(
-            law,
-            limit=limit,
-            tip=robot.tip,
-            blend=self.blend,
-            missing=robot.missing,
-            frozen=robot.frozen,
-            stall=robot.stall,
-            gyro_range=robot.gyro_range,
-            deaf=robot.deaf,
-            compensation=compensation,
-            note=note,
-        )
+        return Firmware.of(self.law, self.robot, note=note)
 
     @property
     def bench_firmware(self):
@@ -284,17 +256,13 @@ class Deployment:
         It has the gains of theta and theta' alone and 2 V at most: in
         the air the gains of the wheels are positive feedback.
         """
-        return self._firmware(
-            SampledLaw.of_gain(
-                Gain(
-                    (self.design.K[:, :4] if self.optimal else self.law.D)
-                    * [1, 0, 1, 0],
-                    PD_SIGNALS,
-                ),
-                self.T,
-            ),
-            min(BENCH_VOLTS, self.robot.limit),
-            (
+        K = self.design.K[:, :4] if self.optimal else self.law.D
+        return Firmware.of(
+            SampledLaw.of_gain(Gain(K * [1, 0, 1, 0], PD_SIGNALS), self.robot.T),
+            self.robot,
+            limit=min(BENCH_VOLTS, self.robot.limit),
+            compensation=0.0,
+            note=(
                 "For the stand, wheels in the air, to check signs: the "
                 "gains of theta and theta' alone. It doesn't balance.",
                 f"robot: {self.robot.words}",
