@@ -13,7 +13,6 @@ from sosbook.mip.modelled import Model
 from sosbook.mip.ticks import FORMATS, START, TickLog
 
 from sosbook import thesis
-from sosbook.pendulum.tracking import NOMINAL, Predictor, _slopes
 from tests import test_mip_export as programs
 from tests.gains import named
 from tests.six_robots import SIX, G, advance
@@ -120,38 +119,6 @@ def test_another_program_another_clock_and_an_empty_battery_are_named(same):
     assert "late by more than jitter" in compare(replace(log, t=late), MODEL).report
     empty = compare(replace(log, battery=0 * log.t + 6.5), MODEL)
     assert "battery sinks to 6.5 V" in empty.report
-
-
-def test_slopes_of_a_fit_are_no_noise_where_a_parameter_is_zero():
-    """Rounding of 1e-11, as predictions have; friction begins at zero."""
-    A, noise = np.random.default_rng(2).standard_normal((2, 30, 5))
-
-    def rough(x):
-        return A @ x + 1e-11 * np.sin(1e12 * (noise @ x))
-
-    for friction in (0.0, 1e-10, 0.1):
-        x = np.array([0.004, 0.0, -0.003, 0.3, friction])
-        assert _slopes(rough, x) == pytest.approx(A, abs=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_slopes_of_predictions_are_their_differences(seed):
-    """Of any signals, about any unknowns: the second pair has one at its bound."""
-    random = np.random.default_rng(seed)
-    gyro, V = random.normal(0, [[0.3], [3.0]], (2, 900))
-    wheels, rubs = random.normal(0, 0.2, 900).cumsum(), random.uniform(-1, 1, 900)
-    scale, T = np.array([0.003, 0.0008]), MODEL.law.T
-    told = Predictor(MODEL.mip, T, gyro, wheels, V, rubs, scale, 10.0 ** -(seed % 3))
-    x = NOMINAL + random.uniform(-0.2, 0.2, 5) * [1, 1, 1, 1, 0]
-    x[4] = [0.3, 0.05, 0.0, 0.0][seed]
-    found = np.reshape(told.slopes(x), (5, -1)).T
-    by_differences = _slopes(lambda x: np.ravel(told.innovations(x)), x)
-    size = abs(by_differences).max(axis=0)
-    assert (size > 0).all()
-    assert (abs(found - by_differences) < 1e-5 * size).all()
-
-
-# The files
 
 
 def test_a_model_survives_its_file(tmp_path):

@@ -7,7 +7,6 @@ fitted so that its one-tick predictions of gyro and encoders are best.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
@@ -32,7 +31,6 @@ NAMES = "body", "wheels", "back-EMF", "delay", "friction"
 SMALLEST = np.array([-0.5, -0.5, -0.5, 0.0, 0.0])
 LARGEST = np.array([0.5, 0.5, 0.5, 1.0, 5.0])
 SIZES = np.array([0.1, 0.1, 0.1, 0.3, 0.1])
-STEP = 1e-3  # of the sizes, for slopes: a share of the value drowns near zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,20 +108,8 @@ def track(log, mip, T, counts):
                 return np.full(2 * predictor.told, 1e3)
             return np.ravel(e / scale[:, None])
 
-        def slopes(x):
-            try:
-                e = predictor.slopes(x)
-            except ValueError:  # beside x, or at it
-                return _slopes(residuals, x)
-            return np.reshape(e / scale[:, None], (len(x), -1)).T
-
         return least_squares(
-            residuals,
-            start,
-            jac=slopes,
-            bounds=(SMALLEST, LARGEST),
-            x_scale=SIZES,
-            max_nfev=25,
+            residuals, start, bounds=(SMALLEST, LARGEST), x_scale=SIZES, max_nfev=25
         )
 
     found = []
@@ -144,17 +130,6 @@ def track(log, mip, T, counts):
         e * scale[:, None],
         log.t[use][-e.shape[1] :],
     )
-
-
-def _slopes(function, x):
-    """The Jacobian by central differences; one-sided ones at a bound."""
-    columns = []
-    for k, size in enumerate(STEP * SIZES):
-        low, high = x.copy(), x.copy()
-        low[k] = max(x[k] - size, SMALLEST[k])
-        high[k] = min(x[k] + size, LARGEST[k])
-        columns.append((function(high) - function(low)) / (high[k] - low[k]))
-    return np.stack(columns, axis=1)
 
 
 def _friction(wheels, T):
@@ -206,49 +181,21 @@ class Predictor:
         self.R = np.diag(scale**2)
         self.first = min(round(SETTLING / T), len(V) // 2)
         self.told = len(V) - self.first
-        # a fit asks for the slopes where it has just asked for what is left
-        self._predicted = lru_cache(maxsize=1)(self._predict)
 
     def innovations(self, x):
         """(2, told) array: what the sensors say beyond the prediction."""
-        return self._predicted(x.tobytes())[-1][:, self.first :]
-
-    def slopes(self, x):
-        """(5, 2, told) array: how `innovations` move with each unknown.
-
-        Exact, but for the differences of what depends on the plant alone: what
-        the filter's gain moves by solves a Stein equation.
-        """
         C = self.C
-        push, P, S, K, loop, states, e = self._predicted(x.tobytes())
-        moved = _slopes(
-            lambda x: np.concatenate(list(map(np.ravel, self._parts(x)))), x
-        )
-        stein = np.eye(25) - np.kron(loop, loop)
-        forces = []
-        for k, column in enumerate(moved.T):
-            dF, dnow, dlast = column[:25].reshape(5, 5), column[25:30], column[30:]
-            dQ = np.outer(dnow + dlast, push) * self.disturbance**2
-            right = dF @ P @ loop.T + dQ
-            dP = np.linalg.solve(stein, np.ravel(right + right.T)).reshape(5, 5)
-            dL = dF @ K + loop @ dP @ C.T @ np.linalg.inv(S)
-            more = dF @ states + dL @ e + self._forces(dnow, dlast, x[4])
-            if k == 4:
-                more -= np.outer(push, self.inputs[2])
-            forces.append(np.column_stack([np.zeros(5), more[:, :-1]]))
-        return -_filtered(loop, np.array(forces), C)[..., self.first :]
-
-    def _predict(self, x):
-        """The filter of the unknowns x, by their bytes: its states and what is left."""
-        x, C = np.frombuffer(x), self.C
         F, now, last = self._parts(x)
-        P, S = self._riccati(F, now + last)
-        K = P @ C.T @ np.linalg.inv(S)
-        loop = F - F @ K @ C
-        forced = F @ K @ self.y + self._forces(now, last, x[4])
+        push = now + last
+        Q = self.disturbance**2 * np.outer(push, push)
+        Q += np.diag([1e-14] * 4 + [1e-12])
+        P = solve_discrete_are(F.T, C.T, Q, self.R)
+        K = P @ C.T @ np.linalg.inv(C @ P @ C.T + self.R)
+        forces = np.stack([now, last, -x[4] * push], axis=1) @ self.inputs
+        forced = F @ K @ self.y + forces
         forced = np.column_stack([self.start, forced[:, :-1]])
-        states = _filtered(loop, forced, np.eye(5))
-        return now + last, P, S, K, loop, states, self.y - C @ states
+        states = _filtered(F - F @ K @ C, forced)
+        return (self.y - C @ states)[:, self.first :]
 
     def _parts(self, x):
         """F, and how a volt of this tick and one of the last act in a tick."""
@@ -262,31 +209,10 @@ class Predictor:
         first, then = expm(both * T * x[3]), expm(both * T * (1 - x[3]))
         return (then @ first)[:5, :5], then[:5, 5], then[:5, :5] @ first[:5, 5]
 
-    def _riccati(self, F, push):
-        """The states' covariance, and that of what the sensors say."""
-        Q = self.disturbance**2 * np.outer(push, push)
-        Q += np.diag([1e-14] * 4 + [1e-12])
-        P = solve_discrete_are(F.T, self.C.T, Q, self.R)
-        return P, self.C @ P @ self.C.T + self.R
 
-    def _forces(self, now, last, friction):
-        """(5, N) array: what the volts and the friction do."""
-        return np.stack([now, last, -friction * (now + last)], axis=1) @ self.inputs
-
-
-def _filtered(F, forced, C):
-    """C x(k) of x(k) = F x(k - 1) + forced(k): x(0) is forced(0).
-
-    ``forced`` is (..., n, N), for several sequences at once.
-    """
+def _filtered(F, forced):
+    """(n, N) array: x(k) = F x(k - 1) + forced(k), and x(0) is forced(0)."""
     poles, modes = np.linalg.eig(F)
     inputs = np.linalg.solve(modes, forced)
-    for k, p in enumerate(poles):
-        row = inputs[..., k, :]
-        if p.imag < 0:  # that of the pole before, conjugate
-            row[:] = inputs[..., k - 1, :].conj()
-        elif p.imag > 0:
-            row[:] = lfilter([1.0], [1.0, -p], row)
-        else:
-            row[:] = lfilter([1.0], [1.0, -p.real], row.real)
-    return (C @ modes @ inputs).real
+    rows = [lfilter([1.0], [1.0, -p], row) for p, row in zip(poles, inputs)]
+    return (modes @ np.array(rows)).real
