@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
 from sosbook.mip.fleet import Fleet, Push
-from sosbook.mip.recovery import largest_tilt, recover, recovered
+from sosbook.mip.recovery import largest_tilt, recover
 from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.mip.sensors import Sensors
 from sosbook.mip.simulator import Run, simulate
@@ -343,17 +343,6 @@ def test_a_set_point_moves_the_wheels():
 
 
 @pytest.mark.slow
-def test_recovery_is_that_of_each_run():
-    tilts, robots = np.deg2rad([5, 30, 60]), vertices(MIP)[:2]
-    found = recovered(robots, FIRMWARE, tilts, t_end=1.5)
-    assert found.shape == (2, 3)
-    for k, robot in enumerate(robots):
-        run = simulate(robot, FIRMWARE, tilts, 1.5)
-        assert (found[k] == run.settled).all()
-    assert (found[:, :2]).all() and not found[:, 2].any()
-
-
-@pytest.mark.slow
 def test_the_largest_tilt_stands_and_a_little_more_falls():
     far = replace(FIRMWARE, tip=1.5, limit=4.0)
     options = dict(t_end=1.5, sensors=IDEAL)
@@ -361,8 +350,8 @@ def test_the_largest_tilt_stands_and_a_little_more_falls():
     tilt = largest_tilt(MIP, far, high=high, points=points, rounds=rounds, **options)
     step = high / points**rounds
     assert 0.1 < tilt < 1.4
-    assert recovered(MIP, far, tilt, **options)
-    assert not recovered(MIP, far, tilt + step, **options)
+    run = simulate(MIP, far, [tilt[0], tilt[0] + step], **options)
+    assert run.settled.tolist() == [True, False]
 
 
 @pytest.mark.slow
@@ -395,7 +384,6 @@ def test_what_a_run_says_of_itself():
     assert (run.settled == [True, False, False]).all()
     assert np.allclose(run.peak_voltage, [V_MAX, 0, 0])
     assert np.allclose(run.full, [0.2, 0, 0])
-    assert np.allclose(run.chatter, [3 / 0.9, 0, 0])
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from sosbook.mip.ticks import TickLog
 import tests.test_mip_export as programs
 from sosbook.pendulum.spread import scaled
 from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.steering_design import SteeringDesign
 from sosbook.pendulum.steering_design import _both as both_laws
-from sosbook.pendulum.steering_design import steer
 from sosbook.pendulum.tuning import DELAY_SHARES
 from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load
@@ -712,4 +712,4 @@ def test_bad_input_is_named():
         Written(FIRMWARE, steering="yes")
     slow = ROBOT.but(T=0.2, delay=0.2)
     with pytest.raises(ValueError, match="steering: no R keeps the peak"):
-        steer(MIP, [MIP], slow, FIRMWARE, None, 0.04, 1.01)
+        SteeringDesign(slow, [MIP], 0.04, FIRMWARE, None, 1.01).law

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 from sosbook.mip import Mip, Robot, SampledLaw, polytope, tuning, vertices
 from sosbook.mip.deployment import recommend
-from sosbook.mip.tuning import (
-    WEIGHTS,
-    design,
-    largest_hold,
-    peak_of,
-    prove,
-    recoverable_tilt,
-)
+from sosbook.mip.tuning import WEIGHTS, design, peak_of, prove, recoverable_tilt
 
 from sosbook.delay import analyse_delay
 from tests.gains import named
@@ -54,7 +47,7 @@ def test_a_clock_that_is_too_slow_is_named_with_one_that_would_do():
 @pytest.mark.slow
 def test_the_decay_is_lowered_until_it_is_proven():
     """Gear motors: proven at 0.2/s; at 50/s a smaller one is found."""
-    mip, half = truth(GEARS), largest_hold(GEARS) / 2
+    mip, half = truth(GEARS), (GEARS.T + GEARS.delay + GEARS.jitter) / 2
     K = design(mip, GEARS, 0.04, Q, 5.0, 2.0).certify().K
     found = prove(polytope(mip, 0.04), tuning.U, GEARS, K, 0.2)
     assert found.certify().proven

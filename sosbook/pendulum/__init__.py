@@ -6,7 +6,7 @@ from .firmware import FAULTS, Controller, Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
-from .recovery import largest_tilt, recovered
+from .recovery import largest_tilt
 from .robot import Robot
 from .simulator import Push, Run, Sensors, simulate
 from .spread import polytope, reduced, triangles, vertices
@@ -33,7 +33,6 @@ __all__ = [
     "lowest_rate",
     "polytope",
     "recommend",
-    "recovered",
     "reduced",
     "simulate",
     "triangles",

@@ -1,4 +1,4 @@
-"""Limit cycles that friction and backlash make, by describing functions.
+"""Limit cycles that friction makes, by describing functions.
 
 A describing function is the gain and the phase that a nonlinearity gives
 a sine's first harmonic. It predicts a cycle and proves nothing.
@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from ..plants.checks import finite
 from .firmware import SOFTNESS
 
-__all__ = ["LimitCycle", "backlash", "coulomb", "limit_cycle", "soft_sign"]
+__all__ = ["LimitCycle", "coulomb", "limit_cycle", "soft_sign"]
 
 CYCLES_TRIED = 12  # frequencies at which the search for a balance begins
 SLOWEST = 0.5  # rad/s, the slowest of them
@@ -44,27 +44,6 @@ def soft_sign(amplitude, compensation, width):
     if share == 1.0:
         return slope
     return slope * 2 / np.pi * (np.arcsin(share) + share * np.sqrt(1 - share**2))
-
-
-def backlash(amplitude, play):
-    """The complex gain of a play, from end to end, for amplitude * sin.
-
-    Notes
-    -----
-    Source: Gelb and Vander Velde, Multiple-Input Describing Functions,
-    section 2.3. A sine that doesn't leave the play moves nothing.
-
-    Examples
-    --------
-    >>> abs(backlash(1.0, 0.0)), abs(backlash(1.0, 3.0))
-    (1.0, 0.0)
-    """
-    half = play / 2
-    if half >= amplitude:
-        return 0j
-    z = 1 - 2 * half / amplitude
-    real = 0.5 + (np.arcsin(z) + z * np.sqrt(1 - z * z)) / np.pi
-    return complex(real, -4 * half / (np.pi * amplitude) * (1 - half / amplitude))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..plants.checks import finite, positive
 from ..plants.gain import Gain
-from ..sampled import certify_sampled
 from .drive import Drive
 from .facts import facts
 from .firmware import SOFTNESS, Firmware
@@ -16,8 +15,8 @@ from .model import Mip
 from .recording import write_texts
 from .robot import Robot
 from .spread import polytope, triangles, vertices
-from .steering_design import steer
-from .tuning import U, design, design_optimal, loops, prove, recoverable_tilt
+from .steering_design import SteeringDesign
+from .tuning import U, design, loops, prove, prove_sampled, recoverable_tilt
 from .written import texts
 
 __all__ = ["Deployment"]
@@ -104,12 +103,11 @@ class Deployment:
         The latter is of the robot in the middle; of it the sampled loops alone are
         proven.
         """
-        how = design_optimal if self.optimal else design
-        return how(self.mip, self.robot, self.spread, self.Q, self.R, self.peak)
+        return design(self.mip, self.robot, self.spread, self.Q, self.R, self.peak)
 
     @cached_property
     def delayed(self):
-        """The `DelayDesign` of the gain behind any delay up to `largest_hold`.
+        """The `DelayDesign` of the gain behind any delay up to T + delay + jitter.
 
         The hold, and a computer that takes the robot's delay; None for an
         `OptimalLaw`.
@@ -176,29 +174,27 @@ class Deployment:
         A dict from the delay in s to a `SampledCertificate` for each of
         `triangles`. They presume accelerometers that measure theta exactly.
         """
-        parts, T = triangles(self.mip, self.spread), self.robot.T
-        return {
-            late: tuple(
-                certify_sampled(part, row[0].controller, T, late, cells=self.cells)
-                for part in parts
-            )
-            for late, row in self.loops.items()
-        }
+        parts, controller = triangles(self.mip, self.spread), self._controller
+        return prove_sampled(parts, controller, self.robot, self.cells)
 
     @cached_property
     def steering(self):
         """The `SteeringDesign` of a robot that has a track; else None."""
         if self.robot.track is None:
             return None
-        return steer(
-            self.mip,
-            self.robots,
+        return SteeringDesign(
             self.robot,
-            Firmware.of(self.law, self.robot),
-            self.loops[0.0][0].controller,
+            self.robots,
             self.spread,
+            Firmware.of(self.law, self.robot),
+            self._controller,
             self.peak,
         )
+
+    @property
+    def _controller(self):
+        """The `SampledSystem` from the true [theta, phi, theta', phi'] to V."""
+        return self.loops[0.0][0].controller
 
     @property
     def continuous_proofs(self):

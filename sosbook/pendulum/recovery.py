@@ -1,49 +1,13 @@
 """How a robot stands up again, and from which tilts."""
 
-from types import SimpleNamespace
-
 import numpy as np
 
 from ..plants.checks import positive
-from .model import V_MAX, Mip
+from .fleet import Fleet
+from .model import V_MAX
 from .simulator import listed, simulate
 
-__all__ = ["largest_tilt", "recover", "recovered"]
-
-
-def recovered(robots, controller, tilts, t_end=3.0, **options):
-    """Which robots stand up again from which tilts.
-
-    Parameters
-    ----------
-    robots : Mip or sequence of Mip
-        The pendulums.
-    controller : Firmware
-        What drives them.
-    tilts : (m,) array_like
-        The tilts at the start, in rad.
-    t_end : float
-        How long each run lasts, in s.
-    **options
-        As for `simulate`.
-
-    Returns
-    -------
-    (len(robots), m) array of bool
-        `Run.settled`.
-
-    Examples
-    --------
-    >>> from sosbook.book import thesis
-    >>> from sosbook.pendulum import Firmware, Mip, SampledLaw
-    >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
-    >>> recovered(Mip.printed(), Firmware(law), [0.1, 1.2])
-    array([[ True, False]])
-    """
-    robots, tilts = listed(robots), np.ravel(tilts)
-    every = [robot for robot in robots for _ in tilts]
-    run = simulate(every, controller, np.tile(tilts, len(robots)), t_end, **options)
-    return run.settled.reshape(len(robots), len(tilts))
+__all__ = ["largest_tilt", "recover"]
 
 
 def largest_tilt(
@@ -127,12 +91,7 @@ def recover(robots, K, angle, t, limit=V_MAX):
     >>> V[0, 0].round(3), abs(x[0, 0, -1]) < 0.02
     (np.float64(2.127), np.True_)
     """
-    fleet = SimpleNamespace(
-        **{
-            name: np.array([getattr(r, name) for r in robots])
-            for name in ("a", "b", "c", "d", "e", "f", "J")
-        }
-    )
+    fleet = Fleet(robots)
     K = np.asarray(K, float)
     x = np.zeros((K.shape[1], len(robots)))
     x[0], T = angle, t[1] - t[0]
@@ -141,7 +100,7 @@ def recover(robots, K, angle, t, limit=V_MAX):
         return np.clip((K @ x)[0], -limit, limit)
 
     def rate(x):
-        fall = Mip.acceleration(fleet, x[:2], x[2:4], volts(x))
+        fall = fleet.acceleration(x, volts(x))
         return np.concatenate([x[2:4], fall, x[1:2]])[: len(x)]
 
     states = [x]

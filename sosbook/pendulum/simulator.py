@@ -68,12 +68,6 @@ class Run:
         """(runs,) array: share of the ticks with V at its limit."""
         return (np.abs(self.V) > 0.999999 * self.limit).mean(axis=1)
 
-    @property
-    def chatter(self):
-        """(runs,) array: how often V changes its sign, per second."""
-        turns = (self.V[:, 1:] * self.V[:, :-1] < 0).sum(axis=1)
-        return turns / (self.t[-1] - self.t[0])
-
 
 def simulate(
     robots,

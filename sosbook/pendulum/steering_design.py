@@ -5,56 +5,92 @@ from functools import cached_property
 
 import numpy as np
 
-from ..plants.checks import finite
 from ..plants.second_order import Polytope
 from ..sampled import certify_sampled
 from ..sampled.system import SampledSystem
 from ..synthesis.lqr import design_lqr
+from .firmware import Firmware
 from .margins import held, loop_radius, peak_sensitivity
 from .steering import Steering
-from .tuning import DELAY_SHARES, WEIGHTS, prove
+from .tuning import DELAY_SHARES, WEIGHTS, prove, prove_sampled
 from .turning import inertia_bounds, turning_plants, unequal_plant
 
-__all__ = ["SteeringDesign", "steer"]
+__all__ = ["SteeringDesign"]
 
 U = [[1]]  # integrate delta
+STEERING_CELLS = 600  # of the rectangle's halves, at most
 UNEQUAL_CELLS = 12  # of the motors' differences, for one proof
 
 
 @dataclass(frozen=True, eq=False)
 class SteeringDesign:
-    """A steering law with its proofs.
+    """A steering law with its proofs: the smallest R with a good margin.
 
     Parameters
     ----------
     robot : Robot
         The robot's description, with its track.
     robots : tuple of Mip
-        The pendulum in the middle and those at the polytope's corners.
+        The pendulum in the middle, with its I_w, and those at the polytope's corners.
     spread : float or FitSpread
         As in `turning_plants`.
-    design : Design
-        The least cost of Theorem 2.4 over the rectangle of `turning_plants`.
-    delayed : DelayDesign
-        The same gain behind any delay up to `largest_hold`.
-    law : Steering
-        What runs on the robot.
+    firmware : Firmware
+        What balances.
     balance : SampledSystem
-        What balances, from the true [theta, phi, theta', phi'] to V.
+        The same, from the true [theta, phi, theta', phi'] to V.
+    peak : float
+        The largest peak of the sensitivity.
+
+    Raises
+    ------
+    ValueError
+        From `design` on, if no weight from 1 on keeps the peak, or no decay is proven.
     """
 
     robot: object
     robots: tuple
     spread: object
-    design: object
-    delayed: object
-    law: Steering
+    firmware: Firmware
     balance: SampledSystem
+    peak: float
 
     @property
     def plants(self):
         """The three polytopes of `turning_plants`."""
         return turning_plants(self.robots[0], self.robot, self.spread)
+
+    @cached_property
+    def _chosen(self):
+        """The design and its law."""
+        robot, plants = self.robot, self.plants[0]
+        for R in (R for R in WEIGHTS if R >= 1):
+            designed = design_lqr(plants, np.eye(3), [[R]], U)
+            if designed.status != "feasible":
+                continue
+            K = designed.certify().K
+            law = Steering(self.firmware, K, robot.steering, robot.track, robot.r)
+            if _peak(plants, law.system, robot) <= self.peak:
+                return designed, law
+        raise ValueError(
+            f"steering: no R keeps the peak of the sensitivity at {self.peak:g} or "
+            f"below with T = {1000 * robot.T:g} ms: take a smaller T or delay, or "
+            "leave track out"
+        )
+
+    @property
+    def design(self):
+        """The `Design`: the least cost of Theorem 2.4 over the rectangle."""
+        return self._chosen[0]
+
+    @property
+    def law(self):
+        """The `Steering` that runs on the robot."""
+        return self._chosen[1]
+
+    @cached_property
+    def delayed(self):
+        """The `DelayDesign` of the gain behind any delay up to T + delay + jitter."""
+        return prove(self.plants[0], U, self.robot, self.law.K, 0.0)
 
     @cached_property
     def sensitivity(self):
@@ -74,13 +110,8 @@ class SteeringDesign:
     @cached_property
     def sampled(self):
         """Proofs of the sampled loops: a dict from the delay to two certificates."""
-        return {
-            late: tuple(
-                certify_sampled(part, self.law.system, self.robot.T, late, cells=600)
-                for part in self.plants[1:]
-            )
-            for late in (share * self.robot.delay for share in DELAY_SHARES)
-        }
+        parts = self.plants[1:]
+        return prove_sampled(parts, self.law.system, self.robot, STEERING_CELLS)
 
     @property
     def proofs(self):
@@ -164,50 +195,6 @@ class SteeringDesign:
             for crossed in (more, -more)
             for plant in [unequal_plant(mip, inertia, more, crossed)]
         )
-
-
-def steer(mip, robots, robot, firmware, balance, spread, peak):
-    """The `SteeringDesign` of a robot: the smallest R with a good margin.
-
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum in the middle, with its I_w.
-    robots : sequence of Mip
-        It and those at the corners of its polytope.
-    robot : Robot
-        The robot's description, with its track.
-    firmware : Firmware
-        What balances.
-    balance : SampledSystem
-        The same, from the true [theta, phi, theta', phi'] to V.
-    spread : float or FitSpread
-        As in `turning_plants`.
-    peak : float
-        The largest peak of the sensitivity.
-
-    Raises
-    ------
-    ValueError
-        If no weight from 1 on keeps the peak, or no decay is proven.
-    """
-    plants = turning_plants(mip, robot, spread)[0]
-    for R in (R for R in WEIGHTS if R >= 1):
-        designed = design_lqr(plants, np.eye(3), [[R]], U)
-        if designed.status != "feasible":
-            continue
-        K = designed.certify().K
-        law = Steering(firmware, K, robot.steering, robot.track, robot.r)
-        if _peak(plants, law.system, robot) <= peak:
-            delayed = prove(plants, U, robot, K, 0.0)
-            return SteeringDesign(
-                robot, tuple(robots), spread, designed, delayed, law, balance
-            )
-    raise ValueError(
-        f"steering: no R keeps the peak of the sensitivity at {finite('peak', peak):g} "
-        f"or below with T = {1000 * robot.T:g} ms: take a smaller T or delay, or "
-        "leave track out"
-    )
 
 
 def _peak(plants, system, robot):

@@ -11,6 +11,7 @@ from scipy.linalg import solve_continuous_are
 from ..delay import DelayDesign, DelayRequest, solve_delay
 from ..plants.descriptor import descriptors
 from ..plants.gain import Gain
+from ..sampled import certify_sampled
 from ..synthesis.lqr import design_lqr
 from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
@@ -20,10 +21,9 @@ from .spread import polytope, vertices
 __all__ = [
     "DELAY_SHARES",
     "design",
-    "design_optimal",
-    "largest_hold",
     "peak_of",
     "prove",
+    "prove_sampled",
     "recoverable_tilt",
 ]
 
@@ -48,6 +48,21 @@ def loops(robots, law, robot):
     return {
         late: tuple(
             SampledLoop(mip, law, late, "firmware", robot.blend) for mip in robots
+        )
+        for late in (share * robot.delay for share in DELAY_SHARES)
+    }
+
+
+def prove_sampled(parts, controller, robot, cells):
+    """Proofs of sampled loops: by no, half and all delay one for each of ``parts``.
+
+    They are of a ``controller``, a `SampledSystem`, with the robot's T and delay,
+    and take so many ``cells``.
+    """
+    return {
+        late: tuple(
+            certify_sampled(part, controller, robot.T, late, cells=cells)
+            for part in parts
         )
         for late in (share * robot.delay for share in DELAY_SHARES)
     }
@@ -78,16 +93,16 @@ def recoverable_tilt(mip, limit):
 
 
 def design(mip, robot, spread, Q, R, peak):
-    """The `Design` of the least cost, for R or the smallest good one.
+    """The `Design` of least cost or an `OptimalLaw`, for R or the smallest good one.
 
     Parameters
     ----------
     mip : Mip
         The pendulum in the middle.
     robot : Robot
-        The robot, whose T, delay and blend are used.
-    spread : float
-        The relative spread of e/c and e/a.
+        The robot, whose law, T, delay and blend are used.
+    spread : float or FitSpread
+        The relative spread of e/c and e/a, or what a fit allows.
     Q : (5, 5) array
         The weight of the state and of the integral.
     R : float or None
@@ -102,44 +117,32 @@ def design(mip, robot, spread, Q, R, peak):
         If there is no design, or no R will do; it says what clock
         would.
     """
+
+    def made(R):
+        if robot.law == "gain":
+            return _designed(mip, spread, Q, R)
+        return optimal_law(mip, robot, robot.law, Q, R)
+
     if R is not None:
-        return _designed(mip, spread, Q, R)
-    guess = [
-        k for k, weight in enumerate(WEIGHTS) if _guessed(mip, robot, Q, weight) <= peak
-    ]
-    if not guess:
-        raise ValueError(_too_slow(mip, robot, Q, peak))
+        return made(R)
     tried = {}
 
     def good(k):
-        tried[k] = _designed(mip, spread, Q, WEIGHTS[k])
-        law = SampledLaw.of_gain(tried[k].gain.but(tried[k].certify().K), robot.T)
+        tried[k] = found = made(WEIGHTS[k])
+        law = getattr(found, "law", None) or SampledLaw.of_gain(
+            found.gain.but(found.certify().K), robot.T
+        )
         return peak_of((mip, *vertices(mip, spread)), law, robot) <= peak
 
-    k = guess[0]
-    while not good(k):
-        k += 1
-        if k == len(WEIGHTS) or k > guess[-1]:
-            raise ValueError(_too_slow(mip, robot, Q, peak))
-    while k == guess[0] and k > 0 and good(k - 1):
-        k = guess[0] = k - 1
+    for k, weight in enumerate(WEIGHTS):
+        if _guessed(mip, robot, Q, weight) <= peak and good(k):
+            break
+    else:
+        raise ValueError(_too_slow(mip, robot, Q, peak))
+    # the guess is of the plant in the middle, and a gain's of Riccati's equation
+    while k > 0 and k - 1 not in tried and good(k - 1):
+        k -= 1
     return tried[k]
-
-
-def design_optimal(mip, robot, spread, Q, R, peak):
-    """The `OptimalLaw` of a robot's law, for R or the smallest good one.
-
-    The pendulum ``mip`` with its spread, the robot, the weights Q and R, the
-    largest peak and the errors are those of `design`.
-    """
-    if R is not None:
-        return optimal_law(mip, robot, robot.law, Q, R)
-    for weight in WEIGHTS:
-        if _guessed(mip, robot, Q, weight) <= peak:
-            chosen = optimal_law(mip, robot, robot.law, Q, weight)
-            if peak_of(vertices(mip, spread), chosen.law, robot) <= peak:
-                return chosen
-    raise ValueError(_too_slow(mip, robot, Q, peak))
 
 
 def _designed(mip, spread, Q, R):
@@ -200,16 +203,11 @@ def _fastest(mip):
     )
 
 
-def largest_hold(robot):
-    """How old a robot's voltage can be, in s: T + delay + jitter."""
-    return robot.T + robot.delay + robot.jitter
-
-
 def prove(plants, U, robot, K, decay):
     """The `DelayDesign` of the fastest decay that can be proven for a gain.
 
     It tries ``decay`` by either theorem, then smaller ones. What is proven is a
-    decay for every delay from 0 to `largest_hold`, however it varies.
+    decay for every delay from 0 to T + delay + jitter, however it varies.
 
     Parameters
     ----------
@@ -230,7 +228,7 @@ def prove(plants, U, robot, K, decay):
         If not even stability can be proven; it says what is known of
         the loop itself.
     """
-    half = largest_hold(robot) / 2
+    half = (robot.T + robot.delay + robot.jitter) / 2
     true, at = DelayDesign(
         DelayRequest(plants, U, half, half, gain=K), "undecided", K
     ).slowest_decay()
