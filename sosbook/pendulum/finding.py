@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-__all__ = ["Finding", "refused"]
+__all__ = ["Finding", "refusal", "refused", "warning"]
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,16 @@ class Finding:
 
     def __str__(self):
         return f"{self.subject}: {self.text}"
+
+
+def refusal(subject, text):
+    """A `Finding` about a ``subject`` that forbids a program; the ``text`` says why."""
+    return Finding("refused", subject, text)
+
+
+def warning(subject, text):
+    """A `Finding` about a ``subject`` that forbids nothing; the ``text`` says what."""
+    return Finding("warning", subject, text)
 
 
 def refused(findings):

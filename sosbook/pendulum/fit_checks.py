@@ -4,19 +4,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from .experiments import STICTION_SPEED
-from .finding import Finding
+from .finding import refusal, warning
 from .srivc import respond
 
-__all__ = [
-    "check_fits",
-    "check_lateness",
-    "check_residuals",
-    "check_start",
-    "check_wheels",
-    "lateness",
-    "wheel_lateness",
-    "widened",
-]
+__all__ = ["check_fit", "check_fits", "lateness", "wheel_lateness", "widened"]
 
 CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
@@ -52,16 +43,21 @@ def check_fits(identified, body, wheels, robot):
     list of Finding
         What speaks against the fits; empty if nothing does.
     """
-    reports, kappa = [], identified.contradiction
+    return [
+        *_together(identified, robot),
+        *_description(identified.mip, robot),
+        *check_fit("body", (identified.body,), body, robot.counts),
+        *check_fit("wheels", identified.wheels, wheels, robot.counts),
+    ]
 
-    def say(*words):
-        reports.append(Finding(*words))
 
+def _together(identified, robot):
+    """Whether both logs are of one robot, and of one that can be."""
+    kappa, both = identified.contradiction, "both logs"
     (low, high), (least, most) = CONTRADICTION_LIMITS
     if not low <= kappa <= high:
-        say(
-            "warning" if least <= kappa <= most else "refused",
-            "both logs",
+        yield (warning if least <= kappa <= most else refusal)(
+            both,
             f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
             "should be one on one robot: wrong counts per turn, a gyro in "
             "another unit, late or askew, V as a duty in one log, swapped "
@@ -70,161 +66,130 @@ def check_fits(identified, body, wheels, robot):
     for name, value in identified.ratios.items():
         least, most = PLAUSIBLE_RATIOS[name]
         if not least <= value <= most:
-            say(
-                "refused",
-                "both logs",
-                f"{name.replace('_', '/')} = "
-                f"{value:.4g} is beyond any such robot's ({least:g} to "
-                f"{most:g}): check the units of V, of the sensors and of t",
+            yield refusal(
+                both,
+                f"{name.replace('_', '/')} = {value:.4g} is beyond any such robot's "
+                f"({least:g} to {most:g}): check the units of V, of the sensors and "
+                "of t",
             )
     free = robot.limit * identified.mip.e / identified.mip.f
     least, most = PLAUSIBLE_SPEEDS
     if not least <= free <= most:
-        say(
-            "refused",
-            "both logs",
+        yield refusal(
+            both,
             f"with limit = {robot.limit:g} V free wheels would turn at "
             f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
             "is V a duty in both logs, or in mV, or limit another motor's?",
         )
-    I_b = identified.mip.c - robot.M_b * robot.l**2
-    if I_b < 0:
-        say(
-            "refused",
-            "the description",
-            f"M_b l^2 is larger than the "
-            f"body's inertia about the axle, {identified.mip.c:.3g} kg m^2, that "
-            "the log gives: check M_b and l",
+
+
+def _description(mip, robot):
+    """Whether the described masses and lengths fit the pendulum of the logs."""
+    described, rim = "the description", robot.M_w * robot.r**2
+    if mip.c < robot.M_b * robot.l**2:
+        yield refusal(
+            described,
+            f"M_b l^2 is larger than the body's inertia about the axle, {mip.c:.3g} "
+            "kg m^2, that the log gives: check M_b and l",
         )
-    if robot.l**2 * robot.M_b * 8 < identified.mip.c:
-        say(
-            "warning",
-            "the description",
-            f"the body's inertia about the "
-            f"axle, {identified.mip.c:.3g} kg m^2, is over eight times M_b l^2: "
-            "check l, and that M_b is in kg",
+    if robot.l**2 * robot.M_b * 8 < mip.c:
+        yield warning(
+            described,
+            f"the body's inertia about the axle, {mip.c:.3g} kg m^2, is over eight "
+            "times M_b l^2: check l, and that M_b is in kg",
         )
-    if not 1e-4 <= identified.mip.e / robot.M_b <= 10:
-        say(
-            "refused",
-            "the description",
-            f"e = {identified.mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
+    if not 1e-4 <= mip.e / robot.M_b <= 10:
+        yield refusal(
+            described,
+            f"e = {mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
             "check that M_b is in kg and V in volts",
         )
-    I_w, rim = identified.mip.I_w, robot.M_w * robot.r**2
-    if I_w < LEAST_WHEEL * rim:
-        say(
-            "refused",
-            "the description",
-            f"by the logs a wheel has the inertia {I_w:.3g} kg m^2, and no wheel "
+    if mip.I_w < LEAST_WHEEL * rim:
+        yield refusal(
+            described,
+            f"by the logs a wheel has the inertia {mip.I_w:.3g} kg m^2, and no wheel "
             f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r",
         )
-    reports += check_residuals("log of the body", identified.body, body.gyro, 0.0)
-    for k, fit in enumerate(identified.wheels, 1):
-        (count,) = wheels.need(f"encoder{k}")
-        one = 2 * np.pi / robot.counts / wheels.T
-        y = np.diff(count) * one
-        reports += check_residuals(
-            "log of the wheels" + f", encoder{k}" * (len(identified.wheels) > 1),
-            fit,
-            y,
-            one,
-        )
-        late = wheel_lateness(fit, y, wheels)
-        reports += _late("log of the wheels", f"encoder{k}", late)
-    reports += check_wheels(identified.wheels)
-    reports += check_start(identified.body, body)
-    reports += check_lateness(identified.body, body)
-    return reports
 
 
-def check_residuals(subject, fit, y, quantum):
-    """The size of a fit's residuals, and whether they are noise.
+def check_fit(experiment, fits, log, counts):
+    """What the ``fits`` to the ``log`` of one ``experiment`` say of it.
 
-    What was measured is y; a ``quantum`` is its step. It returns findings
-    about the ``subject``.
+    A turn of a wheel has so many ``counts``. It returns findings.
     """
+    subject = f"log of the {experiment}"
+    if experiment == "body":
+        (fit,) = fits
+        return [
+            *_residuals(subject, fit, log.gyro, 0.0),
+            *_start(subject, fit, log),
+            *_late(subject, "gyro", lateness(fit, log)),
+        ]
+    findings, one = [], 2 * np.pi / counts / log.T
+    for k, fit in enumerate(fits, 1):
+        y = np.diff(*log.need(f"encoder{k}")) * one
+        which = f"{subject}, encoder{k}" if len(fits) > 1 else subject
+        findings += _residuals(which, fit, y, one)
+        findings += _late(subject, f"encoder{k}", wheel_lateness(fit, y, log))
+    return [*findings, *_alike(subject, fits)]
+
+
+def _residuals(subject, fit, y, quantum):
+    """The size of a fit's residuals to y, whose step is ``quantum``; are they noise?"""
     relative = fit.rms / max(np.std(y), 1e-12)
     rough = np.std(np.diff(fit.residuals)) / 2**0.5
     floor = max(rough, quantum / 12**0.5)
     text = f"the fit leaves {fit.rms:.3g} rad/s, {100 * relative:.2g} % of the signal"
     if fit.rms < 0.5 * quantum:
-        return []  # coarse counts explain it
+        return  # coarse counts explain it
     if relative > RESIDUAL_LIMITS[1]:
-        return [Finding("refused", subject, text + ": the model isn't this log's")]
-    if relative > RESIDUAL_LIMITS[0] and fit.rms > 1.5 * quantum:
-        return [
-            Finding("warning", subject, text + ": friction, a late sensor or spikes?")
-        ]
-    if fit.rms > STRUCTURED_RESIDUAL * floor and relative > 0.005:
-        return [
-            Finding(
-                "warning",
-                subject,
-                text + f", {fit.rms / floor:.1f} "
-                "times its own noise: something isn't modelled "
-                "(friction, backlash, a late sensor)",
-            )
-        ]
-    return []
+        yield refusal(subject, text + ": the model isn't this log's")
+    elif relative > RESIDUAL_LIMITS[0] and fit.rms > 1.5 * quantum:
+        yield warning(subject, text + ": friction, a late sensor or spikes?")
+    elif fit.rms > STRUCTURED_RESIDUAL * floor and relative > 0.005:
+        yield warning(
+            subject,
+            f"{text}, {fit.rms / floor:.1f} times its own noise: something isn't "
+            "modelled (friction, backlash, a late sensor)",
+        )
 
 
-def check_start(fit, log):
+def _start(subject, fit, log):
     """Whether the body was at rest when a log began, by its ``fit``."""
     early = fit.residuals[log.t < log.t[0] + 1.0]
     later = fit.residuals[log.t > log.t[0] + 4.0]
     if not len(later):
-        return []
+        return
     first, last = (float(np.sqrt(np.mean(x**2))) for x in (early, later))
     if first > 4 * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
-        return [
-            Finding(
-                "refused",
-                "log of the body",
-                "in the first second the model is "
-                f"off by {first:.2g} rad/s, later by {last:.2g}: the body moves "
-                "when the log begins. Start it at rest",
-            )
-        ]
-    return []
+        yield refusal(
+            subject,
+            f"in the first second the model is off by {first:.2g} rad/s, later by "
+            f"{last:.2g}: the body moves when the log begins. Start it at rest",
+        )
 
 
-def check_wheels(fits):
+def _alike(subject, fits):
     """Whether both wheels, by their ``fits``, turn alike under the same voltage."""
-    if len(fits) < 2:
-        return []
-    ratio = fits[0]["e_a"] / fits[1]["e_a"]
-    if 1 / MOST_APART <= ratio <= MOST_APART:
-        return []
-    return [
-        Finding(
-            "refused",
-            "log of the wheels",
+    ratio = fits[0]["e_a"] / fits[-1]["e_a"]
+    if not 1 / MOST_APART <= ratio <= MOST_APART:
+        yield refusal(
+            subject,
             f"under the same V encoder1 moves {ratio:.3g} times as much as encoder2: "
             "has one lost a channel, or other counts per turn? Does a wheel touch "
             "something?",
         )
-    ]
-
-
-def check_lateness(fit, log):
-    """Whether the gyro of a log is late or early against its V, by the ``fit``."""
-    return _late("log of the body", "gyro", lateness(fit, log))
 
 
 def _late(subject, column, late):
     """What to say of a column that is so many samples late."""
-    if not late:
-        return []
-    return [
-        Finding(
-            "refused" if abs(late) >= 1 else "warning",
+    if late:
+        yield (refusal if abs(late) >= 1 else warning)(
             subject,
             f"{column} seems to be {abs(late):g} sample(s) "
             f"{'late' if late > 0 else 'early'} against V: read the sensors "
             "before V acts, in the same row",
         )
-    ]
 
 
 def lateness(fit, log):

@@ -14,7 +14,7 @@ from .rig import COUNTS_PER_TURN
 from .spread import polytope
 from .srivc import respond, srivc
 
-__all__ = ["Identified", "fit_body", "fit_wheel", "identify", "speed"]
+__all__ = ["Identified", "fit_body", "fit_wheel", "fitted", "identify", "speed"]
 
 BODY_MODELS = ("pendulum", "linear", "free zero")
 SHARPER_STICTION = (
@@ -329,6 +329,17 @@ class Identified:
         return polytope(self.mip, spread)
 
 
+def fitted(experiment, log, counts, friction):
+    """The fits to the ``log`` of an ``experiment``: the body's, or one for each wheel.
+
+    ``counts`` and ``friction`` are as for `identify`.
+    """
+    if experiment == "body":
+        return (fit_body(log, friction=friction),)
+    wheels = (1,) if log.encoder2 is None else (1, 2)
+    return tuple(fit_wheel(log, k, counts=counts, friction=friction) for k in wheels)
+
+
 def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **robot):
     """Identify a pendulum from the logs of its two experiments.
 
@@ -372,11 +383,8 @@ def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **rob
     for name, log in (("log_body", log_body), ("log_wheels", log_wheels)):
         if not isinstance(log, Log):
             raise ValueError(f"{name} must be a Log: Log.read(path)")
-    body = fit_body(log_body, friction=friction)
-    both = (1,) if log_wheels.encoder2 is None else (1, 2)
-    wheels = tuple(
-        fit_wheel(log_wheels, i, counts=counts, friction=friction) for i in both
-    )
+    (body,) = fitted("body", log_body, counts, friction)
+    wheels = fitted("wheels", log_wheels, counts, friction)
     ratios = {x: body[x] for x in ("e_c", "f_c", "d_c")}
     for x in ("e_a", "f_a"):
         ratios[x] = float(np.mean([wheel[x] for wheel in wheels]))

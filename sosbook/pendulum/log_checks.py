@@ -1,9 +1,11 @@
 """What can be seen in one log before any fit."""
 
+from itertools import groupby
+
 import numpy as np
 
 from .counters import Counter
-from .finding import Finding
+from .finding import refusal, warning
 
 __all__ = ["check_log"]
 
@@ -34,100 +36,145 @@ def check_log(name, log, robot=None):
     """
     if name not in ("body", "wheels"):
         raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")
-    findings, subject = [], f"log of the {name}"
+    subject = f"log of the {name}"
+    findings = [*_whole(subject, log, robot)]
+    if name == "body":
+        return findings + [*_gyro(subject, log, *log.need("gyro"), robot)]
+    both = ("encoder1", "encoder2")[: 1 + (log.encoder2 is not None)]
+    for column in both:
+        findings += _encoder(subject, log, column, *log.need(column), robot)
+    return findings
 
-    def say(severity, text):
-        findings.append(Finding(severity, subject, text))
 
+def _whole(subject, log, robot):
+    """What time and voltage say of a log."""
     low, high = PLAUSIBLE_T
     if not low <= log.T <= high:
-        say(
-            "refused",
+        yield refusal(
+            subject,
             f"samples are {log.T:g} s apart, which is no robot's "
             "clock: t must be in seconds (not in ms)",
         )
     top = abs(log.V).max()
     if not PLAUSIBLE_VOLTS[0] <= top <= PLAUSIBLE_VOLTS[1]:
-        say("refused", f"V reaches {top:g}: it must be in volts, not a duty or mV")
+        yield refusal(
+            subject, f"V reaches {top:g}: it must be in volts, not a duty or mV"
+        )
     elif robot and top > 1.05 * robot.limit:
-        say(
-            "refused",
+        yield refusal(
+            subject,
             f"V reaches {top:g} V, but limit = {robot.limit:g} V: "
             "are V and the description about the same motors?",
         )
     if abs(log.V[:SAMPLES_AT_REST]).max() == 0 and len(set(log.V)) < 5:
-        say("refused", "V hardly changes: it needs a chirp")
-    columns = (
-        ["gyro"]
-        if name == "body"
-        else [x for x in ("encoder1", "encoder2") if getattr(log, x) is not None]
-    )
-    for column in columns:
-        _check_column(say, log, column, *log.need(column), robot)
-    return findings
+        yield refusal(subject, "V hardly changes: it needs a chirp")
 
 
-def _check_column(say, log, column, y, robot):
-    """One sensor's column; ``say`` takes a severity and a text."""
-    whole = bool((y == np.round(y)).all())
-    if column == "gyro":
-        rate = y
-        if whole and np.ptp(y) > 10:
-            say(
-                "refused",
-                "gyro has whole numbers: is it raw, or an "
-                "encoder's column? It must be in rad/s",
-            )
-    elif _check_counter(say, log, column, y):
-        return
-    else:
-        turn = 2 * np.pi / (robot.counts if robot else 2000.0)
-        rate = np.diff(y) * turn / np.diff(log.t)
-        if not whole:
-            say(
-                "refused",
-                f"{column} has fractions: it must be in counts, "
-                "not in rad or degrees, and no gyro's column",
-            )
-    fast = np.quantile(abs(rate), 0.98)
-    if fast > FASTEST_RATE:
-        say(
-            "refused",
-            f"{column} means {fast:.3g} rad/s, faster than such "
-            "robots are: "
-            + (
-                "is it in deg/s? It must be in rad/s"
-                if column == "gyro"
-                else "are the counts per turn right?"
-            ),
+def _gyro(subject, log, y, robot):
+    """What a gyro's column y says."""
+    if (y == np.round(y)).all() and np.ptp(y) > 10:
+        yield refusal(
+            subject,
+            "gyro has whole numbers: is it raw, or an encoder's column? It must be in "
+            "rad/s",
         )
-    if column == "gyro":
-        _check_gyro(say, y, robot)
-    step = np.diff(y)
-    usual = np.quantile(abs(np.diff(step)), 0.9) + 1e-12
-    alone = (abs(np.diff(step)) > SPIKE_STEPS * usual) & (step[1:] * step[:-1] < 0)
-    if not alone.any():
-        return
-    places = np.flatnonzero(alone)
-    jumps = np.where(abs(step[places]) > abs(step[places + 1]), places, places + 1)
-    if column == "gyro" and _goes_over(y, jumps):
+    yield from _fast(subject, "gyro", y, "is it in deg/s? It must be in rad/s")
+    top = abs(y).max()
+    for end in (y.max(), y.min()):
+        longest = max(len([*run]) for at, run in groupby(y == end) if at)
+        if longest >= CLIPPED_SAMPLES and abs(end) > 0.5 * top and top > 0:
+            yield refusal(
+                subject,
+                f"gyro stays at {end:.4g} rad/s for {longest} samples: it is clipped. "
+                "Widen its range or lower V",
+            )
+            break
+    else:
+        if robot and top > 0.98 * robot.gyro_range:
+            beyond = top > 1.01 * robot.gyro_range
+            words = "more than" if beyond else "it is clipped at"
+            yield refusal(
+                subject,
+                f"gyro reads {top:.3g} rad/s: {words} gyro_range = "
+                f"{robot.gyro_range:g} rad/s",
+            )
+    spikes, jumps = _spikes(y)
+    if len(jumps) and _goes_over(y, jumps):
         before, after = y[jumps[0]], y[jumps[0] + 1]
-        say(
-            "refused",
+        yield refusal(
+            subject,
             f"gyro jumps from {before:.4g} to {after:.4g} rad/s, the first time in "
             f"{_row(log, jumps[0] + 1)}: the body turns faster than its number can "
             "say, which goes on at the other end. Widen the gyro's range or lower V",
         )
+    else:
+        yield from _glitches(subject, log, "gyro", spikes)
+
+
+def _encoder(subject, log, column, y, robot):
+    """What an encoder's ``column`` y says."""
+    counter = log.unwrapped.get(column)
+    if counter is not None:
+        yield warning(
+            subject,
+            f"{column} is of a counter of {counter.bits} bits, which goes over its end "
+            f"{len(counter.wraps)} time(s), first in {_row(log, counter.wraps[0])}: "
+            "it is read as one that goes on",
+        )
+    elif (counter := Counter.of(y)) is not None:  # it isn't known how far it went
+        if counter.too_fast:
+            yield refusal(
+                subject,
+                f"{column} seems to be of a counter of {counter.bits} bits, which goes "
+                f"over its end {len(counter.wraps)} times, first in "
+                f"{_row(log, counter.wraps[0])}, and by too much between two samples "
+                "to say how far: read it more often, count in more bits, or lower V",
+            )
+        else:
+            apart = np.diff(counter.wild, prepend=-2) > 1
+            yield from _glitches(subject, log, column, counter.wild[apart])
         return
-    _say_spikes(say, log, column, len(places), places[0] + 1)
+    if (y != np.round(y)).any():
+        yield refusal(
+            subject,
+            f"{column} has fractions: it must be in counts, not in rad or degrees, "
+            "and no gyro's column",
+        )
+    turn = 2 * np.pi / (robot.counts if robot else 2000.0)
+    rate = np.diff(y) * turn / np.diff(log.t)
+    yield from _fast(subject, column, rate, "are the counts per turn right?")
+    yield from _glitches(subject, log, column, _spikes(y)[0])
 
 
-def _say_spikes(say, log, column, count, first):
-    say(
-        "refused",
-        f"{column} has {count} spike(s), the first in {_row(log, first)}: a glitch of "
-        "the bus? Cut the log there or record it anew",
-    )
+def _fast(subject, column, rate, question):
+    """Ask a ``question`` about a ``column`` whose ``rate`` no such robot has."""
+    fast = np.quantile(abs(rate), 0.98)
+    if fast > FASTEST_RATE:
+        yield refusal(
+            subject,
+            f"{column} means {fast:.3g} rad/s, faster than such robots are: {question}",
+        )
+
+
+def _spikes(y):
+    """The samples that stand alone, and those before the larger jumps beside them."""
+    step = np.diff(y)
+    usual = np.quantile(abs(np.diff(step)), 0.9) + 1e-12
+    alone = (abs(np.diff(step)) > SPIKE_STEPS * usual) & (step[1:] * step[:-1] < 0)
+    places = np.flatnonzero(alone)
+    later = abs(step[places]) <= abs(step[places + 1])
+    return places + 1, places + later
+
+
+def _glitches(subject, log, column, spikes):
+    """What to say of so many ``spikes``."""
+    if len(spikes):
+        yield refusal(
+            subject,
+            f"{column} has {len(spikes)} spike(s), the first in "
+            f"{_row(log, spikes[0])}: a glitch of the bus? Cut the log there or record "
+            "it anew",
+        )
 
 
 def _row(log, sample):
@@ -143,59 +190,3 @@ def _goes_over(y, jumps):
     up = (before < low / 2) & (after > high / 2)
     far = abs(after - before) > WRAP_SHARE * (high - low)
     return low < 0 < high and bool((far & (down | up)).all())
-
-
-def _check_counter(say, log, column, y):
-    """Say what is known of a counter's end; whether it isn't known how far it went."""
-    counter = log.unwrapped.get(column)
-    if counter is not None:
-        say(
-            "warning",
-            f"{column} is of a counter of {counter.bits} bits, which goes over its end "
-            f"{len(counter.wraps)} time(s), first in {_row(log, counter.wraps[0])}: "
-            "it is read as one that goes on",
-        )
-        return False
-    counter = Counter.of(y)
-    if counter is None:
-        return False
-    if not counter.too_fast:
-        apart = 1 + np.count_nonzero(np.diff(counter.wild) > 1)
-        _say_spikes(say, log, column, apart, counter.wild[0])
-    else:
-        say(
-            "refused",
-            f"{column} seems to be of a counter of {counter.bits} bits, which goes "
-            f"over its end {len(counter.wraps)} times, first in "
-            f"{_row(log, counter.wraps[0])}, and by too much between two samples to "
-            "say how far: read it more often, count in more bits, or lower V",
-        )
-    return True
-
-
-def _check_gyro(say, y, robot):
-    top = max(abs(y.max()), abs(y.min()))
-    for end in (y.max(), y.min()):
-        runs, longest = 0, 0
-        for at in y == end:
-            runs = runs + 1 if at else 0
-            longest = max(longest, runs)
-        if longest >= CLIPPED_SAMPLES and abs(end) > 0.5 * top and top > 0:
-            say(
-                "refused",
-                f"gyro stays at {end:.4g} rad/s for {longest} "
-                "samples: it is clipped. Widen its range or lower V",
-            )
-            return
-    if robot and top > 1.01 * robot.gyro_range:
-        say(
-            "refused",
-            f"gyro reads {top:.3g} rad/s, more than gyro_range = "
-            f"{robot.gyro_range:g} rad/s",
-        )
-    elif robot and top > 0.98 * robot.gyro_range:
-        say(
-            "refused",
-            f"gyro reads {top:.3g} rad/s: it is clipped at "
-            f"gyro_range = {robot.gyro_range:g} rad/s",
-        )

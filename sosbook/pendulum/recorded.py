@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from .deployment import described_or_none
-from .finding import Finding, refused
-from .fit_checks import check_lateness, check_residuals, check_start
-from .identify import fit_body, fit_wheel
+from .finding import refusal, refused, warning
+from .fit_checks import check_fit
+from .identify import fitted
 from .log import Log
 from .log_checks import check_log
 
@@ -116,42 +114,17 @@ def check_recording(path, robot=None, experiment=None):
     fits, subject = (), f"log of the {experiment}"
     if robot is None and experiment == "wheels":
         presumed = f"no description: e/a is for {UNDESCRIBED_COUNTS:g} counts a turn"
-        findings.append(Finding("warning", subject, presumed))
+        findings.append(warning(subject, presumed))
+    counts = robot.counts if robot else UNDESCRIBED_COUNTS
     try:
-        fits = fitted(experiment, log, robot)
+        fits = fitted(experiment, log, counts, robot is not None and robot.friction)
     except ValueError as error:
-        findings.append(Finding("refused", subject, str(error)))
-    for k, fit in enumerate(fits, 1):
-        findings += (
-            _body(fit, log) if experiment == "body" else _wheel(fit, log, k, robot)
-        )
+        findings.append(refusal(subject, str(error)))
+    else:
+        findings += check_fit(experiment, fits, log, counts)
+    for fit in fits:
         findings += _vague(fit, subject)
     return Recording(experiment, log, fits, tuple(findings))
-
-
-def fitted(experiment, log, robot):
-    """The fits to a log of an experiment, for what is known of a robot."""
-    friction = robot is not None and robot.friction
-    if experiment == "body":
-        return (fit_body(log, friction=friction),)
-    wheels = (1,) if log.encoder2 is None else (1, 2)
-    counts = robot.counts if robot else UNDESCRIBED_COUNTS
-    return tuple(fit_wheel(log, k, counts=counts, friction=friction) for k in wheels)
-
-
-def _body(fit, log):
-    subject = "log of the body"
-    return [
-        *check_residuals(subject, fit, log.gyro, 0.0),
-        *check_start(fit, log),
-        *check_lateness(fit, log),
-    ]
-
-
-def _wheel(fit, log, k, robot):
-    (count,) = log.need(f"encoder{k}")
-    one = 2 * np.pi / (robot.counts if robot else UNDESCRIBED_COUNTS) / log.T
-    return check_residuals(f"encoder{k}", fit, np.diff(count) * one, one)
 
 
 def _vague(fit, subject):
@@ -161,12 +134,8 @@ def _vague(fit, subject):
         for name, sd in zip(fit.names, fit.sd)
         if "_" in name and 1.96 * sd > VAGUE * abs(fit[name])
     ]
-    if not wide:
-        return []
-    return [
-        Finding(
-            "warning",
+    if wide:
+        yield warning(
             subject,
             f"it gives {', '.join(wide)} only: sweep longer, or with a larger V",
         )
-    ]
