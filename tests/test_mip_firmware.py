@@ -22,25 +22,6 @@ def why(controller):
     return [FAULTS[k] for k in controller.fault]
 
 
-def test_the_estimate_is_the_trapezoid_of_the_gyro():
-    t = np.arange(101) * T
-    controller = started(0.1)
-    for rate in -0.1 * np.sin(t):
-        controller.step(rate, 0.0)
-    assert abs(controller.theta[0] - 0.1 * np.cos(1.0)) < 1e-5
-
-
-def test_the_wheels_angle_is_absolute_and_starts_at_zero():
-    controller = Firmware(SampledLaw.of_gain(named([[0, 1, 0, 0]]), T)).controller()
-    controller.start(tilt=0.2, wheels=30.0)
-    assert controller.step(0.0, 30.0) == 0  # where it stands is zero
-    turned = controller.step(2.0, 30.05)  # the body turns the wheels along
-    assert np.isclose(turned, 0.05 + T / 2 * 2.0)
-    assert np.isclose(
-        controller.step(2.0, 30.05, target=0.5), 0.05 + 3 * T / 2 * 2.0 - 0.5
-    )
-
-
 def test_a_good_reading_ends_the_count():
     controller = started(0.1, missing=1)
     for _ in range(5):
@@ -70,13 +51,6 @@ def test_robots_side_by_side_do_what_each_does_alone(kind):
         alone = [one.step(g, w)[0] for g, w in zip(gyro[:, k], wheels[:, k])]
         assert alone == together[:, k].tolist()
     assert len(set(fleet.fault)) > 1
-
-
-def test_single_precision_stays_single():
-    controller = started(0.1, kind=np.float32)
-    V = controller.step(0.1, 0.01)
-    assert V.dtype == controller.theta.dtype == np.float32
-    assert abs(V[0] - started(0.1).step(0.1, 0.01)[0]) < 1e-4
 
 
 @pytest.mark.parametrize(

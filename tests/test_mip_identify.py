@@ -8,7 +8,7 @@ import scipy.signal
 from sosbook.mip import Mip
 from sosbook.mip.experiments import chirp, motion, slopes
 from sosbook.mip.fit import output_error
-from sosbook.mip.identify import Identified, fit_body, fit_wheel, identify, speed
+from sosbook.mip.identify import fit_body, fit_wheel, identify, speed
 from sosbook.mip.log import Log
 from sosbook.mip.rig import Rig, shipped
 from sosbook.mip.srivc import respond, srivc
@@ -97,38 +97,12 @@ def test_linear_fits_are_biased_at_the_text_s_voltage(ideal):
     assert off["d_c"] == pytest.approx(-5.8, abs=0.1)
 
 
-def test_the_bias_is_the_swing_s(ideal):
-    """sin q = q - q^3 / 6: a quarter of it at half the voltage."""
-    off = [
-        bias(fit_body(Rig(ideal=True, amplitude=V).body(), "linear"), ideal[0])["d_c"]
-        for V in (0.25, 0.5)
-    ]
-    assert off[0] < 0
-    assert off[1] / off[0] == pytest.approx(4, rel=0.1)
-
-
 def test_plain_differencing_biases_the_wheels(ideal):
     """Exact encoders, and yet: half a period of delay is the cause."""
     truth, _, wheels = ideal
     off = bias(fit_wheel(wheels, differencing="plain"), truth)
     assert off["e_a"] == pytest.approx(-26.4, abs=0.2)
     assert off["f_a"] == pytest.approx(-33.6, abs=0.2)
-
-
-def test_the_text_s_own_experiments_contradict_each_other(ideal):
-    """By 48 %; linear fits and plain differences explain 11 of them."""
-    truth, body, wheels = ideal
-    assert contradiction(30.52, 7.133, 208.8, 33.02) == pytest.approx(1.48, abs=0.005)
-    one = fit_body(body, "linear")
-    two = fit_wheel(wheels, differencing="plain")
-    assert contradiction(
-        one["e_c"], one["f_c"], two["e_a"], two["f_a"]
-    ) == pytest.approx(1.11, abs=0.005)
-
-
-def contradiction(e_c, f_c, e_a, f_a):
-    ratios = dict(e_c=e_c, f_c=f_c, d_c=110.6, e_a=e_a, f_a=f_a)
-    return Identified(ratios, None, None, None, None).contradiction
 
 
 @pytest.mark.slow
@@ -208,18 +182,6 @@ def test_the_band_of_figure_4_4():
     assert np.allclose(low - middle, 20 * np.log10(0.96))
 
 
-def test_the_linear_fit_leaves_the_band(ideal):
-    """4 % are not conservative: at 1 Hz the magnitude is 8.5 % off."""
-    truth, body, _ = ideal
-    omega = 2 * np.pi * np.linspace(1, 20, 400)
-    fits = [
-        bode_band([-x["e_c"], 0], [1, x["f_c"], x["d_c"]], omega)
-        for x in (truth, fit_body(body, "linear"))
-    ]
-    off = fits[1][1] - fits[0][1]
-    assert off[0] == abs(off).max() > 2 * 20 * np.log10(1.04)
-
-
 @pytest.mark.parametrize(
     "numerator, denominator",
     [([2.0], [1, 3.0]), ([5, 1.0], [1, 7, 110.0]), ([3.0], [1, 4, 0.0])],
@@ -285,7 +247,7 @@ def test_a_fit_that_the_log_cannot_tell_apart():
         output_error(lambda x, y: (x + y) * ones, ones, {"first": 1.0, "second": 2.0})
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_slopes_are_those_of_the_motion(seed):
     """Against differences of the fourth order; with and without gravity and friction,
     at even and uneven times, in one step a sample and in several."""

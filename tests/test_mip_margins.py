@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from sosbook.mip import Firmware, Mip, SampledLaw, vertices
+from sosbook.mip import Firmware, Mip, SampledLaw
 from sosbook.mip.margins import SENSING, SampledLoop, lowest_rate, sensing
 
 from sosbook import thesis
@@ -71,19 +71,6 @@ def test_an_ideal_controller_of_rates_leaves_constants():
     )
     assert (pd.constants, pid.constants) == (2, 1)
     assert pd.radius < 1 and pid.radius < 1
-
-
-@pytest.mark.parametrize("name", ["pd", "pid"])
-def test_differenced_wheels_undo_every_printed_gain(name):
-    """At 100 Hz without delay, at one robot of five at least."""
-    robots = (ROBOT, *vertices(ROBOT))
-    for R, K in getattr(PRINTED, name).items():
-        law = SampledLaw.of_gain(named(K), T)
-        told = [
-            max(SampledLoop(r, law, 0.0, kind).radius for r in robots)
-            for kind in ("exact", "differenced")
-        ]
-        assert told[0] < 1 < told[1], R
 
 
 def test_the_sensitivity_agrees_with_python_control():

@@ -12,7 +12,7 @@ from sosbook.mip.experiments import chirp, motion
 from sosbook.mip.log import Log
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA, GYRO_STEP, Rig, gear_motors, shipped
 
-from tests.six_robots import SIX, advance
+from tests.six_robots import SIX
 
 T = 0.01
 
@@ -216,31 +216,6 @@ def test_the_second_robot_moves_as_its_parts_do(machine):
         x, V = random.uniform(-1, 1, 4) * [1, 9, 5, 20], random.uniform(-12, 12)
         ours = mip.acceleration(x[:2], x[2:], V)
         assert np.allclose(ours, machine.rate(x, V)[2:], rtol=1e-9)
-
-
-def test_the_second_robots_logs_are_of_its_experiments(machine):
-    robot = Robot.shipped("gearmotors")
-    rig = Rig.of(robot, gear_motors(), ideal=True, seconds=2.0)
-    body, wheels = rig.body(), rig.wheels()
-    assert body.T == wheels.T == robot.T and body.V.max() == robot.limit / 4
-    hanging, spinning = np.zeros(2), np.zeros(2)
-    for k in range(200):
-        assert body.gyro[k] == pytest.approx(hanging[1], abs=1e-5)
-        assert wheels.encoder1[k] == pytest.approx(
-            spinning[0] / 2 / np.pi * robot.counts, abs=1e-2
-        )
-        hanging = advance(machine.hanging, hanging, body.V[k], robot.T, 10)
-        spinning = advance(machine.spinning, spinning, wheels.V[k], robot.T, 10)
-    assert (wheels.encoder1 == wheels.encoder2).all()
-
-
-def test_the_second_robots_readings_have_its_steps():
-    robot = Robot.shipped("gearmotors")
-    rig = Rig.of(robot, gear_motors(), seconds=2.0, seed=1)
-    steps = rig.body().gyro / (robot.gyro_range / 2**15)
-    assert np.allclose(steps, np.round(steps), atol=1e-6)
-    count = rig.wheels().encoder1
-    assert (count == np.round(count)).all()
 
 
 @pytest.mark.parametrize("name", ["rate", "seconds", "counts", "gyro_step"])
