@@ -17,7 +17,7 @@ import pytest
 import sosbook
 from sosbook import proofs
 from sosbook.pendulum import comparison, compiled, deployment, recorded, recording
-from sosbook.pendulum.commands import COMMANDS
+from sosbook.pendulum.__main__ import main
 from sosbook.pendulum.log import Log
 from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import DATA
@@ -371,9 +371,9 @@ def test_programs_replace_nothing_unasked(tmp_path, capsys):
     assert "my pins" not in pins.read_text("utf-8")
     pins.write_text("// my pins\n", "utf-8")
     with pytest.raises(SystemExit):
-        COMMANDS["record"]([str(ROBOT), str(tmp_path)])
+        main(["record", str(ROBOT), str(tmp_path)])
     assert "or --replace" in capsys.readouterr().err
-    assert COMMANDS["record"]([str(ROBOT), str(tmp_path), "--replace"]) == paths
+    assert main(["record", str(ROBOT), str(tmp_path), "--replace"]) == paths
     (tmp_path / "balance.c").write_text("mine", "utf-8")
     with pytest.raises(FileExistsError):
         compiled.write_texts(tmp_path, {"balance.c": "other"})

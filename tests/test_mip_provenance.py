@@ -1,7 +1,6 @@
 """Every number in every written file comes from a place that is known."""
 
 import re
-from dataclasses import replace
 from math import pi, radians
 from pathlib import Path
 
@@ -153,8 +152,8 @@ def strange(request, tmp_path_factory):
     if board == "other":
         about = dict(name="strange", T=0.01, rotors=False, friction=False)
         robot = Robot(**STRANGE, **about, **more)
-    base = recommend(sosbook.pendulum.Mip.printed(), robot=robot)
-    found = replace(base, data={"identified": "by hand"})
+    data = {"identified": "by hand"}
+    found = recommend(sosbook.pendulum.Mip.printed(), robot=robot, data=data)
     object.__setattr__(found, "lacking", ())
     object.__setattr__(found, "sampled", {})
     if found.steering:
@@ -183,9 +182,7 @@ def test_every_number_in_every_file_has_a_source(strange):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "stranger", ["35.577", "2122.2", "0.49", "0x1.8f5c28f5c28f6p-2", "7.4", "0.272"]
-)
+@pytest.mark.parametrize("stranger", ["2122.2", "0x1.8f5c28f5c28f6p-2", "0.272"])
 def test_a_number_of_another_robot_is_found(stranger, strange):
     found, _ = strange
     assert strangers(f"#define X {stranger}\n", known(found), 1e-7) == [stranger]

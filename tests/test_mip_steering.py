@@ -19,6 +19,7 @@ from sosbook.pendulum.spread import scaled
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.steering_design import SteeringDesign
 from sosbook.pendulum.steering_design import _both as both_laws
+from sosbook.pendulum.tuning import DELAY_SHARES
 from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load
 from tests.compiler import run

@@ -34,8 +34,18 @@ USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 def main(argv=None):
     """The command; returns the `Deployment`, or what another command found."""
     argv = sys.argv[1:] if argv is None else list(argv)
+    command, words = chain, argv
     if argv and argv[0] in COMMANDS:
-        return COMMANDS[argv[0]](argv[1:])
+        command, words = COMMANDS[argv[0]], argv[1:]
+    try:
+        return command(words)
+    except (OSError, ValueError) as error:
+        sys.stderr.write(visible(f"{error}\n"))
+        raise SystemExit(1) from None
+
+
+def chain(argv):
+    """The command that identifies, designs, proves and writes."""
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.mip",
         description=__doc__,
@@ -88,20 +98,17 @@ def main(argv=None):
     paths, name = options.pop("paths"), options.pop("name")
     replace = options.pop("replace")
     changes = {x.name: options.pop(x.name) for x in fields(Robot) if x.name in options}
-    try:
-        robot, body, wheels, folder = places(paths)
-        if robot is None:  # the thesis's, with the weight of the book
-            options.setdefault("R", 20.0)
-        robot = described(robot, (body, wheels)).but(**changes)
-        report = write_report(inspect(body, wheels, robot), folder)
-        say(f"wrote {report}")
-        deployment = deploy(body, wheels, robot, **options)
-        for word, text in deployment.facts.items():
-            say(f"{word}: {text}")
-        for path in deployment.write(folder, name, replace):
-            say(f"wrote {path}")
-    except (OSError, ValueError) as error:
-        parser.exit(1, visible(f"{error}\n"))
+    robot, body, wheels, folder = places(paths)
+    if robot is None:  # the thesis's, with the weight of the book
+        options.setdefault("R", 20.0)
+    robot = described(robot, (body, wheels)).but(**changes)
+    report = write_report(inspect(body, wheels, robot), folder)
+    say(f"wrote {report}")
+    deployment = deploy(body, wheels, robot, **options)
+    for word, text in deployment.facts.items():
+        say(f"{word}: {text}")
+    for path in deployment.write(folder, name, replace):
+        say(f"wrote {path}")
     return deployment
 
 

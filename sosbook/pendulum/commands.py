@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from ..runtime.saying import say, visible
+from ..runtime.saying import say
 from .comparison import compare, write_comparison
 from .deployment import described_or_none
 from .recorded import EXPERIMENTS, check_recording
@@ -34,16 +34,13 @@ def record(argv):
     parser.add_argument("--seconds", type=float, default=SWEEP_SECONDS)
     parser.add_argument("--replace", **REPLACE)
     asked = parser.parse_args(argv)
-    try:
-        paths = write_recorders(
-            asked.robot,
-            asked.folder,
-            asked.replace,
-            amplitude=asked.amplitude,
-            seconds=asked.seconds,
-        )
-    except (OSError, ValueError) as error:
-        parser.exit(1, visible(f"{error}\n"))
+    paths = write_recorders(
+        asked.robot,
+        asked.folder,
+        asked.replace,
+        amplitude=asked.amplitude,
+        seconds=asked.seconds,
+    )
     for path in paths:
         say(f"wrote {path}")
     return paths
@@ -56,11 +53,8 @@ def check(argv):
     parser.add_argument("--robot", help="robot.toml")
     parser.add_argument("--experiment", choices=EXPERIMENTS)
     asked = parser.parse_args(argv)
-    try:
-        robot = described_or_none(asked.robot)
-        found = [check_recording(log, robot, asked.experiment) for log in asked.logs]
-    except (OSError, ValueError) as error:
-        parser.exit(1, visible(f"{error}\n"))
+    robot = described_or_none(asked.robot)
+    found = [check_recording(log, robot, asked.experiment) for log in asked.logs]
     for path, recording in zip(asked.logs, found):
         say(f"{path}: {recording.report}")
     if not all(recording.usable for recording in found):
@@ -74,11 +68,8 @@ def compared(argv):
     parser.add_argument("log", metavar="log.csv")
     parser.add_argument("folder", nargs="?", default="deployment", help="its programs")
     asked = parser.parse_args(argv)
-    try:
-        comparison = compare(asked.log, asked.folder)
-        path = write_comparison(comparison, Path(asked.log).parent)
-    except (OSError, ValueError) as error:
-        parser.exit(1, visible(f"{error}\n"))
+    comparison = compare(asked.log, asked.folder)
+    path = write_comparison(comparison, Path(asked.log).parent)
     say(comparison.report)
     say(f"wrote {path}")
     return comparison
