@@ -8,7 +8,7 @@ import sys
 from dataclasses import replace
 from functools import reduce
 from operator import add, attrgetter
-from types import ModuleType
+from unittest.mock import MagicMock
 
 import control
 import numpy as np
@@ -618,14 +618,8 @@ def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
 
 @pytest.fixture
 def fake_pyctrl(monkeypatch):
-    """As much of pyctrl 0.4.3 as the script needs."""
-    package, block, rc, mip, button = map(
-        ModuleType,
-        ("pyctrl", "pyctrl.block", "pyctrl.rc", "pyctrl.rc.mip", "pyctrl.rc.button"),
-    )
-
-    class Filter:
-        pass
+    """As much of pyctrl 0.4.3 as the script needs; what makes its controllers."""
+    pyctrl = MagicMock()
 
     class BufferBlock:
         def __init__(self, **kwargs):
@@ -637,26 +631,11 @@ def fake_pyctrl(monkeypatch):
         def read(self):
             return self.buffer
 
-    class Button:
-        def read(self):
-            return (1,)
-
-    class Controller:
-        made = []
-
-        def __init__(self, period):
-            self.calls = [("period", period)]
-            self.made.append(self)
-
-        def __getattr__(self, name):
-            return lambda *args, **named: self.calls.append((name, args))
-
-    package.EXITING = 2
-    block.Filter, block.BufferBlock = Filter, BufferBlock
-    mip.Controller, button.Button = Controller, Button
-    for module in (package, block, rc, mip, button):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-    return Controller
+    pyctrl.Filter, pyctrl.BufferBlock = type("Filter", (), {}), BufferBlock
+    pyctrl.Button.return_value.read.return_value = (1,)
+    for name in ("", ".block", ".rc", ".rc.mip", ".rc.button"):
+        monkeypatch.setitem(sys.modules, f"pyctrl{name}", pyctrl)
+    return pyctrl.Controller
 
 
 def script(firmware):
@@ -722,10 +701,10 @@ def test_the_scripts_block_has_pyctrls_turns_and_percent(fake_pyctrl):
 def test_the_script_sets_pyctrl_up(fake_pyctrl, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["pyctrl_balance.py"])
     script(Firmware(LAWS["PD"]))["main"]()
-    (mip,) = fake_pyctrl.made
-    calls = [name for name, _ in mip.calls]
-    assert mip.calls[0] == ("period", T)
-    name, block, inputs, outputs = mip.calls[1][1]
+    fake_pyctrl.assert_called_once_with(period=T)
+    calls = fake_pyctrl.return_value.method_calls
+    _, block, inputs, outputs = calls[0].args
     assert inputs == ["theta", "theta_dot", "encoder1", "encoder2"]
     assert outputs == ["pwm1", "pwm2"]
-    assert calls[2:] == ["set_source", "set_source", "start", "set_state", "join"]
+    rest = ["set_source", "set_source", "start", "set_state", "join"]
+    assert [name for name, *_ in calls[1:]] == rest

@@ -1,10 +1,10 @@
 """The law that holds a heading: proven, as C, and on unequal motors."""
 
 import ctypes
-import io
 import sys
 from dataclasses import replace
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -620,56 +620,34 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
     assert path[-1, 2] == pytest.approx(heading[-1], abs=0.15)
 
 
-def test_the_node_of_ros_passes_commands_on(monkeypatch, tmp_path):
-    """With as much of rclpy as it needs, and a program that writes what it hears."""
+def test_the_node_of_ros_passes_commands_on(monkeypatch):
+    rclpy, program = MagicMock(), MagicMock()
     twist = SimpleNamespace(
         linear=SimpleNamespace(x=0.17), angular=SimpleNamespace(z=-0.5)
     )
-    calls, obeyed = [], []
-
-    class Node:
-        def create_subscription(self, kind, topic, obey, depth):
-            obeyed.append(obey)
-            calls.append((kind, topic, depth))
-
-        def destroy_node(self):
-            calls.append("destroyed")
-
-    class Program:
-        def __init__(self, command, stdin, text, encoding):
-            calls.append(command)
-            self.stdin, self.ended = io.StringIO(), None
-
-        def poll(self):
-            return self.ended
-
-        def terminate(self):
-            self.ended = 0
-            calls.append(self.stdin.getvalue())
-
-        def wait(self):
-            return self.ended
-
-    rclpy, msg = ModuleType("rclpy"), ModuleType("geometry_msgs.msg")
-    rounds = iter([True, True, False])
-    rclpy.init, rclpy.create_node = lambda: None, lambda name: Node()
-    rclpy.ok, rclpy.try_shutdown = lambda: next(rounds), lambda: calls.append("shut")
-    rclpy.spin_once = lambda node, timeout_sec: obeyed[0](twist)
-    msg.Twist = "Twist"
-    for module in (rclpy, ModuleType("geometry_msgs"), msg):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
+    node, running = rclpy.create_node.return_value, program.return_value
+    running.poll.return_value = None
+    rclpy.ok.side_effect = [True, True, False]
+    for name in ("rclpy", "geometry_msgs", "geometry_msgs.msg"):
+        monkeypatch.setitem(sys.modules, name, rclpy)
     space = {"__name__": "script"}
-    exec(Written(FIRMWARE, robot=ROBOT).ros, space)
-    monkeypatch.setattr(space["subprocess"], "Popen", Program)
+    exec(compile(Written(FIRMWARE, robot=ROBOT).ros, "ros_balance.py", "exec"), space)
+
+    def spin(*_, **__):
+        (kind, topic, obey, depth), _ = node.create_subscription.call_args
+        assert (kind, topic, depth) == (rclpy.Twist, "cmd_vel", 1)
+        obey(twist)
+
+    rclpy.spin_once.side_effect = spin
+    monkeypatch.setattr(space["subprocess"], "Popen", program)
     monkeypatch.setattr(sys, "argv", ["ros_balance.py"])
     space["main"]()
-    assert calls == [
-        ["./rc_balance", "/dev/null", "-"],
-        ("Twist", "cmd_vel", 1),
-        2 * "v 5.000000 -0.500000\n",  # 0.17 m/s on wheels of 34 mm
-        "destroyed",
-        "shut",
-    ]
+    assert program.call_args.args == (["./rc_balance", "/dev/null", "-"],)
+    said = [call.args[0] for call in running.stdin.write.call_args_list]
+    assert said == 2 * ["v 5.000000 -0.500000\n"]  # 0.17 m/s on wheels of 34 mm
+    assert running.stdin.flush.call_count == 2
+    ends = running.terminate, running.wait, node.destroy_node, rclpy.try_shutdown
+    assert all(end.called for end in ends)
     with pytest.raises(ValueError, match="this program is for a BeagleBone"):
         Written(FIRMWARE, robot=Robot.shipped("gearmotors")).ros
 
