@@ -1,6 +1,10 @@
 """Plants with parameters in ranges: the builder, the vertices, the words."""
 
+import json
 import math
+import re
+import subprocess
+import sys
 import warnings
 from fractions import Fraction
 from itertools import product
@@ -13,9 +17,11 @@ import scipy.sparse as sp
 from flint import fmpq
 
 import sosbook as sos
+from sosbook import couplings
 from sosbook.exact.rational import exact
 from sosbook.plants.bernstein import Box
 from sosbook.plants.parametric import ParameterError
+from sosbook.proofs import check, command
 
 I2 = np.eye(2)
 
@@ -363,3 +369,140 @@ def test_too_many_vertices_are_refused_with_the_dearest_parameter():
     plants = sos.Uncertain(builder, **{f"p{k}": (1, 2) for k in range(8)})
     with pytest.raises(ValueError, match="384 vertices.*p0 costs most"):
         _ = plants.vertices
+
+
+ASKED = dict(region=sos.PoleRegion(sigma=0.3, rho=200))
+
+
+def checked_by_a_stranger(proof, folder):
+    """The claims of check.py, which shares no line with the package."""
+    file = folder / "proof.json"
+    proof.save(file)
+    run = subprocess.run(
+        [sys.executable, check.__file__, file], capture_output=True, text=True
+    )
+    return run.returncode, run.stdout
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("builder", [drive, first_order, chain])
+def test_a_design_is_proven_for_all_values_of_the_parameters(
+    builder, coupling, tmp_path
+):
+    plants = family(builder)
+    design = sos.design_pid(plants, **ASKED, coupling=coupling)
+    proof = design.certify()
+    code, text = checked_by_a_stranger(proof, tmp_path)
+    first = f"every plant with {plants.box}, under u = K x, is stable"
+    assert proof.proven and proof.claims[0] == first
+    assert code == 0 and f"- {first}" in text
+    for plant in plants.sample(20, 5):
+        d = sos.plants.descriptors(plant)[0] if builder is not first_order else None
+        d = plant.vertices[0] if d is None else d
+        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
+        assert poles.real.max() < -0.3 and np.abs(poles).max() < 200
+
+
+def test_a_file_with_other_ranges_or_polynomials_is_no_proof(tmp_path):
+    proof = sos.design_pid(family(drive), **ASKED).certify()
+    wide = proof.text.replace("0.006", "0.6")
+    changes = [
+        (wide, "isn't positive definite"),
+        (wide.replace("J2 in [0.003, 0.6]", "J2 in [0.003, 0.006]"), "claims"),
+        (proof.text.replace('"J2"]', '"1*J2"]'), "J2"),
+        (proof.text.replace('"0.003"', '"3/1000"'), ""),
+        (proof.text.replace('"J2"', '"x"', 1), ""),
+        (proof.text.replace('"k"', '"k^9"', 1), ""),
+    ]
+    for k, (text, _) in enumerate(changes):
+        assert text != proof.text
+        data = json.loads(text)
+        data["checksum"] = check.digest(
+            {k: v for k, v in data.items() if k != "checksum"}
+        )
+        file = tmp_path / f"{k}.json"
+        file.write_text(json.dumps(data))
+        assert not sos.exact.proof.ProofFile.load(file).proven
+        run = subprocess.run(
+            [sys.executable, check.__file__, file], capture_output=True
+        )
+        assert run.returncode == 1
+
+
+def test_every_door_takes_a_family():
+    plants, K = family(drive), sos.design_pid(family(drive), **ASKED).K
+    where = f"every plant with {plants.box}"
+    damped = sos.Uncertain(
+        lambda k: sos.SecondOrderSystem(I2, I2, [[k, 0], [0, 3]], I2, I2), k=(1, 1.2)
+    )
+    stable = sos.analyse_pid(plants, K, region=sos.PoleRegion(sigma=0.2))
+    assert stable.certify().claims[0].startswith(where)
+    late = sos.design_delay_pid(damped, tau=0.05, mu=0.01)
+    assert late.certify().claims[0].startswith("every plant with k in [1, 1.2]")
+    costs = sos.design_lqr(damped, np.eye(4), I2)
+    assert costs.certify().claims[0].startswith("every plant with k in [1, 1.2]")
+    sampled = sos.certify_sampled(damped, costs.K, 0.05)
+    assert sampled.proven and "every plant with k in [1, 1.2]" in sampled.claims[0]
+    observer = sos.design_observer(damped, costs.K, Q_F=np.ones((8, 1)), R_F=0.1 * I2)
+    assert observer.status == "feasible"
+    assert observer.analyse().certify().proven
+    massless = sos.Uncertain(
+        lambda k: sos.SecondOrderSystem(
+            [[2, 0], [0, 0]], I2, [[k, -1], [-1, 1]], [[0], [1]]
+        ),
+        k=(1, 2),
+    )
+    mended = sos.regularize(massless, beta=0.1)
+    assert mended.certify().proven
+    assert mended.certify().claims[0].startswith("for every plant with k in [1, 2]")
+    design = sos.design_pid(mended, region=sos.PoleRegion(sigma=0.1))
+    assert design.certify().claims[0].startswith("every plant with k in [1, 2]")
+    assert len(sos.infinite_modes(massless)) == 2
+    (best, *_) = sos.admissible_U(damped)
+    assert best.admissible
+    kept = couplings.verify_on_samples(sos.design_pid(damped, **ASKED))
+    assert min(kept.values()) > 0
+
+
+def test_a_plant_file_may_have_parameters(tmp_path):
+    file = tmp_path / "plant.json"
+    plant = {
+        "parameters": {"m": [1000, 2000], "l": [8, 16]},
+        "M": [["1000 + m", "m*l"], ["m*l", "m*l^2"]],
+        "D": [[0, 0], [0, 0]],
+        "S": [[0, 0], [0, "9.81*m*l"]],
+        "B": [[1], [0]],
+    }
+    file.write_text(json.dumps({"plant": plant}))
+    assert sos.plants.load_plant(file) == family(crane)
+    for change, words in [
+        ({"M": [["m + sin(l)", 0], [0, 1]]}, "sin in 'm . sin(l)' has no range"),
+        ({"M": [["m*(1 + l)", 0], [0, 1]]}, "isn't a polynomial at '*(1+l)'"),
+        ({"M": [["m + q", 0], [0, 1]]}, "q in 'm . q' has no range"),
+        ({"parameters": {"m": [2, 1], "l": [8, 16]}}, "the range of m is empty"),
+        ({"parameters": {"m": 3}}, "parameters must be like"),
+        ({"M": 3}, "a matrix must be a list of rows"),
+        ({"B": [["1/0"], [0]]}, "divides by zero"),
+        ({"Q": [[1]]}, "needs the keys M, D, S, B"),
+    ]:
+        file.write_text(json.dumps({"plant": plant | change}))
+        with pytest.raises(ValueError, match=re.sub(r"([()*+])", r"\\\1", words)):
+            sos.plants.load_plant(file)
+
+
+def test_the_command_designs_for_parameters(tmp_path, capsys):
+    file, proof = tmp_path / "plant.json", tmp_path / "proof.json"
+    plant = {
+        "parameters": {"J2": [0.003, 0.006]},
+        "M": [[0.0025, 0], [0, "J2"]],
+        "D": [[0.004, -0.004], [-0.004, 0.004]],
+        "S": [[2, -2], [-2, 2]],
+        "B": [[1], [0]],
+    }
+    file.write_text(json.dumps({"plant": plant, "region": {"sigma": 0.3}}))
+    assert command.main(["design", str(file), "--proof", str(proof)]) == 0
+    assert "every plant with J2 in [0.003, 0.006]" in capsys.readouterr().out
+    assert command.main(["verify", str(proof), "--plant", str(file)]) == 0
+    plant["parameters"]["J2"][1] = 0.007
+    file.write_text(json.dumps({"plant": plant}))
+    assert command.main(["verify", str(proof), "--plant", str(file)]) == 1

@@ -7,7 +7,7 @@ from scipy.linalg import orth
 
 from ..plants.checks import rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant
-from ..plants.second_order import Polytope, SecondOrderSystem
+from ..plants.second_order import Polytope
 from ..runtime.threads import one_thread
 
 __all__ = ["InfiniteModes", "infinite_modes"]
@@ -71,16 +71,16 @@ def infinite_modes(
 
     Examples
     --------
+    >>> from sosbook import SecondOrderSystem
     >>> parts = dict(M=[[1, 0], [0, 0]], S=[[2, -1], [-1, 1]], B=[[0], [1]])
     >>> infinite_modes(SecondOrderSystem(D=[[1, 0], [0, 1]], **parts))
     InfiniteModes(finite=3, infinite=1, impulses=0, index=1)
     >>> infinite_modes(SecondOrderSystem(D=[[1, 0], [0, 0]], **parts))
     InfiniteModes(finite=2, infinite=2, impulses=1, index=2)
     """
+    plant = checked_plant(plant, SecondOrderPlant)
     if isinstance(plant, Polytope):
         return tuple(infinite_modes(v) for v in plant.vertices)  # type: ignore[misc]
-    if not isinstance(plant, SecondOrderSystem):
-        checked_plant(plant, SecondOrderPlant)
     E, A = _scaled_pencil(plant)
     if all(
         rank_deficient(s * E - A, 1e-12) for s in (0.31 + 1.7j, -2.3 + 0.6j, 0.9 - 1.1j)

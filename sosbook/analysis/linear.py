@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from ..plants.second_order import sort_poles
+from ..plants.response import sort_poles
 from ..runtime.libraries import library
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 from .peaks import FreeMotion, largest_size

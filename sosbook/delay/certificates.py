@@ -9,6 +9,7 @@ from ..exact.rational import decimal, decimals, expanded, read_array, read_numbe
 from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.kinds import every_plant
 from ..synthesis.certificates import excluding, frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
@@ -246,8 +247,6 @@ def claims(request):
     )
     if isinstance(request.plant, DelayedLoop):
         subject = "the loop"
-    elif len(request.vertices) > 1:
-        subject = "every plant of the polytope, under u = K x(t - d),"
     else:
-        subject = "the plant, under u = K x(t - d),"
+        subject = f"{every_plant(request.plant)}, under u = K x(t - d),"
     return (f"{subject} {rate} for {delays}",)

@@ -121,6 +121,7 @@ class DelayRequest(ReadOnly):
             if self.gain is None:
                 put(self, "gain", np.eye(self.plant.m))
         else:
+            put(self, "plant", checked_plant(self.plant))
             put(self, "free", _free(self.plant, self.U))
         if self.gain is not None:
             shape = self.plant.m, self.free.order
@@ -300,7 +301,6 @@ def check_loop(plant, K, U):
 
 def _free(plant, U):
     """The request without delay: checks the plant and U."""
-    checked_plant(plant)
     try:
         return Request(plant, U)
     except ValueError as error:

@@ -3,13 +3,23 @@
 from ..exact.rational import decimals, read_array
 from .checks import as_written
 from .descriptor_system import DescriptorSystem
+from .kinds import checked_plant
 from .second_order import Polytope, SecondOrderSystem
+from .uncertain import Uncertain
 
 __all__ = ["plant_data", "read_plant"]
 
 
 def plant_data(plant):
-    """The matrices of a plant, vertex by vertex."""
+    """The matrices of a plant, vertex by vertex.
+
+    Of a family they are polynomials in words, beside the ranges of its parameters:
+    the vertices are the coefficients of Bernstein's form, and follow from them.
+    """
+    plant = checked_plant(plant)
+    if plant.family is not None:
+        kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
+        return {"kind": kind, **plant.family.data()}
     if isinstance(plant, DescriptorSystem):
         names = {"E": "E", "A": "A", "B": "Bu", "B_w": "Bw"}
         return {
@@ -32,6 +42,10 @@ def plant_data(plant):
 @as_written()
 def read_plant(data):
     """The plant of the ``data`` that `plant_data` writes."""
+    if "parameters" in data:
+        matrices = {name: rows for name, rows in data.items() if name != "kind"}
+        kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
+        return Uncertain.read(kinds[data["kind"]], matrices).polytope()
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
         several = {

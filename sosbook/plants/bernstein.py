@@ -10,7 +10,7 @@ from flint import fmpq
 
 from ..exact.rational import exact, rational_matrix
 
-__all__ = ["Box", "in_words", "rational", "spelled"]
+__all__ = ["Box", "rational", "spelled"]
 
 SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 
@@ -40,7 +40,7 @@ class Box:
     high: tuple
 
     @classmethod
-    def of(cls, **ranges):
+    def of(cls, /, **ranges):
         """The box of ``ranges``, pairs (low, high) of numbers, by name."""
         if not ranges:
             raise ValueError("there is no parameter: give ranges, name=(low, high)")
@@ -173,7 +173,10 @@ def _blossom(i, power, degree, low, high):
 
 
 def rational(name, value):
-    """A number as a rational, floats as decimals, or a ValueError with its name."""
+    """A number as a rational, or a ValueError with its name.
+
+    Floats are read as decimals, texts as `spelled` writes them.
+    """
     try:
         if isinstance(value, (bool, np.bool_)) or np.ndim(value):
             raise ValueError
@@ -226,31 +229,3 @@ def spelled(x):
     digits = str(abs(whole.p)).rjust(SHOWN + 1, "0")
     text = f"{digits[:-SHOWN]}.{digits[-SHOWN:]}".rstrip("0").removesuffix(".")
     return "-" * (x < 0) + text
-
-
-def in_words(terms, names):
-    """A polynomial as text: "2*m^2 - 0.5*m*k + 1".
-
-    Parameters
-    ----------
-    terms : dict
-        Coefficients by exponents.
-    names : sequence of str
-        The parameters.
-
-    Examples
-    --------
-    >>> in_words({(2, 0): fmpq(2), (1, 1): fmpq(-1, 2), (0, 0): fmpq(1)}, "mk")
-    '2*m^2 - 0.5*m*k + 1'
-    """
-    said = []
-    for powers, c in sorted(terms.items(), reverse=True):
-        factors = [
-            name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers) if e
-        ]
-        if abs(c) != 1 or not factors:
-            factors.insert(0, spelled(abs(c)))
-        sign = ("-" if c < 0 else "+") if said or c < 0 else ""
-        said.append(f" {sign} " if said else sign)
-        said.append("*".join(factors))
-    return "".join(said) or "0"

@@ -5,7 +5,7 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 ``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import combinations
 
@@ -24,7 +24,6 @@ __all__ = [
     "SlackVertex",
     "coupled_pairs",
     "descriptors",
-    "keep_rationals",
     "mean_descriptor",
     "twins",
 ]
@@ -195,24 +194,6 @@ def _first_order(number, M, D, S, B, F, U, K_A):
     Bu, Bw = (number(np.zeros((N, x.shape[1]))) for x in (B, F))
     Bu[speed], Bw[speed] = B, F
     return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)))
-
-
-def keep_rationals(vertex, matrices):
-    """Let a vertex know the rationals next to which its floats are.
-
-    Parameters
-    ----------
-    vertex : SecondOrderSystem or Descriptor
-        In floats.
-    matrices : dict
-        Rational arrays by the names of its constructor's arguments.
-    """
-    if not isinstance(vertex, Descriptor):
-        vars(vertex)["_rationals"] = matrices
-        return
-    names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
-    own = {names.get(name, name): x for name, x in matrices.items()}
-    vars(vertex)["_exactly"] = replace(vertex, **own)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from ..runtime.reading import (
     read_text,
 )
 from .second_order import Polytope, SecondOrderSystem
+from .uncertain import Uncertain
 
 __all__ = ["load_plant", "plant_of"]
 
@@ -23,7 +24,7 @@ NAMES, OPTIONAL = "MDSBF", "F"
 ENDS = ".csv", ".mtx", ".npy"
 
 
-def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
+def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope | Uncertain:
     """Read a plant from a file, or from a folder with a file a matrix.
 
     Parameters
@@ -34,13 +35,13 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope:
         one of these in a line; ``#`` begins a comment), or ``M.mtx`` and so on
         (Matrix Market), or ``M.npy``. Or one file that holds them all under
         these names: ``.npz``, ``.mat`` (up to MATLAB 7.2) or ``.json``. JSON
-        may have a list of such plants under ``"vertices"``, and be the file of
-        ``python -m sosbook design``.
+        may have a list of such plants under ``"vertices"``, or ranges under
+        ``"parameters"``, and be the file of ``python -m sosbook design``.
 
     Returns
     -------
-    SecondOrderSystem or Polytope
-        A polytope where JSON has vertices.
+    SecondOrderSystem, Polytope or Uncertain
+        A polytope where JSON has vertices, a family where it has parameters.
 
     Raises
     ------
@@ -89,20 +90,24 @@ def plant_of(data, where="plant"):
     Parameters
     ----------
     data : dict
-        M, D, S, B and perhaps F; or a list of such under ``"vertices"``.
+        M, D, S, B and perhaps F; or a list of such under ``"vertices"``; or with
+        ranges under ``"parameters"``, ``{"m": [1, 2]}``, and entries that may be
+        polynomials in words, ``"0.5*m + 1"``.
     where : str
         What errors call it.
 
     Returns
     -------
-    SecondOrderSystem or Polytope
-        A polytope where there are vertices.
+    SecondOrderSystem, Polytope or Uncertain
+        A polytope where there are vertices, a family where there are parameters.
 
     Raises
     ------
     ValueError
         If a key is missing or too many, or the matrices are no plant.
     """
+    if isinstance(data, dict) and "parameters" in data:
+        return _family(where, data)
     if not isinstance(data, dict) or "vertices" not in data:
         return _vertex(where, data)
     several = data["vertices"]
@@ -112,6 +117,27 @@ def plant_of(data, where="plant"):
         raise ValueError(f"{where}: vertices is empty")
     plants = [_vertex(f"{where}.vertices[{k}]", v) for k, v in enumerate(several)]
     return Polytope(plants)
+
+
+def _family(where, data):
+    """Matrices whose entries are numbers or polynomials in words, and ranges."""
+    matrices = {name: rows for name, rows in data.items() if name != "parameters"}
+    ranges = data["parameters"]
+    if not {*"MDSB"} <= matrices.keys() <= {*NAMES}:
+        raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
+    if not isinstance(ranges, dict) or not all(
+        isinstance(x, list) and len(x) == 2 for x in ranges.values()
+    ):
+        raise ValueError(f'{where}: parameters must be like {{"m": [1, 2]}}')
+    several = [[name, *ends] for name, ends in ranges.items()]
+    try:
+        return Uncertain.read(
+            SecondOrderSystem, {"parameters": several, **matrices}, rows=True
+        )
+    except (TypeError, AttributeError):
+        raise ValueError(f"{where}: a matrix must be a list of rows") from None
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def _vertex(where, data):

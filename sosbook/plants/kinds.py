@@ -2,15 +2,18 @@
 
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
+from .uncertain import Uncertain
 
-__all__ = ["Plant", "SecondOrderPlant", "checked_plant"]
+__all__ = ["Plant", "SecondOrderPlant", "checked_plant", "every_plant"]
 
-SecondOrderPlant = SecondOrderSystem | Polytope
-Plant = SecondOrderSystem | Polytope | DescriptorSystem
+SecondOrderPlant = SecondOrderSystem | Polytope | Uncertain
+Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
 
 
 def checked_plant(plant, kinds=Plant):
     """The plant, or a ValueError that says what to give instead.
+
+    The one place where a family with parameters becomes the polytope around it.
 
     Parameters
     ----------
@@ -25,6 +28,8 @@ def checked_plant(plant, kinds=Plant):
     Traceback (most recent call last):
     ValueError: plant must be a SecondOrderSystem, got list: wrap it in Polytope([...])
     """
+    if isinstance(plant, Uncertain):
+        plant = plant.polytope()
     if isinstance(plant, kinds):
         return plant
     cure = ""
@@ -32,6 +37,25 @@ def checked_plant(plant, kinds=Plant):
         cure = ": wrap it in Polytope([...])"
     elif hasattr(plant, "regular"):
         cure = ": give its .regular, the plant with K_A inside"
-    *first, last = (kind.__name__ for kind in getattr(kinds, "__args__", (kinds,)))
-    names = f"{', a '.join(first)} or a {last}" if first else last
-    raise ValueError(f"plant must be a {names}, got {type(plant).__name__}{cure}")
+    *first, last = (
+        f"{'an' if kind is Uncertain else 'a'} {kind.__name__}"
+        for kind in getattr(kinds, "__args__", (kinds,))
+    )
+    names = f"{', '.join(first)} or {last}" if first else last
+    raise ValueError(f"plant must be {names}, got {type(plant).__name__}{cure}")
+
+
+def every_plant(plant):
+    """Of which plants something is said that holds for a whole polytope.
+
+    Examples
+    --------
+    >>> every_plant(SecondOrderSystem(1, 1, 1, 1))
+    'the plant'
+    >>> every_plant(Uncertain(lambda m: SecondOrderSystem(m, 1, 1, 1), m=(1, 2)))
+    'every plant with m in [1, 2]'
+    """
+    family = plant if isinstance(plant, Uncertain) else plant.family
+    if family is not None:
+        return f"every plant with {family.box}"
+    return "every plant of the polytope" if len(plant.vertices) > 1 else "the plant"

@@ -6,13 +6,15 @@ from dataclasses import fields
 import numpy as np
 from flint import Ordering, fmpq_mpoly, fmpq_mpoly_ctx
 
-from .bernstein import in_words, rational
+from .bernstein import rational
+from .polynomials import in_words
 
 __all__ = [
     "ParameterError",
     "Parametric",
     "Symbolic",
     "building",
+    "made_of",
     "parameters",
     "plant_or_symbol",
 ]
@@ -268,6 +270,19 @@ def parameters(box):
     context = fmpq_mpoly_ctx.get(box.names, Ordering.lex)
     one: fmpq_mpoly = context.constant(1)
     return {name: Parametric(x, one, box) for name, x in zip(box.names, context.gens())}
+
+
+def made_of(entries, box):
+    """An object array of `Parametric`, of rows of coefficients by exponents."""
+    one = next(iter(parameters(box).values()))
+    context, array = (
+        one.num.context(),
+        np.empty((len(entries), len(entries[0])), object),
+    )
+    for place in np.ndindex(array.shape):
+        terms = context.from_dict(entries[place[0]][place[1]])
+        array[place] = Parametric(terms, one.den, box)
+    return array
 
 
 def _of_sympy(expression, known):

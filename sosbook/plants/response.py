@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from .checks import numbers
 from .signals import signal_parts, steps
 
-__all__ = ["Response", "simulate", "simulate_open"]
+__all__ = ["Response", "simulate", "simulate_open", "sort_poles"]
 
 
 RESPONSES = ("z", "dz", "e", "x")  # what superposition adds
@@ -175,3 +175,12 @@ def vector(name, value, size):
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise ValueError(f"{name} must hold {size} finite numbers")
     return vector
+
+
+def sort_poles(poles):
+    """The poles sorted by real part, then imaginary part; floats if all are real."""
+    poles = np.asarray(poles)
+    if np.abs(np.imag(poles)).max(initial=0) == 0:
+        return np.sort(poles.real)
+    order = np.lexsort((poles.imag, np.round(poles.real, 9)))
+    return poles[order]

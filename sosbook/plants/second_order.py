@@ -15,7 +15,7 @@ from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrix, rank_deficient
 from .descriptor import descriptors
 from .parametric import plant_or_symbol
-from .response import simulate_open
+from .response import simulate_open, sort_poles
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
 
@@ -395,12 +395,3 @@ def mass_fault(M):
             "is a sign wrong?"
         )
     return ""
-
-
-def sort_poles(poles):
-    """The poles sorted by real part, then imaginary part; floats if all are real."""
-    poles = np.asarray(poles)
-    if np.abs(np.imag(poles)).max(initial=0) == 0:
-        return np.sort(poles.real)
-    order = np.lexsort((poles.imag, np.round(poles.real, 9)))
-    return poles[order]

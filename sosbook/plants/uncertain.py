@@ -1,21 +1,21 @@
 """Plants with parameters in ranges, and the polytopes around them."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from math import prod
 from typing import Any
 
 import numpy as np
-from flint import fmpq
 
-from ..exact.rational import Rational, exact, rational_matrix
-from .bernstein import Box, in_words, spelled
+from ..exact.rational import exact
+from .bernstein import Box, rational, spelled
 from .builder import built, check_by_numbers, rows_in_canonical_form
 from .checks import as_written, rank_deficient
 from .checks import count as whole
-from .descriptor import keep_rationals
 from .descriptor_system import DescriptorSystem
-from .parametric import ParameterError
+from .parametric import ParameterError, made_of
+from .polynomials import Polynomials, read_words
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = ["Uncertain"]
@@ -79,21 +79,7 @@ class Uncertain:
     def __init__(self, builder: Callable[..., Any], /, **ranges: Any) -> None:
         box = Box.of(**ranges)
         kind, matrices, rest = built(builder, box)
-        factors = rows_in_canonical_form(matrices, ROWS[kind])
-        for name, matrix in matrices.items():
-            for x in matrix.flat:
-                if not x.den.is_one():
-                    raise ParameterError(
-                        f"{name} has the denominator {x.words(x.den)}, and no equation "
-                        "to multiply by it: give the quotient a range of its own"
-                    )
-        parts = {
-            name: _part(matrix.shape, [x.num.to_dict() for x in matrix.flat], box)
-            for name, matrix in matrices.items()
-        }
-        self._fill(kind, box, parts, rest)
-        #: By the row, from 1, what it was multiplied or divided by, in words.
-        self.rows = {i + 1: _told(factor) for i, factor in factors.items()}
+        factors = self._in_canonical_form(kind, box, matrices, rest)
 
         def as_the_builder_has_them(point):
             scales = {i: f.at(point) for i, f in factors.items()}
@@ -103,14 +89,41 @@ class Uncertain:
                     found[name][i] = found[name][i] / scale
             return {name: matrix.astype(float) for name, matrix in found.items()}
 
-        if kind is DescriptorSystem:  # of a mass K_A may decide
-            self.check_regular()
         check_by_numbers(builder, box, as_the_builder_has_them)
 
+    def _in_canonical_form(self, kind, box, matrices, rest):
+        """Become the family of `Parametric` matrices; what its rows were times."""
+        factors = rows_in_canonical_form(matrices, ROWS[kind])
+        for name, matrix in matrices.items():
+            for x in matrix.flat:
+                if not x.den.is_one():
+                    raise ParameterError(
+                        f"{name} has the denominator {x.words(x.den)}, and no equation "
+                        "to multiply by it: give the quotient a range of its own"
+                    )
+        parts = {
+            name: Polynomials.of(
+                matrix.shape, [x.num.to_dict() for x in matrix.flat], len(box.names)
+            )
+            for name, matrix in matrices.items()
+        }
+        self._fill(kind, box, parts, rest)
+        #: By the row, from 1, what it was multiplied or divided by, in words.
+        self.rows = {i + 1: _told(factor) for i, factor in factors.items()}
+
+        if kind is DescriptorSystem:  # of a mass K_A may decide
+            self.check_regular()
+        return factors
+
     def _fill(self, kind, box, parts, rest):
+        order = next(iter(parts.values())).shape[0]
+        for name in ("F",) if kind is SecondOrderSystem else ("B", "B_w"):
+            parts.setdefault(name, Polynomials.of((order, 0), (), len(box.names)))
+        if kind is DescriptorSystem:
+            parts.setdefault("C", Polynomials.of((0, order), (), len(box.names)))
         self.kind, self.box, self._parts, self._rest = kind, box, parts, rest
         self.rows = {}
-        used = np.max([m for part in parts.values() for m in part[1]], axis=0)
+        used = np.max([m for part in parts.values() for m in part.monomials], axis=0)
         idle = [name for name, d in zip(box.names, used) if not d]
         if idle:
             raise ValueError(f"the plant doesn't depend on {', '.join(idle)}")
@@ -150,25 +163,61 @@ class Uncertain:
         return hash(self.box)
 
     def _key(self):
-        return self.kind, self.box, self.texts()
+        return self.kind, tuple(map(str, self.data().items()))
 
-    def texts(self):
-        """The matrices by name, their entries polynomials in words."""
-        found = {}
-        for name, (shape, monomials, places, coefficients) in self._parts.items():
-            entries = np.full(shape, "0", dtype=object)
-            for k, column in zip(places, coefficients.T):
-                terms = {m: c for m, c in zip(monomials, column) if c}
-                entries.flat[k] = in_words(terms, self.box.names)
-            found[name] = entries.tolist()
-        return found
+    def data(self) -> dict:
+        """The ranges and the polynomials as words: see `plant_data`."""
+        names = self.box.names
+        words = {name: part.words(names) for name, part in self._parts.items()}
+        ends = zip(names, map(spelled, self.box.low), map(spelled, self.box.high))
+        return {"parameters": list(map(list, ends)), **words}
+
+    @classmethod
+    def read(cls, kind: type, data: dict, rows: bool = False) -> "Uncertain":
+        """The family of the ``data`` that `data` writes.
+
+        Parameters
+        ----------
+        kind : type
+            `SecondOrderSystem` or `DescriptorSystem`.
+        data : dict
+            Ranges and matrices by name; their entries are numbers, or polynomials in
+            words.
+        rows : bool
+            Whether rows are brought into canonical form.
+
+        Examples
+        --------
+        >>> plants = Uncertain.read(SecondOrderSystem, {
+        ...     "parameters": [["m", 1, 2]],
+        ...     "M": [["m"]], "D": [["0.1*m + 1"]], "S": [[3]], "B": [[1]]})
+        >>> plants.at(m=2).D
+        array([[1.2]])
+        """
+        box = Box.of(**{name: _ends(*ends) for name, *ends in data["parameters"]})
+        if len(box.names) < len(data["parameters"]):
+            raise ValueError("two parameters have one name")
+        family, entries = object.__new__(cls), {}
+        for name, matrix in data.items():
+            if name != "parameters":
+                entries[name] = [[_read(x, box.names) for x in row] for row in matrix]
+                if len(set(map(len, matrix))) > 1:
+                    raise ValueError(f"the rows of {name} differ in length")
+        if rows:
+            made = {name: made_of(x, box) for name, x in entries.items()}
+            family._in_canonical_form(kind, box, made, {})
+        else:
+            order, parts = len(next(iter(entries.values()))), {}
+            for name, several in entries.items():
+                shape = len(several), len(several[0]) if several else order
+                flat = [x for row in several for x in row]
+                parts[name] = Polynomials.of(shape, flat, len(box.names))
+            family._fill(kind, box, parts, {})
+        return family
 
     def _at(self, point):
         """The matrices at a point of rationals, by name, in rationals."""
-        return {
-            name: _filled(part, [self.box.powers(point, part[1])])[0]
-            for name, part in self._parts.items()
-        }
+        return {name: part.at(self.box, point) for name, part in self._parts.items()}
 
     def at(self, /, **values: Any) -> Any:
         """The plant with some values of the parameters.
@@ -224,8 +273,7 @@ class Uncertain:
                 + (f"; {name} costs most, by its power {degree}" if degree > 1 else "")
             )
         parts = {
-            name: _filled(part, self.box.bernstein(part[1], degrees))
-            for name, part in self._parts.items()
+            name: part.vertices(self.box, degrees) for name, part in self._parts.items()
         }
         return tuple(
             self._plant({name: stack[k] for name, stack in parts.items()})
@@ -238,7 +286,13 @@ class Uncertain:
             plant = self.kind(
                 **{name: x.astype(float) for name, x in matrices.items()}, **self._rest
             )
-        keep_rationals(plant.vertices[0], matrices)
+        vertex = plant.vertices[0]
+        if plant is vertex:
+            vars(vertex)["_rationals"] = matrices
+        else:
+            names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
+            own = {names.get(name, name): x for name, x in matrices.items()}
+            vars(vertex)["_exactly"] = replace(vertex, **own)
         return plant
 
     def halves(self, name: str | None = None) -> "tuple[Uncertain, Uncertain]":
@@ -267,6 +321,10 @@ class Uncertain:
             With this family as its ``family``: what is proven of it is said of the
             parameters.
         """
+        return self._around
+
+    @cached_property
+    def _around(self):
         several = [v.vertices[0] for v in self.vertices]
         one = self.kind is SecondOrderSystem
         plants = Polytope(several) if one else DescriptorSystem.of(several)
@@ -289,7 +347,7 @@ class Uncertain:
             family = families.pop()
             box = family.box
             for point in (box.inner, box.middle, *box.corners()):
-                E = _filled(part, [box.powers(point, part[1])])[0].astype(float)
+                E = part.at(box, point).astype(float)
                 sign = 0.0 if rank_deficient(E, 1e-14) else np.linalg.slogdet(E)[0]
                 if sign == 0 and not signs:  # at no special point: everywhere
                     return
@@ -302,12 +360,25 @@ class Uncertain:
                         f"{'M' if 'M' in self._parts else 'E'} is singular at or "
                         f"beside {where}: narrow the ranges"
                     )
-            stack = _filled(part, box.bernstein(part[1], tuple(self.degree.values())))
-            middle = _filled(part, [box.powers(box.middle, part[1])])[0]
+            stack = part.vertices(box, tuple(self.degree.values()))
+            middle = part.at(box, box.middle)
             near = np.linalg.solve(middle.astype(float), stack.astype(float))
             least = np.linalg.eigvalsh(near + near.swapaxes(-1, -2))[:, 0]
             if (least <= 1e-9).any():
                 families += family.halves()
+
+
+def _read(entry, names):
+    """The coefficients of an entry in a file, a number or a polynomial in words."""
+    if isinstance(entry, str):
+        return read_words(entry, names)
+    value = rational("an entry", entry)
+    return {(0,) * len(names): value} if value else {}
+
+
+def _ends(*ends):
+    """The ends of a range in a file: numbers, or texts that spell them."""
+    return [sum(read_words(x, ()).values()) if isinstance(x, str) else x for x in ends]
 
 
 def _told(factor):
@@ -315,27 +386,3 @@ def _told(factor):
     if factor.num.is_one():
         return f"divided by {factor.words(factor.den)}"
     return f"multiplied by {factor}"
-
-
-def _part(shape, entries, box):
-    """A matrix of polynomials: its shape, monomials, places and their coefficients.
-
-    ``entries`` are dicts from exponents to coefficients, one of each place.
-    """
-    places = [k for k, terms in enumerate(entries) if terms]
-    constant = (0,) * len(box.names)
-    monomials = tuple(dict.fromkeys(m for k in places for m in entries[k])) or (
-        constant,
-    )
-    rows = [[entries[k].get(m, fmpq(0)) for k in places] for m in monomials]
-    return shape, monomials, places, rational_matrix(rows)
-
-
-def _filled(part, weights):
-    """The matrices of a part with so many weights of its monomials, one a row."""
-    shape, _, places, coefficients = part
-    weights = rational_matrix(weights)
-    filled = np.full((len(weights), prod(shape)), fmpq(0), dtype=object)
-    if places:
-        filled[:, places] = weights @ coefficients
-    return filled.reshape(len(weights), *shape).view(Rational)

@@ -33,11 +33,16 @@ import sys
 from copy import copy
 from fractions import Fraction
 from functools import cache
-from math import lcm
+from itertools import product as choices
+from math import comb, lcm, prod
 from threading import Lock, Timer
 
 SECONDS = 600.0  # unless told otherwise
 MOST_BYTES, MOST_DIGITS, MOST_VERTICES, DEEPEST = 200_000_000, 100_000, 4096, 200
+MOST_FAMILY = 256  # vertices of a plant with parameters
+NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
+FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?"
+          rf"|{NAME}(?:\^[0-9]{{1,2}})?)")  # fmt: skip
 
 
 class Refused(Exception):
@@ -173,7 +178,9 @@ def sane(name):
 
 
 def number(text):
-    """A decimal in its shortest form, in a string."""
+    """A decimal in its shortest form, in a string; what is read already stays."""
+    if isinstance(text, Fraction):
+        return text
     good = isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII)
     shortest = repr(float(text) + 0.0) if good else ""
     if shortest.endswith(".0"):
@@ -230,19 +237,119 @@ class Vertex:
 
 def vertices_of(file):
     """The vertices and the numbers of inputs and disturbances."""
-    plant = file["plant"]
-    need(plant["vertices"], "the plant has no vertex")
+    plant, given = file["plant"], given_vertices(file["plant"])
     read = {"second order": second_order, "descriptor": descriptor}[plant["kind"]]
-    vertices = [read(v, file) for v in plant["vertices"]]
+    vertices = [read(v, file) for v in given]
     sizes = {(len(d.E), len(v["B"][0]), len(v.get("F", v.get("B_w"))[0]))
-             for d, v in zip(vertices, plant["vertices"])}  # fmt: skip
+             for d, v in zip(vertices, given)}  # fmt: skip
     need(len(sizes) == 1, "the vertices differ in size")
     return vertices, sizes.pop()[1:]
 
 
+def given_vertices(plant):
+    """The matrices of each vertex by name: as the file has them, or Bernstein's.
+
+    With parameters p in [a, b] they are polynomials. In Bernstein's form of degree d
+    p^e has for i = 0 .. d the coefficients
+
+        c_i = sum_j C(i, j) C(d - i, e - j) b^j a^(e - j) / C(d, e)
+
+    and p^e = sum_i w_i c_i with w_i = C(d, i) t^i (1 - t)^(d - i) >= 0 of sum 1, where
+    t = (p - a) / (b - a). With several parameters the products of their w_i have the
+    sum 1, too: so every plant is a mean of the vertices.
+    """
+    names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u"}[
+        plant["kind"]
+    ]
+    if "parameters" not in plant:
+        alike = " C D_u" if plant["kind"] == "descriptor" else ""
+        keys(plant, "kind vertices" + alike)
+        need(plant["vertices"], "the plant has no vertex")
+        return plant["vertices"]
+    keys(dict(plant, D_u=0) if "D_u" in names else plant, "kind parameters " + names)
+    ends = {name: (single(a), single(b)) for name, a, b in plant["parameters"]}
+    need(len(ends) == len(plant["parameters"]), "a parameter comes twice")
+    for name, (a, b) in ends.items():
+        need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
+    parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
+    read = {x: [[polynomial(e, ends) for e in row] for row in rows]
+            for x, rows in parts.items()}  # fmt: skip
+    powers = {p for rows in read.values() for row in rows for e in row for p in e}
+    degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
+    need(
+        prod(d + 1 for d in degrees) <= MOST_FAMILY, "the family has too many vertices"
+    )
+
+    @cache
+    def coefficient(k, i, e):
+        (a, b), d = list(ends.values())[k], degrees[k]
+        return sum(Fraction(comb(i, j) * comb(d - i, e - j), comb(d, e)) * b**j
+                   * a ** (e - j) for j in range(e + 1))  # fmt: skip
+
+    def at(place):
+        return {x: [[sum((c * prod(coefficient(k, i, e)
+                                   for k, (i, e) in enumerate(zip(place, p)))
+                          for p, c in entry.items()), Fraction(0))
+                     for entry in row] for row in rows]
+                for x, rows in read.items()}  # fmt: skip
+
+    vertices = [at(place) for place in choices(*(range(d + 1) for d in degrees))]
+    fixed = [[v.get(x) for x in ("C", "D_u")] for v in vertices]
+    need(all(x == fixed[0] for x in fixed), "an output depends on a parameter")
+    return vertices
+
+
+def polynomial(text, ends):
+    """Coefficients by powers of the parameters, of a sum of products."""
+    need(isinstance(text, str) and text, f"{text!r:.40} is no polynomial")
+    rest, terms = text.replace(" ", ""), {}
+    while rest:
+        found = re.match(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)", rest, re.ASCII)
+        need(found and (found[1] or not terms), f"{text!r:.40} is no polynomial")
+        c, powers = Fraction(-1 if found[1] == "-" else 1), dict.fromkeys(ends, 0)
+        for factor in found[2].split("*"):
+            name, _, power = factor.partition("^")
+            if name[0].isdigit():
+                need(not re.search("/0+$", factor), "a division by zero")
+                c *= Fraction(factor)
+            else:
+                need(name in ends, f"{name:.40} has no range")
+                powers[name] += int(power or 1)
+        place = tuple(powers.values())
+        terms[place], rest = terms.get(place, 0) + c, rest[found.end() :]
+    terms = {place: c for place, c in terms.items() if c}
+    need(text == in_words(terms, ends), f"{text!r:.40} isn't in its shortest form")
+    return terms
+
+
+def in_words(terms, names):
+    """A polynomial as it is written: powers fall, coefficients are short decimals."""
+    text = ""
+    for powers, c in sorted(terms.items(), reverse=True):
+        whole = abs(c) * 10**10  # more decimals than ten are a fraction
+        value = str(abs(c)) if whole.denominator > 1 else decimal(abs(c))
+        parts = [x if e == 1 else f"{x}^{e}" for x, e in zip(names, powers) if e]
+        parts = [value] * (abs(c) != 1 or not parts) + parts
+        sign = "-" if c < 0 else "+" if text else ""
+        text += (f" {sign} " if text else sign) + "*".join(parts)
+    return text or "0"
+
+
+def single(text):
+    return sum(polynomial(text, {}).values(), Fraction(0))
+
+
+def every_plant(file, many):
+    """Of which plants a proof says something."""
+    ranges = [f"{x} in [{a}, {b}]" for x, a, b in file["plant"].get("parameters", ())]
+    if ranges:
+        *most, last = ranges
+        return "every plant with " + (f"{', '.join(most)} and {last}" if most else last)
+    return "every plant of the polytope" if many > 1 else "the plant"
+
+
 def second_order(v, file):
     """M z'' + D z' + S z = B u + F w, x3' = U z, u = K x + K_A z''."""
-    keys(file["plant"], "kind vertices")
     keys(v, "M D S B F")
     n, U = len(v["M"]), matrix(file["U"], len(file["U"]), len(v["M"]))
     M, D, S = (matrix(v[x], n, n) for x in "MDS")
@@ -264,12 +371,12 @@ def second_order(v, file):
 
 
 def descriptor(v, file):
-    keys(file["plant"], "kind vertices C D_u")
-    keys(v, "E A B B_w")
-    N, C = len(v["E"]), file["plant"]["C"]
+    v = dict({x: file["plant"].get(x) for x in ("C", "D_u")}, **v)
+    keys(v, "E A B B_w C D_u")
+    N, C = len(v["E"]), v["C"]
     need(file["U"] == [] and file["K_A"] is None, "this plant has no U, no K_A")
     E, A = matrix(v["E"], N, N), matrix(v["A"], N, N)
-    B, D = matrix(v["B"], N), file["plant"]["D_u"]
+    B, D = matrix(v["B"], N), v["D_u"]
     D = None if D is None else matrix(D, len(C), len(B[0]))
     return Vertex(E, A, B, matrix(v["B_w"], N), matrix(C, len(C), N), D)
 
@@ -488,7 +595,7 @@ class Design:
 
     def _statements(self):
         """Each claim beside the requirement whose blocks prove it."""
-        where = "the plant" if self.many == 1 else "every plant of the polytope"
+        where = every_plant(self.file, self.many)
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
         under = ", under u = K x," if self.m else ""
@@ -654,7 +761,7 @@ def peak(d, r, x, c):
     if not r["acceleration"] or d.file["K_A"] is None:
         yield "u_max", symmetric(c.P, u, b12=c.Y.T)
         return
-    n = len(d.file["plant"]["vertices"][0]["M"])
+    n = len(given_vertices(d.file["plant"])[0]["M"])
     K_A, rows = matrix(d.file["K_A"], d.m, n), slice(n, 2 * n)
     need(all(v.E == d.plain[0].E for v in d.plain), "M - B K_A is uncertain")
     for i in c.places or range(d.many):  # z'' = inertia^-1 (A x + B K x)
@@ -845,7 +952,7 @@ class Delay:
 
     def claims(self):
         tau, mu, delta = (number(self.file[k]) for k in ("tau", "mu", "delta"))
-        who = "every plant of the polytope" if self.many > 1 else "the plant"
+        who = every_plant(self.file, self.many)
         who += ", under u = K x(t - d),"
         if self.file["plant"]["kind"] == "loop":
             who = "the loop"
@@ -1047,8 +1154,7 @@ class Mass:
     """The symmetric part of M - B K_A exceeds beta^2 at each vertex."""
 
     def __init__(self, file):
-        vertices = file["plant"]["vertices"]
-        keys(file["plant"], "kind vertices")
+        vertices = given_vertices(file["plant"])
         need(file["plant"]["kind"] == "second order", "this plant has no mass")
         n, self.file = len(vertices[0]["M"]), file
         self.many, self.beta2 = len(vertices), positive(file["beta"]) ** 2
@@ -1075,7 +1181,7 @@ class Mass:
             yield name, Fraction(1, 2) * he(mass) - self.beta2 * eye(self.n)
 
     def claims(self):
-        where = "every plant of the polytope" if self.many > 1 else "the plant"
+        where = every_plant(self.file, self.many)
         least = "the eigenvalues of its symmetric part exceed beta^2 = "
         return [f"for {where}, M - B K_A is regular", least + decimal(self.beta2)]
 
@@ -1751,6 +1857,8 @@ def size(value):
 def wanted_plant(given):
     """The plant, and U and K_A if any, of a plant file as proof files write them."""
     plant = given.get("plant", given)
+    if "parameters" in plant:
+        raise Beyond("a file with parameters is compared by python -m sosbook verify")
     vertices = []
     for v in plant.get("vertices", [plant]):
         keys(dict(v, F=0), "M D S B F")

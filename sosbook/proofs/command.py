@@ -15,6 +15,7 @@ from ..exact.proof import ProofFile, load
 from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_of
+from ..plants.kinds import checked_plant
 from ..requirements.in_files import KEYS, asked_in_file
 from ..runtime.reading import named, read_bytes, read_json
 from ..runtime.saying import one_line, say
@@ -226,4 +227,4 @@ def read_plant_file(path):
             f"plant, {', '.join(KEYS)}"
         )
     with named(path):
-        return plant_of(data.pop("plant")), asked_in_file(data)
+        return checked_plant(plant_of(data.pop("plant"))), asked_in_file(data)

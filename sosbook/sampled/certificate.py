@@ -8,6 +8,7 @@ from ..exact.proof import Examined, ProofFile
 from ..exact.rational import decimal, decimals, fraction, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.kinds import every_plant
 from .discretize import SampleTiming, input_vertices, is_controller
 from .loops import BALL_BITS, SampledPolytope, halves, pivot
 from .system import SampledSystem
@@ -87,8 +88,9 @@ class SampledCertificate(ProofFile):
         T, delay, U and rate are those of `certify_sampled`; ``tree`` is how
         the weights are halved, and ``failed`` what wasn't proven.
         """
-        many = hasattr(plant, "sample") or len(plant.vertices) > 1
-        where = "every plant of the polytope" if many else "the plant"
+        where = every_plant(plant)
+        if plant.family is None and hasattr(plant, "sample"):
+            where = "every plant of the polytope"  # also of one vertex
         return {
             "claims": [claim(f"the sampled loop of {where}", rate)],
             "plant": plant_data(plant),

@@ -14,7 +14,7 @@ from ..exact.rational import decimals
 from ..language import Unknown
 from ..lmi.problem import LMIProblem
 from ..plants.checks import matrix, positive
-from ..plants.kinds import Plant
+from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import check_time
 from .balls import balls, entries, middle
@@ -146,6 +146,7 @@ def certify_sampled(
     - the sampled loop of every plant of the polytope is stable
     """
     rate = _rate(rate)
+    plant = checked_plant(plant)
     timing, floats = SampleTiming.of(T, delay), input_vertices(plant, U)
     if not isinstance(cells, int) or cells < 1:
         raise ValueError(f"cells must be 1 or more, got {cells!r}")

@@ -91,7 +91,8 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
     >>> round(lower.norm, 4), round(lower.gamma(1.0), 3)
     (0.0113, 0.306)
     """
-    if checked_plant(plant, SecondOrderPlant).p == 0:
+    plant = checked_plant(plant, SecondOrderPlant)
+    if plant.p == 0:
         raise ValueError("the plant has no F: there is no norm to bound")
     request = Request(plant, U, saturation=saturation, K_A=K_A)
     if all(r.bounds_input_from() is None for r in request.requirements):

@@ -16,7 +16,9 @@ from ..plants.checks import finite
 from ..plants.descriptor import COUPLINGS
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.hull import quotient_in_hull
+from ..plants.kinds import checked_plant
 from ..plants.second_order import Polytope, SecondOrderSystem
+from ..plants.uncertain import Uncertain
 from ..requirements.stability import Stability
 from ..runtime.progress import each
 from ..synthesis.design import Design
@@ -85,8 +87,8 @@ def sample_plants(plants, count=20, seed=0):
     list of SecondOrderSystem or DescriptorSystem
         The drawn plants.
     """
-    samples, count = [], whole("count", count, 2)
-    corners = np.eye(len(_several(plants).vertices))
+    samples, count, plants = [], whole("count", count, 2), _several(plants)
+    corners = np.eye(len(plants.vertices))
     for i, j in combinations(range(len(corners)), 2):
         for a in np.linspace(0, 1, count):
             samples.append(plants.at((1 - a) * corners[i] + a * corners[j]))
@@ -297,6 +299,8 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
 
 def _several(plants):
     """A polytope of plants of either order."""
+    if isinstance(plants, Uncertain):
+        plants = checked_plant(plants)
     return plants if isinstance(plants, DescriptorSystem) else _polytope(plants)
 
 

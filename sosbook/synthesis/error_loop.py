@@ -84,7 +84,8 @@ def observed(plant, K, L, C):
 
 def vertices_of(plant):
     """One `Descriptor` for each vertex of a plant of any kind."""
-    if isinstance(checked_plant(plant), DescriptorSystem):
+    plant = checked_plant(plant)
+    if isinstance(plant, DescriptorSystem):
         return plant.vertices
     return descriptors(plant)
 

@@ -155,7 +155,7 @@ def admissible_U(
     >>> admissible_U(plant)
     (<1 on z1: admissible, distance 0.354>, <1 on z2: admissible, distance 0.298>)
     """
-    checked_plant(plant, SecondOrderPlant)
+    plant = checked_plant(plant, SecondOrderPlant)
     if candidates is None:
         candidates = _selections(plant)
     elif issparse(candidates) or not np.iterable(candidates):

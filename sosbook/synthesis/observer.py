@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..plants.checks import matrices_of, matrix
-from ..plants.kinds import Plant
+from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
@@ -101,6 +101,7 @@ def design_observer(
     >>> observer.status, observer.analyse().certify().proven
     ('feasible', True)
     """
+    plant = checked_plant(plant)
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))

@@ -10,6 +10,7 @@ from ..exact.refusal import MultiplierRefusal
 from ..language import Unknown, eye, he
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import matrix, positive
+from ..plants.kinds import every_plant
 from ..theorems.regularization import regular_mass
 
 __all__ = [
@@ -56,10 +57,8 @@ class RegularityCertificate(GainProof):
 
 def claims(plant, beta):
     """What (2.12) proves, in words."""
-    many = len(plant.vertices) > 1
-    where = "every plant of the polytope" if many else "the plant"
     return [
-        f"for {where}, M - B K_A is regular",
+        f"for {every_plant(plant)}, M - B K_A is regular",
         "the eigenvalues of its symmetric part exceed beta^2 = "
         + expanded(exact(beta) ** 2),
     ]

@@ -261,7 +261,7 @@ def regularize(
     >>> regularized.status, regularized.K_A.round(2) + 0, regularized.certify().proven
     ('feasible', array([[ 0.  , -2.31]]), True)
     """
-    checked_plant(plant, SecondOrderPlant)
+    plant = checked_plant(plant, SecondOrderPlant)
     beta = positive("beta", beta)
     if not is_word(choose, ("centre", "least norm")):
         raise ValueError(f'choose must be "centre" or "least norm", got {choose!r}')

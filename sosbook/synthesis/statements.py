@@ -3,6 +3,7 @@
 from functools import cached_property
 
 from ..plants.descriptor import coupled_pairs
+from ..plants.kinds import every_plant
 from ..requirements.stability import Stability
 from .probe import affine_in_quotient
 
@@ -38,7 +39,7 @@ class Statements:
         one's blocks. That an author's class implies stability is no proof of it.
         """
         N = len(self.vertices)
-        where = "every plant of the polytope" if N > 1 else "the plant"
+        where = every_plant(self.plant)
         if N > 1 and not self.covers_polytope:
             where = f"each of the {N} vertices (not the plants between)"
         under = ", under u = K x," if self.plant.m else ""

@@ -1,0 +1,150 @@
+"""Matrices of polynomials in parameters, and their entries as text."""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from math import prod
+
+import numpy as np
+from flint import fmpq
+
+from ..exact.rational import Rational, rational_matrix
+from ..runtime.reading import MOST_DIGITS
+from .bernstein import rational, spelled
+
+__all__ = ["Polynomials", "in_words", "read_words"]
+
+DIGITS = rf"[0-9]{{1,{MOST_DIGITS}}}"
+NUMBER = rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?)"
+FACTOR = rf"(?:{NUMBER}|[A-Za-z_][A-Za-z0-9_]*(?:\^[0-9]{{1,2}})?)"
+TERM = re.compile(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)")
+
+
+@dataclass(frozen=True)
+class Polynomials:
+    """A matrix of polynomials.
+
+    Parameters
+    ----------
+    shape : tuple of two int
+        That of the matrix.
+    monomials : tuple of tuples of int
+        Exponents of the parameters; at least those of a constant.
+    places : list of int
+        Where it isn't zero, row by row.
+    coefficients : (monomials, places) Rational
+        Of each monomial at each place.
+    """
+
+    shape: tuple
+    monomials: tuple
+    places: list
+    coefficients: Rational
+
+    @classmethod
+    def of(cls, shape, entries, count):
+        """From ``entries``, coefficients by exponents of ``count`` parameters."""
+        places = [k for k, terms in enumerate(entries) if terms]
+        monomials = dict.fromkeys(m for k in places for m in entries[k])
+        monomials = tuple(monomials) or ((0,) * count,)
+        rows = [[entries[k].get(m, fmpq(0)) for k in places] for m in monomials]
+        return cls(shape, monomials, places, rational_matrix(rows))
+
+    def mixed(self, weights):
+        """The matrices with some weights of the monomials, one matrix a row."""
+        weights = rational_matrix(weights)
+        mixed = np.full((len(weights), prod(self.shape)), fmpq(0), dtype=object)
+        if self.places:
+            mixed[:, self.places] = weights @ self.coefficients
+        return mixed.reshape(len(weights), *self.shape).view(Rational)
+
+    def at(self, box, point):
+        """The matrix at a point, in the order of the names of a ``box``."""
+        return self.mixed([box.powers(point, self.monomials)])[0]
+
+    def vertices(self, box, degrees):
+        """The Bernstein coefficients on a ``box``: matrices one behind the other."""
+        return self.mixed(box.bernstein(self.monomials, degrees))
+
+    def words(self, names):
+        """The entries as text, rows of a list."""
+        entries = np.full(self.shape, "0", dtype=object)
+        for k, column in zip(self.places, self.coefficients.T):
+            terms = {m: c for m, c in zip(self.monomials, column) if c}
+            entries.flat[k] = in_words(terms, names)
+        return entries.tolist()
+
+
+def in_words(terms, names):
+    """A polynomial as text: "2*m^2 - 0.5*m*k + 1".
+
+    Parameters
+    ----------
+    terms : dict
+        Coefficients by exponents.
+    names : sequence of str
+        The parameters.
+
+    Examples
+    --------
+    >>> in_words({(2, 0): fmpq(2), (1, 1): fmpq(-1, 2), (0, 0): fmpq(1)}, "mk")
+    '2*m^2 - 0.5*m*k + 1'
+    """
+    said = []
+    for powers, c in sorted(terms.items(), reverse=True):
+        factors = [
+            name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers) if e
+        ]
+        if abs(c) != 1 or not factors:
+            factors.insert(0, spelled(abs(c)))
+        sign = ("-" if c < 0 else "+") if said or c < 0 else ""
+        said.append(f" {sign} " if said else sign)
+        said.append("*".join(factors))
+    return "".join(said) or "0"
+
+
+def read_words(text, names):
+    """The coefficients by exponents of a polynomial that `in_words` might write.
+
+    Parameters
+    ----------
+    text : str
+        Numbers and names of parameters, between ``+``, ``-``, ``*``, and whole powers
+        behind ``^``. Brackets aren't known.
+    names : sequence of str
+        The parameters.
+
+    Raises
+    ------
+    ValueError
+        If it is something else; the text says where it ends to be a polynomial.
+
+    Examples
+    --------
+    >>> read_words("2*m^2 - 1/2*k*m + 1e-1", ("m", "k"))
+    {(2, 0): 2, (1, 1): -1/2, (0, 0): 1/10}
+    """
+    rest, terms = text.replace(" ", ""), {}
+    while rest or not terms:
+        term = TERM.match(rest)
+        if not term or (terms and not term[1]):
+            raise ValueError(
+                f"{text!r:.60} isn't a polynomial at {rest!r:.20}: write sums of "
+                "products, as in 2*m^2 - 0.5*m*k"
+            )
+        c, powers = fmpq(-1 if term[1] == "-" else 1), dict.fromkeys(names, 0)
+        for factor in term[2].split("*"):
+            name, _, power = factor.partition("^")
+            if name in powers:
+                powers[name] += int(power or 1)
+            elif name[0].isdigit():
+                try:
+                    c *= rational("", Fraction(factor))
+                except ZeroDivisionError:
+                    raise ValueError(f"{text!r:.60} divides by zero") from None
+            else:
+                raise ValueError(f"{name} in {text!r:.60} has no range")
+        place = tuple(powers.values())
+        terms[place] = terms.get(place, fmpq(0)) + c
+        rest = rest[term.end() :]
+    return {place: c for place, c in terms.items() if c}
