@@ -33,7 +33,6 @@ import sys
 from copy import copy
 from fractions import Fraction
 from functools import cache
-from itertools import product as choices
 from math import comb, lcm, prod
 from threading import Lock, Timer
 
@@ -293,7 +292,10 @@ def given_vertices(plant):
                      for entry in row] for row in rows]
                 for x, rows in read.items()}  # fmt: skip
 
-    vertices = [at(place) for place in choices(*(range(d + 1) for d in degrees))]
+    places = [()]
+    for d in degrees:
+        places = [(*place, i) for place in places for i in range(d + 1)]
+    vertices = list(map(at, places))
     fixed = [[v.get(x) for x in ("C", "D_u")] for v in vertices]
     need(all(x == fixed[0] for x in fixed), "an output depends on a parameter")
     return vertices
