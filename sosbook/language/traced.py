@@ -158,6 +158,8 @@ class Traced:
             zero = all(f == ZERO for row in rows for f in row)
             tree = ("O", *map(trees.size, shape)) if zero else ("block", rows)
             factors = Traced(tree, shape)
+        if trees.is_number(factors.tree):
+            return Traced(factors.tree) * self
         if factors.shape == (1, 1) and factors.tree[0] != "name":
             return factors[0, 0] * self
         shape = [a * b for a, b in zip(factors.shape, self.shape)]
@@ -220,6 +222,7 @@ class Traced:
             return Traced(zero, other.shape, 0 if not other.ndim else None)
         for one, two in ((self, other), (other, self)):
             if one.tree in (ONE, ("I", ONE), ("neg", ONE)):
+                two = Traced(two.tree, two.shape or one.shape, two.value)
                 return -two if one.tree[0] == "neg" else two
         value = None
         if not other.ndim and self.value is not None and other.value is not None:

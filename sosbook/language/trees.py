@@ -157,3 +157,41 @@ def shown(x, level=0):
     else:
         text = f"{shown(x[1], 1)}/{shown(x[2], 2)}"
     return text if own >= level else f"({text})"
+
+
+def scaled_constants(x, s, unknowns):
+    """The tree of s G(X / s), where that of G(X) is x: its constants times s.
+
+    Parameters
+    ----------
+    x, s : tuple
+        Trees, that of G and of the number s.
+    unknowns : set of str
+        The names in G that are unknown.
+    """
+    if x[0] == "neg":
+        return negative(scaled_constants(x[1], s, unknowns))
+    if not _speaks_of(x, unknowns):
+        if x in (ZERO, MIRROR) or x[0] == "O":
+            return x
+        return s if x == ONE else product(s, x)
+    if x[0] == "name":
+        return x
+
+    def inner(y):
+        return scaled_constants(y, s, unknowns)
+
+    if x[0] == "block":
+        return ("block", tuple(tuple(map(inner, row)) for row in x[1]))
+    if x[0] in ("mul", "kron"):  # one of the factors is certain
+        left = inner(x[1]) if _speaks_of(x[1], unknowns) else x[1]
+        return (x[0], left, inner(x[2]) if left is x[1] else x[2])
+    if x[0] == "div":
+        return ("div", inner(x[1]), x[2])
+    return (x[0], *map(inner, x[1:]))
+
+
+def _speaks_of(x, names):
+    if x[0] == "name":
+        return x[1] in names
+    return any(_speaks_of(part, names) for part in x if isinstance(part, tuple))

@@ -32,8 +32,9 @@ export function design(request, start = null, hasty = false) {
     found = phaseOne(blocks, guess(blocks, frame));
   }
   if (found.verdict !== "feasible") {
-    const refusal =
-      found.verdict === "infeasible" && !hasty ? refusalOf(request, frame, blocks, found.Z) : null;
+    const refusal = found.verdict === "infeasible" && !hasty && !asked.text
+      ? refusalOf(request, frame, blocks, found.Z)
+      : null;
     const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
     if (refusal)
       return {

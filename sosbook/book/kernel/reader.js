@@ -52,6 +52,7 @@ export class Reader {
   // env: values by name, see `known` and `unknown`.
   constructor(ring, env = {}) {
     this.ring = ring;
+    /** @type {any} */
     this.env = {...env};
   }
 
@@ -311,38 +312,45 @@ export class Reader {
     return {X: total, terms};
   }
 
-  // What a text says: [{name, mark, value}] of its statements, in order. sets: lists
-  // of words by name.
-  * statements(text, sets = {}) {
+  equal({X}, {X: Y}) {
+    return X.rows === Y.rows && X.cols === Y.cols &&
+      this.sum(X, this.scaled(this.ring.of("-1"), Y)).at.every(this.ring.none);
+  }
+
+  // What a text says: {name, mark, value, right} of its statements, in order; sets: lists of
+  // words by name. Names that are `given` aren't defined again.
+  * statements(text, sets = {}, given = []) {
     /** @type {any} */
-    let loop = null;
+    let loop = {words: [], values: [[]]};
     /** @type {any[]} */
     const steps = [];
     for (const line of text.split("\n")) {
-      const open = /^for (\w+(?:, \w+)*) in (\w+):/.exec(line);
-      if (open) steps.push((loop = {words: open[1].split(", "), of: open[2], body: []}));
-      else {
-        const step = parsedLine(line);
-        if (!/^\s/.test(line)) loop = null;
-        if (step) (loop ? loop.body : steps).push(step);
-      }
+      const open = /^for (\w+(?:, \w+)*) in (\w+):/.exec(line), inner = /^\s/.test(line);
+      if (open)
+        loop = {
+          words: open[1].split(", "),
+          values: sets[open[2]] ?? odd(`there is no set ${open[2]}`),
+          body: []
+        };
+      else if (!inner || !loop.body) loop = {words: [], values: [[]], body: []};
+      if (!inner || open) steps.push(loop);
+      const step = open ? null : parsedLine(line);
+      if (step) loop.body.push(step);
     }
-    for (const step of steps) {
-      if (!step.body) yield* this.said(step, {});
-      else
-        for (const values of sets[step.of] ?? odd(`there is no set ${step.of}`))
-          for (const inner of step.body)
-            yield*
-              this.said(inner, Object.fromEntries(step.words.map((word, k) => [word, values[k]])));
-    }
+    for (const {words, values, body} of steps)
+      for (const some of values)
+        for (const step of body)
+          yield*
+            this.said(step, Object.fromEntries(words.map((word, k) => [word, some[k]])), given);
   }
-  * said({name, mark, x}, at) {
+  * said({name, mark, x, right}, at, given) {
     const called = text => text.split(".").map((word, k) => k && at[word] || word).join(".");
     const renamed = x => !Array.isArray(x) ? x
       : x[0] === "name"                    ? ["name", called(x[1])]
                                            : x.map(renamed);
+    if (mark === "=" && given.includes(called(name))) return;
     const value = this.value(renamed(x));
     if (mark === "=") this.env[called(name)] = value;
-    else yield {name: called(name), mark, value};
+    else yield {name: called(name), mark, value, right: this.value(renamed(right))};
   }
 }

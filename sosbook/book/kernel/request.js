@@ -7,6 +7,7 @@ import {Blocks} from "./blocks.js";
 import {changed, sized} from "./descriptor.js";
 import {weightFactors} from "./exact.js";
 import {FLOATS, identity, matrix} from "./matrices.js";
+import {writtenBlocks} from "./written.js";
 
 // (2.18), (2.19), (2.20): regions alpha + beta s + beta' s* < 0, rounded inwards
 // as the package's proofs want them.
@@ -28,6 +29,7 @@ export const scalarsOf = ({unknowns}) => unknowns.filter(({scalar}) => scalar);
 
 // The blocks of a request in a frame, affine in P, Y and the sizes s.
 export function assembled(plain, pairs, asked, frame) {
+  if (asked.text) return writtenBlocks(plain, asked, frame);
   const {unknowns, list} = laidOut(plain, pairs, asked, regions(asked), frame);
   const blocks = new Blocks(unknowns);
   for (const {name, constant, terms, slopes, multiplied} of list)

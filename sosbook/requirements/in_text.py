@@ -1,0 +1,104 @@
+"""A requirement of an author's own as text, which anybody's checker reads."""
+
+import re
+
+from ..exact.rational import decimal
+from ..language.traced import Traced
+from ..language.trees import scaled_constants
+
+__all__ = ["theorem_data"]
+
+
+class TracedLoop:
+    """A `Loop` of symbols, for one requirement.
+
+    What it knows is what an author's blocks may speak of: P, Y, V, the requirement's
+    numbers and unknowns, whose names begin with ``own``, and a vertex or a pair.
+    """
+
+    def __init__(self, requirement, request, own):
+        d, N, m = request.vertices[0], request.order, request.plant.m
+        self.request, slack = request, request.coupling == "slack"
+        self.called = lambda name: own + re.sub(r"\W", "_", name, flags=re.ASCII)
+        self.own = {
+            u.name: Traced.matrix(self.called(u.name), *u.shape, symmetric=u.symmetric)
+            for u in requirement.unknowns(request)
+        }
+        self.unknowns = {self.called(name) for name in self.own}
+        self.epsilon = Traced.number("epsilon") if slack else None
+        square = {"Theta": 0, "EPE": 1, "EP": 0, "EVE": 0, "V": 0}
+        for name, symmetric in square.items():
+            setattr(self, name, Traced.matrix(name, N, symmetric=bool(symmetric)))
+        self.P = Traced.matrix("P.i" if slack else "P", N, symmetric=True)
+        self.Y, self.EY = Traced.matrix("Y", m, N), Traced.matrix("EY", N, m)
+        self.unknowns |= {*square, self.P.text, "Y", "EY"}
+        self.EV, self.Bw = self.EP, Traced.matrix("W", N, d.Bw.shape[1])
+        self.EPC = self.EP @ Traced.matrix("C", len(d.C), N).T
+        if d.Du is not None:
+            self.EPC = self.EPC + self.EY @ Traced.matrix("D", len(d.C), m).T
+        self.EVC = self.EPC
+
+    def level(self, requirement):
+        """The bound of the requirement, to its power."""
+        parameter = requirement.parameter
+        return Traced.number(self.called(parameter.key)) ** parameter.power
+
+    def number(self, x):
+        """Numbers, as a text holds them."""
+        return Traced.of(x)
+
+    scalar = state = row = number
+
+    def near(self, P):
+        """P itself."""
+        return P
+
+
+def theorem_data(requirement, request, place, sized=False):
+    """The blocks of a requirement as text, and what a file says of it.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        Of an author's own.
+    request : Request
+        What is asked.
+    place : int
+        The requirement's number among all, counted from one.
+    sized : bool
+        Whether the blocks are those of P / s, times the unknown s.
+
+    Returns
+    -------
+    dict or None
+        "numbers" and "unknowns" by name, as decimals and as shapes; "blocks":
+        (where, name, text) each, where a text may speak of the names that the text of
+        a design defines. None if it can't be traced.
+    """
+    own = f"own.{place}."
+    loop, size = TracedLoop(requirement, request, own), Traced.number(own + "size")
+    try:
+        once = [(name, g) for name, vertices, g in requirement.once(loop)]
+        if request.coupling == "slack":
+            pair = list(requirement.slack(loop, loop, 0))
+        else:
+            pair = list(requirement.pair(loop, loop))
+        parts = [("once", *b) for b in once] + [("pair", *b) for b in pair]
+        blocks = []
+        for where, name, g in parts:
+            tree = Traced.of(g).tree
+            if sized:
+                tree = scaled_constants(tree, size.tree, loop.unknowns)
+            blocks.append([where, name, Traced(tree).text])
+    except (TypeError, ValueError, AttributeError, LookupError, RecursionError):
+        return None
+    unknowns = {
+        loop.called(u.name): f"symmetric {u.shape[0]}"
+        if u.symmetric
+        else "{} x {}".format(*u.shape)
+        for u in requirement.unknowns(request)
+    }
+    numbers = {}
+    if requirement.parameter is not None:
+        numbers[loop.called(requirement.parameter.key)] = decimal(requirement.bound)
+    return {"numbers": numbers, "unknowns": unknowns, "blocks": blocks}
