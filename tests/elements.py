@@ -26,6 +26,36 @@ def write_page(path, *pieces):
     return path
 
 
+def two_of(element, folder):
+    """Write a page with an element twice, as a chapter may have two of a kind."""
+    return write_page(folder / "page.html", element.html, "<p>and</p>", element.html)
+
+
+def first(tab, tag):
+    """The first element of a kind."""
+    return tab.page.locator(tag).first
+
+
+def say(tab, tag):
+    """What it says."""
+    return first(tab, tag).locator(".sos-readout").inner_text()
+
+
+def held(tab, tag, code, given=None):
+    """What a script finds in it: `a` in the code."""
+    return tab.page.evaluate(
+        f"given => {{ const a = document.querySelector({tag!r}); {code} }}", given
+    )
+
+
+def assert_quiet(tab):
+    """Neither an error nor a request beyond the page itself and its workers."""
+    assert tab.errors == []
+    assert [
+        u for u in tab.requests if not u.startswith(("file:", "data:", "blob:"))
+    ] == []
+
+
 def brightness(tab, selector, kind):
     """Relative luminance of a colour, as WCAG 2 defines it."""
     return tab.page.evaluate(

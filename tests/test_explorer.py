@@ -1,6 +1,7 @@
 """Sliders that the reader's browser solves, against the package."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate
-from tests.elements import write_page
+from tests.elements import assert_quiet, first, say, two_of, write_page
 
 LABELS = {
     "sigma": "Decay rate σ",
@@ -45,13 +46,7 @@ def explorer(robot):
 
 @pytest.fixture(scope="module")
 def sheet(explorer, tmp_path_factory):
-    """A page with two explorers, as a chapter may have."""
-    return write_page(
-        tmp_path_factory.mktemp("page") / "explorer.html",
-        explorer.html,
-        "<p>between</p>",
-        explorer.html,
-    )
+    return two_of(explorer, tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture
@@ -59,8 +54,7 @@ def tab(visit, sheet):
     tab = visit(sheet)
     settled(tab)
     yield tab
-    assert tab.errors == []
-    assert all(re.match("file:|data:|blob:", url) for url in tab.requests)
+    assert_quiet(tab)
 
 
 def settled(tab, more="true"):
@@ -73,12 +67,7 @@ def settled(tab, more="true"):
     )
 
 
-def first(tab):
-    return tab.page.locator("sos-explorer").first
-
-
-def say(tab):
-    return first(tab).locator(".sos-readout").inner_text()
+first, say = (partial(f, tag="sos-explorer") for f in (first, say))
 
 
 def state(tab):

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +16,8 @@ from sosbook.mip.spread import vertices
 from sosbook import thesis
 from sosbook.book.elements.robot import STEPS_PER_TICK, animation
 from sosbook.plants import Gain
-from tests.elements import write_page
+from tests import elements
+from tests.elements import assert_quiet, first, say, two_of
 from tests.gains import named
 
 MIP = Mip.printed()
@@ -36,13 +38,7 @@ def element():
 
 @pytest.fixture(scope="module")
 def sheet(element, tmp_path_factory):
-    """A page with two of them, as a chapter may have."""
-    return write_page(
-        tmp_path_factory.mktemp("page") / "robot.html",
-        element.html,
-        "<p>between</p>",
-        element.html,
-    )
+    return two_of(element, tmp_path_factory.mktemp("page"))
 
 
 # ------------------------------------------------------------------ in Python
@@ -160,18 +156,11 @@ def simulate(gain, tilt, delay, seconds, sensors, mip=MIP):
 # -------------------------------------------------------------- in the browser
 
 
-def first(tab):
-    return tab.page.locator("sos-robot").first
-
-
-def say(tab):
-    return first(tab).locator(".sos-readout").inner_text()
+first, say = (partial(f, tag="sos-robot") for f in (first, say))
 
 
 def held(tab, code, given=None):
-    return tab.page.evaluate(
-        f"given => {{ const a = document.querySelector('sos-robot');{code} }}", given
-    )
+    return elements.held(tab, "sos-robot", code, given)
 
 
 def ran(tab, **setting):
@@ -185,8 +174,7 @@ def ran(tab, **setting):
 def tab(visit, sheet):
     tab = visit(sheet)
     yield tab
-    assert tab.errors == []
-    assert all(re.match("file:|data:", url) for url in tab.requests)
+    assert_quiet(tab)
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ def pictures(design):
     plots.ellipsoid(c, design.P, (0, 2), x0=design.request.saturation.x0)
     return {
         "poles": plots.pole_map(design.poles(), design.request.region),
-        "response": plots.response(answer, 150, disturbance=(3, 6)),
+        "response": plots.response(answer, 150),
         "others": everything,
     }
 

@@ -17,18 +17,12 @@ from ...synthesis.request import Request
 from .designs import Atlas, Slider, page_loop, start_place
 from .page import significant
 from .program import plant_data
-from .records import DELAY_BLOCKS, delay_record
+from .records import DELAY_BLOCKS, DELAY_PARAMETERS, delay_record
 
 __all__ = ["DELAY_KINDS", "DelayAtlas", "delay_atlas", "output_name", "unit_set_point"]
 
 #: Ways in which the delay varies within its interval.
 DELAY_KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
-SCALARS = {
-    "tau": ("Nominal delay τ", "τ", " s"),
-    "ratio": ("Variation μ/τ", "μ/τ", ""),
-    "delta": ("Decay rate δ", "δ", " 1/s"),
-    "alpha": ("Scalar α", "α", " s"),
-}
 SINE_PERIOD, DWELL_TIME, SEED = 10, 2, 0  # period and dwell in units of tau
 LINE_POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
 
@@ -66,29 +60,6 @@ def output_name(U):
     U = np.asarray(U, float)
     picks = len(U) == 1 and sorted(U[0])[::-1] == [1] + [0] * (U.shape[1] - 1)
     return f"z{U[0].argmax() + 1}" if picks else "U z"
-
-
-class DelaySlider(Slider):
-    """A scalar of the request, in the units of `design_delay_pid`.
-
-    Examples
-    --------
-    >>> DelaySlider("delta", (0.1, 0.2)).texts
-    ['δ = 0.1 1/s', 'δ = 0.2 1/s']
-    """
-
-    looser = 0  # the page tries both directions
-
-    @property
-    def label(self):
-        """The words beside the slider."""
-        return SCALARS[self.key][0]
-
-    @property
-    def texts(self):
-        """Each value in words, for the page and for screen readers."""
-        _, symbol, unit = SCALARS[self.key]
-        return [f"{symbol} = {value:.4g}{unit}" for value in self.values]
 
 
 class DelayAtlas(Atlas):
@@ -158,7 +129,7 @@ def delay_atlas(
     """
     asked = {"tau": taus, "ratio": ratios, "delta": deltas, "alpha": alphas}
     sliders = [
-        DelaySlider(key, tuple(sorted(map(float, values))))
+        Slider(key, tuple(sorted(map(float, values))), DELAY_PARAMETERS[key])
         for key, values in asked.items()
         if values is not None
     ]
@@ -189,14 +160,11 @@ def delay_atlas(
         f"{output_name(example.U)}.",
         "blocks": list(DELAY_BLOCKS.values()),
         "kinds": DELAY_KINDS,
-        "U": [[significant(x, 12) for x in row] for row in example.U],
+        "U": significant(example.U, 12),
         "varying": [
             SINE_PERIOD,
             DWELL_TIME,
-            [
-                significant(x, 4)
-                for x in RandomDelay(0.0, 1.0, 1.0, SEED)(np.arange(count))
-            ],
+            significant(RandomDelay(0.0, 1.0, 1.0, SEED)(np.arange(count)), 4),
         ],
         "window": _window(designs.values(), max(deltas)),
         "points": LINE_POINTS,
@@ -242,8 +210,4 @@ def _window(records, delta):
     ).reshape(-1, 2)
     left = min(rightmost[:, 0].min(initial=-1.0), -2 * delta)
     height = rightmost[:, 1].max(initial=1.0)
-    return [
-        significant(1.1 * left, 2),
-        significant(-0.15 * left, 2),
-        significant(1.15 * height, 2),
-    ]
+    return significant([1.1 * left, -0.15 * left, 1.15 * height], 2)

@@ -73,7 +73,7 @@ class Slider:
             "key": self.key,
             "label": self.label,
             "texts": self.texts,
-            "values": [significant(v, 8) for v in self.values],
+            "values": significant(self.values, 8),
             "looser": self.looser,
         }
 
@@ -219,10 +219,10 @@ def design_atlas(
     designs, spread = _solve_grid(sliders, solve, progress, blocks)
     first = moved(held, fixed | {s.key: s.values[0] for s in sliders})
     request = Request(plant, U, K_A=K_A, coupling=coupling, requirements=first)
-    fixed = {key: significant(value, 8) for key, value in fixed.items()}
     tops = {s.key: s.values[-1] for s in sliders}
     far = (fixed | tops).get("rho") or 1.1 * (spread or 1.0)
     loop = page_loop(request, r, horizon) | shown(fixed, held, far)
+    loop["fixed"] = {key: significant(value, 8) for key, value in fixed.items()}
     loop |= {"blocks": blocks} | program_data(request) | {"mu": mu}
     return Atlas(title, sliders, designs, loop, start_place(sliders, start))
 
@@ -269,13 +269,13 @@ def page_loop(request, r, horizon):
     for d in request.vertices:
         A, B, _ = d.state_space()
         s = np.concatenate([np.zeros(2 * n), -d.A[2 * n :, :n] @ r])
-        vertices.append({"A": _table(A), "B": _table(B), "s": _row(s)})
+        vertices.append({x: significant(X, 12) for x, X in zip("ABs", (A, B, s))})
     many = "" if isinstance(plant, SecondOrderSystem) else ", every vertex"
     goal = ", ".join(f"{x:.4g}" for x in r)
     return {
         "shape": [n, plant.m, a],
         "vertices": vertices,
-        "r": _row(r),
+        "r": significant(r, 12),
         "horizon": significant(horizon, 8),
         "caption": f"Step response from rest to the set point ({goal}){many}.",
     }
@@ -288,7 +288,7 @@ def shown(fixed, held, far):
         "fixed": fixed,
         "shownFixed": {key: which[key].shown(value) for key, value in fixed.items()},
         "also": [which[key].text(value) for key, value in fixed.items()],
-        "window": [significant(c * far, 3) for c in (-1.06, 0.2, 1.0)],
+        "window": significant([-1.06 * far, 0.2 * far, far], 3),
     }
 
 
@@ -310,11 +310,3 @@ def start_place(sliders, start):
     if start:
         raise ValueError(f"start names no slider: {sorted(start)}")
     return tuple(place)
-
-
-def _row(values):
-    return [significant(x, 12) for x in values]
-
-
-def _table(matrix):
-    return [_row(row) for row in matrix]

@@ -2,6 +2,8 @@
 
 import re
 
+import numpy as np
+
 from ...display.escape import json_text, page_text
 from .scripts import modules, script, sheet
 
@@ -83,11 +85,20 @@ def named(text):
 
 
 def significant(value, digits):
-    """A float ``value`` rounded to so many significant digits, and never -0.
+    """A float, or an array as lists, rounded to so many significant digits; never -0.
+
+    Parameters
+    ----------
+    value : array_like
+        Of any shape.
+    digits : int
+        How many digits are kept.
 
     Examples
     --------
-    >>> significant(0.123456, 3), significant(-0.0, 3)
-    (0.123, 0.0)
+    >>> significant(0.123456, 3), significant([[-0.0, 12345]], 3)
+    (0.123, [[0.0, 12300.0]])
     """
+    if np.ndim(value):
+        return [significant(x, digits) for x in value]
     return float(f"{float(value):.{digits}g}") + 0.0

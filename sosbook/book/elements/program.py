@@ -30,7 +30,7 @@ def program_data(request):
     return {
         "request": plant_data(request.plant, request.U, request.K_A)
         | {"coupling": request.coupling},
-        "x0": None if saturation is None else _table([saturation.x0])[0],
+        "x0": None if saturation is None else significant(saturation.x0, DIGITS),
         "mu": request.mu,
         "cost": cost
         and {"Q": cost.Q.tolist(), "R": cost.R.tolist(), "noise": cost.noise},
@@ -55,8 +55,8 @@ def plant_data(plant, U, K_A=None):
     """
     return {
         "vertices": [_matrices(v) for v in plant.vertices],
-        "U": [] if U is None else _table(U),
-        "K_A": None if K_A is None else _table(K_A),
+        "U": [] if U is None else significant(U, DIGITS),
+        "K_A": None if K_A is None else significant(K_A, DIGITS),
     }
 
 
@@ -89,8 +89,4 @@ def _literal(value):
 
 def _matrices(v):
     names = "MDSBF" if v.p else "MDSB"
-    return {name: _table(getattr(v, name)) for name in names}
-
-
-def _table(x):
-    return [[significant(e, DIGITS) for e in row] for row in np.asarray(x, float)]
+    return {name: significant(getattr(v, name), DIGITS) for name in names}

@@ -9,9 +9,17 @@ from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...requirements.stability import Stability
+from ...requirements.vocabulary import Parameter
 from .page import significant
 
-__all__ = ["BLOCKS", "DELAY_BLOCKS", "delay_record", "map_record", "record"]
+__all__ = [
+    "BLOCKS",
+    "DELAY_BLOCKS",
+    "DELAY_PARAMETERS",
+    "delay_record",
+    "map_record",
+    "record",
+]
 
 NOT_FEASIBLE = {"infeasible": 0, "undecided": 1}  # the record of no design
 #: Titles of the blocks that every page knows; others join a page's own list.
@@ -29,6 +37,19 @@ BLOCKS = (
     ),
     "scale",
 )
+#: What a request under delay can move; "ratio" is mu / tau.
+DELAY_PARAMETERS = {
+    p.key: p
+    for p in (
+        Parameter("tau", "delay tau", "Nominal delay τ", "τ", " s"),
+        Parameter(
+            "mu", "variation mu", "Variation of the delay μ", "μ", " s", harder=1
+        ),
+        Parameter("ratio", "variation mu / tau", "Variation μ/τ", "μ/τ", harder=1),
+        Parameter("delta", "decay rate delta", "Decay rate δ", "δ", " 1/s", harder=1),
+        Parameter("alpha", "scalar alpha", "Scalar α", "α", " s"),
+    )
+}
 #: Titles of the blocks of a design under delay.
 DELAY_BLOCKS = {
     "functional": "V is positive",
@@ -61,7 +82,7 @@ def record(design, blocks=None):
     worst, margin = tightest(design)
     request = design.request
     return [
-        _row(design.K, 5),
+        significant(np.ravel(design.K), 5),
         _upper_half(design.poles(), 4),
         [block_index(worst, request, blocks), significant(margin, 2)],
         significant(design.hinf(), 3) if request.plant.p else None,
@@ -90,9 +111,9 @@ def delay_record(design):
     tau, mu = design.request.tau, design.request.mu
     worst, margin = tightest(design)
     return [
-        _row(design.K, 4),
+        significant(np.ravel(design.K), 4),
         [list(DELAY_BLOCKS).index(worst), significant(margin, 2)],
-        _row(design.slowest_decay(), 3),
+        significant(design.slowest_decay(), 3),
         [_upper_half(design.roots(d), 3) for d in (tau - mu, tau, tau + mu)],
     ]
 
@@ -113,7 +134,10 @@ def map_record(design, blocks):
         K row by row (4 digits), and the index of the tightest block.
     """
     worst, _ = tightest(design)
-    return {"K": _row(design.K, 4), "block": block_index(worst, design.request, blocks)}
+    return {
+        "K": significant(np.ravel(design.K), 4),
+        "block": block_index(worst, design.request, blocks),
+    }
 
 
 def tightest(design):
@@ -132,12 +156,8 @@ def block_index(name, request, blocks=None):
     return blocks.index(title)
 
 
-def _row(values, digits):
-    return [significant(x, digits) for x in np.ravel(values)]
-
-
 def _upper_half(poles, digits):
     """Poles with Im >= 0 as re, im, re, im, ..."""
     poles = np.ravel(poles)
     poles = poles[poles.imag >= 0]
-    return _row(np.stack([poles.real, poles.imag], axis=1), digits)
+    return significant(np.stack([poles.real, poles.imag], axis=1).ravel(), digits)

@@ -99,9 +99,10 @@ export function exactInner(X, Y) {
 export const exactZeros = (rows, cols) =>
   ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
-// The nearest floats, whatever the decimals' length.
-export const floatsOf = X =>
-  ({rows: X.rows, cols: X.cols, at: Float64Array.from(X.at, x => Number(`${x}e-${X.places}`))});
+// The nearest floats, whatever the decimals' length; `nearly` of a scalar.
+export const floatsOf = ({rows, cols, places, at}) =>
+  ({rows, cols, at: Float64Array.from(at, x => Number(`${x}e-${places}`))});
+export const nearly = X => floatsOf(X).at[0];
 
 // The same operations as those of FLOATS; `known` brings decimals into the arithmetic.
 export const EXACT = {
@@ -191,7 +192,7 @@ export function weightFactors(Q) {
 }
 
 // The greatest common divisor, for x of any sign and y > 0.
-function divisor(y, x) {
+export function divisor(y, x) {
   let a = x < 0n ? -x : x;
   while (a) [y, a] = [a, y % a];
   return y;

@@ -2,7 +2,7 @@
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
 import {coupledPairs, descriptors, rounded} from "./descriptor.js";
-import {atPlaces, decimal, decimals, definite, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros} from "./exact.js";
+import {atPlaces, decimal, decimals, definite, divisor, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly} from "./exact.js";
 import {inverse, mapped, rowsOf} from "./matrices.js";
 import {claimsOf, exactRegions, fileOf} from "./proof.js";
 import {conditionOf, followersOf, laidOut} from "./request.js";
@@ -130,9 +130,6 @@ function slopeAt({terms, slopes}, i, j, m, N, sizes) {
   return slope;
 }
 
-// A decimal as a float, whatever its length.
-const nearly = ({at: [x], places}) => Number(`${x}e-${places}`);
-
 // As many entries as there are variables, whose slopes are independent: the largest first,
 // each less its part along those before (Golub and Van Loan, section 5.4.2).
 function independent(entries, count) {
@@ -194,8 +191,8 @@ function solvedExactly(columns, right) {
 function staysDefinite(near, far, scale) {
   const n = near.rows, places = near.places + 3, lowered = atPlaces(near, places).at.slice();
   const w = Array.from({length: n},
-    (_, i) => Math.round(
-      Math.log10(Math.abs(nearly({at: [near.at[i * n + i]], places: near.places})) || 1) / -2));
+    (_, i) =>
+      Math.round(Math.log10(Math.abs(nearly({...near, at: [near.at[i * n + i]]})) || 1) / -2));
   const common = Math.max(places, far.places), unit = 10n ** BigInt(common - places);
   const here = atPlaces(near, common).at, there = atPlaces(far, common).at;
   for (let i = 0; i < n; i++) {
@@ -240,7 +237,6 @@ export function refusalFile(request, {list, Z, scale, frame}) {
 }
 
 export function ratio(x, y) {
-  let a = x < 0n ? -x : x, b = y;
-  while (b) [a, b] = [b, a % b];
+  const a = divisor(y, x);
   return y === a ? String(x / a) : `${x / a}/${y / a}`;
 }

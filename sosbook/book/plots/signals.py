@@ -10,11 +10,16 @@ plt = library("matplotlib.pyplot")
 
 __all__ = ["input_limit", "response", "signal"]
 
+LABELS = {
+    "z": "position z",
+    "dz": "velocity z′ (1/s)",
+    "e": "error e = z − r",
+    "u": "input u",
+}
 
-def response(
-    response, u_max=None, disturbance=None, panels=None, names=None, figsize=None
-):
-    """Time histories of a simulated loop, one panel a quantity.
+
+def response(response, u_max=None):
+    """Time histories of a simulated loop: z, z', e and u, a panel each.
 
     Parameters
     ----------
@@ -22,52 +27,20 @@ def response(
         What `Design.simulate` returns: t in s, and z, dz, e, u by row.
     u_max : float, optional
         Drawn as a limit in the panel of u; the norm of u is drawn beside it.
-    disturbance : (start, stop), optional
-        A window in seconds, shaded in every panel.
-    panels : sequence of "z", "dz", "e", "u", optional
-        All four if left out; z, z' and e in their plant's units.
-    names : dict, optional
-        Axis labels in place of the standard ones, {"z": "z (rad)"}.
-    figsize : (float, float), optional
-        Width and height in inches.
 
     Returns
     -------
     matplotlib.figure.Figure
         The figure.
     """
-    labels = {
-        "z": "position z",
-        "dz": "velocity z′ (1/s)",
-        "e": "error e = z − r",
-        "u": "input u",
-    } | dict(names or {})
-    panels = tuple(panels or ("z", "dz", "e", "u"))
-    columns = 1 if len(panels) == 1 else 2
-    rows = -(-len(panels) // columns)
-    figure, axes = plt.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        sharex=True,
-        figsize=figsize or (6.8 if columns == 2 else 4.6, 0.4 + 2.1 * rows),
-    )
-    for ax, key in zip(axes.flat, panels):
-        signal(
-            ax,
-            response.t,
-            getattr(response, key),
-            name="z′" if key == "dz" else key,
-            disturbance=disturbance,
-        )
-        if ax is not axes[0, 0] and disturbance is not None:
-            ax.patches[0].set_label("_")  # named once is enough
+    figure, axes = plt.subplots(2, 2, sharex=True, figsize=(6.8, 4.6))
+    for ax, (key, label) in zip(axes.flat, LABELS.items()):
+        name = "z′" if key == "dz" else key
+        signal(ax, response.t, getattr(response, key), name=name)
         if key == "u" and u_max is not None:
             input_limit(ax, response.t, response.u, u_max)
-        ax.set_ylabel(labels[key])
+        ax.set_ylabel(label)
         legend_above(ax, 5)
-    for ax in axes.flat[len(panels) :]:
-        ax.set_visible(False)
     for ax in axes[-1]:
         ax.set_xlabel("time t (s)")
     return figure

@@ -9,6 +9,7 @@ import numpy as np
 from ...display.escape import page_text
 from ...requirements.vocabulary import PARAMETERS, Parameter
 from ...runtime.libraries import library
+from ..elements.records import DELAY_PARAMETERS
 from .widget import OnPage
 
 ipywidgets = library("ipywidgets")
@@ -18,15 +19,11 @@ DisplayFormatter = library("IPython.core.formatters").DisplayFormatter
 __all__ = ["Sliders", "sliders"]
 
 #: What the sliders of these names are called; any other has its name alone.
-LABELS = PARAMETERS | {
-    p.key: p
-    for p in (
-        Parameter("R", "weight R", "Weight R of the input", "R"),
-        Parameter("tau", "delay tau", "Nominal delay τ", "τ", " s"),
-        Parameter("mu", "variation mu", "Variation of the delay μ", "μ", " s"),
-        Parameter("delta", "decay rate delta", "Decay rate δ", "δ", " 1/s"),
-    )
-}
+LABELS = (
+    PARAMETERS
+    | DELAY_PARAMETERS
+    | {"R": Parameter("R", "weight R", "Weight R of the input", "R")}
+)
 DECADES = 100  # high / low of a range from which on the slider is logarithmic
 STYLE = {"description_width": "14em"}
 WIDTH = "min(40em, 95%)"

@@ -272,7 +272,7 @@ def delayed(
             raise ValueError(f"loops[{name!r}] must be two square matrices alike")
         if len(A) > 5:
             raise ValueError(f"loops[{name!r}] must have 5 states at most")
-        shown = [[[significant(x, 10) for x in row] for row in M] for M in (A, A_d)]
+        shown = significant([A, A_d], 10)
         stored.append({"name": name, "A": shown[0], "Ad": shown[1]})
     step = 10.0 ** np.floor(np.log10(positive("longest", longest)) - 2)
     kinds = ("constant", "clinging: it grows with the time, then starts again")

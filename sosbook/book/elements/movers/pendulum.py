@@ -176,7 +176,7 @@ def _robust(plants, U, R):
     if not proof:
         raise ValueError(f"R = {R} has no proven design: {design.status}")
     bound = significant(design.request.cost.bound, 4)
-    return [significant(k, 5) for k in proof.K[0]], bound
+    return significant(proof.K[0], 5), bound
 
 
 def clock(gains, spread=0.04):
