@@ -42,26 +42,6 @@ def test_cone_data_are_the_blocks(name, framed):
         np.testing.assert_allclose(found, true, atol=1e-9 * abs(true).max())
 
 
-def test_both_ways_to_cone_data_agree(monkeypatch):
-    expressions, unknowns = Pid(*ROBOT).expressions()
-    dense = compiled(expressions, unknowns)
-    monkeypatch.setattr("benchmarks.cones.SMALL", 0)
-    sparse = compiled(expressions, unknowns)
-    for A, B in zip(dense.matrices, sparse.matrices):
-        np.testing.assert_allclose(A, B.toarray(), rtol=1e-12, atol=1e-12)
-    for a, b in zip(
-        dense.scaled().lifted().stacked(_all), sparse.scaled().lifted().stacked(_all)
-    ):
-        np.testing.assert_allclose(
-            *(x if isinstance(x, np.ndarray) else x.toarray() for x in (a, b)),
-            atol=1e-12,
-        )
-
-
-def _all(q):
-    return np.arange(q * q), np.ones(q * q)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["grid", "tree", "pendulums", "delayed chain"])
 @pytest.mark.parametrize("name", COMPETITORS)

@@ -24,12 +24,6 @@ def lyapunov(A, Q):
     return Blocks.of([P, -he(A @ P) - Q], [P])
 
 
-def test_centre_of_an_interval():
-    x = Unknown("x", 1)
-    blocks = Blocks.of([x + 3 * eye(1), 5 * eye(1) - x], [x])
-    assert np.allclose(centre(blocks, np.zeros(1)), 1, atol=1e-12)
-
-
 def test_centre_of_a_disk():
     x = Unknown("x", 2, 1)
     shift = np.array([[3.0], [4.0]])

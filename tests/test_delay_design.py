@@ -230,19 +230,6 @@ def test_legendre_orders_approach_the_true_margin(asked, proven, beyond):
     assert solve_delay(request, refuse=False).status != "feasible"
 
 
-@pytest.mark.parametrize("method", ["functional", "shift", "legendre"])
-def test_a_scalar_loop_beside_its_closed_form(method):
-    """x' = -x(t - d), constant: stable for d < pi / 2."""
-    loop = DelayedLoop([[0]], [[-1]])
-    inside = analyse_delay(loop, tau=1.2, method=method)
-    assert inside.certify().proven
-    beyond = analyse_delay(loop, tau=1.58, method=method)
-    assert beyond.status == "infeasible"
-    assert beyond.infeasibility.proven
-    sharp = analyse_delay(loop, tau=1.56, method="legendre", order=3)
-    assert sharp.certify().proven
-
-
 @pytest.mark.parametrize("name", ["tau", "mu", "delta"])
 def test_largest_ends_between_two_neighbours(name):
     loop = DelayedLoop([[0]], [[-1]])

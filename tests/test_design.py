@@ -119,14 +119,6 @@ def test_the_certificate_bounds_lyapunovs_solution():
     assert np.allclose(solve_continuous_lyapunov(A, -R), d.P)
 
 
-@pytest.mark.parametrize("power", [3, 6])
-def test_masses_of_different_size(power):
-    plant = sos.SecondOrderSystem(
-        np.diag([10.0**-power, 10.0**power]), np.eye(2), np.eye(2), np.eye(2), np.eye(2)
-    )
-    assert sos.design_pid(plant, np.eye(2)).certify().proven
-
-
 def test_a_stiff_beam():
     """Eigenfrequencies over three decades."""
     n = 4

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from sosbook.reproduction import example_2, example_3
 
 import sosbook as sos
@@ -90,47 +89,6 @@ def test_the_mass_divided_or_not_is_the_same_design(seat):
     )
     assert whole.certify().proven and len(whole.request.pairs) == 2
     assert np.allclose(whole.K, quotient.K, rtol=1e-6)
-
-
-@pytest.mark.parametrize("mass", [70, 100, 120])
-def test_a_step_is_a_free_motion_from_minus_the_equilibrium(seat, mass):
-    r = np.array([1.0, 0.7])
-    plant = sos.thesis.car_seat(mass)
-    (loop,) = descriptors(plant, seat.U)
-    u_eq = plant.S @ r
-    rest = np.r_[r, 0, 0, np.linalg.solve(seat.K_I, u_eq)]
-    t = np.linspace(0, 6, 301)
-    step = simulate(loop, seat.K, t, r)
-    free = simulate(loop, seat.K, t, x0=-rest)
-    assert np.allclose(step.u, free.u + u_eq[:, None], atol=1e-6)
-    assert np.allclose(step.z, free.z + r[:, None])
-
-
-def test_the_whole_signal_of_the_chain_by_an_ode_solver(chain):
-    """M z'' = B u - S z - D z' for the u that is reported."""
-    v, r = chain.plant, np.ones(4)
-    M, K, K_A = v.M - v.B @ chain.K_A, chain.K, chain.K_A
-
-    def acceleration(x):
-        e = x - np.r_[r, np.zeros(6)]
-        forces = v.B @ (K @ e) - v.S @ x[:4] - v.D @ x[4:8]
-        return np.linalg.solve(M, forces)
-
-    def slope(_, x):
-        return np.r_[x[4:8], acceleration(x), chain.U @ (x[:4] - r)]
-
-    t = np.linspace(0, 1, 101)
-    exact = solve_ivp(slope, (0, 1), np.zeros(10), t_eval=t, rtol=1e-10, atol=1e-12).y
-    (loop,) = descriptors(v, chain.U, K_A)
-    answer = simulate(loop, K, t, r, K_A=K_A)
-    assert np.allclose(answer.x, exact, atol=1e-7)
-    for x, u in zip(exact.T, answer.u.T):
-        whole = K @ (x - np.r_[r, np.zeros(6)]) + K_A @ acceleration(x)
-        assert np.allclose(u, whole, atol=1e-6)
-        balance = v.M @ acceleration(x) + v.D @ x[4:8] + v.S @ x[:4]
-        assert np.allclose(balance, v.B @ whole, atol=1e-6)
-    size = np.linalg.norm(answer.u, axis=0)
-    assert size[0] > 165 and np.isclose(answer.u[1, 0], 0, atol=1e-9)
 
 
 def test_set_points_that_the_chain_can_hold(chain):

@@ -1,4 +1,4 @@
-"""Units and coordinates don't change a design, nor a refusal.
+"""Units and coordinates don't change a design.
 
 The feasible set's centre is the same in all coordinates, so the gain
 transforms as a gain must: time and units by 1e-6 to 1e6, other
@@ -79,17 +79,6 @@ ENDLESS = {
     "region and integrators": (ROBOT, dict(U=np.eye(2), region=REGION)),
     "region of a polytope": (sos.Polytope([ROBOT, HEAVIER]), dict(region=REGION)),
 }
-REFUSED = {
-    "region and gamma": (ROBOT, dict(region=sos.PoleRegion(rho=6), gamma=1e-3)),
-    "polytope and saturation": (
-        sos.Polytope([ROBOT, HEAVIER]),
-        dict(region=REGION, saturation=sos.Saturation(1, START[:4])),
-    ),
-    "out of reach": (
-        sos.SecondOrderSystem(np.eye(2), np.diag([1, -1]), np.eye(2), [[1], [0]]),
-        {},
-    ),
-}
 UNPROVEN = {  # multipliers exclude all but enormous P, Y; none are exact
     "too little force": (
         CART,
@@ -107,7 +96,7 @@ def size(plant, asked):
 
 @cache
 def plain(name):
-    plant, asked = (REQUESTS | ENDLESS | REFUSED | UNPROVEN)[name]
+    plant, asked = (REQUESTS | ENDLESS | UNPROVEN)[name]
     return sos.design_pid(plant, **asked)
 
 
@@ -162,23 +151,9 @@ def test_coordinates(name, seed):
 
 def refused(name, units):
     """The request as it is and in other units."""
-    plant, asked = (REFUSED | UNPROVEN)[name]
+    plant, asked = UNPROVEN[name]
     there = sos.design_pid(units.plant(plant), **units.requirements(asked))
     return plain(name), there
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", REFUSED)
-@some
-@example(*ODD_POWERS[:4])
-@given(powers, powers, powers, powers)
-def test_a_refusal_stays_one(name, time, length, force, signal):
-    here, there = refused(
-        name, as_units(REFUSED[name][0], (time, length, force, signal, 0), 0)
-    )
-    assert here.status == there.status == "infeasible"
-    if here.infeasibility is not None and here.infeasibility.proven:
-        assert there.infeasibility.proven
 
 
 @pytest.mark.slow

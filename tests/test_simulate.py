@@ -73,16 +73,6 @@ def test_against_an_ode_solver(design):
     assert np.allclose(answer.w[:, second][:, :-1], w(t[second])[:, :-1])
 
 
-def test_against_python_control(design):
-    """Set point and start at once; python-control's matrix exponential."""
-    t = np.linspace(0, 10, 1001)
-    answer = design.simulate(t, r=R, x0=X0)
-    inputs = np.zeros((4, len(t)))
-    inputs[2:] = R[:, None]
-    other = control.forced_response(design.closed_loop(), t, inputs, X0)
-    assert np.abs(np.vstack([answer.z, answer.u]) - other.outputs).max() < 1e-8
-
-
 def test_constant_set_points_are_reached(design):
     answer = design.simulate(np.linspace(0, 40, 11), r=R)
     assert np.abs(answer.e[:, -1]).max() < 1e-10

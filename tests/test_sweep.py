@@ -90,14 +90,6 @@ def test_a_worker_that_dies_is_survived(serial, tmp_path):
 
 
 @pytest.mark.slow
-def test_so_are_several(serial, tmp_path):
-    deadly = make_deadly(tmp_path, {0, 3, 6})
-    found = sweep(deadly, POINTS, n_jobs=2, retries=1)
-    assert found == serial
-    assert len(list(tmp_path.iterdir())) == 3
-
-
-@pytest.mark.slow
 def test_a_point_that_always_kills_is_named():
     def fatal(k):
         return os._exit(1) if k == 7 else k
@@ -163,14 +155,6 @@ def test_the_same_call_runs_on_a_dask_cluster(cluster, serial):
         places = sweep(place, range(4))
     assert {count for count, _ in places} == {"1"}
     assert os.getpid() not in {process for _, process in places}
-
-
-@pytest.mark.slow
-def test_dask_survives_a_death_too(cluster, serial, tmp_path):
-    with joblib.parallel_config(backend="dask"):
-        found = sweep(make_deadly(tmp_path, {4}), POINTS)
-    assert found == serial
-    assert [f.name for f in tmp_path.iterdir()] == ["4"]
 
 
 def test_dask_brings_exceptions_back(cluster):

@@ -168,28 +168,6 @@ def test_kinds_are_marked_and_files_with_a_browser_are_last(pytestconfig):
 # Tools on other systems
 
 
-def test_a_headless_shell_comes_before_a_chromium_with_windows(monkeypatch, tmp_path):
-    """On the PATH, then of playwright, which knows its own Chromium alone."""
-    folder, there, dead = tmp_path / "chromium-12" / "linux", {"chromium"}, set()
-    own = str(folder / "chrome")
-    shell = tmp_path / "chromium_headless_shell-12" / "x" / "chrome-headless-shell"
-
-    def output(*command):
-        return own if command[0] == "python" else command[0] not in dead
-
-    monkeypatch.setattr(browser, "output", output)
-    monkeypatch.setattr(browser.shutil, "which", lambda name: name in there and name)
-    assert browser.find("python", system="posix") == "chromium"
-    there.add("chromium-headless-shell")
-    assert browser.find("python", system="posix") == "chromium-headless-shell"
-    dead |= there
-    assert browser.find("python", system="posix") == own
-    shell.parent.mkdir(parents=True)
-    shell.touch()
-    for system in ("posix", "nt"):
-        assert browser.find("python", system=system) == str(shell)
-
-
 def test_packages_come_once_and_without_them_nothing_runs(monkeypatch, tmp_path):
     ran, status = [], 1
     monkeypatch.setattr(tasks, "VENV", tmp_path)
