@@ -10,11 +10,10 @@ W' G W > 0 is necessary for G > 0.
 from dataclasses import replace
 
 import numpy as np
-from flint import fmpq
 from scipy.linalg import qr
 
 from ..exact.definite import exact, in_floats, inverse, round_digits
-from ..exact.rational import echelon
+from ..exact.rational import null_basis
 from ..exact.repair import repair_multipliers
 from ..language import Unknown, block, he
 from ..solver.blocks import Blocks
@@ -221,18 +220,11 @@ def _kernel(rows):
 
     Exact; nearly orthonormal, which is for the floats' sake only.
     """
-    count = rows.shape[1]
     if not len(rows):
-        return exact(np.eye(count))
+        return exact(np.eye(rows.shape[1]))
     order = qr(rows.astype(float), mode="r", pivoting=True)[1]
-    reduced, lead = echelon(rows[:, order])
-    rest = [j for j in range(count) if j not in lead]
-    basis = exact(np.zeros((count, len(rest))))
-    for column, j in enumerate(rest):
-        basis[order[j], column] = fmpq(1)
-        for i, k in enumerate(lead):
-            basis[order[k], column] = -reduced[i][j]
-    if not rest:
+    basis = null_basis(rows[:, order])[np.argsort(order)]
+    if not basis.size:
         return basis
     size = 10.0 ** -np.floor(np.log10(abs(basis.astype(float)).max(axis=0)))
     basis = basis * exact(size)

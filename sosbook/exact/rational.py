@@ -23,6 +23,7 @@ __all__ = [
     "fraction",
     "inverse",
     "log2",
+    "null_basis",
     "rational_matrix",
     "read_array",
     "read_number",
@@ -222,6 +223,18 @@ def echelon(x):
     reduced, rank = _matrix(x if x.dtype == object else exact(x)).rref()
     rows = reduced.table()[:rank]
     return rows, [next(j for j, e in enumerate(row) if e != 0) for row in rows]
+
+
+def null_basis(rows):
+    """An exact basis of the x with ``rows`` x = 0, as columns; see `echelon`."""
+    reduced, lead = echelon(rows)
+    rest = [j for j in range(rows.shape[1]) if j not in lead]
+    basis = exact(np.zeros((rows.shape[1], len(rest))))
+    for column, j in enumerate(rest):
+        basis[j, column] = fmpq(1)
+        for row, k in zip(reduced, lead):
+            basis[k, column] = -row[j]
+    return basis
 
 
 def decimals(x):

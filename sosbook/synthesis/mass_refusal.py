@@ -1,16 +1,15 @@
 """Why no acceleration gain meets Lemma 2.1, in exact arithmetic."""
 
 import numpy as np
-from flint import fmpq
 from scipy.linalg import eigh
 
 from ..exact.definite import exact, round_digits
-from ..exact.rational import echelon
+from ..exact.rational import echelon, null_basis
 from ..exact.repair import repair_multipliers
 from ..language import Unknown, he
 from .regularity import least_mass, mass_pairs, mass_refusal
 
-__all__ = ["null_basis", "refuse_regular", "unreached"]
+__all__ = ["refuse_regular", "unreached"]
 
 
 def refuse_regular(plant, beta, multipliers):
@@ -29,7 +28,7 @@ def refuse_regular(plant, beta, multipliers):
         # inputs that Z annihilates confine it to Z = U W U'
         push = np.linalg.norm(Z[name] @ B, axis=0)
         still = push <= 1e-3 * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
-        U = null_basis(B[:, still])
+        U = null_basis(B[:, still].T)
         if U.shape[1]:
             faces[name] = U
             blocks.append(U.T @ least_mass(M, B, K_A, beta) @ U)
@@ -46,18 +45,6 @@ def refuse_regular(plant, beta, multipliers):
     return mass_refusal(plant, beta, Z)
 
 
-def null_basis(B):
-    """Exact basis of the directions v with B' v = 0, as columns."""
-    rows, leading = echelon(B.T)
-    free = [j for j in range(len(B)) if j not in leading]
-    N = exact(np.zeros((len(B), len(free))))
-    for k, j in enumerate(free):
-        N[j, k] = fmpq(1)
-        for row, i in zip(rows, leading):
-            N[i, k] = -row[j]
-    return N
-
-
 def unreached(plant):
     """A direction of a plant with no input and, nearly, the least v'Mv / v'v.
 
@@ -68,7 +55,7 @@ def unreached(plant):
     """
     worst = None, None, None
     for name, (M, B) in mass_pairs(plant).items():
-        N = null_basis(B)
+        N = null_basis(B.T)
         if N.shape[1]:
             near = N.astype(float)
             _, w = eigh(near.T @ (he(M) / 2) @ near, near.T @ near)

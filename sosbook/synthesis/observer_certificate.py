@@ -5,14 +5,13 @@ import numpy as np
 from ..exact.definite import exact, in_floats, inverse
 from ..exact.gain_proof import significant
 from ..exact.proof import Examined, ProofFile
-from ..exact.rational import decimal, decimals, read_array, read_number
+from ..exact.rational import decimal, decimals, null_basis, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers
 from ..language import Affine
 from ..lmi.text import rationals
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
-from .mass_refusal import null_basis
 from .observer_problem import ObserverProblem
 
 __all__ = ["ObserverCertificate", "ObserverRefusal", "refuse_observer"]
@@ -106,7 +105,7 @@ def refuse_observer(problem):
     """
     lmi, N = problem.open(), len(problem.T[0])
     whole = lmi.in_unknowns(rationals)
-    unseen = null_basis((exact(problem.C) @ inverse(exact(problem.T[0])).T).T)
+    unseen = null_basis(exact(problem.C) @ inverse(exact(problem.T[0])).T)
     for errors in (unseen[:, :0], unseen):  # the state alone, or with an error
         multipliers = _exact_multipliers(whole, lmi.unknowns, errors, N)
         if multipliers is not None:
