@@ -9,6 +9,7 @@ import numpy as np
 from ..exact.refusal import Refusal
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
+from .effort import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
 from .slack import feasible
 from .solution import Solution
@@ -100,6 +101,21 @@ class Design(ClosedLoop[Certificate], Solution):
     def slack(self) -> float | None:
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
+
+    @cached_property
+    def effort(self) -> Effort | None:
+        """What the gain asks: modes moved, force, whether K = 0 would do; see `Effort`.
+
+        Examples
+        --------
+        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> mass = SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+        >>> design = design_pid(mass, region=PoleRegion(0.1), prefer="least")
+        >>> print(design.effort)
+        0 of 2 poles are moved; K = 0 keeps all that is asked already; the force at \
+one unit is 0 of the stiffness's
+        """
+        return None if self.K is None else effort_of(self)
 
     def _prove(self, digits: int | None) -> Certificate:
         return prove(self.request, self.K, self.P, digits, self.V, self.own)

@@ -6,11 +6,18 @@ from time import monotonic
 import numpy as np
 
 from ..exact.definite import round_digits
-from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
+from ..runtime.time_limit import (
+    LONGEST,
+    OutOfTime,
+    check_time,
+    checked_seconds,
+    time_limit,
+)
 from ..solver.loop import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mode
+from .points import FROM_STATES, odd_mass, point
 from .reasons import why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -32,6 +39,12 @@ __all__ = [
 
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 MOST_MODES_NAMED = 4  # in a reason
+CENTRE_SECONDS = 5.0  # for a centre, where an equation has answered already
+ODD_MASS = (
+    "M isn't positive definite, so that some motion has a negative kinetic energy: is "
+    "a sign wrong, or are rows and columns in another order?"
+)
+NO_LEAST = "No gain by an equation keeps what is asked: K is found by a search."
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
 
@@ -55,7 +68,7 @@ def guarded(request, seconds, work):
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     try:
         with time_limit(seconds), np.errstate(all="ignore"):
-            return work()
+            return _odd_mass_named(work())
     except OutOfTime as over:
         if over.end < begun + seconds:  # somebody else's limit
             raise
@@ -67,7 +80,14 @@ def guarded(request, seconds, work):
         if certain is not None:
             return certain
         reason = f"The numerics gave up ({error}): are the units far apart?"
-    return Solution(request, "undecided", request.gain, reason=reason)
+    return _odd_mass_named(Solution(request, "undecided", request.gain, reason=reason))
+
+
+def _odd_mass_named(solution):
+    """The Solution, its reason with a word about M where that may be the cause."""
+    if solution.status != "undecided" or not odd_mass(solution.request):
+        return solution
+    return replace(solution, reason=f"{solution.reason} {ODD_MASS}")
 
 
 def search(request, free=(), whole=False):
@@ -152,12 +172,43 @@ def closer(lmis, near):
     )
 
 
-def answer(request, refuse=True, first=None):
+def answer(request, refuse=True, first=None, prefer=None):
     """The Solution of a request that leaves nothing open.
 
-    Without ``refuse`` it is undecided where floats find no point: what excludes
-    every point isn't looked for. ``first`` is what `search` has found, if it is known.
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    refuse : bool
+        Without it the Solution is undecided where floats find no point: what excludes
+        every point isn't looked for.
+    first : LMISolution, optional
+        What `search` has found, if it is known.
+    prefer : {None, "centre", "least"}
+        As in `design_pid`.
     """
+    found = None
+    if prefer == "least" or (first is None and request.order >= FROM_STATES):
+        found = point(request)
+    if found is None:
+        solution = _searched(request, refuse, first)
+        if prefer == "least" and solution.status == "feasible":
+            return replace(solution, reason=f"{NO_LEAST} {solution.reason}".strip())
+        return solution
+    poles_alone = all(r.pole_matrices() is not None for r in request.requirements)
+    alone = request.gain is not None or prefer == "least"
+    if alone or (poles_alone and prefer is None):
+        return found
+    seconds = CENTRE_SECONDS if prefer is None else LONGEST
+    try:
+        centre = guarded(request, seconds, lambda: follow(request, found) or found)
+    except OutOfTime:  # of the whole request, which has its answer
+        return found
+    return centre if centre.status == "feasible" else found
+
+
+def _searched(request, refuse, first):
+    """The Solution that a search finds, or a refusal; see `answer`."""
     large = request.order > MODES_FIRST_ABOVE_STATES
     if large and not _seems_placed(request):  # sooner known than phase one begins
         mode = refuse_by_mode(request)

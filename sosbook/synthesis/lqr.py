@@ -23,9 +23,11 @@ from .feasibility import answer, follow, guarded
 from .idle import without_input
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT, given
+from .points import FROM_STATES, at
 from .regularization import Regularization
 from .request import Request
 from .riccati_point import riccati_point
+from .scaled_lmis import ScaledLMIs
 from .slack import with_slack, without_slack
 from .solution import Solution
 
@@ -126,8 +128,13 @@ def _least(request, name):
     """The Solution of least cost."""
     near = riccati_point(request, _bound, noise_input)
     if near is not None:
-        solution = follow(near.request, near)
-        if solution is not None and solution.status == "feasible":
+        solution = None
+        if request.order < FROM_STATES:
+            solution = follow(near.request, near)
+        if solution is None or solution.status != "feasible":
+            lmis = ScaledLMIs(near.request, near.frame)
+            solution = at(lmis, lmis.point(near))
+        if solution is not None:
             return _with_any_gain(solution)
     objective = {name: 1.0}
     idle = without_input(request, objective)

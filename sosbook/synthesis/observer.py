@@ -7,6 +7,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..lmi.solution import LMISolution
 from ..plants.checks import matrices_of, matrix
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
@@ -17,6 +18,7 @@ from .error_loop import vertices_of
 from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem
 from .pid import TIME_LIMIT
+from .points import FROM_STATES
 from .riccati_point import riccati_observer
 
 __all__ = ["design_observer"]
@@ -163,12 +165,17 @@ def _solved(problem):
     T1 = problem.T[0]
     L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
     least = float(np.trace(known["J"])) * problem.unit**2
+    known = {name: x for name, x in known.items() if name != "Y"}
     return _certain(problem, L, _bound(least), known)
 
 
-def _certain(problem, L, bound, near=None):
+def _certain(problem, L, bound, near):
     """The design of this L, with P1, P2 and J for the bound, ``near`` these."""
-    solution = problem.bounded(L, bound).solve(start=near)
+    lmis = problem.bounded(L, bound)
+    large = len(problem.T[0]) >= FROM_STATES
+    solution = LMISolution(lmis, near) if large else None
+    if not large or solution.status != "feasible":
+        solution = lmis.solve(start=near)
     if solution.values is None:
         reason = f"The numerics found an observer, but no proof of tr J < {bound:g}."
         return _undecided(problem, reason)

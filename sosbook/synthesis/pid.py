@@ -44,6 +44,7 @@ def design_pid(
     minimize: str | Mapping[str, float] | None = None,
     backoff: float = 0.01,
     start: Design | None = None,
+    prefer: Literal["centre", "least"] | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     time_limit: float = TIME_LIMIT,
@@ -99,6 +100,14 @@ def design_pid(
         A neighbouring design, of the same plant or one like it, to
         start from: faster, the answer is the same. One that isn't
         feasible is no help and is passed over.
+    prefer : {None, "centre", "least"}
+        ``"centre"`` is the analytic centre, which is far from every bound.
+        ``"least"`` is a small gain, for one plant: K = 0 where that will do, else the
+        least effort that moves the modes outside of the region and no others, else
+        the H-infinity Riccati equation with the most weight of u. Without a word it
+        is the centre below 40 states. From there on it is a small gain where poles
+        alone are asked, for nothing bounds their centre's, and else the centre if it
+        is found in a few seconds. `Design.effort` tells what a gain asks.
     cost : QuadraticCost, optional
         Bound of the quadratic cost under white noise (Theorem 2.4); for
         the least cost alone see `design_lqr`.
@@ -264,8 +273,10 @@ def analyse_loop(
 
 def _design(
     plant, coupling, mu, slack, minimize, backoff, time_limit,
-    U=None, K_A=None, gain=None, start=None, **asked,
+    U=None, K_A=None, gain=None, start=None, prefer=None, **asked,
 ):  # fmt: skip
+    if prefer not in (None, "centre", "least"):
+        raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
     asked = asked_once(**given(mu=mu, **asked))
     objective = _objective(minimize, asked)
     if objective:  # numbers stand in
@@ -298,7 +309,7 @@ def _design(
             return without_slack(request, objective)
         if objective:
             return at_optimum(settled, objective, backoff)
-        solution = follow(settled, start) or answer(settled, first=first)
+        solution = follow(settled, start) or answer(settled, True, first, prefer)
         if solution.status == "undecided" and settled.coupling == "slack":
             return refused_at_a_vertex(settled) or solution
         return solution

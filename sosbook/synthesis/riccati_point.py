@@ -97,6 +97,7 @@ def riccati_observer(problem, bound_of):
         bound = bound_of(least)
         X, J, room = _inside(X, errors + L @ C, noise, bound - least)
         P1 = np.linalg.inv(X)
+        P1 = (P1 + P1.T) / 2
         there = np.linalg.inv(rest.T)
         far, push = rest.T @ problem.Q_F[N:], rest.T @ B @ problem.K @ back
         mixed = P1 @ source @ far.T - push.T
@@ -104,7 +105,7 @@ def riccati_observer(problem, bound_of):
         P2 = _beside(rest.T @ (A + B @ problem.K) @ there, taken)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    values = dict(P1=P1, P2=P2, Y=L.T @ P1, J=J / problem.unit**2)
+    values = dict(P1=P1, P2=P2, J=J / problem.unit**2)
     return np.linalg.solve(T.T, L), bound, values
 
 
@@ -132,7 +133,8 @@ def _inside(X, loop, noise, room):
     G = lyapunov(loop.T, -4 * np.linalg.inv(X))
     R = np.linalg.inv(W / part + G)
     X = X + lyapunov(loop, -R)
-    return X, noise.T @ X @ noise + part * np.eye(channels), R
+    J = noise.T @ X @ noise + part * np.eye(channels)
+    return (X + X.T) / 2, (J + J.T) / 2, R  # for a proof they are exactly symmetric
 
 
 def _beside(loop, taken):

@@ -1,0 +1,187 @@
+"""Gains and Lyapunov matrices of one loop by equations, where a search is too long.
+
+Lightly damped modes with frequencies far apart kill the conjugate gradients that large
+blocks need. An equation gives a point of the blocks at once, in coordinates in which
+every mode has the size one; whether it is one is judged by the blocks.
+"""
+
+import numpy as np
+from scipy.linalg import eigh, matrix_balance, schur, solve_discrete_are
+
+from ..analysis.lyapunov import lyapunov
+from ..runtime.time_limit import check_time_of_eigenvalues
+
+__all__ = [
+    "balanced",
+    "bounded_real",
+    "deflated",
+    "in_disk",
+    "least_effort",
+    "of_modes",
+]
+
+SLOWEST = 1e-6  # of the median frequency: rigid modes have none of their own
+SHARES = 10.0 ** -np.arange(14)  # of room in a bounded real equation
+RESIDUAL = 1e-6  # relative; a larger one is no solution's
+NEWTON_STEPS = 4  # they square the residual, which begins near 1e-8
+SCHUR = 4.0  # times as long as the eigenvalues
+
+
+def balanced(plant, descriptor):
+    """Coordinates x = T xi in which every mode of an undamped plant has the size one.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem or DescriptorSystem
+        One plant, in floats.
+    descriptor : Descriptor
+        Its states [z; z'; x3].
+
+    Returns
+    -------
+    (N, N) array or None
+        Of V / w and V, with V' M V = I and V' S V = w^2. A `DescriptorSystem` is
+        balanced by powers of two. None where M isn't positive definite.
+    """
+    N = len(descriptor.E)
+    check_time_of_eigenvalues(N)
+    if not hasattr(plant, "S"):
+        scales = matrix_balance(descriptor.state_space()[0], separate=True)[1][0]
+        return np.diag(scales)
+    n = plant.n
+    try:
+        squares, V = eigh(plant.S + plant.S.T, plant.M + plant.M.T)
+    except np.linalg.LinAlgError:
+        return None
+    w = np.sqrt(np.abs(squares))
+    w = np.maximum(w, SLOWEST * np.median(w) or 1.0)
+    T = np.eye(N)
+    T[:n, :n], T[n : 2 * n, n : 2 * n] = V / w, V
+    integrated = descriptor.A[2 * n :, :n] @ V / w**2  # x3' = U z
+    T[2 * n :, 2 * n :] *= np.linalg.norm(integrated, axis=1)[:, None]
+    return T
+
+
+def of_modes(A):
+    """P > 0 that keeps every region of the poles which the eigenvalues of A keep.
+
+    With A V = V L the block of the region alpha, beta is (I x V) [alpha x I +
+    beta x L + beta' x L*] (I x V*), and the bracket is diagonal but for order: so
+    P = V V* keeps all regions at once. Columns of V have length one.
+
+    Parameters
+    ----------
+    A : (N, N) array
+        With N independent eigenvectors; near a defective one P is nearly singular.
+    """
+    check_time_of_eigenvalues(len(A))
+    V = np.linalg.eig(A)[1]
+    P = (V @ V.conj().T).real
+    return (P + P.T) / 2
+
+
+def deflated(A, B, out, design):
+    """The gain that moves some modes and leaves the others where they are.
+
+    W' A = A_b W' with orthonormal columns W, the ordered Schur vectors of A'. With
+    K = K_b W' the loop is block triangular in [W, its complement], with A_b + W'B K_b
+    and the modes that stay on its diagonal.
+
+    Parameters
+    ----------
+    A, B : (N, N) and (N, m) array
+        x' = A x + B u.
+    out : callable
+        From an eigenvalue to whether it must move; of pairs it says the same.
+    design : callable
+        From A_b and W'B to K_b.
+
+    Returns
+    -------
+    (m, N) array, int
+        K, and how many modes are moved.
+    """
+    check_time_of_eigenvalues(len(A), SCHUR)
+    T, Q, count = schur(A.T, sort=lambda re, im: out(complex(re, im)))
+    W = Q[:, :count]
+    if not count:
+        return np.zeros(B.T.shape), 0
+    return design(T[:count, :count].T, W.T @ B) @ W.T, count
+
+
+def least_effort(sigma):
+    """A design for `deflated`: of all gains the least that makes the decay sigma.
+
+    What is right of -sigma is mirrored there: F Y + Y F' = B B' with F = A + sigma I,
+    K = -B' Y^-1, and F + B K = -Y F' Y^-1. It minimises the integral of
+    |u|^2 exp(2 sigma t) from the worst state, whatever the units of x.
+    """
+
+    def design(A, B):
+        Y = lyapunov(A + sigma * np.eye(len(A)), B @ B.T)
+        return -np.linalg.solve(Y.T, B).T
+
+    return design
+
+
+def in_disk(centre, radius):
+    """A design for `deflated`: what is outside the disk about -centre goes inside.
+
+    The discrete Riccati equation without a weight of the state mirrors it at the
+    circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic Control 32, 1987.
+    """
+
+    def design(A, B):
+        F, G = (A + centre * np.eye(len(A))) / radius, B / radius
+        one = np.eye(B.shape[1])
+        X = solve_discrete_are(F, G, np.zeros_like(F), one)
+        return -np.linalg.solve(one + G.T @ X @ G, G.T @ X @ F)
+
+    return design
+
+
+def bounded_real(A, Bw, C, gamma):
+    """P of the bounded real lemma, well inside its block; None where there is none.
+
+    A P + P A' + Bw Bw' + P C'C P / gamma^2 = -e R with the largest power of ten e that
+    has a solution. R is what `of_modes` leaves of Lyapunov's equation, so that every
+    mode has room at its own rate.
+
+    Parameters
+    ----------
+    A, Bw, C : (N, N), (N, p) and (q, N) array
+        The loop.
+    gamma : float
+        More than its norm.
+    """
+    P = of_modes(A)
+    room = -(A @ P + P @ A.T)
+    noise, bent = Bw @ Bw.T, C.T @ C / gamma**2
+    most = np.linalg.norm(noise, 2) / np.linalg.norm(room, 2)
+    for share in most * SHARES:
+        P = _riccati(A.T, -bent, noise + share * room)
+        if P is not None and np.linalg.eigvalsh(P)[0] > 0:
+            return P
+    return None
+
+
+def _riccati(A, G, Q):
+    """The stabilising X of A'X + X A - X G X + Q = 0 for any symmetric G; or None."""
+    N = len(A)
+    check_time_of_eigenvalues(2 * N, SCHUR)
+    H = np.block([[A, -G], [-Q, -A.T]])
+    try:
+        _, U, count = schur(H, sort="lhp")
+        if count != N:
+            return None
+        X = np.linalg.solve(U[:N, :N].T, U[N:, :N].T)
+        for _ in range(NEWTON_STEPS):
+            X = (X + X.T) / 2
+            left = A.T @ X + X @ A - X @ G @ X + Q
+            X = X + lyapunov((A - G @ X).T, -left)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    X = (X + X.T) / 2
+    left, bent = A.T @ X + X @ A - X @ G @ X + Q, X @ G @ X
+    size = max(np.abs(x).max() for x in (X @ A, bent, Q))
+    return X if np.abs(left).max() < RESIDUAL * size else None

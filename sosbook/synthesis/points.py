@@ -1,0 +1,218 @@
+"""Points of a large plant's LMIs by equations, before anything is searched.
+
+For one plant of many states: K = 0 where that will do, else the least effort that
+moves what must be moved, else a Riccati equation. Each candidate is judged by the
+blocks, in coordinates in which every mode has the size one.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import LinAlgError
+
+from ..analysis.riccati import riccati
+from ..lmi.solution import CLEAR_MARGIN
+from ..plants.descriptor_system import DescriptorSystem
+from ..runtime.time_limit import check_time
+from ..solver.loop import margin
+from .equations import balanced, bounded_real, deflated, in_disk, least_effort, of_modes
+from .scaled_lmis import ScaledLMIs
+from .scaling import Frame
+from .solution import Solution
+
+__all__ = ["FROM_STATES", "at", "odd_mass", "point"]
+
+FROM_STATES = 40  # a smaller plant has its centre in less than a second
+ROUNDING = 1e-12  # of the largest entry of M
+WEIGHTS = 10.0 ** np.arange(4, -9, -1)  # of the input in the Riccati equation of gamma
+INSIDE = 1.01, 1.1, 1.5  # decays asked of the modes that move, relative to sigma
+DISKS = 6  # centres that are tried, where a decay alone won't do
+
+NOT_CENTRAL = "K is no analytic centre but found by an equation: {how}."
+
+
+def point(request):
+    """The Solution by an equation; None where no candidate is one.
+
+    Parameters
+    ----------
+    request : Request
+        Of any plant; of several vertices or with a slack matrix nothing is tried.
+    """
+    if len(request.distinct) > 1 or request.coupling == "slack":
+        return None
+    T = balanced(request.plant.vertices[0], request.vertices[0])
+    if T is None:
+        return None
+    lmis = ScaledLMIs(request, Frame.at(request, T, _unit_of_input(request, T)))
+    if {u.name for u in lmis.unknowns} - {"P", "Y"}:
+        return None
+    loop = _Loop(request, lmis.frame)
+    for how, K in loop.gains():
+        for P in loop.lyapunov_matrices(K):
+            check_time()
+            found = at(lmis, {"P": P, "Y": K @ P})
+            if found is None:
+                continue
+            if request.gain is not None:
+                return found
+            return replace(found, central=False, reason=NOT_CENTRAL.format(how=how))
+    return None
+
+
+def odd_mass(request):
+    """Whether a plant's M is symmetric and has a clearly negative eigenvalue."""
+    if isinstance(request.plant, DescriptorSystem):
+        return False
+    M = request.plant.vertices[0].M
+    if np.abs(M - M.T).max() > ROUNDING * np.abs(M).max():
+        return False
+    sizes = np.linalg.eigvalsh(M)
+    return bool(sizes[0] < -ROUNDING * sizes[-1])
+
+
+def at(lmis, values):
+    """The Solution at a point, judged by the blocks in the frame; None outside.
+
+    In the plant's units the size of fast modes hides what slow ones keep.
+
+    Parameters
+    ----------
+    lmis : ScaledLMIs
+        The blocks.
+    values : dict
+        The unknowns by name.
+    """
+    margins = {name: margin(g) for name, g in lmis.blocks(values).items()}
+    if not min(margins.values()) > CLEAR_MARGIN:
+        return None
+    natural = lmis.in_plant_units(values)
+    K, P, Y, own = (natural[name] for name in ("K", "P", "Y", "own"))
+    return Solution(
+        lmis.request, "feasible", K, P, Y, None, margins, lmis.frame, own=own
+    )
+
+
+def _unit_of_input(request, T):
+    push = np.linalg.solve(T, request.vertices[0].state_space()[1])
+    return request.typical_rate / (np.linalg.norm(push, 2) or 1.0)
+
+
+class _Loop:
+    """The plant in a frame, and what may do for it."""
+
+    def __init__(self, request, frame):
+        (self.d,) = (request.vertices_at(frame)[i] for i in request.distinct)
+        self.A, self.B, self.Bw = self.d.state_space()
+        self.request, self.frame = request, frame
+        self.forms = [
+            tuple(np.array(x, float) for x in r.pole_matrices())
+            for r in request.demands
+            if r.pole_matrices() is not None
+        ]
+        gammas = [r.bounds_response() for r in request.demands]
+        self.gamma = min((g for g in gammas if g is not None), default=None)
+        self.poles = np.linalg.eigvals(self.A)
+
+    def gains(self):
+        """(How it was made, gain) in the frame, the smallest first."""
+        request, zero = self.request, np.zeros((self.request.plant.m, len(self.A)))
+        if request.gain is not None:
+            yield "", request.gain @ self.frame.T / self.frame.scale
+            return
+        yield "K = 0 keeps what is asked", zero
+        if self.gamma is None:
+            yield from self._moved()
+        else:
+            yield from self._for_gamma()
+
+    def _moved(self):
+        """Those that move the poles outside of the regions, and no others."""
+        words = "the least effort moves {} of {} modes, and no other"
+        sigma = self._decay()
+        for s in sigma * np.array(INSIDE) if sigma else [self._slowest() / 10]:
+            yield from self._deflated(least_effort(s), words)
+        sizes = np.abs(self.poles)
+        words = "a disk takes in {} of {} modes, and no other moves"
+        for c in np.geomspace(max(sigma, sizes.min()), sizes.max(), DISKS):
+            radius = self._radius(c)
+            if radius is not None:
+                yield from self._deflated(in_disk(c, radius), words)
+
+    def _deflated(self, design, words):
+        try:
+            K, count = deflated(self.A, self.B, lambda s: not self._keeps(s), design)
+        except (LinAlgError, ValueError):  # a mode that the inputs hardly reach
+            return
+        if np.isfinite(K).all():
+            yield words.format(count, len(self.A)), K
+
+    def _keeps(self, s, reserve=1e-3):
+        """Whether a pole lies in all regions, and not at an edge."""
+        return all(
+            np.linalg.eigvalsh(a + s * b + np.conj(s) * b.T)[-1]
+            < -reserve * max(np.abs(a).max(), 2 * abs(s.real) * np.abs(b).max())
+            for a, b in self.forms
+        )
+
+    def _decay(self):
+        """The largest sigma of half-planes Re s < -sigma that the regions demand."""
+        return max(
+            (a[0, 0] / (2 * b[0, 0]) for a, b in self._half_planes()), default=0.0
+        )
+
+    def _half_planes(self):
+        return [
+            (a[i : i + 1, i : i + 1], b[i : i + 1, i : i + 1])
+            for a, b in self.forms
+            for i in range(len(a))
+            if b[i, i] > 0
+            and not (np.delete(b[i], i).any() or np.delete(a[i], i).any())
+        ]
+
+    def _slowest(self):
+        return np.abs(self.poles).min() or np.median(np.abs(self.poles))
+
+    def _radius(self, c):
+        """The largest radius of a disk about -c in all regions; None if it is tiny."""
+        angles = np.exp(1j * np.linspace(0, np.pi, 60))
+        for radius in c * 0.99 * np.geomspace(1, 1e-3, 60):
+            if all(self._keeps(-c + radius * z, 0.0) for z in angles):
+                return 0.99 * radius
+        return None
+
+    def _for_gamma(self):
+        """Those of the H-infinity Riccati equation with less and less weight of u."""
+        d, one = self.d, np.eye(self.B.shape[1])
+        words = "of the H-infinity Riccati equation"
+        output = d.C.T @ d.C
+        for weight in WEIGHTS:
+            size = weight * np.linalg.norm(d.C, 2) ** 2
+            try:
+                X = riccati(
+                    self.A,
+                    np.hstack([self.B, self.Bw]),
+                    output,
+                    _signs(size * one, self.gamma, self.Bw.shape[1]),
+                )
+            except (LinAlgError, ValueError):
+                continue
+            yield words, -(self.B.T @ X) / size
+
+    def lyapunov_matrices(self, K):
+        """What may prove a gain, in the frame."""
+        A = self.A + self.B @ K
+        if not np.linalg.eigvals(A).real.max() < 0:
+            return
+        if self.gamma is None:
+            yield of_modes(A)
+            return
+        P = bounded_real(A, self.Bw, self.d.output(K), self.gamma)
+        if P is not None:
+            yield P
+
+
+def _signs(R, gamma, p):
+    """The weight diag(R, -gamma^2 I) of [u; w]."""
+    zero = np.zeros((len(R), p))
+    return np.block([[R, zero], [zero.T, -(gamma**2) * np.eye(p)]])
