@@ -1,7 +1,7 @@
 import {Atlas} from "./atlas.js";
-import {buttons, clamp, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
+import {delayedRun} from "./history.js";
+import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
-import {runge} from "./pendulum.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {list, program} from "./program.js";
 
@@ -20,29 +20,17 @@ function delayOf(kind, tau, mu, [period, dwell, random]) {
   ][mu ? kind : 0];
 }
 
-// x' = A x + s + B u(t - d(t)) from rest, with u = K x - K_P r from t = 0 on:
-// Runge and Kutta's method, and u on straight lines between its values.
+// x' = A x + s + B u(t - d(t)) from rest, with u = K x - K_P r from t = 0 on.
 function simulate({A, B, s}, K, r, delay, horizon, steps) {
-  const h = horizon / steps, level = apply(K.map(row => row.slice(0, r.length)), r);
-  const states = [A.map(() => 0)], asked = [], applied = [];
-  const late = time => {
-    const at = (time - delay(time)) / h, k = Math.min(Math.floor(at), asked.length - 1);
-    if (at < -1e-9) return level.map(() => 0);
-    if (k < 1 && asked.length < 2) return asked[0];
-    const low = Math.max(Math.min(k, asked.length - 2), 0);
-    return asked[low].map((u, i) => u + (at - low) * (asked[low + 1][i] - u));
+  const level = apply(K.map(row => row.slice(0, r.length)), r);
+  const input = (x, on = true) => apply(K, x).map((u, i) => on ? u - level[i] : 0);
+  const rate = (x, old, on) => {
+    const push = apply(B, input(old, on));
+    return apply(A, x).map((a, i) => a + push[i] + s[i]);
   };
-  for (let k = 0; k <= steps; k++) {
-    const x = states[k], t = k * h, inside = time => clamp(time, t + 1e-7 * h, t + h - 1e-7 * h);
-    asked.push(apply(K, x).map((u, i) => u - level[i]));
-    applied.push(late(t));
-    states.push(runge((point, time) => {
-      const push = apply(B, late(inside(time)));
-      return apply(A, point).map((a, i) => a + push[i] + s[i]);
-    }, x, h, t));
-  }
-  states.pop();
-  return {states, asked, applied};
+  const {t, d, x, old} = delayedRun(rate, A.map(() => 0), delay, horizon, steps);
+  const applied = old.map((y, k) => input(y, t[k] - d[k] >= -1e-9));
+  return {t, states: x, asked: x.map(y => input(y)), applied};
 }
 
 const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour})">${text}</span>`;
@@ -122,7 +110,7 @@ class DelayAtlas extends Atlas {
     const delay = delayOf(this.kind, asked.tau, asked.mu, varying);
     const run = simulate(plant, K, r, delay, horizon, steps);
     const z = run.states.map(x => apply(U, x.slice(0, r.length)));
-    return {...run, z, t: z.map((_, k) => k * horizon / steps)};
+    return {...run, z};
   }
 
   /** @param {any} design */

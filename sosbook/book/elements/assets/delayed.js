@@ -1,7 +1,7 @@
+import {delayedRun} from "./history.js";
 import {define} from "./kit.js";
 import {apply, combine, eigenvalues, eye, make, scale, solve, trace} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
-import {runge} from "./pendulum.js";
 
 // The loop x' = A x + A_d x(t - h) on Chebyshev nodes between t - h and t.
 function generator(A, Ad, h, n) {
@@ -77,42 +77,18 @@ class Delayed extends Mover {
   }
 
   compute({loop, h, gain, kind}) {
-    const {A, Ad: full} = this.data.loops[loop ?? 0], Ad = scale(gain, full), N = A.length;
-    return {
-      roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10),
-      ...this.respond(A, Ad, h, kind ? "clinging" : "constant")
-    };
-  }
-
-  // Runge and Kutta's method; between two instants the past is Hermite's cubic.
-  respond(A, Ad, h, kind) {
-    const late = LATE[kind](h, this.data.rest), steps = this.data.steps, T = this.horizon / steps;
-    const one = A.map((_, i) => i ? 0 : 1);
-    const x = [one], f = [], d = [], past = t => {
-      if (t <= 0) return one;
-      const k = Math.min(Math.floor(t / T + 1e-9), f.length - 2), r = t / T - k;
-      if (k < 0) return one.map((v, i) => v + t * (f[0]?.[i] ?? 0));
-      const [a, b, p, q] = [x[k], x[k + 1], f[k], f[k + 1]];
-      return a.map((v, i) => (1 + 2 * r) * (1 - r) ** 2 * v + r * r * (3 - 2 * r) * b[i] +
-          T * r * (1 - r) * ((1 - r) * p[i] - r * q[i]));
-    };
-    const rate = (y, t) => {
-      const delay = late(t), old = delay < 1e-12 ? y : past(t - delay);
-      const [u, v] = [apply(A, y), apply(Ad, old)];
+    const {loops, rest, steps} = this.data, {A, Ad: full} = loops[loop ?? 0], N = A.length;
+    const Ad = scale(gain, full), late = LATE[kind ? "clinging" : "constant"](h, rest);
+    const rate = (x, old) => {
+      const [u, v] = [apply(A, x), apply(Ad, old)];
       return u.map((value, i) => value + v[i]);
     };
-    for (let k = 0; k < steps; k++) {
-      f.push(rate(x[k], k * T));
-      d.push(late(k * T));
-      x.push(runge(rate, x[k], T, k * T));
-    }
-    f.push(rate(x[steps], steps * T));
-    d.push(late(steps * T));
+    const run = delayedRun(rate, A.map((_, i) => i ? 0 : 1), late, this.horizon, steps);
     return {
-      t: x.map((_, k) => k * T),
-      x: x.map(v => v[0]),
-      d,
-      old: d.map((delay, k) => delay < 1e-12 ? x[k][0] : past(k * T - delay)[0])
+      ...run,
+      roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10),
+      x: run.x.map(v => v[0]),
+      old: run.old.map(v => v[0])
     };
   }
 
