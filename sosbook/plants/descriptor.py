@@ -30,6 +30,7 @@ __all__ = [
 
 #: Conditions on the vertices; what accepts most comes first.
 COUPLINGS = ("vertices", "pairs", "slack")
+FOR_A_KNOWN_GAIN = "multipliers"
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,11 +332,11 @@ def coupled_pairs(vertices, coupling, quotient=True):
     ----------
     vertices : sequence of Descriptor
         The vertices in descriptor form.
-    coupling : {"pairs", "vertices", "slack"}
+    coupling : {"pairs", "vertices", "slack", "multipliers"}
         ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
         the thesis's reading, which may prove nothing inside the polytope
-        when ``E`` is uncertain. ``"slack"`` needs no pairs: its blocks
-        are affine in the plant.
+        when ``E`` is uncertain. ``"slack"`` and ``"multipliers"`` need no
+        pairs: their blocks are affine in the plant.
     quotient : bool
         Whether all LMIs are affine in the quotient: see
         `Requirement.affine_in_quotient`.
@@ -347,9 +348,10 @@ def coupled_pairs(vertices, coupling, quotient=True):
     every pair of two vertices where `quotient_in_hull` says that the vertices
     suffice.
     """
-    if not is_word(coupling, COUPLINGS):
+    if not is_word(coupling, (*COUPLINGS, FOR_A_KNOWN_GAIN)):
         raise ValueError(
-            f'coupling must be "pairs", "vertices" or "slack", got {coupling!r}'
+            'coupling must be "pairs", "vertices" or "slack", or for a given gain '
+            f'"multipliers" or "auto", got {coupling!r}'
         )
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]

@@ -18,6 +18,7 @@ from ..plants.checks import positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..runtime.kinds import OfKind
 from ..runtime.read_only import ReadOnly
+from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import Parameter
 
@@ -128,6 +129,38 @@ class Requirement(OfKind, ABC, ReadOnly):
         raise ValueError(
             f'{self.words} has no LMI with a slack matrix: take coupling="pairs"'
         )
+
+    def known(self, c: KnownVertex) -> Iterable:
+        """Blocks of a vertex where the gain is known: (name, matrix) each.
+
+        They must be affine in the plant, and homogeneous in the unknowns. With P > 0
+        they prove what is asked by themselves: nothing else has this P.
+
+        Parameters
+        ----------
+        c : KnownVertex
+            The loop at the vertex, with P, multipliers and own unknowns.
+        """
+        raise ValueError(
+            f'{self.words} has no LMI with free multipliers: take coupling="pairs"'
+        )
+
+    def known_unknowns(self, c: KnownVertex) -> dict:
+        """The further unknowns of `known`, each with its unit, near one for P = I.
+
+        ``c`` is a vertex in coordinates in which P is near I.
+        """
+        return {}
+
+    @property
+    def takes_multipliers(self) -> bool:
+        """Whether it has the blocks of `known`."""
+        return type(self).known is not Requirement.known
+
+    @property
+    def multiplier_rows(self) -> int:
+        """The k of the multipliers F and G of `known`, (kN, kN)."""
+        return 1
 
     @abstractmethod
     def claim(self) -> str:

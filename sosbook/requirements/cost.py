@@ -15,8 +15,16 @@ from ..exact.rational import decimal
 from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
-from ..theorems import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
+from ..theorems import (
+    free_gramian,
+    free_lqr_decay,
+    lqr_cost,
+    lqr_decay,
+    slack_lqr_decay,
+    trace_bound,
+)
 from .base import Requirement
+from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import COST
 from .weights import semidefinite_weight, square_factors, symmetric_weight
@@ -165,6 +173,36 @@ class QuadraticCost(Requirement):
             noise = self._one(loop)
         yield "cost", lqr_cost(inner, noise, loop.own["J"])
         yield "lqr", slack_lqr_decay(c, *self._weights(loop), loop.epsilon)
+
+    def known(self, c: KnownVertex) -> Iterable:
+        yield "mu", c.mu
+        yield "lqr", free_lqr_decay(c, self._known_weight(c))
+        J = c.own.get("J")
+        if self.noise == "states":
+            noise = c.state(exact(np.eye(len(c.E))))
+            J = noise.T @ c.P @ noise
+        else:
+            yield "cost", free_gramian(c, J, c.own["H"])
+        yield "trace", trace_bound(J, c.level(self) * c.mu)
+
+    def known_unknowns(self, c: KnownVertex) -> dict:
+        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
+        mu = rate / np.linalg.norm(self._known_weight(c), 2)
+        units = {Unknown("mu", 1, symmetric=True): mu}
+        if self.noise == "F":
+            reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
+            N, p = c.B.shape
+            units[Unknown("J", p, symmetric=True)] = reach**2 or 1.0
+            units[Unknown("H", N, N)] = 1.0
+        return units
+
+    def _known_weight(self, c):
+        """Q + K' R K in the arithmetic and coordinates of a vertex."""
+        Q, R, K = exact(self.Q), exact(self.R), c.loop.K
+        if self.C is not None:
+            Q = exact(self.C).T @ exact(self.C)
+        weight = Q + K.T @ R @ K
+        return c.rows(c.rows(weight).T) if not c.exact else weight
 
     def _one(self, loop):
         """Where noise on the states enters, in these coordinates."""

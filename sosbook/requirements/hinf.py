@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..analysis.linear import hinf_norm
 from ..exact.rational import decimal
+from ..language import Unknown
 from ..plants.checks import positive
-from ..theorems import bounded_real, slack_bounded_real
+from ..theorems import bounded_real, free_bounded_real, slack_bounded_real
 from .base import Requirement
 from .vocabulary import GAMMA
 
@@ -67,6 +70,15 @@ class HInfinity(Requirement):
     def slack(self, loop, c, i):
         mu = loop.scalar(self._mu)
         yield "hinf", slack_bounded_real(c, loop.level(self), mu, loop.epsilon)
+
+    def known(self, c):
+        yield "mu", c.mu
+        yield "hinf", free_bounded_real(c, c.level(self))
+
+    def known_unknowns(self, c):
+        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
+        reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
+        return {Unknown("mu", 1, symmetric=True): reach**2 / rate or 1.0}
 
     def claim(self):
         gamma = decimal(self.gamma)

@@ -8,16 +8,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
-from ..exact.rational import decimal
+from ..exact.rational import decimal, exact
+from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..theorems import (
     control_bound,
+    free_stability,
     initial_state,
     slack_initial_state,
     whole_control_bound,
 )
 from .base import Requirement
+from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import U_MAX
 
@@ -110,6 +113,24 @@ class Saturation(Requirement):
             slack_initial_state(loop.near(c.P), loop.near(c.V), loop.state(self.x0)),
         )
         yield "u_max", self._bound(loop, c.P, c.V.T, c.Y, i)
+
+    @property
+    def takes_multipliers(self) -> bool:
+        return not self.acceleration
+
+    def known(self, c: KnownVertex) -> Iterable:
+        x0 = c.state(exact(self.x0)[:, None])
+        K = c.mu * c.rows(c.loop.K)
+        yield "decay", free_stability(c)
+        yield "x0", c.mu - x0.T @ c.P @ x0
+        yield (
+            "u_max",
+            block([[c.P, K.T], [K, c.level(self) * c.mu * eye(len(c.loop.K))]]),
+        )
+
+    def known_unknowns(self, c: KnownVertex) -> dict:
+        x0 = c.state(exact(self.x0)[:, None])
+        return {Unknown("mu", 1, symmetric=True): float((x0**2).sum()) or 1.0}
 
     def _whole(self, loop):
         """Whether the accelerations' part is bounded, too."""

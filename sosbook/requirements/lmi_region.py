@@ -14,8 +14,9 @@ from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
 from ..runtime.names import sane_name
-from ..theorems import pole_region, slack_pole_region
+from ..theorems import free_pole_region, pole_region, slack_pole_region
 from .base import Requirement
+from .known import KnownVertex
 from .loop import Loop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
@@ -239,6 +240,22 @@ class LMIRegion(RegionForms, Region, Requirement):
                 c, loop.number(self.alpha), loop.number(self.beta), loop.epsilon
             ),
         )
+
+    def known(self, c: KnownVertex) -> Iterable:
+        alpha, beta = c.number(self.alpha), c.number(self.beta)
+        if self.multiplier_rows == len(alpha):
+            yield "", free_pole_region(c, alpha, beta, 0 * alpha)
+            return
+        # (|s - q|^2 - rho^2) / rho < 0
+        rho, q = -alpha[:1, :1], -alpha[:1, 1:]
+        yield "", free_pole_region(c, q * q / rho - rho, -q / rho, 1 / rho)
+
+    @property
+    def multiplier_rows(self) -> int:
+        """One for a disk as it is usually written, else as many as alpha has."""
+        usual = np.array_equal(self.beta, [[0, 1], [0, 0]])
+        usual = usual and self.alpha[0, 0] == self.alpha[1, 1]
+        return 1 if usual else len(self.alpha)
 
     def truth(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..analysis.linear import poles
 from ..exact.rational import exact
-from ..theorems import slack_stability, stability
+from ..theorems import free_stability, slack_stability, stability
 from .base import Requirement
 
 __all__ = ["Stability"]
@@ -23,6 +23,9 @@ class Stability(Requirement):
 
     def slack(self, loop, c, i):
         yield "stability", slack_stability(c, loop.epsilon)
+
+    def known(self, c):
+        yield "stability", free_stability(c)
 
     def pole_matrices(self):
         return exact(np.zeros((1, 1))), exact(np.eye(1))

@@ -117,7 +117,8 @@ def region_of_attraction(
     84 degrees, True
     """
     K = matrix("K", K)
-    loop = analyse_pid(plant, K, U, region=PoleRegion(sigma=sigma))
+    region = PoleRegion(sigma=sigma)
+    loop = analyse_pid(plant, K, U, region=region, coupling="pairs")  # for its P
     N = loop.request.order
     row = matrix("row", [row], (1, N))
     start = matrix("start", [start], (1, N))[0]

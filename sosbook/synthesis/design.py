@@ -11,6 +11,7 @@ from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .effort import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
+from .known_gain import known_proof
 from .slack import feasible
 from .solution import Solution
 
@@ -64,6 +65,9 @@ class Design(ClosedLoop[Certificate], Solution):
         unique. False where the solutions have no bound, or hardly one: K is that
         of a bounded part of them. None where K is no centre's: it was given,
         or costs the least.
+    parts : tuple of Kept
+        With ``coupling="multipliers"`` what is known of each demand: see
+        `sosbook.synthesis.known_gain.Kept`.
 
     Examples
     --------
@@ -118,6 +122,8 @@ one unit is 0 of the stiffness's
         return None if self.K is None else effort_of(self)
 
     def _prove(self, digits: int | None) -> Certificate:
+        if self.parts:
+            return known_proof(self.request, self.parts, digits)
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
     def to_cvxpy(self, margin: float = 0.0) -> tuple[list, Any, Any]:
@@ -162,6 +168,8 @@ one unit is 0 of the stiffness's
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
+        if self.request.coupling == "multipliers":
+            return f"{self.reason} Change the gain, or ask for less."
         whole, free = self.asked, [r.key for r in self.minimized]
 
         def helps(request):

@@ -6,6 +6,8 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..lmi.solution import LMISolution
+from ..plants.checks import positive
+from ..requirements.vocabulary import PARAMETERS
 from ..runtime.time_limit import OutOfTime
 from ..solver.bounded import any_minimum, unpacked
 from ..solver.loop import Unbounded
@@ -16,7 +18,52 @@ from .feasibility import answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
-__all__ = ["Unattained", "Unfinished", "at_optimum", "optimum", "without_optimum"]
+__all__ = [
+    "Unattained",
+    "Unfinished",
+    "at_optimum",
+    "objective_of",
+    "optimum",
+    "without_optimum",
+]
+
+
+def objective_of(minimize, asked):
+    """Weights by name of what ``minimize`` names, from the requirements ``asked``."""
+    if minimize is None:
+        return {}
+    own = {r.parameter.key: r.parameter for r in asked if r.parameter}
+    known = {name: p for name, p in (PARAMETERS | own).items() if p.power}
+    if isinstance(minimize, str) and minimize in known:
+        minimize = {minimize: 1.0}
+    if (
+        not isinstance(minimize, dict)
+        or not minimize
+        or not set(minimize) <= known.keys()
+    ):
+        names = ", ".join(f'"{name}"' for name in known)
+        raise ValueError(
+            f"minimize must be None, {names} or a dict of their weights, "
+            f"got {minimize!r}"
+        )
+    for name in minimize:
+        _check_open(known[name], asked)
+    return {
+        name: positive(f"minimize[{name!r}]", weight)
+        for name, weight in minimize.items()
+    }
+
+
+def _check_open(which, asked):
+    """Raise if a bound that shall be minimised is given, or can't be."""
+    owners = [r for r in asked if r.parameter is which]
+    if which.open and (not owners):
+        raise ValueError(f'minimize="{which.key}" needs {which.open}')
+    if any(r.bound is not None for r in owners):
+        raise ValueError(
+            f'give {which.key} or minimize="{which.key}", not both'
+            + (f": {which.open}" if which.open else "")
+        )
 
 
 def at_optimum(request, objective, backoff):

@@ -1,6 +1,7 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -14,12 +15,12 @@ from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once, moved
-from ..requirements.vocabulary import PARAMETERS
 from ..runtime.threads import one_thread
 from .design import Design
 from .feasibility import answer, follow, guarded
 from .idle import without_input
-from .objectives import at_optimum
+from .known_gain import kept_or_broken
+from .objectives import at_optimum, objective_of
 from .regularization import Regularization
 from .request import Request
 from .slack import point_with_slack, refused_at_a_vertex, with_slack, without_slack
@@ -27,6 +28,7 @@ from .slack import point_with_slack, refused_at_a_vertex, with_slack, without_sl
 __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 
 TIME_LIMIT = 300.0  # seconds
+KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
 
 
 @one_thread
@@ -175,7 +177,7 @@ def analyse_pid(
     gamma: float | None = None,
     saturation: Saturation | None = None,
     K_A: ArrayLike | None = None,
-    coupling: Literal["pairs", "vertices", "slack"] = "pairs",
+    coupling: KnownCoupling = "auto",
     mu: float | Literal["free"] | None = None,
     slack: float | None = None,
     minimize: str | Mapping[str, float] | None = None,
@@ -192,18 +194,47 @@ def analyse_pid(
         As in `design_pid`.
     K : (m, N) array_like
         ``[K_P K_D K_I]``.
-    U, region, gamma, saturation, K_A, coupling
+    U, region, gamma, saturation, K_A
         As in `design_pid`.
+    coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}
+        ``"multipliers"``: each requirement has Lyapunov matrices of its own, one
+        for each vertex, and free multipliers; where that isn't enough the polytope
+        is halved. A plant that breaks what is asked is looked for first. It is for
+        plants that don't change with time, as is ``"slack"``. ``"auto"`` takes it
+        for several vertices, where all requirements have such LMIs and none is
+        tied by a number ``mu``, and else ``"pairs"``. The others are as in
+        `design_pid`.
     mu, slack, minimize, backoff, cost, requirements, time_limit
         As in `design_pid`.
 
     Returns
     -------
     Design
-        With this very K; "infeasible" means that there is provably no
-        common Lyapunov matrix P for what is asked. Of one plant whose
-        poles alone are asked that is the same as a pole out of place;
-        otherwise the loop may still be as good as asked.
+        With this very K. With multipliers "infeasible" means that a plant
+        provably breaks what is asked: ``reason`` names it, ``infeasibility`` is
+        the proof. Otherwise it means that there is provably no common Lyapunov
+        matrix P for what is asked; of one plant whose poles alone are asked that is
+        the same as a pole out of place.
+
+    Notes
+    -----
+    A claim that holds with some room for every plant is proven by multipliers after
+    finitely many halvings, and one that fails clearly is broken by a plant that
+    the search finds or the halvings reach. What lies at the edge, or takes too long,
+    is "undecided".
+
+    Examples
+    --------
+    >>> from sosbook import PoleRegion, Polytope, SecondOrderSystem
+    >>> carts = Polytope([SecondOrderSystem(m, 0.1, 1, 1) for m in (0.5, 2)])
+    >>> kept = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.52))
+    >>> print(kept.certify())
+    proven:
+    - every plant of the polytope, under u = K x, is stable
+    - its poles lie in the half-plane Re s < -0.52
+    >>> broken = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.53))
+    >>> broken.status, broken.infeasibility.proven
+    ('infeasible', True)
     """
     asked = locals()
     if asked.pop("K") is None:
@@ -220,7 +251,7 @@ def analyse_loop(
     *,
     region: Region | None = None,
     gamma: float | None = None,
-    coupling: Literal["pairs", "vertices", "slack"] = "pairs",
+    coupling: KnownCoupling = "auto",
     mu: float | Literal["free"] | None = None,
     slack: float | None = None,
     minimize: str | Mapping[str, float] | None = None,
@@ -240,8 +271,10 @@ def analyse_loop(
     ----------
     E, A, B_w, C
         As in `DescriptorSystem`: matrices, or lists of them for a polytope.
-    region, gamma, coupling
+    region, gamma
         As in `design_pid`; gamma bounds the norm from w to y.
+    coupling
+        As in `analyse_pid`.
     mu, slack
         As in `design_pid`.
     minimize : {None, "gamma", "cost"} or dict, optional
@@ -256,8 +289,7 @@ def analyse_loop(
     Returns
     -------
     Design
-        "infeasible" means that there is provably no common Lyapunov
-        matrix for what is asked. Stability is always demanded.
+        As that of `analyse_pid`. Stability is always demanded.
 
     Examples
     --------
@@ -278,24 +310,28 @@ def _design(
     if prefer not in (None, "centre", "least"):
         raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
     asked = asked_once(**given(mu=mu, **asked))
-    objective = _objective(minimize, asked)
+    objective = objective_of(minimize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
     request = Request(
         plant,
         U,
         K_A=K_A,
-        coupling=coupling,
+        coupling="pairs" if coupling == "auto" and gain is not None else coupling,
         slack=slack,
         gain=gain,
         requirements=asked,
         **given(mu=mu),
     )
+    if coupling == "auto" and _multipliers_pay(request):
+        request = replace(request, coupling="multipliers")
     if start is not None:
         _check_start(start, request)
     backoff = positive("backoff", backoff)
 
     def solved():
+        if request.coupling == "multipliers":
+            return kept_or_broken(request, objective, backoff)
         settled, first = request, None
         idle = without_input(request, objective) if objective else None
         if idle is not None:
@@ -317,6 +353,15 @@ def _design(
     return Design(**vars(guarded(request, time_limit, solved)))
 
 
+def _multipliers_pay(request):
+    """Whether a known gain is asked of several vertices, in a way that has such LMIs.
+
+    A number for mu is about a common P.
+    """
+    takes = all(r.takes_multipliers for r in request.demands)
+    return len(request.distinct) > 1 and takes and not request.ties
+
+
 def given(**asked):
     """Those of the keywords that aren't None, ``asked`` by name."""
     return {name: value for name, value in asked.items() if value is not None}
@@ -334,42 +379,4 @@ def _check_start(start, request):
         raise ValueError(
             "start has other sizes, vertices or coupling than this "
             "request: leave it out"
-        )
-
-
-def _objective(minimize, asked):
-    """Weights by name, of what isn't asked as a number."""
-    if minimize is None:
-        return {}
-    own = {r.parameter.key: r.parameter for r in asked if r.parameter}
-    known = {name: p for name, p in (PARAMETERS | own).items() if p.power}
-    if isinstance(minimize, str) and minimize in known:
-        minimize = {minimize: 1.0}
-    if (
-        not isinstance(minimize, dict)
-        or not minimize
-        or not set(minimize) <= known.keys()
-    ):
-        names = ", ".join(f'"{name}"' for name in known)
-        raise ValueError(
-            f"minimize must be None, {names} or a dict of their weights, "
-            f"got {minimize!r}"
-        )
-    for name in minimize:
-        _check_open(known[name], asked)
-    return {
-        name: positive(f"minimize[{name!r}]", weight)
-        for name, weight in minimize.items()
-    }
-
-
-def _check_open(which, asked):
-    """Raise if a bound that shall be minimised is given, or can't be."""
-    owners = [r for r in asked if r.parameter is which]
-    if which.open and (not owners):
-        raise ValueError(f'minimize="{which.key}" needs {which.open}')
-    if any(r.bound is not None for r in owners):
-        raise ValueError(
-            f'give {which.key} or minimize="{which.key}", not both'
-            + (f": {which.open}" if which.open else "")
         )

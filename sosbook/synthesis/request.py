@@ -109,6 +109,10 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
             r.check(self)
         if gain is not None:
             gain = matrix("K", gain, (plant.m, self.order))
+        elif coupling == "multipliers":
+            raise ValueError(
+                'coupling="multipliers" is for a given gain: take "slack" for a design'
+            )
         object.__setattr__(self, "slack", slack)
         object.__setattr__(self, "gain", gain)
         self._check_unknowns()

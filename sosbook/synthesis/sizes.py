@@ -37,6 +37,8 @@ class Sizes:
 
         Their blocks aren't zero where P, Y and their own unknowns are.
         """
+        if self.coupling == "multipliers":  # each requirement has a P of its own
+            return ()
         if self.coupling == "slack" and self.slack is None:
             return replace(self, slack=1.0).sized
         P = V = np.zeros((self.order, self.order))

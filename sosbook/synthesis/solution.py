@@ -33,6 +33,8 @@ class Solution(ReadOnly):
         The exact proof of "infeasible".
     central : bool or None
         As in `Design`.
+    parts : tuple of Kept
+        What is known of each demand, with ``coupling="multipliers"``.
     """
 
     request: Request
@@ -49,6 +51,7 @@ class Solution(ReadOnly):
     reason: str = ""
     infeasibility: Refusal | None = None
     central: bool | None = None
+    parts: tuple = ()
 
     @property
     def asked(self) -> Request:

@@ -16,6 +16,13 @@ from .hinf import bounded_real
 from .interval import interval_decay, interval_functional, interval_kernel
 from .legendre import legendre_decay, legendre_functional
 from .lqr import lqr_cost, lqr_decay, slack_lqr_decay, trace_bound
+from .multipliers import (
+    free_bounded_real,
+    free_gramian,
+    free_lqr_decay,
+    free_pole_region,
+    free_stability,
+)
 from .observer import observer_cost, observer_decay
 from .pole_region import pole_region, stability
 from .regularization import regular_mass
@@ -36,6 +43,11 @@ __all__ = [
     "delay_decay",
     "delay_functional",
     "delay_stabilization",
+    "free_bounded_real",
+    "free_gramian",
+    "free_lqr_decay",
+    "free_pole_region",
+    "free_stability",
     "initial_state",
     "interval_decay",
     "interval_functional",

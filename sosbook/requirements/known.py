@@ -1,0 +1,152 @@
+"""The loop of a known gain at a vertex: what theorems with free multipliers read."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..exact.rational import exact
+from ..lmi.text import floats
+from ..plants.descriptor import Descriptor
+from ..runtime.read_only import ReadOnly
+
+__all__ = ["KnownLoop", "KnownVertex"]
+
+
+@dataclass(frozen=True, eq=False)
+class KnownLoop(ReadOnly):
+    """The loop of one plant under u = K x, in rationals.
+
+    Parameters
+    ----------
+    plant : Descriptor
+        The plant, in rationals.
+    K : (m, N) array
+        The gain, in rationals.
+    """
+
+    plant: Descriptor
+    K: np.ndarray
+
+    @cached_property
+    def matrices(self):
+        """E, A + B_u K, B_w and C + D_u K, in rationals."""
+        d = self.plant
+        return d.E, d.A + d.Bu @ self.K, d.Bw, d.output(self.K)
+
+    @cached_property
+    def in_floats(self):
+        """The same matrices in floats."""
+        return tuple(x.astype(float) for x in self.matrices)
+
+    @cached_property
+    def plant_in_floats(self):
+        """The plant in floats."""
+        return self.plant.map(lambda x: x.astype(float))
+
+    def mixed(self, others, weights):
+        """The loop of the mean of this and some ``others``, with rational weights."""
+
+        def mean(name):
+            first, *more = (getattr(d.plant, name) for d in (self, *others))
+            total = weights[0] * first
+            for w, x in zip(weights[1:], more):
+                total = total + w * x
+            return total
+
+        d = self.plant  # C and D_u are the same at all vertices
+        parts = (mean(name) for name in ("E", "A", "Bu", "Bw"))
+        return KnownLoop(Descriptor(*parts, d.C, d.Du), self.K)
+
+
+@dataclass(frozen=True, eq=False)
+class KnownVertex:
+    """What the theorems for a known gain ask of a vertex.
+
+    Parameters
+    ----------
+    loop : KnownLoop
+        The loop at the vertex.
+    P : (N, N) matrix-like
+        The vertex has the Lyapunov function x' P x of its own.
+    F, G : (kN, kN) matrix-like
+        The multipliers, common to all vertices.
+    own : dict
+        The requirement's further unknowns by name, "mu" among them.
+    number : callable
+        Brings data into the arithmetic of the blocks.
+    left, T : (N, N) arrays, optional
+        Coordinates x = T xi, in which the rows of the loop are multiplied from
+        the left; the plant's own without them.
+    """
+
+    loop: KnownLoop
+    P: Any
+    F: Any
+    G: Any
+    own: dict = field(default_factory=dict)
+    number: Any = floats
+    left: np.ndarray | None = None
+    T: np.ndarray | None = None
+
+    @property
+    def exact(self):
+        """Whether the arithmetic is rational."""
+        return self.number is exact
+
+    @property
+    def mu(self):
+        """A positive scalar, the unit of P."""
+        return self.own["mu"]
+
+    @cached_property
+    def matrices(self):
+        """E, A, B and C of the loop in this arithmetic and these coordinates."""
+        if self.exact:
+            return self.loop.matrices
+        E, A, B, C = self.loop.in_floats
+        if self.T is None:
+            return E, A, B, C
+        left, T = self.left, self.T
+        return left @ E @ T, left @ A @ T, left @ B, C @ T
+
+    @property
+    def E(self):
+        """E of the loop."""
+        return self.matrices[0]
+
+    @property
+    def A(self):
+        """A + B_u K."""
+        return self.matrices[1]
+
+    @property
+    def B(self):
+        """B_w."""
+        return self.matrices[2]
+
+    @property
+    def C(self):
+        """C + D_u K."""
+        return self.matrices[3]
+
+    def rows(self, X):
+        """A rational matrix X that multiplies the state from the left."""
+        if self.exact:
+            return X
+        X = X.astype(float)
+        return X if self.T is None else X @ self.T
+
+    def state(self, X):
+        """States, the columns of a rational matrix X."""
+        if self.exact:
+            return X
+        X = X.astype(float)
+        return X if self.T is None else np.linalg.solve(self.T, X)
+
+    def level(self, requirement):
+        """The requirement's bound to the power of its level."""
+        parameter = requirement.parameter
+        value = exact(requirement.bound)
+        return (value if self.exact else requirement.bound) ** parameter.power

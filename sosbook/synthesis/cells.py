@@ -1,0 +1,265 @@
+"""The plants of a known gain, as points and as cells that are halved."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+from flint import fmpq
+
+from ..exact.rational import exact
+from ..plants.simplex import halves
+from ..requirements.known import KnownLoop
+from ..runtime.read_only import ReadOnly
+
+__all__ = ["Cell", "family"]
+
+MOST_PARAMETERS = 8  # of a box of vertices; it has 256 corners
+
+
+@dataclass(frozen=True, eq=False)
+class Cell(ReadOnly):
+    """A part of a family of loops: the hull of some of them holds it.
+
+    Parameters
+    ----------
+    family : Mixtures or Box
+        Where it lies.
+    place : object
+        Its corners in the family's own terms.
+    """
+
+    family: Any
+    place: Any
+
+    @cached_property
+    def loops(self):
+        """The loops whose hull holds the cell, in rationals."""
+        return self.family.loops_of(self.place)
+
+    def halves(self, T):
+        """Two cells that cover it: what moves the loop most, in coordinates T, is cut.
+
+        T is a matrix of the states, in which x = T xi.
+        """
+        ways = self.family.ways(self.place)
+        moved = [np.linalg.norm(_moved(T, *ends), 2) for _, ends in ways]
+        way = ways[int(np.argmax(moved))][0]
+        return [Cell(self.family, part) for part in self.family.cut(self.place, way)]
+
+    @property
+    def words(self):
+        """Where it lies, in words."""
+        return self.family.place_words(self.place)
+
+
+def _moved(T, one, other):
+    """How far the loop's quotient E^-1 [A B] moves between two loops."""
+    (E, A, B, _), (E2, A2, B2, _) = one.in_floats, other.in_floats
+    rows, turn = np.hstack([A, B]), np.hstack([A2, B2])
+    step = np.linalg.solve(E2, turn) - np.linalg.solve(E, rows)
+    N = len(T)
+    return np.linalg.solve(T, np.hstack([step[:, :N] @ T, step[:, N:]]))
+
+
+class Mixtures:
+    """All mixtures of some vertices; a cell is a simplex of weights.
+
+    Parameters
+    ----------
+    loops : list of KnownLoop
+        The vertices.
+    """
+
+    def __init__(self, loops):
+        self.loops = loops
+        self.dimension = len(loops)
+        self.whole = Cell(self, exact(np.eye(len(loops))))
+
+    def points(self):
+        """Where the search for the worst plant begins: weights, one a row."""
+        corners = np.eye(self.dimension)
+        middles = [(a + b) / 2 for k, a in enumerate(corners) for b in corners[:k]]
+        return np.array([*corners, *middles])
+
+    def inside(self, point):
+        """The nearest point of the family, roughly."""
+        weights = np.maximum(point, 0)
+        return weights / (weights.sum() or 1.0)
+
+    def random(self, rng, count):
+        """So many random points of a generator."""
+        return rng.dirichlet(np.full(self.dimension, 0.5), count)
+
+    def rounded(self, point, digits):
+        """A point in rationals with so many decimals."""
+        weights = [fmpq(round(w * 10**digits), 10**digits) for w in point]
+        weights[int(np.argmax(point))] += 1 - sum(weights)
+        return weights
+
+    def at(self, weights):
+        """The loop of rational weights."""
+        first, *others = self.loops
+        return first.mixed(others, weights)
+
+    def loops_of(self, corners):
+        """See `Cell.loops`."""
+        return [self.at(list(row)) for row in corners]
+
+    def ways(self, corners):
+        """The edges, with the loops at their ends."""
+        loops = self.loops_of(corners)
+        return [
+            ((i, j), (loops[i], loops[j])) for i in range(len(loops)) for j in range(i)
+        ]
+
+    def cut(self, corners, edge):
+        """Two simplices, cut in the middle of an edge."""
+        far = np.zeros((len(corners), len(corners)))
+        far[edge] = 1.0
+        return halves(corners, far)
+
+    def point_words(self, weights):
+        """A point in words."""
+        if len(weights) == 1:
+            return "the plant"
+        for k, w in enumerate(weights):
+            if w == 1:
+                return f"the vertex {k + 1}"
+        return f"the plant with the weights {', '.join(map(str, weights))}"
+
+    def place_words(self, corners):
+        """A cell in words."""
+        if len(corners) == 1:
+            return "the plant"
+        if (corners == np.eye(len(corners), dtype=int)).all():
+            return "the whole polytope"
+        rows = "; ".join(", ".join(map(str, row)) for row in corners)
+        return f"the plants between those with the weights {rows}"
+
+
+class Box:
+    """Loops that are multi-affine in parameters from 0 to 1; a cell is a box of them.
+
+    Parameters
+    ----------
+    corners : dict
+        The `KnownLoop` of each corner, by its zeros and ones.
+    order : list of tuple
+        The corner of each vertex of the polytope.
+    """
+
+    def __init__(self, corners, order):
+        self.corners, self.order = corners, order
+        self.dimension = len(order[0])
+        zero, one = [fmpq(0)] * self.dimension, [fmpq(1)] * self.dimension
+        self.whole = Cell(self, (zero, one))
+
+    def points(self):
+        """The corners and what lies halfway; of many parameters the corners."""
+        steps = (0, 0.5, 1) if self.dimension < 5 else (0, 1)
+        return np.array(list(product(steps, repeat=self.dimension)), float)
+
+    def inside(self, point):
+        """The nearest point of the box."""
+        return np.clip(point, 0, 1)
+
+    def random(self, rng, count):
+        """So many random points of a generator."""
+        return rng.random((count, self.dimension))
+
+    def rounded(self, point, digits):
+        """A point in rationals with so many decimals."""
+        return [fmpq(round(x * 10**digits), 10**digits) for x in point]
+
+    def weights(self, point):
+        """Of the polytope's vertices, at a point."""
+        weights = []
+        for corner in self.order:
+            w = fmpq(1)
+            for t, end in zip(point, corner):
+                w *= t if end else 1 - t
+            weights.append(w)
+        return weights
+
+    def at(self, point):
+        """The loop of a rational point."""
+        first, *others = (self.corners[c] for c in self.order)
+        return first.mixed(others, self.weights(point))
+
+    def loops_of(self, ends):
+        """See `Cell.loops`."""
+        return [self.at(list(corner)) for corner in product(*zip(*ends))]
+
+    def ways(self, ends):
+        """The parameters, with the loops at their ends and the others halfway."""
+        low, high = ends
+        middle = [(a + b) / 2 for a, b in zip(low, high)]
+        ways = []
+        for k in range(self.dimension):
+            two = [list(middle), list(middle)]
+            two[0][k], two[1][k] = low[k], high[k]
+            ways.append((k, tuple(map(self.at, two))))
+        return ways
+
+    def cut(self, ends, k):
+        """Two boxes, cut in the middle of a parameter's range."""
+        low, high = ends
+        middle = (low[k] + high[k]) / 2
+        below, above = list(high), list(low)
+        below[k] = above[k] = middle
+        return [(low, below), (above, high)]
+
+    def point_words(self, point):
+        """A point in words."""
+        return Mixtures.point_words(self, self.weights(point))
+
+    def place_words(self, ends):
+        """A cell in words."""
+        if ends == self.whole.place:
+            return "the whole polytope"
+        corners = product(*zip(*ends))
+        rows = "; ".join(", ".join(map(str, self.weights(c))) for c in corners)
+        return f"the plants between those with the weights {rows}"
+
+
+def family(request):
+    """The loops of a request with a given gain: a `Box` where its vertices are one."""
+    K = exact(request.gain)
+    loops = [KnownLoop(d, K) for d in request.vertices_in(exact, request.distinct)]
+    order = _corners(loops)
+    if order is None:
+        return Mixtures(loops)
+    return Box(dict(zip(order, loops)), order)
+
+
+def _corners(loops):
+    """The corner of each loop where they are a box of three vertices or more.
+
+    The shortest changes from the first one come first: what isn't a sum of them is
+    the next of them.
+    """
+    count = len(loops).bit_length() - 1
+    if not 1 < count <= MOST_PARAMETERS or len(loops) != 2**count:
+        return None
+    data = [np.concatenate([x.ravel() for x in loop.matrices[:3]]) for loop in loops]
+    used = np.flatnonzero(np.any([row != data[0] for row in data], axis=0))
+    rows = [tuple((row - data[0])[used]) for row in data]
+    scale = np.max(np.abs(np.array(rows, float)), axis=0)
+    sizes = [np.linalg.norm(np.array(row, float) / scale) for row in rows]
+    reached, edges = {rows[0]: ()}, 0
+    for k in np.argsort(sizes):
+        if rows[k] in reached:
+            continue
+        reached = {r: (*corner, 0) for r, corner in reached.items()} | {
+            tuple(a + b for a, b in zip(r, rows[k])): (*corner, 1)
+            for r, corner in reached.items()
+        }
+        edges += 1
+        if edges > count:
+            return None
+    if edges != count or not all(row in reached for row in rows):
+        return None
+    order = [reached[row] for row in rows]
+    return order if len(set(order)) == len(loops) else None

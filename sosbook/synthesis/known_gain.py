@@ -1,0 +1,324 @@
+"""A known gain: each requirement kept, with a proof, or broken, by a plant."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..exact.definite import exact, round_digits
+from ..exact.proof import Proof
+from ..exact.refusal import Refusal
+from ..plants.descriptor_system import DescriptorSystem
+from ..runtime.read_only import ReadOnly
+from ..runtime.time_limit import check_time
+from .bracket import rounded_up
+from .cells import family
+from .feasibility import without_lmis
+from .known_lmis import KnownLMIs
+from .request import Request
+from .solution import Solution
+
+__all__ = [
+    "Kept",
+    "KnownGainProof",
+    "Worst",
+    "decided",
+    "kept_or_broken",
+    "known_proof",
+    "worst",
+]
+
+RANDOM = 60  # points at which the search for the worst plant looks, too
+ROUNDS = 60  # of the search along the coordinates
+SHORTEST = 1e-6  # step of it, of the family's size
+DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of trial
+EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
+HALVINGS = 4  # of the way between two of them, as a ratio
+MOST_CELLS = 64  # that are open or done; halving more has never decided anything
+CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
+
+
+@dataclass(frozen=True, eq=False)
+class Worst(ReadOnly):
+    """The worst plant that was found in floats.
+
+    Parameters
+    ----------
+    point : array
+        Where it is, as its family takes it.
+    kept : float
+        Positive where it keeps the requirement: see `Requirement.kept`.
+    truth : float
+        The true value there.
+    """
+
+    point: np.ndarray
+    kept: float
+    truth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Kept(ReadOnly):
+    """What is known of a requirement and a known gain.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        What is asked.
+    status : {"feasible", "infeasible", "undecided"}
+        "feasible": every plant keeps it, ``blocks`` prove it. "infeasible": a plant
+        breaks it, see ``infeasibility``.
+    worst : Worst
+        The worst plant that a search in floats has found.
+    cells : int
+        How many parts of the family have P, F and G of their own.
+    blocks : dict
+        From a name to a rational block, positive definite.
+    margin : float or None
+        The smallest eigenvalue of the blocks in floats.
+    infeasibility : Refusal or None
+        The proof of a plant that breaks it.
+    reason : str
+        Which plant breaks it, or which part of the family is undecided.
+    """
+
+    requirement: Any
+    status: str
+    worst: Worst
+    cells: int = 0
+    blocks: dict = field(default_factory=dict)
+    margin: float | None = None
+    infeasibility: Refusal | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownGainProof(Proof):
+    """A proof by free multipliers, in rational arithmetic; see `Proof`.
+
+    Parameters
+    ----------
+    matrices, statement
+        As in `Proof`; a claim stands with the names of the blocks that prove it.
+    K : array
+        The gain that it is about.
+    """
+
+    K: np.ndarray | None = None
+
+    def save(self, path: object) -> None:
+        """A ValueError: the checker of files doesn't read proofs by multipliers."""
+        raise ValueError(
+            f"{path}: a proof by free multipliers isn't a file yet: take "
+            'coupling="pairs" or "slack" for one'
+        )
+
+
+def worst(request, r, plants):
+    """The `Worst` plant of a family for a requirement: a local search in floats."""
+    K, K_A = request.gain, request.K_A
+
+    def at(point):
+        check_time()
+        loop = plants.at(_exactly(point))
+        truth = r.truth([loop.plant_in_floats], K, K_A)
+        return Worst(point, r.kept(truth), truth)
+
+    points = list(plants.points())
+    if len(points) > 1:
+        points += list(plants.random(np.random.default_rng(0), RANDOM))
+    best = min(map(at, points), key=lambda w: w.kept)
+    steps = np.full(plants.dimension, 0.25 if len(points) > 1 else 0.0)
+    for _ in range(ROUNDS):
+        before = best.kept
+        for k in range(len(steps) if steps.max() > SHORTEST else 0):
+            for way in (1, -1):
+                moved = best.point.copy()
+                moved[k] += way * steps[k]
+                best = min(best, at(plants.inside(moved)), key=lambda w: w.kept)
+        if not best.kept < before:
+            steps = steps / 2
+        if steps.max() < SHORTEST:
+            break
+    return best
+
+
+def decided(request, r, plants, bad=None):
+    """The `Kept` of a requirement: kept, broken or undecided.
+
+    Parameters
+    ----------
+    request : Request
+        With a given gain.
+    r : Requirement
+        One of its demands.
+    plants : Mixtures or Box
+        Its loops: see `sosbook.synthesis.cells.family`.
+    bad : Worst, optional
+        The worst plant, if it is known.
+
+    Notes
+    -----
+    A claim that holds strictly for the closed family is proven after finitely many
+    halvings: at one plant the LMIs with multipliers lose nothing, and they hold
+    around it with the same P, F and G. One that a plant breaks strictly is broken by
+    a rational one. Only at the edge neither need be found.
+    """
+    bad = worst(request, r, plants) if bad is None else bad
+    if bad.kept <= 0:
+        for digits in DIGITS:
+            point = plants.rounded(bad.point, digits)
+            proof = _broken(request, r, plants.at(point))
+            if proof is not None:
+                where = plants.point_words(point)
+                text = f"Of {where}: {proof.claims[0]}."
+                return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
+        text = (
+            f"In floats a plant breaks it: the true value is {bad.truth:.6g}. No exact "
+            "proof of that was found."
+        )
+        return Kept(r, "undecided", bad, reason=text)
+    open_cells, blocks, done, least, first = [plants.whole], {}, 0, np.inf, True
+    while open_cells:
+        check_time()
+        cell = open_cells.pop()
+        found = _proven(request, r, cell.loops)
+        if found is not None:
+            done += 1
+            least = min(least, found[1])
+            start = "" if not done else f"cell {done} "
+            blocks |= {f"{r.name} {start}{name}": g for name, g in found[0].items()}
+            continue
+        if first and _proven(request, r, [plants.at(_exactly(bad.point))]) is None:
+            return _undecided(r, bad, done, "the worst plant alone")
+        first = False
+        if len(cell.loops) == 1 or done + len(open_cells) >= MOST_CELLS:
+            return _undecided(r, bad, done, cell.words)
+        open_cells += cell.halves(KnownLMIs(r, cell.loops).T)
+    return Kept(r, "feasible", bad, done, blocks, float(least))
+
+
+def _undecided(r, bad, done, where):
+    text = (
+        f"Neither a proof nor a plant that breaks it was found for {where}; the worst "
+        f"plant that was found has the true value {bad.truth:.6g}."
+    )
+    return Kept(r, "undecided", bad, done, reason=text)
+
+
+def _exactly(point):
+    return [exact(float(x)) for x in point]
+
+
+def _proven(request, r, loops):
+    """(blocks, margin) of the hull of loops that keep it; None if none are found."""
+    for loop in loops:  # needn't be plants, but no LMI holds if one breaks it
+        d = loop.plant_in_floats
+        if not r.kept(r.truth([d], request.gain, request.K_A)) > 0:
+            return None
+    lmis = KnownLMIs(r, loops)
+    first = lmis.find(refuse=False)
+    if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
+        return None
+    blocks = lmis.proven(first.values)
+    return blocks and (blocks, size)
+
+
+def _broken(request, r, loop):
+    """An exact proof that one loop doesn't keep a requirement; None if unknown."""
+    d = loop.plant
+    floats = d.map(lambda x: x.astype(float))
+    parts = ("E", "A", "Bu", "Bw", "C", "Du")
+    for name in parts:  # what is written is what is meant
+        mine, written = getattr(d, name), getattr(floats, name)
+        if mine is not None and (exact(written) != mine).any():
+            return None
+    try:
+        plant = DescriptorSystem(*(getattr(floats, name) for name in parts))
+    except ValueError:  # E is singular: no plant of the kind
+        return None
+    asked = [r] if r in request.requirements else []
+    one = Request(plant, gain=request.gain, requirements=asked)
+    solution = without_lmis(one)
+    return None if solution is None else solution.infeasibility
+
+
+def kept_or_broken(request, objective=(), backoff=0.01):
+    """The Solution of a request with a given gain, each demand by itself.
+
+    Parameters
+    ----------
+    request : Request
+        With ``coupling="multipliers"``.
+    objective : collection of str
+        The parameters whose least bounds are sought; numbers stand in for them.
+    backoff : float
+        A fraction by which a bound is above the worst true value that was found.
+    """
+    plants, parts = family(request), []
+    for r in request.demands:
+        if r.parameter is not None and r.parameter.key in objective:
+            part = _least(request, r, plants, backoff)
+            request = request.with_bounds({r.parameter.key: part.requirement.bound})
+        else:
+            part = decided(request, r, plants)
+        parts.append(part)
+    solution = Solution(request, "feasible", request.gain, parts=tuple(parts))
+    missing = [part for part in parts if part.status != "feasible"]
+    if not missing:
+        margins = {part.requirement.name: part.margin for part in parts}
+        return replace(solution, margins=margins)
+    broken = next((p for p in missing if p.status == "infeasible"), None)
+    reason = " ".join(f"{p.requirement.words}: {p.reason}" for p in missing)
+    return replace(
+        solution,
+        status="undecided" if broken is None else "infeasible",
+        reason=reason[0].upper() + reason[1:],
+        infeasibility=broken and broken.infeasibility,
+    )
+
+
+def _least(request, r, plants, backoff):
+    """The `Kept` of a requirement with the least bound for which a proof is found."""
+    bad = worst(request, r, plants)
+
+    def at(easier):
+        bound = rounded_up(bad.truth * easier * (1 + backoff))
+        known = replace(bad, kept=bound - bad.truth)
+        moved = request.with_bounds({r.parameter.key: bound})
+        return decided(moved, r.with_bound(bound), plants, known)
+
+    low = 1.0
+    for easier in EASIER if 0 < bad.truth < np.inf else ():
+        part = at(easier)
+        if part.status == "feasible":
+            break
+        low = easier
+    else:
+        return decided(request, r, plants, bad)
+    for _ in range(HALVINGS if easier > low else 0):
+        middle = float(np.sqrt(low * easier))
+        closer = at(middle)
+        if closer.status == "feasible":
+            part, easier = closer, middle
+        else:
+            low = middle
+    return part
+
+
+def known_proof(request, parts, digits=None):
+    """The `KnownGainProof` of a request, from the `Kept` of each demand.
+
+    With ``digits`` that of the rounded gain, for which all is done again.
+    """
+    if digits is not None:
+        K = round_digits(request.gain, digits)
+        if (K != request.gain).any():
+            request = replace(request, gain=K)
+            parts = kept_or_broken(request).parts
+    blocks, names = {}, {}
+    for part in parts:
+        blocks |= part.blocks
+        names[part.requirement.key] = tuple(part.blocks)
+    claims = tuple((words, names[r.key]) for words, r in request.statements())
+    return KnownGainProof(blocks, claims, request.gain)

@@ -1,0 +1,150 @@
+"""The LMIs with free multipliers of one requirement, for some loops of a known gain."""
+
+from functools import cached_property
+
+import numpy as np
+
+from ..analysis.lyapunov import lyapunov
+from ..exact.definite import definite, exact, round_digits
+from ..exact.proof import PLACES
+from ..language import Unknown, eye
+from ..lmi.text import floats
+from ..lmi.trusted import TrustedProblem
+from ..requirements.known import KnownVertex
+from ..solver.loop import margin
+
+__all__ = ["KnownLMIs"]
+
+
+class KnownLMIs(TrustedProblem):
+    """The blocks of a requirement at some loops, in coordinates in which P is near I.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        It writes the blocks.
+    loops : list of KnownLoop
+        The vertices.
+    """
+
+    def __init__(self, requirement, loops):
+        self.requirement, self.loops = requirement, loops
+        self.T, self.left, self.rate = coordinates(loops)
+        N, k = len(self.T), requirement.multiplier_rows
+        self.lyapunov = [Unknown(f"P {i + 1}", N, symmetric=True) for i in self._each]
+        multipliers = [Unknown(name, k * N) for name in "FG"]
+        probe = KnownVertex(loops[0], eye(N), eye(N), eye(N), left=self.left, T=self.T)
+        own = requirement.known_unknowns(probe)
+        self.units = {u.name: float(round_digits(x, 2)) for u, x in own.items()}
+        self.units["G"] = 1 / self.rate  # F is near P E^-1, G near it a time ago
+        super().__init__(None, [*self.lyapunov, *multipliers, *own])
+
+    @property
+    def _each(self):
+        return range(len(self.loops))
+
+    def write(self, values, number):
+        """The blocks by name, each scaled by the even loop's; see `LMIProblem`."""
+        blocks = self._written(values, number, self._vertex)
+        return {name: self._scaled(name, g) for name, g in blocks.items()}
+
+    def _written(self, values, number, vertex):
+        blocks = {}
+        for i in self._each:
+            c = vertex(values, number, i)
+            blocks[self.lyapunov[i].name] = c.P
+            for name, g in self.requirement.known(c):
+                blocks[f"{name} {i + 1}".strip()] = g
+        return blocks
+
+    def _vertex(self, values, number, i):
+        """A vertex in these coordinates."""
+        scaled = {n: values[n] * self.units.get(n, 1.0) for n in values}
+        P, F, G, own = _taken(scaled, self.lyapunov[i].name)
+        return KnownVertex(self.loops[i], P, F, G, own, number, self.left, self.T)
+
+    @cached_property
+    def _scales(self):
+        """From a block's name to the diagonal that its rows are divided by."""
+        N = len(self.T)
+        at = {u.name: np.eye(*u.shape) for u in self.unknowns}
+
+        def even(values, number, i):
+            c = self._vertex(values, number, i)
+            _, _, B, C = c.matrices
+            vars(c)["matrices"] = np.eye(N), -self.rate * np.eye(N), B, C
+            return c
+
+        blocks = self._written(at, floats, even)
+        sizes = {name: np.abs(np.diagonal(g)) for name, g in blocks.items()}
+        return {
+            name: 2.0 ** np.round(np.log2(np.where(d > 0, d, 1.0)) / 2)
+            for name, d in sizes.items()
+        }
+
+    def _scaled(self, name, g):
+        turn = np.diag(1 / self._scales[name])
+        return turn @ g @ turn
+
+    def margin(self, values):
+        """The smallest eigenvalue of all blocks, their diagonals scaled to one."""
+        blocks = self.blocks(values).values()
+        return min(margin(g) for g in blocks)
+
+    def proven(self, values):
+        """Blocks in rationals, all positive definite, by name; None if they aren't.
+
+        In the plant's own coordinates, of ``values`` that are rounded.
+        """
+        natural = {name: self._natural(name, x) for name, x in values.items()}
+        for places in PLACES:
+            rounded = {n: exact(round_digits(x, places)) for n, x in natural.items()}
+            blocks = self._written(rounded, exact, self._own_vertex)
+            if all(definite(g)[0] for g in blocks.values()):
+                return blocks
+        return None
+
+    def _own_vertex(self, values, number, i):
+        P, F, G, own = _taken(values, self.lyapunov[i].name)
+        return KnownVertex(self.loops[i], P, F, G, own, number)
+
+    def _natural(self, name, x):
+        """An unknown in the plant's own coordinates."""
+        back, N = np.linalg.inv(self.T), len(self.T)
+        x = x * self.units.get(name, 1.0)
+        if name.startswith("P "):
+            x = back.T @ x @ back
+            return (x + x.T) / 2
+        if name in ("mu", "J"):
+            return x
+        one = np.eye(len(x) // N)  # a multiplier
+        return np.kron(one, back.T) @ x @ np.kron(one, self.left)
+
+
+def _taken(values, name):
+    """P, F, G and the others of some values, for the vertex whose P has this name."""
+    own = {n: x for n, x in values.items() if n[:2] != "P " and n not in "FG"}
+    return values[name], values["F"], values["G"], own
+
+
+def coordinates(loops):
+    """T, left and a rate: with x = T xi and rows times left the loop has P near I.
+
+    The P is that of Lyapunov's equation of the mean loop, a little slower or faster
+    than it is; E of the mean is I.
+    """
+    E, A = (sum(d.in_floats[k] for d in loops) / len(loops) for k in (0, 1))
+    quotient = np.linalg.solve(E, A)
+    poles, vectors = np.linalg.eig(quotient)
+    rate = float(np.median(np.abs(poles))) or 1.0
+    fastest = poles.real.max()
+    shift = 0.9 * fastest if fastest < 0 else fastest + 0.1 * rate
+    size = np.maximum(np.linalg.norm(vectors, axis=1), 1e-12)
+    try:
+        slower = quotient - shift * np.eye(len(E))
+        P = lyapunov(slower.T, -np.diag(size**-2.0))
+        T = np.linalg.inv(np.linalg.cholesky((P + P.T) / 2)).T
+    except np.linalg.LinAlgError:
+        T = np.diag(size)
+    T = T / np.linalg.norm(T, 2)
+    return T, np.linalg.inv(E @ T), rate
