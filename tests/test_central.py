@@ -127,7 +127,7 @@ def test_what_would_make_a_gain_a_centre_does():
         weights = np.eye(N), np.eye(plant.m)
         cheapest = sos.analyse_pid(
             plant, design.K, asked.get("U"), cost=sos.QuadraticCost(*weights),
-            minimize="cost",
+            minimize="cost", coupling="pairs",
         )  # fmt: skip
         bound = 100 * cheapest.request.cost.bound
         cost = sos.QuadraticCost(*weights, bound=float(f"{bound:.3g}"))

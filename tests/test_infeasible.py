@@ -153,7 +153,9 @@ def test_a_hull_that_holds_a_plant_without_mass():
 def test_a_loop_without_inputs_is_refused_by_exact_multipliers(mass, spring):
     # Every plant is stable, but the two vertices share no P.
     A = [np.array([[0.0, 1.0], [-k, -0.1]]) for k in (1.0, spring)]
-    found = sos.analyse_loop([np.eye(2), np.diag([1.0, mass])], A)
+    E = [np.eye(2), np.diag([1.0, mass])]
+    assert sos.analyse_loop(E, A).certify().proven  # with P for each vertex
+    found = sos.analyse_loop(E, A, coupling="pairs")
     assert found.status == "infeasible"
     assert "Exact multipliers" in found.reason
     assert found.infeasibility.proven

@@ -126,7 +126,7 @@ def test_what_is_proven_holds_for_every_plant_that_is_tried(seed):
     norm = max(gain_on_a_grid(a, b, C) for a, b in every)
     gamma = float(f"{1.05 * norm:.4g}")
     found = sos.analyse_loop(E, A, B, C, region=sos.PoleRegion(sigma), gamma=gamma)
-    assert found.status == "feasible" and found.request.coupling == "multipliers"
+    assert found.status == "feasible"
     proof = found.certify()
     assert proof.verify() and len(proof.claims) == 3
     for a, b in between(E, A, B, count=50, seed=seed + 1):
@@ -184,25 +184,28 @@ def test_auto_takes_multipliers_where_they_are_to_be_had():
     def coupling(plant=plants, **asked):
         return sos.analyse_pid(plant, K, **asked).request.coupling
 
-    assert coupling() == coupling(gamma=9) == "multipliers"
-    assert coupling(m[0]) == coupling(sos.Polytope([m[0], m[0]])) == "pairs"
-    u = sos.Saturation(9, x0)
-    assert coupling(saturation=u, gamma=9) == "multipliers"
-    assert coupling(saturation=u, gamma=9, mu=1.0) == "pairs"
+    far = sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1, 1) for m in (0.1, 20)])
+    assert coupling() == coupling(gamma=9) == coupling(m[0]) == "pairs"
+    assert coupling(minimize="gamma") == coupling(far) == "multipliers"
+    assert coupling(sos.Polytope([m[0], m[0]]), minimize="gamma") == "pairs"
+    u = dict(saturation=sos.Saturation(None, x0), minimize="u_max")
+    assert coupling(gamma=9, **u) == "multipliers"
+    assert coupling(gamma=9, mu=1.0, **u) == "pairs"
     same = sos.Polytope([sos.SecondOrderSystem(1, d, 1, 1) for d in (0.1, 1)])
-    whole = sos.Saturation(9, x0, acceleration=True)
-    assert coupling(same, saturation=whole) == "pairs"
+    whole = sos.Saturation(None, x0, acceleration=True)
+    assert coupling(same, saturation=whole, minimize="u_max") == "pairs"
     with pytest.raises(ValueError, match="for a given gain"):
         sos.design_pid(plants, coupling="multipliers")
 
 
 def test_a_proof_that_is_no_file_says_so(tmp_path):
     plants = sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1) for m in (1, 2)])
-    proof = sos.analyse_pid(plants, [[-1 / 3, -1]]).certify()
+    free = dict(coupling="multipliers")
+    proof = sos.analyse_pid(plants, [[-1 / 3, -1]], **free).certify()
     assert proof.proven and (proof.K == [[-1 / 3, -1]]).all()
     with pytest.raises(ValueError, match="pairs"):
         proof.save(tmp_path / "proof.json")
-    rounded = sos.analyse_pid(plants, [[-1 / 3, -1]]).certify(3)
+    rounded = sos.analyse_pid(plants, [[-1 / 3, -1]], **free).certify(3)
     assert rounded.proven and rounded.K.tolist() == [[-0.333, -1]]
 
 

@@ -206,6 +206,12 @@ class Requirement(OfKind, ABC, ReadOnly):
         """Positive where the promise is kept: the bound less the truth."""
         return self.bound - truth
 
+    def reached(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
+        """The bound that the worst loop just doesn't keep; see `truth`."""
+        return self.truth(loops, K, K_A)
+
     def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
         if self.parameter is None:

@@ -267,6 +267,13 @@ class LMIRegion(RegionForms, Region, Requirement):
         spectra = np.array([poles(d, K) for d in loops])
         return self.distance(spectra).min()
 
+    def reached(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
+        """The bound of the region that just doesn't hold all poles, if it has one."""
+        spectra = np.array([poles(d, K) for d in loops])
+        return self.bound_of(spectra)
+
     def kept(self, truth: float) -> float:
         return truth
 

@@ -145,6 +145,15 @@ class RegionForms:
             object.__setattr__(self, name, value)
         return self
 
+    def bound_of(self, poles: np.ndarray) -> float:
+        """The bound with which the outermost of some poles lies on the boundary."""
+        if self.parameter is SIGMA:
+            return float(-poles.real.max())
+        if self.parameter is RHO:
+            return float(np.abs(poles - self._sizes["centre"]).max())
+        left = self._sizes["apex"] - poles.real
+        return float(np.arctan2(np.abs(poles.imag), left).max())
+
     def claim(self) -> str:
         """The form in words, which the matrices imply, or the matrices."""
         form, sizes = self._form, {k: decimal(x) for k, x in self._sizes.items()}

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..exact.refusal import Refusal
+from .bounds import Bounds, bounds_of
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .effort import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
 from .known_gain import known_proof
+from .neighbour import neighbour
 from .slack import feasible
 from .solution import Solution
 
@@ -126,6 +128,42 @@ one unit is 0 of the stiffness's
             return known_proof(self.request, self.parts, digits)
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
+    def bounds(self, time_limit: float = 60.0) -> Bounds:
+        """What of each requirement is asked, proven with a P of its own, and true.
+
+        The LMIs of a design have one P for all that is asked, and so their bounds
+        lie above what the loop does. Here each requirement is looked at alone.
+
+        Parameters
+        ----------
+        time_limit : float
+            Seconds after which what isn't proven yet stays so.
+
+        Returns
+        -------
+        Bounds
+            A table when it is printed; ``bounds()["gamma"].proven`` is a number.
+
+        Examples
+        --------
+        >>> import sosbook as sos
+        >>> carts = sos.Polytope([
+        ...     sos.SecondOrderSystem(m, 0.1, 1, 1) for m in (0.5, 2)])
+        >>> design = sos.design_pid(carts, region=sos.PoleRegion(sigma=0.5),
+        ...                         saturation=sos.Saturation(9, [1, 0]))
+        >>> peak = design.bounds()["u_max"]
+        >>> peak.true < peak.proven < peak.asked
+        True
+        """
+        if "_bounds" not in vars(self):
+            vars(self)["_bounds"] = bounds_of(self.request, self._gain(), time_limit)
+        return vars(self)["_bounds"]
+
+    def _repr_html_(self):
+        """The card, and the table of `bounds` where it is known."""
+        table = vars(self).get("_bounds")
+        return super()._repr_html_() + ("" if table is None else table._repr_html_())
+
     def to_cvxpy(self, margin: float = 0.0) -> tuple[list, Any, Any]:
         """The same LMIs as cvxpy constraints, for other solvers.
 
@@ -192,7 +230,7 @@ one unit is 0 of the stiffness's
         if enough[1:]:
             text += "; leaving out one of these would do as well: "
             text += _words(enough[1:])
-        return text + "."
+        return f"{text}. {neighbour(whole, enough)}".strip()
 
     def _weight(self, requirement):
         """Share of the multipliers that a requirement's blocks carry."""

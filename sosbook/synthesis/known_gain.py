@@ -11,9 +11,8 @@ from ..exact.refusal import Refusal
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
-from .bracket import rounded_up
 from .cells import family
-from .feasibility import without_lmis
+from .feasibility import answer, without_lmis
 from .known_lmis import KnownLMIs
 from .request import Request
 from .solution import Solution
@@ -25,6 +24,7 @@ __all__ = [
     "decided",
     "kept_or_broken",
     "known_proof",
+    "least",
     "worst",
 ]
 
@@ -120,9 +120,12 @@ def worst(request, r, plants):
 
     def at(point):
         check_time()
-        loop = plants.at(_exactly(point))
-        truth = r.truth([loop.plant_in_floats], K, K_A)
-        return Worst(point, r.kept(truth), truth)
+        loops = [plants.at(_exactly(point)).plant_in_floats]
+        if r.parameter is None:
+            truth = r.truth(loops, K, K_A)
+            return Worst(point, r.kept(truth), truth)
+        truth = r.reached(loops, K, K_A)
+        return Worst(point, _room(r, r.bound, truth), truth)
 
     points = list(plants.points())
     if len(points) > 1:
@@ -141,6 +144,11 @@ def worst(request, r, plants):
         if steps.max() < SHORTEST:
             break
     return best
+
+
+def _room(r, bound, truth):
+    """Positive where a requirement with this bound is kept by the true value."""
+    return r.parameter.harder * (truth - bound)
 
 
 def decided(request, r, plants, bad=None):
@@ -164,7 +172,7 @@ def decided(request, r, plants, bad=None):
     around it with the same P, F and G. One that a plant breaks strictly is broken by
     a rational one. Only at the edge neither need be found.
     """
-    bad = worst(request, r, plants) if bad is None else bad
+    bad = bad or worst(request, r, plants)
     if bad.kept <= 0:
         for digits in DIGITS:
             point = plants.rounded(bad.point, digits)
@@ -243,7 +251,7 @@ def _broken(request, r, loop):
     return None if solution is None else solution.infeasibility
 
 
-def kept_or_broken(request, objective=(), backoff=0.01):
+def kept_or_broken(request, objective=(), backoff=0.01, common=None):
     """The Solution of a request with a given gain, each demand by itself.
 
     Parameters
@@ -254,14 +262,21 @@ def kept_or_broken(request, objective=(), backoff=0.01):
         The parameters whose least bounds are sought; numbers stand in for them.
     backoff : float
         A fraction by which a bound is above the worst true value that was found.
+    common : Request, optional
+        The same with a common P. Where one is found that is the answer.
     """
     plants, parts = family(request), []
-    for r in request.demands:
+    bad = [worst(request, r, plants) for r in request.demands]
+    if common is not None and all(w.kept > 0 for w in bad):
+        solution = answer(common, refuse=False)
+        if solution.status == "feasible":
+            return solution
+    for r, known in zip(request.demands, bad, strict=True):
         if r.parameter is not None and r.parameter.key in objective:
-            part = _least(request, r, plants, backoff)
+            part = least(request, r, plants, backoff, bad=known)
             request = request.with_bounds({r.parameter.key: part.requirement.bound})
         else:
-            part = decided(request, r, plants)
+            part = decided(request, r, plants, known)
         parts.append(part)
     solution = Solution(request, "feasible", request.gain, parts=tuple(parts))
     missing = [part for part in parts if part.status != "feasible"]
@@ -278,13 +293,27 @@ def kept_or_broken(request, objective=(), backoff=0.01):
     )
 
 
-def _least(request, r, plants, backoff):
-    """The `Kept` of a requirement with the least bound for which a proof is found."""
-    bad = worst(request, r, plants)
+def least(request, r, plants, backoff, digits=3, bad=None):
+    """The `Kept` of a requirement with the best bound for which a proof is found.
+
+    Parameters
+    ----------
+    request, r, plants
+        As for `decided`; the bound of r is anything.
+    backoff : float
+        A fraction by which the bound is easier than the worst true value.
+    digits : int
+        Of the bound.
+    bad : Worst, optional
+        As for `decided`.
+    """
+    bad, harder = bad or worst(request, r, plants), r.parameter.harder
 
     def at(easier):
-        bound = rounded_up(bad.truth * easier * (1 + backoff))
-        known = replace(bad, kept=bound - bad.truth)
+        bound = _rounded(
+            bad.truth * (easier * (1 + backoff)) ** -harder, harder, digits
+        )
+        known = replace(bad, kept=_room(r, bound, bad.truth))
         moved = request.with_bounds({r.parameter.key: bound})
         return decided(moved, r.with_bound(bound), plants, known)
 
@@ -304,6 +333,13 @@ def _least(request, r, plants, backoff):
         else:
             low = middle
     return part
+
+
+def _rounded(bound, harder, digits):
+    """A positive bound, rounded to so many digits to the easier side."""
+    size = 10.0 ** (int(np.floor(np.log10(bound))) + 1 - digits)
+    whole = np.floor(bound / size) if harder > 0 else np.ceil(bound / size)
+    return float(round_digits(whole * size, digits))
 
 
 def known_proof(request, parts, digits=None):

@@ -201,9 +201,10 @@ def analyse_pid(
         for each vertex, and free multipliers; where that isn't enough the polytope
         is halved. A plant that breaks what is asked is looked for first. It is for
         plants that don't change with time, as is ``"slack"``. ``"auto"`` takes it
-        for several vertices, where all requirements have such LMIs and none is
-        tied by a number ``mu``, and else ``"pairs"``. The others are as in
-        `design_pid`.
+        for several vertices where ``"pairs"``, which covers moving plants too,
+        finds nothing, or something is minimised; but ``"pairs"`` where a requirement
+        has no such LMIs, or is tied by a number ``mu``. ``request.coupling`` says
+        which it was. The others are as in `design_pid`.
     mu, slack, minimize, backoff, cost, requirements, time_limit
         As in `design_pid`.
 
@@ -228,6 +229,8 @@ def analyse_pid(
     >>> from sosbook import PoleRegion, Polytope, SecondOrderSystem
     >>> carts = Polytope([SecondOrderSystem(m, 0.1, 1, 1) for m in (0.5, 2)])
     >>> kept = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.52))
+    >>> kept.request.coupling
+    'multipliers'
     >>> print(kept.certify())
     proven:
     - every plant of the polytope, under u = K x, is stable
@@ -323,15 +326,16 @@ def _design(
         requirements=asked,
         **given(mu=mu),
     )
-    if coupling == "auto" and _multipliers_pay(request):
-        request = replace(request, coupling="multipliers")
+    auto = coupling == "auto" and _have_multipliers(request)
     if start is not None:
         _check_start(start, request)
     backoff = positive("backoff", backoff)
 
     def solved():
-        if request.coupling == "multipliers":
-            return kept_or_broken(request, objective, backoff)
+        if auto or request.coupling == "multipliers":
+            common = request if auto and not objective else None
+            free = replace(request, coupling="multipliers")
+            return kept_or_broken(free, objective, backoff, common)
         settled, first = request, None
         idle = without_input(request, objective) if objective else None
         if idle is not None:
@@ -353,7 +357,7 @@ def _design(
     return Design(**vars(guarded(request, time_limit, solved)))
 
 
-def _multipliers_pay(request):
+def _have_multipliers(request):
     """Whether a known gain is asked of several vertices, in a way that has such LMIs.
 
     A number for mu is about a common P.

@@ -132,7 +132,9 @@ def _equivalence():
     ends = [SecondOrderSystem([[1]], [[0.2]], [[k]], [[1]]) for k in (1, 100)]
     plants = Polytope(ends)
     right = max(plant.poles().real.max() for plant in sample_plants(plants, 101))
-    common = analyse_pid(plants, np.zeros((1, 2)), region=PoleRegion(0.05))
+    common = analyse_pid(
+        plants, np.zeros((1, 2)), region=PoleRegion(0.05), coupling="pairs"
+    )
     none = common.status == "infeasible" and common.infeasibility.proven
     return (
         f"rightmost pole {right:.2f} < -0.05 for each k; a common P is "

@@ -1,0 +1,112 @@
+"""What of each requirement is asked, proven with a P of its own, and true."""
+
+from dataclasses import dataclass, replace
+from html import escape
+from time import monotonic
+from typing import Any
+
+from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
+from .cells import family
+from .known_gain import Kept, least, worst
+
+__all__ = ["Bound", "Bounds", "bounds_of"]
+
+BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
+DIGITS = 4  # of what is proven
+LEAST_TIME = 1e-3  # seconds; a limit is positive
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A requirement of a gain, in three numbers.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        What was asked.
+    asked : float
+        Its bound.
+    proven : float or None
+        The best bound that is proven, to three digits, with a P of its own.
+    true : float
+        The worst that a search has found, over the vertices and between.
+    part : Kept
+        The proof.
+    """
+
+    requirement: Any
+    asked: float
+    proven: float | None
+    true: float
+    part: Kept
+
+
+class Bounds(tuple):
+    """The `Bound` of each requirement that has one; a table when it is shown."""
+
+    __slots__ = ()
+
+    def __getitem__(self, key):
+        """That of a requirement's name, or of a place."""
+        if isinstance(key, str):
+            return next(b for b in self if key in (b.requirement.name, _key(b)))
+        return super().__getitem__(key)
+
+    def rows(self):
+        """Words, asked, proven and true, in text."""
+        for b in self:
+            shown = b.requirement.parameter.shown
+            numbers = (b.asked, b.proven, b.true)
+            yield (
+                b.requirement.words,
+                *("-" if x is None else f"{shown(x):.4g}" for x in numbers),
+            )
+
+    def __repr__(self):
+        table = [("", "asked", "proven", "true"), *self.rows()]
+        wide = [max(map(len, column)) for column in zip(*table)]
+        return "\n".join(
+            "  ".join(
+                [
+                    row[0].ljust(wide[0]),
+                    *(x.rjust(w) for x, w in zip(row[1:], wide[1:])),
+                ]
+            )
+            for row in table
+        )
+
+    def _repr_html_(self):
+        head = "".join(f"<th>{x}</th>" for x in ("", "asked", "proven", "true"))
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>"
+            for row in self.rows()
+        )
+        return f"<table><tr>{head}</tr>{rows}</table>"
+
+
+def _key(bound):
+    return bound.requirement.parameter.key
+
+
+def bounds_of(request, K, seconds):
+    """The `Bounds` of a gain K for what a request asks, after so many seconds.
+
+    Each requirement that has a number is looked at by itself, with multipliers: see
+    `sosbook.synthesis.known_gain.least`.
+    """
+    known = replace(request, gain=K, coupling="multipliers", slack=None)
+    plants, found = family(known), []
+    asked = [r for r in known.requirements if r.parameter and r.takes_multipliers]
+    seconds, begun = checked_seconds(seconds, needed=True), monotonic()
+    for r in asked:
+        bad = worst(known, r, plants)
+        part = Kept(r, "undecided", bad)
+        try:
+            with time_limit(max(seconds - (monotonic() - begun), LEAST_TIME)):
+                part = least(known, r, plants, BACKOFF, DIGITS, bad)
+        except OutOfTime as over:
+            if over.end < begun + seconds:  # somebody else's limit
+                raise
+        proven = part.requirement.bound if part.status == "feasible" else None
+        found.append(Bound(r, r.bound, proven, float(bad.truth), part))
+    return Bounds(found)

@@ -1,0 +1,85 @@
+"""Asked, proven with a P of its own, and true: compared with the loop itself."""
+
+import re
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+
+X0 = [0.1, 0.1, 0, 0]
+
+
+def drive(inertia):
+    return sos.SecondOrderSystem(
+        M=[[0.0025, 0], [0, inertia]],
+        D=[[0.004, -0.004], [-0.004, 0.004]],
+        S=[[1.9, -1.9], [-1.9, 1.9]],
+        B=[[1], [0]],
+        F=[[0], [1]],
+    )
+
+
+DRIVES = sos.Polytope([drive(0.003), drive(0.006)])
+
+
+@pytest.fixture(scope="module")
+def design():
+    return sos.design_pid(
+        DRIVES,
+        region=sos.PoleRegion(sigma=4, theta_deg=80, rho=400),
+        gamma=50,
+        saturation=sos.Saturation(5, X0),
+    )
+
+
+def test_each_requirement_has_its_three_numbers(design):
+    table = design.bounds()
+    s = design.poles(samples=300)
+    true = {
+        "sigma": -s.real.max(),
+        "theta": np.arctan2(abs(s.imag), -s.real).max(),
+        "rho": abs(s).max(),
+        "gamma": design.hinf(samples=100),
+        "u_max": design.peak_input(samples=100),
+    }
+    asked = dict(sigma=4, theta=np.radians(80), rho=400, gamma=50, u_max=5)
+    for key, value in true.items():
+        one = table[key]
+        assert one.asked == pytest.approx(asked[key])
+        assert one.true == pytest.approx(value, rel=0.01)
+        way = one.requirement.parameter.harder
+        assert way * one.asked < way * one.proven < way * one.true  # harder, not true
+        loss = 0.05 if key == "u_max" else 0.005  # Lemma 2.2 isn't sharp
+        assert one.proven == pytest.approx(one.true, rel=loss)
+        assert one.part.status == "feasible"
+
+
+def test_the_table_is_shown_on_the_card_once_it_is_known(design):
+    fresh = sos.design_pid(DRIVES, region=sos.PoleRegion(sigma=4))
+    assert "<th>true" not in fresh._repr_html_()
+    table = fresh.bounds()
+    assert "<th>true" in fresh._repr_html_()
+    lines = repr(table).splitlines()
+    assert lines[0].split() == ["asked", "proven", "true"]
+    assert lines[1].startswith("decay rate sigma  ") and len(lines) == 2
+
+
+def test_time_may_end_before_a_proof(design):
+    late = sos.design_pid(DRIVES, region=sos.PoleRegion(sigma=4)).bounds(1e-9)
+    assert late["sigma"].proven is None and late["sigma"].true > 4
+
+
+def test_a_refusal_says_what_a_neighbour_does():
+    asked = dict(region=sos.PoleRegion(sigma=20))
+    refused = sos.design_pid(DRIVES, saturation=sos.Saturation(1, X0), **asked)
+    assert refused.status == "infeasible"
+    found = re.search(
+        r"With u_max = (\S+) there .* loop (\S+) is true, and (\S+) proven",
+        refused.advice,
+    )
+    least, true, proven = map(float, found.groups())
+    there = sos.design_pid(DRIVES, saturation=sos.Saturation(least, X0), **asked)
+    assert there.status == "feasible"
+    assert there.peak_input(samples=50) == pytest.approx(true, rel=0.02)
+    assert 1 < true < proven < least
