@@ -7,7 +7,7 @@ and G of its own. What holds at the vertices holds between them, with
 P(a) = sum a_i P_i and the same F and G.
 """
 
-from ..language import block, eye, he
+from ..language import block, eye, he, kron
 
 __all__ = [
     "free_bounded_real",
@@ -18,12 +18,12 @@ __all__ = [
 ]
 
 
-def free_pole_region(c, R11, R12, R22):
+def free_pole_region(loop, R11, R12, R22):
     r"""All poles in R11 + R12 s + R12' conj(s) + R22 \|s\|^2 < 0.
 
     Parameters
     ----------
-    c : KnownVertex
+    loop : KnownVertex
         The loop of a vertex.
     R11, R12, R22 : (k, k) arrays
         The matrices of the region; R22 is positive semidefinite.
@@ -42,22 +42,22 @@ def free_pole_region(c, R11, R12, R22):
     and q any vector: at [q x v; s q x v] all terms in F and G cancel, and what is
     left is v* P v times q* (R11 + R12 s + ...) q.
     """
-    one = eye(len(R11))
-    E, A = _kron(one, c.E), _kron(one, c.A)
-    cross = _kron(R12, c.P) - c.F @ E + A.T @ c.G.T
+    one = eye(R11.shape[0])
+    E, A = kron(one, loop.E), kron(one, loop.A)
+    cross = kron(R12, loop.P) - loop.F @ E + A.T @ loop.G.T
     return -block([
-        [_kron(R11, c.P) + he(c.F @ A), cross],
-        [cross.T, _kron(R22, c.P) - he(c.G @ E)],
+        [kron(R11, loop.P) + he(loop.F @ A), cross],
+        [cross.T, kron(R22, loop.P) - he(loop.G @ E)],
     ])
 
 
-def free_stability(c):
-    """The half-plane Re s < 0 for a vertex c."""
-    return free_pole_region(c, 0 * eye(1), eye(1), 0 * eye(1))
+def free_stability(loop):
+    """The half-plane Re s < 0 for a vertex loop."""
+    return free_pole_region(loop, 0 * eye(1), eye(1), 0 * eye(1))
 
 
-def free_bounded_real(c, gamma2):
-    """The H-infinity norm from w to y = C x is below gamma, for a vertex c.
+def free_bounded_real(loop, gamma2):
+    """The H-infinity norm from w to y = C x is below gamma, for a vertex loop.
 
     ``gamma2`` is the square of gamma. With all P_i > 0 every plant is stable, too.
 
@@ -67,36 +67,36 @@ def free_bounded_real(c, gamma2):
     G vanish, and the first three rows are the derivative of x' P x, less mu w'w;
     the last one, by Schur's complement, adds mu y'y / gamma2.
     """
-    cross = c.P - c.F @ c.E + c.A.T @ c.G.T
-    FB, GB, C = c.F @ c.B, c.G @ c.B, c.mu * c.C
+    cross = loop.P - loop.F @ loop.E + loop.A.T @ loop.G.T
+    FB, GB, C = loop.F @ loop.B, loop.G @ loop.B, loop.mu * loop.C
     y, w = C.shape[0], FB.shape[1]
     return -block([
-        [he(c.F @ c.A), cross,           FB,             C.T],
-        [cross.T,       -he(c.G @ c.E),  GB,             0],
-        [FB.T,          GB.T,            -c.mu * eye(w), 0],
-        [C,             0,               0,              -gamma2 * c.mu * eye(y)],
+        [he(loop.F @ loop.A), cross,           FB,             C.T],
+        [cross.T,       -he(loop.G @ loop.E),  GB,             0],
+        [FB.T,          GB.T,            -loop.mu * eye(w), 0],
+        [C,             0,               0,              -gamma2 * loop.mu * eye(y)],
     ])
 
 
-def free_lqr_decay(c, weight):
-    """x' P x falls faster than mu x' (weight) x, for a vertex c.
+def free_lqr_decay(loop, weight):
+    """x' P x falls faster than mu x' (weight) x, for a vertex loop.
 
     Then P / mu lies above the Gramian X of the loop, with E' as the weight of its
     input: the integral of x' (weight) x from x(0) is below x(0)' P x(0) / mu.
     """
-    cross = c.P - c.F @ c.E + c.A.T @ c.G.T
+    cross = loop.P - loop.F @ loop.E + loop.A.T @ loop.G.T
     return -block([
-        [he(c.F @ c.A) + c.mu * weight, cross],
-        [cross.T, -he(c.G @ c.E)],
+        [he(loop.F @ loop.A) + loop.mu * weight, cross],
+        [cross.T, -he(loop.G @ loop.E)],
     ])
 
 
-def free_gramian(c, J, H):
-    """J lies above B' E'^-1 P E^-1 B, the noise's share of the cost, for a vertex c.
+def free_gramian(loop, J, H):
+    """J lies above B' E'^-1 P E^-1 B, the noise's share of the cost, for a vertex loop.
 
     Parameters
     ----------
-    c : KnownVertex
+    loop : KnownVertex
         The loop of a vertex.
     J : (p, p) matrix-like
         With noise of intensity one on each channel the cost is below tr J / mu.
@@ -107,12 +107,5 @@ def free_gramian(c, J, H):
     -----
     Source: (H E - P) P^-1 (H E - P)' >= 0, so He(H E) - P <= H E P^-1 E' H'.
     """
-    HB = H @ c.B
-    return block([[J, HB.T], [HB, he(H @ c.E) - c.P]])
-
-
-def _kron(factors, x):
-    """The Kronecker product of k x k numbers and a matrix."""
-    if len(factors) == 1:
-        return factors[0][0] * x
-    return block([[f * x for f in row] for row in factors])
+    HB = H @ loop.B
+    return block([[J, HB.T], [HB, he(H @ loop.E) - loop.P]])

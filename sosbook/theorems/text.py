@@ -10,14 +10,19 @@ from .delay import Functional, Times
 __all__ = ["called_with", "text_of"]
 
 SIZES = {"N": 4, "m": 2, "n": 3, "p": 2, "k": 2}  # any that tell them apart will do
-SYMMETRIC = {"P", "P1", "P2", "EPE", "J", "S", "R", "R1", "R3", "Z", "Q1", "Q2", "Wq"}
+SYMMETRIC = {
+    "P", "P1", "P2", "EPE", "J", "S", "R", "R1", "R3", "Z", "Q1", "Q2", "Wq", "R11",
+    "R22", "weight",
+}  # fmt: skip
 SHAPES = {  # of those that aren't N x N, by the letters of `SIZES`; "" is a number
     "Y": "mN", "X": "mN", "EY": "Nm", "C": "nN", "W": "Np", "noise": "Np", "B_w": "Np",
     "x0": "N1", "B": "Nm", "K_A": "mN", "J": "pp", "L": "Nk", "Wq": "kk",
-    "alpha": "kk", "beta": "kk", "mu": "", "epsilon": "", "bound": "",
+    "alpha": "kk", "beta": "kk", "R11": "kk", "R12": "kk", "R22": "kk",
+    "mu": "", "epsilon": "", "bound": "",
 }  # fmt: skip
 SQUARES = "gamma2", "u_max2"  # of numbers that the text names
-EXCEPTIONS = {  # 2 is 2N, o and i are what the order makes of N
+EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
+    "free_pole_region": {"F": "ff", "G": "ff"},
     "observer_decay": {"A": "22", "C": "nN", "Y": "nN", "Q_F": "2k", "R_F": "nn"},
     "regular_mass": {"beta": ""},
     "whole_control_bound": {
@@ -54,7 +59,8 @@ def called_with(make, function, sizes=(), **given):
     """
     sizes = SIZES | dict(sizes)
     order, N = given.get("order", 0), sizes["N"]
-    sizes |= {"1": 1, "2": 2 * N, "o": (1 + order) * N, "i": (1 + 2 * order) * N}
+    sizes |= {"1": 1, "2": 2 * N, "f": sizes["k"] * N}
+    sizes |= {"o": (1 + order) * N, "i": (1 + 2 * order) * N}
     shapes, made = SHAPES | EXCEPTIONS.get(function.__name__, {}), {}
 
     def one(name, number=False):
@@ -69,12 +75,17 @@ def called_with(make, function, sizes=(), **given):
         C, Bw = one("C"), one("W")
         return SimpleNamespace(**parts, EPC=one("EP") @ C.T, EVC=one("EV") @ C.T, Bw=Bw)
 
+    def loop():
+        parts = {name: one(name) for name in ("E", "A", "C", "P", "F", "G", "mu")}
+        return SimpleNamespace(**parts, B=one("W"))
+
     def times():
         names = "tau", "mu", "delta", "epsilon1", "epsilon2"
         return Times(*(one(name, number=True) for name in names))
 
     special = {
         "c": vertex,
+        "loop": loop,
         "d": lambda: SimpleNamespace(E=one("E"), A=one("A"), Bu=one("B")),
         "v": lambda: Functional(*map(one, ("P", "Q", "S", "R1", "R2", "R3", "Z"))),
         "t": times,
