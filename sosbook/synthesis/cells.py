@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 from flint import fmpq
 
-from ..exact.rational import exact
+from ..exact.rational import exact, round_digits
+from ..plants.bernstein import spelled
+from ..plants.descriptor import descriptors
+from ..plants.descriptor_system import DescriptorSystem
 from ..plants.simplex import halves
 from ..requirements.known import KnownLoop
 from ..runtime.read_only import ReadOnly
@@ -98,6 +101,10 @@ class Mixtures:
         weights[int(np.argmax(point))] += 1 - sum(weights)
         return weights
 
+    def exactly(self, point):
+        """A point of the search in rationals, as `at` takes it."""
+        return [exact(float(x)) for x in point]
+
     def at(self, weights):
         """The loop of rational weights."""
         first, *others = self.loops
@@ -169,6 +176,8 @@ class Box:
         """So many random points of a generator."""
         return rng.random((count, self.dimension))
 
+    exactly = Mixtures.exactly
+
     def rounded(self, point, digits):
         """A point in rationals with so many decimals."""
         return [fmpq(round(x * 10**digits), 10**digits) for x in point]
@@ -224,8 +233,81 @@ class Box:
         return f"the plants between those with the weights {rows}"
 
 
+class Ranges(Box):
+    """The loops of a family with parameters; a cell is a box of them.
+
+    A point of the search has shares of the ranges, one in rationals values.
+
+    Parameters
+    ----------
+    request : Request
+        Its plant is the polytope of an `Uncertain`.
+    """
+
+    def __init__(self, request):
+        self.request, self.plants = request, request.plant.family
+        self.K, self.box = exact(request.gain), self.plants.box
+        self.dimension = len(self.box.names)
+        self.whole = Cell(self, self.plants)
+
+    def exactly(self, point):
+        """A point of the search in rationals, as `at` takes it."""
+        ends = zip(self.box.low, self.box.high, exact(np.asarray(point, float)))
+        return [low + (high - low) * share for low, high, share in ends]
+
+    def rounded(self, point, digits):
+        """Values with so many significant digits, in their ranges."""
+        values = []
+        for x, low, high in zip(self.exactly(point), self.box.low, self.box.high):
+            near = exact(float(round_digits(float(x), digits)))
+            values.append(min(max(near, low), high))
+        return values
+
+    def at(self, values):
+        """The loop of rational values."""
+        return self._loop(self.plants.at(**dict(zip(self.box.names, values))))
+
+    def _loop(self, plant):
+        if isinstance(plant, DescriptorSystem):
+            (d,) = plant.vertices
+        else:
+            (d,) = descriptors(plant, self.request.U, self.request.K_A)
+        return KnownLoop(d.map(exact), self.K)
+
+    def loops_of(self, plants):
+        """See `Cell.loops`."""
+        return [self._loop(v) for v in plants.vertices]
+
+    def ways(self, plants):
+        """The parameters, with the loops at their ends and the others halfway."""
+        box = plants.box
+        ways, middle = [], dict(zip(box.names, box.middle))
+        for name, *ends in zip(box.names, box.low, box.high):
+            two = (self.at(list((middle | {name: end}).values())) for end in ends)
+            ways.append((name, tuple(two)))
+        return ways
+
+    def cut(self, plants, name):
+        """Two families, cut in the middle of a parameter's range."""
+        return plants.halves(name)
+
+    def point_words(self, values):
+        """A point in words."""
+        pairs = (f"{n} = {spelled(x)}" for n, x in zip(self.box.names, values))
+        return f"the plant with {', '.join(pairs)}"
+
+    def place_words(self, plants):
+        """A cell in words."""
+        return f"the plants with {plants.box}"
+
+
 def family(request):
-    """The loops of a request with a given gain: a `Box` where its vertices are one."""
+    """The loops of a request with a given gain.
+
+    `Ranges` of its parameters, or a `Box` where its vertices are one.
+    """
+    if request.plant.family is not None:
+        return Ranges(request)
     K = exact(request.gain)
     loops = [KnownLoop(d, K) for d in request.vertices_in(exact, request.distinct)]
     order = _corners(loops)

@@ -1,9 +1,11 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
 from dataclasses import dataclass, field, replace
+from math import gcd, lcm
 from typing import Any
 
 import numpy as np
+from flint import fmpq
 
 from ..exact.definite import exact, round_digits
 from ..exact.proof import Proof
@@ -120,7 +122,7 @@ def worst(request, r, plants):
 
     def at(point):
         check_time()
-        loops = [plants.at(_exactly(point)).plant_in_floats]
+        loops = [plants.at(plants.exactly(point)).plant_in_floats]
         if r.parameter is None:
             truth = r.truth(loops, K, K_A)
             return Worst(point, r.kept(truth), truth)
@@ -197,7 +199,10 @@ def decided(request, r, plants, bad=None):
             start = "" if not done else f"cell {done} "
             blocks |= {f"{r.name} {start}{name}": g for name, g in found[0].items()}
             continue
-        if first and _proven(request, r, [plants.at(_exactly(bad.point))]) is None:
+        if (
+            first
+            and _proven(request, r, [plants.at(plants.exactly(bad.point))]) is None
+        ):
             return _undecided(r, bad, done, "the worst plant alone")
         first = False
         if len(cell.loops) == 1 or done + len(open_cells) >= MOST_CELLS:
@@ -212,10 +217,6 @@ def _undecided(r, bad, done, where):
         f"plant that was found has the true value {bad.truth:.6g}."
     )
     return Kept(r, "undecided", bad, done, reason=text)
-
-
-def _exactly(point):
-    return [exact(float(x)) for x in point]
 
 
 def _proven(request, r, loops):
@@ -234,7 +235,7 @@ def _proven(request, r, loops):
 
 def _broken(request, r, loop):
     """An exact proof that one loop doesn't keep a requirement; None if unknown."""
-    d = loop.plant
+    d = _in_whole_numbers(loop.plant)
     floats = d.map(lambda x: x.astype(float))
     parts = ("E", "A", "Bu", "Bw", "C", "Du")
     for name in parts:  # what is written is what is meant
@@ -333,6 +334,18 @@ def least(request, r, plants, backoff, digits=3, bad=None):
         else:
             low = middle
     return part
+
+
+def _in_whole_numbers(d):
+    """A plant in rationals with each row of its equations multiplied: no fractions."""
+    names = ("E", "A", "Bu", "Bw")
+    rows = np.hstack([getattr(d, name) for name in names])
+    scales = []
+    for row in rows:
+        below, above = lcm(*(int(x.q) for x in row)), gcd(*(int(x.p) for x in row))
+        scales.append(fmpq(below, above or 1))
+    turn = np.diag(scales).view(type(d.E))
+    return replace(d, **{name: turn @ getattr(d, name) for name in names})
 
 
 def _rounded(bound, harder, digits):
