@@ -175,27 +175,32 @@ def plant_at(request, place):
     return E, A, B
 
 
-def _parts(request):
-    """The `FixedPart` of each plant that must be stable, with its place.
-
-    These are the vertices and, where the whole polytope is meant, the
-    plants halfway between two. None where the part isn't known.
-    """
+def _places(request):
+    """Where plants must be stable: at the vertices and, if all are meant, halfway."""
     count = len(request.vertices)
     places = [(k, k) for k in range(count)]
     if request.coupling != "vertices":
         pairs = combinations(range(count), 2)
         places += list(islice(pairs, MOST_MIDPOINTS))
+    return places
+
+
+def _parts(request, places):
+    """The `FixedPart` of each place, with it; None where it isn't known."""
     for place in places:
         check_time()
         yield place, fixed_part(*plant_at(request, place))
 
 
-def refuse_by_mode(request):
-    """The `FixedModeRefusal` of a request, or None without one."""
+def refuse_by_mode(request, places=None):
+    """The `FixedModeRefusal` of a request, or None without one.
+
+    ``places`` are those that are looked at: see `FixedModeRefusal.place`.
+    """
+    places = _places(request) if places is None else places
     # whatever else is asked, all claims say that it is stable
     asked = {r.key: r for r in (*request.demands, Stability())}.values()
-    for place, part in _parts(request):
+    for place, part in _parts(request, places):
         for mode in part.modes() if part is not None else ():
             for r in asked:
                 form = r.pole_matrices()

@@ -14,10 +14,12 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
 from .cells import family
-from .feasibility import answer, without_lmis
+from .feasibility import answer
+from .fixed_mode import refuse_by_mode
 from .known_lmis import KnownLMIs
 from .request import Request
 from .solution import Solution
+from .unreached import refuse_by_response
 
 __all__ = [
     "Kept",
@@ -234,22 +236,30 @@ def _proven(request, r, loops):
 
 
 def _broken(request, r, loop):
-    """An exact proof that one loop doesn't keep a requirement; None if unknown."""
-    d = _in_whole_numbers(loop.plant)
-    floats = d.map(lambda x: x.astype(float))
+    """An exact proof that one loop doesn't keep a requirement; None if unknown.
+
+    At a vertex it is about the request's plant. Elsewhere it is about that plant
+    alone, with its equations in whole numbers, if floats can hold them.
+    """
+    asked, d = [r] if r in request.requirements else [], loop.plant
     parts = ("E", "A", "Bu", "Bw", "C", "Du")
+    one = replace(request, requirements=asked, coupling="vertices")
+    for k in one.distinct:
+        (v,) = one.vertices_in(exact, [k])
+        if all((getattr(v, x) == getattr(d, x)).all() for x in parts[:4]):
+            return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
+    d = _in_whole_numbers(d)
+    floats = d.map(lambda x: x.astype(float))
     for name in parts:  # what is written is what is meant
         mine, written = getattr(d, name), getattr(floats, name)
         if mine is not None and (exact(written) != mine).any():
             return None
     try:
         plant = DescriptorSystem(*(getattr(floats, name) for name in parts))
-    except ValueError:  # E is singular: no plant of the kind
+    except ValueError:  # its E is singular
         return None
-    asked = [r] if r in request.requirements else []
     one = Request(plant, gain=request.gain, requirements=asked)
-    solution = without_lmis(one)
-    return None if solution is None else solution.infeasibility
+    return refuse_by_mode(one) or refuse_by_response(one)
 
 
 def kept_or_broken(request, objective=(), backoff=0.01, common=None):

@@ -111,11 +111,15 @@ def _matrices(request, k):
     return d.E, A, B, d.Bw, C, Du
 
 
-def refuse_by_response(request):
-    """The `UnreachedResponseRefusal` of a request, or None without one."""
+def refuse_by_response(request, vertices=None):
+    """The `UnreachedResponseRefusal` of a request, or None without one.
+
+    ``vertices`` are the indices of those that are looked at.
+    """
+    vertices = request.distinct[:MOST_VERTICES] if vertices is None else vertices
     bounds = [r.bounds_response() for r in request.requirements]
     for gamma in (bound for bound in bounds if bound is not None):
-        for k in request.distinct[:MOST_VERTICES]:
+        for k in vertices:
             check_time()
             proof = _at_vertex(request, gamma, k)
             if proof is not None and proof.proven:
