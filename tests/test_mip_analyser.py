@@ -24,8 +24,10 @@ def folder(tmp_path):
     drive = Drive(3.0, 5.0, 2.0, 8.0)
     steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
     for name, more in (("rc_balance", None), ("rc_steers", steering)):
-        main = Program(firmware, robot=THESIS, drive=drive, steering=more).rc_balance
+        written = Program(firmware, robot=THESIS, drive=drive, steering=more)
+        main, header = written.rc_balance.values()
         (tmp_path / f"{name}.c").write_text(main, "utf-8")
+        (tmp_path / "rc_robot.h").write_text(header, "utf-8")
     for name, precision in (("balance", "double"), ("single", "single")):
         write(tmp_path, Program(firmware, name, precision, steering=steering))
     recorder = recorders(THESIS)["rc_identify.c"]

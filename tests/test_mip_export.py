@@ -71,7 +71,8 @@ def write(folder, program):
 # The text
 
 
-TEXTS = [*map(attrgetter, ("header", "source", "rc_balance", "pyctrl", "ros"))]
+TEXTS = [*map(attrgetter, ("header", "source", "pyctrl", "ros"))]
+TEXTS.append(lambda program: program.rc_balance["rc_balance.c"])
 
 
 def test_the_text_is_the_same_every_time_and_free_of_dates():
@@ -453,7 +454,8 @@ class Robot:
         write(folder, program)
         sources = [folder / name for name in program.law if name.endswith(".c")]
         main = folder / "rc_balance.c"
-        main.write_text(program.rc_balance, "utf-8")
+        for name, text in program.rc_balance.items():
+            (folder / name).write_text(text, "utf-8")
         (folder / "robotcontrol.h").write_text(HEADER, "utf-8")
         (folder / "stub.c").write_text(stub, "utf-8")
         if sys.platform == "win32":

@@ -393,7 +393,7 @@ def test_each_boards_recorders(tmp_path, capsys):
     paths = main(["record", str(tmp_path / "robot.toml"), str(tmp_path / "out")])
     names = [path.relative_to(tmp_path / "out").as_posix() for path in paths]
     sketch = ["identify/identify.ino", "identify/robot_io.h", "identify/robot_io.cpp"]
-    assert names == [*sketch, "rc_identify.c", "pyctrl_identify.py"]
+    assert names == [*sketch, "rc_robot.h", "rc_identify.c", "pyctrl_identify.py"]
     for path in paths:
         if path.name != "robot_io.h":
             words = path.read_text("utf-8")
@@ -401,7 +401,7 @@ def test_each_boards_recorders(tmp_path, capsys):
     assert list(recorders(Robot.shipped("gearmotors"))) == sketch
     elsewhere = WIRED.but(motor_channels=(1, 4))
     assert "pyctrl_identify.py" not in recorders(elsewhere)
-    code = recorders(elsewhere)["rc_identify.c"]
+    code = recorders(elsewhere)["rc_robot.h"]
     assert "MOTOR_CHANNEL[2] = {1, 4}" in code and "RATE_HZ 100\n" in code
 
 

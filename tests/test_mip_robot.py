@@ -65,6 +65,7 @@ def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
 
 
 LAW, RC, PYCTRL = "balance.c", "rc_balance.c", "pyctrl_balance.py"
+PINS = "rc_robot.h"
 STEER = "balance_steer.c"
 #: Keys of a robot that steers: another value, and whose code it changes. Balance
 #: is the same with each.
@@ -213,7 +214,7 @@ CHANGES = {
     "limit": (6.5, {LAW, RC, PYCTRL}),
     "rotors": (True, {LAW, PYCTRL}),
     "friction": (True, {LAW, PYCTRL}),
-    "T": (0.005, {LAW, RC, PYCTRL}),
+    "T": (0.005, {LAW, PINS, PYCTRL}),
     "delay": (0.008, set()),
     "jitter": (0.001, set()),
     "blend": (0.006, {LAW, PYCTRL}),
@@ -225,12 +226,12 @@ CHANGES = {
     "stall": (49, {LAW, PYCTRL}),
     "deaf": (24, {LAW, PYCTRL}),
     "mount": (0.5, {RC, PYCTRL}),
-    "nominal": (7.3, {RC, PYCTRL}),
-    "battery": ((5.5, 8.9), {RC}),
-    "motor_channels": ((1, 4), {RC}),
-    "motor_polarities": ((-1, 1), {RC, PYCTRL}),
-    "encoder_channels": ((1, 4), {RC}),
-    "encoder_polarities": ((-1, 1), {RC, PYCTRL}),
+    "nominal": (7.3, {PINS, PYCTRL}),
+    "battery": ((5.5, 8.9), {PINS}),
+    "motor_channels": ((1, 4), {PINS}),
+    "motor_polarities": ((-1, 1), {PINS, PYCTRL}),
+    "encoder_channels": ((1, 4), {PINS}),
+    "encoder_polarities": ((-1, 1), {PINS, PYCTRL}),
 }
 
 
@@ -345,7 +346,7 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
         for name in theirs
         if name in ours and code(ours[name]) != code(theirs[name])
     }
-    assert {LAW, RC, PYCTRL} & changed == (CHANGES[key][1] & set(ours))
+    assert {LAW, RC, PINS, PYCTRL} & changed == (CHANGES[key][1] & set(ours))
     assert Model.read(ours["model_balance.json"]).robot == robot
     said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for name, path in ours.items():  # and every file of words says it
@@ -400,8 +401,8 @@ def test_a_second_robot_end_to_end(second):
     assert (model.mip, model.robot, model.spread) == (found.mip, robot, found.spread)
     assert "#define COUNTS 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]
-    assert "MOTOR_POLARITY[2] = {-1, 1};" in out["rc_balance.c"]
-    assert "#define RATE_HZ 200" in out["rc_balance.c"]
+    assert "MOTOR_POLARITY[2] = {-1, 1};" in out[PINS]
+    assert "#define RATE_HZ 200" in out[PINS]
     assert "COUNTS = 1496.0" in out["pyctrl_balance.py"]
     assert "MOTOR_POLARITY = (-1, -1)" in out["pyctrl_balance.py"]
     assert (

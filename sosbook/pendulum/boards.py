@@ -3,8 +3,9 @@
 import numpy as np
 
 from .robot import Robot
+from .template import fill, written_by
 
-__all__ = ["dmp_rate", "pins", "pyctrl_signs", "wired", "wired_as_pyctrl"]
+__all__ = ["dmp_rate", "pyctrl_signs", "rc_robot", "wired", "wired_as_pyctrl"]
 
 PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
 PYCTRL_WIRING = {  # which can't be changed from outside
@@ -60,7 +61,7 @@ def pyctrl_signs(robot):
     }
 
 
-def pins(robot):
+def _pins(robot):
     """The channels and polarities of a robot as C names and spells them."""
     words = {"channels": "CHANNEL", "polarities": "POLARITY"}
     return {
@@ -70,6 +71,18 @@ def pins(robot):
         for part in ("motor", "encoder")
         for plural, word in words.items()
     }
+
+
+def rc_robot(robot, T):
+    """The file that programs for librobotcontrol share: its name and its text.
+
+    It is of a ``robot`` whose samples are T apart.
+    """
+    low, high = robot.battery
+    values = {"V_NOMINAL": robot.nominal, "V_LOW": low, "V_HIGH": high, **_pins(robot)}
+    values["RATE_HZ"] = dmp_rate(T)
+    note = [written_by(), f"robot: {robot.words}"]
+    return {"rc_robot.h": fill("rc_robot.h", note, values)}
 
 
 def dmp_rate(T):

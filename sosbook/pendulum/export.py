@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass, replace
 
 from . import spelling
-from .boards import PYCTRL_COUNTS_PER_TURN, dmp_rate, pins, pyctrl_signs, wired
+from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired
 from .drive import Drive
 from .firmware import Firmware
 from .recording import board_files
@@ -178,26 +178,22 @@ class Program:
 
     @property
     def rc_balance(self):
-        """The text of rc_<name>.c, for librobotcontrol on a BeagleBone Blue.
+        """Files for librobotcontrol on a BeagleBone Blue: a dict to their texts.
 
-        It stands beside the files of `law`. The sensors are read as in the library's
-        example rc_balance; its theta, phi and duty have the signs of `Mip`.
+        rc_<name>.c and rc_robot.h stand beside the files of `law`. The sensors are
+        read as in the library's example rc_balance; its theta, phi and duty have the
+        signs of `Mip`.
         """
         robot = wired(self.robot)
-        low, high = robot.battery
         values = {
             "STEERS": int(self.steering is not None),
-            "RATE_HZ": dmp_rate(self.firmware.law.T),
             "BOARD_MOUNT_ANGLE": robot.mount,
             "COUNTS": robot.counts,
-            "V_NOMINAL": robot.nominal,
-            "V_LOW": low,
-            "V_HIGH": high,
             **self._motion(),
-            **pins(robot),
         }
         text = fill("rc_balance.c", self._provenance, values, self.name)
-        return replaced(r"(typedef )double(?= real;)", text, C_TYPES[self.precision])
+        text = replaced(r"(typedef )double(?= real;)", text, C_TYPES[self.precision])
+        return {f"rc_{self.name}.c": text, **rc_robot(robot, self.firmware.law.T)}
 
     @property
     def pyctrl(self):

@@ -8,14 +8,7 @@ from math import pi, radians, sqrt
 from ..plants.checks import positive
 from ..runtime.reading import path_of
 from ..runtime.writing import may_replace, write_file
-from .boards import (
-    PYCTRL_COUNTS_PER_TURN,
-    dmp_rate,
-    pins,
-    pyctrl_signs,
-    wired,
-    wired_as_pyctrl,
-)
+from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired_as_pyctrl
 from .robot import Robot
 from .spelling import single
 from .template import fill, written_by
@@ -118,11 +111,9 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
     files |= board_files("identify", robot, note)
     if robot.board != "beaglebone":
         return files
-    robot, (low, high) = wired(robot), robot.battery
-    board = {x: values[x] for x in ("AMPLITUDE", "SECONDS")} | pins(robot) | rows
+    board = {x: values[x] for x in ("AMPLITUDE", "SECONDS")} | rows
     board |= {x: "{{{}, {}}}".format(*pair) for x, pair in ends.items()}
-    board |= {"V_NOMINAL": robot.nominal, "V_LOW": low, "V_HIGH": high}
-    board["RATE_HZ"] = dmp_rate(robot.T)
+    files |= rc_robot(robot, robot.T)
     files["rc_identify.c"] = fill("rc_identify.c", note, board)
     if wired_as_pyctrl(robot):
         signs = pyctrl_signs(robot)

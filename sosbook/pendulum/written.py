@@ -30,7 +30,7 @@ def texts(deployment, name):
     }
     if robot.board == "beaglebone":
         for one in (program, on_stand):
-            files[f"rc_{one.name}.c"] = one.rc_balance
+            files |= one.rc_balance
             if wired_as_pyctrl(robot):
                 files[f"pyctrl_{one.name}.py"] = one.pyctrl
         if steering:

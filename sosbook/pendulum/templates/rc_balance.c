@@ -35,11 +35,9 @@
  * A second without a command, a readable file or the radio stops the wheels.
  */
 #include <poll.h>
-#include <stdint.h>
-#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
-#include <robotcontrol.h>
+#include "rc_robot.h"
 #include "balance.h"
 
 #define STEERS 1 /* 1: a heading is held; 0: both motors get the same */
@@ -49,14 +47,9 @@
 
 typedef double real; /* what the law computes with */
 
-#define RATE_HZ 100
-
 /* The robot's description. */
 #define BOARD_MOUNT_ANGLE 0.49 /* rad, of the board in the body */
 #define COUNTS 2122.2 /* of an encoder, per turn of a wheel */
-#define V_NOMINAL 7.4 /* V, where the battery isn't measured */
-#define V_LOW 5.0 /* V; a battery below isn't measured */
-#define V_HIGH 9.0 /* V; nor one above */
 
 /* A set point that moves. */
 #define SPEED 0.0 /* rad/s, at most */
@@ -73,23 +66,15 @@ typedef double real; /* what the law computes with */
 #define DSM_TURN_POLARITY 1
 #define DSM_DEAD 0.04 /* of the stick's full way */
 
-/* Left and right. */
-static const int MOTOR_CHANNEL[2] = {3, 2};
-static const int MOTOR_POLARITY[2] = {1, -1};
-static const int ENCODER_CHANNEL[2] = {3, 2};
-static const int ENCODER_POLARITY[2] = {1, -1};
-
 /* At rest near upright: all readings of a second lie within. */
 #define REST_TICKS RATE_HZ
 #define REST_TILT 0.2  /* rad */
 #define REST_GYRO 0.1  /* rad/s */
 #define REST_TURN 0.05 /* rad, of the wheels */
 
-static const double TURN = 6.283185307179586; /* rad */
 static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command"};
 
 /* The callback alone writes these. */
-static rc_mpu_data_t imu;
 static balance_state robot;
 static int balancing;
 static int calm;            /* ticks at rest so far */
@@ -103,11 +88,8 @@ static real motor[2]; /* V, left and right */
 #endif
 static const char *why_waiting = ""; /* for a robot that doesn't start */
 static volatile int reason; /* the last fault */
-static volatile unsigned ticks;
 
-/* The main loop alone writes these: millivolts and mrad/s, for an int is
- * atomic. */
-static volatile int battery = (int)(1000 * V_NOMINAL);
+/* The main loop alone writes these: mrad/s, for an int is atomic. */
 static volatile int wanted;
 #if STEERS
 static volatile int wanted_turn;
@@ -167,15 +149,6 @@ static void drive(const real volts[2])
     const double half = cut((right - left) / 2, most - (mean < 0 ? -mean : mean));
     rc_motor_set(MOTOR_CHANNEL[0], MOTOR_POLARITY[0] * (mean - half) / most);
     rc_motor_set(MOTOR_CHANNEL[1], MOTOR_POLARITY[1] * (mean + half) / most);
-}
-#else
-/* Both motors get the same voltage, as far as the battery has it. */
-static void drive(double volts)
-{
-    double duty = 1000 * volts / battery;
-    duty = duty > 1 ? 1 : duty < -1 ? -1 : duty;
-    for (int side = 0; side < 2; side++)
-        rc_motor_set(MOTOR_CHANNEL[side], MOTOR_POLARITY[side] * duty);
 }
 #endif
 
@@ -271,7 +244,7 @@ static void tick(void)
 #if STEERS
             drive(motor);
 #else
-            drive(volts);
+            drive_both(volts);
 #endif
         } else {
             reason = robot.fault;
@@ -308,13 +281,6 @@ static void pause_pressed(void)
             return;
     }
     rc_set_state(EXITING);
-}
-
-static void measure_battery(void)
-{
-    const double volts = rc_adc_batt();
-    const int sane = volts > V_LOW && volts < V_HIGH;
-    battery = (int)(1000 * (sane ? volts : V_NOMINAL));
 }
 
 /* Take a command, cut to what the robot may do. */
@@ -412,8 +378,7 @@ static void save(FILE *file)
 /* Look after everything slow until the program ends. */
 static void watch(int checking, FILE *file, const char *source)
 {
-    int told = 0, silent = 0, waited = 0;
-    unsigned seen = ticks;
+    int told = 0, waited = 0;
     while (rc_get_state() != EXITING) {
         rc_usleep(50000);
         measure_battery();
@@ -437,20 +402,8 @@ static void watch(int checking, FILE *file, const char *source)
             fflush(stdout);
         }
         told = rc_get_state() == PAUSED ? reason : 0;
-        silent = ticks == seen ? silent + 1 : 0;
-        seen = ticks;
-        if (silent == 5) {
-            rc_motor_standby(1);
-            rc_set_state(EXITING);
-            fprintf(stderr, "the IMU went silent\n");
-        }
+        watch_imu();
     }
-}
-
-static int fail(const char *part)
-{
-    fprintf(stderr, "can't start the %s\n", part);
-    return -1;
 }
 
 int main(int argc, char *argv[])
@@ -458,10 +411,6 @@ int main(int argc, char *argv[])
     const int checking = argc > 1 && strcmp(argv[1], "check") == 0;
     const int radio = argc > 2 && strcmp(argv[2], "dsm") == 0;
     FILE *file = NULL;
-    rc_mpu_config_t config = rc_mpu_default_config();
-    config.dmp_sample_rate = RATE_HZ;
-    config.dmp_fetch_accel_gyro = 1;
-    config.orient = ORIENTATION_Y_UP;
 
     if (argc > 1 && !checking) {
         file = fopen(argv[1], "w");
@@ -474,32 +423,12 @@ int main(int argc, char *argv[])
         fputs("\n", file);
         logging = 1;
     }
-    if (rc_kill_existing_process(2.0f) < -2)
-        return fail("program: another one runs");
-    if (!rc_mpu_is_gyro_calibrated())
-        fprintf(stderr, "the gyro isn't calibrated: run rc_calibrate_gyro\n");
-    if (rc_enable_signal_handler())
-        return fail("signal handler");
-    if (rc_motor_init())
-        return fail("motors");
-    rc_motor_standby(1);
-    if (rc_encoder_eqep_init())
-        return fail("encoders");
-    if (rc_button_init(RC_BTN_PIN_PAUSE, RC_BTN_POLARITY_NORM_HIGH,
-                       RC_BTN_DEBOUNCE_DEFAULT_US))
-        return fail("PAUSE button");
-    if (!checking)
-        rc_button_set_callbacks(RC_BTN_PIN_PAUSE, pause_pressed, NULL);
-    if (rc_adc_init())
-        fprintf(stderr, "no ADC: taking %.1f V for granted\n", V_NOMINAL);
-    measure_battery();
+    if (begin(checking ? NULL : pause_pressed))
+        return -1;
     if (radio && rc_dsm_init())
         return fail("DSM radio");
-    if (rc_mpu_initialize_dmp(&imu, config))
-        return fail("IMU");
-    rc_make_pid_file();
-    rc_set_state(checking ? PAUSED : RUNNING);
-    rc_mpu_set_dmp_callback(tick);
+    if (begin_ticks(tick, checking ? PAUSED : RUNNING))
+        return -1;
     watch(checking, file, argc > 2 ? argv[2] : NULL);
 
     rc_mpu_power_off();
@@ -510,13 +439,9 @@ int main(int argc, char *argv[])
     }
     if (radio)
         rc_dsm_cleanup();
-    rc_motor_cleanup();
-    rc_encoder_eqep_cleanup();
-    rc_adc_cleanup();
-    rc_button_cleanup();
     rc_led_set(RC_LED_GREEN, 0);
     rc_led_set(RC_LED_RED, 0);
     rc_led_cleanup();
-    rc_remove_pid_file();
+    end();
     return 0;
 }
