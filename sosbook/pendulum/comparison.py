@@ -74,13 +74,7 @@ class Comparison:
         if self.turning is None:
             return None
         bounds = heading_bounds(self.model)
-        ends = {name: self.turning.interval(name) for name in bounds}
-        if any(a > bounds[x][1] or b < bounds[x][0] for x, (a, b) in ends.items()):
-            return False
-        inside = all(
-            bounds[x][0] <= a and b <= bounds[x][1] for x, (a, b) in ends.items()
-        )
-        return True if inside else None
+        return _inside([*map(self.turning.interval, bounds)], bounds.values())
 
     @property
     def balance_within(self):
@@ -90,11 +84,7 @@ class Comparison:
         ends = [self.tracking.interval(name) for name in ("body", "wheels")]
         if isinstance(self.model.spread, FitSpread):
             return self._within_fit(*ends)
-        low, high = 1 - self.model.spread, 1 + self.model.spread
-        if any(b < low or a > high for a, b in ends):
-            return False
-        inside = all(low <= a and b <= high for a, b in ends)
-        return True if inside else None
+        return _inside(ends, 2 * [(1 - self.model.spread, 1 + self.model.spread)])
 
     def _within_fit(self, body, wheels):
         """The same for a `FitSpread` and the intervals of e/c and e/a."""
@@ -259,6 +249,14 @@ def heading_bounds(model):
         "stronger": (-more, more),
         "braking": (-more, more),
     }
+
+
+def _inside(ends, bounds):
+    """Whether intervals lie within bounds; None where one reaches beyond."""
+    pairs = [(*end, *bound) for end, bound in zip(ends, bounds)]
+    if any(b < low or a > high for a, b, low, high in pairs):
+        return False
+    return all(low <= a and b <= high for a, b, low, high in pairs) or None
 
 
 def _clock(log, robot):
