@@ -8,7 +8,6 @@ from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, combine, pendulum_gain
 
 import sosbook as sos
 from sosbook import thesis
-from sosbook.pendulum.turning import turning_plants, unequal_plant
 from tests.gains import named
 
 PRINTED = thesis.mip()
@@ -152,75 +151,41 @@ def test_signals_in_another_order_are_put_in_the_robots():
     assert pendulum_gain(gain) == pytest.approx(straight.K, rel=1e-4)
 
 
-def cart(n=2):
-    """Another plant with as many coordinates: two masses on a spring."""
-    M, S = np.eye(n), 2 * np.eye(n) - np.ones((n, n))
-    return sos.SecondOrderSystem(M, 0.1 * S, S, np.eye(n)[:, :1])
+#: What a gain multiplies that no robot's law is of, and what is said of it. The fifth
+#: entry isn't K_I, though there are five.
+OTHERS = {
+    (
+        "z1",
+        "z2",
+        "z1'",
+        "z2'",
+    ): "multiplies z1, z2, z1', z2' and not theta, phi, theta'",
+    (*PD_SIGNALS, "u(k-1)"): r"older voltages, u\(k-1\), which this law doesn't keep",
+    (*PID_SIGNALS, "u(k-1)"): 'law = "lqr" or "observer"',
+    (*PD_SIGNALS, "x"): "it multiplies .*, x. The robot",
+    (*PD_SIGNALS, "integral of 2 phi"): "integral of 2 phi",
+    ("delta", "delta'", "integral of delta"): "multiplies delta, delta', integral of",
+}
 
 
-def delayed(U=None):
-    """Of a computer that takes a tick: it knows the voltage before."""
-    weights = np.eye(4 if U is None else 5)
-    plant = Mip.printed().plant()
-    return sos.design_sampled_lqr(plant, weights, [[5]], T, T, U).gain
-
-
-@pytest.mark.parametrize(
-    "gain, words",
-    [
-        (lambda: [[20, 0.8, 2, 0.9]], "an array doesn't say what its columns multiply"),
-        (lambda: pendulum(U=[[0, 1]]).K, "Give design.gain"),
-        (
-            lambda: sos.design_lqr(cart(), np.eye(4), [[1]]).gain,
-            "it multiplies z1, z2, z1', z2' and not theta, phi, theta', phi'",
-        ),
-        (
-            lambda: sos.design_lqr(cart(), np.eye(5), [[1]], [[1, 0]]).gain,
-            "integral of z1",
-        ),
-        # the fifth entry isn't K_I, though there are five
-        (delayed, r"older voltages, u\(k-1\), which this law doesn't keep"),
-        (lambda: delayed([[0, 1]]), r'law = "lqr" or "observer"'),
-        (
-            lambda: Gain([range(5)], (*PD_SIGNALS, "x")),
-            "it multiplies .*, x. The robot",
-        ),
-        (lambda: pendulum(U=[[0, 2]]).gain, "integral of 2 phi"),
-        (
-            lambda: (
-                sos.design_lqr(
-                    turning_plants(Mip.printed(), TRACKED)[0], np.eye(3), [[1]], [[1]]
-                ).gain
-            ),
-            "it multiplies delta, delta', integral of delta",
-        ),
-        (lambda: Gain(np.ones((2, 4)), PD_SIGNALS), "2 outputs"),
-        (
-            lambda: (
-                sos.design_lqr(
-                    unequal_plant(Mip.printed(), 1e-3, 0.1, 0.1), np.eye(6), np.eye(2)
-                ).gain
-            ),
-            "2 outputs",
-        ),
-    ],
-)
 @pytest.mark.parametrize("law", [SampledLaw.of_gain, SampledLaw.appendix_b])
-def test_a_gain_of_something_else_is_refused(gain, words, law):
-    with pytest.raises(ValueError, match=words):
-        law(gain(), T)
+def test_a_gain_of_something_else_is_refused(law):
+    for signals, words in OTHERS.items():
+        with pytest.raises(ValueError, match=words):
+            law(Gain([range(len(signals))], signals), T)
+    with pytest.raises(ValueError, match="2 outputs"):
+        law(Gain(np.ones((2, 4)), PD_SIGNALS), T)
+    with pytest.raises(ValueError, match="an array doesn't say .* Give design.gain"):
+        law([[20, 0.8, 2, 0.9]], T)
 
 
 def test_the_fifth_entry_of_a_regulator_that_knows_its_delay_is_no_integral():
     """Taken for K_I, as a bare array would have it, the loop is unstable."""
-    late = delayed()
-    assert late.K.shape == (1, 5)
+    plant = Mip.printed().plant()
+    late = sos.design_sampled_lqr(plant, np.eye(4), [[5]], T, T).gain
+    assert late.signals == (*PD_SIGNALS, "u(k-1)")
     wrong = SampledLaw.of_gain(named(late.K), T)
     assert sos.mip.SampledLoop(Mip.printed(), wrong, T).radius > 1
-    assert late.signals == (*PD_SIGNALS, "u(k-1)")
-
-
-TRACKED = sos.mip.Robot.shipped("thesis").but(track=0.07)
 
 
 def test_names_of_coordinates_go_with_the_plant():

@@ -267,16 +267,6 @@ def test_letters_follow_from_the_unprinted_values():
     assert [v.e for v in corners[:2]] == 2 * [corners[0].e]
 
 
-@pytest.mark.parametrize("k", range(4))
-def test_vertices_of_4_25_follow(k):
-    v = vertices(MIP)[k].printed_form()
-    assert np.allclose(digits(v.M, 1e-6), PRINT.M[k], rtol=1e-12)
-    assert np.allclose(digits(-v.D, 1e-5), PRINT.D[k], rtol=1e-12)
-    assert np.allclose(digits(-v.S, 1e-4), PRINT.S[k], rtol=1e-12)
-    assert np.allclose(digits(v.B, 1e-4), PRINT.B[k], rtol=1e-12)
-    assert np.array_equal(v.F, PRINT.F)
-
-
 def test_where_delta_belongs():
     """I_b and C_m have none; I_w has that of e/c over that of e/a."""
     corners = vertices(MIP)
