@@ -77,10 +77,9 @@ def test_the_same_robot_isnt_said_to_be_another(same):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", [0.2, 0.4])
-def test_friction_is_found(friction):
-    found = compare(run(replace(MACHINE, friction=friction)), MODEL)
-    assert found.tracking.values["friction"] == pytest.approx(friction, rel=0.1)
+def test_friction_is_found():
+    found = compare(run(replace(MACHINE, friction=0.4)), MODEL)
+    assert found.tracking.values["friction"] == pytest.approx(0.4, rel=0.1)
     assert "friction, which no proof has" in found.report
 
 

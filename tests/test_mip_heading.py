@@ -79,8 +79,8 @@ def test_the_same_robot_turns_as_the_model_does(same):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("more, brake", [(0.06, -0.04), (-0.05, -0.06)])
-def test_unequal_motors_are_found_and_allowed(more, brake):
+def test_unequal_motors_are_found_and_allowed():
+    more, brake = 0.06, -0.04
     found = compare(run(replace(TURNER, more=more, brake=brake)), MODEL)
     assert found.turning.values["stronger"] == pytest.approx(more, abs=0.015)
     assert found.turning.values["braking"] == pytest.approx(brake, abs=0.015)
@@ -88,9 +88,7 @@ def test_unequal_motors_are_found_and_allowed(more, brake):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "change", [dict(more=0.2, brake=0.2), dict(more=0.2), dict(upright=6e-4)]
-)
+@pytest.mark.parametrize("change", [dict(more=0.2), dict(upright=6e-4)])
 def test_motors_that_differ_too_much_and_a_wide_body_are_outside(change):
     found = compare(run(replace(TURNER, **change)), MODEL)
     assert found.heading_within is False and found.within is False, found.report

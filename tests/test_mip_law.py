@@ -127,6 +127,7 @@ def pendulum(**asked):
 def test_a_designs_gain_becomes_the_law_of_its_numbers():
     design = pendulum(U=[[0, 1]])
     assert design.gain.signals == PID_SIGNALS
+    assert pendulum(U=[[0, 2]]).gain.signals[-1] == "integral of 2 phi"
     law = SampledLaw.of_gain(design.gain, T)
     assert np.array_equal(np.hstack([law.D, law.C]), design.K)
     proven = design.gain.but(design.certify(digits=4).K)
