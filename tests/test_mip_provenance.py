@@ -14,7 +14,6 @@ from sosbook.mip.recording import GYRO_RANGES
 import sosbook.pendulum
 from sosbook.pendulum.spread import vertices
 from sosbook.pendulum.steering import MOST_LOST
-from sosbook.pendulum.turning import inertia_bounds
 from tests.test_mip_robot import exact_data
 
 FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
@@ -59,7 +58,7 @@ BOARDS = {
     "other": {},
 }
 STEERS = dict(track=0.0717, steering=0.2319, unequal=0.0917)
-KINDS = [(board, more) for board in BOARDS for more in ({}, STEERS)]
+KINDS = [("beaglebone", STEERS), ("other", {})]
 
 
 def values(text):
@@ -120,26 +119,6 @@ def strangers(text, places, digits):
     return foreign
 
 
-MADE = []  # designs of steering, after what their proofs are about
-
-
-def with_its_proofs(design):
-    """A design of steering gets the proofs of the same one for another board."""
-    about = [
-        design.law.K,
-        *(getattr(design.balance, x) for x in "ABCD"),
-        [design.robot.T, design.robot.delay, design.robot.unequal],
-        *(getattr(v, x) for part in design.plants for v in part.vertices for x in "MD"),
-        [[mip.a, mip.b, mip.c, mip.d, mip.e, mip.f, mip.J] for mip in design.robots],
-        [inertia_bounds(mip, design.robot) for mip in design.robots],
-    ]
-    for same, other in MADE:
-        if len(same) == len(about) and all(map(np.array_equal, same, about)):
-            vars(design).update(sampled=other.sampled, unequal=other.unequal)
-            return
-    MADE.append((about, design))
-
-
 @pytest.fixture(
     scope="module",
     params=KINDS,
@@ -156,8 +135,6 @@ def strange(request, tmp_path_factory):
     found = recommend(sosbook.pendulum.Mip.printed(), robot=robot, data=data)
     object.__setattr__(found, "lacking", ())
     object.__setattr__(found, "sampled", {})
-    if found.steering:
-        with_its_proofs(found.steering)
     paths = found.write(tmp_path_factory.mktemp("strange"))
     return found, [p for p in paths if not p.name.startswith(("proof_", "check_"))]
 
