@@ -33,13 +33,12 @@
     const terms = wanted(query);
     if (!terms.length) return [];
     const tests = terms.map(pattern);
-    const hits =
-      entries.map((entry) => tests.map((test) => entry.folded.map((text) => count(text, test))));
+    const hits = entries.map((entry) => tests.map((test) => entry.folded.map((text) => count(text, test))));
     // What the whole page says counts for its first line.
     const whole = pages.map(() => tests.map(() => 0));
-    hits.forEach((hit, i) => hit.forEach(
-                   ([title, , text, code],
-                     k) => { whole[entries[i].page][k] += 2 * title + text + 0.3 * code; }));
+    hits.forEach(
+      (hit, i) => hit.forEach(
+        ([title, , text, code], k) => { whole[entries[i].page][k] += 2 * title + text + 0.3 * code; }));
     const rarity = tests.map((_, k) => {
       const having = hits.filter((hit) => hit[k].some(Boolean)).length;
       return Math.log(1 + entries.length / (1 + having));
@@ -47,14 +46,12 @@
     const score = (entry, hit) => {
       let sum = 0, found = 0;
       hit.forEach((counts, k) => {
-        const part =
-          counts.reduce((total, n, field) => total + WEIGHTS[field] * (n / (n + 1.2)), 0);
+        const part = counts.reduce((total, n, field) => total + WEIGHTS[field] * (n / (n + 1.2)), 0);
         if (part) found += 1;
         sum += rarity[k] * part;
       });
       if (!found) return 0;
-      if (!entry.id)
-        whole[entry.page].forEach((n, k) => { sum += rarity[k] * 22 * (n / (n + 12)); });
+      if (!entry.id) whole[entry.page].forEach((n, k) => { sum += rarity[k] * 22 * (n / (n + 12)); });
       const [title, page] = entry.folded, asked = fold(query).trim();
       const name = asked.replace(/^(sosbook|sos)\./, "").replace(/\(\)$/, "");
       if (entry.kind === 2) sum *= fold(entry.title).endsWith("." + name) ? 4 : 0.4;
@@ -78,8 +75,8 @@
 
   // The stretch of the text with most of the terms, those marked.
   const excerpt = (entry, tests) => {
-    const text = count(entry.folded[2], tests[0]) || !entry.code ||
-        tests.some((test) => count(entry.folded[2], test))
+    const text =
+      count(entry.folded[2], tests[0]) || !entry.code || tests.some((test) => count(entry.folded[2], test))
       ? entry.text
       : tests.some((test) => count(entry.folded[3], test)) ? entry.code
                                                            : entry.text;
@@ -126,9 +123,8 @@
     }
     const head = document.createElement("p");
     head.textContent = !query.trim() ? ""
-      : found.length
-      ? `${found.length}${found.length === MOST ? " best" : ""} places for “${query}”`
-      : `Nothing for “${query}”. Try fewer or shorter words.`;
+      : found.length ? `${found.length}${found.length === MOST ? " best" : ""} places for “${query}”`
+                     : `Nothing for “${query}”. Try fewer or shorter words.`;
     box.replaceChildren(head, list);
   };
 

@@ -50,8 +50,7 @@
 
   // All boxes are measured before any is marked, so that they are laid out once.
   function watch() {
-    const watcher =
-      new ResizeObserver(changes => changes.map(({target}) => measured(target)).forEach(mark));
+    const watcher = new ResizeObserver(changes => changes.map(({target}) => measured(target)).forEach(mark));
     document.querySelectorAll(BOXES).forEach(box => {
       watcher.observe(box);
       box.addEventListener("scroll", () => mark(measured(box)), {passive: true});

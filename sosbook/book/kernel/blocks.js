@@ -10,8 +10,7 @@ export class Blocks {
     let from = 0;
     for (const [name, {rows, cols, symmetric = false}] of Object.entries(unknowns)) {
       const size = symmetric ? rows * (rows + 1) / 2 : rows * cols;
-      this.unknowns.push(
-        {name, rows, cols, symmetric, from, size, scalar: size === 1 && !symmetric});
+      this.unknowns.push({name, rows, cols, symmetric, from, size, scalar: size === 1 && !symmetric});
       from += size;
     }
     this.size = from;
@@ -109,8 +108,7 @@ export class Blocks {
   adjoint(M) {
     const g = new Float64Array(this.size);
     this.list.forEach(({terms, slopes}, k) => {
-      for (const {of, Lt, Rt} of terms)
-        fold(g, this.unknowns[of], times(times(Lt, M[k]), Rt).at, 2);
+      for (const {of, Lt, Rt} of terms) fold(g, this.unknowns[of], times(times(Lt, M[k]), Rt).at, 2);
       for (const {of, G} of slopes) g[this.unknowns[of].from] += inner(G, M[k]);
     });
     return g;

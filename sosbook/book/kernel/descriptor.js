@@ -57,8 +57,8 @@ function quotientInHull(points, E, N) {
   });
   const less = p => p.map((x, k) => x - first[k]), ofE = p => `${p.slice(0, N * N)}`;
   const oneColumn = changes => {  // all columns are multiples of one
-    const columns = changes.flatMap(
-      c => c.filter((_, k) => k % N === 0).map((_, k) => c.slice(k * N, k * N + N)));
+    const columns =
+      changes.flatMap(c => c.filter((_, k) => k % N === 0).map((_, k) => c.slice(k * N, k * N + N)));
     const u = columns.find(c => c.some(x => x)), r = u.findIndex(x => x);
     return columns.every(c => c.every((x, i) => x * u[r] === u[i] * c[r]));
   };
@@ -94,8 +94,8 @@ export function meanDescriptor(vertices) {
 export const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
 
 // The system in coordinates x = T xi, u = scale v, its rows times `left`.
-export const changed =
-  ({E, A, Bu, Bw, C}, {left, T, scale}, /** @type {any} */ {times, scaled} = FLOATS) => ({
+export const changed = ({E, A, Bu, Bw, C}, {left, T, scale}, /** @type {any} */ {times, scaled} = FLOATS) =>
+  ({
     E: times(times(left, E), T),
     A: times(times(left, A), T),
     Bu: scaled(scale, times(left, Bu)),
@@ -107,9 +107,7 @@ export const rounded = (x, digits) => Number(x.toExponential(digits - 1));
 
 // What asks for a size of P, the leader first: see `Request` of the package. The others
 // have P / s, Y / s in their blocks, with an unknown s.
-export function sized(asked) {
-  return ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined);
-}
+export function sized(asked) { return ["gamma", "cost", "u_max"].filter(name => asked[name] !== undefined); }
 
 // Coordinates x = T xi, u = scale v in which the LMIs are well conditioned, from the
 // Riccati equation of the mean vertex; sizes and gain start the search.
@@ -128,13 +126,11 @@ export function frameOf(vertices, asked) {
     : cheap || !names.length ? 1
                              : Math.max(1e-300, ...names.map(k => reaches[k]));
   let T = scaled(Math.sqrt(large), T0);
-  const scale =
-    (cheap ? norm(times(K, T)) : omega / (norm(solve(times(mean.E, T), mean.Bu)) || 1)) || 1;
+  const scale = (cheap ? norm(times(K, T)) : omega / (norm(solve(times(mean.E, T), mean.Bu)) || 1)) || 1;
   const gain = K && scaled(1 / scale, times(K, T));
   T = mapped(T, x => rounded(x, 6));
   const followers = tied ? [] : names.slice(1), now = reach(asked, T, stateSpace(mean)[2], omega);
-  const sizes =
-    Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
+  const sizes = Object.fromEntries(followers.map(k => [k, rounded(Math.sqrt(now[k] / now[names[0]]), 2)]));
   return {...withInverses(T, mean, noise), scale: rounded(scale, 6), gain, sizes, n};
 }
 
@@ -179,14 +175,7 @@ function ofEnergy(vertices, A, B, omega) {
 export function withInverses(T, mean, noise) {
   const [left, back] = [times(mean.E, T), T].map(X => mapped(inverse(X), x => rounded(x, 6)));
   const push = noise && times(back, noise === "F" ? solve(mean.E, mean.Bw) : identity(T.rows));
-  return {
-    T,
-    left,
-    back,
-    near: times(back, T),
-    noise,
-    own: (noise && rounded(norm(push) ** 2, 2)) || 1
-  };
+  return {T, left, back, near: times(back, T), noise, own: (noise && rounded(norm(push) ** 2, 2)) || 1};
 }
 
 // The plant's own coordinates.

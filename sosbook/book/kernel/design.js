@@ -64,16 +64,14 @@ export function design(request, start = null, hasty = false) {
 function guess(blocks, frame) {
   if (!frame.gain) return null;
   const values = {P: identity(frame.T.rows), Y: frame.gain};
-  for (const {name, rows} of blocks.unknowns.slice(2))
-    values[name] = identity(rows, name === "J" ? 2 : 1);
+  for (const {name, rows} of blocks.unknowns.slice(2)) values[name] = identity(rows, name === "J" ? 2 : 1);
   return blocks.packed(values);
 }
 
 // {frame, blocks, x, bounded, steps}: the centre, if need be in a frame of its own; where there
 // is none, that of a part so large that the gain settles, if anything bounds the gain.
 function anyCentre(plain, pairs, asked, start) {
-  const small = () =>
-    ({...start, steps: 0, bounded: true, ...centreBelow(start.blocks, start.x, 16)});
+  const small = () => ({...start, steps: 0, bounded: true, ...centreBelow(start.blocks, start.x, 16)});
   if (start.blocks.homogeneous || gainsRunOff(plain, start)) return small();
   let at = start, part = null;
   for (let count = 0; at && count < 2; count++) {
@@ -104,8 +102,7 @@ function centreBelow(blocks, x, r) {
 // Whether the gain may grow against the input forever while P stays.
 function gainsRunOff(plain, {frame, blocks, x}) {
   const [, B] = stateSpace(meanDescriptor(plain)), push = scaled(-frame.scale, solve(frame.T, B));
-  const zero =
-    Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
+  const zero = Object.fromEntries(blocks.unknowns.map(({name, rows, cols}) => [name, zeros(rows, cols)]));
   const change = blocks.at(blocks.packed({...zero, Y: transposed(push)}), true);
   const factors = factored(blocks.at(x));
   if (!factors) return false;
@@ -176,8 +173,7 @@ function inPlantUnits(frame, blocks, x) {
   const [P0, Y0, ...rest] = blocks.unpacked(x), T = frame.T, sizes = {};
   const own = blocks.unknowns.findIndex(({name}) => name === "J");
   const P = symmetrized(times(times(T, P0), transposed(T)));
-  const K =
-    scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
+  const K = scaled(frame.scale, transposed(solve(transposed(T), transposed(times(Y0, inverse(P0))))));
   scalarsOf(blocks).forEach(({name, from}) => {
     const owner = name.replace("size for ", "");
     sizes[owner] = x[from] / (frame.sizes[owner] || 1) ** 2;
@@ -222,6 +218,4 @@ function margin(G) {
   return symmetricEigenvalues(mapped(G, (x, i, j) => x / Math.sqrt(d[i] * d[j])))[0];
 }
 
-export function poles({E, A, Bu}, K) {
-  return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K))));
-}
+export function poles({E, A, Bu}, K) { return eigenvalues(solve(E, combined(1, A, 1, times(Bu, K)))); }

@@ -23,20 +23,14 @@ export const decimals = list => list.map(x => Array.isArray(x) ? decimals(x) : d
 // The decimal as [BigInt, places].
 /** @returns {[bigint, number]} */
 function parsed(x) {
-  const [, sign, whole, rest = "", e = 0] =
-    /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
+  const [, sign, whole, rest = "", e = 0] = /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]\d+))?$/.exec(decimal(x));
   const value = BigInt(sign + whole + rest), places = rest.length - Number(e);
   return places < 0 ? [value * 10n ** BigInt(-places), 0] : [value, places];
 }
 
 export function exactMatrix(list, cols = list.length ? list[0].length : 0) {
   const entries = list.flat().map(parsed), places = Math.max(0, ...entries.map(([, p]) => p));
-  return {
-    rows: list.length,
-    cols,
-    places,
-    at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))
-  };
+  return {rows: list.length, cols, places, at: entries.map(([v, p]) => v * 10n ** BigInt(places - p))};
 }
 
 export const exactScalar = x => exactMatrix([[x]]);
@@ -67,8 +61,7 @@ export function exactTransposed(X) {
   return {rows: X.cols, cols: X.rows, places: X.places, at};
 }
 
-export const exactScaled = (s, X) =>
-  ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
+export const exactScaled = (s, X) => ({...X, places: X.places + s.places, at: X.at.map(x => s.at[0] * x)});
 
 export const atPlaces = (X, places) => {
   const unit = 10n ** BigInt(places - X.places);
@@ -76,8 +69,7 @@ export const atPlaces = (X, places) => {
 };
 
 // The same matrices, all with the places of the longest.
-export const alike = list =>
-  list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
+export const alike = list => list.map(X => atPlaces(X, Math.max(...list.map(({places}) => places))));
 
 export function exactSum(X, Y) {
   const places = Math.max(X.places, Y.places), at = atPlaces(X, places).at.slice();
@@ -96,8 +88,7 @@ export function exactInner(X, Y) {
 }
 
 /** @returns {any} */
-export const exactZeros = (rows, cols) =>
-  ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
+export const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
 // The nearest floats, whatever the decimals' length; `nearly` of a scalar.
 export const floatsOf = ({rows, cols, places, at}) =>
@@ -140,8 +131,7 @@ export function definite({rows: n, at}) {
   while (rows.length) {
     const [head, ...others] = rows, lead = head[0];
     if (lead <= 0n) return false;
-    rows =
-      others.map((row, k) => row.map((x, j) => (lead * x - head[k + 1] * head[k + 1 + j]) / last));
+    rows = others.map((row, k) => row.map((x, j) => (lead * x - head[k + 1] * head[k + 1 + j]) / last));
     last = lead;
   }
   return true;
@@ -184,8 +174,8 @@ export function weightFactors(Q) {
   }
   if (rest.some(row => row.some(x => x)))
     throw new Error("Q has a negative eigenvalue: it must be positive semidefinite.");
-  const along = list => list.reduce((X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}),
-    exactZeros(list.length, list.length));
+  const along = list => list.reduce(
+    (X, x, k) => EXACT.place(X, k, k, {rows: 1, cols: 1, ...x}), exactZeros(list.length, list.length));
   const L = columns.reduce(
     (X, x, k) => EXACT.place(X, 0, k, {rows: N, cols: 1, ...x}), exactZeros(N, columns.length));
   return {L, W: along(W), d: along(d)};
@@ -276,8 +266,8 @@ export function sha256(text) {
         continue;
       }
       const x = w[t - 15], y = w[t - 2];
-      w[t] = w[t - 16] + (turn(x, 7) ^ turn(x, 18) ^ x >>> 3) + w[t - 7] +
-          (turn(y, 17) ^ turn(y, 19) ^ y >>> 10) |
+      w[t] =
+        w[t - 16] + (turn(x, 7) ^ turn(x, 18) ^ x >>> 3) + w[t - 7] + (turn(y, 17) ^ turn(y, 19) ^ y >>> 10) |
         0;
     }
     let [a, b, c, d, e, f, g, h] = H;

@@ -34,8 +34,7 @@ export function matrix(list, cols = list.length ? list[0].length : 0) {
 }
 
 export function rowsOf(X) {
-  return Array.from(
-    {length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
+  return Array.from({length: X.rows}, (_, i) => Array.from(X.at.slice(i * X.cols, (i + 1) * X.cols)));
 }
 
 export function transposed(X) {
@@ -98,8 +97,7 @@ export function accumulate(Z, X, Y) {
 export function place(X, top, left, Y, ...factors) {
   const a = factors.reduce((product, x) => product * x, 1);
   for (let i = 0; i < Y.rows; i++) {
-    for (let j = 0; j < Y.cols; j++)
-      X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
+    for (let j = 0; j < Y.cols; j++) X.at[(top + i) * X.cols + left + j] += a * Y.at[i * Y.cols + j];
   }
   return X;
 }
@@ -189,10 +187,8 @@ export function solve(X, Y, size = {}) {
     if (!(Math.abs(lead) > 0) || !isFinite(lead)) return null;
     size.logarithm += Math.log(Math.abs(lead));
     if (pivot !== k) {
-      for (let j = 0; j < n; j++)
-        [a[k * n + j], a[pivot * n + j]] = [a[pivot * n + j], a[k * n + j]];
-      for (let j = 0; j < m; j++)
-        [z[k * m + j], z[pivot * m + j]] = [z[pivot * m + j], z[k * m + j]];
+      for (let j = 0; j < n; j++) [a[k * n + j], a[pivot * n + j]] = [a[pivot * n + j], a[k * n + j]];
+      for (let j = 0; j < m; j++) [z[k * m + j], z[pivot * m + j]] = [z[pivot * m + j], z[k * m + j]];
     }
     for (let i = k + 1; i < n; i++) {
       const factor = a[i * n + k] / lead;

@@ -13,8 +13,7 @@ export function prove(request, result) {
   for (const digits of GAIN_DIGITS) {
     for (const places of PLACES) {
       const to = (rows, d) => rows.map(row => row.map(x => rounded(x, d)));
-      const own =
-        Object.fromEntries(ownSizes(request, result).map(([key, s]) => [key, rounded(s, places)]));
+      const own = Object.fromEntries(ownSizes(request, result).map(([key, s]) => [key, rounded(s, places)]));
       last = examined(request, to(result.K, digits), to(rowsOf(result.naturalP), places), own,
         result.J && to(rowsOf(result.J), places));
       if (last.proven) return {...last, digits};
@@ -75,8 +74,7 @@ export function fileOf(kind, claims, request, more) {
     requirements: requirements(asked),
     ...more
   };
-  return JSON.stringify(
-           {...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) +
+  return JSON.stringify({...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) +
     "\n";
 }
 
@@ -90,31 +88,23 @@ function sortedKeys(x) {
 /** @returns {any[]} */
 function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
   const list = [];
-  const region = (name, more, alpha, beta) => list.push(
-    {kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
-  if (sigma !== undefined)
-    region("half-plane", {sigma: decimal(sigma)}, [[twiceAtLeast(sigma)]], [[1]]);
+  const region = (name, more, alpha, beta) =>
+    list.push({kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});
+  if (sigma !== undefined) region("half-plane", {sigma: decimal(sigma)}, [[twiceAtLeast(sigma)]], [[1]]);
   if (theta !== undefined) {
     const {sin, cos, degrees} = sector(theta);
-    region("sector", {theta: decimal(theta), apex: "0", degrees}, [[0, 0], [0, 0]],
-      [[sin, cos], [-cos, sin]]);
+    region(
+      "sector", {theta: decimal(theta), apex: "0", degrees}, [[0, 0], [0, 0]], [[sin, cos], [-cos, sin]]);
   }
   if (rho !== undefined)
     region("disk", {rho: decimal(rho), centre: "0"}, [[-rho, 0], [0, -rho]], [[0, 1], [0, 0]]);
   if (gamma !== undefined)
-    list.push(
-      {kind: "gamma", name: "gamma", gamma: decimal(gamma), mu: mu === null ? null : decimal(mu)});
+    list.push({kind: "gamma", name: "gamma", gamma: decimal(gamma), mu: mu === null ? null : decimal(mu)});
   if (cost !== undefined)
-    list.push(
-      {kind: "cost", name: "cost", Q: decimals(Q), R: decimals(R), noise, bound: decimal(cost)});
+    list.push({kind: "cost", name: "cost", Q: decimals(Q), R: decimals(R), noise, bound: decimal(cost)});
   if (u_max !== undefined)
-    list.push({
-      kind: "input",
-      name: "saturation",
-      u_max: decimal(u_max),
-      x0: decimals(x0),
-      acceleration: false
-    });
+    list.push(
+      {kind: "input", name: "saturation", u_max: decimal(u_max), x0: decimals(x0), acceleration: false});
   return list;
 }
 
@@ -126,21 +116,17 @@ function statementsOf(request) {
     : whole                 ? "every plant of the polytope"
                             : `each of the ${count} vertices (not the plants between)`;
   const {sigma, theta, rho, gamma, cost, u_max} = asked, said = [];
-  const say = (bound, words, ...owner) =>
-    bound === undefined || said.push([words(bound), ...owner]);
+  const say = (bound, words, ...owner) => bound === undefined || said.push([words(bound), ...owner]);
   say(sigma, x => `its poles lie in the half-plane Re s < ${decimal(-x)}`, "region", "half-plane");
-  say(theta, x => `its poles lie in the sector of half-angle ${sector(x).degrees} degrees`,
-    "region", "sector");
+  say(
+    theta, x => `its poles lie in the sector of half-angle ${sector(x).degrees} degrees`, "region", "sector");
   say(rho, x => `its poles lie in the disk of radius ${decimal(x)} around 0`, "region", "disk");
   say(gamma, x => `its H-infinity norm is below ${decimal(x)}`, ...KINDS.gamma);
-  say(cost, x => `its quadratic cost is below ${decimal(x)} times the largest noise intensity`,
-    ...KINDS.cost);
+  say(
+    cost, x => `its quadratic cost is below ${decimal(x)} times the largest noise intensity`, ...KINDS.cost);
   say(u_max, x => `|K x(t)| <= ${decimal(x)} from x0 (with r = 0, w = 0)`, ...KINDS.u_max);
   return [
-    [
-      `${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]
-    ],
-    ...said
+    [`${where}, under u = K x, is stable`, ...impliesStability(asked) || ["stability", "stability"]], ...said
   ];
 }
 
@@ -148,11 +134,9 @@ export const claimsOf = request => statementsOf(request).map(([words]) => words)
 
 // The regions as a file has them: rounded inwards, as numbers.
 export const exactRegions = asked =>
-  requirements(asked)
-    .filter(({kind}) => kind === "region")
-    .map(
-      ({name, alpha, beta}) =>
-        ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
+  requirements(asked).filter(({kind}) => kind === "region").map(({name,
+    alpha,
+    beta}) => ({name, alpha: alpha.map(row => row.map(Number)), beta: beta.map(row => row.map(Number))}));
 
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:
 // those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
@@ -160,8 +144,8 @@ function blocksAt(request, K, P, own, J) {
   const {asked} = request, pairs = coupledPairs(request);
   const X = exactMatrix(P), frame = plainFrame(P.length, EXACT);
   const followers = Object.keys(own).map(key => key.replace("size for ", ""));
-  const {list} = laidOut(
-    descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
+  const {list} =
+    laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
   const values = {P: X, Y: exactTimes(exactMatrix(K), X)};
   for (const [key, s] of Object.entries(own)) values[key] = exactScalar(s);
   const size = values[sizeName("cost")];

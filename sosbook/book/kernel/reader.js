@@ -23,8 +23,7 @@ export const FRACTIONS = {
   one: [1n, 1n],
   of: text => {
     const [, sign, whole, rest = "", e = 0, over = 1] =
-      /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]?\d+))?(?:\/(\d+))?$/.exec(text) ??
-      odd(`${text} is no number`);
+      /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]?\d+))?(?:\/(\d+))?$/.exec(text) ?? odd(`${text} is no number`);
     const places = rest.length - Number(e), n = BigInt(sign + whole + rest);
     return places < 0 ? fraction(n * 10n ** BigInt(-places), BigInt(over))
                       : fraction(n, BigInt(over) * 10n ** BigInt(places));
@@ -65,9 +64,7 @@ export class Reader {
   number(x) { return {X: {rows: 1, cols: 1, at: [x], scalar: true}, terms: []}; }
   unit(n) { return this.matrix(n, n, (i, j) => i === j ? this.ring.one : this.ring.zero); }
   zeros(rows, cols) { return this.matrix(rows, cols, () => this.ring.zero); }
-  turned(X) {
-    return {...this.matrix(X.cols, X.rows, (i, j) => X.at[j * X.cols + i]), scalar: X.scalar};
-  }
+  turned(X) { return {...this.matrix(X.cols, X.rows, (i, j) => X.at[j * X.cols + i]), scalar: X.scalar}; }
 
   // Data: lists of lists of texts or numbers, or one of them.
   known(data) {
@@ -108,16 +105,15 @@ export class Reader {
   kronecker(F, X) {
     const {rows, cols} = X;
     return this.matrix(F.rows * rows, F.cols * cols,
-      (i, j) => this.ring.times(F.at[Math.floor(i / rows) * F.cols + Math.floor(j / cols)],
-        X.at[i % rows * cols + j % cols]));
+      (i, j) => this.ring.times(
+        F.at[Math.floor(i / rows) * F.cols + Math.floor(j / cols)], X.at[i % rows * cols + j % cols]));
   }
   inverse(X) {
     const n = X.rows, {plus, times, over, none} = this.ring;
     if (n !== X.cols) odd("the inverse of a matrix that isn't square");
     const minus = this.ring.of("-1"),
           rows = Array.from({length: n},
-            (_, i) => [...X.at.slice(i * n, (i + 1) * n),
-              ...this.unit(n).at.slice(i * n, (i + 1) * n)]);
+            (_, i) => [...X.at.slice(i * n, (i + 1) * n), ...this.unit(n).at.slice(i * n, (i + 1) * n)]);
     for (let k = 0; k < n; k++) {
       const size = i => none(rows[i][k]) ? 0 : this.ring === NUMBERS ? Math.abs(rows[i][k]) : 1;
       let top = k;
@@ -169,8 +165,7 @@ export class Reader {
         return this.number(Array(k).fill(x.at[0]).reduce(this.ring.times, this.ring.one));
       }
     }
-    const a = this.value(parts[0]), minus = this.ring.of("-1"),
-          negative = X => this.scaled(minus, X);
+    const a = this.value(parts[0]), minus = this.ring.of("-1"), negative = X => this.scaled(minus, X);
     switch (op) {
       case "neg":
         return this.mapped(a, negative, negative, same);
@@ -188,13 +183,11 @@ export class Reader {
       }
       case "at": {
         const X = this.certain(a, "an entry"), [i, j] = parts.slice(1).map(x => this.size(x));
-        return i < 1 || j < 1 || i > X.rows || j > X.cols
-          ? odd("no such entry")
-          : this.number(X.at[(i - 1) * X.cols + j - 1]);
+        return i < 1 || j < 1 || i > X.rows || j > X.cols ? odd("no such entry")
+                                                          : this.number(X.at[(i - 1) * X.cols + j - 1]);
       }
       case "tr": {
-        const n = a.X.rows,
-              e = k => this.matrix(1, n, (_, j) => j === k ? this.ring.one : this.ring.zero);
+        const n = a.X.rows, e = k => this.matrix(1, n, (_, j) => j === k ? this.ring.one : this.ring.zero);
         if (n !== a.X.cols) odd("the trace of a matrix that isn't square");
         let total = this.number(this.ring.zero);
         for (let k = 0; k < n; k++) {
@@ -233,17 +226,15 @@ export class Reader {
   }
 
   added(a, b) {
-    const [x, y] = a.X.scalar && !b.X.scalar && a.terms.length
-      ? [this.spread(a, this.unit(b.X.rows)), b]
-      : b.X.scalar && !a.X.scalar && b.terms.length ? [a, this.spread(b, this.unit(a.X.rows))]
-                                                    : [a, b];
+    const [x, y] = a.X.scalar && !b.X.scalar && a.terms.length ? [this.spread(a, this.unit(b.X.rows)), b]
+      : b.X.scalar && !a.X.scalar && b.terms.length            ? [a, this.spread(b, this.unit(a.X.rows))]
+                                                               : [a, b];
     return {X: this.sum(x.X, y.X), terms: [...x.terms, ...y.terms]};
   }
   mirrored({X, terms}) {
     return {
       X: this.turned(X),
-      terms:
-        terms.map(({of, flip, L, R}) => ({of, flip: !flip, L: this.turned(R), R: this.turned(L)}))
+      terms: terms.map(({of, flip, L, R}) => ({of, flip: !flip, L: this.turned(R), R: this.turned(L)}))
     };
   }
   // An unknown number times a certain matrix, by its columns.
@@ -252,8 +243,7 @@ export class Reader {
     const terms = x.terms.flatMap(t => columns.map(j => ({
       ...t,
       L: this.product(this.matrix(B.rows, 1, i => B.at[i * B.cols + j]), t.L),
-      R: this.product(
-        t.R, this.matrix(1, B.cols, (_, k) => j === k ? this.ring.one : this.ring.zero))
+      R: this.product(t.R, this.matrix(1, B.cols, (_, k) => j === k ? this.ring.one : this.ring.zero))
     })));
     return {X: this.product(x.X, B), terms};
   }
@@ -263,15 +253,14 @@ export class Reader {
     if (rows.some(row => row.length !== m)) odd("the rows of a block matrix differ");
     /** @type {any[][]} */
     const e = rows.map(row => row.map(x => x[0] === "mirror" ? null : this.value(x)));
-    const zero = rows.map(
-      (row, i) => row.map((x, j) => x[0] === "mirror" ? j < i && nought(j, i) : nought(i, j)));
+    const zero =
+      rows.map((row, i) => row.map((x, j) => x[0] === "mirror" ? j < i && nought(j, i) : nought(i, j)));
     e.forEach((row, i) => row.forEach((x, j) => {
-      if (!x)
-        row[j] = j < i && e[j]?.[i] ? this.mirrored(e[j][i]) : odd("a mirror image of nothing");
+      if (!x) row[j] = j < i && e[j]?.[i] ? this.mirrored(e[j][i]) : odd("a mirror image of nothing");
     }));
     const high = Array(n).fill(0), wide = Array(m).fill(0);
-    const tell = (list, k,
-      size) => { list[k] = list[k] && list[k] !== size ? odd("blocks that don't fit") : size; };
+    const tell =
+      (list, k, size) => { list[k] = list[k] && list[k] !== size ? odd("blocks that don't fit") : size; };
     e.forEach((row, i) => row.forEach(({X}, j) => {
       if (!X.scalar) tell(high, i, X.rows), tell(wide, j, X.cols);
     }));
@@ -290,19 +279,17 @@ export class Reader {
       row.forEach((x, j) => {
         if (!zero[i][j]) {
           const {X, terms: inner} = !x.X.scalar ? x
-            : x.terms.length ? this.spread(x, this.unit(h[i]))
-                             : {X: this.scaled(x.X.at[0], this.unit(h[i])), terms: []};
+            : x.terms.length                    ? this.spread(x, this.unit(h[i]))
+                                                : {X: this.scaled(x.X.at[0], this.unit(h[i])), terms: []};
           const [r0, c0] = [top, left];
-          X.at.forEach(
-            (v, k) => { total.at[(r0 + Math.floor(k / X.cols)) * q + c0 + k % X.cols] = v; });
+          X.at.forEach((v, k) => { total.at[(r0 + Math.floor(k / X.cols)) * q + c0 + k % X.cols] = v; });
           for (const t of inner)
             terms.push({
               ...t,
               L: this.matrix(height, t.L.cols,
-                (k, l) =>
-                  k >= r0 && k < r0 + h[i] ? t.L.at[(k - r0) * t.L.cols + l] : this.ring.zero),
-              R: this.matrix(t.R.rows, q,
-                (k, l) => l >= c0 && l < c0 + w[j] ? t.R.at[k * w[j] + l - c0] : this.ring.zero)
+                (k, l) => k >= r0 && k < r0 + h[i] ? t.L.at[(k - r0) * t.L.cols + l] : this.ring.zero),
+              R: this.matrix(
+                t.R.rows, q, (k, l) => l >= c0 && l < c0 + w[j] ? t.R.at[k * w[j] + l - c0] : this.ring.zero)
             });
         }
         left += w[j];
@@ -340,14 +327,11 @@ export class Reader {
     for (const {words, values, body} of steps)
       for (const some of values)
         for (const step of body)
-          yield*
-            this.said(step, Object.fromEntries(words.map((word, k) => [word, some[k]])), given);
+          yield* this.said(step, Object.fromEntries(words.map((word, k) => [word, some[k]])), given);
   }
   * said({name, mark, x, right}, at, given) {
     const called = text => text.split(".").map((word, k) => k && at[word] || word).join(".");
-    const renamed = x => !Array.isArray(x) ? x
-      : x[0] === "name"                    ? ["name", called(x[1])]
-                                           : x.map(renamed);
+    const renamed = x => !Array.isArray(x) ? x : x[0] === "name" ? ["name", called(x[1])] : x.map(renamed);
     if (mark === "=" && given.includes(called(name))) return;
     const value = this.value(renamed(x));
     if (mark === "=") this.env[called(name)] = value;

@@ -15,14 +15,12 @@ const MULTIPLIER_DIGITS = 15;
 export function refusalOf(request, frame, blocks, floats) {
   const {asked} = request, exact = X => exactMatrix(rowsOf(X));
   const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
-  const there =
-    {left: exact(frame.left), T, back, near, scale: frame.scale, own: frame.own, sizes: {}};
+  const there = {left: exact(frame.left), T, back, near, scale: frame.scale, own: frame.own, sizes: {}};
   const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked,
     exactRegions(asked), there, followersOf(asked), EXACT);
   const whole = floats.map((z, k) => {  // the floats' sizes have units, those of a file have none
     const {name, d} = blocks.list[k], unit = frame.sizes[name.replace("size for ", "")] || 1;
-    return mapped(
-      z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));
+    return mapped(z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));
   });
   const Z = whole.map(z => exact(mapped(z, x => rounded(x, MULTIPLIER_DIGITS))));
   const mended = withoutP(list, unknowns, Z, whole);
@@ -31,8 +29,8 @@ export function refusalOf(request, frame, blocks, floats) {
   if (unknowns.J) withoutJ(list, repaired, unknowns.J.rows);
   const P = symmetricSlope(list.slice(1), repaired.slice(1), unknowns.P.rows);
   repaired[0] = EXACT.scaled(-1, P);  // the first block is P itself
-  const value = list.reduce(
-    (sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
+  const value =
+    list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
   if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scale))) return null;
   return {list, Z: repaired, scale, frame};
 }
@@ -73,8 +71,8 @@ function withoutP(list, unknowns, Z, floats) {
   list.forEach(({terms, slopes}, k) => {
     for (const [name, L, R] of terms) {
       if (name === "Y")
-        residual = exactSum(residual,
-          EXACT.scaled(2, exactTimes(exactTimes(exactTransposed(L), Z[k]), exactTransposed(R))));
+        residual = exactSum(
+          residual, EXACT.scaled(2, exactTimes(exactTimes(exactTransposed(L), Z[k]), exactTransposed(R))));
     }
     for (const [name, G] of slopes) {
       const s = sizes.indexOf(name);
@@ -116,11 +114,10 @@ function slopeAt({terms, slopes}, i, j, m, N, sizes) {
     if (name !== "Y") continue;
     for (let p = 0; p < m; p++)
       for (let q = 0; q < N; q++) {
-        const value =
-          L.at[i * m + p] * R.at[q * R.cols + j] + L.at[j * m + p] * R.at[q * R.cols + i];
+        const value = L.at[i * m + p] * R.at[q * R.cols + j] + L.at[j * m + p] * R.at[q * R.cols + i];
         if (value)
-          slope[p * N + q] = exactSum(
-            slope[p * N + q], {rows: 1, cols: 1, places: L.places + R.places, at: [twice * value]});
+          slope[p * N + q] =
+            exactSum(slope[p * N + q], {rows: 1, cols: 1, places: L.places + R.places, at: [twice * value]});
       }
   }
   for (const [name, G] of slopes) {
@@ -133,8 +130,7 @@ function slopeAt({terms, slopes}, i, j, m, N, sizes) {
 // As many entries as there are variables, whose slopes are independent: the largest first,
 // each less its part along those before (Golub and Van Loan, section 5.4.2).
 function independent(entries, count) {
-  const sizes =
-    Array.from({length: count}, (_, v) => Math.hypot(...entries.map(e => e.floats[v])) || 1);
+  const sizes = Array.from({length: count}, (_, v) => Math.hypot(...entries.map(e => e.floats[v])) || 1);
   const rest = entries.map(entry => ({entry, x: entry.floats.map((x, v) => x / sizes[v])}));
   const few = [];
   let first = 0;
@@ -157,8 +153,8 @@ function independent(entries, count) {
 function solvedExactly(columns, right) {
   const places = Math.max(...columns.flat().map(x => x.places)), n = columns.length;
   const more = Math.max(...right.map(x => x.places));
-  const rows = right.map(
-    (r, v) => [...columns.map(c => atPlaces(c[v], places).at[0]), atPlaces(r, more).at[0]]);
+  const rows =
+    right.map((r, v) => [...columns.map(c => atPlaces(c[v], places).at[0]), atPlaces(r, more).at[0]]);
   /** @type {any} */
   let last = 1n;
   const done = [];
@@ -191,8 +187,7 @@ function solvedExactly(columns, right) {
 function staysDefinite(near, far, scale) {
   const n = near.rows, places = near.places + 3, lowered = atPlaces(near, places).at.slice();
   const w = Array.from({length: n},
-    (_, i) =>
-      Math.round(Math.log10(Math.abs(nearly({...near, at: [near.at[i * n + i]]})) || 1) / -2));
+    (_, i) => Math.round(Math.log10(Math.abs(nearly({...near, at: [near.at[i * n + i]]})) || 1) / -2));
   const common = Math.max(places, far.places), unit = 10n ** BigInt(common - places);
   const here = atPlaces(near, common).at, there = atPlaces(far, common).at;
   for (let i = 0; i < n; i++) {
@@ -212,8 +207,7 @@ function staysDefinite(near, far, scale) {
 // The file of a refusal, which `python -m sosbook verify` accepts.
 export function refusalFile(request, {list, Z, scale, frame}) {
   const {left, T, back} = frame, tied = conditionOf(request.asked, decimal);
-  const claims =
-    [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
+  const claims = [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
   const multipliers = list.map(({key, multiplied}, k) => {
     const q = Z[k].rows;
     const X = multiplied ? exactTimes(exactTimes(multiplied, Z[k]), multiplied) : Z[k];

@@ -19,8 +19,7 @@ function regions({sigma, theta, rho}) {
     const cos = Math.cos(theta) * (1 + 4 * Number.EPSILON);
     list.push({name: "sector", alpha: [[0, 0], [0, 0]], beta: [[sin, cos], [-cos, sin]]});
   }
-  if (rho !== undefined)
-    list.push({name: "disk", alpha: [[-rho, 0], [0, -rho]], beta: [[0, 1], [0, 0]]});
+  if (rho !== undefined) list.push({name: "disk", alpha: [[-rho, 0], [0, -rho]], beta: [[0, 1], [0, 0]]});
   return list;
 }
 
@@ -46,8 +45,7 @@ export function followersOf(asked) {
 
 // What a refusal is subject to: " for mu = 1"; else empty.
 export function conditionOf(asked, written = mu => String(+mu.toPrecision(6))) {
-  return sized(asked).length > 1 && !followersOf(asked).length ? ` for mu = ${written(asked.mu)}`
-                                                               : "";
+  return sized(asked).length > 1 && !followersOf(asked).length ? ` for mu = ${written(asked.mu)}` : "";
 }
 
 export const KINDS = {
@@ -84,58 +82,41 @@ export function laidOut(plain, pairs, asked, parts, frame, followers = followers
   });
   for (const name of followers) {
     const kind = KINDS[name], key = [...kind, sizeName([...new Set(kind)].join(" "))];
-    list.push({
-      name: sizeName(name),
-      key,
-      terms: [],
-      constant: zeros(1, 1),
-      slopes: [[sizeName(name), identity(1)]]
-    });
+    list.push(
+      {name: sizeName(name), key, terms: [], constant: zeros(1, 1), slopes: [[sizeName(name), identity(1)]]});
   }
   const add = (name, key, owner, {terms, constant, multiplied = null}) => {
     const s = followers.includes(owner) && sizeName(owner);
     const slopes =
       s && constant.at.some(x => x) ? [[s, scaled((frame.sizes[owner] || 1) ** -2, constant)]] : [];
-    list.push({
-      name,
-      key,
-      terms,
-      constant: s ? zeros(constant.rows, constant.rows) : constant,
-      slopes,
-      multiplied
-    });
+    list.push(
+      {name, key, terms, constant: s ? zeros(constant.rows, constant.rows) : constant, slopes, multiplied});
   };
   if (asked.cost !== undefined) {
     add("trace", [...KINDS.cost, "trace"], "cost", traceBound(asked, channels, frame, ring));
     const near = frame.near || identity(N);
     if (asked.noise !== "F")
-      add("cost", [...KINDS.cost, "cost"], "cost",
-        noiseShare([[near, near, 0.5]], frame.back, frame, ring));
+      add("cost", [...KINDS.cost, "cost"], "cost", noiseShare([[near, near, 0.5]], frame.back, frame, ring));
   }
-  const all =
-    !impliesStability(asked) ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
+  const all = !impliesStability(asked) ? [{name: "stability", alpha: [[0]], beta: [[1]]}, ...parts] : parts;
   for (const [i, j] of pairs) {
     const place = plain.length > 1 ? ` ${i + 1}${i === j ? "" : `,${j + 1}`}` : "";
     const where = i === j ? [i] : [i, j];
     const a = vertices[i], b = vertices[j];
     const ends = i === j ? [[a, a, 1]] : [[a, b, 0.5], [b, a, 0.5]];
     if (asked.cost !== undefined) {
-      add("lqr" + place, [...KINDS.cost, "lqr", ...where], "cost",
-        costDecay(ends, asked, frame, ring));
+      add("lqr" + place, [...KINDS.cost, "lqr", ...where], "cost", costDecay(ends, asked, frame, ring));
       const inner = ends.map(([v, w, share]) => [v.E, w.E, share / 2]);
       const noise = ring.combined(0.5, a.Bw, 0.5, b.Bw);
       if (asked.noise === "F")
-        add("cost" + place, [...KINDS.cost, "cost", ...where], "cost",
-          noiseShare(inner, noise, frame, ring));
+        add("cost" + place, [...KINDS.cost, "cost", ...where], "cost", noiseShare(inner, noise, frame, ring));
     }
     for (const part of all) {
-      const key =
-        part.name === "stability" ? Array(3).fill("stability") : ["region", part.name, ""];
+      const key = part.name === "stability" ? Array(3).fill("stability") : ["region", part.name, ""];
       add(part.name + place, [...key, ...where], part.name, polePart(part, ends, N, ring));
     }
     if (asked.gamma !== undefined)
-      add("hinf" + place, [...KINDS.gamma, "hinf", ...where], "gamma",
-        boundedReal(ends, asked, ring));
+      add("hinf" + place, [...KINDS.gamma, "hinf", ...where], "gamma", boundedReal(ends, asked, ring));
   }
   if (asked.u_max !== undefined) {
     const [start, bound] = inputBound(asked, frame, N, m, ring);
@@ -152,8 +133,8 @@ const beside = ({zeros, place}, cols, left, X) => place(zeros(X.rows, cols), 0, 
 
 // The identity of q rows, but for X on its diagonal.
 const stretched = ({zeros, identity, place}, q, from, X) =>
-  place(place(place(zeros(q, q), 0, 0, identity(from)), from, from, X), from + X.rows,
-    from + X.rows, identity(q - from - X.rows));
+  place(place(place(zeros(q, q), 0, 0, identity(from)), from, from, X), from + X.rows, from + X.rows,
+    identity(q - from - X.rows));
 
 // Theorem 2.2, (A.9): minus the matrix of alpha_kl EPE' + beta_kl Theta + beta_lk Theta',
 // with Theta = (A_i P + B_i Y) E_j' and its mirror image for a pair of vertices.
@@ -198,8 +179,7 @@ function inputBound({u_max, x0}, {back, near, scale}, N, m, ring) {
   const start = times(back, matrix(x0.map(x => [x])));
   const corner = place(zeros(N + 1, N + 1), 0, 0, identity(1)), turn = near || identity(N);
   place(place(corner, 1, 0, start), 0, 1, transposed(start));
-  const inside =
-    [["P", below(ring, N + 1, 1, turn, 0.5), beside(ring, N + 1, 1, transposed(turn))]];
+  const inside = [["P", below(ring, N + 1, 1, turn, 0.5), beside(ring, N + 1, 1, transposed(turn))]];
   const terms = [
     ["P", below(ring, N + m, 0, identity(N, 0.5)), beside(ring, N + m, 0, identity(N))],
     ["Y", below(ring, N + m, N, identity(m), scale), beside(ring, N + m, 0, identity(N))]
@@ -214,8 +194,7 @@ function inputBound({u_max, x0}, {back, near, scale}, N, m, ring) {
 function traceBound({cost}, channels, {own}, ring) {
   const {zeros, identity, place} = ring, one = identity(1), terms = [];
   for (let k = 0; k < channels; k++) {
-    terms.push(
-      ["J", place(zeros(1, channels), 0, k, one, -0.5, own), place(zeros(channels, 1), k, 0, one)]);
+    terms.push(["J", place(zeros(1, channels), 0, k, one, -0.5, own), place(zeros(channels, 1), k, 0, one)]);
   }
   return {terms, constant: identity(1, cost)};
 }
@@ -225,8 +204,7 @@ function noiseShare(inner, noise, {own}, ring) {
   const {zeros, identity, place, transposed} = ring, N = noise.rows, p = noise.cols, q = p + N;
   const terms = [
     ["J", below(ring, q, 0, identity(p, 0.5), own), beside(ring, q, 0, identity(p))],
-    ...inner.map(
-      ([L, R, share]) => ["P", below(ring, q, p, L, share), beside(ring, q, p, transposed(R))])
+    ...inner.map(([L, R, share]) => ["P", below(ring, q, p, L, share), beside(ring, q, p, transposed(R))])
   ];
   const constant = place(place(zeros(q, q), p, 0, noise), 0, p, transposed(noise));
   return {terms, constant};
@@ -240,13 +218,10 @@ function costDecay(ends, asked, {T, scale}, ring) {
   const terms = [];
   for (const [v, w, share] of ends) {
     const right = beside(ring, q, 0, transposed(w.E));
-    terms.push(
-      ["P", below(ring, q, 0, v.A, -share), right], ["Y", below(ring, q, 0, v.Bu, -share), right]);
+    terms.push(["P", below(ring, q, 0, v.A, -share), right], ["Y", below(ring, q, 0, v.Bu, -share), right]);
   }
   const mean = combined(-0.5, a.E, -0.5, b.E);
-  if (k)
-    terms.push(
-      ["P", below(ring, q, 0, mean), beside(ring, q, N, times(transposed(T), ring.known(L)))]);
+  if (k) terms.push(["P", below(ring, q, 0, mean), beside(ring, q, N, times(transposed(T), ring.known(L)))]);
   terms.push(["Y", below(ring, q, N + k, R, scale), beside(ring, q, 0, transposed(mean))]);
   const constant = place(place(zeros(q, q), N, N, ring.known(W)), N + k, N + k, R);
   const rows = place(place(zeros(q - N, q - N), 0, 0, ring.known(d)), k, k, scaled(scale, R));
@@ -258,13 +233,12 @@ export function joined(blocks, r) {
   const more = new Blocks(Object.fromEntries(blocks.unknowns.map(u => [u.name, u])));
   more.list = [...blocks.list];
   const [P, Y, ...others] = blocks.unknowns, N = P.rows, m = Y.rows, q = N + m;
-  const below_r = ({name, rows: n},
-    q) => [name, below(FLOATS, q, 0, identity(n, -0.5)), beside(FLOATS, q, 0, identity(n))];
+  const below_r =
+    ({name, rows: n}, q) => [name, below(FLOATS, q, 0, identity(n, -0.5)), beside(FLOATS, q, 0, identity(n))];
   const own = others.filter(u => u.symmetric);
   const input = ["Y", below(FLOATS, q, N, identity(m)), beside(FLOATS, q, 0, identity(N))];
   more.add("scale", identity(q, r), own.length ? [input] : [below_r(P, q), input]);
-  for (const X of own.length ? [P, ...own] : [])
-    more.add("scale", identity(X.rows, r), [below_r(X, X.rows)]);
+  for (const X of own.length ? [P, ...own] : []) more.add("scale", identity(X.rows, r), [below_r(X, X.rows)]);
   for (const {name} of scalarsOf(blocks)) {
     more.add("scale", identity(2, r), [], [[name, matrix([[0, 1], [1, 0]])]]);
   }

@@ -60,8 +60,8 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
       const T = W.map((w, k) => second ? combined(sigmaMu, w, -1, second[k]) : scaled(sigmaMu, w));
       const dx = solver(plus(blocks.adjoint(T), -1, cost));
       const dS = blocks.at(dx, true);
-      const dZ = dS.map((d, k) => combined(1, combined(1, T[k], -1, Z[k]), -1,
-                          symmetrized(times(times(W[k], d), Z[k]))));
+      const dZ = dS.map(
+        (d, k) => combined(1, combined(1, T[k], -1, Z[k]), -1, symmetrized(times(times(W[k], d), Z[k]))));
       return [dx, dS, dZ];
     };
     const longest = (N, dS) =>
@@ -69,9 +69,8 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
     // predictor: the target is zero
     const [, aS, aZ] = towards(0);
     const alpha = Math.min(1, longest(roots, aS)), beta = Math.min(1, longest(dual, aZ));
-    const predicted = S.reduce((sum, s, k) => sum +
-                          inner(combined(1, s, alpha, aS[k]), combined(1, Z[k], beta, aZ[k])),
-                        0) /
+    const predicted =
+      S.reduce((sum, s, k) => sum + inner(combined(1, s, alpha, aS[k]), combined(1, Z[k], beta, aZ[k])), 0) /
       degree;
     // corrector: the target is sigma mu, less the predictor's second-order error
     const sigma = Math.min(Math.max(predicted / mu, 0), 1) ** 3;
@@ -91,14 +90,7 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
     roots = rootsOf(factors);
     W = inverses(roots);
     const residual = plus(cost, -1, blocks.adjoint(Z));
-    yield {
-      step: count + 1,
-      x,
-      S,
-      Z,
-      gap: innerOf(S, Z),
-      residual: Math.sqrt(dot(residual, residual))
-    };
+    yield {step: count + 1, x, S, Z, gap: innerOf(S, Z), residual: Math.sqrt(dot(residual, residual))};
   }
 }
 

@@ -39,10 +39,8 @@ export function eigenvalues(X) {
       if (Math.abs(at(j, m - 1)) > Math.abs(at(pivot, m - 1))) pivot = j;
     const lead = at(pivot, m - 1);
     if (pivot !== m) {
-      for (let j = m - 1; j < n; j++)
-        [a[pivot * n + j], a[m * n + j]] = [a[m * n + j], a[pivot * n + j]];
-      for (let j = 0; j < n; j++)
-        [a[j * n + pivot], a[j * n + m]] = [a[j * n + m], a[j * n + pivot]];
+      for (let j = m - 1; j < n; j++) [a[pivot * n + j], a[m * n + j]] = [a[m * n + j], a[pivot * n + j]];
+      for (let j = 0; j < n; j++) [a[j * n + pivot], a[j * n + m]] = [a[j * n + m], a[j * n + pivot]];
     }
     if (lead === 0) continue;
     for (let i = m + 1; i < n; i++) {
@@ -105,8 +103,7 @@ export function eigenvalues(X) {
       r /= scale;
       if (m === l) break;
       const small = Math.abs(at(m, m - 1)) * (Math.abs(q) + Math.abs(r));
-      const near =
-        Math.abs(p) * (Math.abs(at(m - 1, m - 1)) + Math.abs(z) + Math.abs(at(m + 1, m + 1)));
+      const near = Math.abs(p) * (Math.abs(at(m - 1, m - 1)) + Math.abs(z) + Math.abs(at(m + 1, m + 1)));
       if (small <= Number.EPSILON * near) break;
     }
     for (let i = m + 2; i <= high; i++) {

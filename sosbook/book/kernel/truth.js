@@ -23,8 +23,8 @@ function hinfNorm(A, B, C) {
     place(place(both, 0, 0, re), re.rows, re.cols, re);
     return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
   };
-  let level = Math.max(
-    at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
+  let level =
+    Math.max(at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
   const push = times(B, transposed(B)), out = times(transposed(C), C);
   for (let count = 0; count < 20; count++) {
     const test = level * (1 + 1e-5), H = zeros(2 * n, 2 * n);
@@ -32,8 +32,7 @@ function hinfNorm(A, B, C) {
     place(place(H, n, 0, out, -1), n, n, transposed(A), -1);
     const values = eigenvalues(H), size = Math.max(...values.map(s => Math.hypot(...s)));
     const crossings =
-      values.filter(([re, im]) => im > 0 && Math.abs(re) < 1e-8 * size + 1e-6 * im).map(([,
-        im]) => im);
+      values.filter(([re, im]) => im > 0 && Math.abs(re) < 1e-8 * size + 1e-6 * im).map(([, im]) => im);
     crossings.sort((a, b) => a - b);
     const between = crossings.slice(1).map((w, k) => Math.sqrt(w * crossings[k]));
     const higher = Math.max(level, ...between.map(at));
@@ -47,8 +46,7 @@ function hinfNorm(A, B, C) {
 function peakInput(A, K, x0, spectrum) {
   const rates = spectrum.map(([re]) => -re);
   let most = 0;
-  for (const horizon
-         of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
+  for (const horizon of [8 / Math.max(...spectrum.map(s => Math.hypot(...s))), 8 / Math.min(...rates)]) {
     const forward = exponential(A, horizon / 600);
     let x = {rows: x0.length, cols: 1, at: Float64Array.from(x0)};
     for (let k = 0; k <= 600; k++) {

@@ -11,8 +11,7 @@ const floats = ({rows, cols, at}) => ({rows, cols, at: Float64Array.from(at)});
 // The blocks in P and Y of a text with numbers by name, in a frame. Of them x0 is a state and
 // u_max is measured as the input is.
 export function writtenBlocks(plain, {text, sets, numbers}, frame) {
-  const reader = new Reader(NUMBERS), vertices = plain.map(d => changed(d, frame, FLOATS)),
-        {env} = reader;
+  const reader = new Reader(NUMBERS), vertices = plain.map(d => changed(d, frame, FLOATS)), {env} = reader;
   const N = vertices[0].E.rows, m = vertices[0].Bu.cols, state = frame.back;
   for (const [name, x] of Object.entries(numbers)) env[name] = reader.known(x);
   if (env.x0) env.x0 = valueOf(times(state, matrix(numbers.x0.map(row => row.map(Number)))));

@@ -7,8 +7,7 @@ async ({css, part, head, first, anchors, elsewhere}) => {
     html { counter-reset: page ${first - 1}; }`;
   document.head.append(style);
   document.documentElement.dataset.theme = "light";
-  for (const one of document.querySelectorAll(".toggle-hidden"))
-    one.classList.remove("toggle-hidden");
+  for (const one of document.querySelectorAll(".toggle-hidden")) one.classList.remove("toggle-hidden");
   for (const one of document.querySelectorAll("details"))
     if (!one.matches(".hide")) one.open = true;
   /** @type {any} */

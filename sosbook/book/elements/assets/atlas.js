@@ -10,10 +10,9 @@ const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 // z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
 function stepResponse(vertex, K, r, horizon, steps) {
   const {A, B, s} = vertex, n = r.length;
-  const rate = A.map(
-    (row, i) => [...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
-      s[i] -
-        B[i].reduce((sum, b, k) => sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
+  const rate =
+    A.map((row, i) => [...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
+            s[i] - B[i].reduce((sum, b, k) => sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
   ]);
   rate.push(new Array(A.length + 1).fill(0));
   const forward = exponential(scale(horizon / steps, rate));
@@ -70,9 +69,8 @@ export function relax(moves) {
 export class Atlas extends PageElement {
   sliders() {
     return this.data.sliders
-      .map(
-        ({key, label, values}, k) => slider(
-          {id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
+      .map(({key, label, values}, k) =>
+             slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
       .join("");
   }
 
@@ -93,8 +91,7 @@ export class Atlas extends PageElement {
 
   get note() {
     const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
-    return `<p class="sos-soft">Solved beforehand at ${
-             count} positions, to which the sliders snap: ` +
+    return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
       `the page's own solver doesn't know ${this.unknown}.</p>`;
   }
 
@@ -111,8 +108,7 @@ export class Atlas extends PageElement {
       .forEach(part => part.classList.toggle("sos-lit", part.dataset.pole === k));
     this.find("step").querySelector(".sos-mode")?.remove();
     const pole = this.design.poles?.[k];
-    if (pole)
-      this.find("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
+    if (pole) this.find("step").querySelector("svg").insertAdjacentHTML("beforeend", this.mode(pole));
   }
 
   // The envelope of a pole's part of the response, and what the pole means.
@@ -125,8 +121,8 @@ export class Atlas extends PageElement {
     const swings = im ? `, ω = ${clean(im)} rad/s, ζ = ${clean(-re / Math.hypot(re, im), 2)}` : "";
     return `<g class="sos-mode">` +
       ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
-      `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${
-        clean(-1 / re)} s${swings}</text></g>`;
+      `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${
+        swings}</text></g>`;
   }
 
   wire() {
@@ -157,21 +153,18 @@ export class Atlas extends PageElement {
   get program() {
     const {sliders, shownFixed} = this.data;
     const degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
-    const shown = sliders.map(
-      ({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
+    const shown =
+      sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
     return python.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
   }
 
-  index(place) {
-    return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0);
-  }
+  index(place) { return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0); }
 
   // 0 is infeasible, 1 undecided, everything else a design.
   stored(place = this.place) { return this.data.designs[this.index(place)]; }
 
   get asked() {
-    return Object.fromEntries(
-      this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
   }
 
   get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
@@ -238,8 +231,7 @@ export class Atlas extends PageElement {
   states() {
     const at = this.elsewhere({place: null}), {sliders} = this.data,
           all = sliders.reduce(
-            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])),
-            [[]]);
+            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
     return all.map(place => {
       at.place = place;
       return at.readout(at.design);
@@ -253,8 +245,7 @@ export class Atlas extends PageElement {
       announce(input, this.texts[k]);
       places(input,
         this.data.sliders[k].values.map(
-          (_, at) =>
-            typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
+          (_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
     });
     this.find("map").innerHTML = this.map(design);
     this.find("step").innerHTML = this.step(design);
@@ -285,16 +276,14 @@ export class Atlas extends PageElement {
     (poles || []).forEach((pole, k) => {
       for (const [re, im] of withConjugates([pole]).filter(pole => plot.has(pole))) {
         const [x, y] = [plot.X(re), plot.Y(im)];
-        plot.body +=
-          `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
+        plot.body += `<path class="sos-pole" data-pole="${k}" d="M${x - 4} ${y - 4}l8 8m0 -8l-8 8"/>` +
           `<circle class="sos-hit" data-pole="${k}" cx="${x}" cy="${y}" r="9"/>`;
       }
     });
     if (!poles) plot.absent(status, 40);
     this.overPoles(plot);
     return plot.svg(poles
-        ? `Pole map: poles at ${
-            poles.map(p => complex(p[0], p[1])).join(", ")}, all in the shaded region.`
+        ? `Pole map: poles at ${poles.map(p => complex(p[0], p[1])).join(", ")}, all in the shaded region.`
         : `Pole map: the region is hatched, because no design is known (${status}).`);
   }
 
@@ -303,8 +292,7 @@ export class Atlas extends PageElement {
     const all = K ? vertices.map(v => stepResponse(v, K, r, horizon, steps)) : [];
     this.response = all;
     const values = all.flat(2), low = Math.min(-0.2, ...values), high = Math.max(1.4, ...values);
-    const limits =
-      K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
+    const limits = K ? [Math.floor(low * 5 + 1e-9) / 5, Math.ceil(high * 5 - 1e-9) / 5] : [low, high];
     const plot = this.stepPlot = new Plot({x: [0, horizon], y: limits, labels});
     if (!K) {
       plot.absent("no design", 40);
@@ -312,19 +300,18 @@ export class Atlas extends PageElement {
     }
     for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
     for (const rows of all) {
-      r.forEach((_, i) => plot.line(rows.map((row, k) => [k * horizon / steps, row[i]]),
-                  COLOURS[i % 4], DASHES[i % 4]));
+      r.forEach((_, i) => plot.line(
+                  rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));
     }
     r.forEach((_, i) => {
       const u = plot.r - 52 * (r.length - i), v = plot.b - 12;
-      plot.body += `<line class="sos-line" style="stroke:var(${
-                     COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
-        ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${
-          v + 4}">z${"₁₂₃₄₅₆₇₈₉"[i]}</text>`;
+      plot.body +=
+        `<line class="sos-line" style="stroke:var(${COLOURS[i % 4]})" stroke-dasharray="${DASHES[i % 4]}"` +
+        ` x1="${u}" x2="${u + 24}" y1="${v}" y2="${v}"/><text x="${u + 28}" y="${v + 4}">z${
+                                                                                      "₁₂₃₄₅₆₇₈₉"[i]}</text>`;
     });
     this.overResponse(plot);
-    const peaks =
-      r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
+    const peaks = r.map((_, i) => `z${i + 1} peaks at ${clean(Math.max(...all.flat().map(row => row[i])))}`);
     return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
   }
 
@@ -348,17 +335,15 @@ export class Atlas extends PageElement {
     }
     const [block, margin] = design.margin, truth = [];
     if (norm !== null)
-      truth.push(`True H∞ norm ${clean(norm)}` +
-        (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
+      truth.push(
+        `True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
     if (peak !== null)
-      truth.push(`Largest ‖u‖ from x(0): ${clean(peak)}` +
-        (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
-    if (cost !== null)
-      truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
+      truth.push(
+        `Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
+    if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
     return verdict + gains(K, this.data.shape, 5) +
       `<p>Poles: ${
-        poles
-          .map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`)
+        poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`)
           .join(", ")}.</p>` +
       `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
   }

@@ -14,10 +14,7 @@ class Centre extends Mover {
         "set",
         "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."
       ],
-      [
-        "bars",
-        "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."
-      ]
+      ["bars", "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."]
     ];
   }
 
@@ -42,10 +39,7 @@ class Centre extends Mover {
     const hessian =
       make(2, 2, (i, j) => scaled[i].reduce((sum, X, k) => sum + trace(mul(X, scaled[j][k])), 0));
     const move = solve(hessian, gradient.map(g => [-g])).map(([v]) => v);
-    return {
-      move,
-      decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))
-    };
+    return {move, decrement: Math.sqrt(Math.max(0, -move[0] * gradient[0] - move[1] * gradient[1]))};
   }
 
   inside(blocks, x) { return blocks.write(x).every(F => F[0][0] > 0 && det(F) > 0); }
@@ -105,8 +99,7 @@ class Centre extends Mover {
                        .map(v => [v * v, v])
                        .filter(point => plot.has(point));
     plot.line(parabola, "--sos-soft", "5 4");
-    if (ghost?.edge.length)
-      plot.line([...ghost.edge, ghost.edge[0]], "--sos-region", "", " sos-ghost");
+    if (ghost?.edge.length) plot.line([...ghost.edge, ghost.edge[0]], "--sos-region", "", " sos-ghost");
     if (edge.length) plot.body += `<path class="sos-region" d="${plot.path(edge)}Z"/>`;
     if (path.length) {
       plot.line(path.map(s => s.x), "--sos-second");
@@ -117,13 +110,11 @@ class Centre extends Mover {
     if (!centre) plot.absent("No P at all", 60);
     this.find("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
     const top = Math.max(1, ...eigen.map(Math.abs)), names = ["P", "−(AP + PAᵀ + 2σP)"];
-    const write = (i, y, words) =>
-      `<text x="${110 + 120 * i}" y="${y}" text-anchor="middle">${words}</text>`;
+    const write = (i, y, words) => `<text x="${110 + 120 * i}" y="${y}" text-anchor="middle">${words}</text>`;
     this.find("bars").innerHTML = picture(260, "Smallest eigenvalues of both blocks",
       `<path class="sos-axis" d="M30 130H310"/>` +
         eigen
-          .map((v, i) =>
-                 bar(80 + 120 * i, 60, 130, 95 * v / top, v > 0 ? "--sos-region" : "--sos-bad") +
+          .map((v, i) => bar(80 + 120 * i, 60, 130, 95 * v / top, v > 0 ? "--sos-region" : "--sos-bad") +
               write(i, 250, names[i]) + write(i, v > 0 ? 146 : 122, clean(v)))
           .join(""));
     this.tell(feasible ? "feasible" : "infeasible",

@@ -14,14 +14,8 @@ function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
 class Chain extends Mover {
   figures() {
     return [
-      [
-        "links",
-        "Each link hands its numbers to the next; what changed with your last move is framed."
-      ],
-      [
-        "radius",
-        "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."
-      ]
+      ["links", "Each link hands its numbers to the next; what changed with your last move is framed."],
+      ["radius", "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."]
     ];
   }
 
@@ -38,8 +32,7 @@ class Chain extends Mover {
     return {
       mip,
       K,
-      radius: robots.map(
-        robot => spectralRadius(eigenvalues(sampledLoop(robot, K, T, late / 100 * T)[0]))),
+      radius: robots.map(robot => spectralRadius(eigenvalues(sampledLoop(robot, K, T, late / 100 * T)[0]))),
       right: rightmost(poles)
     };
   }
@@ -51,13 +44,10 @@ class Chain extends Mover {
           : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
                       : "Stopped: the loop is unstable for a vertex.") +
         `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${
-          number(
-            Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
+          number(Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
     const links = [
       ["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]],
-      [
-        "letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])
-      ],
+      ["letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])],
       ["vertices", [["±", `${place.spread} %`]]],
       ["gain", K.map((k, i) => [["θ", "φ", "θ′", "φ′", "∫φ"][i], k, old?.K[i]])],
       ["loop at 100 Hz", [["radius", Math.max(...radius), old && Math.max(...old.radius)]]]

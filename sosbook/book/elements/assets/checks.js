@@ -154,8 +154,7 @@ export function plant({M, D, S, B, F, U}) {
 
 export function start(x0, N) {
   const list = sized("x0", x0).flat();
-  if (list.length !== N)
-    refuse(`x0 has ${list.length} entries, needs 2n + a = ${N}: [z(0); z'(0); x3(0)]`);
+  if (list.length !== N) refuse(`x0 has ${list.length} entries, needs 2n + a = ${N}: [z(0); z'(0); x3(0)]`);
   return list;
 }
 
@@ -177,19 +176,16 @@ function joined(Q, i, known = new Set([i])) {
 // A weight of so many rows; one row of numbers is a diagonal. What roundings have
 // spoilt is mended, as in requirements/weights.py: the diagonal of Q grows by a few.
 export function weight(name, rows, size) {
-  const given =
-    rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
+  const given = rows.length === 1 ? rows[0].map((x, i) => rows[0].map((_, j) => i === j ? x : 0)) : rows;
   matrix(name, given);
   if (given.length !== given[0].length)
     refuse(`${name} must be square, got ${given.length} x ${given[0].length}`);
   const near = (x, i, j) =>
     Math.abs(x - given[j][i]) <= ROUNDING * Math.sqrt(Math.abs(given[i][i] * given[j][j]));
-  if (!given.every((row, i) => row.every((x, j) => near(x, i, j))))
-    refuse(`${name} must be symmetric`);
+  if (!given.every((row, i) => row.every((x, j) => near(x, i, j)))) refuse(`${name} must be symmetric`);
   const X = given.map((row, i) => row.map((x, j) => x / 2 + given[j][i] / 2));
   if (name === "R" && rank(X) < X.length) refuse("R must be positive definite");
-  for (const part of name === "Q" ? X.map((_, i) => joined(X, i)).filter((list, i) => list[0] === i)
-                                  : []) {
+  for (const part of name === "Q" ? X.map((_, i) => joined(X, i)).filter((list, i) => list[0] === i) : []) {
     const larger = step => part.map(i => part.map(j => i === j ? X[i][i] * (1 + step) : X[i][j]));
     const step = [0, ...STEPS].find(step => rank(larger(step)) >= 0);
     if (step === undefined || (step && part.some(i => X[i][i] <= 0))) {

@@ -24,9 +24,8 @@ function fit(V, y, start, linear) {
       return moved.map((s, n) => (s[1] - base[n]) / step);
     });
     const normal_matrix = J.map(a => J.map(b => a.reduce((sum, v, n) => sum + v * b[n], 0)));
-    const move =
-      solve(normal_matrix, J.map(a => [a.reduce((sum, v, n) => sum + v * (y[n] - base[n]), 0)]))
-        .map(([v]) => v);
+    const move = solve(normal_matrix, J.map(a => [a.reduce((sum, v, n) => sum + v * (y[n] - base[n]), 0)]))
+                   .map(([v]) => v);
     const limit = Math.min(1, ...move.map((m, i) => 0.3 * Math.abs(x[i] / m)));
     x = x.map((v, i) => v + limit * move[i]);
     if (Math.max(...move.map((m, i) => Math.abs(m / x[i]))) < 1e-7) break;
@@ -41,10 +40,7 @@ class Chirp extends Mover {
   figures() {
     return [
       ["scene", "The body hangs; the motors shake it."],
-      [
-        "log",
-        "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted)."
-      ],
+      ["log", "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted)."],
       ["bars", "Error of the fitted ratios. Left: the pendulum; right: its linear model."]
     ];
   }
@@ -52,8 +48,7 @@ class Chirp extends Mover {
   voltage(amplitude) {
     const {low, high} = this.data, end = T * STEPS;
     return Array.from({length: STEPS},
-      (_, k) => amplitude *
-        Math.sin(2 * Math.PI * (low * k * T + (high - low) * (k * T) ** 2 / (2 * end))));
+      (_, k) => amplitude * Math.sin(2 * Math.PI * (low * k * T + (high - low) * (k * T) ** 2 / (2 * end))));
   }
 
   compute({amplitude, noise}) {
@@ -61,12 +56,7 @@ class Chirp extends Mover {
     const random = normal(2023);
     const y = motion.map(s => s[1] + noise * Math.PI / 180 * random());
     const start = truth.map(v => 0.9 * v);
-    return {
-      V,
-      y,
-      q: motion.map(s => s[0]),
-      fits: [false, true].map(linear => fit(V, y, start, linear))
-    };
+    return {V, y, q: motion.map(s => s[0]), fits: [false, true].map(linear => fit(V, y, start, linear))};
   }
 
   show({V, y, q, fits}) {
@@ -91,11 +81,9 @@ class Chirp extends Mover {
       ]
     });
     const top = Math.max(2, ...off.flat().map(Math.abs)), bars = names.map((name, i) => {
-      const errors =
-        off.map((row, j) => bar(50 + 95 * i + 32 * j, 28, 120, 90 * clamp(row[i] / top, -1, 1),
-                  j ? "--sos-second" : "--sos-region"));
-      return `${errors.join("")}<text x="${80 + 95 * i}" y="232" text-anchor="middle">${
-        name}</text>`;
+      const errors = off.map((row, j) => bar(50 + 95 * i + 32 * j, 28, 120, 90 * clamp(row[i] / top, -1, 1),
+                               j ? "--sos-second" : "--sos-region"));
+      return `${errors.join("")}<text x="${80 + 95 * i}" y="232" text-anchor="middle">${name}</text>`;
     });
     this.find("bars").innerHTML = picture(240, "Errors of the fitted ratios",
       `<path class="sos-axis" d="M20 120H330"/>${bars.join("")}<text x="20" y="18">±${

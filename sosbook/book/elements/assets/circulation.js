@@ -25,26 +25,23 @@ class Circulation extends Mover {
   compute({kappa, damping}) {
     const {M, D, S, K, start} = this.data, n = M.length, stiff = combine(1, S, kappa, K);
     const damp = scale(damping, D);
-    const A =
-      block([[zeros(n, n), eye(n)], [scale(-1, solve(M, stiff)), scale(-1, solve(M, damp))]]);
+    const A = block([[zeros(n, n), eye(n)], [scale(-1, solve(M, stiff)), scale(-1, solve(M, damp))]]);
     const step = exponential(scale(T, A)), all = [[...start, ...start.map(() => 0)]];
     for (let k = 0; k < STEPS; k++) all.push(apply(step, all.at(-1)));
-    const energy = all.map(
-      x =>
-        (dot(x.slice(n), apply(M, x.slice(n))) + dot(x.slice(0, n), apply(S, x.slice(0, n)))) / 2);
+    const energy =
+      all.map(x => (dot(x.slice(n), apply(M, x.slice(n))) + dot(x.slice(0, n), apply(S, x.slice(0, n)))) / 2);
     return {poles: eigenvalues(A), z: all.map(x => x.slice(0, n)), energy};
   }
 
   show({poles, z, energy}, ghost, {kappa}) {
     const good = stable(poles), most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
     this.tell(good ? "feasible" : "infeasible",
-      verdict(good ? "It comes to rest."
-                   : "It never comes to rest: circulation gives more than damping takes.") +
-        `<p>κ = ${number(kappa)}. Rightmost pole: real part ${
-          number(rightmost(poles), " s⁻¹")}. After ${this.horizon} s ${
-          number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
-    this.poleMap("poles",
-      {x: [-0.7, 0.3], y: [0.6, 1.2], label: "Poles of the robot", poles, ghost: ghost?.poles});
+      verdict(
+        good ? "It comes to rest." : "It never comes to rest: circulation gives more than damping takes.") +
+        `<p>κ = ${number(kappa)}. Rightmost pole: real part ${number(rightmost(poles), " s⁻¹")}. After ${
+          this.horizon} s ${number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
+    this.poleMap(
+      "poles", {x: [-0.7, 0.3], y: [0.6, 1.2], label: "Poles of the robot", poles, ghost: ghost?.poles});
     const plot = this.plot = new Plot({x: [-most, most], y: [-most, most], labels: ["z₁", "z₂"]});
     if (ghost) plot.line(ghost.z.filter(p => plot.has(p)), "--sos-first", "", " sos-ghost");
     plot.line([], "--sos-second", "", " sos-trail");

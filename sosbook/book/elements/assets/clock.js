@@ -13,10 +13,7 @@ class Clock extends Mover {
 
   figures() {
     return [
-      [
-        "circle",
-        "Eigenvalues of the sampled loop of the middle robot. Outside the circle: unstable."
-      ],
+      ["circle", "Eigenvalues of the sampled loop of the middle robot. Outside the circle: unstable."],
       ["tilt", "Tilt from 2°, a fifth of the true speed."],
       ["volts", "Voltage: held from tick to tick, late by the delay. No limit is at work here."]
     ];
@@ -41,8 +38,8 @@ class Clock extends Mover {
 
   show({poles, radius, theta, V, T, late}, ghost) {
     const plot = new Plot({x: [-1.6, 1.6], y: [-1.6, 1.6], labels: ["Re z", "Im z"]});
-    plot.body += `<ellipse class="sos-target" style="fill:none" cx="${plot.X(0)}" cy="${
-      plot.Y(0)}" rx="${plot.X(1) - plot.X(0)}" ry="${plot.Y(0) - plot.Y(1)}"/>`;
+    plot.body += `<ellipse class="sos-target" style="fill:none" cx="${plot.X(0)}" cy="${plot.Y(0)}" rx="${
+      plot.X(1) - plot.X(0)}" ry="${plot.Y(0) - plot.Y(1)}"/>`;
     for (const [list, more] of [[ghost?.poles ?? [], "opacity:.3"], [poles, ""]]) {
       list.filter(p => Math.hypot(...p) > 1e-9 && plot.has(p))
         .forEach(p => mark(plot, p, "--sos-first", 0, more));
@@ -53,8 +50,8 @@ class Clock extends Mover {
       verdict(good ? "Stable for all five robots."
                    : `Unstable for ${radius.filter(r => r >= 1).length} of five robots.`) +
         `<p>Sampled at ${number(1 / T, " Hz")}, late by ${
-          number(1000 * late, " ms")}. Largest modulus: middle robot ${
-          number(middle, "", 4)}, worst vertex ${number(Math.max(...others), "", 4)}.</p>`);
+          number(1000 * late, " ms")}. Largest modulus: middle robot ${number(middle, "", 4)}, worst vertex ${
+          number(Math.max(...others), "", 4)}.</p>`);
     this.curves("tilt", {
       y: [-4, 4],
       labels: "θ (degrees)",

@@ -76,8 +76,8 @@ class DelayAtlas extends Atlas {
   get program() {
     const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data;
     return program(request, "design_delay_pid", [
-      ["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))],
-      ["delta", delta], ["alpha", alpha]
+      ["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))], ["delta", delta],
+      ["alpha", alpha]
     ]);
   }
 
@@ -129,9 +129,8 @@ class DelayAtlas extends Atlas {
     return plot.svg(roots
         ? `Root map: ${
             DELAYS
-              .map(
-                (name, k) =>
-                  `for the ${name} delay the rightmost root has real part ${clean(roots[k][0][0])}`)
+              .map((name, k) =>
+                     `for the ${name} delay the rightmost root has real part ${clean(roots[k][0][0])}`)
               .join(", ")}.`
         : `Root map: empty, because no design is known (${status}).`);
   }
@@ -141,12 +140,10 @@ class DelayAtlas extends Atlas {
     const {horizon, steps, points} = this.data;
     const all = lines.flatMap(line => line.values).concat(limits);
     const low = Math.min(...all), high = Math.max(...all), room = 0.05 * (high - low);
-    const plot =
-      new Plot({x: [0, horizon], y: [low - room, high + room], labels: ["time t (s)", ylabel]});
+    const plot = new Plot({x: [0, horizon], y: [low - room, high + room], labels: ["time t (s)", ylabel]});
     if (target !== undefined) plot.rule("sos-target", [0, horizon], [target, target]);
     for (const {values, colour, dash} of this.response ? lines : []) {
-      plot.line(
-        values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0),
+      plot.line(values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0),
         colour, dash);
     }
     if (!this.response) plot.absent(this.design.status, 150);
@@ -157,8 +154,8 @@ class DelayAtlas extends Atlas {
     const z = this.response ? this.response.z : [], dashes = ["", "7 4", "2 3"];
     const lines = this.data.U.map(
       (_, i) => ({values: z.map(row => row[i]), colour: COLOURS[i % 3], dash: dashes[i % 3]}));
-    const words = lines.map(
-      line => `peaks at ${clean(Math.max(...line.values))}, ends at ${clean(line.values.at(-1))}`);
+    const words =
+      lines.map(line => `peaks at ${clean(Math.max(...line.values))}, ends at ${clean(line.values.at(-1))}`);
     return this.chart(lines, this.data.output,
       this.response ? `Response over ${clean(this.data.horizon)} seconds: ${words.join("; ")}.`
                     : "Response: none, for there is no design.",
@@ -185,10 +182,9 @@ class DelayAtlas extends Atlas {
       .flatMap((slider, k) => {
         const near = slider.values.map((_, at) => at)
                        .sort((p, q) => Math.abs(p - this.place[k]) - Math.abs(q - this.place[k]));
-        const at = near.find(
-          i => typeof this.stored(this.place.map((old, j) => j === k ? i : old)) !== "number");
-        return at === undefined ? []
-                                : [{far: Math.abs(at - this.place[k]), text: slider.texts[at]}];
+        const at =
+          near.find(i => typeof this.stored(this.place.map((old, j) => j === k ? i : old)) !== "number");
+        return at === undefined ? [] : [{far: Math.abs(at - this.place[k]), text: slider.texts[at]}];
       })
       .sort((p, q) => p.far - q.far);
   }
@@ -196,8 +192,7 @@ class DelayAtlas extends Atlas {
   advice() {
     const moves = this.moves().map(move => move.text);
     return moves.length
-      ? `${moves.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${
-          moves.join("; or ")}.`
+      ? `${moves.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${moves.join("; or ")}.`
       : "No move of a single slider leads to a design.";
   }
 
@@ -209,14 +204,12 @@ class DelayAtlas extends Atlas {
         `<p>${
           design.status === "infeasible"
             ? "No certificate: the corrected LMI has no solution, by exact multipliers."
-            : "No certificate was found, nor a proof that there is none."} ${
-          escape(this.advice())}</p>`;
+            : "No certificate was found, nor a proof that there is none."} ${escape(this.advice())}</p>`;
     }
     const [block, margin] = design.margin;
     return verdict + gains(design.K, this.data.shape, 4) +
       `<p>Promised rate, however the delay varies: ${clean(delta)} s⁻¹. ` +
-      `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${
-        clean(design.at)} s.</p>` +
+      `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${clean(design.at)} s.</p>` +
       `<p>Smallest margin: ${clean(margin, 2)} (block: ${escape(block)}).</p>`;
   }
 }

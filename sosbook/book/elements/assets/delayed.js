@@ -21,8 +21,8 @@ function generator(A, Ad, h, n) {
 function newton(A, Ad, h, [re, im]) {
   const N = A.length, size = Math.exp(-re * h);
   const [c, d] = [size * Math.cos(im * h), -size * Math.sin(im * h)];
-  const complex = (X, Y) => make(2 * N, 2 * N,
-    (i, j) => (i < N) === (j < N) ? X[i % N][j % N] : (i < N ? -1 : 1) * Y[i % N][j % N]);
+  const complex = (X, Y) =>
+    make(2 * N, 2 * N, (i, j) => (i < N) === (j < N) ? X[i % N][j % N] : (i < N ? -1 : 1) * Y[i % N][j % N]);
   const I = eye(N);
   const value = complex(combine(1, combine(re, I, -1, A), -c, Ad), combine(im, I, -d, Ad));
   const X = solve(value, complex(combine(1, I, h * c, Ad), scale(h * d, Ad)));
@@ -33,8 +33,7 @@ function newton(A, Ad, h, [re, im]) {
 function roots(A, Ad, h, n) {
   if (h === 0) return eigenvalues(combine(1, A, 1, Ad));
   const found = [];
-  for (const start of eigenvalues(generator(A, Ad, h, n)).filter(([re,
-         im]) => im >= 0 && re * h > -4)) {
+  for (const start of eigenvalues(generator(A, Ad, h, n)).filter(([re, im]) => im >= 0 && re * h > -4)) {
     let s = start, moved = Infinity;
     for (let k = 0; k < 12 && moved > 1e-11; k++) {
       const next = newton(A, Ad, h, s);
@@ -46,8 +45,7 @@ function roots(A, Ad, h, n) {
       !found.some(r => Math.hypot(r[0] - s[0], r[1] - s[1]) < 1e-6 * (1 + Math.hypot(...s))))
       found.push(s);
   }
-  return found.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, 0]])
-    .sort((p, q) => q[0] - p[0]);
+  return found.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, 0]]).sort((p, q) => q[0] - p[0]);
 }
 
 const LATE = {
@@ -55,8 +53,7 @@ const LATE = {
   clinging: (h, rest) => t => Math.min((t + 1e-9) % (rest + h), h)
 };  // d grows with the time, as if the input stood still
 
-const growing = x =>
-  Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
+const growing = x => Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
 
 class Delayed extends Mover {
   good({roots: [[right]], x}) { return right < 0 && !growing(x); }
@@ -67,10 +64,7 @@ class Delayed extends Mover {
 
   figures() {
     return [
-      [
-        "roots",
-        "Characteristic roots for the constant delay h. The chain behind them goes on for ever."
-      ],
+      ["roots", "Characteristic roots for the constant delay h. The chain behind them goes on for ever."],
       ["time", "The first state, from 1 and at rest before. Dashed: what arrives late."],
       ["delay", "The delay."]
     ];
@@ -97,15 +91,14 @@ class Delayed extends Mover {
     const top = Math.min(3, 1.1 * Math.max(...x.map(Math.abs).filter(Number.isFinite)));
     const grows = growing(x);
     this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible",
-      verdict(right >= 0 ? "Unstable for this constant delay."
-          : kind && grows
-          ? "Stable if the delay stands still, and yet this moving one makes it grow."
-          : kind ? "Stable if the delay stands still; this moving one does it no visible harm."
-                 : "Stable for this constant delay.") +
+      verdict(right >= 0  ? "Unstable for this constant delay."
+          : kind && grows ? "Stable if the delay stands still, and yet this moving one makes it grow."
+          : kind          ? "Stable if the delay stands still; this moving one does it no visible harm."
+                          : "Stable for this constant delay.") +
         `<p>Rightmost root: real part ${number(right, " s⁻¹")}${
           all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
-    this.poleMap("roots",
-      {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
+    this.poleMap(
+      "roots", {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
     const line = (values, colour, dash) =>
       ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), colour, dash});
     this.curves("time", {

@@ -10,8 +10,7 @@ function hex(x) {
         tail = (bits & (1n << 52n) - 1n).toString(16).padStart(13, "0").replace(/0+$/, "");
   if (x === 0) return "0x0.0p+0";
   const power = exponent ? exponent - 1023 : -1022;
-  return `${x < 0 ? "-" : ""}0x${exponent ? 1 : 0}.${tail || "0"}p${power < 0 ? "-" : "+"}${
-    Math.abs(power)}`;
+  return `${x < 0 ? "-" : ""}0x${exponent ? 1 : 0}.${tail || "0"}p${power < 0 ? "-" : "+"}${Math.abs(power)}`;
 }
 
 class Digits extends Mover {
@@ -28,8 +27,7 @@ class Digits extends Mover {
   compute({precision, tilt, rate, entry}) {
     const round = precision ? Math.fround : x => x, {K} = this.data;
     const state = [tilt * Math.PI / 180, 0.5, rate, -0.3, 0.1], gains = K.map(round);
-    const sum = (gain, keep) =>
-      gain.reduce((total, k, i) => keep(total + keep(k * keep(state[i]))), 0);
+    const sum = (gain, keep) => gain.reduce((total, k, i) => keep(total + keep(k * keep(state[i]))), 0);
     const exact = sum(K, x => x), told = sum(gains, round);
     return {
       gains,
@@ -45,18 +43,16 @@ class Digits extends Mover {
 
   show({gains, hex: all, state, exact, told, error, most}, _, {precision, entry}) {
     this.tell("feasible",
-      verdict(precision
-          ? "Single precision: 24 bits of each number are kept."
-          : "Double precision: nothing is lost, the literal is the proven gain itself.") +
+      verdict(precision ? "Single precision: 24 bits of each number are kept."
+                        : "Double precision: nothing is lost, the literal is the proven gain itself.") +
         `<p>V = ${number(told, " V", 9)}${
-          precision ? `; in double precision ${number(exact, " V", 9)}, a difference of ${
-                        number(error, " V",
-                          2)}. The gains are off by ${number(most, "", 2)} of their size at most`
-                    : ""}.</p>`);
+          precision
+            ? `; in double precision ${number(exact, " V", 9)}, a difference of ${
+                number(error, " V", 2)}. The gains are off by ${number(most, "", 2)} of their size at most`
+            : ""}.</p>`);
     this.find("table").innerHTML =
       gains
-        .map(
-          (k, i) => `<div class="sos-box"><strong>${NAMES[i]}</strong><span>${clean(k, 6)}</span>` +
+        .map((k, i) => `<div class="sos-box"><strong>${NAMES[i]}</strong><span>${clean(k, 6)}</span>` +
             `<span>× ${clean(state[i])}</span><br><code>${escape(all[i])}${
               precision ? "f" : ""}</code></div>`)
         .join("");
@@ -69,11 +65,9 @@ class Digits extends Mover {
         .map((bit, k) => {
           const [row, column] = [Math.floor(k / 32), k % 32];
           const colour = k === 0 ? "--sos-bad" : k < 12 ? "--sos-second" : "--sos-first";
-          return `<rect x="${8 + 10 * column}" y="${
-            15 + 45 * row}" width="8" height="24" style="fill:var(${
-            bit === "1"
-              ? colour
-              : "--sos-tint"});stroke:var(${colour});opacity:${precision && k > 34 ? 0.25 : 1}"/>`;
+          return `<rect x="${8 + 10 * column}" y="${15 + 45 * row}" width="8" height="24" style="fill:var(${
+            bit === "1" ? colour
+                        : "--sos-tint"});stroke:var(${colour});opacity:${precision && k > 34 ? 0.25 : 1}"/>`;
         })
         .join("") +
       "</svg>";

@@ -14,8 +14,7 @@ const valueAt = ({min, max, log}, at) => {
   return Number(value.toPrecision(3));
 };
 const placeOf = ({min, max, log}, value) => Math.max(0,
-  Math.min(STEPS,
-    STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
+  Math.min(STEPS, STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
 const inRadians = ({degrees}, shown) => degrees ? shown * Math.PI / 180 : shown;
 const textOf = ({symbol, unit}, shown) => `${symbol} = ${Number(shown.toPrecision(4))}${unit}`;
 
@@ -23,8 +22,7 @@ export class Explorer extends Atlas {
   get note() { return ""; }
   get buttons() {
     return [
-      ["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"],
-      ["python", "As Python"]
+      ["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]
     ];
   }
 
@@ -78,12 +76,8 @@ export class Explorer extends Atlas {
 
   // Arrows move by a hundredth of the way, which "step=any" wouldn't do.
   key(event, k) {
-    const far = {ArrowLeft: -1,
-      ArrowDown: -1,
-      ArrowRight: 1,
-      ArrowUp: 1,
-      PageDown: -10,
-      PageUp: 10}[event.key];
+    const far =
+      {ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10}[event.key];
     if (!far) return;
     event.preventDefault();
     const slider = this.data.sliders[k];
@@ -122,9 +116,7 @@ export class Explorer extends Atlas {
   get address() { return this.named; }
 
   // The sliders' values by name, in the units shown.
-  get named() {
-    return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]]));
-  }
+  get named() { return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]])); }
   get program() { return python.design(this.data, {...this.data.shownFixed, ...this.named}); }
 
   read(linked) {
@@ -178,8 +170,7 @@ export class Explorer extends Atlas {
     const holds = async (k, at) => {
       const moved = [...values];
       moved[k] = valueAt(this.data.sliders[k], at);
-      return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status ===
-        "feasible";
+      return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status === "feasible";
     };
     const stale = () => digest !== this.digest;
     for (const [k, {looser}] of this.data.sliders.entries()) {
@@ -204,8 +195,7 @@ export class Explorer extends Atlas {
 
   band(k, edge) {
     const share = edge / STEPS, {looser} = this.data.sliders[k];
-    band(this.inputs[k],
-      edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
+    band(this.inputs[k], edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
   }
 
   advice() {
@@ -244,23 +234,18 @@ export class Explorer extends Atlas {
     const {status, asked} = this.answer, ghost = status === "feasible" ? this.ghost : this.found;
     for (const [re, im] of withConjugates((ghost?.poles || []).flat().filter(([, im]) => im >= 0))
            .filter(pole => plot.has(pole))) {
-      plot.body +=
-        `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
+      plot.body += `<path class="sos-ghost" d="M${plot.X(re) - 4} ${plot.Y(im) - 4}l8 8m0 -8l-8 8"/>`;
     }
     for (const [k, [re, im]] of this.handles(asked).entries()) {
       if (plot.has([re, im]))
-        plot.body += `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${
-          plot.Y(im)}" r="7"/>`;
+        plot.body +=
+          `<circle class="sos-handle" data-handle="${k}" cx="${plot.X(re)}" cy="${plot.Y(im)}" r="7"/>`;
     }
   }
 
   handles({sigma, theta, rho}) {
     const far = (rho ?? this.data.window[2]) * 0.7;
-    const ends = {
-      sigma: [-sigma, 0],
-      theta: [-far * Math.cos(theta), far * Math.sin(theta)],
-      rho: [-rho, 0]
-    };
+    const ends = {sigma: [-sigma, 0], theta: [-far * Math.cos(theta), far * Math.sin(theta)], rho: [-rho, 0]};
     return this.data.sliders.map(({key}) => ends[key] ?? []);
   }
 
@@ -274,8 +259,7 @@ export class Explorer extends Atlas {
     const move = event => {
       if (!map.isConnected) return;  // another plant by now
       const svg = map.querySelector("svg"),
-            at = new DOMPoint(event.clientX, event.clientY)
-                   .matrixTransform(svg.getScreenCTM().inverse());
+            at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
       const re = plot.x[0] + (at.x - plot.l) / (plot.r - plot.l) * (plot.x[1] - plot.x[0]);
       const im = plot.y[1] - (at.y - plot.t) / (plot.b - plot.t) * (plot.y[1] - plot.y[0]);
       const shown = key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
@@ -283,8 +267,7 @@ export class Explorer extends Atlas {
     };
     const done = new AbortController(), {signal} = done;
     addEventListener("pointermove", move, {signal});
-    for (const end of ["pointerup", "pointercancel"])
-      addEventListener(end, () => done.abort(), {signal});
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => done.abort(), {signal});
   }
 
   // The step response before the move, within the present axes.
@@ -292,8 +275,8 @@ export class Explorer extends Atlas {
     if (this.answer.status !== "feasible") return;
     for (const rows of this.ghost?.response ?? []) {
       rows[0].forEach((_, i) => {
-        const points = rows.map((row, k) => [k * this.data.horizon / (rows.length - 1), row[i]])
-                         .filter(p => plot.has(p));
+        const points =
+          rows.map((row, k) => [k * this.data.horizon / (rows.length - 1), row[i]]).filter(p => plot.has(p));
         plot.body += `<path class="sos-ghost" d="${plot.path(points)}"/>`;
       });
     }
@@ -308,8 +291,8 @@ export class Explorer extends Atlas {
       edges: sliders.map(() => place),
       answer: {ms: 888, bounded: !(asked.gamma || asked.u_max || asked.cost)}
     });
-    const poles = vertices.flatMap(
-      () => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
+    const poles =
+      vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
     const K = Array.from({length: m}, () => Array(N).fill(-0.08888));
     return [
       at.readout({
@@ -343,8 +326,7 @@ export class Explorer extends Atlas {
     const answer = await this.solver.ask(this.name, "prove", this.request());
     if (this.find("more").dataset.digest !== digest) return;  // something else stands there by now
     if (!answer?.proof?.proven) {
-      this.reply(
-        `<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`, digest);
+      this.reply(`<p>Not proven. ${escape(answer?.reason || "There is no design here.")}</p>`, digest);
       return;
     }
     const {claims, text, blocks, digits} = answer.proof;

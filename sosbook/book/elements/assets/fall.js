@@ -13,8 +13,7 @@ class Fall extends Mover {
   figures() {
     return [
       ["scene", "Solid: the pendulum. Dashed: its linear model. A quarter of the true speed."],
-      ["tilt", "Tilt θ; dashed the linear model."],
-      ["wheel", "Wheels' angle φ; dashed the linear model."]
+      ["tilt", "Tilt θ; dashed the linear model."], ["wheel", "Wheels' angle φ; dashed the linear model."]
     ];
   }
 
@@ -46,21 +45,19 @@ class Fall extends Mover {
       ]
     });
     plot("tilt", "θ", [-120, 120], lineTheta, theta, ghost?.theta);
-    const far = phi.map(x => 1.2 * degrees(x)),
-          turned = [Math.min(-90, ...far), Math.max(90, ...far)];
+    const far = phi.map(x => 1.2 * degrees(x)), turned = [Math.min(-90, ...far), Math.max(90, ...far)];
     plot("wheel", "φ", turned, linePhi, phi, ghost?.phi);
     const down = theta.findIndex(x => Math.abs(x) > Math.PI / 2);
     this.tell("feasible",
       verdict(apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.`
                              : `The models are 5° apart after ${clean(apart)} s.`) +
         `<p>After ${clean(this.horizon)} s the pendulum leans by ${
-          number(degrees(theta.at(-1)),
-            "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
+          number(
+            degrees(theta.at(-1)), "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
         (down < 0 ? "" : ` The pendulum passes 90° after ${number(down * T, " s")}.`) + "</p>");
     const robot = dash =>
       `<g><path class="sos-part" style="fill:none;stroke:var(${
-        dash ? "--sos-second"
-             : "--sos-first"})" stroke-dasharray="${dash}" d="M-10 6V-78H10V6Z"/>` +
+        dash ? "--sos-second" : "--sos-first"})" stroke-dasharray="${dash}" d="M-10 6V-78H10V6Z"/>` +
       `<circle class="sos-part" style="fill:var(--sos-paper)" stroke-dasharray="${dash}" r="${
         METRE * 0.032}"/><path class="sos-thin" d="M0 0V-26"/></g>`;
     this.find("scene").innerHTML = picture(260, "The falling pendulum and its linear model",
@@ -73,8 +70,7 @@ class Fall extends Mover {
     const groups = this.find("scene").querySelectorAll("g");
     [[lineTheta, linePhi], [theta, phi]].forEach(([lean, turn], i) => {
       const x = clamp(170 + METRE * 0.032 * turn[k], -40, 380);
-      groups[i].setAttribute(
-        "transform", `translate(${round(x)} ${round(GROUND - METRE * 0.032)})`);
+      groups[i].setAttribute("transform", `translate(${round(x)} ${round(GROUND - METRE * 0.032)})`);
       groups[i].children[0].setAttribute("transform", `rotate(${round(degrees(lean[k]))})`);
       groups[i].children[2].setAttribute("transform", `rotate(${round(degrees(turn[k]))})`);
     });

@@ -21,8 +21,7 @@ export function delayedRun(rate, start, late, horizon, steps) {
   for (let k = 0; k <= steps; k++) {
     f.push(slope(x[k], t[k], d[k]));
     const inside = time => clamp(time, t[k] + 1e-7 * T, t[k] + T - 1e-7 * T);
-    if (k < steps)
-      x.push(runge((now, time) => slope(now, inside(time), late(inside(time))), x[k], T, t[k]));
+    if (k < steps) x.push(runge((now, time) => slope(now, inside(time), late(inside(time))), x[k], T, t[k]));
   }
   return {t, d, x, old: d.map((delay, k) => arrived(x[k], t[k], delay))};
 }

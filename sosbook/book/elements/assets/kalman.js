@@ -58,8 +58,7 @@ class Kalman extends Mover {
       verdict(right < 0 ? "The loop with the observer is stable."
                         : "Unstable: this plant isn't the one that the observer has in mind.") +
         `<p>Kalman's gain, computed here: L = ${
-          L.map(row => `[${row.map(x => number(x)).join(", ")}]`)
-            .join(" ")}. Rightmost pole of the loop ${
+          L.map(row => `[${row.map(x => number(x)).join(", ")}]`).join(" ")}. Rightmost pole of the loop ${
           number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
         (right < 0 ? `In the second half: error ${number(error, "°", 2)} rms, voltage ${
                        number(late(V, x => x), " V", 2)} rms.`
@@ -81,13 +80,8 @@ class Kalman extends Mover {
       rules: [-7.4, 7.4],
       lines: [curve(V, "--sos-third")]
     });
-    this.poleMap("poles", {
-      x: [-40, 10],
-      y: [-20, 20],
-      label: "Poles of the loop with the observer",
-      poles,
-      ghost: ghost?.poles
-    });
+    this.poleMap("poles",
+      {x: [-40, 10], y: [-20, 20], label: "Poles of the loop with the observer", poles, ghost: ghost?.poles});
   }
 }
 

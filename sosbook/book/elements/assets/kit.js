@@ -3,8 +3,7 @@
 // ------------------------------------------------------- numbers and texts
 export const clean = (x, digits = 3) => {
   const value = Number(Number(x).toPrecision(digits)) + 0, size = Math.abs(value);
-  if (size === 0 || !isFinite(size) || (size >= 1e-4 && size < 1e6))
-    return String(value).replace("-", "−");
+  if (size === 0 || !isFinite(size) || (size >= 1e-4 && size < 1e6)) return String(value).replace("-", "−");
   const [mantissa, power] = value.toExponential().split("e");
   return `${mantissa}·10${
       [...power.replace("+", "")].map(c => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`
@@ -14,14 +13,12 @@ export const clean = (x, digits = 3) => {
 export const printed = text => text.replaceAll("1/s", "s⁻¹").replaceAll("u_max", "uₘₐₓ");
 export const round = x => Math.round(x * 10) / 10 + 0;
 // A decimal number that a reader wrote or that stands in an address; NaN for anything else.
-export const number = text => /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text)
-  ? Number(String(text).replace("−", "-"))
-  : NaN;
+export const number = text =>
+  /^[-+−]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text) ? Number(String(text).replace("−", "-")) : NaN;
 export const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
 export const capital = word => word[0].toUpperCase() + word.slice(1);
 export const complex = (re, im) => im === 0 ? clean(re) : `${clean(re)} ± ${clean(im)}j`;
-export const withConjugates = pairs =>
-  pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
+export const withConjugates = pairs => pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
 
 export const degrees = x => x * 180 / Math.PI;
 export const clamp = (x, low, high) => Math.max(low, Math.min(high, x));
@@ -41,25 +38,21 @@ export function uniform(seed) {
     return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
   };
 }
-export const gaussian = random =>
-  Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
+export const gaussian = random => Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
 
 // A list of numbers as the rows of a gain for n coordinates, m inputs, a integrators.
 export const gainRows = (list, [n, m, a]) =>
   Array.from({length: m}, (_, i) => list.slice(i * (2 * n + a), (i + 1) * (2 * n + a)));
 
 export function gains(K, [n, , a], digits) {
-  const parts =
-    [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
+  const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
   return `<div class="sos-gains">` +
     parts
-      .map(([name, from, to]) =>
-             `<span class="sos-gain${to - from > 3 ? " sos-wide" : ""}"><span>K<sub>${
-               name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
+      .map(
+        ([name, from, to]) => `<span class="sos-gain${to - from > 3 ? " sos-wide" : ""}"><span>K<sub>${
+                                name}</sub> =</span> <span class="sos-matrix" style="grid-template-columns:` +
           `repeat(${to - from},auto)">` +
-          K.flatMap(row => row.slice(from, to))
-            .map(x => `<span>${clean(x, digits)}</span>`)
-            .join(" ") +
+          K.flatMap(row => row.slice(from, to)).map(x => `<span>${clean(x, digits)}</span>`).join(" ") +
           `</span></span>`)
       .join(" ") +
     `</div>`;
@@ -76,8 +69,8 @@ export const slider = ({id, key, label, max, step = 1, value = 0}) =>
     escape(key)}" ${QUIET}></div>`;
 
 export const select = ({id, key, label, names}) =>
-  `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${
-    id}" data-key="${escape(key)}" ${QUIET}>` +
+  `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${id}" data-key="${
+    escape(key)}" ${QUIET}>` +
   `${options(names)}</select></div>`;
 
 export const options = names =>
@@ -88,8 +81,7 @@ export const panels = inner => `<div class="sos-panels">${inner}</div>`;
 export const panel = (name, caption, kind = "") =>
   `<figure class="sos-panel"><div class="sos-${name}"></div>` +
   `<figcaption class="sos-caption${kind}">${caption}</figcaption></figure>`;
-export const READOUT =
-  `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
+export const READOUT = `<div class="sos-readout" role="status" aria-live="polite" aria-atomic="true"></div>`;
 
 // A button that `press` hears of.
 export const button = ([key, words]) =>
@@ -106,8 +98,8 @@ export function band(input, stretches) {
     input.parentElement.appendChild(document.createElement("div"));
   at.className = "sos-band";
   at.setAttribute("aria-hidden", "true");
-  const colours = stretches.map(([from, to,
-    good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
+  const colours = stretches.map(
+    ([from, to, good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
   at.style.background = `linear-gradient(to right, ${colours.join(", ")})`;
 }
 
@@ -241,8 +233,7 @@ export class PageElement extends HTMLElement {
     this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>`);
     const shown = this.find("code");
     navigator.clipboard?.writeText(code).then(
-      () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"),
-      () => {});
+      () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});
   }
 
   find(name) { return this.view.querySelector(`.sos-${name}`); }
@@ -252,8 +243,7 @@ export class PageElement extends HTMLElement {
     const box = this.find("readout");
     box.className = `sos-readout sos-${status}`;
     box.innerHTML = html;
-    for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel"))
-      part.dataset.digest = digest;
+    for (const part of this.view.querySelectorAll(".sos-readout, .sos-panel")) part.dataset.digest = digest;
     this.settle();
     if (this.longest && box.getBoundingClientRect().height > this.tall + 0.01) {
       this.longest.push(html);
@@ -268,16 +258,14 @@ export class PageElement extends HTMLElement {
   // draws nothing.
   elsewhere(values) {
     const there = Object.create(this);
-    for (const key in values)
-      Object.defineProperty(there, key, {value: values[key], writable: true});
+    for (const key in values) Object.defineProperty(there, key, {value: values[key], writable: true});
     return there;
   }
 
   // Room for the longest text of the readout: what stands below it doesn't move.
   reserve() {
     const length = html => html.replace(/<[^>]*>/g, "").length;
-    this.longest =
-      [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
+    this.longest = [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
     this.sizes?.disconnect();
     this.sizes = new ResizeObserver(() => {
       if (this.find("readout").offsetWidth !== this.wide) this.room();

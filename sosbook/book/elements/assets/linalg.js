@@ -12,8 +12,7 @@ export const eye = n => make(n, n, (i, j) => i === j ? 1 : 0);
 export const zeros = (n, m) => make(n, m, () => 0);
 export const transpose = A => make(A[0].length, A.length, (i, j) => A[j][i]);
 export const mul = (...factors) => factors.reduce(
-  (A, B) =>
-    make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
+  (A, B) => make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
 export const combine = (a, A, b, B) => A.map((row, i) => row.map((x, j) => a * x + b * B[i][j]));
 export const add = (A, B) => combine(1, A, 1, B);
 export const scale = (a, A) => A.map(row => row.map(x => a * x));
@@ -27,8 +26,7 @@ export const trace = A => A.reduce((sum, row, i) => sum + row[i], 0);
 export const solve = onRows((A, B) => kernel.solve(A, B) ?? kernel.mapped(B, () => NaN));
 export const exponential = onRows(X => spectrum.exponential(X, 1));
 export const lyapunov = onRows(spectrum.lyapunov);
-export const eigenvalues = A =>
-  spectrum.eigenvalues(matrix(A)).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+export const eigenvalues = A => spectrum.eigenvalues(matrix(A)).sort((a, b) => a[0] - b[0] || a[1] - b[1]);
 
 // Of poles or eigenvalues: the largest real part and modulus, and whether they decay.
 export const rightmost = poles => Math.max(...poles.map(([re]) => re));
@@ -42,8 +40,7 @@ export const riccati =
            A, kernel.times(B, kernel.transposed(kernel.inverseLower(kernel.cholesky(R)))), Q));
 
 // The gain K of u = K x with the least cost x^T Q x + u^T R u.
-export const regulator = (A, B, Q, R) =>
-  scale(-1, solve(R, mul(transpose(B), riccati(A, B, Q, R))));
+export const regulator = (A, B, Q, R) => scale(-1, solve(R, mul(transpose(B), riccati(A, B, Q, R))));
 
 // [Phi, Gamma] of x(t + T) = Phi x + Gamma u for an input that is held.
 export function held(A, B, T) {

@@ -7,10 +7,8 @@ class FeasibilityMap extends PageElement {
     const named = (key, more) => ({id: `${this.name}-${key}`, key, ...more});
     const slide = key => slider(named(key, {label: "", max: 0}));
     return controls("Plant and requirements",
-             select(
-               named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
-               select(named("pair", {label: "Requirements", names: []})) + slide("x") +
-               slide("y")) +
+             select(named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
+               select(named("pair", {label: "Requirements", names: []})) + slide("x") + slide("y")) +
       panels(panel("plot", "") + READOUT) +
       buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
   }
@@ -72,9 +70,7 @@ class FeasibilityMap extends PageElement {
     this.update();
   }
 
-  unit(axis) {
-    return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol);
-  }
+  unit(axis) { return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol); }
   say(axis, value) { return printed(`${axis.symbol} = ${clean(value, 4)}${axis.unit}`); }
 
   // By the proofs kept: one that asks for as much, or one that asks for no more.
@@ -83,8 +79,7 @@ class FeasibilityMap extends PageElement {
     const {y, rows, designs, refusals} = this.map, v = y.values[j];
     const least = (a, b) => (a - b) * y.harder >= -1e-9 * Math.abs(b);
     for (let k = i; k < rows.length; k++) {
-      if (rows[k][0] !== null && least(rows[k][0], v))
-        return {status: "feasible", kept: designs[rows[k][2]]};
+      if (rows[k][0] !== null && least(rows[k][0], v)) return {status: "feasible", kept: designs[rows[k][2]]};
     }
     for (let k = i; k >= 0; k--) {
       if (rows[k][3] !== null && least(v, rows[k][1]))
@@ -123,9 +118,7 @@ class FeasibilityMap extends PageElement {
     const easy = y.harder > 0 ? plot.b : plot.t, tough = y.harder > 0 ? plot.t : plot.b;
     const stair = (side, from, close) => {
       const steps =
-        x.values.map((v, k) => [plot.X(v), rows[k][side]]).filter(p => p[1] !== null).map(([
-          u, v
-        ]) => [u, plot.Y(v)]);
+        x.values.flatMap((v, k) => rows[k][side] === null ? [] : [[plot.X(v), plot.Y(rows[k][side])]]);
       if (!steps.length) return "";
       if (!close) steps.reverse();
       let path = `M${from} ${close ? easy : tough}`, last = null;
@@ -149,11 +142,10 @@ class FeasibilityMap extends PageElement {
   }
 
   states() {
-    return this.group.maps.flatMap(
-      map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
-        const at = this.elsewhere({map, place: [i, j]});
-        return at.readout(at.verdict([i, j]));
-      })));
+    return this.group.maps.flatMap(map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
+      const at = this.elsewhere({map, place: [i, j]});
+      return at.readout(at.verdict([i, j]));
+    })));
   }
 
   readout({status, kept}) {
@@ -172,18 +164,15 @@ class FeasibilityMap extends PageElement {
           .join("");
       return head +
         `<p>Exact multipliers exclude every design for ${
-          escape(printed(
-            kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
+          escape(printed(kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
         (bars
             ? `<p>What a relaxation of each requirement by the same small factor would contribute:</p><ul class="sos-shares">${
                 bars}</ul>`
             : "");
     }
     return head +
-      `<p>This design, certified for ${
-        escape(printed(kept.asked))}, keeps it; its tightest block is ` +
-      `${escape(printed(this.data.blocks[kept.block]))}.</p>${
-        gains(gainRows(kept.K, shape), shape, 4)}`;
+      `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ` +
+      `${escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`;
   }
 }
 

@@ -23,8 +23,7 @@ class Mass extends Mover {
 
   plant({b4}, mass) {
     const {D, S, k4} = this.data, M = [3, 2, 1, mass], more = b4 - k4.damper;
-    const damp =
-      D.map((row, i) => row.map((x, j) => x + (i > 1 && j > 1 ? (i === j ? more : -more) : 0)));
+    const damp = D.map((row, i) => row.map((x, j) => x + (i > 1 && j > 1 ? (i === j ? more : -more) : 0)));
     return block([
       [zeros(4, 4), eye(4)],
       [S.map((row, i) => row.map(x => -x / M[i])), damp.map((row, i) => row.map(x => -x / M[i]))]
@@ -35,10 +34,10 @@ class Mass extends Mover {
 
   compute(place) {
     const mass = place.m4 + place.lent, A = this.plant(place, mass), T = this.horizon / STEPS;
-    const x = samples(
-      A, make(8, 1, i => i === 7 ? 1 / mass : 0), Array(8).fill(0), Array(STEPS).fill([1]), T);
-    const curve = Array.from({length: 25}, (_, k) => 10 ** (-5 + k / 4.8))
-                    .map(m => [m, this.largest(place, m)]);
+    const x =
+      samples(A, make(8, 1, i => i === 7 ? 1 / mass : 0), Array(8).fill(0), Array(STEPS).fill([1]), T);
+    const curve =
+      Array.from({length: 25}, (_, k) => 10 ** (-5 + k / 4.8)).map(m => [m, this.largest(place, m)]);
     return {mass, poles: eigenvalues(A), z: x.map(v => v.slice(0, 4)), v: x.map(w => w[7]), curve};
   }
 
@@ -46,14 +45,11 @@ class Mass extends Mover {
     const T = this.horizon / STEPS, size = spectralRadius(poles);
     const peak = Math.max(...v), limit = b4 ? 1 / b4 : null;
     this.tell("feasible",
-      verdict(b4
-          ? `A jump: the velocity goes to 1/b₄ = ${
-              clean(limit)} m/s, the sooner the smaller the mass.`
-          : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
+      verdict(b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.`
+                 : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
         `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
         (lent ? `Acceleration feedback lends ${number(lent, " kg")}: with the mass of ${
-                  number(mass,
-                    " kg")} the pole is this slow again. Late feedback would be another matter.`
+                  number(mass, " kg")} the pole is this slow again. Late feedback would be another matter.`
               : "") +
         "</p>");
     this.curves("speed", {
@@ -71,9 +67,7 @@ class Mass extends Mover {
       labels: ["log₁₀ of the mass in kg", "log₁₀ of |s| in rad/s"],
       label: "Largest pole over the mass",
       lines: [
-        ...(b4 ? [{points: log(masses.map(m => [m, b4 / m])), dash: "6 4", colour: "--sos-second"}]
-               : []),
-        {
+        ...(b4 ? [{points: log(masses.map(m => [m, b4 / m])), dash: "6 4", colour: "--sos-second"}] : []), {
           points: log(masses.map(m => [m, Math.sqrt(this.data.k4.spring / m)])),
           dash: "2 3",
           colour: "--sos-third"
@@ -83,10 +77,9 @@ class Mass extends Mover {
       marks: log([[Math.min(1, mass), size]]).map(point => [point, "--sos-first", 1])
     });
     this.grow = 18 / Math.max(1e-9, ...z.flat().map(Math.abs));
-    const body = (k, w) =>
-      `<g><rect class="sos-part" x="${- w / 2}" y="-18" width="${w}" height="36" rx="4"${
-        k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"`
-                : ""}/></g>`;
+    const body = (k, w) => `<g><rect class="sos-part" x="${- w / 2}" y="-18" width="${w}" height="36" rx="4"${
+      k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"`
+              : ""}/></g>`;
     this.find("scene").innerHTML = picture(120, "Four bodies in a row behind a wall",
       `<path class="sos-thin" d="M12 25V95"/><path class="sos-thin sos-springs"/>` +
         [46, 40, 34, 14 + 24 * Math.min(1, Math.cbrt(mass))].map((w, k) => body(k, w)).join("") +
@@ -101,8 +94,7 @@ class Mass extends Mover {
     scene.querySelectorAll("g").forEach(
       (group, i) => group.setAttribute("transform", `translate(${round(x[i])} 60)`));
     const spring = (a, b) => `M${round(a)} 60` +
-      Array.from({length: 7}, (_, i) => `L${round(a + (b - a) * (i + 1) / 8)} ${i % 2 ? 66 : 54}`)
-        .join("") +
+      Array.from({length: 7}, (_, i) => `L${round(a + (b - a) * (i + 1) / 8)} ${i % 2 ? 66 : 54}`).join("") +
       `L${round(b)} 60`;
     this.find("springs").setAttribute("d", [
       [12, x[0] - 23], [x[0] + 23, x[1] - 20], [x[1] + 20, x[2] - 17], [x[2] + 17, x[3] - 8]

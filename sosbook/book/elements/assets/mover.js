@@ -14,8 +14,7 @@ const LOOKS = 25;  // at a slider, before those by halves
 const steps = control => Math.round((control.max - control.min) / control.step);
 const value = (control, position) => {
   const at = control.min + position * control.step;
-  return control.scale === "log" ? Number((10 ** at).toPrecision(3))
-                                 : Number(at.toPrecision(12)) + 0;
+  return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
 };
 const position = (control, x) =>
   Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
@@ -47,9 +46,8 @@ export class Mover extends PageElement {
   markup() {
     const named = (control, more) =>
       ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-    return (this.data.hint
-               ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
-               : "") +
+    return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
+                           : "") +
       controls("Setting",
         this.data.controls
           .map(control => control.names ? select(named(control, {names: control.names}))
@@ -59,8 +57,7 @@ export class Mover extends PageElement {
                       escape(this.means)}, while the others stay.</p>`
                   : "") +
       buttons(this.buttons, this.option) +
-      panels(this.figures().map(([name, caption, kind]) => panel(name, caption, kind)).join("")) +
-      READOUT;
+      panels(this.figures().map(([name, caption, kind]) => panel(name, caption, kind)).join("")) + READOUT;
   }
 
   get buttons() {
@@ -83,8 +80,7 @@ export class Mover extends PageElement {
       steady(input);
     }
     for (const control of this.data.controls.filter(c => !c.names)) {
-      const all =
-        Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
+      const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
       roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
     }
     if (this.horizon) this.ready();
@@ -135,8 +131,8 @@ export class Mover extends PageElement {
   // What is said here and at both ends of each control, in longer numbers.
   states() {
     const said = [];
-    const at = this.elsewhere(
-      {tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
+    const at =
+      this.elsewhere({tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
     const ends = this.data.controls.flatMap(control => {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
       return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
@@ -237,8 +233,7 @@ export class Mover extends PageElement {
   // Two plots over one axis of time, one above the other: [y, label] of each.
   /** @type {(name: string, axes: any[], label: string, draw: any, x?: any) => void} */
   strips(name, [upper, lower], label, draw, x = [0, this.horizon]) {
-    const plot = ([y, words], box, height, time) =>
-      new Plot({x, y, labels: [time, words], box, height});
+    const plot = ([y, words], box, height, time) => new Plot({x, y, labels: [time, words], box, height});
     const top = plot(upper, [46, 332, 10, 150], 180, "");
     const bottom = plot(lower, [46, 332, 172, 298], 340, "time t (s)");
     draw(top, bottom);
@@ -249,9 +244,7 @@ export class Mover extends PageElement {
 
   // The instant on a plot that `curves` drew.
   now(name, plot, t) {
-    this.find(name)
-      .querySelector(".sos-now")
-      .setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
+    this.find(name).querySelector(".sos-now").setAttribute("d", `M${plot.X(t)} ${plot.t}V${plot.b}`);
   }
 
   // ---------------------------------------------------------------- motion
@@ -275,8 +268,7 @@ export class Mover extends PageElement {
     if (this.time >= this.horizon - 1e-9) this.time = 0;
     let last;
     const go = now => {
-      this.seek(
-        this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * this.pace));
+      this.seek(this.time + (last === undefined ? 0 : Math.min(0.1, (now - last) / 1000) * this.pace));
       last = now;
       if (this.time >= this.horizon + 0.6 * this.pace) this.time = 0;  // a rest, then once more
       this.frame = requestAnimationFrame(go);

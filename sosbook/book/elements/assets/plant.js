@@ -15,9 +15,8 @@ const CHANGED =
 const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
 // name, words, shape, and the box that asks for it
 const FIELDS = [
-  ["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"],
-  ["S", "Stiffness S", "n rows of n"], ["B", "Inputs B", "n rows, a column for each input"],
-  ["F", "Disturbances F", "n rows; may be empty"],
+  ["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"], ["S", "Stiffness S", "n rows of n"],
+  ["B", "Inputs B", "n rows, a column for each input"], ["F", "Disturbances F", "n rows; may be empty"],
   ["U", "Integrated errors U", "a rows of n; may be empty"],
   ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
   ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
@@ -31,8 +30,7 @@ const compact = text => text.split(/[;\n]/).map(row => row.trim()).filter(row =>
 // {request, x0, cost, warning} of what is typed and asked; a Fault says what doesn't fit.
 function requestOf(texts, wanted) {
   /** @type {any} */
-  const given =
-    Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, parsed(name, text)]));
+  const given = Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, parsed(name, text)]));
   const {M, D, S, B, F, U} = given;
   if (!M.length || M.length > LARGEST)
     refuse(`M must have 1 to ${LARGEST} rows. For larger plants take the package.`);
@@ -72,8 +70,7 @@ const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) =>
 function dataOf({request, x0, cost}, wanted, before, linked) {
   const [d] = descriptors(request), [A, Bu] = stateSpace(d), {B, M} = request.vertices[0];
   const rates = eigenvalues(A).map(s => Math.hypot(...s)).filter(x => x > 1e-6);
-  const omega =
-    rates.length ? Math.exp(rates.reduce((sum, x) => sum + Math.log(x), 0) / rates.length) : 1;
+  const omega = rates.length ? Math.exp(rates.reduce((sum, x) => sum + Math.log(x), 0) / rates.length) : 1;
   if (![...A.at, ...Bu.at].every(isFinite) || omega > 1e98 || omega < 1e-98)
     refuse(STRANGE);  // the package's bounds end at 1e100
   const n = M.length, a = request.U.length, r = M.map(() => 1);
@@ -87,13 +84,9 @@ function dataOf({request, x0, cost}, wanted, before, linked) {
     slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
     slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)
   ];
-  if (wanted.gamma)
-    sliders.push(slider("gamma", "H∞ bound γ", "γ", "", 1, ...bound("gamma", now.norm, 1)));
-  if (cost)
-    sliders.push(slider("cost", "Bound of the cost", "J", "", 1, ...bound("cost", now.cost, 100)));
-  if (x0)
-    sliders.push(
-      slider("u_max", "Input bound u_max", "u_max", "", 1, ...bound("u_max", now.peak, 10)));
+  if (wanted.gamma) sliders.push(slider("gamma", "H∞ bound γ", "γ", "", 1, ...bound("gamma", now.norm, 1)));
+  if (cost) sliders.push(slider("cost", "Bound of the cost", "J", "", 1, ...bound("cost", now.cost, 100)));
+  if (x0) sliders.push(slider("u_max", "Input bound u_max", "u_max", "", 1, ...bound("u_max", now.peak, 10)));
   const far = 10 * omega;
   const s = [...Array(2 * n).fill(0), ...request.U.map(row => -row.reduce((sum, u) => sum + u, 0))];
   return {
@@ -116,8 +109,7 @@ function dataOf({request, x0, cost}, wanted, before, linked) {
 
 // The control law as a C function of its own.
 function program(K, [n, m, a], U) {
-  const table = rows =>
-    rows.map(row => `    {${row.map(x => x.toPrecision(9)).join(", ")}}`).join(",\n");
+  const table = rows => rows.map(row => `    {${row.map(x => x.toPrecision(9)).join(", ")}}`).join(",\n");
   return `/* u = K [e; z'; x3] with e = z - r, and x3 the integral of U e. Call it every dt seconds.
    The integral is a sum of rectangles: a design in discrete time needs a small dt. */
 #define STATES ${n}
@@ -128,8 +120,7 @@ static const double K[INPUTS][2 * STATES + INTEGRATORS] = {
 ${table(K)}
 };
 ${
-    a ? `static const double U[INTEGRATORS][STATES] = {\n${
-          table(U)}\n};\nstatic double x3[INTEGRATORS];\n`
+    a ? `static const double U[INTEGRATORS][STATES] = {\n${table(U)}\n};\nstatic double x3[INTEGRATORS];\n`
       : ""}
 void control(const double z[STATES], const double velocity[STATES],
              const double r[STATES], double dt, double u[INPUTS])
@@ -164,8 +155,8 @@ class OwnPlant extends Explorer {
       `<label for="${this.name}-${name}">${words} <span class="sos-soft">${shape}</span></label>` +
       `<textarea id="${this.name}-${name}" data-field="${name}" rows="4" spellcheck="false" ${
         QUIET}></textarea></div>`;
-    const box = (key, words) => `<label class="sos-check"><input type="checkbox" data-wanted="${
-      key}" ${QUIET}> ${words}</label>`;
+    const box = (key, words) =>
+      `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
     const names = this.data.examples.map(({name}) => name);
     return `<div class="sos-form">${
              select({id: `${this.name}-example`, key: "example", label: "Start from", names})}` +
@@ -201,8 +192,8 @@ class OwnPlant extends Explorer {
 
   // The wishes that are ticked, and the fields that count.
   get wanted() {
-    return Object.fromEntries([...this.view.querySelectorAll("[data-wanted]")].map(
-      box => [box.dataset.wanted, box.checked]));
+    return Object.fromEntries(
+      [...this.view.querySelectorAll("[data-wanted]")].map(box => [box.dataset.wanted, box.checked]));
   }
   get matrices() {
     return Object.fromEntries(FIELDS.filter(([, , , box]) => !box || this.wanted[box])
@@ -243,8 +234,7 @@ class OwnPlant extends Explorer {
     };
     const n = rows("M").length, N = n && 2 * n + rows("U").length;
     const ones = count => Array(count).fill(1), x0 = this.initial?.length === N ? this.initial : [];
-    for (const [name, list] of [
-           ["x0", x0], ["Q", ones(N)], ["R", ones(rows("B")[0]?.length ?? 0)]]) {
+    for (const [name, list] of [["x0", x0], ["Q", ones(N)], ["R", ones(rows("B")[0]?.length ?? 0)]]) {
       const area = this.area(name);
       if (area.value === area.dataset.given) area.value = area.dataset.given = list.join(" ");
     }
@@ -252,8 +242,7 @@ class OwnPlant extends Explorer {
 
   rebuild(linked = {}) {
     const {wanted} = this, fault = this.find("fault");
-    this.view.querySelectorAll("[data-box]")
-      .forEach(field => { field.hidden = !wanted[field.dataset.box]; });
+    this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
     this.complete();
     fault.textContent = "";
     try {
@@ -289,8 +278,7 @@ class OwnPlant extends Explorer {
     super.press(what);
     if (what !== "c") return;
     const {answer, digest} = this;
-    if (answer?.digest !== digest)
-      this.reply("<p>The design is still being computed: press again.</p>");
+    if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");
     else if (answer.status !== "feasible") this.reply("<p>There is no design here.</p>");
     else this.print(program(answer.K, this.data.shape, this.data.request.U));
   }

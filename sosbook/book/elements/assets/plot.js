@@ -6,8 +6,7 @@ export const S_PLANE = ["Re s (s⁻¹)", "Im s (rad/s)"];  // names of axes
 function linearTicks(low, high) {
   const raw = (high - low) / 5, size = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].find(k => k * size >= raw * 0.999) * size, list = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
-    list.push(k * step);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) list.push(k * step);
   return list;
 }
 
@@ -17,8 +16,7 @@ function logarithmicTicks(low, high) {
          [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9]]) {
     const list = [];
     for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
-      list.push(
-        ...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
+      list.push(...steps.map(s => s * 10 ** e).filter(v => v >= low * 0.9999 && v <= high * 1.0001));
     }
     if (list.length >= 3) return list.length > 8 ? list.filter((_, k) => k % 2 === 0) : list;
   }
@@ -26,15 +24,13 @@ function logarithmicTicks(low, high) {
 }
 
 // Grid lines with their numbers, and an axis title that reads upwards.
-const column = ([t, b], u, text) =>
-  `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
+const column = ([t, b], u, text) => `<line class="sos-grid" x1="${u}" x2="${u}" y1="${t}" y2="${b}"/>` +
   `<text x="${Math.min(u, round(338 - 3.6 * text.length))}" y="${b + 16}" text-anchor="middle">${
     text}</text>`;
-export const row = ([l, r], v, text) =>
-  `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
+export const row = ([l, r], v, text) => `<line class="sos-grid" x1="${l}" x2="${r}" y1="${v}" y2="${v}"/>` +
   `<text x="${l - 6}" y="${v + 4}" text-anchor="end">${text}</text>`;
-export const upright = ([t, b], label) => `<text transform="translate(11 ${
-  (t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
+export const upright = ([t, b], label) =>
+  `<text transform="translate(11 ${(t + b) / 2}) rotate(-90)" text-anchor="middle">${escape(label)}</text>`;
 
 // A picture for eyes and, by its label, for screen readers.
 export const picture = (height, label, body) =>
@@ -67,39 +63,35 @@ export class Plot {
     };
     this.body = ticks(...x).map(v => column([t, b], this.X(v), clean(v, digits))).join("") +
       ticks(...y).map(v => row([l, r], this.Y(v), clean(v, digits))).join("") +
-      `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${
-        escape(labels[0])}</text>` +
+      `<text x="${(l + r) / 2}" y="${height - 8}" text-anchor="middle">${escape(labels[0])}</text>` +
       upright([t, b], labels[1]);
   }
 
   /** @param {any} point */
   has([u, v]) { return u >= this.x[0] && u <= this.x[1] && v >= this.y[0] && v <= this.y[1]; }
-  path(points) {
-    return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join("");
-  }
+  path(points) { return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join(""); }
 
   line(points, colour, dash = "", kind = "") {
-    this.body += `<path class="sos-line${kind}" style="stroke:var(${colour})" stroke-dasharray="${
-      dash}" d="${this.path(points)}"/>`;
+    this.body += `<path class="sos-line${kind}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${
+      this.path(points)}"/>`;
   }
 
   rule(kind, [u0, u1], [v0, v1]) {
-    this.body += `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${
-      this.Y(v0)}" y2="${this.Y(v1)}"/>`;
+    this.body +=
+      `<line class="${kind}" x1="${this.X(u0)}" x2="${this.X(u1)}" y1="${this.Y(v0)}" y2="${this.Y(v1)}"/>`;
   }
 
   // The style of an area hatched with the pattern of this name.
   hatch(name) {
-    this.body +=
-      `<defs><pattern id="${
-        name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
+    this.body += `<defs><pattern id="${
+                   name}" width="9" height="9" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">` +
       `<line class="sos-hatch" x1="0" y1="0" x2="0" y2="9"/></pattern></defs>`;
     return `style="fill:url(#${name})"`;
   }
 
   absent(text, y) {
-    this.body += `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${
-      text}</text>`;
+    this.body +=
+      `<text class="sos-no" x="${(this.l + this.r) / 2}" y="${y}" text-anchor="middle">${text}</text>`;
   }
 
   svg(label) { return picture(this.height, label, this.body); }

@@ -5,16 +5,11 @@ export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : Stri
 // left out.
 export function program({vertices}, call, words, notes = []) {
   const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
-      Object.entries(v)
-        .filter(([, X]) => X)
-        .map(([name, X]) => `    ${name}=${list(X)},\n`)
-        .join("") +
-      ")");
+      Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
   const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
-  const given =
-    words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
-  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${
-           plant}\ndesign = sos.${call}(\n    plant,\n${given})\n` +
+  const given = words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
+  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${plant}\ndesign = sos.${
+           call}(\n    plant,\n${given})\n` +
     "print(design.status)\nprint(design.K)\n";
 }
 
@@ -32,8 +27,7 @@ export function design({request, x0, mu, cost, own = []}, bounds) {
       ["region", region && `sos.PoleRegion(${region})`], ["gamma", bounds.gamma], ["mu", mu],
       [
         "cost",
-        bounds.cost &&
-          `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`
+        bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`
       ],
       ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
       ["requirements", rest.length && `[${rest.join(", ")}]`],

@@ -69,8 +69,8 @@ class Regulator extends Mover {
         ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)
       };
     });
-    const ends = loops.map(({theta}) => Math.max(...theta.slice(-80).map(Math.abs)) <
-        Math.max(place.tilt / 2, 1) * Math.PI / 180);
+    const ends = loops.map(
+      ({theta}) => Math.max(...theta.slice(-80).map(Math.abs)) < Math.max(place.tilt / 2, 1) * Math.PI / 180);
     const peak = Math.max(...loops.flatMap(({V}) => V.map(Math.abs)));
     return {K, from, loops, peak, stands: ends};
   }
@@ -99,8 +99,7 @@ class Regulator extends Mover {
     plot.rule("sos-axis", [0, 0], [-9, 9]);
     for (const [list, more] of [[ghost?.loops ?? [], "opacity:.25"], [loops, ""]]) {
       list.forEach(
-        ({poles}, k) =>
-          poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
+        ({poles}, k) => poles.filter(p => plot.has(p)).forEach(p => mark(plot, p, COLOURS[k], k, more)));
     }
     plot.body += COLOURS
                    .map((colour, k) => {
@@ -131,13 +130,12 @@ class Regulator extends Mover {
   lanes() {
     const robot = k => `<path class="sos-thin" d="M0 ${ROW * (k + 1) - 8}H340"/><text x="6" y="${
                          ROW * (k + 1) - 58}">vertex ${k + 1}</text>` +
-      `<path class="sos-volt" data-k="${
-        k}" style="stroke:var(--sos-second);stroke-width:5"/><g data-robot="${
+      `<path class="sos-volt" data-k="${k}" style="stroke:var(--sos-second);stroke-width:5"/><g data-robot="${
         k}"><g><rect class="sos-part" x="-7" y="-48" width="14" height="52" rx="4" ` +
       `style="stroke:var(${
         COLOURS[k]})"/></g><g><circle class="sos-part" r="15" style="fill:var(--sos-paper)"/><path class="sos-thin" d="M-13 0H13M0 -13V13"/></g></g>`;
-    this.find("scene").innerHTML = picture(
-      4 * ROW + 4, "Four pendulums on two wheels, from the side", [0, 1, 2, 3].map(robot).join(""));
+    this.find("scene").innerHTML =
+      picture(4 * ROW + 4, "Four pendulums on two wheels, from the side", [0, 1, 2, 3].map(robot).join(""));
   }
 
   pose({loops}, time) {

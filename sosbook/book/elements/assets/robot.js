@@ -46,9 +46,7 @@ class Robot {
   read(value, step, phase) { return this.ideal ? value : step * Math.floor(value / step + phase); }
   encoder() { return this.read(this.state[1] - this.state[0], this.data.count, this.phase); }
 
-  rate() {
-    return this.read(this.state[2] + this.noise * gaussian(this.random), this.data.gyro, 0.5);
-  }
+  rate() { return this.read(this.state[2] + this.noise * gaussian(this.random), this.data.gyro, 0.5); }
 
   // One tick of the firmware, operation by operation.
   control() {
@@ -111,16 +109,7 @@ function judge({theta, phi, V, fell}, {limit, T}, radius) {
     : rms > 1 && turns > 10        ? "chatters"
     : rms > 1 || out >= end - size ? "sways"
                                    : "stands";
-  return {
-    word,
-    full,
-    turns,
-    rms,
-    fell,
-    settled: (out + 1) * T,
-    peak: most(V),
-    far: 100 * radius * most(phi)
-  };
+  return {word, full, turns, rms, fell, settled: (out + 1) * T, peak: most(V), far: 100 * radius * most(phi)};
 }
 
 // What is said of each ending.
@@ -143,9 +132,7 @@ class Animation extends Mover {
   get still() { return 0; }
   get pace() { return this.find("slow").firstChild.checked ? 0.25 : 1; }
 
-  get option() {
-    return `<label class="sos-slow"><input type="checkbox" ${QUIET}> Slow motion</label>`;
-  }
+  get option() { return `<label class="sos-slow"><input type="checkbox" ${QUIET}> Slow motion</label>`; }
   get buttons() {
     const [play, ...others] = super.buttons;
     return [play, ["push", "Push"], ...others];
@@ -268,8 +255,7 @@ class Animation extends Mover {
     const marks = whole(20 * (this.camera - 0.14), 20 * (this.camera + 0.14)).map(m => {
       const at = X(m / 20), named = m % 2 === 0 && Math.abs(at - MIDDLE) <= 145;
       return `<path d="M${at} ${GROUND}v${m % 2 ? 5 : 9}"/>` +
-        (named ? `<text x="${at}" y="${GROUND + 23}" text-anchor="middle">${clean(5 * m)} cm</text>`
-               : "");
+        (named ? `<text x="${at}" y="${GROUND + 23}" text-anchor="middle">${clean(5 * m)} cm</text>` : "");
     });
     this.find("ground").innerHTML = `<path d="M0 ${GROUND}H340"/>${marks.join("")}`;
     this.signals(log, time, word);
@@ -280,8 +266,8 @@ class Animation extends Mover {
   // The last seconds of tilt and voltage; before the start, what will come.
   signals({theta, V}, now, word) {
     const {T, limit} = this.data, from = Math.max(0, now - WINDOW), kind = now ? "" : " sos-ahead";
-    const part = list => list.map((v, k) => [k * T, v])
-                           .slice(Math.ceil(from / T), 1 + Math.round((now || WINDOW) / T));
+    const part = list =>
+      list.map((v, k) => [k * T, v]).slice(Math.ceil(from / T), 1 + Math.round((now || WINDOW) / T));
     const tilt = part(theta).map(([t, v]) => [t, degrees(v)]), x = [from, from + WINDOW];
     const most = Math.max(...tilt.map(([, v]) => Math.abs(v)));
     const span = 1.1 * SPANS.find(s => s >= most);
@@ -296,12 +282,10 @@ class Animation extends Mover {
   // ---------------------------------------------------------------- verdicts
   // Each ending with each law, in long numbers.
   states() {
-    const long =
-      {full: 0.088, turns: 88.8, rms: 0.088, fell: 8.88, settled: 8.88, peak: 8.8, far: 88.8};
-    return this.data.laws.flatMap(
-      ({K}, law) => Object.keys(ENDINGS).map(
-        word => this.said({word, ...long}, K[0].map(() => -88.88),
-          {...this.place, law, R: 0, tilt: 28, delay: 27.5, noise: 4.5}, 0)));
+    const long = {full: 0.088, turns: 88.8, rms: 0.088, fell: 8.88, settled: 8.88, peak: 8.8, far: 88.8};
+    return this.data.laws.flatMap(({K}, law) => Object.keys(ENDINGS).map(
+                                    word => this.said({word, ...long}, K[0].map(() => -88.88),
+                                      {...this.place, law, R: 0, tilt: 28, delay: 27.5, noise: 4.5}, 0)));
   }
 
   said(verdict, K, place, blows) {

@@ -82,8 +82,7 @@ class Segment extends Mover {
       label: "Smallest eigenvalue of the inequality along the segment",
       rules: [0],
       lines: [
-        {points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"},
-        {points: curve(w => w.least)}
+        {points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"}, {points: curve(w => w.least)}
       ],
       marks: [
         [[weight, least], "--sos-first", 0],

@@ -11,8 +11,7 @@ function program(kernel, send) {
   return ({id, key, kind, request}) => {
     const begun = performance.now();
     try {
-      const found =
-        kernel.design(request, last.get(key), kind === "probe");  // its refusals needn't be exact
+      const found = kernel.design(request, last.get(key), kind === "probe");  // its refusals needn't be exact
       const {status, K, poles, margins, reason, bounded, steps} = found;
       const answer = {id, status, K, poles, margins, reason, bounded, steps};
       if (status === "feasible") {
@@ -22,16 +21,14 @@ function program(kernel, send) {
           const {proven, text, claims, blocks, digits} = kernel.prove(request, found);
           answer.proof = {proven, text, claims, blocks, digits};
         }
-      } else if (kind === "prove" && found.refusal)
-        answer.proof = kernel.refusalFile(request, found.refusal);
+      } else if (kind === "prove" && found.refusal) answer.proof = kernel.refusalFile(request, found.refusal);
       send({...answer, ms: performance.now() - begun});
     } catch (fault) {
       console.error(fault);
       send({
         id,
         status: "undecided",
-        reason:
-          "The page's solver can't compute with these numbers: choose other units, or take the package."
+        reason: "The page's solver can't compute with these numbers: choose other units, or take the package."
       });
     }
   };
@@ -76,8 +73,7 @@ function queue(open) {
   }
 
   function cancel(key) {
-    waiting =
-      waiting.filter(({job, resolve}) => job.key !== key || job.kind === "prove" || resolve(null));
+    waiting = waiting.filter(({job, resolve}) => job.key !== key || job.kind === "prove" || resolve(null));
   }
   return {ask, cancel};
 }

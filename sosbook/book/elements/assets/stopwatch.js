@@ -5,8 +5,8 @@ import {Plot} from "./plot.js";
 
 const MOVES = 60, SHARE = 0.2, GOAL = 16;  // of a slider, up and down by this share; milliseconds
 
-const quantile = (list, part) => [...list].sort(
-  (a, b) => a - b)[Math.min(list.length - 1, Math.floor(part * list.length))];
+const quantile =
+  (list, part) => [...list].sort((a, b) => a - b)[Math.min(list.length - 1, Math.floor(part * list.length))];
 
 class Stopwatch extends Explorer {
   markup() {
@@ -81,14 +81,13 @@ class Stopwatch extends Explorer {
       box: [46, 322, 10, 158]
     });
     plot.rule("sos-target", plot.x, [GOAL, GOAL]);
-    times.forEach((time, k) => {
-      plot.body += `<circle class="sos-dot" cx="${plot.X(k)}" cy="${plot.Y(time)}" r="1.6"/>`;
-    });
-    const words = times.length
-      ? `Median ${clean(quantile(times, 0.5), 2)} ms, of which the solver takes ${
-          clean(quantile(solver, 0.5), 2)} ms; ` +
+    times.forEach(
+      (time,
+        k) => { plot.body += `<circle class="sos-dot" cx="${plot.X(k)}" cy="${plot.Y(time)}" r="1.6"/>`; });
+    const words = times.length ? `Median ${clean(quantile(times, 0.5), 2)} ms, of which the solver takes ${
+                                   clean(quantile(solver, 0.5), 2)} ms; ` +
         `nine of ten moves take less than ${clean(quantile(times, 0.9), 2)} ms.`
-      : "Not measured yet on this computer.";
+                               : "Not measured yet on this computer.";
     this.find("times").innerHTML = plot.svg(words);
     this.find("told").innerHTML = escape(words);
   }

@@ -8,8 +8,7 @@ class Trust extends Mover {
   figures() {
     return [
       [
-        "rungs",
-        "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding."
+        "rungs", "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding."
       ],
       ["poles", "The truth: poles of the plant."]
     ];
@@ -50,20 +49,15 @@ class Trust extends Mover {
 
   show({poles, least, status, floats, proven, stable}, ghost, {tolerance}) {
     const rows = [
-      [
-        `1 status: no eigenvalue below −10^${clean(tolerance)}`, status,
-        status ? "optimal" : "not solved"
-      ],
+      [`1 status: no eigenvalue below −10^${clean(tolerance)}`, status, status ? "optimal" : "not solved"],
       ["2 eigenvalues in floats: all positive", floats, floats ? "positive" : "not all positive"],
       ["3 exact proof of these very digits", proven, proven ? "proven" : "no proof"],
       ["4 the poles", stable, stable ? "stable" : "unstable"]
     ];
-    this.find("rungs").innerHTML =
-      `<table><tr><th scope="col">Rung</th><th scope="col">Says</th></tr>` +
+    this.find("rungs").innerHTML = `<table><tr><th scope="col">Rung</th><th scope="col">Says</th></tr>` +
       rows
         .map(([name, good, word]) => `<tr><th scope="row">${name}</th><td style="color:var(${
-               good ? "--sos-good"
-                    : "--sos-bad"});font-weight:600">${good ? "✓" : "✗"} ${word}</td></tr>`)
+               good ? "--sos-good" : "--sos-bad"});font-weight:600">${good ? "✓" : "✗"} ${word}</td></tr>`)
         .join("") +
       "</table>";
     const lie = !this.good({status, stable}), missed = stable && !proven;
@@ -74,8 +68,8 @@ class Trust extends Mover {
                    : "Nothing is claimed.") +
         `<p>Smallest eigenvalues: of P ${number(least[0])}, of the inequality ${
           number(least[1])}. Rightmost pole ${number(rightmost(poles), " s⁻¹")}.</p>`);
-    this.poleMap("poles",
-      {x: [-0.6, 0.2], y: [-1.2, 1.2], label: "Poles of the plant", poles, ghost: ghost?.poles});
+    this.poleMap(
+      "poles", {x: [-0.6, 0.2], y: [-1.2, 1.2], label: "Poles of the plant", poles, ghost: ghost?.poles});
   }
 }
 
