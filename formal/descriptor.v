@@ -24,9 +24,9 @@ Definition descriptor_shown N m (vs : seq descriptor) (K : numbers) k
   else false.
 
 (* What is said: for all weights w >= 0 whose sum is one the matrix E of the mean plant
-   is regular, and each motion x e^(s t) has its s in the region. *)
-Definition descriptor_poles_in N m (vs : seq descriptor) (K : numbers) k
-    (alpha beta : numbers) : Prop :=
+   is regular, and each motion x e^(s t) has its s in the place R. *)
+Definition descriptor_poles_in N m (vs : seq descriptor) (K : numbers)
+    (R : place) : Prop :=
   forall (C : numClosedFieldType) (w : 'I_(size vs) -> C),
   (forall i, 0 <= w i) -> \sum_i w i = 1 ->
   let no := Descriptor [::] [::] [::] in
@@ -35,13 +35,14 @@ Definition descriptor_poles_in N m (vs : seq descriptor) (K : numbers) k
   \det E != 0 /\
   forall s (x : 'cV[C]_N), x != 0 ->
     s *: (E *m x) = A *m x + B *m (real C m N K *m x) ->
-    in_region (real C k k alpha) (real C k k beta) s.
+    R C s.
 
-Theorem descriptor_sound N m vs K k alpha beta d e g P wP wG :
+Theorem descriptor_sound N m vs K (R : place) k alpha beta d e g P wP wG :
+  (forall C s, in_matrices k.+1 alpha beta C s -> R C s) ->
   descriptor_shown N m vs K k.+1 alpha beta d e g P wP wG ->
-  descriptor_poles_in N m vs K k.+1 alpha beta.
+  descriptor_poles_in N m vs K R.
 Proof.
-rewrite /descriptor_shown; case: ifP => // /and5P[N0 d0 e0 g0].
+move=> inside; rewrite /descriptor_shown; case: ifP => // /and5P[N0 d0 e0 g0].
 move=> /andP[/(all_nthP (Descriptor [::] [::] [::])) each /and3P[wK wa wb]] ok.
 move=> C w w0 w1 no E A B; set pencils := map _ _ in ok.
 have c0 : phi C (Z.mul d e) != 0 by rewrite phiM mulf_neq0 ?lt0r_neq0 ?phi_gt0.
@@ -59,7 +60,7 @@ have eA : A_mean N pencils w = phi C (Z.mul d e) *: (A + B *m real C m N K).
 split.
   have := E_regular N0 ok (size_map _ _) w0 w1 (ltn0Sn k); rewrite eE detZ.
   by apply: contraNN => /eqP->; rewrite mulr0.
-move=> s x x0 motion; apply: (in_region_whole g0 wa wb).
+move=> s x x0 motion; apply: inside; apply: (in_region_whole g0 wa wb).
 apply: (poles_in_region N0 ok (size_map _ _) w0 w1).
 apply: (det0_right x0); rewrite eE eA mulmxBl -!scalemxAl mulmxDl -mulmxA -motion.
 by rewrite scalerA mulrC -scalerA subrr.

@@ -39,6 +39,10 @@ def read(text):
     return Problem(file)
 
 
+STABLE = {"name": "stability", "form": "half-plane", "sigma": "0",
+          "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
+
+
 class Problem:
     """The numbers of a file, as it writes them, and P in integers."""
 
@@ -47,9 +51,8 @@ class Problem:
         self.K, self.U, self.K_A = file["K"], file["U"], file["K_A"] or []
         self.vertices, self.kind = plant["vertices"], plant["kind"]
         self.names = {"second order": "MDSB", "descriptor": "EAB"}[self.kind]
-        self.regions = [("stability", [["0"]], [["1"]])]
-        asked = (r for r in file["requirements"] if r["kind"] == "region")
-        self.regions += [(r["name"], r["alpha"], r["beta"]) for r in asked]
+        asked = [r for r in file["requirements"] if r["kind"] == "region"]
+        self.regions = [STABLE, *asked]
         self.n, self.p = len(self.vertices[0][self.names[0]]), len(self.U)
         self.m = len(self.vertices[0]["B"][0])
 
@@ -180,16 +183,17 @@ HEAD = """\
 (* Made by formal/gen.py from a proof file of sosbook. *)
 From Coq Require Import ZArith QArith.
 From mathcomp Require Import ssreflect ssrbool seq.
-From formal Require Import {}.
+From formal Require Import {} forms.
 Local Open Scope Z_scope.
 """
 
 
 THEOREM = """\
-Theorem poles_{label} : {kind}_poles_in {plant} {k} alpha_{number} beta_{number}.
+Theorem poles_{label} : {kind}_poles_in {plant} ({where}).
 Proof.
-apply: (@{kind}_sound {plant} {less} _ _ {scales} P wP w_{label}).
-vm_cast_no_check (eq_refl true).
+apply: (@{kind}_sound {plant} _ {less} alpha_{number} beta_{number} {scales} P wP
+  w_{label}); last by vm_cast_no_check (eq_refl true).
+{sound}
 Qed.
 Print Assumptions poles_{label}.
 """
@@ -201,6 +205,24 @@ def literal(matrix):
         "[:: " + "; ".join(map(str, row)) + "]" if row else "[::]" for row in matrix
     )
     return "[:: " + ";\n  ".join(rows) + "]" if matrix else "[::]"
+
+
+def named(r, number):
+    """Where a region's poles lie, and which theorem says so; see forms.v."""
+    beta = r["beta"]
+    numbers = {
+        "half-plane": ("half_plane", r.get("sigma")),
+        "strip": ("strip", r.get("left"), r.get("right")),
+        "horizontal strip": ("horizontal_strip", r.get("omega")),
+        "disk": ("disk", r.get("rho"), r.get("centre")),
+        "sector": ("sector", *beta[0], r.get("apex")),
+    }
+    if r["form"] not in numbers:
+        return f"in_matrices {len(beta)} alpha_{number} beta_{number}", "by []."
+    name, *given = numbers[r["form"]]
+    words = " ".join([f"in_{name}", *(f"({x})" if "-" in x else x for x in given)])
+    sound = f"by move=> C s; apply: {name}_sound; vm_cast_no_check (eq_refl true)."
+    return words, sound
 
 
 def constant(name, kind, text):
@@ -219,63 +241,48 @@ def written(problem):
     if w is None:
         raise Failed("nothing shows that P is positive definite")
     mechanical = problem.kind == "second order"
-    maker = "Mechanics" if mechanical else "Descriptor"
-    text = [HEAD.format(maker.lower())]
+    kind = "mechanics" if mechanical else "descriptor"
+    text = [HEAD.format(kind)]
     for i, v in enumerate(problem.vertices, 1):
         numbers = "\n ".join(literal(v[x]) for x in problem.names)
-        text.append(constant(f"vertex_{i}", maker.lower(), f"({maker} {numbers})%Q"))
-    given = ("U", "K_A", "K") if mechanical else ("K",)
-    text += [constant(x, "numbers", f"{literal(getattr(problem, x))}%Q") for x in given]
-    size = f"{problem.n} {problem.m}"
-    law = f"{problem.p} {{}} (Law U K_A K)" if mechanical else "{} K"
-    text += [constant("P", "seq (seq Z)", literal(problem.P))]
-    text += [constant("wP", "witness", triple(w))]
-    for number, (name, alpha, beta) in enumerate(problem.regions):
-        g, a, b = integers(alpha, beta)
-        text += [
-            f"\n(* {number}: {name} *)\n",
-            constant(f"alpha_{number}", "numbers", f"{literal(alpha)}%Q"),
-            constant(f"beta_{number}", "numbers", f"{literal(beta)}%Q"),
-        ]
-        for place, rows in witnesses(a, b, problem.P, pencils):
-            label, who = f"{number}", range(len(pencils))
-            if place is not None:
-                label, who = f"{number}_{place + 1}", [place]
-            vs = law.format("[:: " + "; ".join(f"vertex_{i + 1}" for i in who) + "]")
-            rows = ";\n ".join(f"[:: {row}]" for row in map(triples, rows))
-            text += [
-                constant(f"w_{label}", "seq (seq witness)", f"[:: {rows}]"),
-                THEOREM.format(
-                    label=label,
-                    kind=maker.lower(),
-                    plant=f"{size} {vs}",
-                    k=len(alpha),
-                    number=number,
-                    less=len(alpha) - 1,
-                    scales=f"{d} {e} {g}",
-                ),
-            ]
+        text.append(constant(f"vertex_{i}", kind, f"({kind.title()} {numbers})%Q"))
+    for x in ("U", "K_A", "K") if mechanical else ("K",):
+        text.append(constant(x, "numbers", f"{literal(getattr(problem, x))}%Q"))
+    text.append(constant("P", "seq (seq Z)", literal(problem.P)))
+    text.append(constant("wP", "witness", triple(w)))
+    size, law = f"{problem.n} {problem.m}", "K"
+    if mechanical:
+        size, law = f"{size} {problem.p}", "(Law U K_A K)"
+    for number, r in enumerate(problem.regions):
+        g, alpha, beta = integers(r["alpha"], r["beta"])
+        where, sound = named(r, number)
+        text.append(f"\n(* {number}: {r['name']} *)\n")
+        for x in ("alpha", "beta"):
+            text.append(constant(f"{x}_{number}", "numbers", f"{literal(r[x])}%Q"))
+        for label, who, rows in witnesses(alpha, beta, problem.P, pencils):
+            label = f"{number}{label}"
+            pairs = ";\n ".join(f"[:: {';'.join(map(triple, row))}]" for row in rows)
+            text.append(constant(f"w_{label}", "seq (seq witness)", f"[:: {pairs}]"))
+            names = "; ".join(f"vertex_{i + 1}" for i in who)
+            text.append(THEOREM.format(
+                label=label, number=number, kind=kind, where=where, sound=sound,
+                plant=f"{size} [:: {names}] {law}", less=len(alpha) - 1,
+                scales=f"{d} {e} {g}",
+            ))  # fmt: skip
     return "".join(text)
 
 
 def witnesses(alpha, beta, P, pencils):
-    """Those of all pairs, as [(None, rows)]; else each vertex's own, for it alone."""
-    found = {
-        (i, j): witness(block(alpha, beta, P, pencils[i], pencils[j]))
-        for i in range(len(pencils))
-        for j in range(i, len(pencils))
-    }
-    own = [(i, [[found[i, i]]]) for i in range(len(pencils))]
-    if not all(found[i, i] for i, _ in own):
+    """Those of all pairs, as [("", vertices, rows)]; else each vertex's own."""
+    found, many = {}, range(len(pencils))
+    for i in many:
+        for j in many[i:]:
+            found[i, j] = witness(block(alpha, beta, P, pencils[i], pencils[j]))
+    if not all(found[i, i] for i in many):
         raise Failed("nothing shows that the block of a vertex is positive definite")
     if not all(found.values()):
-        return own
-    rows = [[w for (k, _), w in found.items() if k == i] for i, _ in own]
-    return [(None, rows)]
-
-
-def triples(row):
-    return ";\n ".join(map(triple, row))
+        return [(f"_{i + 1}", [i], [[found[i, i]]]) for i in many]
+    return [("", many, [[found[i, j] for j in many[i:]] for i in many])]
 
 
 def main(arguments):

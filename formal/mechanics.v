@@ -173,10 +173,10 @@ End Mechanics.
 
 (* What is said of a mechanical plant: for all weights w >= 0 whose sum is one the
    mass of the mean plant is regular, and each motion (z, x3) e^(s t) has its s in
-   the region. C is any algebraically closed field with absolute values, such as the
+   the place R. C is any algebraically closed field with absolute values, such as the
    complex numbers. *)
-Definition mechanics_poles_in n m p (vs : seq mechanics) (l : law) k
-    (alpha beta : numbers) : Prop :=
+Definition mechanics_poles_in n m p (vs : seq mechanics) (l : law)
+    (R : place) : Prop :=
   forall (C : numClosedFieldType) (w : 'I_(size vs) -> C),
   (forall i, 0 <= w i) -> \sum_i w i = 1 ->
   let no := Mechanics [::] [::] [::] [::] in
@@ -189,12 +189,14 @@ Definition mechanics_poles_in n m p (vs : seq mechanics) (l : law) k
     s ^+ 2 *: ((M - B *m K_A) *m z) + s *: (D *m z) + S *m z
       = B *m (K *m col_mx z (col_mx (s *: z) y)) ->
     s *: y = U *m z ->
-    in_region (real C k k alpha) (real C k k beta) s.
+    R C s.
 
-Theorem mechanics_sound n m p vs l k alpha beta d e g P wP wG :
+Theorem mechanics_sound n m p vs l (R : place) k alpha beta d e g P wP wG :
+  (forall C s, in_matrices k.+1 alpha beta C s -> R C s) ->
   mechanics_shown n m p vs l k.+1 alpha beta d e g P wP wG ->
-  mechanics_poles_in n m p vs l k.+1 alpha beta.
+  mechanics_poles_in n m p vs l R.
 Proof.
-move=> ok C w w0 w1; split; first exact: (mechanics_regular ok w0 w1).
-by move=> s z y; exact: (mechanics_poles ok w0 w1).
+move=> inside ok C w w0 w1; split; first exact: (mechanics_regular ok w0 w1).
+move=> s z y nz motion integral; apply: inside.
+exact: (mechanics_poles ok w0 w1 nz motion integral).
 Qed.

@@ -112,3 +112,9 @@ Lemma sum_same n1 n2 (a : 'M[C]_(n1, n2)) : \sum_i w i = 1 -> \sum_i w i *: a = 
 Proof. by move=> w1; rewrite -scaler_suml w1 scale1r. Qed.
 End Mean.
 End Meaning.
+
+(* Where a pole s may lie, in any field C. *)
+Definition place := forall C : numClosedFieldType, C -> Prop.
+Definition in_matrices k (alpha beta : numbers) : place := fun C s =>
+  in_region (real C k k alpha) (real C k k beta) s.
+Arguments in_matrices k alpha beta C s : clear implicits.

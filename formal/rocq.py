@@ -10,7 +10,15 @@ import subprocess
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-THEORY = ("integers", "definite", "region", "numbers", "mechanics", "descriptor")
+THEORY = (
+    "integers",
+    "definite",
+    "region",
+    "numbers",
+    "mechanics",
+    "descriptor",
+    "forms",
+)
 
 PACKAGES = ("coq", "libcoq-mathcomp-algebra", "libcoq-mathcomp-algebra-tactics")
 MISSING = f"""\

@@ -32,6 +32,15 @@ PLANTS = {  # unsymmetric, in odd units, uncertain, with U, K_A, E and without a
         region=sos.PoleRegion(0.01, 1.5, 40),
     ),
     "acceleration": lambda: sos.design_pid(two_masses(), K_A=[[0.1, -0.3]]),
+    "every region": lambda: sos.design_pid(
+        two_masses(),
+        region=sos.LMIRegion.ellipse(-4, 3.9, 5)
+        & sos.LMIRegion.strip(-8, -0.1)
+        & sos.LMIRegion.disk(8, -2)
+        & sos.LMIRegion.horizontal_strip(6)
+        & sos.LMIRegion.sector(1.2, apex=0.3)
+        & sos.LMIRegion([[-20.0]], [[1.0]], "mine"),
+    ),
     "descriptor": lambda: sos.design_pid(
         sos.DescriptorSystem(
             [np.eye(2), np.diag([1, 1.3])], [[0, 1], [-9.81, -0.3]], [[0], [1]]
@@ -76,6 +85,7 @@ def test_rocq_accepts_nothing_that_is_changed(theory):
         "the gain": text.replace(gain, str(-float(gain)), 1),
         "the plant": text.replace("[:: 3; -1.2]", "[:: -3; -1.2]"),
         "the region": text.replace(alpha, alpha + "9"),
+        "its words": text.replace("in_half_plane 0", "in_half_plane 0.001"),
         "P": text.replace(P, P + "-"),
         "no witness": text.replace(w, w + "[::]. Definition unused := "),
     }
