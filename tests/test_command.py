@@ -6,19 +6,21 @@ import re
 import subprocess
 import sys
 from inspect import signature
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import sosbook
 from sosbook import proofs
-from sosbook.proofs import check as checker
+from sosbook.exact.checker import verdict as checker
 from sosbook.proofs.command import main
 from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS, OBJECTS
 from sosbook.runtime.digests import digest, short_digest
+from tests.oracles import without_text
 
-FOLDER = proofs.CHECKER.parent
+FOLDER = Path(proofs.__file__).parent
 EXAMPLE = FOLDER / "plant.example.json"
 
 
@@ -146,6 +148,11 @@ def small(tmp_path_factory):
     return folder
 
 
+def plain(path):
+    """The text of a proof file as one of version 1."""
+    return without_text(proofs.load(path))
+
+
 def mended(text, path, value):
     """The text of a proof with something exchanged, and its checksum mended."""
     whole = json.loads(text)
@@ -179,9 +186,7 @@ def test_a_verdict_names_plant_gain_and_start(small, capsys):
         (("K", 0, 0), "-100"),
         (("requirements", 0, "x0", 0), "0.4"),
     ):
-        other = json.loads(
-            mended((small / "proof.json").read_text("utf-8"), path, value)
-        )
+        other = json.loads(mended(plain(small / "proof.json"), path, value))
         assert subject(other) == checker.subject(other) not in first
 
 
@@ -281,7 +286,7 @@ def test_a_design_without_proof_removes_the_old_one(
     proof = tmp_path / "proof.json"
     design = ["design", str(small / "plant.json"), "--proof", str(proof)]
     assert main(design) == 0
-    failed = proofs.Certificate(mended(proof.read_text("utf-8"), ("K", 0, 0), "1000"))
+    failed = proofs.Certificate(mended(plain(proof), ("K", 0, 0), "1000"))
     monkeypatch.setattr(sosbook.Design, "certify", lambda self: failed)
     capsys.readouterr()
     assert main(design) == 1
@@ -292,7 +297,7 @@ def test_a_design_without_proof_removes_the_old_one(
 
 
 def spoilt(small, **changes):
-    whole = json.loads((small / "proof.json").read_text("utf-8")) | changes
+    whole = json.loads(plain(small / "proof.json")) | changes
     rest = {key: inner for key, inner in whole.items() if key != "checksum"}
     return json.dumps(rest | {"checksum": digest(rest)})
 
@@ -304,16 +309,14 @@ def heavy(small):
     full, column = [[one] * n] * n, [[one]] * n
     large = {"M": eye, "D": full, "S": full, "B": column, "F": [[]] * n}
     P = [["1.5" if i == j else "0.1" for j in range(2 * n)] for i in range(2 * n)]
-    (vertex,) = json.loads((small / "proof.json").read_text("utf-8"))["plant"][
-        "vertices"
-    ]
+    (vertex,) = proofs.load(small / "proof.json").data["plant"]["vertices"]
     several = [vertex | {"M": [[str(k + 1)]]} for k in range(400)]
     kind = "second order"
     return {
         "a version of 2e7 digits": (
-            (small / "proof.json")
-            .read_text("utf-8")
-            .replace('"version": 1', f'"version": {"9" * 20_000_000}')
+            plain(small / "proof.json").replace(
+                '"version": 1', f'"version": {"9" * 20_000_000}'
+            )
         ),
         "a number of 4e6 digits": spoilt(small, claims=["1" * 4_000_000]),
         "20000 equal vertices": spoilt(

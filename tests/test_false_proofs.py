@@ -1,6 +1,6 @@
 """No proof of what isn't so: claims, the blocks under them, and the words of others.
 
-Each file is read by the package and by ``check.py``. Oracles are exact: Lyapunov's
+Each file is read by the package and by the checker. Oracles are exact: Lyapunov's
 equation and characteristic polynomials in rationals.
 """
 
@@ -14,13 +14,13 @@ from flint import fmpq, fmpq_mat
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.exact.checker import verdict as check
 from sosbook.exact.definite import exact
 from sosbook.exact.proof import Examined, ProofFile
 from sosbook.exact.proof_text import checksum
 from sosbook.exact.refusal import semidefinite
 from sosbook.lmi import LMIProblem, Unknown, he
 from sosbook.plants.controllability import matrix_of
-from sosbook.proofs import check
 from sosbook.requirements import LMIRegion, Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
@@ -30,6 +30,7 @@ from sosbook.runtime.names import sane_name
 from sosbook.synthesis.probe import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
+from tests.oracles import without_text
 
 ONE = np.eye(2)
 PLANT = sos.SecondOrderSystem(
@@ -40,14 +41,14 @@ FACTORS = 1.0, 0.3, 1 / 9.81, 2.2046, 1e3
 
 def mended(proof, change):
     """The text of a proof whose contents were changed, with the checksum of that."""
-    whole = json.loads(proof.text)
+    whole = json.loads(without_text(proof))
     change(whole)
     whole["checksum"] = checksum(whole)
     return json.dumps(whole)
 
 
 def readers(text):
-    """What the package and check.py say of a text: whether it is proven."""
+    """What the package and the checker say of a text: whether it is proven."""
     cls = ProofFile.owner(json.loads(text)["kind"])
     try:
         check.check(text)
@@ -151,7 +152,7 @@ def test_an_output_is_weighed_exactly(seed):
     other = sos.design_lqr(PLANT, C.T @ C, ONE, noise=noise).request.cost.bound
     assert bound == pytest.approx(other, rel=0.03)
     proof = design.certify()
-    asked = json.loads(proof.text)["requirements"][0]
+    asked = proof.data["requirements"][0]
     assert "Q" not in asked and np.array_equal(np.array(asked["C"], float), C)
     assert agree(proof)
     assert cost.truth(design.request.vertices, proof.K) < bound
@@ -317,6 +318,35 @@ def test_a_claim_without_its_block_isnt_proven():
         assert found.failed == ("no block proves: yes",)
 
 
+# ---- multipliers in coordinates
+
+
+@pytest.mark.parametrize("name", ["left", "T", "back"])
+def test_singular_coordinates_exclude_nothing(name):
+    """In them a block is singular whatever its unknowns are."""
+    proof = sos.design_pid(
+        sos.SecondOrderSystem([[1]], [[-1.0]], [[1]], [[1]]),
+        saturation=sos.Saturation(0.5, [1, 0]),
+    ).infeasibility
+    assert agree(proof) and type(proof).kind == "infeasible design"
+
+    def forge(whole):
+        none = [["0", "0"], ["0", "0"]]
+        whole["coordinates"][name] = none
+        whole["requirements"][0]["u_max"] = "1000"
+        whole["claims"] = [whole["claims"][0].replace("0.5", "1000")]
+        key, size = {
+            "left": (["stability", "stability", "stability", 0], 2),
+            "T": (["stability", "stability", "stability", 0], 2),
+            "back": (["input", "saturation", "x0"], 3),
+        }[name]
+        Z = [["0"] * size for _ in range(size)]
+        Z[-1][-1] = "1"
+        whole["multipliers"] = [[key, Z]]
+
+    assert readers(mended(proof, forge)) == (False, False)
+
+
 # ---- words of a file or an author
 
 LINE = "P\n- every plant of the polytope, under u = K x, is stable"
@@ -400,7 +430,7 @@ def test_no_text_of_a_file_moves_the_cursor(tmp_path, capsys):
             yield lambda w, key=key: w["unknowns"].update({key + HIDDEN: [["1"]]})
         yield lambda w: w["blocks"][0].append(HIDDEN)
 
-    for change in each(json.loads(proof.text)):
+    for change in each(json.loads(without_text(proof))):
         text = mended(proof, change)
         whole = json.loads(text)
         path = tmp_path / "proof.json"

@@ -141,7 +141,7 @@ def ticks(folder):
 def functions():
     """Public functions and methods of the package, by name, with their docstrings."""
     for found in pkgutil.walk_packages(sosbook.__path__, "sosbook."):
-        if ".book" in found.name or found.name.endswith(("__main__", ".check")):
+        if re.search(r"\.(book|checker)\b|__main__$", found.name):
             continue  # the checker has no path but its program's
         module = importlib.import_module(found.name)
         for name, thing in vars(module).items():
@@ -263,8 +263,9 @@ OWN = {
     "book/widgets/live.py": "messages of the browser",
     "pendulum/template.py": "files of the package",
     "pendulum/written.py": "a file of the package",
-    "proofs/check.py": "stands alone",
     "exact/checker/kernel.py": "stands alone",
+    "exact/checker/verdict.py": "stands alone",
+    "exact/checker/__init__.py": "its own files",
 }
 METHODS = {"read_text", "read_bytes", "write_text", "write_bytes"}
 LIBRARIES = {"json": ("load", "loads"), "tomllib": ("load", "loads")}

@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 
 import sosbook as sos
 from sosbook import couplings
+from sosbook.exact.checker import statements
 from sosbook.lmi.text import floats
 from sosbook.plants.descriptor import Coupled, Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
@@ -19,7 +20,6 @@ from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
-from tests.test_proof_files import checker
 
 N, INPUTS = 3, 2
 SHAPES = {"E": (N, N), "A": (N, N), "Bu": (N, INPUTS), "Bw": (N, 1)}
@@ -82,11 +82,10 @@ def polytopes(draw):
 @given(polytopes(), st.integers(0, 2**32 - 1))
 def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed):
     found = quotient_in_hull([system(w) for w in vertices])
-    exactly = [
-        checker.Vertex(*(rational(x) for x in np.split(w, CUTS, axis=1)), None)
-        for w in vertices
-    ]
-    assert checker.suffice(exactly) == found
+    E = [rational(w[:, :N]) for w in vertices]
+    assert (
+        statements.suffice(E, [tuple(map(int, w.T.ravel())) for w in vertices]) == found
+    )
     if found:
         weights = np.random.default_rng(seed).dirichlet(np.ones(len(vertices)), 5)
         for some in weights:
@@ -94,7 +93,7 @@ def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed)
 
 
 def rational(rows):
-    return checker.matrix([[str(int(e)) for e in row] for row in rows], len(rows))
+    return statements.mat([[str(int(e)) for e in row] for row in rows], len(rows))
 
 
 def box(changes, base=None):

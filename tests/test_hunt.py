@@ -5,6 +5,7 @@ import json
 import pytest
 
 from sosbook.exact import proof
+from sosbook.exact.checker import kernel
 from sosbook.exact.rational import decimal
 from sosbook.requirements.lmi_region import LMIRegion
 from tests.hunt import differences
@@ -12,7 +13,8 @@ from tests.hunt.differences import Hunt
 from tests.hunt.readers import Page
 from tests.hunt.requests import request
 from tests.hunt.tampering import late_roots
-from tests.test_proof_files import checker, proof_of
+from tests.oracles import asked
+from tests.test_proof_files import proof_of
 
 
 def hunted(seeds, page=None):
@@ -40,7 +42,7 @@ def test_a_seed_makes_the_same_request_again():
 
 
 def a_lax_checker(monkeypatch):
-    monkeypatch.setattr(checker, "definite", lambda x, semi=False: True)
+    monkeypatch.setattr(kernel, "definite", lambda x, semi=False: True)
 
 
 def a_lax_package(monkeypatch):
@@ -79,7 +81,7 @@ def test_a_planted_fault_is_found(monkeypatch, fault):
 
 def test_a_delay_that_is_too_long_is_seen():
     """The oracle finds the roots of a loop whose gain was turned, and no others."""
-    whole = json.loads(proof_of("constant delay").text)
+    whole = asked(json.loads(proof_of("constant delay").text))
     assert not list(late_roots(whole))
     whole["K"] = [[decimal(-float(x)) for x in row] for row in whole["K"]]
     (root, *_) = late_roots(whole)

@@ -6,8 +6,8 @@ from flint import fmpq, fmpq_mat
 
 import sosbook as sos
 from sosbook import counterexamples
+from sosbook.exact.checker.verdict import check
 from sosbook.exact.definite import exact
-from sosbook.proofs.check import check
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.blocks import Blocks
 from sosbook.studies.maps import edge, feasibility_map

@@ -216,7 +216,7 @@ def test_what_is_certified_is_a_file(tmp_path):
         again = proofs.load(tmp_path / "proof.json")
         assert again.proven and again.verify()
         assert "full row rank at every plant" in again.statement[0]
-        assert checker.check(again.text) == again.data["claims"]
+        assert checker.check(again.text) == list(again.claims)
     with pytest.raises(ValueError, match="nothing to certify"):
         admissible_U(plants.mean)[0].certify()
     (never,) = admissible_U(sos.Polytope([two_masses(1), two_masses(-1)]), [[[1, 0]]])

@@ -62,7 +62,9 @@ def file_of(text, sets=(), **more):
     data = {k: rows(x) for k, x in DATA.items()} | {"g": "0.5"}
     shapes = {"P": "symmetric 3", "Y": "cols(B) x rows(A)"}
     point = {"point": {"P": rows(P), "Y": rows(Y)}}
-    whole = dict(text=text, data=data, sets=dict(sets), unknowns=shapes, **point)
+    whole = dict(
+        text=text.split("\n"), data=data, sets=dict(sets), unknowns=shapes, **point
+    )
     whole |= more
     if "multipliers" in more:
         del whole["point"]

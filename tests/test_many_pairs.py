@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.exact.checker import verdict as check
 from sosbook.lmi import problem
-from sosbook.proofs import check
 from sosbook.requirements.stability import Stability
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks

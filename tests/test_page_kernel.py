@@ -9,10 +9,10 @@ import pytest
 import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.book.elements.scripts import script
+from sosbook.exact.checker import verdict as check
 from sosbook.exact.definite import round_digits
 from sosbook.exact.proof_text import checksum
 from sosbook.exact.rational import decimal
-from sosbook.proofs import check
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.newton import newton_of

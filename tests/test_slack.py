@@ -16,7 +16,7 @@ from sosbook.couplings import scale_polytope, verify_on_samples
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.proofs import check
+from sosbook.exact.checker import CHECKER
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
@@ -222,7 +222,7 @@ def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
         assert np.array_equal(proof.P[0], proof.P[2])
     proof.save(tmp_path / "proof.json")
     done = subprocess.run(
-        [sys.executable, "-I", "-S", check.__file__, str(tmp_path / "proof.json")],
+        [sys.executable, "-I", "-S", CHECKER, str(tmp_path / "proof.json")],
         capture_output=True,
         check=False,
     )

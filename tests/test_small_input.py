@@ -1,7 +1,5 @@
 """An input bound that is too small for the modes that must be moved."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -148,7 +146,7 @@ def test_the_file_says_which_modes():
     assert isinstance(proof, SmallInputRefusal) and proof.place == 0
     assert proof.modes == pytest.approx([np.sqrt(2)])
     assert "1.414 rad/s" in design.reason
-    again = json.loads(proof.text)
+    again = proof.data
     assert again["vertex"] == 0 and len(again["spread"]) == 1
 
 

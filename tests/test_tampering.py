@@ -11,7 +11,6 @@ import json
 import pytest
 
 from sosbook.exact.proof import load
-from sosbook.exact.proof_text import checksum
 from tests.hunt.tampering import (
     CLASSES,
     leaves,
@@ -21,7 +20,9 @@ from tests.hunt.tampering import (
     tampered,
     true_claims,
     verdicts,
+    where,
 )
+from tests.oracles import asked, mended, without_text
 from tests.test_proof_files import BEYOND, checker, proof_of
 
 LONG = (  # more changes each
@@ -70,12 +71,11 @@ SMALL = (
 @pytest.mark.parametrize("name", SMALL)
 def test_floats_refuse_no_plant_of_a_file(name):
     """Of sizes and ranks that a request's input may not have; the checker has none."""
-    whole = json.loads(proof_of(name).text)
+    whole = json.loads(without_text(proof_of(name)))
     accepted = 0
     for path, value in leaves(whole):
         for change in of_other_rank(value):
-            changed = put(whole, path, change)
-            changed["checksum"] = checksum(changed)
+            changed = mended(put(whole, path, change))
             package, alone = verdicts(changed)
             agree = package == alone or may_differ(path, whole, alone)
             assert name in BEYOND or agree, (path, change)
@@ -89,11 +89,11 @@ def test_floats_refuse_no_plant_of_a_file(name):
 def test_no_tampering_gets_a_false_claim_through(name):
     proof = proof_of(name)
     assert proof.proven
-    whole = json.loads(proof.text)
+    whole = json.loads(without_text(proof))
     tried = accepted = 0
     for path, changed in tampered(whole, most=400 if name in LONG else 100):
         assert verdicts(changed) == (False, False), path
-        changed["checksum"] = checksum(changed)
+        changed = mended(changed)
         package, alone = verdicts(changed)
         tried += 1
         if not (package or alone):
@@ -113,10 +113,41 @@ def test_no_tampering_gets_a_false_claim_through(name):
     assert accepted < tried / 3
 
 
+TEXTS = (
+    "all at once",
+    "H-infinity, slack",
+    "regions",
+    "too little force",
+    *NEW[2:5],
+    *NEW[6:],
+    "delay, analysis",
+)
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_no_text_says_what_isn_t_asked(name):
+    """Lines, data, sets and unknowns of a text that were changed, digests mended."""
+    whole = json.loads(proof_of(name).text)
+    assert whole["version"] == 2
+    before = asked(whole)
+    for path, changed in tampered(whole, most=60):
+        changed = mended(changed)
+        package, alone = verdicts(changed)
+        assert path[0] in ("asks", "data", "point", "multipliers") or not (
+            package or alone
+        ), path
+        if package or alone:
+            now = asked(changed)
+            near = now["kind"] == "fixed mode" and now["point"] != before["point"]
+            assert now != before and (near or true_claims(now) is not False), path
+            at = where(whole, changed, path)
+            assert package == alone or may_differ(at, now, alone), path
+
+
 def swapped():
     """Whole parts of one proof in the place of another's."""
-    one = json.loads(proof_of("H-infinity, pairs").text)
-    other = json.loads(proof_of("cost of noise on F").text)
+    one = json.loads(without_text(proof_of("H-infinity, pairs")))
+    other = json.loads(without_text(proof_of("cost of noise on F")))
     for key in one:
         if key not in ("format", "version", "kind", "checksum"):
             if json.dumps(one[key]) != json.dumps(other[key]):
@@ -146,8 +177,8 @@ def swapped():
     )
     yield "no requirement", one | {"requirements": []}
     yield "the same twice", one | {"requirements": [bound, bound]}
-    refuted = json.loads(proof_of("too little force").text)
-    again = json.loads(proof_of("fast with little force").text)
+    refuted = json.loads(without_text(proof_of("too little force")))
+    again = json.loads(without_text(proof_of("fast with little force")))
     yield "multipliers of another", refuted | {"multipliers": again["multipliers"]}
     (harder,) = refuted["requirements"]
     easy = [harder | {"u_max": "50"}]
@@ -157,7 +188,7 @@ def swapped():
     turned = [[key, [["-" + e for e in row] for row in z]]
               for key, z in refuted["multipliers"]]  # fmt: skip
     yield "negative multipliers", refuted | {"multipliers": turned}
-    mode = json.loads(proof_of("a mode at rest").text)
+    mode = json.loads(without_text(proof_of("a mode at rest")))
     slower = mode["requirement"] | {"sigma": "0.001"}
     said = [c.replace("-1", "-0.001") for c in mode["claims"]]
     assert said != mode["claims"]
@@ -166,10 +197,10 @@ def swapped():
     yield "no rows", mode | {"rows": [["0"] * 4] * len(mode["rows"])}
     yield "another point", mode | {"point": ["5", "0"]}
     yield "a double pole", mode | {"polynomial": ["0", "0", "1"]}
-    beside = json.loads(proof_of("a mode beside a sector").text)
+    beside = json.loads(without_text(proof_of("a mode beside a sector")))
     wide = beside["requirement"] | {"theta": "1.5", "degrees": "86"}
     yield "a wider sector", beside | {"requirement": wide}
-    fast = json.loads(proof_of("fast with little force").text)
+    fast = json.loads(without_text(proof_of("fast with little force")))
     one_region = next(r for r in fast["requirements"] if r["kind"] == "region")
     others = [r for r in fast["requirements"] if r["kind"] != "region"]
     said = [c.replace("Re s < -3", "Re s < -0.1") for c in fast["claims"]]
@@ -179,10 +210,10 @@ def swapped():
         fast
         | {"requirements": [*others, one_region | {"sigma": "0.1"}], "claims": said},
     )
-    own = json.loads(proof_of("an LMI of one's own").text)
+    own = json.loads(without_text(proof_of("an LMI of one's own")))
     yield "an empty block", own | {"expressions": [["P", [], []]], "blocks": ["P"]}
     yield "another sign", own | {"unknowns": {"P": [["-1", "0"], ["0", "-1"]]}}
-    late = json.loads(proof_of("delayed loop").text)
+    late = json.loads(without_text(proof_of("delayed loop")))
     yield "a longer delay", late | {"tau": "30"}
     yield "faster", late | {"delta": "5"}
     yield "larger exponentials", late | {"exponentials": ["1", "1"]}
@@ -196,8 +227,7 @@ SWAPPED = dict(swapped())
 
 @pytest.mark.parametrize("what", SWAPPED)
 def test_parts_of_other_proofs_are_refused(what):
-    changed = SWAPPED[what]
-    changed["checksum"] = checksum(changed)
+    changed = mended(SWAPPED[what])
     assert verdicts(changed) == (False, False)
 
 
@@ -227,12 +257,11 @@ def test_texts_that_are_no_proofs(text, tmp_path):
 
 
 def test_what_is_beyond_all_bounds_is_refused_at_once():
-    whole = json.loads(proof_of("stability").text)
+    whole = json.loads(without_text(proof_of("stability")))
     for path, value in (
         (("K", 0, 0), "1e999999999"),
         (("unknowns", "P", 0, 0), "9" * 10000),
         (("plant", "vertices"), [whole["plant"]["vertices"][0]] * 3 + [{}]),
     ):
-        changed = put(whole, path, value)
-        changed["checksum"] = checksum(changed)
+        changed = mended(put(whole, path, value))
         assert verdicts(changed) == (False, False)

@@ -17,7 +17,7 @@ from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..runtime.writing import write_file
 from .definite import definite
-from .proof_text import is_proof, parse, same, written
+from .proof_text import MADE, is_proof, parse, said, same, written
 from .rational import digit_count
 
 __all__ = [
@@ -384,10 +384,14 @@ def _examined(cls, text):
         kind, data = parse(text)
         if kind != cls.kind:
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
+        words = said(text)
         again, examined = cls.examine(data)
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
-    for key in [*data, *again]:
+    if words is not None:
+        data["claims"] = words
+    made = {key for key in MADE if key not in data}
+    for key in {*data, *again} - made:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
     return examined

@@ -1,15 +1,22 @@
-"""The text of a proof file: JSON, with a version and a checksum."""
+"""The text of a proof file: JSON, of one of two versions.
+
+Version 2 is a text with data, see `sosbook.exact.checker`. What no text says, as
+matrices in balls, is written as version 1: data alone, with a checksum.
+"""
 
 import json
 import re
 
 from ..runtime.digests import digest
 from ..runtime.reading import parse_json
+from .checker import verdict
+from .checker.kernel import Beyond, Refused
 
-__all__ = ["FORMAT", "VERSION", "is_proof", "laid_out", "parse", "same", "written"]
+__all__ = ["FORMAT", "is_proof", "laid_out", "parse", "said", "same", "written"]
 
-FORMAT, VERSION = "sosbook proof", 1
+FORMAT = verdict.FORMAT
 HEAD = ("format", "version", "kind", "checksum")
+MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
 
 
 def written(kind, data):
@@ -22,9 +29,36 @@ def written(kind, data):
     data : dict
         Lists, words, numbers as text, True, False and None.
     """
-    whole = {"format": FORMAT, "version": VERSION, "kind": kind, **data}
+    asked = {key: value for key, value in data.items() if key not in MADE}
+    try:
+        return spread(verdict.written({"kind": kind, **asked})[0])
+    except (Beyond, Refused, ValueError):  # no text says it
+        return version_1(kind, data)
+
+
+def version_1(kind, data):
+    """The text of a proof of some kind as data alone, as `written` takes them."""
+    whole = {"format": FORMAT, "version": 1, "kind": kind, **data}
     whole["checksum"] = checksum(whole)
     return laid_out(whole) + "\n"
+
+
+def spread(whole):
+    """The ``whole`` of version 2 as JSON, with what is named on a line of its own."""
+
+    def line(value):
+        return json.dumps(value, separators=(",", ":"))
+
+    lines = []
+    for key, value in whole.items():
+        text = line(value)
+        if isinstance(value, dict) and value:
+            parts = (f"{line(k)}:{line(v)}" for k, v in value.items())
+            text = "{\n" + ",\n".join(parts) + "}"
+        elif isinstance(value, list):
+            text = "[\n" + ",\n".join(map(line, value)) + "]"
+        lines.append(f"{line(key)}:{text}")
+    return "{" + ",\n".join(lines) + "}\n"
 
 
 def checksum(whole):
@@ -37,21 +71,42 @@ def checksum(whole):
 
 
 def parse(text):
-    """The kind of a proof and its data, from its text.
+    """The kind of a proof and its data, from its text; `said` says if they are its own.
 
     Raises ValueError if it is no proof file.
     """
     whole = parse_json(text)
     if not isinstance(whole, dict) or whole.get("format") != FORMAT:
         raise ValueError(f'there is no "format": "{FORMAT}"')
-    if type(whole.get("version")) is not int or whole["version"] != VERSION:
-        raise ValueError(f"version must be {VERSION}, got {whole.get('version')!r:.40}")
-    if whole.get("checksum") != checksum(whole):
-        raise ValueError("the checksum isn't that of the contents: they were changed")
-    kind = whole.get("kind")
+    version, kind = whole.get("version"), whole.get("kind")
+    if type(version) is not int or version not in (1, 2):
+        raise ValueError(f"version must be 1 or 2, got {version!r:.40}")
     if not isinstance(kind, str):
         raise ValueError("kind is missing")
+    if version == 2:
+        try:
+            asked = verdict.asked_of(whole)
+        except (*verdict.MALFORMED, Refused) as fault:
+            raise ValueError(f"its data aren't what it asks for: {fault}") from None
+        return kind, {key: value for key, value in asked.items() if key != "kind"}
+    if whole.get("checksum") != checksum(whole):
+        raise ValueError("the checksum isn't that of the contents: they were changed")
     return kind, {key: value for key, value in whole.items() if key not in HEAD}
+
+
+def said(text):
+    """The words that a file of version 2 proves if its blocks are positive.
+
+    They are made beside its ``text``, which must be the one that is written for what
+    the file asks; otherwise a ValueError says so. None of version 1.
+    """
+    whole = parse_json(text)
+    if whole["version"] == 1:
+        return None
+    try:
+        return list(verdict.matched(whole)[1])
+    except (Beyond, Refused) as fault:
+        raise ValueError(str(fault)) from None
 
 
 def is_proof(content):

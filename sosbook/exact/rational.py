@@ -27,6 +27,7 @@ __all__ = [
     "rational_matrix",
     "read_array",
     "read_number",
+    "read_regular",
     "round_digits",
 ]
 
@@ -277,6 +278,16 @@ def read_array(rows, *shape):
         entries = np.zeros([n or 0 for n in (len(rows), *shape[1:])])
     entries.flags.writeable = False
     return entries
+
+
+def read_regular(rows, N):
+    """As `read_array`, for an (N, N) matrix that must have an inverse."""
+    x = read_array(rows, N, N)
+    try:
+        inverse(exact(x))
+    except ZeroDivisionError:
+        raise ValueError("a matrix that must be regular is singular") from None
+    return x
 
 
 def fraction(text):

@@ -2,7 +2,7 @@
 
 import json
 
-from ..proofs import CHECKER
+from ..exact.checker import in_one_file
 from .boards import wired_as_pyctrl
 from .export import Program
 from .modelled import Model
@@ -56,5 +56,5 @@ def _proofs(deployment, name):
             if proof.proven
         },
         **{f"proof_{name}{file}.json": proof.text for file, proof in proofs.items()},
-        "check_proof.py": CHECKER.read_text("utf-8"),
+        "check_proof.py": in_one_file(),
     }

@@ -1,16 +1,17 @@
 """Proofs as files: reading them, and a checker that stands alone.
 
-``check.py`` needs Python and nothing else; ``proof.schema.json`` says what a
-file holds. The checker decides every kind of file but three, and says so:
+A file is a text with data, which a kernel checks that knows no control; the folder
+``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
+needs Python and nothing else: ``python checker proof.json``. The checker decides
+every kind of file but three, and says so:
 sampled loops (exponentials of matrices in balls), matrices that are balls, and
 refusals by the slow modes of a delayed plant (eigenvalues in balls). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
-from pathlib import Path
-
 from ..delay.certificates import DelayCertificate, DelayRefusal
 from ..delay.modes_certificate import ModesRefusal
+from ..exact.checker import CHECKER
 from ..exact.proof import ProofFile, kinds, load
 from ..exact.refusal import Refusal
 from ..lmi.certificates import LMIProof, LMIRefusal
@@ -47,5 +48,3 @@ __all__ = [
     "kinds",
     "load",
 ]
-
-CHECKER = Path(__file__).with_name("check.py")

@@ -4,64 +4,14 @@ A checksum can be mended, and a proof of an easier plant is a proof. So a verdic
 what it is about, and `compare` holds it against the reader's own files.
 """
 
-import json
-
+from ..exact.checker.verdict import subject
 from ..exact.rational import decimals
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import load_plant
-from ..runtime.digests import short_digest
 from ..runtime.reading import named, path_of, read_json
 
 __all__ = ["compare_gain", "compare_plant", "subject"]
-
-SHOWN = 120  # characters of what is printed as it is; of more the sizes are
-PARTS = "plant", "U", "K_A", "K", "L"  # keys of a proof file
-
-
-def subject(data):
-    """What a proof is about: each part with its digest, and its numbers if few.
-
-    Parameters
-    ----------
-    data : dict
-        Those of a proof file, see `ProofFile.data`.
-
-    Returns
-    -------
-    str
-        The plant, U, K_A, the gains and the starts x0 that there are, in a line; the
-        digests are `short_digest` of their data. Empty for a proof about other things.
-
-    Examples
-    --------
-    >>> subject({"K": [["1", "-2"]], "U": []})
-    'K e31ba7a7b60d = [[1, -2]]'
-    """
-    parts = [(name, data[name]) for name in PARTS if data.get(name)]
-    parts += [("x0", r["x0"]) for r in data.get("requirements", []) if "x0" in r]
-    return ", ".join(
-        f"{name} {short_digest(value)} {shown(value)}" for name, value in parts
-    )
-
-
-def shown(value):
-    """A part of a proof file in a few words: its numbers, or its sizes."""
-    text = json.dumps(value).replace('"', "")
-    return f"= {text}" if len(text) <= SHOWN else f"({size(value)})"
-
-
-def size(value):
-    """The sizes of matrices, and of lists of them."""
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {size(inner)}" for key, inner in value.items())
-    if not isinstance(value, list) or not value:
-        return json.dumps(value).replace('"', "")[:SHOWN]
-    if isinstance(value[0], dict):
-        return f"{len(value)} with {size(value[0])}"
-    if isinstance(value[0], list):
-        return f"{len(value)} x {len(value[0])}"
-    return f"{len(value)} numbers"
 
 
 def compare_plant(data, path):

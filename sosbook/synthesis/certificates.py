@@ -7,7 +7,14 @@ import numpy as np
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, Proof, first_proven
-from ..exact.rational import decimal, decimals, exact_margin, read_array, read_number
+from ..exact.rational import (
+    decimal,
+    decimals,
+    exact_margin,
+    read_array,
+    read_number,
+    read_regular,
+)
 from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
 from .request_as_data import read_request, request_data
@@ -318,7 +325,7 @@ def frame_data(frame):
 def read_frame(data, N):
     """The `Frame` for N states of the ``data`` that `frame_data` writes."""
     return Frame(
-        *(read_array(data[name], N, N) for name in ("left", "T", "back")),
+        *(read_regular(data[name], N) for name in ("left", "T", "back")),
         read_number(data["scale"]),
         sizes={name: read_number(c) for name, c in data["sizes"].items()},
     )

@@ -9,7 +9,7 @@ from ..analysis.linear import balancing
 from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..exact.definite import inverse, round_digits
-from ..exact.rational import decimal, decimals, read_array, read_number
+from ..exact.rational import decimal, decimals, read_array, read_number, read_regular
 from ..language import Unknown, block
 from ..lmi.trusted import TrustedProblem
 from ..plants.as_data import plant_data, read_plant
@@ -113,8 +113,8 @@ class ObserverProblem:
             setattr(problem, name, read_array(data[name], None, None))
         problem.noises = [read_array(w, N, None) for w in data["noises"]]
         there = data["coordinates"]
-        problem.T = [read_array(x, N, N) for x in there["T"]]
-        problem.left = read_array(there["left"], N, N)
+        problem.T = [read_regular(x, N) for x in there["T"]]
+        problem.left = read_regular(there["left"], N)
         problem.unit = read_number(there["unit"])
         shapes = (problem.vertices[0].Bu.shape[1], N), (len(problem.C), N)
         if (problem.K.shape, problem.C.shape) != shapes or len(problem.T) != 2:

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import sosbook as sos
-from sosbook.exact.proof_text import checksum
 from sosbook.requirements.base import Requirement
-from tests.hunt.readers import alone, on_pages, package
+from tests.hunt.readers import alone, before, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
-from tests.hunt.tampering import may_differ, tampered, true_claims
+from tests.hunt.tampering import may_differ, tampered, true_claims, where
 from tests.hunt.truth import broken
+from tests.oracles import asked as what_it_asks
+from tests.oracles import mended, without_text
 
 __all__ = ["Hunt"]
 
@@ -68,19 +69,19 @@ class Hunt:
             self.counts[f"refused as input: {str(fault)[:40]} ..."] += 1
             return
         self.counts[f"answers: {design.status}"] += 1
-        text = self._backed(asked, design, rng)
-        if text is not None:
-            self._tamper(asked, json.loads(text), rng)
+        proof = self._backed(asked, design, rng)
+        if proof is not None:
+            self._tamper(asked, proof, rng)
         for what, proof in other_proofs(asked.vertices[0], rng):
             self.counts[f"proofs of {what}"] += 1
             self._read(asked, proof.text, rng, f"the proof of {what}")
-            self._tamper(asked, json.loads(proof.text), rng)
+            self._tamper(asked, proof, rng)
         self._elsewhere(asked, design, rng)
         if self.page is not None and on_pages(asked):
             self._on_page(asked, design, rng)
 
     def _backed(self, asked, design, rng):
-        """The text of the proof of an answer, if there is one; it is read by all."""
+        """The proof of an answer, if there is one; it is read by all."""
         if design.status == "feasible":
             proof = design.certify(time_limit=LIMIT)
         elif design.status == "infeasible":
@@ -93,7 +94,7 @@ class Hunt:
                 self._differs(asked, "infeasible, and nothing proves it")
             return None
         self._read(asked, proof.text, rng, "the package's proof")
-        return proof.text
+        return proof
 
     def _read(self, asked, text, rng, whose):
         """All readers accept a proof, say the same of it, and it is true."""
@@ -105,10 +106,10 @@ class Hunt:
         elif theirs != "beyond" and mine != theirs:
             self._differs(asked, f"{whose}: the package reads {mine}, else {theirs}")
         else:
-            self._true(asked, json.loads(text), rng, whose)
+            self._true(asked, what_it_asks(json.loads(text)), mine, rng, whose)
 
-    def _true(self, asked, file, rng, whose):
-        """Whether a file tells the truth of what it holds."""
+    def _true(self, asked, file, claims, rng, whose):
+        """Whether a file that asks this tells the truth."""
         if file["kind"] != "design":
             if true_claims(file) is False:
                 self._differs(asked, f"{whose} is false")
@@ -127,24 +128,30 @@ class Hunt:
             np.array(U, float) if U else None,
             [Requirement.read(r) for r in file["requirements"]],
             rng,
-            0 if "not the plants between" in file["claims"][0] else BETWEEN,
+            0 if "not the plants between" in claims[0] else BETWEEN,
         )
         if faults:
             self._differs(asked, f"{whose} is false (n = {n}): {faults[0]}")
 
-    def _tamper(self, asked, file, rng):
+    def _tamper(self, asked, proof, rng):
         """Changes of a file are accepted by all and true, or refused by all."""
+        for text in {proof.text, without_text(proof)}:
+            self._tamper_text(asked, json.loads(text), rng)
+
+    def _tamper_text(self, asked, file, rng):
         changed = list(tampered(file))
         for k in rng.permutation(len(changed))[:CHANGES]:
             path, other = changed[k]
-            other = dict(other, checksum=checksum(other))
+            other = mended(other)
             self.counts["changed files"] += 1
-            mine, theirs = read_by_both(json.dumps(other))
+            text = json.dumps(other)
+            mine, theirs = read_by_both(text)
+            path = where(file, other, path)
             what = f"the proof with another {'.'.join(map(str, path))}"
             if theirs == "beyond" or (mine is None) == (theirs is None):
                 if mine is not None:
                     self.counts["changed files that are proofs"] += 1
-                    self._true(asked, other, rng, what)
+                    self._true(asked, what_it_asks(other), mine, rng, what)
                     if theirs not in ("beyond", mine):
                         self._differs(asked, f"{what}: {mine}, else {theirs}")
             elif may_differ(path, other, theirs is not None):
@@ -152,6 +159,10 @@ class Hunt:
             else:
                 who = "the package" if theirs is None else "the checker"
                 self._differs(asked, f"{what} is accepted by {who} alone")
+            if other.get("version") == 1:
+                self.counts["changed files that the earlier checker reads"] += 1
+                if (old := before(text)) != theirs:
+                    self._differs(asked, f"{what}: {theirs}, and {old} before")
 
     def _elsewhere(self, asked, design, rng):
         """The verdict in other units doesn't contradict this one."""

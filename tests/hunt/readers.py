@@ -1,10 +1,11 @@
 """The three readers of a request or a proof: the package, its checker, the page."""
 
 from sosbook.exact.proof import load
+from tests.oracles import check_version_1
 from tests.page_requests import page_request
 from tests.test_proof_files import checker
 
-__all__ = ["Page", "alone", "on_pages", "package"]
+__all__ = ["Page", "alone", "before", "on_pages", "package"]
 
 DESIGN = """request => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
@@ -32,6 +33,16 @@ def alone(text):
     except checker.Beyond:
         return "beyond"
     except (checker.Refused, *checker.MALFORMED):
+        return None
+
+
+def before(text):
+    """What the checker reads that tests alone still have: as `alone`, of version 1."""
+    try:
+        return tuple(check_version_1.check(text))
+    except check_version_1.Beyond:
+        return "beyond"
+    except (check_version_1.Refused, *check_version_1.MALFORMED):
         return None
 
 

@@ -6,6 +6,7 @@ changed loop where the claims say.
 
 import copy
 import json
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -19,6 +20,7 @@ from sosbook.requirements.base import Requirement
 from sosbook.synthesis.request_as_data import read_request
 from tests.least_input import least_input
 from tests.least_norm import least_norm
+from tests.oracles import asked
 from tests.test_proof_files import checker
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "tampered",
     "true_claims",
     "verdicts",
+    "where",
 ]
 
 CLASSES = {cls.kind: cls for cls in kinds()}
@@ -53,6 +56,18 @@ def may_differ(path, whole, alone):
     return bool(alone and (mean or (path[0] == "plant" and "model" in whole)))
 
 
+def where(file, other, path):
+    """Where what a changed file asks differs first; the path where it asks nothing."""
+    if file.get("version") != 2:
+        return path
+    try:
+        mine, theirs = dict(leaves(asked(file))), dict(leaves(asked(other)))
+    except checker.MALFORMED:
+        return path
+    here = (p for p in {**mine, **theirs} if mine.get(p) != theirs.get(p))
+    return next((p for p in here if not isinstance(mine.get(p), (dict, list))), path)
+
+
 def leaves(value, path=()):
     """(path, leaf) of everything in nested lists and dicts."""
     items = value.items() if isinstance(value, dict) else enumerate(value)
@@ -74,7 +89,7 @@ def changes(value):
     """What becomes of a value: other signs, digits, types, shapes."""
     if isinstance(value, str):
         yield from ("NaN", "Infinity", "", None, [value], {"x": value}, True, 0)
-        if value[-1:].isdigit() and value[:1] in "-0123456789":
+        if re.fullmatch(r"-?\d[\d.]*(e[-+]?\d+)?(/\d+)?", value):
             yield value[1:] if value[0] == "-" else "-" + value
             first = next(k for k, c in enumerate(value) if c.isdigit())
             digit = str((int(value[first]) + 3) % 10)
@@ -112,7 +127,7 @@ def tampered(whole, most=400):
     """Changed contents; an even choice where there are too many."""
     everything = []
     for path, value in leaves(whole):
-        if path != ("checksum",):
+        if path[0] not in ("checksum", "about"):
             same = json.dumps(value, sort_keys=True)
             everything += [
                 (path, change)

@@ -1,1 +1,39 @@
-"""What checks proofs with standard Python alone."""
+"""What checks proofs: a folder that needs standard Python and nothing else.
+
+`sosbook.exact.checker.kernel` knows no control, `statements`, `others` and `special`
+write texts for it beside the words that they prove, and `verdict` reads files:
+``python checker proof.json``. Every deployment has it in one file.
+"""
+
+from pathlib import Path
+
+__all__ = ["CHECKER", "in_one_file"]
+
+CHECKER = Path(__file__).parent
+ONE_FILE = """\
+\"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.
+
+The modules of sosbook.exact.checker one after the other; they need Python alone.
+\"\"\"
+
+import sys
+from types import ModuleType
+
+for name, source in {
+    "checker": "",
+%s}.items():
+    module = sys.modules[name] = ModuleType(name)
+    module.__package__, module.__path__ = "checker", []
+    exec(compile(source, name, "exec"), module.__dict__)
+    setattr(sys.modules["checker"], name.rpartition(".")[2], module)
+sys.exit(module.main(sys.argv[1:]))
+"""
+
+
+def in_one_file():
+    """The text of a program that is this folder in one file."""
+    parts = ""
+    for name in ("kernel", "statements", "others", "special", "verdict"):
+        source = (CHECKER / f"{name}.py").read_text("utf-8")
+        parts += f"    \"checker.{name}\": r'''{source}''',\n"
+    return ONE_FILE % parts

@@ -536,7 +536,7 @@ def shape_of(spec, reader):
 def check(file):
     """The labels that are proven: at a point, or excluded by multipliers."""
     data = {k: read(v) for k, v in file["data"].items()}
-    program, plain = parse(file["text"]), Reader(data)
+    program, plain = parse("\n".join(file["text"])), Reader(data)
     shapes = {k: shape_of(spec, plain) for k, spec in file["unknowns"].items()}
     need(("point" in file) != ("multipliers" in file), "a point, or multipliers")
     if "point" not in file:

@@ -396,7 +396,8 @@ class Coordinates:
             self.back = matrix(given["back"], N, N)
             self.scale = positive(given["scale"])
             self.sizes = {k: positive(v) for k, v in given["sizes"].items()}
-            solve(self.T, eye(N))  # T must be regular
+            for x in (self.left, self.T, self.back):
+                solve(x, eye(N))  # it must be regular
         self.near = self.back @ self.T  # the identity, nearly; any matrix will do
 
     def times(self, c):
@@ -1204,6 +1205,7 @@ class Observer:
         self.T = symmetric(self.T1, T2)
         self.back = solve(self.T, eye(2 * N)).T
         self.left = matrix(file["coordinates"]["left"], N, N)
+        solve(self.left, eye(N))  # it must be regular
         self.unit = positive(file["coordinates"]["unit"])
         keys(file["model"], "E A Bu")
         E, A = matrix(file["model"]["E"], N, N), matrix(file["model"]["A"], N, N)

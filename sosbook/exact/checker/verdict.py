@@ -1,0 +1,356 @@
+"""Check a proof file of sosbook: ``python checker proof.json``, for this folder.
+
+``--plant plant.json`` and ``--gain gain.json`` refuse a proof about another plant or
+another gain; ``--time-limit SECONDS`` bounds the time. It needs Python 3.9 or newer and
+nothing else, and all arithmetic is exact.
+
+A file of version 2 is a text with data. Its text must be the one that `KINDS` writes
+for what is asked, to the letter; then the kernel decides whether the text is true, and
+the words that stand beside it are said. A file of version 1 holds what is asked and no
+text, which is written here.
+
+Exit code: 0 proven, 1 refused, 2 no file or not readable, 3 beyond this checker
+(it says why; ``python -m sosbook verify`` decides), 4 not decided within the time or
+memory that there is.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+from threading import Lock, Timer
+
+from . import kernel
+from .kernel import MALFORMED, MOST_BYTES, MOST_DIGITS, Beyond, Refused, need
+from .others import Delay, Mass, Observer, Own, Schur
+from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
+from .statements import Design, keys
+
+SECONDS = 600.0  # unless told otherwise
+MOST_VERTICES, DEEPEST = 4096, 200
+FORMAT = "sosbook proof"
+
+LOOP, HEAD = "plant U K_A K ", ("format", "version", "kind", "checksum", "claims")
+KINDS = {  # what writes its text, and what it asks
+    "design": (Design, LOOP + "coupling epsilon E0 requirements"),
+    "delay": (Delay, LOOP + "tau mu delta alpha method order misprints analysis "
+              "coordinates exponentials"),
+    "regularization": (Mass, "plant K beta"),
+    "observer": (Observer, "plant K C Q_F R_F noises model coordinates L bound"),
+    "lmi": (Own, "shapes expressions statement digits"),
+}  # fmt: skip
+SINGLE = {  # without unknowns
+    "schur": (Schur, "matrices rate cells undecided note"),
+    "fixed mode": (FixedMode, LOOP + "requirement place polynomial rows point witness"),
+    "singular mass": (SingularMass, "plant U K_A between"),
+    "unreached response": (UnreachedResponse, LOOP + "bound vertex s v y"),
+    "small input": (SmallInput, LOOP + "coupling epsilon E0 requirements vertex rows "
+                    "columns spread blur multipliers share price"),
+}  # fmt: skip
+LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
+BEYOND = {
+    "sampled": "it encloses exponentials of matrices in balls",
+    "infeasible delay modes": "it encloses irrational eigenvalues in balls",
+}
+
+
+class Proven(list):
+    """What is claimed; of an author's LMIs also what the author says they mean."""
+
+    author = None
+
+    def __str__(self):
+        whose = ":" if self.author is None else " of an author's LMIs:"
+        lines = "\n- ".join(["proven" + whose, *map(printed, self)])
+        said = "\n  which say, by their author's word alone: "
+        return lines + "".join(said + json.dumps(words) for words in self.author or ())
+
+
+def printed(text):
+    """One line: what isn't printed is escaped, so that no text moves the cursor."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
+def law(asked):
+    """What is asked as a text with data, and the words that it proves.
+
+    Parameters
+    ----------
+    asked : dict
+        The kind of the proof, and its keys.
+    """
+    whole = asked["kind"]
+    if whole in BEYOND:
+        raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
+    *refused, kind = str(whole).rsplit("infeasible ", 1)
+    if kind in SINGLE and not refused:
+        writer, names = SINGLE[kind]
+    elif kind in KINDS and refused in ([], [""]):
+        writer, names = KINDS[kind]
+        names += " multipliers" if refused else " unknowns"
+        names += " coordinates" * bool(refused and kind == "design")
+    else:
+        raise Beyond(f"a proof of the kind {whole!r:.80} isn't known here")
+    less = LESS.get(kind, "").split() if refused else []
+    names = [x for x in dict.fromkeys(names.split()) if x not in less]
+    keys(asked, " ".join(["kind", *names]))
+    many = asked.get("plant") or {}
+    if len(many.get("vertices", ())) > MOST_VERTICES:
+        raise Beyond(f"the plant has more than {MOST_VERTICES} vertices")
+    problem = writer(asked)
+    claims = Proven(problem.claims)
+    claims.author = asked.get("statement", []) if kind == "lmi" else None
+    if refused and kind in ("design", "delay", "regularization"):
+        free = asked["K"] is None
+        how = "no gain and no matrices prove" if free else "no matrices prove"
+        how = "no gain proves" if kind == "regularization" else how
+        which = "by these LMIs" + getattr(problem, "condition", "")
+        claims = Proven([f"{how} {which}: " + "; ".join(claims)])
+    return problem.t, claims
+
+
+def written(asked):
+    """The file of version 2, as data, of what is asked; and the words of it."""
+    text, claims = law(asked)
+    head = {"format": FORMAT, "version": 2, "kind": asked["kind"]}
+    asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
+    return head | {"about": about(asked), "asks": asks} | text.file(), claims
+
+
+def skeleton(x, place, text):
+    """What is asked, with references in the place of what the data hold."""
+    holder, key = place
+    found = text.places.get((id(holder), key))
+    if found is not None:
+        return found
+    if key == "multipliers" and text.labels:
+        return [[name, "*" + text.label(name)] for name, _ in x]
+    if isinstance(x, dict):
+        return {k: skeleton(v, (x, k), text) for k, v in x.items()}
+    if isinstance(x, list):
+        return [skeleton(v, (x, k), text) for k, v in enumerate(x)]
+    return x
+
+
+def asked_of(file):
+    """What a file asks, with its kind; `law` decides whether it may."""
+    if file["version"] == 1:
+        return {k: v for k, v in file.items() if k == "kind" or k not in HEAD}
+    given = {"=": file["data"] | file.get("point", {}), "#": file.get("point", {}),
+             "|": file["data"], "*": file.get("multipliers", {})}  # fmt: skip
+
+    def value(x):
+        if isinstance(x, str) and x[:1] in given:
+            y = given[x[0]][x[1:]]
+            if isinstance(y, dict):
+                r, c = y["zeros"]
+                return [[] for _ in range(r)] if c == 0 else []
+            return [[y]] if x[0] == "#" else [e for (e,) in y] if x[0] == "|" else y
+        if isinstance(x, dict):
+            return {k: v if k == "statement" else value(v) for k, v in x.items()}
+        return [value(v) for v in x] if isinstance(x, list) else x
+
+    return {"kind": file["kind"], **value(file["asks"])}
+
+
+def check(text):
+    """The claims that the text of a proof file proves; else Refused or Beyond."""
+    file = contents(text)
+    good = isinstance(file, dict) and file.get("format") == FORMAT
+    need(good, "no proof file")
+    need(type(file.get("version")) is int, "there is no version")
+    if file["version"] not in (1, 2):
+        raise Beyond("this checker reads the versions 1 and 2 of the format")
+    if file["version"] == 2:
+        file, claims = matched(file)
+        kernel.check(file)
+        return claims
+    asked = asked_of(file)
+    rest = {key: value for key, value in file.items() if key != "checksum"}
+    good = file.get("checksum") == digest(rest)
+    need(good, "the checksum isn't that of the contents")
+    listed = asked.pop("blocks", None)
+    text, claims = law(asked)
+    kernel.check(text.file())
+    if "unknowns" in asked:
+        names = sorted(json.dumps(k) for k in text.labels)
+        good = names == sorted(map(json.dumps, listed))
+        need(good, "the blocks aren't those listed")
+    other = "the file claims something else: " + "; ".join(claims)
+    need(file.get("claims") == claims, other)
+    return claims
+
+
+def matched(file):
+    """A file of version 2, which must be the one that is written, and its words."""
+    again, claims = written(asked_of(file))
+    about = file.get("about") | {"code": None}
+    need(about == again["about"] | {"code": None}, "the digests are of other data")
+    for key in again.keys() | file.keys():
+        same = key == "about" or (key in file and file[key] == again.get(key))
+        need(same, f"{key!r:.40} isn't what is written for what is asked")
+    return again, claims
+
+
+def contents(text):
+    """What a text in JSON holds, within the limits."""
+    value = kernel.contents(text)
+    level = [value]
+    for _ in range(DEEPEST):
+        longest = max((len(x) for x in level if isinstance(x, str)), default=0)
+        if longest > 2 * MOST_DIGITS + 2:
+            raise Beyond(f"a text has {longest} characters")
+        level = [x for v in level if isinstance(v, (dict, list))
+                 for x in (v.values() if isinstance(v, dict) else v)]  # fmt: skip
+        if not level:
+            return value
+    raise Refused("its lists are nested too deeply")
+
+
+def digest(value):
+    plain = json.dumps(value, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(plain.encode()).hexdigest()
+
+
+def parts(asked):
+    """What a proof is about, by name."""
+    about = [(k, asked[k]) for k in ("plant", "U", "K_A", "K", "L") if asked.get(k)]
+    starts = [r["x0"] for r in asked.get("requirements", []) if "x0" in r]
+    return about + [("x0", x) for x in starts]
+
+
+def about(asked):
+    """The first letters of digests."""
+    return {name: digest(value)[:12] for name, value in parts(asked)}
+
+
+def subject(asked):
+    """What a proof is about: digests, and numbers or sizes.
+
+    Examples
+    --------
+    >>> subject({"K": [["1", "-2"]], "U": []})
+    'K e31ba7a7b60d = [[1, -2]]'
+    """
+    words = []
+    for name, value in parts(asked):
+        text = json.dumps(value).replace('"', "")
+        text = f"= {text}" if len(text) <= 120 else f"({size(value)})"
+        words.append(f"{name} {digest(value)[:12]} {text}")
+    return ", ".join(words)
+
+
+def size(value):
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {size(inner)}" for key, inner in value.items())
+    if not isinstance(value, list) or not value:
+        return json.dumps(value).replace('"', "")[:120]
+    if isinstance(value[0], dict):
+        return f"{len(value)} with {size(value[0])}"
+    if isinstance(value[0], list):
+        return f"{len(value)} x {len(value[0])}"
+    return f"{len(value)} numbers"
+
+
+def wanted_plant(given):
+    """The plant, and U and K_A if any, of a plant file as proof files write them."""
+    plant = given.get("plant", given)
+    vertices = []
+    for v in plant.get("vertices", [plant]):
+        keys(dict(v, F=0), "M D S B F")
+        v = dict({"F": [[] for _ in v["M"]]}, **v)
+        vertices.append({k: decimals(v[k]) for k in "MDSBF"})
+    wanted = {"plant": {"kind": "second order", "vertices": vertices}}
+    for name, none in (("U", []), ("K_A", None)) if "plant" in given else ():
+        wanted[name] = none if given.get(name) is None else decimals(given[name])
+    return wanted
+
+
+def wanted_gain(given):
+    return {"K": decimals(given["K"] if isinstance(given, dict) else given)}
+
+
+def decimals(rows):
+    """Numbers of JSON as proof files write them."""
+    if isinstance(rows, list):
+        return [decimals(x) for x in rows]
+    good = type(rows) in (int, float)
+    need(good, "a plant or a gain has something that is no number")
+    text = repr(float(rows) + 0.0)
+    return text[:-2] if text.endswith(".0") else text
+
+
+def read(name):
+    """The text of a file."""
+    with open(name, "rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise Beyond(f"the file has more than {MOST_BYTES} bytes")
+    return content.decode("utf-8")
+
+
+def say(*lines):
+    try:
+        print(*map(printed, lines), sep="\n", flush=True)
+    except BrokenPipeError:  # nobody reads any more
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def main(arguments):
+    getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
+    parser.add_argument("proof")
+    parser.add_argument("--plant", help="a file of `python -m sosbook design`")
+    parser.add_argument("--gain", help='a matrix in JSON, or {"K": [[..]]}')
+    parser.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS")
+    asked = parser.parse_args(arguments)
+    if not 0 < asked.time_limit < 1e9:
+        parser.error("--time-limit must be positive, a number of seconds")
+    last_word = Lock()
+
+    def give_up():
+        last_word.acquire()
+        say(f"not decided within {asked.time_limit:g} s: give more by --time-limit")
+        os._exit(4)
+
+    watch = Timer(asked.time_limit, give_up)
+    watch.daemon = True
+    watch.start()
+    try:
+        code, lines = verdict(asked)
+    finally:
+        last_word.acquire()
+        watch.cancel()
+    say(*lines)
+    return code
+
+
+def verdict(asked):
+    """The exit code, and what is said."""
+    wanted = {}
+    for name, form in ((asked.plant, wanted_plant), (asked.gain, wanted_gain)):
+        try:
+            wanted.update(form(contents(read(name))) if name else {})
+        except (OSError, Refused, Beyond, *MALFORMED) as fault:
+            return 2, [f"not read: {name}: {fault}"]
+    try:
+        text = read(asked.proof)
+        claims, file = check(text), asked_of(contents(text))
+        about = subject(file)
+        for name, value in wanted.items():
+            if name in file or name in ("plant", "K"):
+                need(file.get(name) == value, f"it is about another {name}")
+    except Refused as refusal:
+        return 1, [f"refused: {refusal}"]
+    except MALFORMED as fault:
+        return 1, [f"refused: not a well-formed proof file ({fault!r:.200})"]
+    except Beyond as limit:
+        return 3, [f"not checked: {limit}"]
+    except OSError as fault:
+        return 2, [f"not read: {fault}"]
+    except MemoryError:
+        return 4, ["not decided: it takes more memory than there is"]
+    first, *lines = str(claims).splitlines()
+    return 0, [f"{first[:-1]}, of {about}:" if about else first, *lines]

@@ -1,0 +1,30 @@
+"""What tests hold the project against: programs that it no longer ships.
+
+``check_version_1`` is the checker of files without a text. It writes no text and has
+no kernel: its blocks are matrices of fractions, formed in Python.
+"""
+
+from sosbook.exact.checker import verdict
+from sosbook.exact.proof_text import checksum, version_1
+
+__all__ = ["asked", "mended", "without_text"]
+
+
+def without_text(proof):
+    """The text of a proof as a file of version 1: what is asked, as data alone."""
+    return version_1(proof.kind, type(proof).examine(proof.data)[0])
+
+
+def mended(whole):
+    """A file that was changed, with the checksum or the digests of its contents."""
+    if whole.get("version") != 2:
+        return dict(whole, checksum=checksum(whole))
+    try:
+        return dict(whole, about=verdict.about(verdict.asked_of(whole)))
+    except verdict.MALFORMED:
+        return whole
+
+
+def asked(whole):
+    """What a file of either version asks."""
+    return verdict.asked_of(whole)
