@@ -186,6 +186,9 @@ PROOFS = {
     "closed loop": lambda: sos.analyse_loop(
         np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
     ).certify(),
+    "a range": lambda: sos.design_pid(
+        sos.Uncertain(lambda k: spring(S=k * k, D=0.1 * k), k=(1, 1.2)), gamma=3.0
+    ).certify(),
     "regular mass": lambda: sos.regularize(singular()).certify(),
     "delay": lambda: late(alpha=0.8),
     "constant delay": lambda: late(mu=0.0, alpha=0.8),

@@ -33,7 +33,7 @@ sys.exit(module.main(sys.argv[1:]))
 def in_one_file():
     """The text of a program that is this folder in one file."""
     parts = ""
-    for name in ("kernel", "statements", "others", "special", "verdict"):
+    for name in ("kernel", "families", "statements", "others", "special", "verdict"):
         source = (CHECKER / f"{name}.py").read_text("utf-8")
         parts += f"    \"checker.{name}\": r'''{source}''',\n"
     return ONE_FILE % parts

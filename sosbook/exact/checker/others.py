@@ -7,6 +7,7 @@
 import re
 from fractions import Fraction
 
+from .families import decimal, every_plant
 from .kernel import Beyond, need
 from .statements import Text, distinct, keys, mat, number, plant, positive, ratio, sane
 
@@ -42,14 +43,6 @@ def exponential(x, terms=80):
         term = term * x / k
         total += term
     return total, total + term
-
-
-def decimal(x):
-    """A fraction with a finite decimal expansion, written out."""
-    k = next(k for k in range(800) if (x * 10**k).denominator == 1)
-    digits = str(abs(x * 10**k)).rjust(k + 1, "0")
-    text = digits[: len(digits) - k] + ("." + digits[len(digits) - k :] if k else "")
-    return "-" * (x < 0) + text
 
 
 class Delay:
@@ -177,7 +170,7 @@ class Delay:
 
     def _claim(self, tau, delta):
         d, mu = self.d, self.mu
-        who = "every plant of the polytope" if self.many > 1 else "the plant"
+        who = every_plant(d["plant"], self.many)
         who += ", under u = K x(t - d),"
         who = "the loop" if self.loop else who
         how = "is exponentially stable"
@@ -328,11 +321,7 @@ class Mass:
     def __init__(self, d):
         t = self.t = Text(d)
         need(d["plant"]["kind"] == "second order", "this plant has no mass")
-        vertices, N, m, _ = plant(Text(d), dict(d, U=[], K_A=None))
-        keys(d["plant"], "kind vertices")
-        for i, v in enumerate(vertices, 1):
-            for name in "MDSBF":
-                t.put(f"{name}.{i}", v, name)
+        vertices, N, m, _ = plant(t, dict(d, U=[], K_A=None))
         t.put_number("beta", d, "beta")
         t.write("sign.beta: beta > 0")
         if d["K"] is None:
@@ -344,7 +333,7 @@ class Mass:
         for i in few:
             t.labels[f"mass {i + 1}" if many > 1 else "mass"] = f"mass.{i + 1}"
         t.write("mass.i: he(M.i - B.i K_A)/2 - beta^2 > 0", loop="i in vertices")
-        where = "every plant of the polytope" if many > 1 else "the plant"
+        where = every_plant(d["plant"], many)
         least = "the eigenvalues of its symmetric part exceed beta^2 = "
         least += decimal(positive(d["beta"]) ** 2)
         self.claims = [f"for {where}, M - B K_A is regular", least]

@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cache
 
 from . import kernel
+from .families import every_plant, given_vertices, keys
 from .kernel import Beyond, Mat, need
 
 PI = Fraction(314159265358979323846264338327950288, 10**35)  # rounded down
@@ -20,10 +21,6 @@ TINY = Fraction(1, 10**9)
 
 
 # ---- 1. Reading
-
-
-def keys(what, names):
-    need(set(what) == set(names.split()), f"the keys must be {names}")
 
 
 def sane(name):
@@ -155,25 +152,23 @@ OTHER = "E.i = Ed.i", "A.i = Ad.i", "Bu.i = Bd.i", "Bw.i = Wd.i"
 
 def plant(t, d):
     """The lines of E x' = A x + B u + W w, y = C x + D u; (vertices, N, m, p)."""
-    kind, vertices = d["plant"]["kind"], d["plant"]["vertices"]
-    need(vertices, "the plant has no vertex")
+    kind, vertices = d["plant"]["kind"], given_vertices(d["plant"])
+    family = "parameters" in d["plant"]
+    entry, t.vertices = ratio if family else number, vertices
     t.sets["vertices"] = [[str(i + 1)] for i in range(len(vertices))]
     if kind == "second order":
-        keys(d["plant"], "kind vertices")
         need(isinstance(d["U"], list), "U must be a matrix")
         names = dict(zip("MDSBF", "MDSBF"))
         n, U = len(vertices[0]["M"]), len(d["U"])
         N = 2 * n + U
     else:
-        need(kind == "descriptor", f"a plant of the kind {kind!r:.40} isn't known")
-        keys(d["plant"], "kind vertices C D_u")
         need(d["U"] == [] and d["K_A"] is None, "this plant has no U, no K_A")
         names, N = dict(E="Ed", A="Ad", B="Bd", B_w="Wd"), len(vertices[0]["E"])
-    sizes = set()
+    sizes, output = set(), " C D_u" if family and kind == "descriptor" else ""
     for i, v in enumerate(vertices, 1):
-        keys(v, " ".join(names))
+        keys(dict(v, D_u=0) if output else v, " ".join(names) + output)
         for key, name in names.items():
-            t.put(f"{name}.{i}", v, key)
+            t.put(f"{name}.{i}", v, key, entry=entry)
         square, (B, W) = list(names)[:-2], (v[x] for x in list(names)[-2:])
         shapes = [(len(v[x]), len(v[x][0])) for x in square]
         sizes.add((*shapes, len(B), len(B[0]), len(W), len(W[0])))
@@ -181,9 +176,10 @@ def plant(t, d):
     (*shapes, rows, m, high, p) = sizes.pop()
     need({*shapes} == {(rows, rows)} and high == rows, "a matrix has a wrong shape")
     if kind == "descriptor":
-        t.put("C", d["plant"], "C", N)
-        if d["plant"]["D_u"] is not None:
-            t.put("D", d["plant"], "D_u", m)
+        v = vertices[0] if family else d["plant"]
+        t.put("C", v, "C", N, entry)
+        if v.get("D_u") is not None:
+            t.put("D", v, "D_u", m, entry)
         t.write(*OTHER, loop="i in vertices")
         return vertices, N, m, p
     if U:
@@ -439,7 +435,7 @@ class Design:
 
     def _statements(self):
         """Each claim beside the requirement whose blocks prove it."""
-        where = "the plant" if self.many == 1 else "every plant of the polytope"
+        where = every_plant(self.d["plant"], self.many)
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
         under = ", under u = K x," if self.m else ""

@@ -1,0 +1,131 @@
+"""Plants with parameters in ranges, as a file has them, and their vertices."""
+
+import re
+from fractions import Fraction
+from functools import cache
+from math import comb, prod
+
+from .kernel import MOST_DIGITS, need
+
+MOST_FAMILY = 256  # vertices of a plant with parameters
+NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
+FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?"
+          rf"|{NAME}(?:\^[0-9]{{1,2}})?)")  # fmt: skip
+
+
+def keys(what, names):
+    need(set(what) == set(names.split()), f"the keys must be {names}")
+
+
+def given_vertices(plant):
+    """The matrices of each vertex by name: as the file has them, or Bernstein's.
+
+    With parameters p in [a, b] they are polynomials. In Bernstein's form of degree d
+    p^e has for i = 0 .. d the coefficients
+
+        c_i = sum_j C(i, j) C(d - i, e - j) b^j a^(e - j) / C(d, e)
+
+    and p^e = sum_i w_i c_i with w_i = C(d, i) t^i (1 - t)^(d - i) >= 0 of sum 1, where
+    t = (p - a) / (b - a). With several parameters the products of their w_i have the
+    sum 1, too: so every plant is a mean of the vertices.
+    """
+    names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u"}
+    need(plant["kind"] in names, "a plant of this kind isn't known")
+    names = names[plant["kind"]]
+    if "parameters" not in plant:
+        alike = " C D_u" if plant["kind"] == "descriptor" else ""
+        keys(plant, "kind vertices" + alike)
+        need(plant["vertices"], "the plant has no vertex")
+        return plant["vertices"]
+    keys(dict(plant, D_u=0) if "D_u" in names else plant, "kind parameters " + names)
+    ends = {name: (single(a), single(b)) for name, a, b in plant["parameters"]}
+    need(len(ends) == len(plant["parameters"]), "a parameter comes twice")
+    for name, (a, b) in ends.items():
+        need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
+    parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
+    read = {x: [[polynomial(e, ends) for e in row] for row in rows]
+            for x, rows in parts.items()}  # fmt: skip
+    powers = {p for rows in read.values() for row in rows for e in row for p in e}
+    degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
+    need(
+        prod(d + 1 for d in degrees) <= MOST_FAMILY, "the family has too many vertices"
+    )
+
+    @cache
+    def coefficient(k, i, e):
+        (a, b), d = list(ends.values())[k], degrees[k]
+        return sum(Fraction(comb(i, j) * comb(d - i, e - j), comb(d, e)) * b**j
+                   * a ** (e - j) for j in range(e + 1))  # fmt: skip
+
+    def at(place):
+        return {x: [[sum((c * prod(coefficient(k, i, e)
+                                   for k, (i, e) in enumerate(zip(place, p)))
+                          for p, c in entry.items()), Fraction(0))
+                     for entry in row] for row in rows]
+                for x, rows in read.items()}  # fmt: skip
+
+    places = [()]
+    for d in degrees:
+        places = [(*place, i) for place in places for i in range(d + 1)]
+    vertices = [{x: [[str(e) for e in row] for row in rows]
+                 for x, rows in at(place).items()} for place in places]  # fmt: skip
+    fixed = [[v.get(x) for x in ("C", "D_u")] for v in vertices]
+    need(all(x == fixed[0] for x in fixed), "an output depends on a parameter")
+    return vertices
+
+
+def polynomial(text, ends):
+    """Coefficients by powers of the parameters, of a sum of products."""
+    need(isinstance(text, str) and text, f"{text!r:.40} is no polynomial")
+    rest, terms = text.replace(" ", ""), {}
+    while rest:
+        found = re.match(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)", rest, re.ASCII)
+        need(found and (found[1] or not terms), f"{text!r:.40} is no polynomial")
+        c, powers = Fraction(-1 if found[1] == "-" else 1), dict.fromkeys(ends, 0)
+        for factor in found[2].split("*"):
+            name, _, power = factor.partition("^")
+            if name[0].isdigit():
+                need(not re.search("/0+$", factor), "a division by zero")
+                c *= Fraction(factor)
+            else:
+                need(name in ends, f"{name:.40} has no range")
+                powers[name] += int(power or 1)
+        place = tuple(powers.values())
+        terms[place], rest = terms.get(place, 0) + c, rest[found.end() :]
+    terms = {place: c for place, c in terms.items() if c}
+    need(text == in_words(terms, ends), f"{text!r:.40} isn't in its shortest form")
+    return terms
+
+
+def in_words(terms, names):
+    """A polynomial as it is written: powers fall, coefficients are short decimals."""
+    text = ""
+    for powers, c in sorted(terms.items(), reverse=True):
+        whole = abs(c) * 10**10  # more decimals than ten are a fraction
+        value = str(abs(c)) if whole.denominator > 1 else decimal(abs(c))
+        parts = [x if e == 1 else f"{x}^{e}" for x, e in zip(names, powers) if e]
+        parts = [value] * (abs(c) != 1 or not parts) + parts
+        sign = "-" if c < 0 else "+" if text else ""
+        text += (f" {sign} " if text else sign) + "*".join(parts)
+    return text or "0"
+
+
+def single(text):
+    return sum(polynomial(text, {}).values(), Fraction(0))
+
+
+def every_plant(plant, many):
+    """Of which plants a proof says something."""
+    ranges = [f"{x} in [{a}, {b}]" for x, a, b in plant.get("parameters", ())]
+    if ranges:
+        *most, last = ranges
+        return "every plant with " + (f"{', '.join(most)} and {last}" if most else last)
+    return "every plant of the polytope" if many > 1 else "the plant"
+
+
+def decimal(x):
+    """A fraction with a finite decimal expansion, written out."""
+    k = next(k for k in range(800) if (x * 10**k).denominator == 1)
+    digits = str(abs(x * 10**k)).rjust(k + 1, "0")
+    text = digits[: len(digits) - k] + ("." + digits[len(digits) - k :] if k else "")
+    return "-" * (x < 0) + text
