@@ -85,6 +85,8 @@ def guarded(request, seconds, work):
 
 def _odd_mass_named(solution):
     """The Solution, its reason with a word about M where that may be the cause."""
+    if not isinstance(solution, Solution):  # a map's trial, or none
+        return solution
     if solution.status != "undecided" or not odd_mass(solution.request):
         return solution
     return replace(solution, reason=f"{solution.reason} {ODD_MASS}")
