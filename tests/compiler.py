@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 from tests.browser import apt_install, is_root, output
+from tests.processes import process
 
 NAMES = ("cc", "gcc", "clang")
 CHAPTERS = ("30_c_code.ipynb",)  # they run a compiler
@@ -63,14 +64,6 @@ def refuse():
 
 def run(*command, timeout=60, **more):
     """What a command that must succeed writes to its output."""
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=timeout,
-        **more,
-    )
+    done = process(*command, timeout=timeout, **more)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

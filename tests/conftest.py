@@ -26,7 +26,6 @@ and clusters in the same process.
 import importlib.util
 import os
 import re
-import subprocess
 import sys
 import time
 from collections import Counter
@@ -38,6 +37,7 @@ import pytest
 from tasks import JUPYTER_BOOK
 from tests import browser as chromium
 from tests import compiler
+from tests.processes import process
 
 collect_ignore = ["rehearsal", "typed.py"]  # programs of other tests
 ROOT = Path(__file__).resolve().parent.parent
@@ -108,22 +108,16 @@ def site(tmp_path_factory):
         assert (path / "book").is_dir(), f"no built book in {path}"
         return path
     folder = tmp_path_factory.mktemp("site")
-    done = subprocess.run(
-        [
-            sys.executable,
-            *JUPYTER_BOOK,
-            "build",
-            ROOT,
-            "-W",
-            "-n",
-            "--keep-going",
-            "--path-output",
-            folder,
-        ],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
+    done = process(
+        sys.executable,
+        *JUPYTER_BOOK,
+        "build",
+        ROOT,
+        "-W",
+        "-n",
+        "--keep-going",
+        "--path-output",
+        folder,
     )
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
     return folder / "_build" / "html"

@@ -19,6 +19,7 @@ from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS, OBJECTS
 from sosbook.runtime.digests import digest, short_digest
 from tests.oracles import without_text
+from tests.processes import process
 
 FOLDER = Path(proofs.__file__).parent
 EXAMPLE = FOLDER / "plant.example.json"
@@ -36,12 +37,7 @@ VERIFY = {"package": lambda *x: main(["verify", *x]), "checker": by_checker}
 
 
 def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "sosbook", *map(str, arguments)],
-        capture_output=True,
-        encoding="utf-8",
-        timeout=120,
-    )
+    return process(sys.executable, "-m", "sosbook", *arguments, timeout=120)
 
 
 @pytest.mark.slow
@@ -344,12 +340,7 @@ def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
     for name, text in heavy(small).items():
         file = tmp_path / "heavy.json"
         file.write_text(text, "utf-8")
-        done = subprocess.run(
-            [*command, file, "--time-limit", "4"],
-            capture_output=True,
-            encoding="utf-8",
-            timeout=60,
-        )
+        done = process(*command, file, "--time-limit", "4", timeout=60)
         said = done.stdout + done.stderr
         assert "Traceback" not in said and len(said) < 2000, name
         if done.returncode == 4:
@@ -407,9 +398,7 @@ def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
         file.write_text(spoilt(small, **changes), "utf-8")
         command = [sys.executable, "-m", "sosbook", "verify"]
         command = command if program == "package" else [sys.executable, proofs.CHECKER]
-        done = subprocess.run(
-            [*command, file], capture_output=True, encoding="utf-8", timeout=60
-        )
+        done = process(*command, file, timeout=60)
         said = done.stdout + done.stderr
         assert done.returncode in (1, 2, 3) and "Traceback" not in said
         assert said.replace("\n", "").isprintable(), changes

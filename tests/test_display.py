@@ -2,7 +2,6 @@
 
 import html.parser
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from sosbook.display.escape import json_text, page_text
 from sosbook.display.pole_map import pole_map
 from sosbook.requirements.stability import Stability
 from tests.elements import brightness, schemes
+from tests.processes import process
 from tests.test_results import CART, MAKE, PAIR, REFUSED
 
 HOSTILE = [
@@ -180,13 +180,7 @@ plant = sos.SecondOrderSystem(M=1, D=0, S=1, B=1)
 page = sos.design_pid(plant, region=sos.PoleRegion(sigma=0.5))._repr_html_()
 print(page[:26], "sos-pole" in page)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=True,
-    )
+    done = process(sys.executable, "-c", code, check=True)
     assert done.stdout == '<div class="sos-result" ro True\n'
 
 

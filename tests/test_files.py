@@ -6,7 +6,6 @@ import inspect
 import json
 import pkgutil
 import re
-import subprocess
 import sys
 import textwrap
 from pathlib import Path
@@ -30,6 +29,7 @@ from sosbook.runtime import reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file
 from tests.broken_files import BROKEN, ESC
+from tests.processes import process
 
 PACKAGE = Path(sosbook.__file__).parent
 ONE = "1\n"
@@ -315,12 +315,7 @@ def test_a_full_disk_leaves_the_old_file_whole(tmp_path):
         """
     )
     path = tmp_path / "proof.json"
-    done = subprocess.run(
-        [sys.executable, "-c", program, path],
-        capture_output=True,
-        encoding="utf-8",
-        check=True,
-    )
+    done = process(sys.executable, "-c", program, path, check=True)
     assert str(path) in done.stdout
     assert path.read_text("utf-8") == "old"
     assert [x.name for x in tmp_path.iterdir()] == ["proof.json"]

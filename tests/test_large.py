@@ -1,7 +1,6 @@
 """Large requests: no dense matrix of all variables, in time or in memory."""
 
 import os
-import subprocess
 import sys
 
 import numpy as np
@@ -21,6 +20,7 @@ from sosbook.solver.sums import Sums
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests.cases import DENSE, GRADIENTS
+from tests.processes import process
 
 FREE_CHAIN = """
 import resource, sys
@@ -47,10 +47,8 @@ print((after - before) * unit)
 def test_an_unbounded_request_of_60_states_needs_no_dense_matrix():
     """One slope a variable as a dense matrix would take 600 MB."""
     command = [sys.executable, "-c", FREE_CHAIN, "30"]
-    ran = subprocess.run(
-        command, capture_output=True, encoding="utf-8", check=True, env=os.environ
-    )
-    assert int(ran.stdout) < 150e6
+    done = process(*command, check=True, env=os.environ)
+    assert int(done.stdout) < 150e6
 
 
 def lyapunov(A):

@@ -5,7 +5,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 
 from sosbook.runtime.libraries import EXTRAS
 from tasks import interpreter
+from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
 CORE = ("numpy", "scipy", "python-flint")
@@ -72,11 +72,8 @@ def expose(distribution, folder):
 def run(*command, status=0, **more):
     """The output of a command, in UTF-8, away from the project's folder."""
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
+    done = process(
+        *command,
         env=environment | {"PYTHONUTF8": "1"},
         cwd=more.get("cwd", Path(sys.prefix)),
     )

@@ -11,6 +11,7 @@ import sosbook as sos
 from sosbook.book.elements.answers import asked_of
 from tests.compiler import find, refuse
 from tests.elements import write_page
+from tests.processes import process
 
 READY = """() => { const e = document.querySelector("sos-plant");
   return e?.answer && e.answer.digest === e.digest; }"""
@@ -423,9 +424,7 @@ int main(void)
     flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-o", str(built), str(source)]
     words = [command] if isinstance(command, str) else [*command]
     subprocess.run([*words, *flags], check=True, timeout=60)
-    said = subprocess.run(
-        [str(built)], capture_output=True, text=True, check=True, encoding="utf-8"
-    )
+    said = process(built, check=True)
     x3, true = 0.0, []
     for _ in range(3):
         true += list(K @ [0.2, -0.6, 0.5, 0.1, x3])

@@ -3,7 +3,6 @@
 import json
 import os
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import pytest
 import scipy.linalg
 from scipy.linalg.lapack import dpotrf
 
+from tests.processes import process
 from tests.rehearsal import __main__ as rehearsal
 from tests.rehearsal import sitecustomize as noise
 from tests.rehearsal import worlds
@@ -126,14 +126,7 @@ def environment(**extra):
 
 
 def printed(**extra):
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM],
-        env=environment(**extra),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=True,
-    )
+    done = process(sys.executable, "-c", PROGRAM, env=environment(**extra), check=True)
     return json.loads(done.stdout)
 
 

@@ -5,13 +5,13 @@ import importlib.metadata
 import inspect
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 import sosbook
+from tests.processes import process
 
 PACKAGE = Path(sosbook.__file__).parent
 ROOMS = (
@@ -148,10 +148,11 @@ def test_the_root_imports_nothing_before_it_is_asked_for():
         "print(sorted({m.split('.')[0] for m in {*sys.modules} - before}"
         " - {*sys.stdlib_module_names}), [m for m in sys.modules if 'sosbook.' in m])"
     )
-    done = subprocess.run(
-        [sys.executable, "-S", "-c", code],
-        capture_output=True,
-        encoding="utf-8",
+    done = process(
+        sys.executable,
+        "-S",
+        "-c",
+        code,
         check=True,
         env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
     )
@@ -221,10 +222,5 @@ def test_an_unknown_name_is_an_error():
 
 @pytest.mark.slow
 def test_the_robots_program_runs_by_its_short_name():
-    done = subprocess.run(
-        [sys.executable, "-m", "sosbook.mip", "--help"],
-        capture_output=True,
-        encoding="utf-8",
-        check=True,
-    )
+    done = process(sys.executable, "-m", "sosbook.mip", "--help", check=True)
     assert "folder" in done.stdout

@@ -1,7 +1,6 @@
 """What isn't installed is named with its cure; BLAS has one thread in a solve."""
 
 import os
-import subprocess
 import sys
 import threading
 import tomllib
@@ -15,6 +14,7 @@ import threadpoolctl
 
 import sosbook as sos
 from sosbook.runtime import libraries, progress, threads
+from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -184,11 +184,5 @@ def test_a_process_of_one_thread_says_so_before_numpy():
         "print({p['num_threads'] for p in threadpoolctl.threadpool_info()})"
     )
     free = {k: v for k, v in os.environ.items() if k not in threads.ONE_THREAD}
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        encoding="utf-8",
-        check=True,
-        env=free,
-    )
+    done = process(sys.executable, "-c", code, check=True, env=free)
     assert done.stdout.strip() == "{1}"

@@ -2,11 +2,12 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = [
@@ -20,14 +21,7 @@ SCRIPTS = [
 def run(*words):
     """What a program of the environment says of the checkout."""
     quiet = {"DENO_DIR": str(ROOT / "_build" / "deno"), "DENO_NO_UPDATE_CHECK": "1"}
-    return subprocess.run(
-        words,
-        cwd=ROOT,
-        env=os.environ | quiet | {"NO_COLOR": "1"},
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-    )
+    return process(*words, cwd=ROOT, env=os.environ | quiet | {"NO_COLOR": "1"})
 
 
 @pytest.mark.parametrize("words", [("check",), ("format", "--check")])

@@ -1,7 +1,6 @@
 """The commands: what they call, on this system and on others, and in CI."""
 
 import re
-import subprocess
 import sys
 import tomllib
 from importlib import metadata
@@ -15,6 +14,7 @@ from packaging.version import Version
 
 import tasks
 from tests import browser, compiler, conftest
+from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
@@ -40,13 +40,7 @@ def test_the_help_names_every_command_and_only_these():
 
 
 def test_the_commands_need_nothing_but_python():
-    done = subprocess.run(
-        [sys.executable, "-S", "-E", ROOT / "tasks.py", "nonsense"],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
+    done = process(sys.executable, "-S", "-E", ROOT / "tasks.py", "nonsense")
     assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
 
 
@@ -60,22 +54,17 @@ for more in ([], ["--campaign"]):
 
 @pytest.mark.slow
 def test_the_campaigns_run_when_they_are_called_and_never_else():
-    listed = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            COLLECT_TWICE,
-            "--collect-only",
-            "-qq",
-            "-p",
-            "no:cacheprovider",
-            *tasks.WITHOUT_NBVAL,
-            "tests/test_mip_six_robots.py",
-        ],
+    listed = process(
+        sys.executable,
+        "-c",
+        COLLECT_TWICE,
+        "--collect-only",
+        "-qq",
+        "-p",
+        "no:cacheprovider",
+        *tasks.WITHOUT_NBVAL,
+        "tests/test_mip_six_robots.py",
         cwd=ROOT,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
         check=True,
     ).stdout
     few, all_of_them = map(int, re.findall(r"\.py: (\d+)", listed))

@@ -2,7 +2,6 @@
 
 import functools
 import inspect
-import subprocess
 import sys
 import typing
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import sosbook as sos
+from tests.processes import process
 
 PACKAGE = Path(sos.__file__).parent
 ROOT = Path(__file__).resolve().parent.parent
@@ -86,12 +86,8 @@ def test_types_name_things_that_exist():
 @pytest.mark.slow
 def test_mypy_has_nothing_to_say():
     """Ten seconds without the cache that `python3 tasks.py types` fills, too."""
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--cache-dir", ROOT / "_build" / "mypy"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
+    done = process(
+        sys.executable, "-m", "mypy", "--cache-dir", ROOT / "_build" / "mypy", cwd=ROOT
     )
     assert done.returncode == 0, done.stdout + done.stderr
 

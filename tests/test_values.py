@@ -3,7 +3,6 @@
 import json
 import random
 import shutil
-import subprocess
 import sys
 from decimal import Decimal
 from pathlib import Path
@@ -13,6 +12,7 @@ import pytest
 
 from sosbook import notebooks
 from tests import values
+from tests.processes import process
 from tests.values import cells, words
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -187,9 +187,7 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
         "--rootdir",
         str(tmp_path),
     ]
-    done = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False
-    )
+    done = process(*command, cwd=ROOT)
     for page in cells.FOLDER.glob("red_on_purpose-*.html"):
         page.unlink()
     assert "1 failed, 1 passed" in done.stdout

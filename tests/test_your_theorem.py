@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import sosbook as sos
 from sosbook.analysis.linear import loop_matrix
 from sosbook.plants import descriptors
 from tests.energy_to_peak import PAGE, EnergyToPeak, file_of, true_peak
+from tests.processes import process
 
 ROOT = Path(__file__).parents[1]
 FILE, TEST = "energy_to_peak.py", "test_energy_to_peak.py"
@@ -33,12 +33,11 @@ def folder(tmp_path):
 
 def run(folder, *words):
     """A fresh process in that folder, with the package but not the tests."""
-    return subprocess.run(
-        [sys.executable, *words],
+    return process(
+        sys.executable,
+        *words,
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        encoding="utf-8",
         timeout=250,
     )
 

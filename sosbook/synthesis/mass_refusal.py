@@ -11,6 +11,9 @@ from .regularity import least_mass, mass_pairs, mass_refusal
 
 __all__ = ["refuse_regular", "unreached"]
 
+ABSENT = 1e-4  # of the largest multiplier: one below is what floats leave of zero
+STILL = 1e-3  # of |Z| |b|: an input b below is one that the multiplier annihilates
+
 
 def refuse_regular(plant, beta, multipliers):
     """Exact multipliers of all vertices of a plant together, where they exist.
@@ -23,11 +26,11 @@ def refuse_regular(plant, beta, multipliers):
     size = max(np.linalg.norm(z, 2) for z in Z.values())
     faces, blocks, W = {}, [], []
     for name, (M, B) in pairs.items():
-        if np.linalg.norm(Z[name], 2) < 1e-4 * size:
+        if np.linalg.norm(Z[name], 2) < ABSENT * size:
             continue
         # inputs that Z annihilates confine it to Z = U W U'
         push = np.linalg.norm(Z[name] @ B, axis=0)
-        still = push <= 1e-3 * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
+        still = push <= STILL * np.linalg.norm(Z[name], 2) * np.linalg.norm(B, axis=0)
         U = null_basis(B[:, still].T)
         if U.shape[1]:
             faces[name] = U
