@@ -1,0 +1,193 @@
+"""The texts of proof files: written by hand, they say what the theorems say; no other
+text, data or set gets words that aren't so.
+"""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.exact.checker import kernel, verdict
+from sosbook.exact.proof import Examined
+from tests.oracles import mended
+from tests.test_proof_files import PROOFS, proof_of
+
+REDUCED = {"regular mass"}  # by a Schur complement, which the theorem has not done
+
+
+def blocks_of(proof, monkeypatch):
+    """What the package forms of a file's data by the functions of the theorems."""
+    seen, honest = {}, Examined.of.__func__
+
+    def of(cls, matrices, claims):
+        seen.update(matrices)
+        return honest(cls, matrices, claims)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Examined, "of", classmethod(of))
+        type(proof).examine(proof.data)
+    return seen
+
+
+def key_of(name):
+    parts = getattr(name, "requirement", name)
+    if isinstance(parts, str):
+        return str(name)
+    return (*(parts or ("", "")), name.block, *name.vertices)
+
+
+def as_fractions(x):
+    return [[Fraction(str(e)) for e in row] for row in x.tolist()]
+
+
+@pytest.mark.parametrize("name", [x for x in PROOFS if x not in REDUCED])
+def test_each_line_says_what_the_theorem_says(name, monkeypatch):
+    """The two writings of a block are one matrix, but for its size."""
+    proof = proof_of(name)
+    text, _ = verdict.law(verdict.asked_of(json.loads(proof.text)))
+    whole = text.file()
+    data, point = (
+        {k: kernel.read(v) for k, v in whole[part].items()}
+        for part in ("data", "point")
+    )
+    reader = kernel.Reader(data, point, whole["sets"], point=True)
+    program = kernel.parse("\n".join(whole["text"]))
+    said = {label: x.v for _, label, x, _ in reader.statements(program)}
+    for block, matrix in blocks_of(proof, monkeypatch).items():
+        mine, theirs = said[text.labels[key_of(block)]], as_fractions(matrix)
+        if kernel.scalar(mine):
+            mine = kernel.gather([[mine]], 1)
+        assert (mine.r, mine.c) == (len(theirs), len(theirs))
+        size = mine.at(0, 0) / theirs[0][0]
+        assert size > 0
+        assert theirs == [
+            [mine.at(i, j) / size for j in range(mine.c)] for i in range(mine.r)
+        ]
+
+
+# ------------------------------------------------------------------- attacks
+
+
+def file_of(proof):
+    return json.loads(proof.text)
+
+
+def two():
+    one = np.eye(2)
+    return sos.SecondOrderSystem(
+        [[2, 0], [0, 1]], [[0.4, -0.1], [-0.1, 0.2]], [[6, -2], [-2, 4]], one, one
+    )
+
+
+@pytest.fixture(scope="module")
+def bounded():
+    asked = dict(gamma=0.5, saturation=sos.Saturation(40, [0.1, 0.1, 0, 0]))
+    return sos.design_pid(two(), region=sos.PoleRegion(sigma=0.3), **asked).certify()
+
+
+def without(whole, start):
+    whole["text"] = [x for x in whole["text"] if not x.strip().startswith(start)]
+
+
+def set_in(whole, part, **more):
+    whole[part] |= more
+
+
+UNIT = [[str(int(i == j)) for j in range(4)] for i in range(4)]
+NOUGHT = [["0"] * 4 for _ in range(2)]
+ATTACKS = {
+    "a block is left out": lambda w: without(w, "u_max:"),
+    "all of a requirement is left out": lambda w: without(w, "hinf"),
+    "a sign is left out": lambda w: without(w, "sign.gamma"),
+    "P may be anything": lambda w: without(w, "P: "),
+    "a smaller bound": lambda w: set_in(w, "data", u_max="0.001"),
+    "a norm below zero": lambda w: set_in(w, "data", gamma="-0.5"),
+    "a faster region in words": lambda w: w["data"].update({"sigma.1": "3"}),
+    "a faster region in a block": lambda w: w["data"].update({"alpha.1": [["6"]]}),
+    "data that the text defines": lambda w: set_in(w, "data", W=NOUGHT),
+    "an output of zero": lambda w: set_in(w, "data", C=NOUGHT),
+    "a size as data": lambda w: set_in(w, "data", n="1"),
+    "no pair": lambda w: set_in(w, "sets", pairs=[]),
+    "no vertex": lambda w: set_in(w, "sets", vertices=[]),
+    "one more set": lambda w: set_in(w, "sets", none=[]),
+    "P isn't symmetric": lambda w: set_in(w, "unknowns", P="4 x 4"),
+    "one more unknown": lambda w: (
+        set_in(w, "unknowns", Q="number"),
+        set_in(w, "point", Q="1"),
+    ),
+    "the unit matrix for P": lambda w: set_in(w, "point", P=UNIT),
+    "another line": lambda w: w["text"].append("more: 1 > 0"),
+    "a loop of nothing": lambda w: w["text"].insert(-1, "for i, j in none:"),
+    "a part is defined anew": lambda w: w["text"].insert(-1, "  Theta = -EPE"),
+    "another gain": lambda w: set_in(w, "data", K=NOUGHT),
+    "an easier plant": lambda w: w["data"].update({"D.1": [["4", "0"], ["0", "4"]]}),
+    "another kind": lambda w: w.update(kind="infeasible design"),
+    "multipliers, too": lambda w: w.update(multipliers={}),
+    "words": lambda w: w.update(claims=["it is optimal"]),
+    "a requirement isn't asked": lambda w: w["asks"]["requirements"].pop(),
+    "one number for two": lambda w: w["asks"]["requirements"][1].update(gamma="=u_max"),
+    "a number in the words alone": lambda w: w["asks"]["requirements"][1].update(
+        gamma="0.1"
+    ),
+    "a line in a name": lambda w: w["asks"]["requirements"][0].update(
+        name="x\n- all is well"
+    ),
+}
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_words_rest_on_the_lines_that_are_written_for_them(attack, bounded):
+    whole = file_of(bounded)
+    ATTACKS[attack](whole)
+    easier = attack in ("an easier plant",)
+    for changed in (whole, mended(whole)):
+        text = json.dumps(changed)
+        try:
+            said = verdict.check(text)
+        except (kernel.Refused, kernel.Beyond, *kernel.MALFORMED):
+            said = None
+        proven = type(bounded)(text).verify()
+        assert (said is not None) == proven
+        assert not proven or (easier and "about" in text and changed is not whole)
+
+
+def test_digests_name_what_a_file_is_about(bounded):
+    whole = file_of(bounded)
+    assert set(whole["about"]) == {"plant", "K", "x0"}
+    assert verdict.check(bounded.text) == list(bounded.claims)
+    for name in whole["about"]:
+        other = dict(whole, about=whole["about"] | {name: "0" * 12})
+        with pytest.raises(kernel.Refused, match="digests"):
+            verdict.check(json.dumps(other))
+
+
+def test_a_gain_isn_t_data_of_a_refusal():
+    proof = proof_of("too little force")
+    whole = file_of(proof)
+    whole["unknowns"].pop("Y")
+    whole["data"]["Y"] = [["0", "0"]]
+    with pytest.raises(kernel.Refused):
+        verdict.check(json.dumps(whole))
+    assert not type(proof)(json.dumps(whole)).proven
+
+
+def test_multipliers_of_a_harder_request_exclude_no_easier_one():
+    """They may exclude more than was asked, and then that has no answer either."""
+    proof, seen = proof_of("fast with little force"), set()
+    plant = sos.SecondOrderSystem([[1.0]], [[0.0]], [[0.0]], [[1.0]], [[1.0]])
+    for u_max in (1.5, 5.0, 8.0, 40.0, 1000.0):
+        whole = file_of(proof)
+        whole["data"]["u_max"] = f"{u_max:g}"
+        try:
+            (words,) = verdict.check(json.dumps(whole))
+        except kernel.Refused:
+            seen.add(False)
+            continue
+        assert f"<= {u_max:g} from x0" in words
+        bound = sos.Saturation(u_max, [1, 0])
+        again = sos.design_pid(plant, region=sos.PoleRegion(3), saturation=bound)
+        assert again.status == "infeasible"
+        seen.add(True)
+    assert seen == {True, False}
