@@ -30,15 +30,33 @@ class Failed(Exception):
 def read(text):
     """The problem of a file's text."""
     file = json.loads(text)
-    if file.get("format") != "sosbook proof" or file.get("version") != 1:
-        raise Refused("it is no proof file of version 1")
+    if file.get("format") != "sosbook proof" or file.get("version") not in (1, 2):
+        raise Refused("it is no proof file of version 1 or 2")
     if file["kind"] != "design":
         raise Refused(f"a proof of the kind {file['kind']!r}")
-    if file["coupling"] == "slack":
-        raise Refused("a design with a slack matrix")
+    if file["version"] == 2:
+        file = looked_up(file["asks"], file["data"] | file["point"])
+    if "parameters" in file["plant"] or file["plant"]["kind"] not in NAMES:
+        raise Refused("a plant with parameters in ranges, or of another kind")
+    if set(file["unknowns"]) & {"V", "P 1"} or "P" not in file["unknowns"]:
+        raise Refused("a design without a common P")
     return Problem(file)
 
 
+def looked_up(asked, named):
+    """What is asked, with the data for their names; matrices as lists."""
+    if isinstance(asked, dict) and set(asked) == {"zeros"}:
+        return [[] for _ in range(asked["zeros"][0])]
+    if isinstance(asked, dict):
+        return {key: looked_up(value, named) for key, value in asked.items()}
+    if isinstance(asked, list):
+        return [looked_up(value, named) for value in asked]
+    if isinstance(asked, str) and asked.startswith("="):
+        return looked_up(named[asked[1:]], {})
+    return asked
+
+
+NAMES = {"second order": "MDSB", "descriptor": "EAB"}
 STABLE = {"name": "stability", "form": "half-plane", "sigma": "0",
           "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
 
@@ -50,7 +68,7 @@ class Problem:
         plant, self.P = file["plant"], integers(file["unknowns"]["P"])[1]
         self.K, self.U, self.K_A = file["K"], file["U"], file["K_A"] or []
         self.vertices, self.kind = plant["vertices"], plant["kind"]
-        self.names = {"second order": "MDSB", "descriptor": "EAB"}[self.kind]
+        self.names = NAMES[self.kind]
         asked = [r for r in file["requirements"] if r["kind"] == "region"]
         self.regions = [STABLE, *asked]
         self.n, self.p = len(self.vertices[0][self.names[0]]), len(self.U)

@@ -10,6 +10,7 @@ import pytest
 
 import sosbook as sos
 from formal import gen, rocq
+from sosbook.exact.proof_text import parse, version_1
 
 ONE_INPUT = [[0.0], [1.0]]
 
@@ -66,6 +67,13 @@ def theory(tmp_path_factory):
     return folder
 
 
+@pytest.mark.parametrize("name", PLANTS)
+def test_a_file_of_version_1_says_the_same(name):
+    kind, data = parse(file_of(name))
+    one, two = (gen.read(x) for x in (version_1(kind, data), file_of(name)))
+    assert gen.written(one) == gen.written(two)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTS)
 def test_rocq_proves_the_poles_of_a_file(name, theory):
@@ -114,9 +122,9 @@ def test_no_theorem_is_admitted():
 def test_other_files_are_refused_in_one_line(tmp_path, capsys):
     data = json.loads(file_of("one plant"))
     faults = {
-        "version 1": data | {"version": 3},
+        "version": data | {"version": 3},
         "'delay'": data | {"kind": "delay"},
-        "slack matrix": data | {"coupling": "slack"},
+        "common P": data | {"asks": data["asks"] | {"unknowns": {"V": "1"}}},
     }
     for words, changed in faults.items():
         path = tmp_path / "proof.json"
@@ -128,10 +136,11 @@ def test_other_files_are_refused_in_one_line(tmp_path, capsys):
 
 def test_what_is_false_has_no_witness():
     data = json.loads(file_of("one plant"))
-    data["K"] = [[str(-float(x)) for x in row] for row in data["K"]]
+    K = data["data"]["K"]
+    data["data"]["K"] = [[str(-float(x)) for x in row] for row in K]
     with pytest.raises(gen.Failed, match="block of a vertex"):
         gen.written(gen.read(json.dumps(data)))
-    data["unknowns"]["P"][0][0] = "-1"
+    data["point"]["P"][0][0] = "-1"
     with pytest.raises(gen.Failed, match="P is positive"):
         gen.written(gen.read(json.dumps(data)))
 
