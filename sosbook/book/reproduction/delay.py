@@ -143,38 +143,27 @@ def _wing():
 
 def _misread(wrong, wing):
     """Whether the printed gains can belong to the printed digits."""
-    abscissae = {}
-    for D12 in (wrong.plant.D[0, 1], wing.plant.D[0, 1]):
-        for S22 in (wrong.plant.S[1, 1], wing.plant.S[1, 1]):
-            D, S = wing.plant.D.copy(), wing.plant.S.copy()
-            D[0, 1], S[1, 1] = D12, S22
-            ex = replace(
-                wing, plant=SecondOrderSystem(wing.plant.M, D, S, wing.plant.B)
-            )
-            abscissae[float(D12), float(S22)] = spectral_abscissa(*_truth(ex), wing.tau)
-    for name, where, k in (("D", (0, 1), 0), ("S", (1, 1), 1)):
+
+    def abscissa(name, where, value):
+        """That of the published wing with one entry changed."""
+        parts = {x: getattr(wing.plant, x).copy() for x in "MDSB"}
+        parts[name][where] = value
+        changed = replace(wing, plant=SecondOrderSystem(**parts))
+        return spectral_abscissa(*_truth(changed), wing.tau)
+
+    for name, where in (("D", (0, 1)), ("S", (1, 1))):
         printed, ours = (float(getattr(ex.plant, name)[where]) for ex in (wrong, wing))
-        stable = [
-            [
-                value < 0
-                for digits, value in abscissae.items()
-                if digits[k] == x and digits[1 - k] == (2.7, 2.45)[k]
-            ]
-            for x in (printed, ours)
-        ]
+        found = {x: abscissa(name, where, x) for x in (printed, ours)}
         yield row(
             f"{name}{where[0] + 1}{where[1] + 1} of the wing",
             "Example 1 with delay, (3.5)",
             f"{printed:g}",
             f"{ours:g}",
-            misprint(*(all(x) for x in stable)),
+            misprint(*(value < 0 for value in found.values())),
             "Frazer, Duncan and Collar (1938), and NLEVP. Test: do the "
             "printed gains stabilise the wing at the nominal delay, the "
             "other entry as published? Largest real part "
-            + ", ".join(
-                f"{abscissae[(x, 2.7) if k == 0 else (2.45, x)]:+.3f} with {x:g}"
-                for x in (printed, ours)
-            ),
+            + ", ".join(f"{value:+.3f} with {x:g}" for x, value in found.items()),
             f"{name}{where[0] + 1}{where[1] + 1} of the wing",
         )
 

@@ -336,7 +336,6 @@ def _compared(printed):
 def _discrete(printed):
     """Coefficients of (4.30) against the hold of (4.29)."""
     A, B, C, D = printed.discrete
-    D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
     *channels, poles = printed.reduced
     gaps = []
     for k, (gain, zeros) in enumerate(channels):

@@ -71,7 +71,6 @@ def rows():
         "found and how late V acts isn't printed, and it decides",
     )
     A, B, C, D = printed.discrete
-    D = np.hstack([D, np.zeros((1, 2 - D.shape[1]))])
     law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
     radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
     yield row(
