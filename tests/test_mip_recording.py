@@ -3,8 +3,6 @@
 import re
 import shutil
 import subprocess
-import sys
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -175,19 +173,8 @@ def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path
 
 
 @pytest.mark.slow
-def test_pyctrls_recorder_records_what_identifies(monkeypatch, tmp_path):
-    block = ModuleType("pyctrl.block")
-
-    class BufferBlock:
-        def __init__(self, **kwargs):
-            self.buffer = ()
-
-        def write(self, *values):
-            self.buffer = values
-
-    block.Filter, block.BufferBlock = type("Filter", (), {}), BufferBlock
-    monkeypatch.setitem(sys.modules, "pyctrl", ModuleType("pyctrl"))
-    monkeypatch.setitem(sys.modules, "pyctrl.block", block)
+@pytest.mark.usefixtures("fake_pyctrl")
+def test_pyctrls_recorder_records_what_identifies(tmp_path):
     space = {"__name__": "script"}
     exec(recorders(WIRED, seconds=SECONDS)["pyctrl_identify.py"], space)
     turn, theirs = 2 * np.pi, 60 * 35.557
@@ -295,6 +282,9 @@ int main(int argc, char **argv)
     return 0;
 }
 """
+
+
+fake_pyctrl = programs.fake_pyctrl
 
 
 @pytest.fixture(scope="module")

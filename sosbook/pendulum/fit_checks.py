@@ -202,7 +202,13 @@ def lateness(fit, log):
     w = log.gyro - fit.residuals - fit["offset"]
     angle = np.cumsum(w) * log.T
     extra = np.tanh(w / STICTION_SPEED), angle - np.sin(angle)
-    return _best_shift(lambda shift: _shifted(fit, log, shift, extra))
+
+    def columns(V, f, d):
+        inputs = np.array([V, *extra])
+        moved = respond([1.0, 0.0], [1.0, f, d], inputs, log.T)
+        return np.vstack([moved, np.ones(len(log.t))]).T
+
+    return _late_by(log.V, log.gyro, columns, fit["f_c"], fit["d_c"])
 
 
 def wheel_lateness(fit, y, log):
@@ -212,25 +218,34 @@ def wheel_lateness(fit, y, log):
     """
     rub, T = np.tanh(np.append(0.0, y - fit.residuals) / STICTION_SPEED), log.T
 
+    def columns(V, f):
+        return np.diff(respond([1.0], [1.0, f, 0.0], np.array([V, rub]), T)).T / T
+
+    return _late_by(log.V, y, columns, fit["f_a"])
+
+
+def _late_by(V, y, columns, *start):
+    """The shift of V that leaves clearly less of y than none does, or 0.
+
+    For each that is tried the numbers that ``start`` so are fitted anew, and the
+    gains of the ``columns`` that V and they make.
+    """
+
     def rms(shift):
-        inputs = np.array([_moved(log.V, shift), rub])
+        moved = _moved(V, shift)
 
-        def residuals(scale):
-            f = fit["f_a"] * np.exp(np.clip(scale[0], -1, 1))
-            columns = np.diff(respond([1.0], [1.0, f, 0.0], inputs, T)).T / T
-            return y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+        def residuals(scales):
+            numbers = np.array(start) * np.exp(np.clip(scales, -1, 1))
+            A = columns(moved, *numbers)
+            return y - A @ np.linalg.lstsq(A, y, rcond=None)[0]
 
-        fitted = least_squares(residuals, [0.0], diff_step=1e-4, max_nfev=6)
+        fitted = least_squares(
+            residuals, np.zeros(len(start)), diff_step=1e-4, max_nfev=6
+        )
         return float(np.sqrt(np.mean(fitted.fun**2)))
 
-    return _best_shift(rms)
-
-
-def _best_shift(rms):
-    """The shift that leaves clearly less than none does, of those tried; or 0."""
-    residuals = {
-        shift: rms(shift) for shift in range(-LATENESS_TRIED, LATENESS_TRIED + 1)
-    }
+    shifts = range(-LATENESS_TRIED, LATENESS_TRIED + 1)
+    residuals = {shift: rms(shift) for shift in shifts}
     shift = min(residuals, key=residuals.get)
     return shift if residuals[shift] < LATE_IF_BETTER_THAN * residuals[0] else 0
 
@@ -242,25 +257,6 @@ def _moved(V, shift):
     if shift < 0:
         V[shift:] = 0
     return V
-
-
-def _shifted(fit, log, shift, extra):
-    """The rms of what a body leaves whose V comes ``shift`` samples later.
-
-    Its f/c and d/c are fitted anew, by least squares in the gains of V, of
-    the ``extra`` inputs and in an offset.
-    """
-    inputs, T = np.array([_moved(log.V, shift), *extra]), log.T
-
-    def residuals(scales):
-        f, d = np.array([fit["f_c"], fit["d_c"]]) * np.exp(np.clip(scales, -1, 1))
-        columns = respond([1.0, 0.0], [1.0, f, d], inputs, T)
-        columns = np.vstack([columns, np.ones(len(log.t))]).T
-        gains = np.linalg.lstsq(columns, log.gyro, rcond=None)[0]
-        return log.gyro - columns @ gains
-
-    fitted = least_squares(residuals, [0.0, 0.0], diff_step=1e-4, max_nfev=6)
-    return float(np.sqrt(np.mean(fitted.fun**2)))
 
 
 def widened(identified):
