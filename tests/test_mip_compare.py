@@ -61,6 +61,12 @@ def run(machine=MACHINE, late=0.003, seconds=24.0, drive=6.0, seed=1):
     return TickLog(*np.array(rows).T)
 
 
+def first(log, ticks=400):
+    """The beginning of a log, too short for a fit."""
+    columns = {name: value for name, value in vars(log).items() if value is not None}
+    return TickLog(**{name: value[:ticks] for name, value in columns.items()})
+
+
 @pytest.fixture(scope="module")
 def same():
     return compare(run(), MODEL)
@@ -110,8 +116,8 @@ def test_a_robot_that_hardly_moves_leaves_it_open():
 
 @pytest.mark.slow
 def test_another_program_another_clock_and_an_empty_battery_are_named(same):
-    log = same.log
-    volts = log.V + 0.1 * (np.arange(len(log.t)) == 700)
+    log = first(same.log)
+    volts = log.V + 0.1 * (np.arange(len(log.t)) == 300)
     assert "another program ran" in compare(replace(log, V=volts), MODEL).report
     assert "another clock" in compare(replace(log, t=1.1 * log.t), MODEL).report
     late = log.t + 0.002 * (np.arange(len(log.t)) % 9 == 4)

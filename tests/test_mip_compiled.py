@@ -119,11 +119,11 @@ def same(one, other, kind):
 @pytest.mark.parametrize("precision", KINDS)
 @pytest.mark.parametrize("name", LAWS)
 def test_the_simulator_cannot_tell_them_apart(name, precision):
-    """Ten seconds in the loop, against noise, are the same to the last bit."""
+    """Four seconds in the loop, against noise, are the same to the last bit."""
     c = program(name, precision, blend=BLEND)
     python = c.firmware.controller(kind=KINDS[precision])
     sensors = Sensors(accelerometer=0.05)
-    asked = dict(tilt=0.1, t_end=10.0, sensors=sensors, substeps=2)
+    asked = dict(tilt=0.1, t_end=4.0, sensors=sensors, substeps=2)
     runs = [simulate(Mip.printed(), controller, **asked) for controller in (python, c)]
     for what in ("x", "V", "estimate"):
         assert bits(getattr(runs[0], what)) == bits(getattr(runs[1], what))
