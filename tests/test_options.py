@@ -389,7 +389,7 @@ def test_options_of_a_request_go_together(name):
 def test_all_requests_have_the_same_words():
     """What is asked of a design can be asked of a gain and of a loop."""
     of = {name: set(inspect.signature(f).parameters) for name, f in DOORS.items()}
-    design = of["design_pid"] - {"start"}  # a design to begin with
+    design = of["design_pid"] - {"start", "prefer"}  # of many gains
     assert of["analyse_pid"] == design | {"K"}
     plant = {"plant", "U", "K_A", "saturation"}  # what a closed loop doesn't have
     assert of["analyse_loop"] == (design - plant) | {"E", "A", "B_w", "C"}

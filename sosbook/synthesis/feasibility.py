@@ -186,8 +186,8 @@ def answer(request, refuse=True, first=None, prefer=None):
         every point isn't looked for.
     first : LMISolution, optional
         What `search` has found, if it is known.
-    prefer : {None, "centre", "least"}
-        As in `design_pid`.
+    prefer : str or None
+        Which gain, in `design_pid`'s words.
     """
     found = None
     if prefer == "least" or (first is None and request.order >= FROM_STATES):

@@ -24,7 +24,9 @@ __all__ = ["FROM_STATES", "at", "odd_mass", "point"]
 
 FROM_STATES = 40  # a smaller plant has its centre in less than a second
 ROUNDING = 1e-12  # of the largest entry of M
-WEIGHTS = 10.0 ** np.arange(4, -9, -1)  # of the input in the Riccati equation of gamma
+WEIGHTS = 10.0 ** np.arange(
+    4, -9, -1
+)  # of the input in the Riccati equation of a bounded response
 INSIDE = 1.01, 1.1, 1.5  # decays asked of the modes that move, relative to sigma
 DISKS = 6  # centres that are tried, where a decay alone won't do
 
@@ -110,8 +112,8 @@ class _Loop:
             for r in request.demands
             if r.pole_matrices() is not None
         ]
-        gammas = [r.bounds_response() for r in request.demands]
-        self.gamma = min((g for g in gammas if g is not None), default=None)
+        responses = [r.bounds_response() for r in request.demands]
+        self.response = min((g for g in responses if g is not None), default=None)
         self.poles = np.linalg.eigvals(self.A)
 
     def gains(self):
@@ -121,10 +123,10 @@ class _Loop:
             yield "", request.gain @ self.frame.T / self.frame.scale
             return
         yield "K = 0 keeps what is asked", zero
-        if self.gamma is None:
+        if self.response is None:
             yield from self._moved()
         else:
-            yield from self._for_gamma()
+            yield from self._of_riccati()
 
     def _moved(self):
         """Those that move the poles outside of the regions, and no others."""
@@ -181,7 +183,7 @@ class _Loop:
                 return 0.99 * radius
         return None
 
-    def _for_gamma(self):
+    def _of_riccati(self):
         """Those of the H-infinity Riccati equation with less and less weight of u."""
         d, one = self.d, np.eye(self.B.shape[1])
         words = "of the H-infinity Riccati equation"
@@ -193,7 +195,7 @@ class _Loop:
                     self.A,
                     np.hstack([self.B, self.Bw]),
                     output,
-                    _signs(size * one, self.gamma, self.Bw.shape[1]),
+                    _signs(size * one, self.response, self.Bw.shape[1]),
                 )
             except (LinAlgError, ValueError):
                 continue
@@ -204,15 +206,15 @@ class _Loop:
         A = self.A + self.B @ K
         if not np.linalg.eigvals(A).real.max() < 0:
             return
-        if self.gamma is None:
+        if self.response is None:
             yield of_modes(A)
             return
-        P = bounded_real(A, self.Bw, self.d.output(K), self.gamma)
+        P = bounded_real(A, self.Bw, self.d.output(K), self.response)
         if P is not None:
             yield P
 
 
-def _signs(R, gamma, p):
-    """The weight diag(R, -gamma^2 I) of [u; w]."""
+def _signs(R, bound, p):
+    """The weight diag(R, -bound^2 I) of [u; w]."""
     zero = np.zeros((len(R), p))
-    return np.block([[R, zero], [zero.T, -(gamma**2) * np.eye(p)]])
+    return np.block([[R, zero], [zero.T, -(bound**2) * np.eye(p)]])
