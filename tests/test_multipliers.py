@@ -277,3 +277,25 @@ def test_along_a_motion_the_multipliers_vanish(seed):
     lqr = texts(loop, v, lambda x: x)["lqr"]
     left = 2 * x @ v["P"] @ at[3:] + v["mu"].item() * x @ x
     assert -at @ lqr @ at == pytest.approx(left, rel=1e-9)
+
+
+def softening(v, m):
+    """Least damped inside the range of v, which comes in its square."""
+    d = 0.05 + (v - 0.4) ** 2
+    return sos.SecondOrderSystem([[m]], [[d]], [[2 * m]], [[1]], [[1]])
+
+
+def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
+    plants, K = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81)), [[0, 0]]
+    true = 0.05 / 9.81 / 2  # at v = 0.4, of the heaviest
+    corners = [-p.poles().real.max() for p in plants.vertices]
+    assert min(corners) < 0 < true  # of Bernstein's form, which aren't plants
+    kept = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.99 * true))
+    assert kept.certify().proven and kept.parts[-1].cells > 1
+    assert kept.certify().claims[0].startswith("every plant with v in [0, 1] and m in")
+    broken = sos.analyse_pid(plants, K, region=sos.PoleRegion(1.001 * true))
+    assert broken.status == "infeasible" and broken.infeasibility.proven
+    assert "plant with v = 0.4, m = 9.81" in broken.reason
+    table = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.9 * true)).bounds()
+    assert table["sigma"].true == pytest.approx(true)
+    assert 0.99 * true < table["sigma"].proven < true

@@ -130,8 +130,8 @@ class Uncertain:
         #: The highest power of each parameter, by name.
         self.degree = dict(zip(box.names, used.tolist()))
 
-    def _with(self, box):
-        """The same plants with other ranges."""
+    def within(self, box: Box) -> "Uncertain":
+        """The same plants with other ranges, those of a `Box`."""
         other = object.__new__(Uncertain)
         other._fill(self.kind, box, self._parts, self._rest)
         other.rows = self.rows
@@ -310,7 +310,7 @@ class Uncertain:
             }
             name = max(wide, key=wide.__getitem__)
         first, second = self.box.halves(name)
-        return self._with(first), self._with(second)
+        return self.within(first), self.within(second)
 
     def polytope(self) -> Any:
         """The polytope of the vertices.

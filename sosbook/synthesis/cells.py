@@ -1,6 +1,6 @@
 """The plants of a known gain, as points and as cells that are halved."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -41,13 +41,20 @@ class Cell(ReadOnly):
         """The loops whose hull holds the cell, in rationals."""
         return self.family.loops_of(self.place)
 
-    def halves(self, T):
+    def halves(self, T, rate, noisy):
         """Two cells that cover it: what moves the loop most, in coordinates T, is cut.
 
-        T is a matrix of the states, in which x = T xi.
+        Parameters
+        ----------
+        T : (N, N) array
+            In x = T xi.
+        rate : float
+            Of the loop, in rad/s.
+        noisy : bool
+            Whether it counts how B_w moves, too.
         """
         ways = self.family.ways(self.place)
-        moved = [np.linalg.norm(_moved(T, *ends), 2) for _, ends in ways]
+        moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
         way = ways[int(np.argmax(moved))][0]
         return [Cell(self.family, part) for part in self.family.cut(self.place, way)]
 
@@ -57,13 +64,17 @@ class Cell(ReadOnly):
         return self.family.place_words(self.place)
 
 
-def _moved(T, one, other):
-    """How far the loop's quotient E^-1 [A B] moves between two loops."""
-    (E, A, B, _), (E2, A2, B2, _) = one.in_floats, other.in_floats
-    rows, turn = np.hstack([A, B]), np.hstack([A2, B2])
-    step = np.linalg.solve(E2, turn) - np.linalg.solve(E, rows)
-    N = len(T)
-    return np.linalg.solve(T, np.hstack([step[:, :N] @ T, step[:, N:]]))
+def _moved(T, rate, noisy, *ends):
+    """How far E^-1 A moves between two loops, in units of the rate, and E^-1 B."""
+    quotients = []
+    for loop in ends:
+        E, A, B, _ = loop.in_floats
+        solved = np.linalg.solve(E @ T, np.hstack([A @ T, B]))
+        quotients.append((solved[:, : len(T)], solved[:, len(T) :]))
+    (A, B), (A2, B2) = quotients
+    far = np.linalg.norm(A2 - A, 2) / rate
+    size = np.linalg.norm(B, 2) + np.linalg.norm(B2, 2) if noisy else 0.0
+    return far + (np.linalg.norm(B2 - B, 2) / size if size else 0.0)
 
 
 class Mixtures:
@@ -290,6 +301,16 @@ class Ranges(Box):
     def cut(self, plants, name):
         """Two families, cut in the middle of a parameter's range."""
         return plants.halves(name)
+
+    def cornered(self, values):
+        """A polytope of the family with the plant of some values as a vertex: which."""
+        box, low, high, k = self.box, [], [], 0
+        for x, a, b, d in zip(values, box.low, box.high, self.plants.degree.values()):
+            low.append(x if x < b else a)
+            high.append(b if x < b else x)
+            k = (d + 1) * k + (0 if x < b else d)
+        plants = self.plants.within(replace(box, low=tuple(low), high=tuple(high)))
+        return plants.polytope(), int(k)
 
     def point_words(self, values):
         """A point in words."""

@@ -16,7 +16,7 @@ from ..runtime.time_limit import check_time
 from .cells import family
 from .feasibility import answer
 from .fixed_mode import refuse_by_mode
-from .known_lmis import KnownLMIs
+from .known_lmis import KnownLMIs, coordinates
 from .request import Request
 from .solution import Solution
 from .unreached import refuse_by_response
@@ -38,7 +38,8 @@ SHORTEST = 1e-6  # step of it, of the family's size
 DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of trial
 EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
 HALVINGS = 4  # of the way between two of them, as a ratio
-MOST_CELLS = 64  # that are open or done; halving more has never decided anything
+MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
+PARTS = "E", "A", "Bu", "Bw", "C", "Du"  # of a Descriptor
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -180,7 +181,7 @@ def decided(request, r, plants, bad=None):
     if bad.kept <= 0:
         for digits in DIGITS:
             point = plants.rounded(bad.point, digits)
-            proof = _broken(request, r, plants.at(point))
+            proof = _broken(request, r, plants, point)
             if proof is not None:
                 where = plants.point_words(point)
                 text = f"Of {where}: {proof.claims[0]}."
@@ -209,7 +210,8 @@ def decided(request, r, plants, bad=None):
         first = False
         if len(cell.loops) == 1 or done + len(open_cells) >= MOST_CELLS:
             return _undecided(r, bad, done, cell.words)
-        open_cells += cell.halves(KnownLMIs(r, cell.loops).T)
+        T, _, rate = coordinates(cell.loops)
+        open_cells += cell.halves(T, rate, r.needs_disturbance)
     return Kept(r, "feasible", bad, done, blocks, float(least))
 
 
@@ -235,31 +237,42 @@ def _proven(request, r, loops):
     return blocks and (blocks, size)
 
 
-def _broken(request, r, loop):
-    """An exact proof that one loop doesn't keep a requirement; None if unknown.
+def _broken(request, r, plants, point):
+    """An exact proof that a plant doesn't keep a requirement; None if unknown.
 
-    At a vertex it is about the request's plant. Elsewhere it is about that plant
-    alone, with its equations in whole numbers, if floats can hold them.
+    It is about a polytope with that plant as a vertex: the request's own, or a part of
+    its family. Elsewhere it is about that plant alone, with its equations in whole
+    numbers, if floats can hold them.
     """
-    asked, d = [r] if r in request.requirements else [], loop.plant
-    parts = ("E", "A", "Bu", "Bw", "C", "Du")
-    one = replace(request, requirements=asked, coupling="vertices")
-    for k in one.distinct:
-        (v,) = one.vertices_in(exact, [k])
-        if all((getattr(v, x) == getattr(d, x)).all() for x in parts[:4]):
-            return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
+    asked, d = [r] if r in request.requirements else [], plants.at(point).plant
+    one, k = replace(request, requirements=asked, coupling="vertices"), None
+    for i in one.distinct:
+        (v,) = one.vertices_in(exact, [i])
+        if all((getattr(v, x) == getattr(d, x)).all() for x in PARTS[:4]):
+            k = i
+    if k is None and request.plant.family is not None:
+        part, k = plants.cornered(point)
+        one = replace(one, plant=part)
+    elif k is None:
+        plant, k = _alone(d), 0
+        if plant is None:
+            return None
+        one = Request(plant, gain=request.gain, requirements=asked)
+    return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
+
+
+def _alone(d):
+    """A plant in rationals as a system whose floats are these; None without one."""
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))
-    for name in parts:  # what is written is what is meant
+    for name in PARTS:  # what is written is what is meant
         mine, written = getattr(d, name), getattr(floats, name)
         if mine is not None and (exact(written) != mine).any():
             return None
     try:
-        plant = DescriptorSystem(*(getattr(floats, name) for name in parts))
+        return DescriptorSystem(*(getattr(floats, name) for name in PARTS))
     except ValueError:  # its E is singular
         return None
-    one = Request(plant, gain=request.gain, requirements=asked)
-    return refuse_by_mode(one) or refuse_by_response(one)
 
 
 def kept_or_broken(request, objective=(), backoff=0.01, common=None):

@@ -13,7 +13,7 @@ from ..lmi.trusted import TrustedProblem
 from ..requirements.known import KnownVertex
 from ..solver.loop import margin
 
-__all__ = ["KnownLMIs"]
+__all__ = ["KnownLMIs", "coordinates"]
 
 
 class KnownLMIs(TrustedProblem):
