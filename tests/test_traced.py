@@ -1,6 +1,8 @@
 """Theorems print themselves, and three readers find in the text what they say."""
 
 import inspect
+import json
+import re
 
 import numpy as np
 import pytest
@@ -262,3 +264,82 @@ def test_the_blocks_of_the_page_are_those_of_the_texts(kernel):
         seen |= {*far}
     assert seen == {"P", "half-plane", "sector", "disk", "stability", "hinf", "x0",
                     "u_max", "trace", "lqr", "cost"}  # fmt: skip
+
+
+# -------------------------------------------- the texts of proof files, written by hand
+
+
+def proofs():
+    """Certificates of designs, each with the theorems that its labels are of."""
+    D, S = np.array([[0.4, -0.1], [-0.1, 0.2]]), np.array([[6.0, -2], [-2, 4]])
+    plants = [
+        sos.SecondOrderSystem(m * np.eye(2), D, S, np.eye(2), np.eye(2))
+        for m in (1, 1.5)
+    ]
+    plant, one = sos.Polytope(plants), np.eye(4)
+    asked = [
+        {"region": sos.PoleRegion(sigma=0.3, theta=1.2, rho=9)},
+        {"gamma": 0.9, "mu": 0.8},
+        {"saturation": sos.Saturation(40, [0.1, 0.1, 0, 0])},
+        {"cost": sos.QuadraticCost(one, np.eye(2), bound=400.0)},
+        {"cost": sos.QuadraticCost(one, np.eye(2), "F", bound=400.0)},
+    ]
+    for coupling in ("pairs", "slack"):
+        for wanted in asked:
+            yield coupling, sos.design_pid(plant, coupling=coupling, **wanted).certify()
+
+
+def by_hand_and_traced(coupling, proof):
+    """(label, value of the file's text, value of the traced theorem), in fractions."""
+    file = json.loads(proof.text)
+    data, point = (
+        {k: checker.read(v) for k, v in file[part].items()}
+        for part in ("data", "point")
+    )
+    reader = checker.Reader(data, point, file["sets"], True)
+    slack = coupling == "slack"
+    noise = "W" if '"noise":"F"' in proof.text else "I(4)"
+    theorem_of = {
+        "stability": "slack_stability" if slack else "stability",
+        "region": "slack_pole_region" if slack else "pole_region",
+        "hinf": "slack_bounded_real" if slack else "bounded_real",
+        "x0": "slack_initial_state" if slack else "initial_state",
+        "u_max": "control_bound", "trace": "trace_bound", "cost": "lqr_cost",
+        "lqr": "slack_lqr_decay" if slack else "lqr_decay",
+    }  # fmt: skip
+    for _, label, left, _ in reader.statements(checker.parse("\n".join(file["text"]))):
+        head, *rest = label.split(".")
+        if head not in theorem_of or label == "sign.u_max":
+            continue
+        given = {}
+        if head == "region" and slack:  # a disk has a form of its own
+            beta = proof_beta(file, rest[0])
+            given = {"beta": np.array(beta)} if beta == [[0, 1], [0, 0]] else {}
+        text = text_of(getattr(theorems, theorem_of[head]), **given)
+        names = {"noise": noise, "EV": "EP"}
+        if head == "region":
+            names |= {"alpha": f"alpha.{rest[0]}", "beta": f"beta.{rest[0]}"}
+        if slack:
+            names |= {"P": "P.i"}
+        if head == "cost" and noise != "W":
+            names |= {"EPE": "(he(V) - P.i)" if slack else "P"}
+        elif head == "cost" and slack:
+            names |= {"EPE": "(he(EVE) - EPE)"}
+        text = re.sub(r"[A-Za-z]\w*", lambda m: names.get(m[0], m[0]), text)
+        traced = reader.value(checker.Parser(text.removesuffix(" > 0")).expression())
+        yield head, left.v, traced.v
+
+
+def proof_beta(file, k):
+    return [[float(e) for e in row] for row in file["data"][f"beta.{k}"]]
+
+
+def test_what_files_say_by_hand_is_what_the_theorems_say_of_themselves():
+    seen = set()
+    for coupling, proof in proofs():
+        assert proof.proven, coupling
+        for head, by_hand, traced in by_hand_and_traced(coupling, proof):
+            assert by_hand == traced, (coupling, head)
+            seen.add((coupling, head))
+    heads = {"stability", "region", "hinf", "x0", "u_max", "trace", "cost", "lqr"}
+    assert seen >= {(c, head) for c in ("pairs", "slack") for head in heads}

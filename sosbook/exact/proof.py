@@ -16,6 +16,7 @@ from ..runtime.reading import read_text
 from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..runtime.writing import write_file
+from .checker import kernel, verdict
 from .definite import definite
 from .proof_text import MADE, is_proof, parse, said, same, written
 from .rational import digit_count
@@ -113,6 +114,19 @@ class Examined:
         blocks = {name: float(size) for name, (_, size) in verdicts.items()}
         said = () if failed else tuple(words for words, _ in pairs)
         return cls(said, blocks, tuple(failed))
+
+    @classmethod
+    def by_text(cls, kind, data):
+        """What the kernel says of the text of some ``data`` of a ``kind``.
+
+        That is enough where a theorem is somebody's whose code isn't here.
+        """
+        try:
+            file, claims = verdict.written({"kind": kind, **data})
+            labels = kernel.check(file)
+        except (kernel.Refused, kernel.Beyond) as fault:
+            return cls.nothing(str(fault))
+        return cls(tuple(claims), dict.fromkeys(labels, np.nan), ())
 
     @classmethod
     def nothing(cls, why):

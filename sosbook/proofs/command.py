@@ -1,7 +1,8 @@
 """The command line: verify a proof file, or design a controller with proof.
 
 Exit codes: 0 proven, 1 not proven, or about another plant or gain, 2 bad input, 4 not
-decided within the time or memory that there is.
+decided within the time or memory that there is, 5 proven, where an author says what the
+blocks of his own theorem mean.
 """
 
 import argparse
@@ -11,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock, Timer
 
+from ..exact.checker.verdict import AUTHOR, by_author
 from ..exact.proof import ProofFile, load
 from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.as_data import plant_data
@@ -107,6 +109,8 @@ def verify(asked):
     if about:
         first = f"{first.removesuffix(':')}, of {about}:"
     say("\n".join([first, *claims]))
+    if proven and by_author(data):
+        return AUTHOR
     return PROVEN if proven else NOT_PROVEN
 
 

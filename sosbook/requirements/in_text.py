@@ -24,14 +24,13 @@ class TracedLoop:
             u.name: Traced.matrix(self.called(u.name), *u.shape, symmetric=u.symmetric)
             for u in requirement.unknowns(request)
         }
-        self.unknowns = {self.called(name) for name in self.own}
         self.epsilon = Traced.number("epsilon") if slack else None
         square = {"Theta": 0, "EPE": 1, "EP": 0, "EVE": 0, "V": 0}
         for name, symmetric in square.items():
             setattr(self, name, Traced.matrix(name, N, symmetric=bool(symmetric)))
         self.P = Traced.matrix("P.i" if slack else "P", N, symmetric=True)
         self.Y, self.EY = Traced.matrix("Y", m, N), Traced.matrix("EY", N, m)
-        self.unknowns |= {*square, self.P.text, "Y", "EY"}
+        self.unknowns = {*square, self.P.text, "Y", "EY"}  # own ones aren't P / s
         self.EV, self.Bw = self.EP, Traced.matrix("W", N, d.Bw.shape[1])
         self.EPC = self.EP @ Traced.matrix("C", len(d.C), N).T
         if d.Du is not None:
@@ -71,33 +70,36 @@ def theorem_data(requirement, request, place, sized=False):
     Returns
     -------
     dict or None
-        "numbers" and "unknowns" by name, as decimals and as shapes; "blocks":
-        (where, name, text) each, where a text may speak of the names that the text of
-        a design defines. None if it can't be traced.
+        "numbers" by name, in decimals; "unknowns" by name, with what the file calls
+        them and their shapes; "blocks": (where, name, text) each, where a text may
+        speak of the names that the text of a design defines. None if it can't be
+        traced.
     """
     own = f"own.{place}."
     loop, size = TracedLoop(requirement, request, own), Traced.number(own + "size")
     try:
-        once = [(name, g) for name, vertices, g in requirement.once(loop)]
+        once = list(requirement.once(loop))
         if request.coupling == "slack":
             pair = list(requirement.slack(loop, loop, 0))
         else:
             pair = list(requirement.pair(loop, loop))
-        parts = [("once", *b) for b in once] + [("pair", *b) for b in pair]
+        parts = [("once", name, g) for name, _, g in once]
         blocks = []
-        for where, name, g in parts:
-            tree = Traced.of(g).tree
-            if sized:
-                tree = scaled_constants(tree, size.tree, loop.unknowns)
+        for where, name, g in [*parts, *(("pair", *b) for b in pair)]:
+            g = Traced.of(g)
+            tree = (
+                scaled_constants(g.tree, size.tree, loop.unknowns) if sized else g.tree
+            )
             blocks.append([where, name, Traced(tree).text])
+            if g.definitions or any(vertices for _, vertices, _ in once):
+                return None  # a text of an author's is one matrix, and of all vertices
     except (TypeError, ValueError, AttributeError, LookupError, RecursionError):
         return None
-    unknowns = {
-        loop.called(u.name): f"symmetric {u.shape[0]}"
-        if u.symmetric
-        else "{} x {}".format(*u.shape)
-        for u in requirement.unknowns(request)
-    }
+    unknowns = {}
+    for u in requirement.unknowns(request):
+        even, (rows, cols) = u.symmetric, u.shape
+        shape = f"symmetric {rows}" if even else f"{rows} x {cols}"
+        unknowns[loop.called(u.name)] = [u.name, shape]
     numbers = {}
     if requirement.parameter is not None:
         numbers[loop.called(requirement.parameter.key)] = decimal(requirement.bound)

@@ -17,6 +17,8 @@ from ..exact.rational import (
 )
 from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
+from ..requirements.base import Requirement
+from ..requirements.in_text import theorem_data
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
@@ -82,6 +84,8 @@ class Certificate(GainProof):
 
     @classmethod
     def examine(cls, data):
+        if any(Requirement.owner(r["kind"]) is None for r in data["requirements"]):
+            return data, Examined.by_text(cls.kind, data)
         request, K, values, blocks = _read(data)
         again = cls.contents(request, K, values, map(_key, blocks))
         if not all((values[name] == values[name].T).all() for name in request.lyapunov):
@@ -97,6 +101,10 @@ class Certificate(GainProof):
         return {
             "claims": list(claims(request)),
             **request_data(request),
+            "requirements": [
+                r.data() | _theorem(r, request, place, values)
+                for place, r in enumerate(request.requirements, 1)
+            ],
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
             "blocks": list(blocks),
@@ -122,6 +130,15 @@ def _read(data):
     else:
         blocks = request.blocks(P, exact(K) @ V.T, exact, V=V, own=own)
     return request, K, values, blocks
+
+
+def _theorem(requirement, request, place, unknowns):
+    """An author's words and blocks as text, for readers who haven't the class."""
+    if requirement.of_package:
+        return {}
+    sized = requirement.size_name in unknowns
+    theorem = theorem_data(requirement, request, place, sized)
+    return {} if theorem is None else {"claim": requirement.claim(), "theorem": theorem}
 
 
 def _floats(rows):

@@ -5,6 +5,7 @@ from .designs import Atlas, Slider, design_atlas
 from .explorer import Explorer, design_explorer
 from .maps import MapAtlas
 from .own_plant import OwnPlant, own_plant
+from .own_theorem import OwnTheorem, own_theorem
 from .records import record
 from .stopwatch import Stopwatch, stopwatch
 
@@ -14,12 +15,14 @@ __all__ = [
     "Explorer",
     "MapAtlas",
     "OwnPlant",
+    "OwnTheorem",
     "Slider",
     "Stopwatch",
     "delay_atlas",
     "design_atlas",
     "design_explorer",
     "own_plant",
+    "own_theorem",
     "record",
     "stopwatch",
 ]

@@ -1,71 +1,20 @@
 // What a text of the proof files' language says of matrices, in floats or in fractions.
 //
-// A matrix is {rows, cols, at}; a number is one with `scalar`. A value is {X, terms}: the sum
-// of a matrix and of products {of, flip, L, R} in unknowns, L X R or L X' R.
+// A value is {X, terms}: the sum of a matrix and of products {of, flip, L, R} in unknowns,
+// L X R or L X' R.
+import {Arithmetic} from "./arithmetic.js";
 import {odd, parsedLine} from "./grammar.js";
 
-const gcd = (a, b) => {
-  while (b) [a, b] = [b, a % b];
-  return a < 0n ? -a : a;
-};
-const fraction = (n, d) => {
-  if (!d) throw new Error("a division by zero");
-  const g = gcd(n, d) * (d < 0n ? -1n : 1n);
-  return g === 1n ? [n, d] : [n / g, d / g];
-};
-
-/**
- * Numbers [n, d] of integers.
- * @type {any}
- */
-export const FRACTIONS = {
-  zero: [0n, 1n],
-  one: [1n, 1n],
-  of: text => {
-    const [, sign, whole, rest = "", e = 0, over = 1] =
-      /^(-?)(\d+)(?:\.(\d+))?(?:e([-+]?\d+))?(?:\/(\d+))?$/.exec(text) ?? odd(`${text} is no number`);
-    const places = rest.length - Number(e), n = BigInt(sign + whole + rest);
-    return places < 0 ? fraction(n * 10n ** BigInt(-places), BigInt(over))
-                      : fraction(n, BigInt(over) * 10n ** BigInt(places));
-  },
-  plus: ([a, b], [c, d]) => b === d ? fraction(a + c, b) : fraction(a * d + c * b, b * d),
-  times: ([a, b], [c, d]) => fraction(a * c, b * d),
-  over: ([a, b]) => fraction(b, a),
-  none: ([a]) => a === 0n,
-};
-
-/** @type {any} */
-export const NUMBERS = {
-  zero: 0,
-  one: 1,
-  of: text => text.split("/").map(Number).reduce((a, b) => a / b),
-  plus: (a, b) => a + b,
-  times: (a, b) => a * b,
-  over: a => 1 / a,
-  none: a => a === 0,
-};
-
-
 // The reader of a ring of numbers: FRACTIONS or NUMBERS.
-export class Reader {
+export class Reader extends Arithmetic {
   // env: values by name, see `known` and `unknown`.
   constructor(ring, env = {}) {
-    this.ring = ring;
+    super(ring);
     /** @type {any} */
     this.env = {...env};
   }
 
-  matrix(rows, cols, entry) {
-    const at = [];
-    for (let i = 0; i < rows; i++)
-      for (let j = 0; j < cols; j++) at.push(entry(i, j));
-    return {rows, cols, at};
-  }
   number(x) { return {X: {rows: 1, cols: 1, at: [x], scalar: true}, terms: []}; }
-  unit(n) { return this.matrix(n, n, (i, j) => i === j ? this.ring.one : this.ring.zero); }
-  zeros(rows, cols) { return this.matrix(rows, cols, () => this.ring.zero); }
-  turned(X) { return {...this.matrix(X.cols, X.rows, (i, j) => X.at[j * X.cols + i]), scalar: X.scalar}; }
-
   // Data: lists of lists of texts or numbers, or one of them.
   known(data) {
     const of = x => this.ring.of(String(x));
@@ -75,59 +24,6 @@ export class Reader {
   unknown(of, rows, cols, scalar = false) {
     const X = {...this.zeros(rows, cols), scalar};
     return {X, terms: [{of, flip: false, L: this.unit(rows), R: this.unit(cols)}]};
-  }
-
-  scaled(f, X) { return {...X, at: X.at.map(x => this.ring.times(f, x))}; }
-  product(X, Y) {
-    if (X.scalar || Y.scalar) {
-      const S = X.scalar ? this.scaled(X.at[0], Y) : this.scaled(Y.at[0], X);
-      return {...S, scalar: X.scalar && Y.scalar};
-    }
-    if (X.cols !== Y.rows) odd("a product of shapes that don't fit");
-    const {plus, times, zero, none} = this.ring;
-    return this.matrix(X.rows, Y.cols, (i, j) => {
-      let sum = zero;
-      for (let k = 0; k < X.cols; k++) {
-        const x = X.at[i * X.cols + k], y = Y.at[k * Y.cols + j];
-        if (!none(x) && !none(y)) sum = plus(sum, times(x, y));
-      }
-      return sum;
-    });
-  }
-  sum(X, Y) {
-    if (!X.scalar !== !Y.scalar) {  // a number stands for that multiple of the identity
-      const [f, M] = X.scalar ? [X, Y] : [Y, X];
-      return this.sum(M, this.scaled(f.at[0], this.unit(M.rows)));
-    }
-    if (X.rows !== Y.rows || X.cols !== Y.cols) odd("a sum of two shapes");
-    return {...X, at: X.at.map((x, k) => this.ring.plus(x, Y.at[k]))};
-  }
-  kronecker(F, X) {
-    const {rows, cols} = X;
-    return this.matrix(F.rows * rows, F.cols * cols,
-      (i, j) => this.ring.times(
-        F.at[Math.floor(i / rows) * F.cols + Math.floor(j / cols)], X.at[i % rows * cols + j % cols]));
-  }
-  inverse(X) {
-    const n = X.rows, {plus, times, over, none} = this.ring;
-    if (n !== X.cols) odd("the inverse of a matrix that isn't square");
-    const minus = this.ring.of("-1"),
-          rows = Array.from({length: n},
-            (_, i) => [...X.at.slice(i * n, (i + 1) * n), ...this.unit(n).at.slice(i * n, (i + 1) * n)]);
-    for (let k = 0; k < n; k++) {
-      const size = i => none(rows[i][k]) ? 0 : this.ring === NUMBERS ? Math.abs(rows[i][k]) : 1;
-      let top = k;
-      for (let i = k + 1; i < n; i++) top = size(i) > size(top) ? i : top;
-      if (!size(top)) odd("a matrix that must be regular is singular");
-      [rows[k], rows[top]] = [rows[top], rows[k]];
-      const f = over(rows[k][k]);
-      rows[k] = rows[k].map(x => times(f, x));
-      rows.forEach((row, i) => {
-        const g = times(minus, row[k]);
-        if (i !== k && !none(g)) rows[i] = row.map((x, j) => plus(x, times(g, rows[k][j])));
-      });
-    }
-    return this.matrix(n, n, (i, j) => rows[i][n + j]);
   }
 
   certain(value, words) { return value.terms.length ? odd(`${words} of an unknown`) : value.X; }

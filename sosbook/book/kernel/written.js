@@ -1,9 +1,10 @@
 // LMIs that a text states: as blocks of a search, and as a proof.
+import {FRACTIONS, NUMBERS} from "./arithmetic.js";
 import {Blocks} from "./blocks.js";
 import {changed} from "./descriptor.js";
 import {definite} from "./exact.js";
 import {FLOATS, matrix, times} from "./matrices.js";
-import {FRACTIONS, NUMBERS, Reader} from "./reader.js";
+import {Reader} from "./reader.js";
 
 const valueOf = X => ({X: {rows: X.rows, cols: X.cols, at: Array.from(X.at)}, terms: []});
 const floats = ({rows, cols, at}) => ({rows, cols, at: Float64Array.from(at)});

@@ -8,6 +8,7 @@ a file may hold the text that is written here and no other.
  5. Observers, masses, matrices, LMIs of one's own
 """
 
+import json
 import re
 from fractions import Fraction
 from functools import cache
@@ -399,8 +400,10 @@ class Design:
         need(none == (not self.slack,) * 2, "epsilon and E0 belong to a slack matrix")
         self._pairs()
         for r in self.asked:
-            if r["kind"] not in ("region", *SIZED):
+            if r["kind"] not in ("region", *SIZED) and "theorem" not in r:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
+            if r["kind"] not in BLOCKS and self.refuted:
+                raise Beyond("a refusal by an author's theorem isn't a text")
         names = [(r["kind"], sane(r["name"])) for r in self.asked]
         named = [NAMES.get(kind, name) == name for kind, name in names]
         need(all(named), "a requirement has another name than its kind")
@@ -454,8 +457,9 @@ class Design:
             ties += [f"slack = {float(positive(self.d['epsilon'])):g} s"]
         self.condition = f" for {' and '.join(ties)}" if ties else ""
         if not self.refuted:  # where they are numbers, any may have one
+            sized += [r for r in self.asked if r["kind"] not in BLOCKS]
             own = [r for r in sized if size_name(r) in self.d["unknowns"]]
-        self.sizes = {r["kind"]: "s_" + r["kind"] for r in own}
+        self.sizes = {key_of(r): size_of(r, self.asked) for r in own}
 
     def _write(self):
         """All lines but those of the plant."""
@@ -464,10 +468,10 @@ class Design:
         if coordinates:
             self._coordinates(d["coordinates"])
         N = f"symmetric {self.N}"
-        for kind, s in self.sizes.items():
-            name = size_name({"kind": kind, "name": NAMES[kind]})
-            t.point(s, name, "number")
-            t.labels[kind, NAMES[kind], name] = s
+        for (kind, name), s in self.sizes.items():
+            size = size_name({"kind": kind, "name": name})
+            t.point(s, size, "number")
+            t.labels[kind, name, size] = s
             t.write(f"{s}: {s} > 0")
         if self.slack:
             t.put_number("epsilon", d, "epsilon")
@@ -489,7 +493,7 @@ class Design:
         for k, r in enumerate(self.asked, 1):
             self._numbers(k, r)
         for r in self.demands:
-            for where, block, line in BLOCKS[r["kind"]](self, r):
+            for where, block, line in BLOCKS.get(r["kind"], own)(self, r):
                 label = line.partition(":")[0]
                 key = r["kind"], r["name"], block
                 for places, at in self._places(where):
@@ -555,6 +559,10 @@ class Design:
                 t.put_number(f"{name}.{k}", r, name)
             self.ids[id(r)] = k
             return
+        if kind not in BLOCKS:
+            self.ids[id(r)] = k
+            self._of_author(k, r["theorem"])
+            return
         for name in NUMBERS[kind].split():
             if r[name] is not None:
                 t.put_number(name, r, name)
@@ -562,11 +570,22 @@ class Design:
         if kind == "gamma" and r["mu"] is None:
             t.write("mu = 1")
 
+    def _of_author(self, k, theorem):
+        """The numbers and unknowns of somebody's theorem, under names of their own."""
+        keys(theorem, "numbers unknowns blocks")
+        for name in (*theorem["numbers"], *theorem["unknowns"]):
+            good = re.fullmatch(rf"own\.{k}\.\w+", name, re.ASCII)
+            need(good, f"{name!r:.40} isn't called own.{k}. and a word")
+        for name in theorem["numbers"]:
+            self.t.put_number(name, theorem["numbers"], name)
+        for name, (key, shape) in theorem["unknowns"].items():
+            self.t.point(name, key, shape)
+
     def size(self, r):
         """s, unit, and its inverse, as factors in a text."""
         kind = r["kind"]
         unit = f"unit.{kind}" if f"unit.{kind}" in self.t.data else ""
-        s = self.sizes.get(kind, "")
+        s = self.sizes.get(key_of(r), "")
         return s and s + " ", unit and unit + " ", unit and "/" + unit
 
 
@@ -659,6 +678,33 @@ def cost(d, r):
     yield "pair", "lqr", f"lqr{i}: " + form.format(s=s, u=u, **more)
 
 
+def own(d, r):
+    """Blocks of somebody's theorem: what they mean is the author's word."""
+    k = d.ids[id(r)]
+    for where, block, text in r["theorem"]["blocks"]:
+        need(where in ("once", "pair"), "a block is written once, or for each pair")
+        tokens = kernel.Parser(text)
+        tokens.expression()
+        good = tokens.k == len(tokens.t) and not re.search(r"[\n#]", text)
+        need(good, f"a block of an author is one matrix, not {text!r:.60}")
+        label = f"own.{k}." + re.sub(
+            r"\W", "_", sane(block or r["name"]), flags=re.ASCII
+        )
+        at = "" if where == "once" else ".i" if d.slack else ".i.j"
+        yield where, block, f"{label}{at}: {text} > 0"
+
+
+def key_of(r):
+    return r["kind"], r["name"]
+
+
+def size_of(r, asked):
+    """What a text calls the size of a requirement."""
+    if r["kind"] in BLOCKS:
+        return "s_" + r["kind"]
+    return f"own.{1 + next(k for k, q in enumerate(asked) if q is r)}.size"
+
+
 def factors(rest):
     """L and W with Q = L W^-1 L' and W diagonal."""
     columns, sizes, N = [], [], rest.r
@@ -702,6 +748,9 @@ def claim(r):
     """What the blocks of a requirement prove."""
     if r["kind"] == "region":
         return region(r)[2]
+    if r["kind"] not in BLOCKS:
+        need(isinstance(r["claim"], str), "an author's claim must be words")
+        return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"
     if r["kind"] == "gamma":
         return f"its H-infinity norm is below {r['gamma']}"
     if r["kind"] == "input":

@@ -11,7 +11,7 @@ text, which is written here.
 
 Exit code: 0 proven, 1 refused, 2 no file or not readable, 3 beyond this checker
 (it says why; ``python -m sosbook verify`` decides), 4 not decided within the time or
-memory that there is.
+memory that there is, 5 proven, where an author says what his own blocks mean.
 """
 
 import argparse
@@ -29,6 +29,7 @@ from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
 from .statements import Design
 
 SECONDS = 600.0  # unless told otherwise
+AUTHOR = 5  # the exit code of what is proven of an author's blocks
 MOST_VERTICES, DEEPEST = 4096, 200
 FORMAT = "sosbook proof"
 
@@ -49,6 +50,7 @@ SINGLE = {  # without unknowns
     "small input": (SmallInput, LOOP + "coupling epsilon E0 requirements vertex rows "
                     "columns spread blur multipliers share price"),
 }  # fmt: skip
+AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
     "sampled": "it encloses exponentials of matrices in balls",
@@ -149,7 +151,7 @@ def asked_of(file):
                 return [[] for _ in range(r)] if c == 0 else []
             return [[y]] if x[0] == "#" else [e for (e,) in y] if x[0] == "|" else y
         if isinstance(x, dict):
-            return {k: v if k == "statement" else value(v) for k, v in x.items()}
+            return {k: v if k in AS_WRITTEN else value(v) for k, v in x.items()}
         return [value(v) for v in x] if isinstance(x, list) else x
 
     return {"kind": file["kind"], **value(file["asks"])}
@@ -254,6 +256,11 @@ def size(value):
     return f"{len(value)} numbers"
 
 
+def by_author(asked):
+    """Whether somebody's own theorem is among what is asked."""
+    return any("theorem" in r for r in asked.get("requirements", ()))
+
+
 def wanted_plant(given):
     """The plant, and U and K_A if any, of a plant file as proof files write them."""
     plant = given.get("plant", given)
@@ -356,4 +363,7 @@ def verdict(asked):
     except MemoryError:
         return 4, ["not decided: it takes more memory than there is"]
     first, *lines = str(claims).splitlines()
-    return 0, [f"{first[:-1]}, of {about}:" if about else first, *lines]
+    return AUTHOR if by_author(file) else 0, [
+        f"{first[:-1]}, of {about}:" if about else first,
+        *lines,
+    ]
