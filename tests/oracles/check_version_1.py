@@ -1,42 +1,17 @@
-"""Check a proof file of sosbook: ``python check.py proof.json``.
+"""The checker of proof files of version 1, which the project shipped before texts.
 
-``--plant plant.json`` and ``--gain gain.json`` refuse a proof about another plant or
-another gain; ``--time-limit SECONDS`` bounds the time.
-
-It needs Python 3.9 or newer and nothing else. Its formulas are written from
-the theorems; it shares no line with the package that wrote the file. All
-numbers are decimals or fractions, and all arithmetic is exact.
-
-Exit code: 0 proven, 1 refused, 2 no file or not readable, 3 beyond this checker
-(it says why; ``python -m sosbook verify`` decides), 4 not decided within the time or
-memory that there is.
-
-Contents
- 1. Matrices of rationals: the only mathematics is ``definite`` and ``solve``
- 2. Reading numbers, matrices, plants, coordinates
- 3. Regions of the poles
- 4. Designs: Theorems 2.1, 2.2, 2.4, Lemma 2.2, with pairs or a slack matrix
- 5. Inputs that come late: Theorems 2.3 and A.3, Legendre, interval
- 6. Lemma 2.1, the observer of Theorem 2.5, matrices, LMIs of one's own
- 7. A mode that no gain moves, a singular mass, a response that no input reaches, an
-    input bound too small for modes
- 8. The verdict: blocks that are positive, or multipliers that exclude them
-To trust a proof of one kind read 1, 2, 8 and that part.
+Its formulas are written from the theorems, as matrices of fractions; it shares no line
+with the package nor with the kernel. `check` is all that is asked of it.
 """
 
-import argparse
 import hashlib
 import json
-import os
 import re
-import sys
 from copy import copy
 from fractions import Fraction
 from functools import cache
 from math import comb, lcm, prod
-from threading import Lock, Timer
 
-SECONDS = 600.0  # unless told otherwise
 MOST_BYTES, MOST_DIGITS, MOST_VERTICES, DEEPEST = 200_000_000, 100_000, 4096, 200
 MOST_FAMILY = 256  # vertices of a plant with parameters
 NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
@@ -55,11 +30,6 @@ class Beyond(Exception):
 def need(condition, words):
     if not condition:
         raise Refused(words)
-
-
-def printed(text):
-    """One line: what isn't printed is escaped, so that no text moves the cursor."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
 # ---- 1. Matrices of rationals
@@ -1735,18 +1705,6 @@ BEYOND = {
 }
 
 
-class Proven(list):
-    """What is claimed; of an author's LMIs also what the author says they mean."""
-
-    author = None
-
-    def __str__(self):
-        whose = ":" if self.author is None else " of an author's LMIs:"
-        lines = "\n- ".join(["proven" + whose, *map(printed, self)])
-        said = "\n  which say, by their author's word alone: "
-        return lines + "".join(said + json.dumps(words) for words in self.author or ())
-
-
 def check(text):
     """The claims that the text of a proof file proves; else Refused or Beyond."""
     file = contents(text)
@@ -1794,8 +1752,6 @@ def check(text):
             need(proven == listed, "the blocks aren't those listed")
     other = "the file claims something else: " + "; ".join(claims)
     need(file["claims"] == claims, other)
-    claims = Proven(claims)
-    claims.author = file.get("statement", []) if kind == "lmi" else None
     return claims
 
 
@@ -1834,139 +1790,5 @@ def digest(value):
     return hashlib.sha256(plain.encode()).hexdigest()
 
 
-def subject(file):
-    """What a proof is about: digests, and numbers or sizes."""
-    parts = [(k, file[k]) for k in ("plant", "U", "K_A", "K", "L") if file.get(k)]
-    parts += [("x0", r["x0"]) for r in file.get("requirements", []) if "x0" in r]
-    about = []
-    for name, value in parts:
-        text = json.dumps(value).replace('"', "")
-        text = f"= {text}" if len(text) <= 120 else f"({size(value)})"
-        about.append(f"{name} {digest(value)[:12]} {text}")
-    return ", ".join(about)
-
-
-def size(value):
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {size(inner)}" for key, inner in value.items())
-    if not isinstance(value, list) or not value:
-        return json.dumps(value).replace('"', "")[:120]
-    if isinstance(value[0], dict):
-        return f"{len(value)} with {size(value[0])}"
-    if isinstance(value[0], list):
-        return f"{len(value)} x {len(value[0])}"
-    return f"{len(value)} numbers"
-
-
-def wanted_plant(given):
-    """The plant, and U and K_A if any, of a plant file as proof files write them."""
-    plant = given.get("plant", given)
-    if "parameters" in plant:
-        raise Beyond("a file with parameters is compared by python -m sosbook verify")
-    vertices = []
-    for v in plant.get("vertices", [plant]):
-        keys(dict(v, F=0), "M D S B F")
-        v = dict({"F": [[] for _ in v["M"]]}, **v)
-        vertices.append({k: written(v[k]) for k in "MDSBF"})
-    wanted = {"plant": {"kind": "second order", "vertices": vertices}}
-    for name, none in (("U", []), ("K_A", None)) if "plant" in given else ():
-        wanted[name] = none if given.get(name) is None else written(given[name])
-    return wanted
-
-
-def wanted_gain(given):
-    return {"K": written(given["K"] if isinstance(given, dict) else given)}
-
-
-def written(rows):
-    """Numbers of JSON as proof files write them."""
-    if isinstance(rows, list):
-        return [written(x) for x in rows]
-    need(
-        type(rows) in (int, float), "a plant or a gain has something that is no number"
-    )
-    text = repr(float(rows) + 0.0)
-    return text[:-2] if text.endswith(".0") else text
-
-
-def read(name):
-    """The text of a file."""
-    with open(name, "rb") as file:
-        content = file.read(MOST_BYTES + 1)
-    if len(content) > MOST_BYTES:
-        raise Beyond(f"the file has more than {MOST_BYTES} bytes")
-    return content.decode("utf-8")
-
-
-def say(*lines):
-    try:
-        print(*map(printed, lines), sep="\n", flush=True)
-    except BrokenPipeError:  # nobody reads any more
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError,
              OverflowError)  # fmt: skip
-
-
-def main(arguments):
-    getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
-    form = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
-    parser.add_argument("proof")
-    parser.add_argument("--plant", help="a file of `python -m sosbook design`")
-    parser.add_argument("--gain", help='a matrix in JSON, or {"K": [[..]]}')
-    parser.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS")
-    asked = parser.parse_args(arguments)
-    if not 0 < asked.time_limit < 1e9:
-        parser.error("--time-limit must be positive, a number of seconds")
-    last_word = Lock()
-
-    def give_up():
-        last_word.acquire()
-        say(f"not decided within {asked.time_limit:g} s: give more by --time-limit")
-        os._exit(4)
-
-    watch = Timer(asked.time_limit, give_up)
-    watch.daemon = True
-    watch.start()
-    try:
-        code, lines = verdict(asked)
-    finally:
-        last_word.acquire()
-        watch.cancel()
-    say(*lines)
-    return code
-
-
-def verdict(asked):
-    """The exit code, and what is said."""
-    wanted = {}
-    for name, form in ((asked.plant, wanted_plant), (asked.gain, wanted_gain)):
-        try:
-            wanted.update(form(contents(read(name))) if name else {})
-        except (OSError, Refused, Beyond, *MALFORMED) as fault:
-            return 2, [f"not read: {name}: {fault}"]
-    try:
-        text = read(asked.proof)
-        claims, file = check(text), contents(text)
-        about = subject(file)
-        for name, value in wanted.items():
-            if name in file or name in ("plant", "K"):
-                need(file.get(name) == value, f"it is about another {name}")
-    except Refused as refusal:
-        return 1, [f"refused: {refusal}"]
-    except MALFORMED as fault:
-        return 1, [f"refused: not a well-formed proof file ({fault!r:.200})"]
-    except Beyond as limit:
-        return 3, [f"not checked: {limit}"]
-    except OSError as fault:
-        return 2, [f"not read: {fault}"]
-    except MemoryError:
-        return 4, ["not decided: it takes more memory than there is"]
-    first, *lines = str(claims).splitlines()
-    return 0, [f"{first[:-1]}, of {about}:" if about else first, *lines]
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
