@@ -260,5 +260,7 @@ def test_it_runs_alone(tmp_path):
         assert done.returncode == code and done.stdout.startswith(words)
     with pytest.raises(kernel.Refused, match="twice"):
         kernel.contents('{"a": 1, "a": 2}')
+    with pytest.raises(kernel.Refused, match="digits"):
+        kernel.contents(f'{{"a": {"9" * 401}}}')
     with pytest.raises(kernel.Refused, match="no number"):
         kernel.contents('{"a": NaN}')

@@ -611,12 +611,18 @@ def exclude(program, reader, shapes, file):
 
 def contents(text):
     """What a text in JSON holds; a key that comes twice is refused."""
-    return json.loads(text, object_pairs_hook=unique, parse_constant=nothing)
+    return json.loads(text, object_pairs_hook=unique, parse_constant=nothing,
+                      parse_int=whole)  # fmt: skip
 
 
 def unique(pairs):
     need(len(dict(pairs)) == len(pairs), "a key comes twice")
     return dict(pairs)
+
+
+def whole(word):
+    need(len(word) <= 400, "a whole number has too many digits")
+    return int(word)
 
 
 def nothing(word):

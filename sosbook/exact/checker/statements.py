@@ -123,9 +123,9 @@ class Text:
         whole = dict(text=self.lines, data=self.data)
         whole |= dict(sets=self.sets, unknowns=self.unknowns)
         if "multipliers" not in self.asked:
-            need(
-                len(self.found) == len(self.asked.get("unknowns", ())), "other unknowns"
-            )
+            given = self.asked.get("unknowns", {})
+            good = isinstance(given, dict) and len(given) == len(self.found)
+            need(good, "other unknowns")
             return whole | {"point": self.found}
         Z = {}
         for key, z in self.asked["multipliers"]:
